@@ -1,0 +1,58 @@
+"""The explicit symbolic form of a model: what FMUs are generated from and what fits differentiate."""
+
+from dataclasses import dataclass
+
+import casadi as ca
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One scalar variable of a model.
+
+    `unit` is the Modelica unit string (`"N.m"`, `"rad/s"`, `"1"`), empty when none was declared.
+    `start` is the value of a parameter, or the start value of an input or a state at default parameters.
+    """
+
+    name: str
+    unit: str = ""
+    description: str = ""
+    start: float | None = None
+    minimum: float | None = None
+    maximum: float | None = None
+    nominal: float | None = None
+
+
+@dataclass(frozen=True)
+class SymbolicSystem:
+    """A model as explicit CasADi functions of column vectors, in the order of the variable tuples.
+
+    With t the time in s, x the states, u the inputs, p the parameters, z the algebraic variables and
+    d the values of the delay operators (`d[i](t) = source[i](t - delay[i])`):
+
+    * `rhs(t, x, u, d, p) -> (dx, z)`
+    * `history(t, u, p) -> (source, delay)`: what each delay operator remembers, and for how long (s);
+      sources depend on inputs, time and parameters only. Before the start of a run a source is taken
+      to have had its initial value.
+    * `dependent(p) -> values` of the dependent parameters
+    * `initial(p) -> x0`: the start values of the states
+
+    `outputs` names the interface of the model: each is one of `states` or `algebraics`.
+    """
+
+    name: str
+    description: str
+    inputs: tuple[Variable, ...]
+    states: tuple[Variable, ...]
+    algebraics: tuple[Variable, ...]
+    parameters: tuple[Variable, ...]
+    dependents: tuple[Variable, ...]
+    outputs: tuple[str, ...]
+    rhs: ca.Function
+    history: ca.Function
+    dependent: ca.Function
+    initial: ca.Function
+
+    @property
+    def n_delays(self) -> int:
+        """Number of delay operators."""
+        return int(self.history.numel_out(0))
