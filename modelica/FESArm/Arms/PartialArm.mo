@@ -1,0 +1,85 @@
+within FESArm.Arms;
+partial model PartialArm "Two links, six muscles, slots for effects"
+  import SI = FESArm.Units;
+  import FESArm.Effects.JointTorque;
+  import FESArm.Effects.WristLoad;
+  import FESArm.Effects.StimulationPath;
+  import FESArm.Effects.MuscleStrength;
+
+  parameter SI.Force Fmax[6] = {800, 800, 1000, 1000, 700, 700} "Largest isometric forces";
+  parameter SI.Length Lslack[6] = {0.0538, 0.0538, 0.2298, 0.1905, 0.1905, 0.0175} "Slack lengths of the tendons";
+  parameter SI.Length Lopt[6] = {0.1280, 0.1280, 0.1422, 0.0877, 0.0877, 0.1028} "Optimum fibre lengths";
+  parameter SI.Velocity Vmax[6] = {1.280, 1.280, 1.422, 0.877, 0.877, 1.028} "Largest shortening speeds";
+  parameter SI.Length a0[6] = {0.1840, 0.1055, 0.4283, 0.1916, 0.2387, 0.1681} "Lengths at q = 0";
+  parameter SI.Length d1[6] "Moment arms about the shoulder, flexors positive";
+  parameter SI.Length d2[6] "Moment arms about the elbow, flexors positive";
+  parameter SI.QuadraticStiffness Kp = 7500 "Stiffness of the passive forces";
+
+  input SI.Fraction alpha_1(start=0) "Commanded activation, anterior deltoid";
+  input SI.Fraction alpha_2(start=0) "Commanded activation, posterior deltoid";
+  input SI.Fraction alpha_3(start=0) "Commanded activation, biceps";
+  input SI.Fraction alpha_4(start=0) "Commanded activation, triceps long head";
+  input SI.Fraction alpha_5(start=0) "Commanded activation, triceps short head";
+  input SI.Fraction alpha_6(start=0) "Commanded activation, brachialis";
+  input SI.Force fx(start=0) "External force on the arm at the wrist, world x";
+  input SI.Force fy(start=0) "External force on the arm at the wrist, world y";
+  input SI.Torque correction_q1(start=0) "Torque at the shoulder beside the model's own";
+  input SI.Torque correction_q2(start=0) "Torque at the elbow beside the model's own";
+  output SI.Angle q1 "Shoulder angle from the world x axis, flexion positive";
+  output SI.Angle q2 "Elbow angle relative to the upper arm, flexion positive";
+
+  replaceable FESArm.Muscles.RigidTendonMuscle muscle[6](Fmax=Fmax, Lslack=Lslack, Lopt=Lopt, Vmax=Vmax, each Kp=Kp)
+    constrainedby FESArm.Muscles.PartialHillMuscle "The muscles and their law";
+  FESArm.Linkage.PlanarLinkage linkage;
+
+  replaceable StimulationPath.DirectStimulation stimulationPath1 constrainedby StimulationPath.PartialStimulationPath;
+  replaceable StimulationPath.DirectStimulation stimulationPath2 constrainedby StimulationPath.PartialStimulationPath;
+  replaceable StimulationPath.DirectStimulation stimulationPath3 constrainedby StimulationPath.PartialStimulationPath;
+  replaceable MuscleStrength.NominalStrength muscleStrength1 constrainedby MuscleStrength.PartialMuscleStrength;
+  replaceable MuscleStrength.NominalStrength muscleStrength2 constrainedby MuscleStrength.PartialMuscleStrength;
+  replaceable JointTorque.NoJointTorque jointTorque1 constrainedby JointTorque.PartialJointTorque;
+  replaceable JointTorque.NoJointTorque jointTorque2 constrainedby JointTorque.PartialJointTorque;
+  replaceable JointTorque.NoJointTorque jointTorque3 constrainedby JointTorque.PartialJointTorque;
+  replaceable WristLoad.NoWristLoad wristLoad1 constrainedby WristLoad.PartialWristLoad;
+  replaceable WristLoad.NoWristLoad wristLoad2 constrainedby WristLoad.PartialWristLoad;
+protected
+  SI.Torque tauMuscle[2] "Joint torques of the muscles";
+equation
+  q1 = linkage.q[1];
+  q2 = linkage.q[2];
+
+  stimulationPath1.u = {alpha_1, alpha_2, alpha_3, alpha_4, alpha_5, alpha_6};
+  stimulationPath2.u = stimulationPath1.y;
+  stimulationPath3.u = stimulationPath2.y;
+  for i in 1:6 loop
+    muscle[i].alpha = stimulationPath3.y[i];
+    muscle[i].strength = muscleStrength1.strength[i]*muscleStrength2.strength[i];
+    muscle[i].L = a0[i] - d1[i]*linkage.q[1] - d2[i]*linkage.q[2];
+    muscle[i].V = -d1[i]*linkage.w[1] - d2[i]*linkage.w[2];
+  end for;
+  tauMuscle[1] = d1[1]*muscle[1].F + d1[2]*muscle[2].F + d1[3]*muscle[3].F + d1[4]*muscle[4].F + d1[5]*muscle[5].F
+    + d1[6]*muscle[6].F;
+  tauMuscle[2] = d2[1]*muscle[1].F + d2[2]*muscle[2].F + d2[3]*muscle[3].F + d2[4]*muscle[4].F + d2[5]*muscle[5].F
+    + d2[6]*muscle[6].F;
+
+  jointTorque1.q = linkage.q;
+  jointTorque1.w = linkage.w;
+  jointTorque2.q = linkage.q;
+  jointTorque2.w = linkage.w;
+  jointTorque3.q = linkage.q;
+  jointTorque3.w = linkage.w;
+  linkage.tau = tauMuscle + jointTorque1.tau + jointTorque2.tau + jointTorque3.tau + {correction_q1, correction_q2};
+
+  wristLoad1.r = linkage.r;
+  wristLoad1.v = linkage.v;
+  wristLoad1.vdot = linkage.vdot;
+  wristLoad2.r = linkage.r;
+  wristLoad2.v = linkage.v;
+  wristLoad2.vdot = linkage.vdot;
+  linkage.f = {fx, fy} + wristLoad1.f + wristLoad2.f;
+  annotation (Documentation(info="<html>
+<p>Muscle length L = a0 - d1 q1 - d2 q2, joint torque d F: a flexor has a positive moment arm. Muscles in the order
+anterior deltoid, posterior deltoid, biceps, triceps long head, triceps short head, brachialis. Muscle data are the
+study's table.</p>
+</html>"));
+end PartialArm;

@@ -1,0 +1,14 @@
+within FESArm.Effects.JointTorque;
+model CoulombFriction "Friction of constant size against the motion"
+  extends PartialJointTorque;
+  parameter SI.Torque tauC[n](each min=0, each max=5) = fill(0.1, n) "Size of the friction torque";
+  parameter SI.AngularVelocity wSharp(min=1e-4) = 0.005 "Speed at which 76 % of the full torque is reached";
+equation
+  for i in 1:n loop
+    tau[i] = -tauC[i]*tanh(w[i]/wSharp);
+  end for;
+  annotation (Documentation(info="<html>
+<p>tau = -tauC tanh(w/wSharp), smooth by construction. Limit: a loaded joint at rest creeps, at most at the speed
+wSharp artanh(load/tauC), instead of sticking.</p>
+</html>"));
+end CoulombFriction;

@@ -1,0 +1,16 @@
+within FESArm.Effects.StimulationPath;
+model ActivationDynamics "First-order lag, different on the way up and down"
+  extends PartialStimulationPath;
+  parameter SI.Time tauUp(min=0.002, max=0.5) = 0.03 "Time constant when the activation rises";
+  parameter SI.Time tauDown(min=0.002, max=0.5) = 0.05 "Time constant when the activation falls";
+  SI.Fraction a[n](each start=0, each fixed=true) "Actual activations";
+equation
+  for i in 1:n loop
+    der(a[i]) = noEvent(if u[i] > a[i] then (u[i] - a[i])/tauUp else (u[i] - a[i])/tauDown);
+    y[i] = a[i];
+  end for;
+  annotation (Documentation(info="<html>
+<p>der(a) = (u - a)/tau with tau = tauUp for u &gt; a, else tauDown. The right-hand side is continuous where the branches
+meet.</p>
+</html>"));
+end ActivationDynamics;
