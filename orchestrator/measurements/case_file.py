@@ -1,0 +1,155 @@
+"""What a case.toml says, checked on its own before any data file is opened."""
+
+import difflib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from fmus.errors import MisfitError
+from fmus.units import conversion
+from orchestrator.measurements.sensors import sensor_key
+from orchestrator.measurements.split import LastThird, Split
+from orchestrator.measurements.split_table import read_split
+from orchestrator.measurements.toml_values import TomlTable, number
+from orchestrator.measurements.wording import shown
+
+_KNOWN_KEYS = (
+    "files",
+    "learning",
+    "held_out",
+    "learning_window_s",
+    "held_out_window_s",
+    "sampling",
+    "columns",
+    "variables",
+    "sensors",
+    "initial_conditions",
+)
+# Free text for people, which needs no remark.
+_REMARK_KEYS = ("note", "notes", "name", "title", "description", "source", "license")
+
+
+@dataclass(frozen=True)
+class CaseFile:
+    """A measurement set as described, before any data file is read.
+
+    `units` maps a column to its unit, `variables` a column to a model variable, `sensors` a key of
+    [sensors] to its number. `rate_hz` is None when no rate was given.
+    """
+
+    files: tuple[str, ...]
+    split: Split = field(default_factory=LastThird)
+    units: Mapping[str, str] = field(default_factory=dict)
+    variables: Mapping[str, str] = field(default_factory=dict)
+    sensors: Mapping[str, float] = field(default_factory=dict)
+    rate_hz: float | None = None
+    initial_conditions_given: bool = False
+    notes: tuple[str, ...] = ()
+
+
+def read_case_file(
+    path: Path, content: bytes, files_found: tuple[str, ...]
+) -> CaseFile:
+    """Check and read the content of a case.toml.
+
+    Args:
+        path: where the content comes from, for messages only.
+        content: the bytes of the file.
+        files_found: the data files of the folder, used when case.toml has no `files`.
+
+    Raises:
+        MisfitError: names the key whose value does not fit and what was expected.
+    """
+    table = TomlTable.parse(path, content)
+    files = _files(table, files_found)
+    sensors, sensor_notes = _sensors(table.get_table("sensors"))
+    return CaseFile(
+        files=files,
+        split=read_split(table, len(files)),
+        units=_units(table.get_table("columns")),
+        variables=_variables(table.get_table("variables")),
+        sensors=sensors,
+        rate_hz=table.get_table("sampling").get_positive("rate_hz"),
+        initial_conditions_given=bool(
+            table.get_table("initial_conditions").get_flag("given")
+        ),
+        notes=(*_unknown_keys(table), *sensor_notes),
+    )
+
+
+def _files(table: TomlTable, files_found: tuple[str, ...]) -> tuple[str, ...]:
+    files = table.get_texts("files")
+    if files is None:
+        files = files_found
+    if not files:
+        raise MisfitError(
+            f'{table.where}: no data files; expected files = ["trial_01.csv", ...] or *.csv files in the same folder'
+        )
+    for position, name in enumerate(files):
+        if not name or not name.isprintable():
+            raise MisfitError(
+                f"{table.where}: files holds {shown(name)}, expected a file name"
+            )
+        if name in files[:position]:
+            raise MisfitError(
+                f"{table.where}: files names {shown(name)} twice; a trial counts once"
+            )
+    return files
+
+
+def _units(table: TomlTable) -> dict[str, str]:
+    units = table.texts()
+    for column, unit in units.items():
+        try:
+            conversion(unit, unit)
+        except MisfitError as error:
+            raise MisfitError(
+                f"{table.where}: column {shown(column)}: {error}"
+            ) from error
+    return units
+
+
+def _variables(table: TomlTable) -> dict[str, str]:
+    variables = table.texts()
+    column_of: dict[str, str] = {}
+    for column, variable in variables.items():
+        if variable in column_of:
+            raise MisfitError(
+                f"{table.where}: columns {shown(column_of[variable])} and {shown(column)} are both mapped to {shown(variable)}; keep one"
+            )
+        column_of[variable] = column
+    return variables
+
+
+def _sensors(table: TomlTable) -> tuple[dict[str, float], tuple[str, ...]]:
+    sensors: dict[str, float] = {}
+    notes: list[str] = []
+    for key, value in table.values.items():
+        converted = number(value)
+        if converted is None:
+            notes.append(
+                f"{table.where}: {shown(key)} is no finite number and is not used"
+            )
+        elif converted < 0.0:
+            raise table.wrong(key, "0 or more")
+        else:
+            _require_unit(table, key)
+            sensors[key] = converted
+    return sensors, tuple(notes)
+
+
+def _require_unit(table: TomlTable, key: str) -> None:
+    try:
+        sensor_key(key)
+    except MisfitError as error:
+        raise MisfitError(f"{table.where}: {error}") from error
+
+
+def _unknown_keys(table: TomlTable) -> tuple[str, ...]:
+    notes: list[str] = []
+    for key in table.values:
+        if key not in _KNOWN_KEYS and key not in _REMARK_KEYS:
+            close = difflib.get_close_matches(key, _KNOWN_KEYS, n=1)
+            hint = f"; did you mean {close[0]}?" if close else ""
+            notes.append(f"{table.where}: {shown(key)} is not used{hint}")
+    return tuple(notes)

@@ -1,0 +1,117 @@
+"""From a path to a measurement set: find the files, read each once, split them into trials."""
+
+import hashlib
+from pathlib import Path
+
+from fmus.errors import MisfitError
+from orchestrator.measurements.case_file import CaseFile, read_case_file
+from orchestrator.measurements.record import rate_notes, read_record
+from orchestrator.measurements.table import read_table
+from orchestrator.measurements.trial import MeasurementSet
+from orchestrator.measurements.wording import listed
+
+_LATER_ENDINGS = (".parquet", ".mf4", ".mdf")
+
+
+def load_measurements(path: str | Path) -> MeasurementSet:
+    """Load the measurement set at a folder, a case.toml or a single csv file.
+
+    Without a case.toml, every `*.csv` of the folder is a trial (in the order of the names), units are
+    unknown, and the last third is held out: of the trials, or of a single record's time.
+
+    Returns:
+        Time in s, everything else in the units of the files; what was assumed stands in `notes`.
+
+    Raises:
+        MisfitError: the path, case.toml or a data file cannot be used; one line names the file, the
+            line or column, the value, what was expected and what to do.
+    """
+    path = Path(path)
+    folder, case, digest = _described(path)
+    records = []
+    for name in case.files:
+        file = folder / name
+        _require_csv(file)
+        content = _read(file)
+        digest.update(f"{name}\0{len(content)}\0".encode(errors="surrogateescape"))
+        digest.update(content)
+        records.append(read_record(name, read_table(file, content), case))
+    notes = [*case.notes, *case.split.notes(records)]
+    for record in records:
+        notes.extend(rate_notes(record, case.rate_hz))
+    return MeasurementSet(
+        path=path,
+        trials=case.split.trials(records),
+        sensors=case.sensors,
+        variables=case.variables,
+        initial_conditions_given=case.initial_conditions_given,
+        notes=tuple(notes),
+        content_hash=digest.hexdigest(),
+    )
+
+
+def _described(path: Path) -> "tuple[Path, CaseFile, hashlib._Hash]":
+    """Find out which folder holds which files, and begin the hash with the case.toml if there is one."""
+    folder, case_path = _located(path)
+    if case_path is None:
+        files = _csv_names(path) if path.is_dir() else (path.name,)
+        if not files:
+            raise MisfitError(
+                f"{path}: no case.toml and no *.csv file in this folder; expected recorded trials as csv files"
+            )
+        note = f"{path}: no case.toml is used, so units are unknown and columns are matched by name"
+        return folder, CaseFile(files, notes=(note,)), hashlib.sha256()
+    content = _read(case_path)
+    case = read_case_file(case_path, content, _csv_names(folder))
+    return folder, case, hashlib.sha256(content)
+
+
+def _located(path: Path) -> tuple[Path, Path | None]:
+    """Give the folder of the data and the case.toml, which is None where there is none."""
+    try:
+        if path.is_dir():
+            case_path = path / "case.toml"
+            return path, case_path if case_path.exists() else None
+        exists = path.exists()
+    except (OSError, ValueError) as error:
+        raise MisfitError(f"{str(path)!r}: not a usable path ({error})") from error
+    if not exists:
+        raise MisfitError(
+            f"{path}: does not exist; expected a folder with case.toml, a case.toml or a csv file"
+        )
+    if path.suffix.lower() == ".toml":
+        return path.parent, path
+    _require_csv(path)
+    return path.parent, None
+
+
+def _csv_names(folder: Path) -> tuple[str, ...]:
+    try:
+        names = [file.name for file in folder.iterdir()]
+    except OSError as error:
+        raise MisfitError(f"{folder}: cannot be read ({error.strerror})") from error
+    return tuple(sorted(name for name in names if name.lower().endswith(".csv")))
+
+
+def _require_csv(file: Path) -> None:
+    ending = file.suffix.lower()
+    if ending in _LATER_ENDINGS:
+        raise MisfitError(
+            f"{file}: {ending} files cannot be read yet, only csv; export the trial as csv"
+        )
+    if ending != ".csv":
+        raise MisfitError(
+            f"{file}: ending {ending!r}, expected a folder with case.toml, a case.toml or a csv file"
+        )
+
+
+def _read(file: Path) -> bytes:
+    try:
+        return file.read_bytes()
+    except FileNotFoundError as error:
+        beside = listed(_csv_names(file.parent)) if file.parent.is_dir() else "none"
+        raise MisfitError(
+            f"{file}: does not exist, but case.toml names it; csv files in that folder: {beside}"
+        ) from error
+    except (OSError, ValueError) as error:
+        raise MisfitError(f"{file}: cannot be read ({error})") from error

@@ -1,0 +1,124 @@
+"""Typed reading of TOML values, where a wrong one is named with the file and the key."""
+
+import math
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Self
+
+from fmus.errors import MisfitError
+from orchestrator.measurements.wording import shown
+
+
+@dataclass(frozen=True)
+class TomlTable:
+    """One table of a TOML file; `where` names the file and the table in messages.
+
+    Every `get_...` returns None (or an empty mapping) for an absent key and raises MisfitError for
+    a value of another kind.
+    """
+
+    where: str
+    values: Mapping[str, Any]
+
+    @classmethod
+    def parse(cls, path: Path, content: bytes) -> Self:
+        """Read a whole file.
+
+        Raises:
+            MisfitError: the content is no TOML in UTF-8; the message keeps the parser's line.
+        """
+        try:
+            return cls(str(path), tomllib.loads(content.decode("utf-8-sig")))
+        except UnicodeDecodeError as error:
+            raise MisfitError(
+                f"{path}: byte 0x{content[error.start]:02x} at position {error.start} is not UTF-8 text; save the file in UTF-8"
+            ) from error
+        except (ValueError, RecursionError) as error:
+            reason = " ".join(str(error).split())
+            raise MisfitError(f"{path}: not valid TOML: {reason}") from error
+
+    def get_table(self, key: str) -> "TomlTable":
+        """A sub-table, empty when absent."""
+        value = self.values.get(key, {})
+        if not isinstance(value, dict):
+            raise self.wrong(key, "a table")
+        return TomlTable(f"{self.where} [{key}]", value)
+
+    def texts(self) -> dict[str, str]:
+        """The whole table, all of whose values have to be strings."""
+        for key, value in self.values.items():
+            if not isinstance(value, str):
+                raise self.wrong(key, "a string in quotation marks")
+        return dict(self.values)
+
+    def get_texts(self, key: str) -> tuple[str, ...] | None:
+        """A list of strings."""
+        values = self._get_list(key, "a list of strings")
+        if values is None:
+            return None
+        if not all(isinstance(value, str) for value in values):
+            raise self.wrong(key, "a list of strings")
+        return tuple(values)
+
+    def get_integers(self, key: str) -> tuple[int, ...] | None:
+        """A list of whole numbers."""
+        values = self._get_list(key, "a list of whole numbers")
+        if values is None:
+            return None
+        if not all(type(value) is int for value in values):
+            raise self.wrong(key, "a list of whole numbers")
+        return tuple(values)
+
+    def get_window(self, key: str) -> tuple[float, float] | None:
+        """A pair `[start, stop]` of finite numbers with start < stop."""
+        wanted = "two numbers [start, stop] in s with start < stop"
+        values = self._get_list(key, wanted)
+        if values is None:
+            return None
+        limits = [number(value) for value in values]
+        if len(limits) != 2 or limits[0] is None or limits[1] is None:
+            raise self.wrong(key, wanted)
+        if limits[0] >= limits[1]:
+            raise self.wrong(key, wanted)
+        return limits[0], limits[1]
+
+    def get_positive(self, key: str) -> float | None:
+        """A finite number above zero."""
+        if key not in self.values:
+            return None
+        value = number(self.values[key])
+        if value is None or value <= 0.0:
+            raise self.wrong(key, "a number above 0")
+        return value
+
+    def get_flag(self, key: str) -> bool | None:
+        """True or false."""
+        value = self.values.get(key)
+        if value is not None and not isinstance(value, bool):
+            raise self.wrong(key, "true or false")
+        return value
+
+    def wrong(self, key: str, expected: str) -> MisfitError:
+        """The error for a value that is not what was expected."""
+        return MisfitError(
+            f"{self.where}: {shown(key)} = {shown(self.values[key])}, expected {expected}"
+        )
+
+    def _get_list(self, key: str, expected: str) -> list[Any] | None:
+        value = self.values.get(key)
+        if value is not None and not isinstance(value, list):
+            raise self.wrong(key, expected)
+        return value
+
+
+def number(value: object) -> float | None:
+    """A finite TOML number as a float; None for anything else, such as true, nan or "1"."""
+    if not isinstance(value, int | float) or isinstance(value, bool):
+        return None
+    try:
+        converted = float(value)
+    except OverflowError:
+        return None
+    return converted if math.isfinite(converted) else None

@@ -1,0 +1,79 @@
+"""A recorded trial and a set of them, in the units of the files (time alone is always in s)."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+Subset = Literal["learning", "held_out"]
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """One stretch of recorded time.
+
+    `name` is the file name, followed by the window where a file was cut (`"swing.csv [0, 10] s"`).
+    `time` has shape (n,), n >= 2, in s, strictly increasing; it is the time of the record and need
+    not start at 0. `columns` holds every other column, each (n,), in the unit that `units` gives for
+    it; the unit `""` means that nobody said.
+    """
+
+    name: str
+    subset: Subset
+    time: Array
+    columns: Mapping[str, Array]
+    units: Mapping[str, str]
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """One data file as read: the whole of its time in s, shape (n,), and its other columns."""
+
+    name: str
+    time: Array
+    columns: Mapping[str, Array]
+    units: Mapping[str, str]
+
+    def trial(self, subset: Subset) -> Trial:
+        """Take the whole record as one trial."""
+        return Trial(self.name, subset, self.time, self.columns, self.units)
+
+    def window(
+        self, subset: Subset, start: float, stop: float, rows: NDArray[np.bool_]
+    ) -> Trial:
+        """Take the given rows as a trial that is named after its limits, both in s."""
+        columns = {name: values[rows] for name, values in self.columns.items()}
+        name = f"{self.name} [{start:g}, {stop:g}] s"
+        return Trial(name, subset, self.time[rows], columns, self.units)
+
+
+@dataclass(frozen=True, eq=False)
+class MeasurementSet:
+    """The trials of one case and what its case.toml says about them.
+
+    `sensors` holds the numbers of [sensors], `variables` maps a column to a model variable where the
+    names differ. `notes` lists what was assumed. `content_hash` is the sha256 of case.toml and all
+    data files, in hex: equal hashes mean equal data.
+    """
+
+    path: Path
+    trials: tuple[Trial, ...]
+    sensors: Mapping[str, float]
+    variables: Mapping[str, str]
+    initial_conditions_given: bool
+    notes: tuple[str, ...]
+    content_hash: str
+
+    @property
+    def learning(self) -> tuple[Trial, ...]:
+        """The trials a fit may use."""
+        return tuple(trial for trial in self.trials if trial.subset == "learning")
+
+    @property
+    def held_out(self) -> tuple[Trial, ...]:
+        """The trials that only the final score may use."""
+        return tuple(trial for trial in self.trials if trial.subset == "held_out")
