@@ -1,0 +1,149 @@
+"""Reading FMU archives without trusting them."""
+
+import stat
+import zipfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path, PurePosixPath, PureWindowsPath
+from xml.parsers import expat
+
+from fmus.errors import FmuError
+
+MAX_TOTAL_BYTES = 2**30
+MAX_ENTRIES = 20_000
+# Deflate cannot do much better than 1000; text and binaries of FMUs stay below 30.
+MAX_RATIO = 300
+RATIO_MATTERS_ABOVE_BYTES = 2**24
+
+
+def read_archive(path: Path) -> dict[str, bytes]:
+    """Give all files of an FMU, archive path -> content, after the checks of `extract_fmu`."""
+    with _opened(path) as (archive, entries):
+        return {
+            entry.filename: _read(path, archive, entry)
+            for entry in entries
+            if not entry.is_dir()
+        }
+
+
+def extract_fmu(path: Path, folder: Path) -> Path:
+    """Unpack an FMU below `folder`, which is created where missing, and give the folder back.
+
+    Raises:
+        FmuError: if the file is no FMU (not a zip, no modelDescription.xml) or is not safe to unpack:
+            paths that leave the folder, links, encrypted or repeated entries, more than 1 GiB unpacked
+            or compressed beyond reason, or a model description with a DOCTYPE.
+    """
+    with _opened(path) as (archive, entries):
+        for entry in entries:
+            target = folder / entry.filename
+            if entry.is_dir():
+                target.mkdir(parents=True, exist_ok=True)
+                continue
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.write_bytes(_read(path, archive, entry))
+    return folder
+
+
+def check_entry_name(name: str) -> None:
+    """Raise FmuError unless `name` is a relative path with forward slashes that stays inside."""
+    outside = (
+        name.startswith("/")
+        or PureWindowsPath(name).drive
+        or ".." in PurePosixPath(name).parts
+    )
+    if not name or outside or "\\" in name or "\0" in name:
+        raise FmuError(
+            f"archive entry {name!r} is not a relative path inside the archive"
+        )
+
+
+def check_xml(content: bytes, what: str) -> None:
+    """Raise FmuError unless `content` is well-formed XML without a document type.
+
+    A DOCTYPE can define entities that read other files or grow without limit; FMI needs none.
+    """
+
+    def refuse(*_: object) -> None:
+        raise FmuError(f"{what} has a DOCTYPE, which FMI does not use; remove it")
+
+    parser = expat.ParserCreate()
+    parser.StartDoctypeDeclHandler = refuse
+    try:
+        parser.Parse(content, True)
+    except expat.ExpatError as error:
+        raise FmuError(f"{what} is not well-formed XML: {error}") from error
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[tuple[zipfile.ZipFile, list[zipfile.ZipInfo]]]:
+    if not path.is_file():
+        raise FmuError(
+            f"{path} does not exist" if not path.exists() else f"{path} is not a file"
+        )
+    try:
+        archive = zipfile.ZipFile(path)
+    except (zipfile.BadZipFile, OSError, ValueError, NotImplementedError) as error:
+        raise FmuError(
+            f"{path} is not an FMU: it cannot be read as a zip archive ({error})"
+        ) from error
+    with archive:
+        entries = archive.infolist()
+        _check_entries(path, entries)
+        _check_description(path, archive)
+        yield archive, entries
+
+
+def _check_entries(path: Path, entries: list[zipfile.ZipInfo]) -> None:
+    if len(entries) > MAX_ENTRIES:
+        raise FmuError(f"{path} has {len(entries)} entries; the limit is {MAX_ENTRIES}")
+    seen: set[str] = set()
+    for entry in entries:
+        # zipfile itself turns backslashes into slashes and cuts names at a NUL on some systems.
+        for name in (entry.filename, entry.orig_filename):
+            try:
+                check_entry_name(name)
+            except FmuError as error:
+                raise FmuError(f"{path}: {error}") from error
+        if stat.S_ISLNK(entry.external_attr >> 16):
+            raise FmuError(f"{path}: entry {entry.filename!r} is a symbolic link")
+        if entry.flag_bits & 0x1:
+            raise FmuError(f"{path}: entry {entry.filename!r} is encrypted")
+        if entry.filename in seen:
+            raise FmuError(f"{path}: entry {entry.filename!r} occurs twice")
+        seen.add(entry.filename)
+    _check_size(path, entries)
+
+
+def _check_size(path: Path, entries: list[zipfile.ZipInfo]) -> None:
+    total = sum(entry.file_size for entry in entries)
+    packed = max(1, path.stat().st_size)
+    if total > MAX_TOTAL_BYTES:
+        raise FmuError(
+            f"{path} unpacks to {total / 2**20:.0f} MiB; the limit is {MAX_TOTAL_BYTES // 2**20} MiB"
+        )
+    if total > RATIO_MATTERS_ABOVE_BYTES and total > MAX_RATIO * packed:
+        raise FmuError(
+            f"{path} unpacks to {total / packed:.0f} times its size; the limit is {MAX_RATIO} times"
+        )
+
+
+def _check_description(path: Path, archive: zipfile.ZipFile) -> None:
+    try:
+        entry = archive.getinfo("modelDescription.xml")
+    except KeyError:
+        raise FmuError(
+            f"{path} is not an FMU: it has no modelDescription.xml at the top of the archive"
+        ) from None
+    check_xml(_read(path, archive, entry), f"{path}: modelDescription.xml")
+
+
+def _read(path: Path, archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> bytes:
+    try:
+        return archive.read(entry)
+    except (
+        Exception
+    ) as error:  # broken data surfaces as zlib, lzma, struct, EOF and other errors
+        raise FmuError(
+            f"{path}: entry {entry.filename!r} is damaged ({error})"
+        ) from error

@@ -1,0 +1,192 @@
+"""A symbolic system as an FMI 2.0 co-simulation FMU."""
+
+import hashlib
+import io
+import os
+import tempfile
+import uuid
+import zipfile
+from collections.abc import Mapping
+from importlib import resources
+from pathlib import Path
+
+from fmus.archive import check_entry_name
+from fmus.errors import FmuError
+from fmus.model_description import Layout, model_description
+from fmus.runtime.compiler import compile_library
+from fmus.runtime.generated import (
+    MODEL_FUNCTIONS,
+    model_code,
+    model_config,
+    model_identifier,
+)
+from fmus.symbolic.system import SymbolicSystem
+
+_FMI_HEADERS = ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h")
+
+
+def build_fmu(
+    system: SymbolicSystem,
+    path: Path,
+    *,
+    stop_time: float = 10.0,
+    step_size: float = 0.004,
+    tolerance: float = 1e-8,
+    extra_files: Mapping[str, bytes] = {},
+) -> Path:
+    """Write the FMU of a system to `path`, with its sources, and give the path back.
+
+    Equal models give equal bytes. A file that was at `path` is replaced in one go, or left as it was
+    when the build fails.
+
+    Args:
+        system: the model.
+        path: file to write; its folder must exist.
+        stop_time, step_size: default experiment, s; the step is that of communication.
+        tolerance: relative error per internal step, used unless the importer asks for another one.
+        extra_files: archive path -> content, such as `resources/model.mo`.
+
+    Raises:
+        FmuError: without a C compiler, or when the system contradicts itself.
+        MisfitError: if a unit is unknown.
+    """
+    check_system(system)
+    identifier = model_identifier(system.name)
+    sources = _sources(system, tolerance)
+    units = sorted(name for name in sources if name.endswith(".c"))
+
+    def describe(guid: str) -> bytes:
+        return model_description(
+            system,
+            identifier=identifier,
+            guid=guid,
+            sources=units,
+            stop_time=stop_time,
+            step_size=step_size,
+            tolerance=tolerance,
+        )
+
+    guid = _fingerprint({**_encoded(sources), "": describe(""), **extra_files})
+    sources["model_config.h"] = sources["model_config.h"].replace(_NO_GUID, guid)
+    files = {
+        "modelDescription.xml": describe(guid),
+        _binary_name(identifier): compile_library(sources),
+        **{f"sources/{name}": content for name, content in _encoded(sources).items()},
+    }
+    for name, content in extra_files.items():
+        check_entry_name(name)
+        if name in files:
+            raise FmuError(
+                f"extra file {name!r} would replace a part of the FMU; choose another name"
+            )
+        files[name] = content
+    _write_atomically(path, _zipped(files))
+    return path
+
+
+_NO_GUID = "{00000000-0000-0000-0000-000000000000}"
+
+
+def check_system(system: SymbolicSystem) -> None:
+    """Raise FmuError when names repeat, or when a function and its variables differ in number."""
+    named = (
+        *system.inputs,
+        *system.states,
+        *system.algebraics,
+        *system.parameters,
+        *system.dependents,
+    )
+    names = [variable.name for variable in named]
+    for name in names:
+        if names.count(name) > 1:
+            raise FmuError(
+                f"model {system.name!r}: the variable {name!r} occurs {names.count(name)} times"
+            )
+    for name in system.outputs:
+        if all(name != v.name for v in (*system.states, *system.algebraics)):
+            raise FmuError(
+                f"model {system.name!r}: output {name!r} is neither a state nor an algebraic variable"
+            )
+    x, u, p = len(system.states), len(system.inputs), len(system.parameters)
+    z, q, d = len(system.algebraics), len(system.dependents), system.n_delays
+    expected = {
+        "rhs": ([1, x, u, d, p], [x, z]),
+        "history": ([1, u, p], [d, d]),
+        "dependent": ([p], [q]),
+        "initial": ([p], [x]),
+    }
+    for name in MODEL_FUNCTIONS:
+        function = getattr(system, name)
+        sizes = (
+            [function.numel_in(i) for i in range(function.n_in())],
+            [function.numel_out(i) for i in range(function.n_out())],
+        )
+        if sizes != expected[name]:
+            raise FmuError(
+                f"model {system.name!r}: function {name} has sizes {sizes[0]} -> {sizes[1]}; "
+                f"its variables ask for {expected[name][0]} -> {expected[name][1]}"
+            )
+
+
+def _sources(system: SymbolicSystem, tolerance: float) -> dict[str, str]:
+    """All C files by name; the configuration still carries `_NO_GUID`."""
+    import fmpy
+
+    code = model_code(system)
+    names = [scalar.variable.name for scalar in Layout(system).scalars]
+    runtime = resources.files("fmus.runtime")
+    headers = Path(fmpy.__file__).parent / "c-code"
+    return {
+        **{
+            f.name: f.read_text("utf-8")
+            for f in runtime.iterdir()
+            if f.name.endswith((".c", ".h"))
+        },
+        **{name: (headers / name).read_text("utf-8") for name in _FMI_HEADERS},
+        "model.c": code.functions,
+        "model_config.h": model_config(system, code, names, _NO_GUID, tolerance),
+    }
+
+
+def _binary_name(identifier: str) -> str:
+    from fmpy import platform, sharedLibraryExtension
+
+    return f"binaries/{platform}/{identifier}{sharedLibraryExtension}"
+
+
+def _encoded(sources: Mapping[str, str]) -> dict[str, bytes]:
+    return {name: text.encode() for name, text in sources.items()}
+
+
+def _fingerprint(files: Mapping[str, bytes]) -> str:
+    """A GUID made of the content, so that models differ in it exactly when they differ."""
+    digest = hashlib.sha256()
+    for name in sorted(files):
+        digest.update(f"{name}\0{len(files[name])}\0".encode() + files[name])
+    return "{" + str(uuid.UUID(bytes=digest.digest()[:16])) + "}"
+
+
+def _zipped(files: Mapping[str, bytes]) -> bytes:
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
+        first = "modelDescription.xml"
+        for name in sorted(files, key=lambda name: (name != first, name)):
+            entry = zipfile.ZipInfo(name, date_time=(1980, 1, 1, 0, 0, 0))
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            entry.create_system = 3
+            mode = 0o755 if name.startswith("binaries/") else 0o644
+            entry.external_attr = (0o100000 | mode) << 16
+            archive.writestr(entry, files[name])
+    return buffer.getvalue()
+
+
+def _write_atomically(path: Path, content: bytes) -> None:
+    try:
+        with tempfile.NamedTemporaryFile(
+            dir=path.parent, prefix=f".{path.name}.", delete=False
+        ) as file:
+            file.write(content)
+        os.chmod(file.name, 0o644)
+        os.replace(file.name, path)
+    except OSError as error:
+        raise FmuError(f"cannot write {path}: {error.strerror}") from error

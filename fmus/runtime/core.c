@@ -1,0 +1,128 @@
+#include "core.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+const char *const core_names[] = MODEL_VARIABLE_NAMES;
+static const double input_starts[] = MODEL_INPUT_STARTS;
+static const double parameter_starts[] = MODEL_PARAMETER_STARTS;
+
+int core_fail(Core *core, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(core->message, sizeof core->message, format, arguments);
+    va_end(arguments);
+    return -1;
+}
+
+static void invalidate(Core *core)
+{
+    core->starts_valid = core->outputs_valid = core->dependents_valid = 0;
+}
+
+void core_reset(Core *core)
+{
+    history_clear(&core->history);
+    core->history.width = N_DELAYS;
+    memset(&core->state, 0, sizeof core->state);
+    core->state.phase = PHASE_INSTANTIATED;
+    core->state.stop_time = HUGE_VAL;
+    core->state.tolerance = MODEL_TOLERANCE;
+    memcpy(core->state.u, input_starts, sizeof core->state.u);
+    memcpy(core->state.p, parameter_starts, sizeof core->state.p);
+    invalidate(core);
+}
+
+void core_release(Core *core) { history_clear(&core->history); }
+
+static int unknown(Core *core, unsigned int reference)
+{
+    return core_fail(core, "value reference %u is unknown; this model has 0 to %u", reference, (unsigned)VR_TIME);
+}
+
+int core_get(Core *core, unsigned int reference, double *value)
+{
+    if (reference < VR_STATES)
+        *value = core->state.u[reference];
+    else if (reference < VR_DERIVATIVES) {
+        if (core_evaluate_starts(core) != 0)
+            return -1;
+        *value = core->state.x[reference - VR_STATES];
+    } else if (reference < VR_PARAMETERS) {
+        if (core_evaluate_outputs(core) != 0)
+            return -1;
+        *value = reference < VR_ALGEBRAICS ? core->dx[reference - VR_DERIVATIVES] : core->z[reference - VR_ALGEBRAICS];
+    } else if (reference < VR_DEPENDENTS)
+        *value = core->state.p[reference - VR_PARAMETERS];
+    else if (reference < VR_TIME) {
+        if (core_evaluate_dependents(core) != 0)
+            return -1;
+        *value = core->dependents[reference - VR_DEPENDENTS];
+    } else if (reference == VR_TIME)
+        *value = core->state.time;
+    else
+        return unknown(core, reference);
+    return 0;
+}
+
+static int set_start(Core *core, unsigned int reference, double value)
+{
+    if (core->state.phase == PHASE_STEPPING)
+        return core_fail(core, "state '%s' can be set before and during initialization only", core_names[reference]);
+    core->state.x[reference - VR_STATES] = value;
+    core->state.start_given[reference - VR_STATES] = 1;
+    core->outputs_valid = 0;
+    return 0;
+}
+
+int core_set(Core *core, unsigned int reference, double value)
+{
+    if (reference > VR_TIME)
+        return unknown(core, reference);
+    if (!isfinite(value))
+        return core_fail(core, "'%s' = %g is not a finite number", core_names[reference], value);
+    if (reference < VR_STATES) {
+        core->outputs_valid = core->outputs_valid && core->state.u[reference] == value;
+        core->state.u[reference] = value;
+    } else if (reference < VR_DERIVATIVES)
+        return set_start(core, reference, value);
+    else if (reference >= VR_PARAMETERS && reference < VR_DEPENDENTS) {
+        core->state.p[reference - VR_PARAMETERS] = value;
+        invalidate(core);
+    } else
+        return core_fail(core, "'%s' is computed by the model and cannot be set", core_names[reference]);
+    return 0;
+}
+
+int core_set_input_slope(Core *core, unsigned int reference, double slope)
+{
+    if (reference > VR_TIME)
+        return unknown(core, reference);
+    if (reference >= VR_STATES)
+        return core_fail(core, "'%s' is not an input", core_names[reference]);
+    if (!isfinite(slope))
+        return core_fail(core, "the derivative %g of '%s' is not a finite number", slope, core_names[reference]);
+    core->state.u_slope[reference] = slope;
+    return 0;
+}
+
+int core_finish_initialization(Core *core)
+{
+    double sources[N_DELAYS + 1];
+    if (core_evaluate_starts(core) != 0)
+        return -1;
+    for (int i = 0; i < N_STATES; i++)
+        if (!isfinite(core->state.x[i]))
+            return core_fail(core, "start value of '%s' is %g", core_names[VR_STATES + i], core->state.x[i]);
+    if (N_DELAYS > 0) {
+        if (core_evaluate_sources(core, core->state.time, core->state.u, sources) != 0)
+            return -1;
+        if (history_append(&core->history, core->state.time, sources) != 0)
+            return core_fail(core, "out of memory");
+    }
+    core->state.phase = PHASE_STEPPING;
+    return 0;
+}

@@ -1,0 +1,94 @@
+/* One running model, independent of any FMI version: values, evaluation, steps, snapshots.
+ *
+ * Functions that return int give 0 on success and -1 after writing a line for the user to `message`.
+ */
+#ifndef MISFIT_CORE_H
+#define MISFIT_CORE_H
+
+#include "history.h"
+#include "integrator.h"
+#include "model.h"
+
+typedef enum {
+    PHASE_INSTANTIATED = 1,
+    PHASE_INITIALIZATION = 2,
+    PHASE_STEPPING = 4,
+    PHASE_TERMINATED = 8,
+} Phase;
+
+/* All that a snapshot holds beside the history. Arrays are one longer: C has no empty arrays. */
+typedef struct {
+    Phase phase;
+    double time;      /* s, the current communication point */
+    double stop_time; /* s, HUGE_VAL when open */
+    double tolerance; /* relative */
+    StepMemory steps;
+    double u[N_INPUTS + 1];
+    double u_slope[N_INPUTS + 1]; /* 1/s, valid for the next step only */
+    double x[N_STATES + 1];
+    double p[N_PARAMETERS + 1];
+    unsigned char start_given[N_STATES + 1]; /* start value set from outside */
+} State;
+
+typedef struct {
+    State state;
+    History history;
+
+    int starts_valid, outputs_valid, dependents_valid; /* what follows from `state`, computed on demand */
+    double dx[N_STATES + 1];
+    double z[N_ALGEBRAICS + 1];
+    double dependents[N_DEPENDENTS + 1];
+
+    double step_start;            /* s; u is u + u_slope * (t - step_start) */
+    double delay[N_DELAYS + 1];   /* s */
+    Line pieces[N_DELAYS + 1];    /* the sources, shifted by their delays, over the current piece of a step */
+    double u_now[N_INPUTS + 1];   /* inputs, delayed values: arguments of the evaluation in progress */
+    double d_now[N_DELAYS + 1];
+
+    const double *arg[MODEL_SZ_ARG + 1]; /* CasADi's work space */
+    double *res[MODEL_SZ_RES + 1];
+    int iw[MODEL_SZ_IW + 1];
+    double w[MODEL_SZ_W + 1];
+    double integrator_work[INTEGRATOR_WORK(N_STATES) + 1];
+
+    char message[512];
+} Core;
+
+typedef struct {
+    State state;
+    History history;
+} Snapshot;
+
+extern const char *const core_names[]; /* by value reference */
+
+int core_fail(Core *core, const char *format, ...);
+
+/* Back to the state after creation, with the values of the model description. */
+void core_reset(Core *core);
+void core_release(Core *core);
+
+int core_get(Core *core, unsigned int reference, double *value);
+int core_set(Core *core, unsigned int reference, double value);
+int core_set_input_slope(Core *core, unsigned int reference, double slope);
+
+/* Fixes the start values and begins the record of the delay operators. */
+int core_finish_initialization(Core *core);
+
+/* Advances by `step` s; on failure the state is the one before the call. */
+int core_step(Core *core, double time, double step);
+
+int core_evaluate_starts(Core *core);
+int core_evaluate_outputs(Core *core);
+int core_evaluate_dependents(Core *core);
+int core_evaluate_sources(Core *core, double time, const double *u, double *sources);
+int core_evaluate_rhs(Core *core, double time, const double *x, double *dx);
+
+/* Snapshots own their memory; core_snapshot reuses `snapshot` unless it is NULL, and gives NULL on failure. */
+Snapshot *core_snapshot(Core *core, Snapshot *snapshot);
+int core_restore(Core *core, const Snapshot *snapshot);
+void core_free_snapshot(Snapshot *snapshot);
+size_t core_serialized_size(const Snapshot *snapshot);
+void core_serialize(const Snapshot *snapshot, char *bytes);
+Snapshot *core_deserialize(Core *core, const char *bytes, size_t size);
+
+#endif

@@ -1,0 +1,105 @@
+/* Calls of the generated functions, repeated only when something they depend on has changed. */
+#include "core.h"
+
+#include <math.h>
+#include <string.h>
+
+static int call(Core *core, ModelFunction *function, const char *what)
+{
+    if (function(core->arg, core->res, core->iw, core->w, 0) != 0)
+        return core_fail(core, "the %s could not be evaluated at t = %.9g s", what, core->state.time);
+    return 0;
+}
+
+int core_evaluate_starts(Core *core)
+{
+    double x0[N_STATES + 1];
+    /* After initialization x is the solution, whatever happens to the parameters. */
+    if (core->starts_valid || core->state.phase > PHASE_INITIALIZATION)
+        return 0;
+    core->arg[0] = core->state.p;
+    core->res[0] = x0;
+    if (call(core, model_initial, "start values") != 0)
+        return -1;
+    for (int i = 0; i < N_STATES; i++)
+        if (!core->state.start_given[i])
+            core->state.x[i] = x0[i];
+    core->starts_valid = 1;
+    return 0;
+}
+
+int core_evaluate_dependents(Core *core)
+{
+    if (core->dependents_valid)
+        return 0;
+    core->arg[0] = core->state.p;
+    core->res[0] = core->dependents;
+    if (call(core, model_dependent, "dependent parameters") != 0)
+        return -1;
+    core->dependents_valid = 1;
+    return 0;
+}
+
+int core_evaluate_sources(Core *core, double time, const double *u, double *sources)
+{
+    core->arg[0] = &time;
+    core->arg[1] = u;
+    core->arg[2] = core->state.p;
+    core->res[0] = sources;
+    core->res[1] = core->delay;
+    if (call(core, model_history, "delayed values") != 0)
+        return -1;
+    for (int i = 0; i < N_DELAYS; i++) {
+        if (!(core->delay[i] >= 0.0 && core->delay[i] < HUGE_VAL))
+            return core_fail(core, "delay operator %d: delay %g s at t = %.9g s; it must be zero or positive", i + 1,
+                             core->delay[i], time);
+        if (!isfinite(sources[i]))
+            return core_fail(core, "delay operator %d: its argument is %g at t = %.9g s", i + 1, sources[i], time);
+    }
+    return 0;
+}
+
+int core_evaluate_rhs(Core *core, double time, const double *x, double *dx)
+{
+    core->arg[0] = &time;
+    core->arg[1] = x;
+    core->arg[2] = core->u_now;
+    core->arg[3] = core->d_now;
+    core->arg[4] = core->state.p;
+    core->res[0] = dx;
+    core->res[1] = core->z;
+    return call(core, model_rhs, "model equations");
+}
+
+/* Delayed values at a communication point: from the right where a jump arrives just then. */
+static int delayed_values(Core *core)
+{
+    double now[N_DELAYS + 1];
+    double time = core->state.time;
+    if (core_evaluate_sources(core, time, core->state.u, now) != 0)
+        return -1;
+    for (int i = 0; i < N_DELAYS; i++) {
+        double rounding = 1e-10 * (fabs(time) + core->delay[i]);
+        double then = time - core->delay[i];
+        if (core->history.count == 0 || core->delay[i] <= rounding) {
+            core->d_now[i] = now[i];
+            continue;
+        }
+        Line line = history_line(&core->history, (size_t)i, then + rounding);
+        core->d_now[i] = line.value + line.slope * (then - line.time);
+    }
+    return 0;
+}
+
+int core_evaluate_outputs(Core *core)
+{
+    if (core->outputs_valid)
+        return 0;
+    if (core_evaluate_starts(core) != 0 || (N_DELAYS > 0 && delayed_values(core) != 0))
+        return -1;
+    memcpy(core->u_now, core->state.u, sizeof core->u_now);
+    if (core_evaluate_rhs(core, core->state.time, core->state.x, core->dx) != 0)
+        return -1;
+    core->outputs_valid = 1;
+    return 0;
+}

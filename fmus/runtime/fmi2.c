@@ -1,0 +1,176 @@
+/* FMI 2.0 co-simulation: life cycle and steps. */
+#include "fmi2.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static void emit(const fmi2CallbackFunctions *callbacks, const char *name, const char *call, const char *message)
+{
+    char text[1300];
+    size_t length = 0;
+    int written = snprintf(text, 200, "%s: ", call);
+    length = written < 0 ? 0 : (size_t)written;
+    /* The standard reads the message as a format with #references#: both signs count when doubled. */
+    for (; *message != '\0' && length + 3 < sizeof text; message++) {
+        if (*message == '%' || *message == '#')
+            text[length++] = *message;
+        text[length++] = *message;
+    }
+    text[length] = '\0';
+    if (callbacks->logger != NULL)
+        callbacks->logger(callbacks->componentEnvironment, name, fmi2Error, "logStatusError", text);
+}
+
+fmi2Status fmi2_refuse(Instance *instance, const char *call, const char *format, ...)
+{
+    char message[640];
+    va_list arguments;
+    if (instance == NULL)
+        return fmi2Error;
+    va_start(arguments, format);
+    vsnprintf(message, sizeof message, format, arguments);
+    va_end(arguments);
+    emit(&instance->callbacks, instance->name, call, message);
+    return fmi2Error;
+}
+
+static const char *phase_name(unsigned phase)
+{
+    switch (phase) {
+    case PHASE_INSTANTIATED: return "instantiated";
+    case PHASE_INITIALIZATION: return "in initialization mode";
+    case PHASE_STEPPING: return "stepping";
+    default: return "terminated";
+    }
+}
+
+int fmi2_allowed(Instance *instance, const char *call, unsigned phases)
+{
+    if (instance == NULL)
+        return 0;
+    unsigned phase = (unsigned)instance->core.state.phase;
+    if ((phase & phases) == 0)
+        fmi2_refuse(instance, call, "not allowed while the FMU is %s", phase_name(phase));
+    return (phase & phases) != 0;
+}
+
+int fmi2_present(Instance *instance, const char *call, const void *array, size_t count)
+{
+    if (array == NULL && count > 0)
+        fmi2_refuse(instance, call, "null pointer for %zu values", count);
+    return array != NULL || count == 0;
+}
+
+const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
+const char *fmi2GetVersion(void) { return fmi2Version; }
+
+fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2String fmuGUID,
+                              fmi2String fmuResourceLocation, const fmi2CallbackFunctions *functions,
+                              fmi2Boolean visible, fmi2Boolean loggingOn)
+{
+    (void)fmuResourceLocation, (void)visible, (void)loggingOn;
+    const char *problem = NULL;
+    if (functions == NULL)
+        return NULL;
+    if (instanceName == NULL || *instanceName == '\0')
+        problem = "the instance name is missing";
+    else if (fmuType != fmi2CoSimulation)
+        problem = "this FMU supports co-simulation only";
+    else if (fmuGUID == NULL || strcmp(fmuGUID, MODEL_GUID) != 0)
+        problem = "the GUID is not that of this FMU, " MODEL_GUID;
+    Instance *instance = problem == NULL ? calloc(1, sizeof *instance) : NULL;
+    if (instance != NULL)
+        instance->name = malloc(strlen(instanceName) + 1);
+    if (instance == NULL || instance->name == NULL) {
+        emit(functions, instanceName != NULL ? instanceName : "", "fmi2Instantiate",
+             problem != NULL ? problem : "out of memory");
+        free(instance);
+        return NULL;
+    }
+    strcpy(instance->name, instanceName);
+    instance->callbacks = *functions;
+    core_reset(&instance->core);
+    return instance;
+}
+
+void fmi2FreeInstance(fmi2Component c)
+{
+    Instance *instance = c;
+    if (instance == NULL)
+        return;
+    core_release(&instance->core);
+    free(instance->name);
+    free(instance);
+}
+
+fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean toleranceDefined, fmi2Real tolerance, fmi2Real startTime,
+                               fmi2Boolean stopTimeDefined, fmi2Real stopTime)
+{
+    Instance *instance = c;
+    if (!fmi2_allowed(instance, __func__, PHASE_INSTANTIATED))
+        return fmi2Error;
+    if (toleranceDefined && !(tolerance > 0.0 && tolerance < 1.0))
+        return fmi2_refuse(instance, __func__, "tolerance %g is not between 0 and 1", tolerance);
+    if (!isfinite(startTime))
+        return fmi2_refuse(instance, __func__, "start time %g is not a finite number", startTime);
+    if (stopTimeDefined && !(stopTime > startTime))
+        return fmi2_refuse(instance, __func__, "stop time %g s is not after start time %g s", stopTime, startTime);
+    State *state = &instance->core.state;
+    state->tolerance = toleranceDefined ? tolerance : MODEL_TOLERANCE;
+    state->time = startTime;
+    state->stop_time = stopTimeDefined ? stopTime : HUGE_VAL;
+    return fmi2OK;
+}
+
+fmi2Status fmi2EnterInitializationMode(fmi2Component c)
+{
+    Instance *instance = c;
+    if (!fmi2_allowed(instance, __func__, PHASE_INSTANTIATED))
+        return fmi2Error;
+    instance->core.state.phase = PHASE_INITIALIZATION;
+    instance->core.outputs_valid = 0;
+    return fmi2OK;
+}
+
+fmi2Status fmi2ExitInitializationMode(fmi2Component c)
+{
+    Instance *instance = c;
+    if (!fmi2_allowed(instance, __func__, PHASE_INITIALIZATION))
+        return fmi2Error;
+    if (core_finish_initialization(&instance->core) != 0)
+        return fmi2_refuse(instance, __func__, "%s", instance->core.message);
+    return fmi2OK;
+}
+
+fmi2Status fmi2Terminate(fmi2Component c)
+{
+    Instance *instance = c;
+    if (!fmi2_allowed(instance, __func__, PHASE_STEPPING))
+        return fmi2Error;
+    instance->core.state.phase = PHASE_TERMINATED;
+    return fmi2OK;
+}
+
+fmi2Status fmi2Reset(fmi2Component c)
+{
+    Instance *instance = c;
+    if (!fmi2_allowed(instance, __func__, ANY_PHASE))
+        return fmi2Error;
+    core_reset(&instance->core);
+    return fmi2OK;
+}
+
+fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint, fmi2Real communicationStepSize,
+                      fmi2Boolean noSetFMUStatePriorToCurrentPoint)
+{
+    Instance *instance = c;
+    (void)noSetFMUStatePriorToCurrentPoint;
+    if (!fmi2_allowed(instance, __func__, PHASE_STEPPING))
+        return fmi2Error;
+    if (core_step(&instance->core, currentCommunicationPoint, communicationStepSize) != 0)
+        return fmi2_refuse(instance, __func__, "%s", instance->core.message);
+    return fmi2OK;
+}

@@ -1,0 +1,90 @@
+/* FMI 2.0: values of variables, which are all Real, and derivatives of inputs. */
+#include "fmi2.h"
+
+fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Real value[])
+{
+    Instance *instance = c;
+    if (!fmi2_allowed(instance, __func__, ANY_PHASE & ~PHASE_INSTANTIATED))
+        return fmi2Error;
+    if (!fmi2_present(instance, __func__, vr, nvr) || !fmi2_present(instance, __func__, value, nvr))
+        return fmi2Error;
+    for (size_t i = 0; i < nvr; i++)
+        if (core_get(&instance->core, vr[i], &value[i]) != 0)
+            return fmi2_refuse(instance, __func__, "%s", instance->core.message);
+    return fmi2OK;
+}
+
+fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Real value[])
+{
+    Instance *instance = c;
+    if (!fmi2_allowed(instance, __func__, ANY_PHASE & ~PHASE_TERMINATED))
+        return fmi2Error;
+    if (!fmi2_present(instance, __func__, vr, nvr) || !fmi2_present(instance, __func__, value, nvr))
+        return fmi2Error;
+    for (size_t i = 0; i < nvr; i++)
+        if (core_set(&instance->core, vr[i], value[i]) != 0)
+            return fmi2_refuse(instance, __func__, "%s", instance->core.message);
+    return fmi2OK;
+}
+
+fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
+                                       const fmi2Integer order[], const fmi2Real value[])
+{
+    Instance *instance = c;
+    if (!fmi2_allowed(instance, __func__, ANY_PHASE & ~PHASE_TERMINATED))
+        return fmi2Error;
+    if (!fmi2_present(instance, __func__, vr, nvr) || !fmi2_present(instance, __func__, order, nvr) ||
+        !fmi2_present(instance, __func__, value, nvr))
+        return fmi2Error;
+    for (size_t i = 0; i < nvr; i++) {
+        if (order[i] != 1)
+            return fmi2_refuse(instance, __func__, "order %d is not supported; only first derivatives are", order[i]);
+        if (core_set_input_slope(&instance->core, vr[i], value[i]) != 0)
+            return fmi2_refuse(instance, __func__, "%s", instance->core.message);
+    }
+    return fmi2OK;
+}
+
+/* No variable has one of the other types, so only an empty list can be right. */
+static fmi2Status none(fmi2Component c, const char *call, const fmi2ValueReference *vr, size_t nvr)
+{
+    if (!fmi2_allowed(c, call, ANY_PHASE) || !fmi2_present(c, call, vr, nvr))
+        return fmi2Error;
+    return nvr == 0 ? fmi2OK : fmi2_refuse(c, call, "value reference %u is of type Real", vr[0]);
+}
+
+fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Integer value[])
+{
+    (void)value;
+    return none(c, __func__, vr, nvr);
+}
+
+fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Boolean value[])
+{
+    (void)value;
+    return none(c, __func__, vr, nvr);
+}
+
+fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2String value[])
+{
+    (void)value;
+    return none(c, __func__, vr, nvr);
+}
+
+fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Integer value[])
+{
+    (void)value;
+    return none(c, __func__, vr, nvr);
+}
+
+fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Boolean value[])
+{
+    (void)value;
+    return none(c, __func__, vr, nvr);
+}
+
+fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2String value[])
+{
+    (void)value;
+    return none(c, __func__, vr, nvr);
+}

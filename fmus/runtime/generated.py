@@ -1,0 +1,116 @@
+"""The model specific C files: the functions of a system and the configuration of the runtime."""
+
+import re
+from dataclasses import dataclass
+
+import casadi as ca
+
+from fmus.symbolic.system import SymbolicSystem
+
+MODEL_FUNCTIONS = ("rhs", "history", "dependent", "initial")
+
+
+@dataclass(frozen=True)
+class ModelCode:
+    """Generated C of one model: `functions` is `model.c`, `sizes` its work space (CasADi's names)."""
+
+    functions: str
+    sizes: dict[str, int]
+
+
+def model_code(system: SymbolicSystem) -> ModelCode:
+    """Generate C for the four functions of a system, as `model_rhs`, `model_history` and so on."""
+    functions = [
+        _dense(getattr(system, name), f"model_{name}") for name in MODEL_FUNCTIONS
+    ]
+    options = {"with_header": False, "casadi_real": "double", "casadi_int": "int"}
+    generator = ca.CodeGenerator("model.c", options)
+    for function in functions:
+        generator.add(function)
+    sizes = {
+        "ARG": max(function.sz_arg() for function in functions),
+        "RES": max(function.sz_res() for function in functions),
+        "IW": max(function.sz_iw() for function in functions),
+        "W": max(function.sz_w() for function in functions),
+    }
+    # Two FMUs in one process must not see each other's model: the functions stay inside the library.
+    return ModelCode("#define CASADI_SYMBOL_EXPORT\n" + generator.dump(), sizes)
+
+
+def model_identifier(name: str) -> str:
+    """Turn a model name into a C identifier.
+
+    Example:
+        >>> model_identifier("Arm.Two-Link")
+        'Arm_Two_Link'
+    """
+    identifier = re.sub(r"[^A-Za-z0-9_]", "_", name)
+    return identifier if identifier[:1].isalpha() else f"model_{identifier}"
+
+
+def model_config(
+    system: SymbolicSystem,
+    code: ModelCode,
+    variable_names: list[str],
+    guid: str,
+    tolerance: float,
+) -> str:
+    """Write `model_config.h`: sizes, start values and names, as macros that the runtime uses once.
+
+    `variable_names` are in the order of the value references. Lists get a closing 0, since C has no
+    empty arrays.
+    """
+    counts = {
+        "INPUTS": len(system.inputs),
+        "STATES": len(system.states),
+        "ALGEBRAICS": len(system.algebraics),
+        "PARAMETERS": len(system.parameters),
+        "DEPENDENTS": len(system.dependents),
+        "DELAYS": system.n_delays,
+    }
+    macros = {
+        "MODEL_GUID": _string(guid),
+        "MODEL_TOLERANCE": repr(tolerance),
+        **{f"N_{what}": str(count) for what, count in counts.items()},
+        **{f"MODEL_SZ_{what}": str(size) for what, size in code.sizes.items()},
+        "MODEL_INPUT_STARTS": _numbers([v.start or 0.0 for v in system.inputs]),
+        "MODEL_PARAMETER_STARTS": _numbers([v.start or 0.0 for v in system.parameters]),
+        "MODEL_NOMINALS": _numbers([abs(v.nominal or 1.0) for v in system.states]),
+        "MODEL_VARIABLE_NAMES": _list([_string(name) for name in variable_names]),
+    }
+    lines = [f"#define {name} {value}" for name, value in macros.items()]
+    return "\n".join(
+        ["#ifndef MODEL_CONFIG_H", "#define MODEL_CONFIG_H", *lines, "#endif", ""]
+    )
+
+
+def _dense(function: ca.Function, name: str) -> ca.Function:
+    """The same function of dense columns: generated C reads and writes nonzeros only."""
+    symbol = ca.SX.sym if function.is_a("SXFunction") else ca.MX.sym
+    arguments = [
+        symbol(function.name_in(i), function.numel_in(i))
+        for i in range(function.n_in())
+    ]
+    shaped = [
+        ca.reshape(argument, *function.size_in(i))
+        for i, argument in enumerate(arguments)
+    ]
+    results = [ca.densify(ca.vec(result)) for result in function.call(shaped)]
+    return ca.Function(name, arguments, results, {"cse": True})
+
+
+def _numbers(values: list[float]) -> str:
+    return _list([repr(float(value)) for value in [*values, 0.0]])
+
+
+def _list(items: list[str]) -> str:
+    return "{" + ", ".join(items) + "}"
+
+
+def _string(text: str) -> str:
+    """A C string literal of UTF-8 bytes; octal escapes end after three digits, unlike hexadecimal ones."""
+    plain = (
+        chr(b) if 32 <= b < 127 and b not in b'"\\?' else f"\\{b:03o}"
+        for b in text.encode()
+    )
+    return '"' + "".join(plain) + '"'

@@ -1,0 +1,26 @@
+/* The model as the runtime sees it: sizes from model_config.h, functions from the generated model.c.
+ *
+ * Value references count through inputs, states, derivatives, algebraic variables, parameters,
+ * dependent parameters and the time, in this order and without gaps.
+ */
+#ifndef MISFIT_MODEL_H
+#define MISFIT_MODEL_H
+
+#include "model_config.h"
+
+#define VR_STATES (N_INPUTS)
+#define VR_DERIVATIVES (VR_STATES + N_STATES)
+#define VR_ALGEBRAICS (VR_DERIVATIVES + N_STATES)
+#define VR_PARAMETERS (VR_ALGEBRAICS + N_ALGEBRAICS)
+#define VR_DEPENDENTS (VR_PARAMETERS + N_PARAMETERS)
+#define VR_TIME (VR_DEPENDENTS + N_DEPENDENTS)
+
+/* CasADi's calling convention: zero on success, arrays of pointers to dense columns. */
+typedef int ModelFunction(const double **arg, double **res, int *iw, double *w, int mem);
+
+ModelFunction model_rhs;       /* (t, x, u, d, p) -> (dx, z) */
+ModelFunction model_history;   /* (t, u, p) -> (source, delay) */
+ModelFunction model_dependent; /* (p) -> values */
+ModelFunction model_initial;   /* (p) -> x0 */
+
+#endif
