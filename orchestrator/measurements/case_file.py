@@ -3,6 +3,7 @@
 import difflib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from os.path import normpath
 from pathlib import Path
 
 from fmus.errors import MisfitError
@@ -90,7 +91,7 @@ def _files(table: TomlTable, files_found: tuple[str, ...]) -> tuple[str, ...]:
             raise MisfitError(
                 f"{table.where}: files holds {shown(name)}, expected a file name"
             )
-        if name in files[:position]:
+        if normpath(name) in map(normpath, files[:position]):
             raise MisfitError(
                 f"{table.where}: files names {shown(name)} twice; a trial counts once"
             )

@@ -109,7 +109,7 @@ def _factor(
         factor = conversion(unit, variable.unit)
     except MisfitError as error:
         raise MisfitError(
-            f"{trial.name}: column {shown(column)} in {shown(unit)} cannot be model variable {shown(variable.name)} in {shown(variable.unit)}; correct the unit in [columns] of case.toml, or map the column to another variable in [variables]"
+            f"{trial.name}: column {shown(column)} in {shown(unit)} cannot be model variable {shown(variable.name)} in {shown(variable.unit)}: {error}; correct the unit in [columns] of case.toml, or map the column to another variable in [variables]"
         ) from error
     if factor == 1.0:
         return factor, ()

@@ -40,8 +40,6 @@ def read_record(name: str, table: Table, case: CaseFile) -> Record:
         time = _counted_time(table, case)
     else:
         time = _recorded_time(table, time_name, case, columns.pop(time_name))
-    for values in (time, *columns.values()):
-        values.setflags(write=False)
     units = {column: case.units.get(column, "") for column in columns}
     return Record(name, time, columns, units)
 

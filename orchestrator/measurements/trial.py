@@ -19,7 +19,7 @@ class Trial:
     `name` is the file name, followed by the window where a file was cut (`"swing.csv [0, 10] s"`).
     `time` has shape (n,), n >= 2, in s, strictly increasing; it is the time of the record and need
     not start at 0. `columns` holds every other column, each (n,), in the unit that `units` gives for
-    it; the unit `""` means that nobody said.
+    it; the unit `""` means that nobody said. The arrays are made read-only.
     """
 
     name: str
@@ -27,6 +27,11 @@ class Trial:
     time: Array
     columns: Mapping[str, Array]
     units: Mapping[str, str]
+
+    def __post_init__(self) -> None:
+        """Protect the measurement from whoever computes with it."""
+        for values in (self.time, *self.columns.values()):
+            values.setflags(write=False)
 
 
 @dataclass(frozen=True, eq=False)

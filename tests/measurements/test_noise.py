@@ -1,0 +1,122 @@
+"""The noise level of a column."""
+
+import math
+
+import numpy as np
+import pytest
+
+from orchestrator.measurements import (
+    declared_noise,
+    estimated_noise,
+    measurement_noise,
+)
+
+N = 20_000
+# Standard error of a MAD estimate is 1.17 sigma / sqrt(n); overlapping differences raise it to
+# about 2 sigma / sqrt(n). Four of these are 6 %.
+TOLERANCE = 4 * 2 / math.sqrt(N)
+
+
+def white(sigma: float) -> np.ndarray:
+    return np.random.default_rng(1).normal(0.0, sigma, N)
+
+
+@pytest.mark.parametrize("sigma", [1e-4, 0.25, 1e5])
+def test_white_noise_is_measured_whatever_its_scale(sigma: float) -> None:
+    assert estimated_noise(white(sigma)) == pytest.approx(sigma, rel=TOLERANCE)
+
+
+def test_a_cubic_signal_under_the_noise_changes_nothing() -> None:
+    x = np.linspace(-1.0, 1.0, N)
+    noise = white(0.01)
+    cubic = 50 * x**3 - 20 * x**2 + 7 * x + 3
+    # The differences of the cubic vanish but for rounding, 1e-14 of 77.
+    assert estimated_noise(cubic + noise) == pytest.approx(
+        estimated_noise(noise), rel=1e-9
+    )
+
+
+def test_impacts_and_steps_do_not_count_as_noise() -> None:
+    signal = white(0.01)
+    signal[N // 3 :] += 5.0
+    signal[:: N // 20] += 3.0
+    assert estimated_noise(signal) == pytest.approx(0.01, rel=TOLERANCE)
+
+
+def test_a_slow_quantised_signal_has_at_least_the_error_of_its_step() -> None:
+    step = 1.533981e-4
+    ramp = np.linspace(0.0, 20 * step, N)
+    quantised = np.round(ramp / step) * step
+    assert estimated_noise(quantised) == pytest.approx(step / math.sqrt(12), rel=1e-6)
+
+
+@pytest.mark.parametrize("n", [2, 3, 4])
+def test_a_record_too_short_for_the_full_order_gives_a_finite_level(n: int) -> None:
+    # Differences of order n - 1 of 0, 0, ..., 1 leave one value, 1 / sqrt(comb(2 (n - 1), n - 1)).
+    values = np.zeros(n)
+    values[-1] = 1.0
+    spread = 1 / math.sqrt(math.comb(2 * n - 2, n - 1)) / 0.6744897501960817
+    assert estimated_noise(values) == pytest.approx(spread)
+
+
+def test_declared_noise_adds_the_variance_of_the_quantisation() -> None:
+    sensors = {"encoder_noise_std_rad": 3e-4, "encoder_resolution_rad": 4e-4 * 12**0.5}
+    assert declared_noise(sensors, "rad") == pytest.approx(5e-4)
+
+
+@pytest.mark.parametrize(
+    ("unit", "expected"),
+    [("N", 0.25), ("mN", 250.0), ("rad", None), ("1", None), ("", None)],
+)
+def test_declared_noise_applies_to_columns_of_its_dimension_only(
+    unit: str, expected: float | None
+) -> None:
+    assert declared_noise({"force_noise_std_N": 0.25}, unit) == expected
+
+
+def test_the_noise_of_an_angle_says_nothing_about_a_dimensionless_column() -> None:
+    assert declared_noise({"encoder_noise_std_rad": 1e-3}, "1") is None
+    assert declared_noise({"encoder_noise_std_rad": math.pi}, "deg") == pytest.approx(
+        180.0
+    )
+
+
+def test_a_key_named_after_the_column_goes_before_the_sensor() -> None:
+    sensors = {"encoder_noise_std_rad": 3e-3, "q2_noise_std_rad": 1e-3}
+    assert declared_noise(sensors, "rad", column="q1") == 3e-3
+    assert declared_noise(sensors, "rad", column="q2") == 1e-3
+
+
+def test_a_speed_is_declared_with_an_underscore_for_the_slash() -> None:
+    assert declared_noise({"gyro_noise_std_rad_s": 0.01}, "rad/s") == 0.01
+    assert declared_noise({"gyro_noise_std_rad_per_s": 0.01}, "rad/s") == 0.01
+
+
+def test_a_declared_level_is_used_instead_of_the_record() -> None:
+    level = measurement_noise("q", "rad", [white(1.0)], {"encoder_noise_std_rad": 0.5})
+    assert level.std == 0.5
+    assert level.note.startswith("noise of 'q': 0.5 rad")
+    assert "declared in [sensors]" in level.note
+
+
+def test_without_a_declaration_the_median_over_the_records_is_used() -> None:
+    records = [white(1.0), white(2.0), white(50.0)]
+    level = measurement_noise("q", "rad", records, {})
+    assert level.std == estimated_noise(records[1])
+    assert "estimated from the record" in level.note
+
+
+def test_a_resolution_alone_is_only_a_lower_limit() -> None:
+    sensors = {"encoder_resolution_rad": 12**0.5}
+    assert measurement_noise("q", "rad", [white(1e-3)], sensors).std == pytest.approx(1)
+    noisy = white(9.0)
+    assert measurement_noise("q", "rad", [noisy], sensors).std == estimated_noise(noisy)
+
+
+@pytest.mark.parametrize(("value", "expected"), [(20.0, 0.02), (0.0, 0.001)])
+def test_a_column_that_never_changes_gets_an_assumed_level_and_says_so(
+    value: float, expected: float
+) -> None:
+    level = measurement_noise("q", "rad", [np.full(50, value)], {})
+    assert level.std == pytest.approx(expected)
+    assert "never changes; declare it in [sensors]" in level.note
