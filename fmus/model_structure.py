@@ -1,20 +1,29 @@
 """Which variable depends on which: the dependencies that a model description declares."""
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 
-import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
+from fmus.layout import Layout, Mask, sparsity
 from fmus.symbolic.system import SymbolicSystem
-
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
-class Knowns:
-    """Structural dependencies of some unknowns, one row each: on the time and on columns of knowns."""
+class ModelStructure:
+    """Dependencies by value reference: each unknown with all knowns that it may depend on.
+
+    While running, inputs, states and the time are known; at the start inputs, parameters, the time
+    and those start values that do not follow from parameters.
+    """
+
+    outputs: dict[int, list[int]]
+    derivatives: dict[int, list[int]]
+    initial_unknowns: dict[int, list[int]]
+
+
+@dataclass(frozen=True)
+class _Knowns:
+    """Structural dependencies of the derivatives, then the algebraic variables, one row each."""
 
     time: Mask  # (n,)
     states: Mask  # (n, n_states)
@@ -22,59 +31,95 @@ class Knowns:
     parameters: Mask  # (n, n_parameters)
 
 
-def running(system: SymbolicSystem) -> Knowns:
-    """Dependencies of the derivatives and algebraic variables (in this order) during a step.
+def model_structure(layout: Layout) -> ModelStructure:
+    """Work out all dependencies from the structure of the Jacobians."""
+    system, offsets = layout.system, layout.offsets
+    now = _knowns(system, _instant_delays(system))
+    references = {
+        s.variable.name: reference for reference, s in enumerate(layout.scalars)
+    }
+    outputs = {}
+    for reference in (references[name] for name in system.outputs):
+        is_state = reference < offsets["derivatives"]
+        row = reference - offsets["derivatives"]
+        outputs[reference] = (
+            [reference] if is_state else _while_running(layout, now, row)
+        )
+    derivatives = {
+        offsets["derivatives"] + row: _while_running(layout, now, row)
+        for row in range(len(system.states))
+    }
+    return ModelStructure(outputs, derivatives, _initial_unknowns(layout))
 
-    A delayed value depends on the present only where its delay may be zero, that is where the delay is
-    not a positive constant.
-    """
-    delay_moves = _any_row(
-        [sparsity(system.history, 1, i) for i in range(3)], system.n_delays
+
+def _instant_delays(system: SymbolicSystem) -> Mask:
+    """Delay operators that may let the present through: all but those with a positive constant delay."""
+    varies = np.zeros(system.n_delays, dtype=bool)
+    for argument in range(system.history.n_in()):
+        varies |= sparsity(system.history, 1, argument).any(axis=1)
+    arguments = [
+        np.zeros(system.history.size_in(i)) for i in range(system.history.n_in())
+    ]
+    delays = np.array(system.history(*arguments)[1]).ravel()
+    return np.asarray(varies | (delays <= 0.0))
+
+
+def _knowns(system: SymbolicSystem, instant: Mask) -> _Knowns:
+    """Direct dependencies, and those through the delay operators that are `instant`."""
+    time, states, inputs, delayed, parameters = (
+        _rhs_sparsity(system, i) for i in range(5)
     )
-    delays = np.array(system.history(*_zeros(system.history))[1]).ravel()
-    instant = delay_moves | (delays <= 0.0)
-    return _knowns(system, instant)
-
-
-def at_start(system: SymbolicSystem) -> Knowns:
-    """Dependencies of the derivatives and algebraic variables at the start, where nothing is delayed yet."""
-    return _knowns(system, np.ones(system.n_delays, dtype=bool))
-
-
-def sparsity(function: ca.Function, output: int, argument: int) -> Mask:
-    """Structural Jacobian of one output by one argument, (n_output, n_argument)."""
-    pattern = np.array(ca.DM(function.jac_sparsity(output, argument), 1)) != 0
-    return pattern.reshape(function.numel_out(output), function.numel_in(argument))
-
-
-def _knowns(system: SymbolicSystem, instant: Mask) -> Knowns:
-    time, states, inputs, delayed, parameters = (_rhs(system, i) for i in range(5))
     through = delayed & instant[None, :]
     source_time, source_inputs, source_parameters = (
         sparsity(system.history, 0, i) for i in range(3)
     )
-    return Knowns(
-        time=(time | _chain(through, source_time)).ravel(),
+    return _Knowns(
+        time=(time | through @ source_time).ravel(),
         states=states,
-        inputs=inputs | _chain(through, source_inputs),
-        parameters=parameters | _chain(through, source_parameters),
+        inputs=inputs | through @ source_inputs,
+        parameters=parameters | through @ source_parameters,
     )
 
 
-def _rhs(system: SymbolicSystem, argument: int) -> Mask:
+def _rhs_sparsity(system: SymbolicSystem, argument: int) -> Mask:
     return np.vstack([sparsity(system.rhs, output, argument) for output in (0, 1)])
 
 
-def _chain(outer: Mask, inner: Mask) -> Mask:
-    return (outer.astype(int) @ inner.astype(int)) > 0
+def _initial_unknowns(layout: Layout) -> dict[int, list[int]]:
+    system, offsets = layout.system, layout.offsets
+    # At the start nothing is in the past yet: a delay operator gives the present value.
+    start = _knowns(system, np.ones(system.n_delays, dtype=bool))
+    initial: dict[int, list[int]] = {}
+    for i, needed in enumerate(sparsity(system.initial, 0, 0)):
+        if needed.any():
+            initial[offsets["states"] + i] = _columns(needed, offsets["parameters"])
+    for row in range(len(system.states) + len(system.algebraics)):
+        reference = offsets["derivatives"] + row
+        if row < len(system.states) or layout.scalars[reference].causality == "output":
+            initial[reference] = _while_starting(layout, start, row)
+    for i, needed in enumerate(sparsity(system.dependent, 0, 0)):
+        initial[offsets["dependents"] + i] = _columns(needed, offsets["parameters"])
+    return initial
 
 
-def _any_row(masks: Iterable[Mask], n_rows: int) -> Mask:
-    result = np.zeros(n_rows, dtype=bool)
-    for mask in masks:
-        result |= mask.any(axis=1)
-    return result
+def _while_running(layout: Layout, knowns: _Knowns, row: int) -> list[int]:
+    offsets = layout.offsets
+    time = [offsets["time"]] if knowns.time[row] else []
+    states = _columns(knowns.states[row], offsets["states"])
+    return _columns(knowns.inputs[row], offsets["inputs"]) + states + time
 
 
-def _zeros(function: ca.Function) -> list[ca.DM]:
-    return [ca.DM.zeros(*function.size_in(i)) for i in range(function.n_in())]
+def _while_starting(layout: Layout, knowns: _Knowns, row: int) -> list[int]:
+    """States whose start follows from parameters stand for those parameters."""
+    offsets = layout.offsets
+    start_of_states = sparsity(layout.system.initial, 0, 0)
+    used = knowns.states[row]
+    states = _columns(used & ~start_of_states.any(axis=1), offsets["states"])
+    parameters = knowns.parameters[row] | start_of_states[used].any(axis=0)
+    time = [offsets["time"]] if knowns.time[row] else []
+    inputs = _columns(knowns.inputs[row], offsets["inputs"])
+    return inputs + states + _columns(parameters, offsets["parameters"]) + time
+
+
+def _columns(mask: Mask, offset: int) -> list[int]:
+    return [offset + int(column) for column in np.flatnonzero(mask)]

@@ -12,7 +12,8 @@ from pathlib import Path
 
 from fmus.archive import check_entry_name
 from fmus.errors import FmuError
-from fmus.model_description import Layout, model_description
+from fmus.layout import Layout
+from fmus.model_description import model_description
 from fmus.runtime.compiler import compile_library
 from fmus.runtime.generated import (
     MODEL_FUNCTIONS,
@@ -130,7 +131,7 @@ def check_system(system: SymbolicSystem) -> None:
 
 def _sources(system: SymbolicSystem, tolerance: float) -> dict[str, str]:
     """All C files by name; the configuration still carries `_NO_GUID`."""
-    import fmpy
+    import fmpy  # type: ignore[import-untyped]
 
     code = model_code(system)
     names = [scalar.variable.name for scalar in Layout(system).scalars]

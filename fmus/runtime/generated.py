@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import dataclass
+from typing import Any
 
 import casadi as ca
 
@@ -23,7 +24,11 @@ def model_code(system: SymbolicSystem) -> ModelCode:
     functions = [
         _dense(getattr(system, name), f"model_{name}") for name in MODEL_FUNCTIONS
     ]
-    options = {"with_header": False, "casadi_real": "double", "casadi_int": "int"}
+    options: dict[str, Any] = {
+        "with_header": False,
+        "casadi_real": "double",
+        "casadi_int": "int",
+    }
     generator = ca.CodeGenerator("model.c", options)
     for function in functions:
         generator.add(function)
@@ -87,16 +92,15 @@ def model_config(
 def _dense(function: ca.Function, name: str) -> ca.Function:
     """The same function of dense columns: generated C reads and writes nonzeros only."""
     symbol = ca.SX.sym if function.is_a("SXFunction") else ca.MX.sym
-    arguments = [
+    columns: list[Any] = [
         symbol(function.name_in(i), function.numel_in(i))
         for i in range(function.n_in())
     ]
     shaped = [
-        ca.reshape(argument, *function.size_in(i))
-        for i, argument in enumerate(arguments)
+        ca.reshape(column, *function.size_in(i)) for i, column in enumerate(columns)
     ]
     results = [ca.densify(ca.vec(result)) for result in function.call(shaped)]
-    return ca.Function(name, arguments, results, {"cse": True})
+    return ca.Function(name, columns, results, {"cse": True})
 
 
 def _numbers(values: list[float]) -> str:

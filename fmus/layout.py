@@ -1,0 +1,131 @@
+"""All variables of a system in the order of their value references, with their FMI attributes."""
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from fmus.symbolic.system import SymbolicSystem, Variable
+
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Scalar:
+    """A variable as FMI 2.0 sees it; its value reference is its position in the list of scalars."""
+
+    variable: Variable
+    causality: str
+    variability: str
+    initial: str | None = None
+    derivative_of: int | None = None  # position of the state
+
+    @property
+    def has_start(self) -> bool:
+        """Whether a start value has to be written."""
+        return self.causality == "input" or self.initial in ("exact", "approx")
+
+
+@dataclass(frozen=True)
+class Layout:
+    """All variables of a system in the order of their value references, as `runtime/model.h` lays it down."""
+
+    system: SymbolicSystem
+
+    @cached_property
+    def scalars(self) -> list[Scalar]:
+        """Inputs, states, derivatives, algebraics, parameters, dependents and the time."""
+        system, first_state = self.system, len(self.system.inputs)
+        time = Variable("time", "s", "Time")
+        return [
+            *(Scalar(v, "input", "continuous") for v in system.inputs),
+            *self._states(),
+            *(
+                Scalar(
+                    derivative_variable(v),
+                    "local",
+                    "continuous",
+                    "calculated",
+                    first_state + i,
+                )
+                for i, v in enumerate(system.states)
+            ),
+            *(
+                Scalar(v, self._shown(v), "continuous", "calculated")
+                for v in system.algebraics
+            ),
+            *(Scalar(v, "parameter", "tunable", "exact") for v in system.parameters),
+            *(
+                Scalar(v, "calculatedParameter", "tunable", "calculated")
+                for v in system.dependents
+            ),
+            Scalar(time, "independent", "continuous"),
+        ]
+
+    def _states(self) -> list[Scalar]:
+        """A start that follows from parameters is only a proposal: the parameters may change first."""
+        follows = [bool(row.any()) for row in sparsity(self.system.initial, 0, 0)]
+        starts = np.array(self.system.initial(_defaults(self.system))).ravel()
+        return [
+            Scalar(
+                replace(v, start=float(start)),
+                self._shown(v),
+                "continuous",
+                "approx" if follows_parameters else "exact",
+            )
+            for v, start, follows_parameters in zip(
+                self.system.states, starts, follows, strict=True
+            )
+        ]
+
+    def _shown(self, variable: Variable) -> str:
+        return "output" if variable.name in self.system.outputs else "local"
+
+    @cached_property
+    def offsets(self) -> dict[str, int]:
+        """Value reference of the first variable of each kind."""
+        system = self.system
+        kinds = {
+            "inputs": len(system.inputs),
+            "states": len(system.states),
+            "derivatives": len(system.states),
+            "algebraics": len(system.algebraics),
+            "parameters": len(system.parameters),
+            "dependents": len(system.dependents),
+            "time": 1,
+        }
+        starts = np.cumsum([0, *kinds.values()])
+        return {kind: int(start) for kind, start in zip(kinds, starts, strict=False)}
+
+
+def derivative_variable(state: Variable) -> Variable:
+    """Describe the time derivative of a state.
+
+    Example:
+        >>> derivative_variable(Variable("w", "rad/s")).unit
+        'rad/s2'
+    """
+    description = f"Time derivative of {state.name}"
+    return Variable(f"der({state.name})", _per_second(state.unit), description)
+
+
+def _per_second(unit: str) -> str:
+    numerator, slash, denominator = unit.partition("/")
+    if not unit or not slash:
+        return f"{unit}/s" if unit else ""
+    if denominator == "s":
+        return f"{numerator}/s2"
+    return f"{numerator}/({denominator.strip('()')}.s)"
+
+
+def sparsity(function: ca.Function, output: int, argument: int) -> Mask:
+    """Structural Jacobian of one output by one argument, (n_output, n_argument)."""
+    pattern = np.array(ca.DM(function.jac_sparsity(output, argument), 1)) != 0
+    return pattern.reshape(function.numel_out(output), function.numel_in(argument))
+
+
+def _defaults(system: SymbolicSystem) -> list[float]:
+    return [math.nan if p.start is None else p.start for p in system.parameters]
