@@ -1,6 +1,7 @@
 """The explicit symbolic form of a model: what FMUs are generated from and what fits differentiate."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import casadi as ca
 
@@ -36,6 +37,7 @@ class SymbolicSystem:
     * `dependent(p) -> values` of the dependent parameters
     * `initial(p) -> x0`: the start values of the states
 
+    `settings` holds the structural parameters (Boolean, Integer, String), fixed when the model was built.
     `outputs` names the interface of the model: each is one of `states` or `algebraics`.
     """
 
@@ -51,6 +53,7 @@ class SymbolicSystem:
     history: ca.Function
     dependent: ca.Function
     initial: ca.Function
+    settings: Mapping[str, bool | float | str] = field(default_factory=dict)
 
     @property
     def n_delays(self) -> int:

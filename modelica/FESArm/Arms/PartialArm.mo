@@ -32,16 +32,26 @@ partial model PartialArm "Two links, six muscles, slots for effects"
     constrainedby FESArm.Muscles.PartialHillMuscle "The muscles and their law";
   FESArm.Linkage.PlanarLinkage linkage;
 
-  replaceable StimulationPath.DirectStimulation stimulationPath1 constrainedby StimulationPath.PartialStimulationPath;
-  replaceable StimulationPath.DirectStimulation stimulationPath2 constrainedby StimulationPath.PartialStimulationPath;
-  replaceable StimulationPath.DirectStimulation stimulationPath3 constrainedby StimulationPath.PartialStimulationPath;
-  replaceable MuscleStrength.NominalStrength muscleStrength1 constrainedby MuscleStrength.PartialMuscleStrength;
-  replaceable MuscleStrength.NominalStrength muscleStrength2 constrainedby MuscleStrength.PartialMuscleStrength;
-  replaceable JointTorque.NoJointTorque jointTorque1 constrainedby JointTorque.PartialJointTorque;
-  replaceable JointTorque.NoJointTorque jointTorque2 constrainedby JointTorque.PartialJointTorque;
-  replaceable JointTorque.NoJointTorque jointTorque3 constrainedby JointTorque.PartialJointTorque;
-  replaceable WristLoad.NoWristLoad wristLoad1 constrainedby WristLoad.PartialWristLoad;
-  replaceable WristLoad.NoWristLoad wristLoad2 constrainedby WristLoad.PartialWristLoad;
+  replaceable model StimulationPath1 = StimulationPath.DirectStimulation constrainedby StimulationPath.PartialStimulationPath;
+  StimulationPath1 stimulationPath1;
+  replaceable model StimulationPath2 = StimulationPath.DirectStimulation constrainedby StimulationPath.PartialStimulationPath;
+  StimulationPath2 stimulationPath2;
+  replaceable model StimulationPath3 = StimulationPath.DirectStimulation constrainedby StimulationPath.PartialStimulationPath;
+  StimulationPath3 stimulationPath3;
+  replaceable model MuscleStrength1 = MuscleStrength.NominalStrength constrainedby MuscleStrength.PartialMuscleStrength;
+  MuscleStrength1 muscleStrength1;
+  replaceable model MuscleStrength2 = MuscleStrength.NominalStrength constrainedby MuscleStrength.PartialMuscleStrength;
+  MuscleStrength2 muscleStrength2;
+  replaceable model JointTorque1 = JointTorque.NoJointTorque constrainedby JointTorque.PartialJointTorque;
+  JointTorque1 jointTorque1;
+  replaceable model JointTorque2 = JointTorque.NoJointTorque constrainedby JointTorque.PartialJointTorque;
+  JointTorque2 jointTorque2;
+  replaceable model JointTorque3 = JointTorque.NoJointTorque constrainedby JointTorque.PartialJointTorque;
+  JointTorque3 jointTorque3;
+  replaceable model WristLoad1 = WristLoad.NoWristLoad constrainedby WristLoad.PartialWristLoad;
+  WristLoad1 wristLoad1;
+  replaceable model WristLoad2 = WristLoad.NoWristLoad constrainedby WristLoad.PartialWristLoad;
+  WristLoad2 wristLoad2;
 protected
   SI.Torque tauMuscle[2] "Joint torques of the muscles";
 equation

@@ -14,10 +14,14 @@ model IsometricMuscle "Stimulated muscle with series and parallel elasticity at 
   input SI.Length length(start=0.0425) "Length of muscle and tendon";
   input SI.Force correction_force(start=0) "Force beside the model's own";
   output SI.Force force "Force of the muscle, positive when it pulls";
-  replaceable StimulationPath.DirectStimulation stimulationPath1(n=1) constrainedby StimulationPath.PartialStimulationPath;
-  replaceable StimulationPath.DirectStimulation stimulationPath2(n=1) constrainedby StimulationPath.PartialStimulationPath;
-  replaceable StimulationPath.DirectStimulation stimulationPath3(n=1) constrainedby StimulationPath.PartialStimulationPath;
-  replaceable MuscleStrength.NominalStrength muscleStrength1(n=1) constrainedby MuscleStrength.PartialMuscleStrength;
+  replaceable model StimulationPath1 = StimulationPath.DirectStimulation constrainedby StimulationPath.PartialStimulationPath;
+  StimulationPath1 stimulationPath1(n=1);
+  replaceable model StimulationPath2 = StimulationPath.DirectStimulation constrainedby StimulationPath.PartialStimulationPath;
+  StimulationPath2 stimulationPath2(n=1);
+  replaceable model StimulationPath3 = StimulationPath.DirectStimulation constrainedby StimulationPath.PartialStimulationPath;
+  StimulationPath3 stimulationPath3(n=1);
+  replaceable model MuscleStrength1 = MuscleStrength.NominalStrength constrainedby MuscleStrength.PartialMuscleStrength;
+  MuscleStrength1 muscleStrength1(n=1);
 equation
   stimulationPath1.u = {stimulation};
   stimulationPath2.u = stimulationPath1.y;

@@ -1,5 +1,6 @@
 within FESArm.Effects.MuscleStrength;
 model MuscleWeakness "The strength of one muscle is off by a factor"
+  import SI = FESArm.Units;
   extends PartialMuscleStrength;
   parameter Integer muscle(min=1) = 1 "Which muscle";
   parameter SI.Factor factor(min=0, max=3) = 0.8 "Actual over nominal strength";

@@ -1,5 +1,6 @@
 within FESArm.Effects.StimulationPath;
 model ActivationDynamics "First-order lag, different on the way up and down"
+  import SI = FESArm.Units;
   extends PartialStimulationPath;
   parameter SI.Time tauUp(min=0.002, max=0.5) = 0.03 "Time constant when the activation rises";
   parameter SI.Time tauDown(min=0.002, max=0.5) = 0.05 "Time constant when the activation falls";

@@ -1,10 +1,11 @@
 within FESArm.Effects.StimulationPath;
 model StimulationDelay "Pure delay of the commands"
+  import SI = FESArm.Units;
   extends PartialStimulationPath;
   parameter SI.Time T(min=0, max=0.2) = 0.02 "Delay, the same for all channels";
+  ChannelDelay channel[n](each T=T);
 equation
-  for i in 1:n loop
-    y[i] = delay(u[i], T, 0.2);
-  end for;
+  channel.u = u;
+  y = channel.y;
   annotation (Documentation(info="<html><p>y(t) = u(t - T), exact transport, no approximation by a lag.</p></html>"));
 end StimulationDelay;

@@ -1,5 +1,6 @@
 within FESArm.Effects.WristLoad;
 model Payload "Point mass carried at the wrist"
+  import SI = FESArm.Units;
   extends PartialWristLoad;
   parameter SI.Mass mass(min=0, max=5) = 0.1 "Carried mass";
 equation

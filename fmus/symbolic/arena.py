@@ -1,0 +1,98 @@
+"""Read access to the front end's flat DAE: expression nodes with their operands, variables, source positions."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from fmus.errors import ModelicaError
+
+SCHEMA_VERSION = 43
+# A quotient (div, mod, rem) of variables reserves six node numbers that carry no node of their own.
+QUOTIENT_GAP = 6
+
+Node = tuple[str, Any]
+
+
+class Arena:
+    """The DAE of one model; expressions are addressed by their position in one list of nodes.
+
+    `node(i)` is `(tag, body)`; `operands(i)` lists the operands (or subscripts) of a node, which the
+    representation stores in two flat lists in node order.
+    """
+
+    def __init__(self, dae: Mapping[str, Any]) -> None:
+        if dae.get("schema_version") != SCHEMA_VERSION:
+            raise ModelicaError(
+                f"the Modelica front end speaks schema {dae.get('schema_version')}, this misfit needs "
+                f"{SCHEMA_VERSION}; install the locked version of rumoca"
+            )
+        self.storage: dict[str, Any] = dae["storage"]
+        self.variables: list[dict[str, Any]] = self.storage["variables"]
+        self.functions: list[dict[str, Any]] = self.storage["functions"]
+        self._files = {entry[0]: (entry[1], entry[2]) for entry in dae["source_map"]["files"]}
+        self._nodes: list[Node] = []
+        self._operands: dict[int, list[Any]] = {}
+        self._read_nodes(self.storage["expressions"])
+        self.folds = {index: self._folds(index, function) for index, function in enumerate(self.functions)}
+
+    def _read_nodes(self, expressions: Mapping[str, Any]) -> None:
+        operands, subscripts = iter(expressions["operands"]), iter(expressions["subscripts"])
+        for node in expressions["nodes"]:
+            tag, body = (node, None) if isinstance(node, str) else next(iter(node.items()))
+            if isinstance(body, dict) and "operand_count" in body:
+                self._operands[len(self._nodes)] = [next(operands) for _ in range(body["operand_count"])]
+            if isinstance(body, dict) and "subscript_count" in body:
+                self._operands[len(self._nodes)] = [next(subscripts)["kind"] for _ in range(body["subscript_count"])]
+            self._nodes.append((tag, body))
+            if tag == "runtime_quotient_owner" and "model" in body["kind"]:
+                self._nodes.extend([("gap", None)] * QUOTIENT_GAP)
+        if next(operands, None) is not None or next(subscripts, None) is not None:
+            raise ModelicaError("the front end's expressions were not understood (operands left over)")
+
+    def _folds(self, index: int, function: Mapping[str, Any]) -> dict[int, tuple[list[int], list[int]]]:
+        """Match each loop of a function (by identity of its body) with its fold nodes.
+
+        Fold parameters are numbered when a loop begins, fold outputs when it ends.
+        """
+        begins = self._fold_nodes("function_fold_parameter", index)
+        ends = self._fold_nodes("function_fold_output", index)
+        found: dict[int, tuple[list[int], list[int]]] = {}
+
+        def walk(statements: list[dict[str, Any]]) -> None:
+            for statement in statements:
+                loop = statement.get("for")
+                if loop is not None:
+                    first = [next(begins) for _ in loop["targets"]]
+                    walk(loop["statements"])
+                    found[id(loop)] = (first, [next(ends) for _ in loop["targets"]])
+
+        walk(function["statements"])
+        return found
+
+    def _fold_nodes(self, tag: str, function: int) -> Iterator[int]:
+        return (i for i, (t, body) in enumerate(self._nodes) if t == tag and body["function"] == function)
+
+    def node(self, index: int) -> Node:
+        """Return the tag and the body of a node."""
+        return self._nodes[index]
+
+    def operands(self, index: int) -> list[Any]:
+        """Return the operands or subscripts of a node."""
+        return self._operands.get(index, [])
+
+    def value_type(self, index: int) -> dict[str, Any]:
+        """Return the scalar kind and the dimensions of a variable's or function value's type."""
+        return self.storage["value_types"][index]  # type: ignore[no-any-return]
+
+    def binders(self, domain: int) -> list[dict[str, Any]]:
+        """Return the iterators of a for-equation, comprehension or loop."""
+        return self.storage["domains"][domain]["domain"]["binders"]  # type: ignore[no-any-return]
+
+    def where(self, provenance: Mapping[str, Any] | None) -> str:
+        """Say where in the source something stands, as `file:line`, empty if it is generated."""
+        if not provenance or "span" not in provenance or provenance["span"]["source"] not in self._files:
+            return ""
+        span = provenance["span"]
+        path, text = self._files[span["source"]]
+        # Spans count bytes, not characters.
+        line = text.encode()[: span["start"]].count(b"\n") + 1
+        return f"{path.rsplit('/', 1)[-1]}:{line}"
