@@ -38,10 +38,9 @@ def _content_findings(folder: Path) -> list[str]:
     ]
     if not interfaces:
         return ["the FMU offers neither co-simulation nor model exchange"]
-    findings = []
+    missing = _missing_sources(folder, description)
+    findings = [f"source file {name!r} is listed but missing" for name in missing]
     for interface in interfaces:
-        missing = _missing_sources(folder, description, interface)
-        findings += [f"source file {name!r} is listed but missing" for name in missing]
         if not _has_binary(folder, description, interface) and not _has_sources(folder):
             offered = ", ".join(supported_platforms(str(folder))) or "none"
             findings.append(
@@ -68,10 +67,12 @@ def _has_sources(folder: Path) -> bool:
     return any((folder / "sources").glob("*.c*"))
 
 
-def _missing_sources(folder: Path, description: Any, interface: Any) -> list[str]:
-    """Listed source files that are not there: per interface in FMI 2, per build configuration in FMI 3."""
-    listed = list(interface.sourceFiles or [])
-    for configuration in description.buildConfigurations or []:
-        for file_set in configuration.sourceFileSets:
-            listed += file_set.sourceFiles
+def _missing_sources(folder: Path, description: Any) -> list[str]:
+    """Listed source files that are not there; FMPy presents those of FMI 2 as build configurations too."""
+    listed = [
+        name
+        for configuration in description.buildConfigurations
+        for file_set in configuration.sourceFileSets
+        for name in file_set.sourceFiles
+    ]
     return [name for name in listed if not (folder / "sources" / name).is_file()]

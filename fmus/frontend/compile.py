@@ -1,0 +1,70 @@
+"""Compile a Modelica class to its flat DAE, in a child process, and keep the result."""
+
+import hashlib
+import json
+import subprocess
+import sys
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from fmus.errors import ModelicaError
+from fmus.files import cache_folder, write_atomically
+from fmus.library import library_root
+
+TIME_LIMIT_S = 120.0
+
+
+def compile_class(model: str, file: Path | None = None) -> dict[str, Any]:
+    """Return the flat DAE of a class of the library, or of `file`, which may use the library.
+
+    Results are kept in the cache by the content of all sources, so an unchanged class costs one file read.
+
+    Args:
+        model: full name, such as `FESArm.Arms.Arm`.
+        file: the `.mo` file that declares it; None for a class of the library.
+
+    Raises:
+        ModelicaError: if the class cannot be compiled.
+    """
+    root = library_root()
+    source = root / "FESArm" / "package.mo" if file is None else file
+    if not source.is_file():
+        raise ModelicaError(f"Modelica file {source} does not exist")
+    kept = cache_folder("dae") / f"{_fingerprint(model, file, root)}.json"
+    if kept.is_file():
+        return json.loads(kept.read_text())  # type: ignore[no-any-return]
+    text = _run_compiler(model, source, root)
+    write_atomically(kept, text.encode())
+    return json.loads(text)  # type: ignore[no-any-return]
+
+
+def _run_compiler(model: str, source: Path, root: Path) -> str:
+    command = [sys.executable, "-m", "fmus.frontend.worker", model, str(source), str(root)]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=TIME_LIMIT_S, check=False)
+    except subprocess.TimeoutExpired:
+        raise ModelicaError(f"compiling {model} took longer than {TIME_LIMIT_S:.0f} s; simplify the class") from None
+    if done.returncode == 2:
+        raise ModelicaError(f"{model}: {_shorter(done.stderr)}")
+    if done.returncode != 0:
+        raise ModelicaError(f"the Modelica compiler crashed on {model} (exit {done.returncode}); check {source.name}")
+    return done.stdout
+
+
+def _fingerprint(model: str, file: Path | None, root: Path) -> str:
+    digest = hashlib.sha256(f"{version('rumoca')} {model}".encode())
+    files = sorted(root.rglob("*.mo"))
+    if file is not None:
+        # A class in a package folder may use its neighbours.
+        neighbours = sorted(file.parent.rglob("*.mo")) if (file.parent / "package.mo").exists() else []
+        files += [file, *neighbours]
+        digest.update(str(file.resolve()).encode())
+    for path in files:
+        digest.update(path.name.encode())
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+def _shorter(message: str) -> str:
+    return " ".join(message.split())[:300] or "the Modelica compiler gave no reason"
