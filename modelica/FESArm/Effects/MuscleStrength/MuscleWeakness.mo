@@ -1,12 +1,9 @@
 within FESArm.Effects.MuscleStrength;
-model MuscleWeakness "The strength of one muscle is off by a factor"
+model MuscleWeakness "The strength of a muscle is off by a factor"
   import SI = FESArm.Units;
   extends PartialMuscleStrength;
-  parameter Integer muscle(min=1) = 1 "Which muscle";
-  parameter SI.Factor factor(min=0, max=3) = 0.8 "Actual over nominal strength";
+  parameter SI.Factor factor[n](each min=0, each max=3) = ones(n) "Actual over nominal strength of each muscle";
 equation
-  for i in 1:n loop
-    strength[i] = if i == muscle then factor else 1;
-  end for;
+  strength = factor;
   annotation (Documentation(info="<html><p>Below 1 the muscle is weak, above 1 stronger than nominal.</p></html>"));
 end MuscleWeakness;

@@ -1,0 +1,75 @@
+"""What a comparison of a model with measurements found."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class TrialErrors:
+    """Errors of one trial's free run: `rmse` in the signal's unit, `fit_percent` = 100 (1 - rmse/std)."""
+
+    file: str
+    set: str
+    rmse: Mapping[str, float]
+    fit_percent: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class SetErrors:
+    """Errors over the samples of several trials; `over_floor` = rms over signals of rmse / noise floor."""
+
+    rmse: Mapping[str, float]
+    over_floor: float
+
+
+@dataclass(frozen=True)
+class TrialCurves:
+    """Time series of one trial for figures: `time` in s, signals in their units, all of shape (n,)."""
+
+    file: str
+    set: str
+    time: np.ndarray
+    measured: Mapping[str, np.ndarray]
+    modelled: Mapping[str, np.ndarray]
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Free runs of a model against measured trials.
+
+    `where` tells where the error is: lists of plain mappings under "signal", "time", "state" and "frequency".
+    `findings` says the same in sentences. `curves` is not part of the JSON result.
+    """
+
+    model: str
+    data: str
+    signals: tuple[str, ...]
+    units: Mapping[str, str]
+    noise_floor: Mapping[str, float]
+    trials: tuple[TrialErrors, ...]
+    learning: SetErrors
+    held_out: SetErrors | None
+    where: Mapping[str, list[dict[str, Any]]]
+    findings: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+    curves: tuple[TrialCurves, ...] = field(default=(), repr=False)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the `misfit.compare/1` document."""
+        return {
+            "schema": "misfit.compare/1",
+            "model": self.model,
+            "data": self.data,
+            "signals": list(self.signals),
+            "units": dict(self.units),
+            "noise_floor": dict(self.noise_floor),
+            "trials": [asdict(trial) for trial in self.trials],
+            "learning": asdict(self.learning),
+            "held_out": None if self.held_out is None else asdict(self.held_out),
+            "where": dict(self.where),
+            "findings": list(self.findings),
+            "notes": list(self.notes),
+        }

@@ -1,0 +1,97 @@
+"""What a diagnosis found: a verdict, the effects it names, and the evidence."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
+
+from orchestrator.compare.result import Comparison
+
+Verdict = Literal["adequate", "named", "ambiguous", "unknown", "cannot_tell"]
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A fitted parameter with its 90 % confidence interval."""
+
+    value: float
+    unit: str
+    ci90: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class NamedEffect:
+    """An effect at a site, with its fitted parameters by name."""
+
+    id: str
+    site: str
+    parameters: Mapping[str, Estimate]
+
+
+@dataclass(frozen=True)
+class RankedSet:
+    """A set of effects that was tried; `score` is the share of the reducible learning error it removes."""
+
+    effects: tuple[str, ...]
+    sites: tuple[str, ...]
+    score: float
+    probability: float
+
+
+@dataclass(frozen=True)
+class Step:
+    """One model on the way from the nominal to the named one, with its comparison."""
+
+    effects: tuple[NamedEffect, ...]
+    comparison: Comparison
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """Free-run error of the held-out trials by signal, before and after, and the floor.
+
+    `reducible_removed` = (before - after) / (before - floor), on root mean squares over signals of rmse / floor.
+    """
+
+    rmse_before: Mapping[str, float]
+    rmse_after: Mapping[str, float]
+    noise_floor: Mapping[str, float]
+    reducible_removed: float
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """Verdict and evidence of `misfit diagnose`. `steps` begins with the model as given."""
+
+    model: str
+    data: str
+    verdict: Verdict
+    effects: tuple[NamedEffect, ...]
+    confusable: tuple[tuple[str, ...], ...]
+    ranking: tuple[RankedSet, ...]
+    p_value: float | None
+    noise_floor: Mapping[str, float]
+    held_out: HeldOut
+    warnings: tuple[str, ...]
+    next_experiment: Mapping[str, Any] | None
+    patched_model: str | None
+    seconds: float
+    steps: tuple[Step, ...]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the `misfit.diagnosis/1` document."""
+        return {
+            "schema": "misfit.diagnosis/1",
+            "model": self.model,
+            "data": self.data,
+            "verdict": self.verdict,
+            "effects": [asdict(effect) for effect in self.effects],
+            "confusable": [list(group) for group in self.confusable],
+            "ranking": [asdict(entry) for entry in self.ranking],
+            "p_value": self.p_value,
+            "noise_floor": dict(self.noise_floor),
+            "held_out": asdict(self.held_out),
+            "warnings": list(self.warnings),
+            "next_experiment": self.next_experiment,
+            "patched_model": self.patched_model,
+            "seconds": self.seconds,
+        }
