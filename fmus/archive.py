@@ -41,6 +41,8 @@ def extract_fmu(path: Path, folder: Path) -> Path:
                 target.mkdir(parents=True, exist_ok=True)
                 continue
             target.parent.mkdir(parents=True, exist_ok=True)
+            # Writing into a library that is loaded would crash whoever uses it.
+            target.unlink(missing_ok=True)
             target.write_bytes(_read(path, archive, entry))
     return folder
 

@@ -61,7 +61,7 @@ def model_description(
     )
     variables = ET.SubElement(root, "ModelVariables")
     variables.extend(
-        _scalar_variable(reference, s) for reference, s in enumerate(layout.scalars)
+        [_scalar_variable(reference, s) for reference, s in enumerate(layout.scalars)]
     )
     root.append(_model_structure(layout))
     ET.indent(root)
