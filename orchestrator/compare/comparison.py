@@ -1,0 +1,89 @@
+"""Compare a model with measurements: free runs from estimated start values, against the noise floor."""
+
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from orchestrator.compare.floor import noise_floor, over_floor
+from orchestrator.compare.result import Comparison, SetErrors, TrialCurves, TrialErrors
+from orchestrator.compare.where import findings, where_it_fails
+from orchestrator.measurements import BoundSet, BoundTrial, MeasurementSet, bind
+from orchestrator.models.contract import FittedTrial, Model
+
+
+def compare(model: Model, measurements: MeasurementSet, *, workers: int = 2) -> Comparison:
+    """Run the model freely along every trial and measure its errors.
+
+    Raises:
+        MisfitError: if columns and variables do not fit each other.
+        ComponentError: if the model fails while running.
+    """
+    data = bind(measurements, model.inputs, model.outputs)
+    noise = np.array([data.noise_std[name] for name in data.output_names])
+
+    def follow(trial: BoundTrial) -> FittedTrial:
+        return model.follow(trial.time, trial.inputs, trial.outputs, data.output_names, noise)
+
+    with ThreadPoolExecutor(workers) as pool:
+        runs = list(pool.map(follow, data.trials))
+    followed = list(zip(data.trials, runs, strict=True))
+    floor = noise_floor(model, data, [pair for pair in followed if pair[0].subset == "learning"])
+    return summarise(model, measurements, data, followed, floor)
+
+
+def summarise(
+    model: Model,
+    measurements: MeasurementSet,
+    data: BoundSet,
+    followed: Sequence[tuple[BoundTrial, FittedTrial]],
+    floor: Mapping[str, float],
+) -> Comparison:
+    """Arrange free runs that have been made into a comparison."""
+    declared = {variable.name: variable.unit for variable in model.outputs}
+    units = {name: declared[name] for name in data.output_names}
+    curves = tuple(_curves(trial, run, data.output_names) for trial, run in followed)
+    learning = [c for c in curves if c.set == "learning"]
+    held_out = [c for c in curves if c.set == "held_out"]
+    where = where_it_fails(learning or curves, units, floor)
+    return Comparison(
+        model=model.name,
+        data=str(measurements.path),
+        signals=data.output_names,
+        units=units,
+        noise_floor=dict(floor),
+        trials=tuple(_errors(c) for c in curves),
+        learning=_set_errors(learning or list(curves), floor),
+        held_out=_set_errors(held_out, floor) if held_out else None,
+        where=where,
+        findings=findings(where, floor),
+        notes=(*measurements.notes, *data.notes),
+        curves=curves,
+    )
+
+
+def _curves(trial: BoundTrial, run: FittedTrial, names: Sequence[str]) -> TrialCurves:
+    return TrialCurves(
+        file=trial.name,
+        set=trial.subset,
+        time=trial.time,
+        measured={name: trial.outputs[:, i] for i, name in enumerate(names)},
+        modelled={name: run.outputs[:, i] for i, name in enumerate(names)},
+    )
+
+
+def _errors(curve: TrialCurves) -> TrialErrors:
+    rmse, fit_percent = {}, {}
+    for name, measured in curve.measured.items():
+        rmse[name] = float(np.sqrt(np.mean((measured - curve.modelled[name]) ** 2)))
+        spread = float(np.std(measured))
+        fit_percent[name] = 100 * (1 - rmse[name] / spread) if spread > 0 else 0.0
+    return TrialErrors(curve.file, curve.set, rmse, fit_percent)
+
+
+def _set_errors(curves: Sequence[TrialCurves], floor: Mapping[str, float]) -> SetErrors:
+    rmse = {}
+    for name in curves[0].measured:
+        squares = np.concatenate([(c.measured[name] - c.modelled[name]) ** 2 for c in curves])
+        rmse[name] = float(np.sqrt(np.mean(squares)))
+    return SetErrors(rmse, over_floor(rmse, floor))

@@ -1,0 +1,57 @@
+"""What compare, diagnosis and reports need from a model, whatever kind it is."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from fmus.symbolic.system import Variable
+
+
+@dataclass(frozen=True)
+class FittedTrial:
+    """A free run from the start values that fit the trial best.
+
+    `outputs` has shape (n, ny) in the model's units; `start` holds the estimated states, by name.
+    """
+
+    outputs: np.ndarray
+    start: dict[str, float]
+
+
+class Model(Protocol):
+    """A model with named inputs and outputs that can follow a trial from estimated start values."""
+
+    name: str
+    content_hash: str
+
+    @property
+    def inputs(self) -> Sequence[Variable]:
+        """Variables that drive the model."""
+        ...
+
+    @property
+    def outputs(self) -> Sequence[Variable]:
+        """Variables that can be compared with measurements."""
+        ...
+
+    def follow(
+        self, time: np.ndarray, inputs: np.ndarray, measured: np.ndarray, names: Sequence[str], noise: np.ndarray
+    ) -> FittedTrial:
+        """Run freely along a trial, from start values estimated on it.
+
+        Args:
+            time: (n,) s.
+            inputs: (n, nu) in the order of `inputs`, linear between samples.
+            measured: (n, ny) of the outputs `names`.
+            noise: (ny,) standard deviation of the measurement noise of each output.
+
+        Raises:
+            ComponentError: if the model fails on the way.
+        """
+        ...
+
+    def simulate(self, time: np.ndarray, inputs: np.ndarray, names: Sequence[str], start: dict[str, float]) -> np.ndarray:
+        """Run freely from given start values; returns the outputs `names`, shape (n, ny)."""
+        ...

@@ -1,0 +1,170 @@
+"""The model of a Modelica class: symbolic equations, compiled for free runs, fits and correction residuals."""
+
+import hashlib
+from collections.abc import Sequence
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+
+from fmus.symbolic.system import SymbolicSystem, Variable
+from orchestrator.models.compiled import CompiledModel
+from orchestrator.models.contract import FittedTrial
+from orchestrator.models.correction import ResidualSystem, residual_system
+from orchestrator.models.estimation import Fit, Record, fit
+from orchestrator.models.smoothing import Smoother, cutoff_frequency, second_difference
+
+# Start values that no measurement shows, such as an activation, lie this far from equilibrium, as a share of their range.
+HIDDEN_SPREAD = 0.2
+SETTLING_S = 2.0
+MOST_SUBSTEPS = 32
+
+
+class SymbolicModel:
+    """A `SymbolicSystem` as a model: `free` parameters can be fitted, the others keep their values."""
+
+    def __init__(self, name: str, system: SymbolicSystem, signals: Sequence[str] | None = None, free: Sequence[str] = ()):
+        self.name, self.system = name, system
+        self.signals = tuple(signals if signals is not None else system.outputs)
+        self.compiled = CompiledModel(system, self.signals, free)
+
+    @property
+    def inputs(self) -> Sequence[Variable]:
+        return self.system.inputs
+
+    @property
+    def outputs(self) -> Sequence[Variable]:
+        variables = {v.name: v for v in (*self.system.states, *self.system.algebraics)}
+        return [variables[name] for name in self.system.outputs]
+
+    @cached_property
+    def content_hash(self) -> str:
+        """SHA-256 over equations, names and start values."""
+        digest = hashlib.sha256(repr((self.system.states, self.system.inputs, self.system.parameters)).encode())
+        digest.update(self.system.rhs.serialize().encode())
+        return digest.hexdigest()
+
+    @cached_property
+    def residual(self) -> ResidualSystem | None:
+        """The correction residual of the signals, None if the equations do not show one."""
+        return residual_system(self.system, self.signals)
+
+    @cached_property
+    def compiled_residual(self) -> CompiledModel:
+        """The correction residual, compiled with the same free parameters."""
+        assert self.residual is not None
+        return CompiledModel(self.residual.system, self.residual.system.outputs, self.compiled.free)
+
+    def restricted(self, signals: Sequence[str], free: Sequence[str] = ()) -> "SymbolicModel":
+        """The same model with other signals to compare and other free parameters."""
+        if tuple(signals) == self.signals and tuple(free) == self.compiled.free:
+            return self
+        return SymbolicModel(self.name, self.system, signals, free)
+
+    def simulate(self, time: np.ndarray, inputs: np.ndarray, names: Sequence[str], start: dict[str, float]) -> np.ndarray:
+        model = self.restricted(names).compiled
+        first = np.array([start[v.name] for v in self.system.states])
+        return model.run(time, inputs, model.parameters, first, substeps=self.substeps(time, inputs, first)).outputs
+
+    def follow(
+        self, time: np.ndarray, inputs: np.ndarray, measured: np.ndarray, names: Sequence[str], noise: np.ndarray
+    ) -> FittedTrial:
+        model = self.restricted(names)
+        record = model.record(time, inputs, measured, noise)
+        steps = model.substeps(time, inputs, record.start)
+        found = fit(model.compiled, [record], noise, (), (), (), substeps=steps, threads=1)
+        return model.run_fit(record, found, 0, steps)
+
+    def run_fit(self, record: Record, found: Fit, trial: int, substeps: int) -> FittedTrial:
+        """Free run of a trial with fitted parameters and start values."""
+        start = found.starts[trial]
+        parameters = self.compiled.with_values(found.values)
+        run = self.compiled.run(record.time, record.inputs, parameters, start, substeps=substeps)
+        return FittedTrial(run.outputs, dict(zip([v.name for v in self.system.states], map(float, start), strict=True)))
+
+    def substeps(self, time: np.ndarray, inputs: np.ndarray, start: np.ndarray) -> int:
+        """Integration steps in a sample interval at which halving them changes the outputs by less than 1e-5 of their range."""
+        if not self.system.states:
+            return 1
+        count = 1
+        model, parameters = self.compiled, self.compiled.parameters
+        coarse = model.run(time, inputs, parameters, start, substeps=count).outputs
+        while count < MOST_SUBSTEPS:
+            fine = model.run(time, inputs, parameters, start, substeps=2 * count).outputs
+            if np.all(np.abs(fine - coarse).max(axis=0) <= 1e-5 * np.ptp(fine, axis=0) + 1e-12):
+                break
+            count, coarse = 2 * count, fine
+        return count
+
+    def record(self, time: np.ndarray, inputs: np.ndarray, measured: np.ndarray, noise: np.ndarray) -> Record:
+        """A trial with first guesses of the start values and their bounds.
+
+        States that are measured start within five standard deviations of the smoothed measurement, so that a wrong
+        model cannot hide behind impossible start values; hidden states start near their equilibrium.
+        """
+        states = self.system.states
+        start = self.system.initial(ca.DM(self.compiled.parameters)).full().ravel()
+        low = np.array([-np.inf if v.minimum is None else v.minimum for v in states])
+        high = np.array([np.inf if v.maximum is None else v.maximum for v in states])
+        spread = np.full(len(states), np.inf)
+        if self.residual is None:
+            return Record(time, inputs, measured, np.clip(start, low, high), spread, low, high)
+        first = self.residual_inputs(time, inputs, measured, noise)[0]
+        shown, hidden = self._measured_start(first, time, measured, noise), self._settled(first)
+        for i, variable in enumerate(states):
+            if variable.name in shown:
+                start[i], reach = shown[variable.name]
+                low[i], high[i] = start[i] - 5 * reach, start[i] + 5 * reach
+            else:
+                start[i] = hidden[variable.name]
+                spread[i] = HIDDEN_SPREAD * (high[i] - low[i])
+        return Record(time, inputs, measured, np.clip(start, low, high), spread, low, high)
+
+    def _measured_start(
+        self, first: np.ndarray, time: np.ndarray, measured: np.ndarray, noise: np.ndarray
+    ) -> dict[str, tuple[float, float]]:
+        """Value and standard deviation of each measured state at the first sample."""
+        assert self.residual is not None
+        names = [v.name.removeprefix("measured:") for v in self.residual.system.inputs]
+        values = dict(zip(names, first, strict=True))
+        rate = 2 * np.pi * self.smoother(time, measured, noise).cutoff_hz
+        found: dict[str, tuple[float, float]] = {}
+        for signal, (position, speed) in self.residual.positions.items():
+            std = float(noise[self.signals.index(signal)])
+            found[position] = (float(values[position]), std)
+            found[speed] = (float(values[speed]), rate * std)
+        return found
+
+    def _settled(self, inputs: np.ndarray) -> dict[str, float]:
+        """Hidden states after the first inputs have been held for a while."""
+        assert self.residual is not None
+        system = self.residual.system
+        if not system.states:
+            return {}
+        hidden = CompiledModel(system, [v.name for v in system.states])
+        time = np.linspace(0.0, SETTLING_S, 401)
+        first = system.initial(ca.DM(hidden.parameters)).full().ravel()
+        run = hidden.run(time, np.tile(inputs, (len(time), 1)), hidden.parameters, first, substeps=4)
+        return dict(zip([v.name for v in system.states], map(float, run.outputs[-1]), strict=True))
+
+    def residual_inputs(self, time: np.ndarray, inputs: np.ndarray, measured: np.ndarray, noise: np.ndarray) -> np.ndarray:
+        """Inputs of the residual system along a trial, from smoothed measurements, shape (n, n_inputs)."""
+        assert self.residual is not None
+        step = float(np.median(np.diff(time)))
+        smoother = self.smoother(time, measured, noise)
+        kept = [i for i, v in enumerate(self.system.inputs) if not v.name.startswith("correction_")]
+        states, targets = [], []
+        for k, name in enumerate(self.signals):
+            if name in self.residual.positions:
+                smooth = smoother(measured[:, k])
+                states += [smooth, np.gradient(smooth, time)]
+                targets.append(second_difference(measured[:, k], step))
+            else:
+                targets.append(measured[:, k])
+        return np.column_stack([inputs[:, kept], *states, *targets])
+
+    def smoother(self, time: np.ndarray, measured: np.ndarray, noise: np.ndarray) -> Smoother:
+        """Low pass at the highest frequency at which some signal stands out of its noise."""
+        step = float(np.median(np.diff(time)))
+        cutoffs = [cutoff_frequency(measured[:, k], float(noise[k]), step) for k in range(measured.shape[1])]
+        return Smoother(step, max(cutoffs))
