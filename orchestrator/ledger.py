@@ -1,0 +1,167 @@
+"""The history of a model: one line per version in `ledger.jsonl`, only ever added to."""
+
+import fcntl
+import json
+import math
+import os
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from fmus.errors import MisfitError
+from orchestrator.compare.result import SetErrors
+from orchestrator.diagnosis.result import Estimate, NamedEffect
+
+SCHEMA = "misfit.ledger/1"
+FILE_NAME = "ledger.jsonl"
+
+
+@dataclass(frozen=True)
+class LedgerEntry:
+    """One version of a model and its free-run errors.
+
+    `version` 0 is the model as given, `model` the MODEL string that runs it, `effects` all effects in it so far.
+    Errors and `noise_floor` are in `units`; hashes are hexadecimal sha256 of content; `date` is ISO 8601 in UTC.
+    """
+
+    version: int
+    name: str
+    model: str
+    effects: tuple[NamedEffect, ...]
+    learning: SetErrors
+    held_out: SetErrors | None
+    noise_floor: Mapping[str, float]
+    units: Mapping[str, str]
+    model_hash: str
+    data_hash: str
+    date: str
+    misfit_version: str
+
+
+def append(folder: Path, entry: LedgerEntry) -> None:
+    """Add one version to the ledger in `folder`, which is created if needed; on return the line is on disk.
+
+    Raises:
+        MisfitError: if the folder or the file cannot be written.
+    """
+    line = _to_line(entry)
+    path = folder / FILE_NAME
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC, 0o644)
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX)
+            _write_line(handle, line)
+        finally:
+            os.close(handle)
+        _sync_folder(folder)
+    except OSError as error:
+        reason = error.strerror or error
+        raise MisfitError(
+            f"{path}: version {entry.version} could not be recorded ({reason}); free it and retry"
+        ) from error
+
+
+def read(folder: Path) -> list[LedgerEntry]:
+    """Return the versions in the order they were recorded; a last line without its end of line is left out.
+
+    Raises:
+        MisfitError: if there is no ledger, or a complete line is damaged; names the file and the line.
+    """
+    path = folder / FILE_NAME
+    try:
+        content = path.read_bytes()
+    except FileNotFoundError:
+        raise MisfitError(f"{folder} has no {FILE_NAME}; give the folder that 'misfit discover --out' wrote") from None
+    except OSError as error:
+        raise MisfitError(f"{path} cannot be read: {error.strerror or error}") from error
+    complete = content.split(b"\n")[:-1]
+    return [_from_line(line, f"{path} line {number}") for number, line in enumerate(complete, start=1)]
+
+
+def _write_line(handle: int, line: bytes) -> None:
+    """Cut off a line that a killed writer left unfinished, then write the new one as a whole or not at all."""
+    end = _end_of_complete_lines(handle)
+    os.ftruncate(handle, end)
+    try:
+        written = os.write(handle, line)
+        if written != len(line):
+            raise OSError(f"{written} of {len(line)} bytes written, is the disk full?")
+        os.fsync(handle)
+    except OSError:
+        os.ftruncate(handle, end)
+        raise
+
+
+def _end_of_complete_lines(handle: int) -> int:
+    size = os.fstat(handle).st_size
+    content = os.pread(handle, size, 0)
+    return content.rfind(b"\n") + 1
+
+
+def _sync_folder(folder: Path) -> None:
+    """Make the name of a new file survive a power cut, as fsync of the file alone does not."""
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
+
+
+def _to_line(entry: LedgerEntry) -> bytes:
+    document = {"schema": SCHEMA} | _strict(asdict(entry))
+    return json.dumps(document, allow_nan=False).encode() + b"\n"
+
+
+def _strict(value: Any) -> Any:
+    """Spell numbers that JSON lacks as text, which `float` reads back: a version that diverged has infinite error."""
+    if isinstance(value, Mapping):
+        return {key: _strict(part) for key, part in value.items()}
+    if isinstance(value, list | tuple):
+        return [_strict(part) for part in value]
+    if isinstance(value, float):
+        return float(value) if math.isfinite(value) else str(float(value))
+    return value
+
+
+def _from_line(line: bytes, where: str) -> LedgerEntry:
+    try:
+        document = json.loads(line)
+        schema = document.get("schema")
+        if schema == SCHEMA:
+            return _entry(document)
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+        raise MisfitError(f"{where} is damaged; restore the file from a copy or delete this line") from error
+    raise MisfitError(f"{where} has schema {schema!r:.60}, expected {SCHEMA!r}; read it with the misfit that wrote it")
+
+
+def _entry(document: Mapping[str, Any]) -> LedgerEntry:
+    held_out = document["held_out"]
+    return LedgerEntry(
+        version=int(document["version"]),
+        **{key: str(document[key]) for key in ("name", "model", "model_hash", "data_hash", "date", "misfit_version")},
+        effects=tuple(_effect(part) for part in document["effects"]),
+        learning=_errors(document["learning"]),
+        held_out=None if held_out is None else _errors(held_out),
+        noise_floor=_numbers(document["noise_floor"]),
+        units={signal: str(unit) for signal, unit in document["units"].items()},
+    )
+
+
+def _effect(document: Mapping[str, Any]) -> NamedEffect:
+    parameters = {name: _estimate(part) for name, part in document["parameters"].items()}
+    return NamedEffect(str(document["id"]), str(document["site"]), parameters)
+
+
+def _estimate(document: Mapping[str, Any]) -> Estimate:
+    low, high = document["ci90"]
+    return Estimate(float(document["value"]), str(document["unit"]), (float(low), float(high)))
+
+
+def _errors(document: Mapping[str, Any]) -> SetErrors:
+    return SetErrors(_numbers(document["rmse"]), float(document["over_floor"]))
+
+
+def _numbers(document: Mapping[str, Any]) -> dict[str, float]:
+    return {signal: float(value) for signal, value in document.items()}
