@@ -1,0 +1,144 @@
+"""Candidates: an effect card at a site of a given model, and sets of them as fitted models."""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from fmus.catalogue import ModelicaModel
+from fmus.symbolic.system import SymbolicSystem, Variable
+from orchestrator.diagnosis.cards import CardParameter, EffectCard
+from orchestrator.models.patch import Attachment, check_attached, free_slots, patched_model
+from orchestrator.models.symbolic import SymbolicModel
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """An effect at a site: `element` is the position (from 1) in the parameter arrays, None for all together."""
+
+    card: EffectCard
+    slot: str
+    element: int | None
+    site: str
+
+    @property
+    def label(self) -> str:
+        """Short name for progress and messages."""
+        return f"{self.card.id} at {self.site}"
+
+
+class EffectSet:
+    """A set of candidates added to a model, as one compiled model with their parameters free."""
+
+    def __init__(self, base: ModelicaModel, candidates: Sequence[Candidate], signals: Sequence[str]) -> None:
+        self.base, self.candidates, self.signals = base, tuple(candidates), tuple(signals)
+
+    @cached_property
+    def model(self) -> SymbolicModel:
+        """The extended model; its free parameters are those of the candidates, in their order."""
+        attachments = [Attachment(slot, class_name, {}) for slot, class_name in self._slots()]
+        name = "Candidate_" + "_".join(card_id for card_id in dict.fromkeys(c.card.id for c in self.candidates))
+        system = patched_model(self.base, name, attachments).compile()
+        check_attached(system, attachments)
+        free = [v.name for v in self._free_variables(system)]
+        return SymbolicModel(self.base.name, system, self.signals, free)
+
+    @cached_property
+    def variables(self) -> tuple[Variable, ...]:
+        """The free parameters, with units and bounds, in the order of the model."""
+        return tuple(self._free_variables(self.model.system))
+
+    @cached_property
+    def card_parameters(self) -> tuple[CardParameter, ...]:
+        """The card's entry of each free parameter."""
+        return tuple(parameter for parameter, _ in self._free(self.model.system))
+
+    def first_guess(self) -> np.ndarray:
+        """Start values of the free parameters, from the cards."""
+        return np.array([parameter.start for parameter in self.card_parameters])
+
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Bounds of the free parameters, from the Modelica classes."""
+        low = [-np.inf if v.minimum is None else v.minimum for v in self.variables]
+        high = [np.inf if v.maximum is None else v.maximum for v in self.variables]
+        return np.array(low), np.array(high)
+
+    def owners(self) -> tuple[int, ...]:
+        """Position of the candidate that each free parameter belongs to."""
+        return tuple(k for k, c in enumerate(self.candidates) for _ in self._free_of(c, self.model.system))
+
+    def attachments(self, values: Sequence[float]) -> list[Attachment]:
+        """The effects with given values of the free parameters, ready to be written as a class."""
+        by_name = dict(zip([v.name for v in self.variables], values, strict=True))
+        all_parameters = {v.name: v.start for v in self.model.system.parameters}
+        found = []
+        for slot, class_name in self._slots():
+            own = [c for c in self.candidates if c.slot == slot]
+            settings: dict[str, float | list[float]] = {}
+            for parameter in own[0].card.parameters:
+                elements = _elements(f"{slot}.{parameter.name}", all_parameters)
+                chosen = [float(by_name.get(name, all_parameters[name])) for name in elements]
+                settings[parameter.name] = chosen if elements[0].endswith("]") else chosen[0]
+            found.append(Attachment(slot, class_name, settings))
+        return found
+
+    def _slots(self) -> list[tuple[str, str]]:
+        return list(dict.fromkeys((c.slot, c.card.class_name) for c in self.candidates))
+
+    def _free(self, system: SymbolicSystem) -> list[tuple[CardParameter, Variable]]:
+        return [pair for candidate in self.candidates for pair in self._free_of(candidate, system)]
+
+    def _free_variables(self, system: SymbolicSystem) -> list[Variable]:
+        return [variable for _, variable in self._free(system)]
+
+    @staticmethod
+    def _free_of(candidate: Candidate, system: SymbolicSystem) -> list[tuple[CardParameter, Variable]]:
+        variables = {v.name: v for v in system.parameters}
+        found = []
+        for parameter in candidate.card.parameters:
+            names = _elements(f"{candidate.slot}.{parameter.name}", variables)
+            if candidate.element is not None:
+                names = [names[candidate.element - 1]]
+            found += [(parameter, variables[name]) for name in names]
+        return found
+
+
+def find_candidates(
+    base: ModelicaModel, system: SymbolicSystem, cards: Sequence[EffectCard]
+) -> tuple[list[Candidate], list[str]]:
+    """Return every effect at every site of a model where it can be attached, and ids that cannot be."""
+    slots = free_slots(system)
+    found: list[Candidate] = []
+    impossible: list[str] = []
+    for card in cards:
+        slot = next((s for s in card.slots if s in slots), None)
+        if slot is None:
+            impossible.append(card.id)
+            continue
+        size = int(system.settings.get(f"{slot}.n", 1))
+        sites = [f"{card.site}{k}" for k in range(1, size + 1)] if f"{slot}.n" in system.settings else [card.site]
+        if card.elements == "each":
+            found += [Candidate(card, slot, k, site) for k, site in enumerate(sites, start=1)]
+        else:
+            found.append(Candidate(card, slot, None, "+".join(sites)))
+    return found, impossible
+
+
+def can_join(candidates: Sequence[Candidate], other: Candidate, slots: Sequence[str]) -> Candidate | None:
+    """Return `other` placed so that it can stand beside `candidates`: in their slot or in a free one, else None."""
+    for mate in candidates:
+        if mate.card.id == other.card.id:
+            if mate.element is None or mate.element == other.element:
+                return None
+            return Candidate(other.card, mate.slot, other.element, other.site)
+    taken = {mate.slot for mate in candidates}
+    slot = next((s for s in other.card.slots if s in slots and s not in taken), None)
+    return None if slot is None else Candidate(other.card, slot, other.element, other.site)
+
+
+def _elements(name: str, variables: Mapping[str, object]) -> list[str]:
+    """Names of a parameter's elements: itself for a scalar, `name[1]`, `name[2]`, ... for an array."""
+    pattern = re.compile(re.escape(name) + r"(\[\d+\])?")
+    return [candidate for candidate in variables if pattern.fullmatch(candidate)]

@@ -1,0 +1,77 @@
+"""Effect cards: what a missing effect is called, which Modelica class adds it, where it can attach."""
+
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from fmus.errors import MisfitError
+
+SHIPPED = Path(__file__).parent / "cards"
+
+
+@dataclass(frozen=True)
+class CardParameter:
+    """A fitted parameter of an effect.
+
+    `start` is the first guess, `absent` the value (or limit) at which the effect vanishes, `meaningful` the smallest
+    departure from it that matters. Unit and bounds are declared in the Modelica class.
+    """
+
+    name: str
+    start: float
+    absent: float
+    meaningful: float
+
+
+@dataclass(frozen=True)
+class EffectCard:
+    """One effect of the library.
+
+    `slots` are the replaceable parts of a model that can hold it, in order of preference. `elements` tells whether
+    the elements of its parameter arrays (joints, muscles) are fitted together or stand for one site each.
+    """
+
+    id: str
+    title: str
+    class_name: str
+    slots: tuple[str, ...]
+    site: str
+    elements: Literal["together", "each"]
+    confusable: tuple[str, ...]
+    experiment: str
+    parameters: tuple[CardParameter, ...]
+
+
+def read_card(path: Path) -> EffectCard:
+    """Read a card from its TOML file.
+
+    Raises:
+        MisfitError: if the file is not a complete card.
+    """
+    try:
+        entry = tomllib.loads(path.read_text())
+        return _card(entry)
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise MisfitError(f"effect card {path.name} cannot be read: {error}") from error
+    except (KeyError, TypeError) as error:
+        raise MisfitError(f"effect card {path.name} lacks or misuses {error}") from error
+
+
+def _card(entry: dict[str, Any]) -> EffectCard:
+    return EffectCard(
+        id=entry["id"],
+        title=entry["title"],
+        class_name=entry["class"],
+        slots=tuple(entry["slots"]),
+        site=entry["site"],
+        elements=entry["elements"],
+        confusable=tuple(entry["confusable"]),
+        experiment=entry["experiment"],
+        parameters=tuple(CardParameter(name, **values) for name, values in entry["parameters"].items()),
+    )
+
+
+def effect_library() -> tuple[EffectCard, ...]:
+    """Return the shipped cards, by id."""
+    return tuple(read_card(path) for path in sorted(SHIPPED.glob("*.toml")))

@@ -1,0 +1,88 @@
+"""Write a Modelica class that extends a model with effects, and compile it."""
+
+import hashlib
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from fmus.catalogue import ModelicaModel
+from fmus.errors import ModelicaError
+from fmus.files import cache_folder, write_atomically
+from fmus.symbolic.system import SymbolicSystem
+
+Values = Mapping[str, float | Sequence[float]]
+
+
+@dataclass(frozen=True)
+class Attachment:
+    """An effect class in a slot of a model, with values of its parameters (a sequence for an array)."""
+
+    slot: str
+    class_name: str
+    values: Values
+
+
+def free_slots(system: SymbolicSystem) -> tuple[str, ...]:
+    """Return the slots of a model that hold an absent effect.
+
+    A slot is a part with a structural parameter `present`, false in the absent effect.
+    """
+    suffix = ".present"
+    return tuple(name.removesuffix(suffix) for name, value in system.settings.items() if name.endswith(suffix) and not value)
+
+
+def patched_source(base: ModelicaModel, name: str, attachments: Sequence[Attachment], comment: str) -> str:
+    """Return Modelica text of a class `name` that extends `base` with effects.
+
+    The text contains the base's own file in front if the base is not a class of the library, so it stands alone.
+    """
+    items = []
+    for part in attachments:
+        slot_class = part.slot[0].upper() + part.slot[1:]
+        items.append(f"redeclare model {slot_class} = {part.class_name}")
+        modifiers = ", ".join(f"{key}={_literal(value)}" for key, value in part.values.items())
+        items.append(f"{part.slot}({modifiers})")
+    extended = f"  extends {base.class_name}(\n    " + ",\n    ".join(items) + ");\n"
+    own = f'model {name} "{_comment(comment)}"\n{extended}end {name};\n'
+    return own if base.file is None else base.file.read_text().rstrip() + "\n\n" + own
+
+
+def patched_model(
+    base: ModelicaModel, name: str, attachments: Sequence[Attachment], *, comment: str = "", folder: Path | None = None
+) -> ModelicaModel:
+    """Write the extended class to `folder` (default: the cache) and return it as a model.
+
+    Raises:
+        ModelicaError: if the base's file belongs to a package, which cannot be copied on its own.
+    """
+    if base.file is not None and re.search(r"^\s*within\s+\w", base.file.read_text(), re.MULTILINE):
+        raise ModelicaError(f"{base.file.name} is part of a package; put {base.class_name} into a file of its own to extend it")
+    text = patched_source(base, name, attachments, comment)
+    if folder is None:
+        folder = cache_folder("patched") / hashlib.sha256(text.encode()).hexdigest()
+    file = folder / f"{name}.mo"
+    if not file.is_file() or file.read_text() != text:
+        write_atomically(file, text.encode())
+    return replace(base, name=name, class_name=name, file=file)
+
+
+def check_attached(system: SymbolicSystem, attachments: Sequence[Attachment]) -> None:
+    """Make sure that the compiled class really contains the effects; a front end may drop a redeclaration silently.
+
+    Raises:
+        ModelicaError: naming the slot and the class that is missing.
+    """
+    for part in attachments:
+        if not system.settings.get(f"{part.slot}.present"):
+            raise ModelicaError(f"{part.class_name} did not arrive in slot {part.slot} of {system.name}")
+
+
+def _literal(value: float | Sequence[float]) -> str:
+    if isinstance(value, int | float):
+        return repr(float(value))
+    return "{" + ", ".join(repr(float(item)) for item in value) + "}"
+
+
+def _comment(text: str) -> str:
+    return text.replace("\\", "").replace('"', "'")
