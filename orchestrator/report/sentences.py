@@ -1,0 +1,104 @@
+"""Results in plain words: what was found, before any table or figure."""
+
+import math
+from collections.abc import Iterable, Mapping
+
+from orchestrator.compare.result import Comparison
+from orchestrator.diagnosis.result import Diagnosis, HeldOut, NamedEffect, RankedSet
+from orchestrator.report.numbers import estimate, over_floor, percent, quantity, ratio
+
+# Below this multiple of the floor an error is no larger than what the noise alone explains.
+WITHIN_NOISE = 1.5
+
+
+def effect_name(effect: NamedEffect) -> str:
+    """Return an effect and its site as words.
+
+    Example:
+        >>> effect_name(NamedEffect("coulomb_friction", "joint1", {}))
+        'coulomb friction at joint1'
+    """
+    return _at(effect.id, effect.site)
+
+
+def ranked_name(entry: RankedSet) -> str:
+    """Return the effects of a ranked set as words; the empty set is the model as it is."""
+    if not entry.effects:
+        return "nothing added"
+    if len(entry.effects) != len(entry.sites):
+        return " + ".join(_at(effect, "") for effect in entry.effects)
+    return " + ".join(_at(effect, site) for effect, site in zip(entry.effects, entry.sites, strict=True))
+
+
+def errors(rmse: Mapping[str, float], units: Mapping[str, str]) -> str:
+    """Return root mean square errors by signal, such as `q1 41.2 mrad, q2 9.31 mrad`."""
+    return ", ".join(f"{name} {quantity(value, units.get(name, ''))}" for name, value in rmse.items())
+
+
+def comparison_sentence(comparison: Comparison) -> str:
+    """Return what a comparison says about the model, on held-out trials if there are any."""
+    found, trials = comparison.held_out, "held-out"
+    if found is None:
+        found, trials = comparison.learning, "learning"
+    if found.over_floor <= WITHIN_NOISE:
+        opening = f"The model agrees with the {trials} trials within the noise"
+    else:
+        opening = f"The model does not explain the {trials} trials"
+    text = f"{opening}: its error is {ratio(found.over_floor)} the noise floor"
+    return f"{text} ({errors(found.rmse, comparison.units)})."
+
+
+def verdict_sentence(diagnosis: Diagnosis) -> str:
+    """Return the verdict in one or two plain sentences, with the numbers that support it."""
+    names = _joined(effect_name(effect) for effect in diagnosis.effects)
+    chance = "" if diagnosis.p_value is None else f" (p = {diagnosis.p_value:.2g})"
+    match diagnosis.verdict:
+        case "adequate":
+            return f"Nothing is missing that these data can show{chance}.{_present_error(diagnosis.held_out)}"
+        case "named":
+            found = _joined(_with_values(effect) for effect in diagnosis.effects)
+            return f"Missing: {found}{chance}.{_removed(diagnosis)}"
+        case "ambiguous":
+            groups = "; ".join(_joined((_at(name, "") for name in group), "or") for group in diagnosis.confusable)
+            choice = groups or names or "several effects"
+            return f"An effect is missing{chance}, but these data cannot tell which: {choice}."
+        case "unknown":
+            found = f" Best in the library: {names}." if names else ""
+            return f"Something is missing{chance} that no effect in the library explains.{found}" + (
+                _removed(diagnosis) if names else _present_error(diagnosis.held_out)
+            )
+        case "cannot_tell":
+            return f"These data cannot tell whether an effect is missing{chance}.{_present_error(diagnosis.held_out)}"
+
+
+def _present_error(held_out: HeldOut) -> str:
+    now = over_floor(held_out.rmse_before, held_out.noise_floor)
+    return "" if math.isnan(now) else f" The error on held-out trials is {ratio(now)} the noise floor."
+
+
+def _with_values(effect: NamedEffect) -> str:
+    values = "; ".join(estimate(name, found) for name, found in effect.parameters.items())
+    return f"{effect_name(effect)} ({values})" if values else effect_name(effect)
+
+
+def _removed(diagnosis: Diagnosis) -> str:
+    held_out, them = diagnosis.held_out, "them" if len(diagnosis.effects) > 1 else "it"
+    before = over_floor(held_out.rmse_before, held_out.noise_floor)
+    after = over_floor(held_out.rmse_after, held_out.noise_floor)
+    if math.isnan(before) or math.isnan(after):
+        return ""
+    share = percent(held_out.reducible_removed)
+    return (
+        f" Adding {them} takes the error on held-out trials from {ratio(before)} to {ratio(after)} the noise floor"
+        f" and removes {share} of what can be removed."
+    )
+
+
+def _at(effect: str, site: str) -> str:
+    words = effect.replace("_", " ")
+    return f"{words} at {site}" if site else words
+
+
+def _joined(names: Iterable[str], last: str = "and") -> str:
+    *first, final = list(names) or [""]
+    return f"{', '.join(first)} {last} {final}" if first else final

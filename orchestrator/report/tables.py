@@ -1,0 +1,154 @@
+"""Results as tables for a terminal or a pipe, at most 100 columns wide."""
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import IO
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Console, Group
+from rich.table import Table
+from rich.text import Text
+
+from orchestrator.compare.result import Comparison, SetErrors
+from orchestrator.diagnosis.result import Diagnosis, NamedEffect
+from orchestrator.ledger import LedgerEntry
+from orchestrator.report.numbers import digits, estimate, percent, quantity
+from orchestrator.report.sentences import comparison_sentence, effect_name, ranked_name, verdict_sentence
+
+__all__ = ["comparison_table", "diagnosis_table", "ledger_table", "report_console", "verdict_sentence"]
+
+WIDTH = 100
+BAR_WIDTH = 7
+RANKING_ROWS = 8
+TRIAL_ROWS = 40
+_EIGHTHS = " ▏▎▍▌▋▊▉█"
+
+
+def report_console(file: IO[str] | None = None) -> Console:
+    """Return a console that prints these tables; in a pipe it is 100 columns wide and has no colour."""
+    console = Console(file=file, highlight=False)
+    return console if console.is_terminal else Console(file=file, highlight=False, width=WIDTH, no_color=True)
+
+
+def bar(share: float, width: int = BAR_WIDTH) -> str:
+    """Return a bar of Unicode blocks for a share of `width` characters; shares outside [0, 1] are clipped.
+
+    Example:
+        >>> bar(0.55, 4)
+        '██▎'
+    """
+    eighths = 0 if math.isnan(share) else round(8 * width * min(1.0, max(0.0, share)))
+    return "█" * (eighths // 8) + _EIGHTHS[eighths % 8].strip()
+
+
+def ledger_table(entries: Sequence[LedgerEntry]) -> Table:
+    """Return one row per version: what was added, the errors, and a bar from the floor to the first error (log)."""
+    table = _table()
+    table.add_column("v", justify="right", no_wrap=True)
+    table.add_column("name", overflow="fold", max_width=12)
+    table.add_column("added effect, 90 % interval", overflow="fold")
+    table.add_column("learning", no_wrap=True)
+    table.add_column("held out", no_wrap=True)
+    table.add_column("x floor", justify="right", no_wrap=True)
+    table.add_column("error", no_wrap=True, width=BAR_WIDTH)
+    known: set[tuple[str, str]] = set()
+    for entry in entries:
+        added = [effect for effect in entry.effects if (effect.id, effect.site) not in known]
+        known |= {(effect.id, effect.site) for effect in entry.effects}
+        share = _share(_deciding(entry).over_floor, _deciding(entries[0]).over_floor)
+        _row(
+            table,
+            str(entry.version),
+            entry.name,
+            _effects(added),
+            _signals(entry.learning, entry.units),
+            "none" if entry.held_out is None else _signals(entry.held_out, entry.units),
+            digits(_deciding(entry).over_floor),
+            bar(share),
+        )
+    return table
+
+
+def comparison_table(comparison: Comparison) -> Group:
+    """Return the finding in a sentence, then the errors of both sets and of each trial, signal by signal."""
+    table = _table()
+    table.add_column("trial", overflow="fold", max_width=36)
+    table.add_column("set", no_wrap=True)
+    table.add_column("signal", overflow="fold", max_width=20)
+    for heading in ("error (rms)", "floor", "x floor", "fit"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    rows = _comparison_rows(comparison)
+    for row in rows[:TRIAL_ROWS]:
+        _row(table, *row)
+    if len(rows) > TRIAL_ROWS:
+        table.caption = f"{len(rows) - TRIAL_ROWS} more rows are in the JSON result"
+    return Group(Text(comparison_sentence(comparison)), table)
+
+
+def diagnosis_table(diagnosis: Diagnosis) -> Group:
+    """Return the verdict sentence, then the best of the ranking."""
+    table = _table()
+    table.add_column("", justify="right", no_wrap=True)
+    table.add_column("added to the model", overflow="fold", max_width=52)
+    table.add_column("error removed", justify="right", no_wrap=True)
+    table.add_column("", no_wrap=True, width=BAR_WIDTH)
+    table.add_column("probability", justify="right", no_wrap=True)
+    for place, entry in enumerate(diagnosis.ranking[:RANKING_ROWS], start=1):
+        score, probability = percent(entry.score), percent(entry.probability)
+        _row(table, str(place), ranked_name(entry), score, bar(entry.score), probability)
+    left = len(diagnosis.ranking) - RANKING_ROWS
+    if left > 0:
+        table.caption = f"{left} more are in the JSON result"
+    return Group(Text(verdict_sentence(diagnosis)), table)
+
+
+def _table() -> Table:
+    return Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False, caption_justify="left", caption_style="")
+
+
+def _row(table: Table, *cells: str) -> None:
+    """Add cells as plain text: in a string, rich would read `tauC[a]` as markup."""
+    table.add_row(*(Text(cell) for cell in cells))
+
+
+def _comparison_rows(comparison: Comparison) -> list[tuple[str, ...]]:
+    rows = []
+    sets = (("all learning", "learning", comparison.learning), ("all held-out", "held_out", comparison.held_out))
+    for label, name, found in sets:
+        if found is not None:
+            rows += [_comparison_row(comparison, label, name, signal, found.rmse, {}) for signal in comparison.signals]
+    for trial in comparison.trials:
+        for signal in comparison.signals:
+            rows.append(_comparison_row(comparison, trial.file, trial.set, signal, trial.rmse, trial.fit_percent))
+    return rows
+
+
+def _comparison_row(
+    comparison: Comparison, label: str, group: str, signal: str, rmse: Mapping[str, float], fit: Mapping[str, float]
+) -> tuple[str, ...]:
+    value, unit, floor = rmse[signal], comparison.units[signal], comparison.noise_floor[signal]
+    over = digits(value / floor) if floor else "∞"
+    fitted = percent(fit[signal] / 100) if signal in fit else ""
+    return label, group.replace("_", " "), signal, quantity(value, unit), quantity(floor, unit), over, fitted
+
+
+def _deciding(entry: LedgerEntry) -> SetErrors:
+    return entry.learning if entry.held_out is None else entry.held_out
+
+
+def _share(now: float, first: float) -> float:
+    """Place of an error between the floor (0) and the first error (1) on a log scale."""
+    if not first > 1 or not now > 1:
+        return 0.0
+    return 1.0 if not math.isfinite(now) or not math.isfinite(first) else math.log(now) / math.log(first)
+
+
+def _effects(effects: Sequence[NamedEffect]) -> str:
+    lines = []
+    for effect in effects:
+        lines += [effect_name(effect), *(estimate(name, found) for name, found in effect.parameters.items())]
+    return "\n".join(lines) or "as given"
+
+
+def _signals(found: SetErrors, units: Mapping[str, str]) -> str:
+    return "\n".join(f"{name} {quantity(value, units.get(name, ''))}" for name, value in found.rmse.items())
