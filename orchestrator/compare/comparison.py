@@ -12,8 +12,14 @@ from orchestrator.measurements import BoundSet, BoundTrial, MeasurementSet, bind
 from orchestrator.models.contract import FittedTrial, Model
 
 
-def compare(model: Model, measurements: MeasurementSet, *, workers: int = 2) -> Comparison:
+def compare(
+    model: Model, measurements: MeasurementSet, *, workers: int = 2, floor: Mapping[str, float] | None = None
+) -> Comparison:
     """Run the model freely along every trial and measure its errors.
+
+    Args:
+        workers: number of trials that run at a time.
+        floor: noise floor of each signal, in its unit; estimated with this model if not given.
 
     Raises:
         MisfitError: if columns and variables do not fit each other.
@@ -28,7 +34,8 @@ def compare(model: Model, measurements: MeasurementSet, *, workers: int = 2) -> 
     with ThreadPoolExecutor(workers) as pool:
         runs = list(pool.map(follow, data.trials))
     followed = list(zip(data.trials, runs, strict=True))
-    floor = noise_floor(model, data, [pair for pair in followed if pair[0].subset == "learning"])
+    if floor is None:
+        floor = noise_floor(model, data, [pair for pair in followed if pair[0].subset == "learning"])
     return summarise(model, measurements, data, followed, floor)
 
 

@@ -3,7 +3,7 @@ model CoulombFriction "Friction of constant size against the motion"
   import SI = FESArm.Units;
   extends PartialJointTorque;
   parameter SI.Torque tauC[n](each min=0, each max=5) = fill(0.1, n) "Size of the friction torque";
-  parameter SI.AngularVelocity wSharp(min=1e-4) = 0.005 "Speed at which 76 % of the full torque is reached";
+  parameter SI.AngularVelocity wSharp(min=1e-4) = 0.002 "Speed at which 76 % of the full torque is reached";
 equation
   for i in 1:n loop
     tau[i] = -tauC[i]*tanh(w[i]/wSharp);
