@@ -1,0 +1,97 @@
+"""The main job: compare a model, learn which effect is missing, add it, compare again, and keep the ledger."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from importlib.metadata import version as package_version
+from pathlib import Path
+
+from fmus.catalogue import ModelicaModel
+from fmus.symbolic.system import SymbolicSystem
+from orchestrator import ledger
+from orchestrator.compare.comparison import compare
+from orchestrator.compare.result import Comparison
+from orchestrator.diagnosis.diagnose import diagnose
+from orchestrator.diagnosis.result import Diagnosis, NamedEffect
+from orchestrator.diagnosis.search import Progress
+from orchestrator.ledger import LedgerEntry
+from orchestrator.measurements import MeasurementSet
+from orchestrator.models.symbolic import SymbolicModel
+from orchestrator.versions import Version, add_effects
+
+
+@dataclass(frozen=True)
+class Discovery:
+    """A diagnosis, the model versions made from it, and their ledger entries, the model as given first."""
+
+    diagnosis: Diagnosis
+    versions: tuple[Version, ...]
+    entries: tuple[LedgerEntry, ...]
+
+
+def discover(
+    source: ModelicaModel,
+    measurements: MeasurementSet,
+    folder: Path,
+    *,
+    workers: int = 2,
+    progress: Progress = lambda message: None,
+) -> Discovery:
+    """Diagnose a model, add the named effects one after another, and record every version in the folder's ledger.
+
+    Raises:
+        MisfitError: for input that does not fit.
+        ComponentError: if the model cannot be simulated.
+    """
+    diagnosis = diagnose(source, measurements, workers=workers, progress=progress)
+    nominal = diagnosis.steps[0].comparison
+    entries = [_record(folder, source.name, source, source.compile(), (), nominal, measurements)]
+    versions = []
+    for step in diagnosis.steps[1:]:
+        progress(f"building the model with {' + '.join(effect.id for effect in step.effects)}")
+        version = add_effects(source, step.effects, folder)
+        again = compare(
+            SymbolicModel(version.source.name, version.system),
+            measurements,
+            workers=workers,
+            floor=nominal.noise_floor,
+        )
+        name = version.source.name
+        entries.append(_record(folder, name, version.source, version.system, step.effects, again, measurements))
+        versions.append(version)
+    if versions:
+        diagnosis = replace(diagnosis, patched_model=str(versions[-1].fmu))
+    return Discovery(diagnosis, tuple(versions), tuple(entries))
+
+
+def _record(
+    folder: Path,
+    name: str,
+    source: ModelicaModel,
+    system: SymbolicSystem,
+    effects: Sequence[NamedEffect],
+    comparison: Comparison,
+    measurements: MeasurementSet,
+) -> LedgerEntry:
+    """Append a version to the ledger, unless the same model is there for the same data; return its entry."""
+    known = ledger.read(folder) if (folder / ledger.FILE_NAME).exists() else []
+    model_hash = SymbolicModel(name, system).content_hash
+    for entry in known:
+        if (entry.model_hash, entry.data_hash) == (model_hash, measurements.content_hash):
+            return entry
+    entry = LedgerEntry(
+        version=len(known),
+        name=name,
+        model=name if source.file is None else f"{source.file}:{source.class_name}",
+        effects=tuple(effects),
+        learning=comparison.learning,
+        held_out=comparison.held_out,
+        noise_floor=comparison.noise_floor,
+        units=comparison.units,
+        model_hash=model_hash,
+        data_hash=measurements.content_hash,
+        date=datetime.now(UTC).isoformat(timespec="seconds"),
+        misfit_version=package_version("misfit-fmu"),
+    )
+    ledger.append(folder, entry)
+    return entry

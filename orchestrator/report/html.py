@@ -1,0 +1,146 @@
+"""Reports as single HTML files that need no network and no script."""
+
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from orchestrator.compare.result import Comparison, TrialCurves
+from orchestrator.diagnosis.result import Diagnosis
+from orchestrator.ledger import LedgerEntry
+from orchestrator.report import figures
+from orchestrator.report.numbers import digits
+from orchestrator.report.page import (
+    Page,
+    Picture,
+    effects_table,
+    experiment_rows,
+    held_out_table,
+    set_errors_table,
+    trial_errors_table,
+    versions_table,
+)
+from orchestrator.report.provenance import ledger_provenance, provenance
+from orchestrator.report.sentences import comparison_sentence, effect_name, verdict_sentence
+from orchestrator.report.where_tables import where_tables
+
+if TYPE_CHECKING:
+    from jinja2 import Template
+
+
+def comparison_report(comparison: Comparison) -> str:
+    """Return the page of a comparison: how large the error is, where it is, and what it looks like."""
+    page = Page(
+        title=f"Comparison of {comparison.model} with {_short(comparison.data)}",
+        verdict=comparison_sentence(comparison),
+        falling_error=None,
+        results=(set_errors_table(comparison), trial_errors_table(comparison)),
+        findings=comparison.findings,
+        where=where_tables(comparison.where, comparison.units, comparison.noise_floor),
+        pictures=(*_trial_pictures(comparison, {}), *_residual_pictures(comparison)),
+        next_experiment=(),
+        warnings=(),
+        notes=comparison.notes,
+        provenance=provenance(comparison.model, comparison.data),
+    )
+    return _render(page)
+
+
+def diagnosis_report(diagnosis: Diagnosis) -> str:
+    """Return the page of a diagnosis: the verdict, the error that falls, and the evidence."""
+    return _render(_diagnosis_page(diagnosis, []))
+
+
+def discovery_report(diagnosis: Diagnosis, entries: list[LedgerEntry]) -> str:
+    """Return the page of a discovery: the diagnosis with the ledger of the versions it led to."""
+    return _render(_diagnosis_page(diagnosis, entries))
+
+
+def _diagnosis_page(diagnosis: Diagnosis, entries: list[LedgerEntry]) -> Page:
+    given, final = diagnosis.steps[0].comparison, diagnosis.steps[-1].comparison
+    effects = (entries[-1].effects if entries else ()) or diagnosis.effects
+    versions = [(e.name, e.learning, e.held_out) for e in entries] or _step_versions(diagnosis)
+    changed = {} if final is given else {curves.file: curves for curves in final.curves}
+    seconds = (("seconds", digits(diagnosis.seconds)),)
+    return Page(
+        title=f"{'Discovery' if entries else 'Diagnosis'}: {diagnosis.model} on {_short(diagnosis.data)}",
+        verdict=verdict_sentence(diagnosis),
+        falling_error=_falling(versions),
+        results=(
+            *effects_table(effects),
+            *held_out_table(diagnosis.held_out, given.units),
+            *((versions_table(entries),) if entries else ()),
+            set_errors_table(final),
+        ),
+        findings=given.findings,
+        where=where_tables(given.where, given.units, given.noise_floor),
+        pictures=(*_ranking(diagnosis), *_trial_pictures(given, changed), *_residual_pictures(given)),
+        next_experiment=experiment_rows(diagnosis.next_experiment),
+        warnings=diagnosis.warnings,
+        notes=given.notes,
+        provenance=provenance(diagnosis.model, diagnosis.data) + seconds + ledger_provenance(entries),
+    )
+
+
+def _step_versions(diagnosis: Diagnosis) -> list[figures.Version]:
+    versions: list[figures.Version] = []
+    known: set[tuple[str, str]] = set()
+    for step in diagnosis.steps:
+        added = [effect_name(effect) for effect in step.effects if (effect.id, effect.site) not in known]
+        known |= {(effect.id, effect.site) for effect in step.effects}
+        name = "+ " + ", ".join(added) if added else "as given"
+        versions.append((name, step.comparison.learning, step.comparison.held_out))
+    return versions
+
+
+def _falling(versions: list[figures.Version]) -> Picture | None:
+    if len(versions) < 2:
+        return None
+    return Picture(figures.falling_error(versions), "The error of each version, as a multiple of the noise floor.")
+
+
+def _ranking(diagnosis: Diagnosis) -> tuple[Picture, ...]:
+    if not diagnosis.ranking:
+        return ()
+    return (Picture(figures.ranking(diagnosis), "What was tried, best first."),)
+
+
+def _trial_pictures(comparison: Comparison, changed: dict[str, TrialCurves]) -> list[Picture]:
+    shown = "Measured and modelled curves of {}, with the residual (measured minus modelled) below."
+    return [
+        Picture(figures.trial_curves(comparison, trial, changed.get(trial.file)), shown.format(trial.file))
+        for trial in figures.shown_trials(comparison)
+    ]
+
+
+def _residual_pictures(comparison: Comparison) -> list[Picture]:
+    pictures = [Picture(figures.error_by_trial(comparison), "Error of each trial; the dashed line is the noise floor.")]
+    if not comparison.curves:
+        return pictures
+    for name in figures.shown_signals(comparison):
+        caption = f"Residual of {name} against each measured signal and its speed, all trials."
+        pictures.append(Picture(figures.residual_against_state(comparison, name), caption))
+    caption = "Residual by frequency, all trials; the dashed line is the noise floor if it were white."
+    return [*pictures, Picture(figures.residual_spectrum(comparison), caption)]
+
+
+def _short(path: str) -> str:
+    return Path(path).name or path
+
+
+def _render(page: Page) -> str:
+    return _template().render(page=page)
+
+
+@cache
+def _template() -> "Template":
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    loader = FileSystemLoader(Path(__file__).parent / "templates")
+    environment = Environment(
+        loader=loader,
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return environment.get_template("report.html.j2")

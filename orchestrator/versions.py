@@ -1,0 +1,106 @@
+"""Add effects to a model: a new Modelica class that extends it, and its FMU; the original stays as it is."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from fmus.catalogue import ModelicaModel
+from fmus.errors import MisfitError
+from fmus.package import build_fmu
+from fmus.symbolic.system import SymbolicSystem
+from orchestrator.diagnosis.candidates import Candidate, EffectSet, can_join, find_candidates
+from orchestrator.diagnosis.cards import effect_library
+from orchestrator.diagnosis.result import Estimate, NamedEffect
+from orchestrator.models.patch import check_attached, free_slots, patched_model, patched_source
+
+
+@dataclass(frozen=True)
+class Version:
+    """A model extended with effects: its Modelica source, its symbolic form, its FMU."""
+
+    source: ModelicaModel
+    system: SymbolicSystem
+    fmu: Path
+
+
+def add_effects(base: ModelicaModel, effects: Sequence[NamedEffect], folder: Path) -> Version:
+    """Write `NAME.mo` and `NAME.fmu` to a folder, with NAME the base's name and the next free number.
+
+    The same effects with the same values give the same name again.
+
+    Raises:
+        MisfitError: if an effect is unknown or the model has no slot for it.
+    """
+    chosen = _place(base, effects)
+    effect_set = EffectSet(base, chosen, base.compile().outputs)
+    values = _values(effect_set, effects)
+    attachments = effect_set.attachments(values)
+    comment = f"{base.class_name} with {', '.join(effect.id for effect in effects)}"
+    name = _free_name(base, folder, lambda n: patched_source(base, n, attachments, comment))
+    source = patched_model(base, name, attachments, comment=comment, folder=folder)
+    system = source.compile()
+    check_attached(system, attachments)
+    assert source.file is not None
+    fmu = build_fmu(
+        system,
+        folder / f"{name}.fmu",
+        stop_time=base.stop_time_s,
+        step_size=base.step_size_s,
+        extra_files={f"resources/{name}.mo": source.file.read_bytes()},
+    )
+    return Version(source, system, fmu)
+
+
+def default_effect(base: ModelicaModel, effect_id: str) -> NamedEffect:
+    """Return an effect of the library at its first site in a model, with the card's start values.
+
+    Raises:
+        MisfitError: if the id is unknown or the model has no slot for it.
+    """
+    known = {card.id for card in effect_library()}
+    if effect_id not in known:
+        raise MisfitError(f"there is no effect '{effect_id}'; the library has {', '.join(sorted(known))}")
+    found, _ = find_candidates(base, base.compile(), effect_library())
+    candidate = next((c for c in found if c.card.id == effect_id), None)
+    if candidate is None:
+        raise MisfitError(f"{base.name} has no free slot for {effect_id}")
+    effects = EffectSet(base, [candidate], base.compile().outputs)
+    parameters = {
+        v.name.removeprefix(f"{candidate.slot}."): Estimate(float(value), v.unit, (float(value), float(value)))
+        for v, value in zip(effects.variables, effects.first_guess(), strict=True)
+    }
+    return NamedEffect(effect_id, candidate.site, parameters)
+
+
+def _place(base: ModelicaModel, effects: Sequence[NamedEffect]) -> list[Candidate]:
+    system = base.compile()
+    found, _ = find_candidates(base, system, effect_library())
+    chosen: list[Candidate] = []
+    for effect in effects:
+        match = next((c for c in found if c.card.id == effect.id and c.site == effect.site), None)
+        placed = None if match is None else can_join(chosen, match, free_slots(system))
+        if placed is None:
+            raise MisfitError(f"{effect.id} at {effect.site} cannot be added to {base.name}: it has no free slot for it")
+        chosen.append(placed)
+    return chosen
+
+
+def _values(effects: EffectSet, named: Sequence[NamedEffect]) -> list[float]:
+    values = []
+    for owner, variable in zip(effects.owners(), effects.variables, strict=True):
+        name = variable.name.removeprefix(f"{effects.candidates[owner].slot}.")
+        if name not in named[owner].parameters:
+            raise MisfitError(f"{named[owner].id} lacks the parameter {name}")
+        values.append(named[owner].parameters[name].value)
+    return values
+
+
+def _free_name(base: ModelicaModel, folder: Path, text_of: Callable[[str], str]) -> str:
+    short = base.class_name.rsplit(".", 1)[-1]
+    number = 1
+    while True:
+        name = f"{short}_{number}"
+        file = folder / f"{name}.mo"
+        if not file.exists() or file.read_text() == text_of(name):
+            return name
+        number += 1
