@@ -1,5 +1,6 @@
 """Reports as single HTML files that need no network and no script."""
 
+from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -59,7 +60,7 @@ def _diagnosis_page(diagnosis: Diagnosis, entries: list[LedgerEntry]) -> Page:
     given, final = diagnosis.steps[0].comparison, diagnosis.steps[-1].comparison
     effects = (entries[-1].effects if entries else ()) or diagnosis.effects
     versions = [(e.name, e.learning, e.held_out) for e in entries] or _step_versions(diagnosis)
-    changed = {} if final is given else {curves.file: curves for curves in final.curves}
+    changed = {} if final is given else {(curves.file, curves.set): curves for curves in final.curves}
     seconds = (("seconds", digits(diagnosis.seconds)),)
     return Page(
         title=f"{'Discovery' if entries else 'Diagnosis'}: {diagnosis.model} on {_short(diagnosis.data)}",
@@ -69,7 +70,7 @@ def _diagnosis_page(diagnosis: Diagnosis, entries: list[LedgerEntry]) -> Page:
             *effects_table(effects),
             *held_out_table(diagnosis.held_out, given.units),
             *((versions_table(entries),) if entries else ()),
-            set_errors_table(final),
+            set_errors_table(final, f"Error (rms) of each set, {_subject(final is given)}"),
         ),
         findings=given.findings,
         where=where_tables(given.where, given.units, given.noise_floor),
@@ -104,23 +105,27 @@ def _ranking(diagnosis: Diagnosis) -> tuple[Picture, ...]:
     return (Picture(figures.ranking(diagnosis), "What was tried, best first."),)
 
 
-def _trial_pictures(comparison: Comparison, changed: dict[str, TrialCurves]) -> list[Picture]:
+def _trial_pictures(comparison: Comparison, changed: Mapping[tuple[str, str], TrialCurves]) -> list[Picture]:
     shown = "Measured and modelled curves of {}, with the residual (measured minus modelled) below."
     return [
-        Picture(figures.trial_curves(comparison, trial, changed.get(trial.file)), shown.format(trial.file))
+        Picture(figures.trial_curves(comparison, trial, changed.get((trial.file, trial.set))), shown.format(trial.file))
         for trial in figures.shown_trials(comparison)
     ]
 
 
 def _residual_pictures(comparison: Comparison) -> list[Picture]:
-    pictures = [Picture(figures.error_by_trial(comparison), "Error of each trial; the dashed line is the noise floor.")]
     if not comparison.curves:
-        return pictures
+        return []
+    pictures = [Picture(figures.error_by_trial(comparison), "Error of each trial; the dashed line is the noise floor.")]
     for name in figures.shown_signals(comparison):
         caption = f"Residual of {name} against each measured signal and its speed, all trials."
         pictures.append(Picture(figures.residual_against_state(comparison, name), caption))
     caption = "Residual by frequency, all trials; the dashed line is the noise floor if it were white."
     return [*pictures, Picture(figures.residual_spectrum(comparison), caption)]
+
+
+def _subject(as_given: bool) -> str:
+    return "model as given" if as_given else "with the effects added"
 
 
 def _short(path: str) -> str:

@@ -60,5 +60,5 @@ def _cell(row: Mapping[str, Any], key: str, units: Mapping[str, str]) -> str:
     if key in _BOUNDS:
         return f"{digits(value)} {_BOUNDS[key]}"
     if key in ("from", "to"):
-        return f"{digits(value)} {row.get('unit', '')}".removesuffix(" 1").rstrip()
+        return quantity(value, str(row.get("unit", "")))
     return str(value) if isinstance(value, int) else digits(value)

@@ -40,6 +40,7 @@ def canvas(
     for ax in axes.flat:
         ax.spines[["top", "right"]].set_visible(False)
         ax.tick_params(labelsize=8)
+        ax.set_axisbelow(True)
         ax.grid(alpha=0.25, linewidth=0.5)
     return figure, axes
 

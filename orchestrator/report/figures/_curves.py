@@ -106,7 +106,7 @@ def _model(after: TrialCurves | None) -> str:
 
 
 def _alt(comparison: Comparison, trial: TrialCurves, after: TrialCurves | None, signals: list[str]) -> str:
-    errors = {t.file: t.rmse for t in comparison.trials}.get(trial.file) or rms_residuals(trial)
+    errors = rms_residuals(trial)
     improved = {} if after is None else rms_residuals(after)
     parts = []
     for name in signals:

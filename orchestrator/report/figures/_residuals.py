@@ -1,11 +1,12 @@
 """What the residual depends on: trial, measured state, frequency."""
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from orchestrator.compare.result import Comparison, TrialCurves
+from orchestrator.compare.result import Comparison, TrialCurves, TrialErrors
 from orchestrator.report.figures._canvas import (
     BLACK,
     BLUE,
@@ -35,20 +36,28 @@ def error_by_trial(comparison: Comparison) -> str:
     figure, axes = canvas(1, len(signals), 2.8)
     parts = []
     for ax, name in zip(axes[0], signals, strict=True):
-        heights = [trial.rmse[name] for trial in trials]
-        held_out = [trial.set == "held_out" for trial in trials]
-        hatches = ["///" if out else "" for out in held_out]
-        colours = ["white" if out else BLUE for out in held_out]
-        ax.bar(range(1, len(trials) + 1), heights, color=colours, edgecolor=BLUE, hatch=hatches, width=0.7)
-        ax.axhline(comparison.noise_floor[name], color=BLACK, linestyle="--", linewidth=1.2)
-        ax.set_xlabel("trial (hatched: held out; dashed: noise floor)", fontsize=9)
-        ax.set_ylabel(axis_label(f"{name} error, rms", comparison.units[name]), fontsize=9)
-        ax.set_xticks(range(1, len(trials) + 1))
-        low, high = (quantity(end, comparison.units[name]) for end in (min(heights), max(heights)))
-        parts.append(
-            f"{name} from {low} to {high}, floor {quantity(comparison.noise_floor[name], comparison.units[name])}"
-        )
+        unit, floor, errors = comparison.units[name], comparison.noise_floor[name], [t.rmse[name] for t in trials]
+        _draw_bars(ax, trials, errors, floor)
+        ax.set_ylabel(axis_label(f"{name} error, rms", unit), fontsize=9)
+        low, high = quantity(min(errors), unit), quantity(max(errors), unit)
+        parts.append(f"{name} from {low} to {high}, floor {quantity(floor, unit)}")
     return image(figure, f"Error of {len(trials)} trials by signal: {'; '.join(parts)}.")
+
+
+def _draw_bars(ax: "Axes", trials: Sequence[TrialErrors], errors: Sequence[float], floor: float) -> None:
+    held_out = [trial.set == "held_out" for trial in trials]
+    numbers = range(1, len(trials) + 1)
+    ax.bar(
+        numbers,
+        [error if math.isfinite(error) else 0.0 for error in errors],
+        color=["white" if out else BLUE for out in held_out],
+        edgecolor=BLUE,
+        hatch=["///" if out else "" for out in held_out],
+        width=0.7,
+    )
+    ax.axhline(floor, color=BLACK, linestyle="--", linewidth=1.2)
+    ax.set_xticks(numbers)
+    ax.set_xlabel("trial (hatched: held out; dashed: noise floor)", fontsize=9)
 
 
 def residual_against_state(comparison: Comparison, name: str) -> str:
