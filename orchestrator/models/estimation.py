@@ -192,10 +192,15 @@ class _Problem:
 
 
 def _sandwich_std(residual: np.ndarray, jacobian: np.ndarray, edges: Sequence[int], n_free: int) -> np.ndarray:
-    """Standard deviations of the first `n_free` unknowns: H^-1 (sum of g_b g_b') H^-1 over blocks b of samples."""
-    hessian = jacobian.T @ jacobian
-    inverse = np.linalg.pinv(hessian, hermitian=True)
-    blocks = zip(edges[:-1], edges[1:], strict=True)
+    """Standard deviations of the first `n_free` unknowns.
+
+    H^-1 (sum of g_b g_b') H^-1 over blocks b of samples, times B/(B - k) for B blocks and k unknowns, which a fit has
+    drawn towards the data; never less than for white residuals, as few blocks can agree by chance.
+    """
+    inverse = np.linalg.pinv(jacobian.T @ jacobian, hermitian=True)
+    blocks = list(zip(edges[:-1], edges[1:], strict=True))
     gradients = np.array([jacobian[a:b].T @ residual[a:b] for a, b in blocks])
-    covariance = inverse @ (gradients.T @ gradients) @ inverse
-    return np.sqrt(np.maximum(np.diag(covariance)[:n_free], 0.0))
+    used = len(blocks) / max(len(blocks) - jacobian.shape[1], 1)
+    correlated = used * np.diag(inverse @ (gradients.T @ gradients) @ inverse)
+    white = np.diag(inverse) * float(np.mean(residual[: edges[-1]] ** 2))
+    return np.sqrt(np.maximum(correlated, white)[:n_free])  # type: ignore[no-any-return]

@@ -1,0 +1,9 @@
+within FESArm.Test;
+model DelayOfARamp "A delayed ramp is the same ramp, later; before that it holds its first value"
+  FESArm.Effects.StimulationPath.StimulationDelay late(n=1, T=0.02);
+  output Real yError(unit="1") "Zero when the law is right";
+equation
+  late.u = {time};
+  yError = late.y[1] - max(0, time - late.T);
+  annotation (experiment(StopTime=0.3));
+end DelayOfARamp;

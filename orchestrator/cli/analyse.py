@@ -1,0 +1,53 @@
+"""`misfit compare` and `misfit diagnose`."""
+
+import click
+
+from orchestrator.cli.common import progress, result_options, show, write_file, write_json
+
+
+@click.command()
+@click.argument("model")
+@click.argument("data")
+@result_options()
+def compare(model: str, data: str, json_file: str | None, html_file: str | None, quiet: bool, workers: int) -> None:
+    """Show where MODEL fails against DATA, and by how much, against the noise floor."""
+    from orchestrator.compare.comparison import compare as run
+    from orchestrator.measurements import load_measurements
+    from orchestrator.models.load import load_model
+    from orchestrator.report.html import comparison_report
+    from orchestrator.report.tables import comparison_table
+
+    with progress(quiet) as say:
+        say(f"reading {data}")
+        measurements = load_measurements(data)
+        say(f"building {model}")
+        loaded = load_model(model)
+        say("running the model along every trial")
+        result = run(loaded, measurements, workers=workers)
+        report = comparison_report(result) if html_file else None
+    show(comparison_table(result), quiet)
+    show("\n".join(result.findings), quiet)
+    write_json(json_file, result.to_json())
+    write_file(html_file, report)
+
+
+@click.command()
+@click.argument("model")
+@click.argument("data")
+@result_options()
+def diagnose(model: str, data: str, json_file: str | None, html_file: str | None, quiet: bool, workers: int) -> None:
+    """Name the physical effect that MODEL lacks to explain DATA."""
+    from orchestrator.diagnosis.diagnose import diagnose as run
+    from orchestrator.measurements import load_measurements
+    from orchestrator.models.load import load_modelica
+    from orchestrator.report.html import diagnosis_report
+    from orchestrator.report.tables import diagnosis_table
+
+    with progress(quiet) as say:
+        say(f"reading {data}")
+        measurements = load_measurements(data)
+        result = run(load_modelica(model), measurements, workers=workers, progress=say)
+        report = diagnosis_report(result) if html_file else None
+    show(diagnosis_table(result), quiet)
+    write_json(json_file, result.to_json())
+    write_file(html_file, report)

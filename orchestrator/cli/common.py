@@ -1,0 +1,81 @@
+"""What the commands share: options, progress, tables, and results written to files."""
+
+import json
+import os
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import click
+
+from fmus.errors import MisfitError
+from fmus.files import write_atomically
+
+Say = Callable[[str], None]
+
+
+def result_options(html: bool = True) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Add `--json`, `--html`, `--quiet` and `--workers` to a command."""
+
+    def decorate(command: Callable[..., None]) -> Callable[..., None]:
+        command = click.option("--json", "json_file", metavar="F", help="Write the result to F ('-': standard output).")(
+            command
+        )
+        if html:
+            command = click.option("--html", "html_file", metavar="F", help="Write a self-contained report to F.")(command)
+        command = click.option("--quiet", is_flag=True, help="Print nothing but errors.")(command)
+        default = os.cpu_count() or 1
+        return click.option(
+            "--workers", type=click.IntRange(1, 64), default=default, show_default=True, help="Fits that run at a time."
+        )(command)
+
+    return decorate
+
+
+@contextmanager
+def progress(quiet: bool) -> Iterator[Say]:
+    """Show what is being done on a terminal; stay silent in a pipe."""
+    if quiet or not sys.stderr.isatty():
+        yield lambda message: None
+        return
+    from rich.console import Console
+    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+    columns = (SpinnerColumn(), TimeElapsedColumn(), TextColumn("{task.description}"))
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("starting")
+        yield lambda message: bar.update(task, description=message)
+
+
+def show(renderable: Any, quiet: bool) -> None:
+    """Print a table or text, 100 columns wide in a pipe."""
+    if quiet:
+        return
+    from rich.console import Console
+
+    width = None if sys.stdout.isatty() else 100
+    Console(width=width, highlight=False, soft_wrap=isinstance(renderable, str)).print(renderable)
+
+
+def write_json(target: str | None, document: Any) -> None:
+    """Write a result to a file as a whole, or to standard output for `-`."""
+    if target is None:
+        return
+    text = json.dumps(document, indent=2, allow_nan=False) + "\n"
+    if target == "-":
+        click.echo(text, nl=False)
+    else:
+        write_file(target, text)
+
+
+def write_file(target: str | None, text: str | None) -> None:
+    """Write text to a file as a whole."""
+    if target is None or text is None:
+        return
+    path = Path(target)
+    try:
+        write_atomically(path, text.encode())
+    except OSError as error:
+        raise MisfitError(f"{path} cannot be written: {error.strerror}; choose another place") from error

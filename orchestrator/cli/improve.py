@@ -1,0 +1,105 @@
+"""`misfit add`, `misfit ledger` and `misfit discover`."""
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import click
+
+from fmus.errors import MisfitError
+from orchestrator.cli.common import progress, result_options, show, write_file, write_json
+
+RESULTS = "misfit-results"
+
+
+@click.command()
+@click.argument("diagnosis_or_effect", metavar="DIAGNOSIS|EFFECT")
+@click.option("--to", "model", metavar="MODEL", help="The model to extend; for a DIAGNOSIS its own model by default.")
+@click.option("--out", "folder", default=".", show_default=True, metavar="DIR", help="Where to write NAME.mo and NAME.fmu.")
+@click.option("--quiet", is_flag=True, help="Print nothing but errors.")
+def add(diagnosis_or_effect: str, model: str | None, folder: str, quiet: bool) -> None:
+    """Write a model with an effect in it, as Modelica and FMU; the original is not touched.
+
+    DIAGNOSIS is a file written by `misfit diagnose --json`; EFFECT is an effect id, added with its card's first guess.
+    """
+    from orchestrator.models.load import load_modelica
+    from orchestrator.versions import add_effects, default_effect
+
+    if diagnosis_or_effect.endswith(".json"):
+        document = _read_diagnosis(Path(diagnosis_or_effect))
+        base = load_modelica(model or document["model"])
+        effects = _named_effects(document, diagnosis_or_effect)
+    else:
+        if model is None:
+            raise click.UsageError(f"name the model that gets {diagnosis_or_effect} with --to MODEL")
+        base = load_modelica(model)
+        effects = [default_effect(base, diagnosis_or_effect)]
+    version = add_effects(base, effects, Path(folder))
+    show(f"{version.source.file}\n{version.fmu}", quiet)
+
+
+def _read_diagnosis(path: Path) -> dict[str, Any]:
+    try:
+        document = json.loads(path.read_text())
+    except OSError as error:
+        raise MisfitError(f"diagnosis {path} cannot be read: {error.strerror}") from error
+    except ValueError as error:
+        raise MisfitError(f"diagnosis {path} is not JSON: {error}") from error
+    if not isinstance(document, dict) or document.get("schema") != "misfit.diagnosis/1":
+        raise MisfitError(f"{path} is not a diagnosis; write one with `misfit diagnose MODEL DATA --json {path}`")
+    return document
+
+
+def _named_effects(document: dict[str, Any], where: str) -> list[Any]:
+    from orchestrator.diagnosis.result import Estimate, NamedEffect
+
+    if not document["effects"]:
+        raise MisfitError(f"{where} names no effect (verdict: {document['verdict']}), so there is nothing to add")
+    return [
+        NamedEffect(
+            entry["id"],
+            entry["site"],
+            {name: Estimate(p["value"], p["unit"], tuple(p["ci90"])) for name, p in entry["parameters"].items()},
+        )
+        for entry in document["effects"]
+    ]
+
+
+@click.command()
+@click.argument("folder", default=RESULTS, metavar="[DIR]")
+@click.option("--json", "json_file", metavar="F", help="Write the ledger to F ('-': standard output).")
+def ledger(folder: str, json_file: str | None) -> None:
+    """List every version of a model: its effects, its errors, and how far they are from the noise floor."""
+    from orchestrator.ledger import read
+    from orchestrator.report.tables import ledger_table
+
+    entries = read(Path(folder))
+    show(ledger_table(entries), json_file == "-")
+    write_json(json_file, {"schema": "misfit.ledger/1", "versions": [asdict(entry) for entry in entries]})
+
+
+@click.command()
+@click.argument("model")
+@click.argument("data")
+@click.option("--out", "folder", default=RESULTS, show_default=True, metavar="DIR", help="Models, FMUs and the ledger.")
+@result_options()
+def discover(
+    model: str, data: str, folder: str, json_file: str | None, html_file: str | None, quiet: bool, workers: int
+) -> None:
+    """Compare MODEL with DATA, name the missing effects, add them, and compare again."""
+    from orchestrator.discover import discover as run
+    from orchestrator.measurements import load_measurements
+    from orchestrator.models.load import load_modelica
+    from orchestrator.report.html import discovery_report
+    from orchestrator.report.tables import diagnosis_table, ledger_table
+
+    with progress(quiet) as say:
+        say(f"reading {data}")
+        measurements = load_measurements(data)
+        found = run(load_modelica(model), measurements, Path(folder), workers=workers, progress=say)
+        report = discovery_report(found.diagnosis, list(found.entries)) if html_file else None
+    show(diagnosis_table(found.diagnosis), quiet)
+    show(ledger_table(list(found.entries)), quiet)
+    write_json(json_file, found.diagnosis.to_json())
+    write_file(html_file, report)

@@ -1,0 +1,82 @@
+"""The whole chain on measured data: from Modelica source to a named effect and a fallen error."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fmus.catalogue import find_modelica_model
+from orchestrator.diagnosis.diagnose import diagnose
+from orchestrator.diagnosis.result import Diagnosis
+from orchestrator.measurements import load_measurements
+
+CASES = Path(__file__).parents[1] / "cases"
+ANSWERS: dict[str, Any] = json.loads((CASES / "arm" / "answers.json").read_text())["cases"]
+SINGLES = [case for case, truth in ANSWERS.items() if truth["effects"] not in (["none"], ["unknown"])]
+
+
+def run(model: str, data: Path) -> Diagnosis:
+    return diagnose(find_modelica_model(model), load_measurements(data))
+
+
+def over_signals(rmse: Any) -> float:
+    return float(np.sqrt(np.mean(np.square(list(rmse.values())))))
+
+
+@pytest.mark.parametrize("case", SINGLES)
+def test_hidden_effect_of_the_arm_is_named_and_the_error_falls(case: str) -> None:
+    truth = ANSWERS[case]
+
+    found = run("arm", CASES / "arm" / case)
+
+    assert found.verdict == "named"
+    assert [effect.id for effect in found.effects] == truth["effects"]
+    before, after = over_signals(found.held_out.rmse_before), over_signals(found.held_out.rmse_after)
+    assert after < before / 10 or after < 1.5 * truth["true_model_rmse_heldout_rad"]
+    assert found.ranking[0].effects == tuple(truth["effects"])
+
+
+@pytest.mark.parametrize(
+    ("case", "parameters"),
+    [
+        ("case_003", {"mass": "mass"}),
+        ("case_004", {"T": "delay"}),
+        ("case_007", {"factor[1]": "fmax_factor"}),
+        ("case_008", {"tauUp": "tau_act", "tauDown": "tau_deact"}),
+        ("case_009", {"tauC[1]": "tau_c1", "tauC[2]": "tau_c2"}),
+    ],
+)
+def test_fitted_parameters_are_within_three_percent_of_the_truth(case: str, parameters: dict[str, str]) -> None:
+    found = run("arm", CASES / "arm" / case)
+
+    for name, true_name in parameters.items():
+        true = ANSWERS[case]["parameters"][0][true_name]
+        assert found.effects[0].parameters[name].value == pytest.approx(true, rel=0.03)
+
+
+def test_nothing_is_named_when_nothing_is_missing() -> None:
+    found = run("arm", CASES / "arm" / "case_006")
+
+    assert (found.verdict, found.effects, len(found.steps)) == ("adequate", (), 1)
+
+
+def test_effect_outside_the_library_is_called_unknown() -> None:
+    found = run("arm", CASES / "arm" / "case_002")
+
+    assert (found.verdict, found.effects) == ("unknown", ())
+
+
+def test_real_muscle_lacks_activation_dynamics_and_a_delay() -> None:
+    found = run("rat-muscle", CASES / "rat_muscle")
+
+    assert found.verdict == "named"
+    assert {effect.id for effect in found.effects} == {"activation_dynamics", "stimulation_delay"}
+    assert found.held_out.rmse_after["force"] < found.held_out.rmse_before["force"] / 4
+
+
+def test_same_input_gives_the_same_result() -> None:
+    first, second = (run("arm", CASES / "arm" / "case_003").to_json() for _ in range(2))
+
+    assert {**first, "seconds": 0} == {**second, "seconds": 0}

@@ -1,0 +1,59 @@
+"""Correction residuals: the force that was added in secret is the force that is found."""
+
+import numpy as np
+
+from fmus.catalogue import find_modelica_model
+from orchestrator.models.correction import residual_system
+from orchestrator.models.symbolic import SymbolicModel
+
+STEP = 0.004
+TIME = np.arange(2000) * STEP
+NOISE = np.array([1e-9, 1e-9])
+
+
+def arm_inputs(torque: np.ndarray) -> np.ndarray:
+    """Co-contracted muscles with slow changes, and a hidden torque (n, 2) in the correction inputs."""
+    alpha = 0.3 + 0.15 * np.sin(2 * np.pi * 0.4 * TIME[:, None] + np.arange(6))
+    return np.column_stack([alpha, np.zeros((len(TIME), 2)), torque])
+
+
+def test_residual_of_the_arm_is_the_torque_that_was_hidden_in_its_motion() -> None:
+    model = SymbolicModel("arm", find_modelica_model("arm").compile())
+    hidden = np.column_stack([0.3 * np.sin(3 * TIME), 0.2 * np.cos(2 * TIME)])
+    start = {"linkage.q[1]": 0.8, "linkage.q[2]": 1.2, "linkage.w[1]": 0.0, "linkage.w[2]": 0.0}
+    motion = model.simulate(TIME, arm_inputs(hidden), ["q1", "q2"], start)
+
+    plain = arm_inputs(np.zeros_like(hidden))
+    inputs = model.residual_inputs(TIME, plain, motion, NOISE)
+    compiled = model.compiled_residual
+    found = compiled.run(TIME, inputs, compiled.parameters, np.zeros(0)).outputs
+
+    smooth = model.smoother(TIME, motion, NOISE)
+    # Central differences of the motion at 250 Hz err by about step^2/12 of the fourth derivative.
+    assert np.abs(smooth(found) - hidden)[200:-200].max() < 0.01
+
+
+def test_right_model_has_no_residual_force_at_all() -> None:
+    system = find_modelica_model("rat-muscle").compile()
+    model = SymbolicModel("rat-muscle", system)
+    inputs = np.column_stack([(TIME > 1) * 0.8, 0.043 + 0.001 * np.sin(TIME), np.zeros(len(TIME))])
+    force = model.simulate(TIME, inputs, ["force"], {})
+
+    compiled = model.compiled_residual
+    found = compiled.run(TIME, model.residual_inputs(TIME, inputs, force, NOISE[:1]), compiled.parameters, np.zeros(0))
+
+    assert np.abs(found.outputs).max() < 1e-12
+
+
+def test_hidden_states_stay_states_of_the_residual_and_measured_ones_become_inputs() -> None:
+    system = find_modelica_model("arm").compile()
+    residual = residual_system(system, ["q1", "q2"])
+    assert residual is not None
+    assert residual.positions == {
+        "q1": ("linkage.q[1]", "linkage.w[1]"),
+        "q2": ("linkage.q[2]", "linkage.w[2]"),
+    }
+    assert residual.system.states == ()
+    names = [v.name for v in residual.system.inputs]
+    assert not any(name.startswith("correction_") for name in names)
+    assert names[-2:] == ["target:q1", "target:q2"]
