@@ -1,0 +1,1 @@
+"""How people see results: terminal tables, figures and self-contained pages."""

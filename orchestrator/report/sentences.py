@@ -56,7 +56,7 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
         case "adequate":
             return f"Nothing is missing that these data can show{chance}.{_present_error(diagnosis.held_out)}"
         case "named":
-            found = _joined(_with_values(effect) for effect in diagnosis.effects)
+            found = _joined(_with_values(effect) for effect in diagnosis.effects) or "an effect"
             return f"Missing: {found}{chance}.{_removed(diagnosis)}"
         case "ambiguous":
             groups = "; ".join(_joined((_at(name, "") for name in group), "or") for group in diagnosis.confusable)

@@ -1,6 +1,7 @@
 """Results as tables for a terminal or a pipe, at most 100 columns wide."""
 
 import math
+import unicodedata
 from collections.abc import Mapping, Sequence
 from typing import IO
 
@@ -82,7 +83,7 @@ def comparison_table(comparison: Comparison) -> Group:
         _row(table, *row)
     if len(rows) > TRIAL_ROWS:
         table.caption = f"{len(rows) - TRIAL_ROWS} more rows are in the JSON result"
-    return Group(Text(comparison_sentence(comparison)), table)
+    return Group(_plain(comparison_sentence(comparison)), table)
 
 
 def diagnosis_table(diagnosis: Diagnosis) -> Group:
@@ -99,7 +100,7 @@ def diagnosis_table(diagnosis: Diagnosis) -> Group:
     left = len(diagnosis.ranking) - RANKING_ROWS
     if left > 0:
         table.caption = f"{left} more are in the JSON result"
-    return Group(Text(verdict_sentence(diagnosis)), table)
+    return Group(_plain(verdict_sentence(diagnosis)), table)
 
 
 def _table() -> Table:
@@ -107,8 +108,12 @@ def _table() -> Table:
 
 
 def _row(table: Table, *cells: str) -> None:
-    """Add cells as plain text: in a string, rich would read `tauC[a]` as markup."""
-    table.add_row(*(Text(cell) for cell in cells))
+    table.add_row(*(_plain(cell) for cell in cells))
+
+
+def _plain(text: str) -> Text:
+    """Keep text from commanding: rich would read `tauC[a]` in a string as markup, a terminal an escape in a file name."""
+    return Text("".join(c if c == "\n" or unicodedata.category(c) != "Cc" else "�" for c in text))
 
 
 def _comparison_rows(comparison: Comparison) -> list[tuple[str, ...]]:

@@ -52,7 +52,9 @@ def _heading(key: str) -> str:
 
 
 def _cell(row: Mapping[str, Any], key: str, units: Mapping[str, str]) -> str:
-    value = row.get(key, "")
+    value = row.get(key)
+    if value is None:
+        return ""
     if isinstance(value, bool | str) or not isinstance(value, int | float):
         return str(value)
     if key in _IN_SIGNAL_UNIT:

@@ -129,7 +129,8 @@ def spectrum(trials: Sequence[TrialCurves], name: str, bins: int = 80) -> tuple[
 def _periodogram(trial: TrialCurves, name: str) -> tuple[np.ndarray, np.ndarray]:
     residual = trial.measured[name] - trial.modelled[name]
     window = np.hanning(residual.size)
-    if residual.size < 8:
+    # A run that diverged has no spectrum; a handful of samples has none worth drawing.
+    if residual.size < 8 or not np.all(np.isfinite(residual)):
         return np.empty(0), np.empty(0)
     transform = np.fft.rfft((residual - residual.mean()) * window)
     power = 2 * _step(trial) * np.abs(transform) ** 2 / np.sum(window**2)
@@ -158,6 +159,10 @@ def binned(against: np.ndarray, residual: np.ndarray, bins: int = BINS) -> tuple
 
 def _draw_dependence(ax: "Axes", against: np.ndarray, residual: np.ndarray, floor: float) -> None:
     ax.axhspan(-floor, floor, color=GREY, alpha=0.3, linewidth=0)
+    finite = np.isfinite(residual) & np.isfinite(against)
+    against, residual = against[finite], residual[finite]
+    if residual.size == 0:
+        return
     keep = thinned(residual.size, FAINT_POINTS)
     ax.plot(against[keep], residual[keep], linestyle="", marker=".", markersize=2, color=ORANGE, alpha=0.25)
     centre, mean, spread = binned(against, residual)
@@ -167,6 +172,9 @@ def _draw_dependence(ax: "Axes", against: np.ndarray, residual: np.ndarray, floo
 
 def _state_alt(comparison: Comparison, name: str, residual: np.ndarray) -> str:
     unit, floor = comparison.units[name], comparison.noise_floor[name]
+    residual = residual[np.isfinite(residual)]
+    if residual.size == 0:
+        return f"Residual of {name}: the runs diverged, 0 samples can be drawn."
     error = float(np.sqrt(np.mean(residual**2)))
     mean, rms = quantity(float(residual.mean()), unit), quantity(error, unit)
     what = f"Residual of {name} against each measured signal and its speed, over all trials"

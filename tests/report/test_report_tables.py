@@ -1,0 +1,149 @@
+"""Terminal tables hold the numbers of the result and survive a pipe."""
+
+import io
+import math
+from dataclasses import replace
+
+import pytest
+from builders import COULOMB, comparison, diagnosis, entries
+from rich.console import RenderableType
+
+from orchestrator.compare.result import SetErrors
+from orchestrator.diagnosis.result import Estimate, NamedEffect, Verdict
+from orchestrator.report.numbers import quantity
+from orchestrator.report.tables import (
+    bar,
+    comparison_table,
+    diagnosis_table,
+    ledger_table,
+    report_console,
+    verdict_sentence,
+)
+
+
+def piped(what: RenderableType) -> str:
+    stream = io.StringIO()
+    report_console(stream).print(what)
+    return stream.getvalue()
+
+
+def test_a_ledger_in_a_pipe_fits_100_columns_without_colour_codes() -> None:
+    text = piped(ledger_table(entries(diagnosis())))
+
+    assert "\x1b" not in text
+    assert max(len(line) for line in text.splitlines()) <= 100
+
+
+def test_the_ledger_holds_each_version_with_its_errors_and_added_parameters() -> None:
+    versions = entries(diagnosis())
+
+    text = piped(ledger_table(versions))
+
+    assert "tauC[1] = 0.0373 N.m [0.0361, 0.0385]" in text
+    assert text.count("coulomb friction at joint1") == 1
+    for entry in versions:
+        assert entry.held_out is not None
+        for errors in (entry.learning, entry.held_out):
+            assert all(quantity(value, "rad") in text for value in errors.rmse.values())
+
+
+def test_the_bar_is_half_as_long_for_the_geometric_mean_of_floor_and_first_error() -> None:
+    first, second, _ = entries(diagnosis())
+    versions = [
+        replace(first, held_out=SetErrors({"q1": 0.1}, 100.0)),
+        replace(second, held_out=SetErrors({"q1": 0.01}, 10.0)),
+    ]
+
+    lengths = [line.count("█") + ("▌" in line) / 2 for line in piped(ledger_table(versions)).splitlines()]
+
+    assert [length for length in lengths if length] == [7, 3.5]
+
+
+@pytest.mark.parametrize("error", [math.inf, math.nan, 0.0])
+def test_a_version_whose_error_is_no_ordinary_number_is_still_shown(error: float) -> None:
+    first, second, _ = entries(diagnosis())
+
+    text = piped(ledger_table([first, replace(second, held_out=SetErrors({"q1": error}, error))]))
+
+    assert "Arm_1" in text
+
+
+@pytest.mark.parametrize(("share", "length"), [(-1.0, 0), (0.0, 0), (0.5, 4), (1.0, 8), (7.0, 8), (math.nan, 0)])
+def test_a_bar_never_leaves_its_column(share: float, length: int) -> None:
+    assert len(bar(share, 8)) == length
+
+
+def test_a_comparison_without_held_out_trials_speaks_of_the_learning_trials() -> None:
+    text = piped(comparison_table(comparison(n_held_out=0)))
+
+    assert "does not explain the learning trials" in text
+    assert "held" not in text
+
+
+def test_a_comparison_shows_the_error_of_every_trial_and_signal() -> None:
+    found = comparison()
+
+    text = piped(comparison_table(found))
+
+    for trial in found.trials:
+        lines = [line for line in text.splitlines() if line.startswith(trial.file)]
+        for line, (signal, value) in zip(lines, trial.rmse.items(), strict=True):
+            assert signal in line
+            assert quantity(value, "rad") in line
+
+
+def test_brackets_in_names_are_not_read_as_markup() -> None:
+    found = comparison(signals=("arm.q[bold]",))
+
+    assert "arm.q[bold]" in piped(comparison_table(found))
+
+
+def test_a_terminal_escape_in_a_file_name_does_not_reach_the_terminal() -> None:
+    found = comparison()
+    trials = tuple(replace(trial, file="\x1b[2Jtrial\r.csv") for trial in found.trials)
+
+    text = piped(comparison_table(replace(found, trials=trials)))
+
+    assert "\x1b" not in text
+    assert "[2Jtrial" in text
+
+
+def test_the_ranking_shows_the_best_eight_and_says_how_many_are_left() -> None:
+    text = piped(diagnosis_table(diagnosis()))
+
+    assert "coulomb friction at joint1 + payload at wrist" in text
+    assert "97 %" in text
+    assert "muscle6" in text
+    assert "muscle7" not in text
+    assert "4 more" in text
+
+
+@pytest.mark.parametrize(
+    ("verdict", "words"),
+    [
+        ("adequate", "Nothing is missing that these data can show (p = 0.004)."),
+        ("named", "Missing: coulomb friction at joint1 (tauC[1] = 0.0373 N.m [0.0361, 0.0385]) and payload"),
+        ("ambiguous", "these data cannot tell which: coulomb friction or viscous friction."),
+        ("unknown", "Something is missing (p = 0.004) that no effect in the library explains."),
+        ("cannot_tell", "These data cannot tell whether an effect is missing (p = 0.004)."),
+    ],
+)
+def test_every_verdict_is_a_plain_sentence(verdict: Verdict, words: str) -> None:
+    assert words in verdict_sentence(diagnosis(verdict))
+
+
+def test_the_verdict_without_held_out_trials_claims_nothing_about_them() -> None:
+    assert "held-out" not in verdict_sentence(diagnosis(n_held_out=0))
+
+
+def test_the_verdict_on_one_effect_uses_the_singular() -> None:
+    assert "Adding it takes" in verdict_sentence(replace(diagnosis(), effects=(COULOMB,)))
+
+
+def test_an_effect_without_parameters_or_interval_can_be_named() -> None:
+    bare = NamedEffect("backlash", "", {})
+    sharp = NamedEffect("payload", "wrist", {"m": Estimate(0.5, "kg", (0.5, 0.5))})
+
+    assert "Missing: backlash and payload at wrist (m = 0.500 kg [0.500, 0.500])" in verdict_sentence(
+        replace(diagnosis(), effects=(bare, sharp))
+    )
