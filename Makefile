@@ -3,6 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
+DEMO := demo-results
 
 # Two BLAS threads make the small factorisations of this project about 100 times slower.
 export OPENBLAS_NUM_THREADS := 1
@@ -12,7 +13,11 @@ export MKL_NUM_THREADS := 1
 .PHONY: demo setup test check bench lock clean
 
 demo: setup
-	@$(BIN)/python docs/demo/run.py
+	@echo "An arm with a hidden effect: which one is it?"
+	@$(BIN)/misfit discover arm tests/cases/arm/case_009 --out $(DEMO)/arm --html $(DEMO)/arm.html
+	@echo "A real rat muscle, against its published Hill parameters:"
+	@$(BIN)/misfit discover rat-muscle tests/cases/rat_muscle --out $(DEMO)/rat-muscle --html $(DEMO)/rat-muscle.html
+	@echo "Reports: $(DEMO)/arm.html and $(DEMO)/rat-muscle.html"
 
 setup: $(STAMP)
 
