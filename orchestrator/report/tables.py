@@ -112,7 +112,7 @@ def _row(table: Table, *cells: str) -> None:
 
 
 def _plain(text: str) -> Text:
-    """Keep text from commanding: rich would read `tauC[a]` in a string as markup, a terminal an escape in a file name."""
+    """Keep text from commanding: rich reads `tauC[a]` in a string as markup, a terminal obeys escapes in file names."""
     return Text("".join(c if c == "\n" or unicodedata.category(c) != "Cc" else "�" for c in text))
 
 

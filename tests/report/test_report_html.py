@@ -105,6 +105,10 @@ def test_the_held_out_table_shows_before_after_and_floor(pages: dict[str, Page])
         assert row in pages["diagnosis"].text
 
 
+def test_the_errors_of_a_set_say_which_model_they_belong_to(pages: dict[str, Page]) -> None:
+    assert "Error (rms) of each set, with the effects added" in pages["diagnosis"].text
+
+
 def test_the_discovery_shows_versions_and_content_hashes(pages: dict[str, Page]) -> None:
     for entry in entries(diagnosis()):
         assert entry.name in pages["discovery"].text
