@@ -80,7 +80,9 @@ def _place(base: ModelicaModel, effects: Sequence[NamedEffect]) -> list[Candidat
         match = next((c for c in found if c.card.id == effect.id and c.site == effect.site), None)
         placed = None if match is None else can_join(chosen, match, free_slots(system))
         if placed is None:
-            raise MisfitError(f"{effect.id} at {effect.site} cannot be added to {base.name}: it has no free slot for it")
+            raise MisfitError(
+                f"{effect.id} at {effect.site} cannot be added to {base.name}: it has no free slot for it"
+            )
         chosen.append(placed)
     return chosen
 

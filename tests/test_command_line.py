@@ -139,7 +139,7 @@ def test_compare_writes_the_documented_json_and_a_report(tmp_path: Path) -> None
     assert document["learning"]["over_floor"] == pytest.approx((sum(squares) / 2) ** 0.5)
     html = (tmp_path / "c.html").read_text()
     assert "<img" in html
-    assert "src=\"http" not in html
+    assert 'src="http' not in html
 
 
 def test_fmu_and_modelica_model_show_the_same_error(fmu: Path) -> None:

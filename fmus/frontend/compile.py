@@ -33,10 +33,10 @@ def compile_class(model: str, file: Path | None = None) -> dict[str, Any]:
         raise ModelicaError(f"Modelica file {source} does not exist")
     kept = cache_folder("dae") / f"{_fingerprint(model, file, root)}.json"
     if kept.is_file():
-        return json.loads(kept.read_text())  # type: ignore[no-any-return]
+        return json.loads(kept.read_text())
     text = _run_compiler(model, source, root)
     write_atomically(kept, text.encode())
-    return json.loads(text)  # type: ignore[no-any-return]
+    return json.loads(text)
 
 
 def _run_compiler(model: str, source: Path, root: Path) -> str:

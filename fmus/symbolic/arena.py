@@ -37,6 +37,8 @@ class Arena:
     def _read_nodes(self, expressions: Mapping[str, Any]) -> None:
         operands, subscripts = iter(expressions["operands"]), iter(expressions["subscripts"])
         for node in expressions["nodes"]:
+            tag: str
+            body: Any
             tag, body = (node, None) if isinstance(node, str) else next(iter(node.items()))
             if isinstance(body, dict) and "operand_count" in body:
                 self._operands[len(self._nodes)] = [next(operands) for _ in range(body["operand_count"])]
@@ -81,11 +83,11 @@ class Arena:
 
     def value_type(self, index: int) -> dict[str, Any]:
         """Return the scalar kind and the dimensions of a variable's or function value's type."""
-        return self.storage["value_types"][index]  # type: ignore[no-any-return]
+        return self.storage["value_types"][index]
 
     def binders(self, domain: int) -> list[dict[str, Any]]:
         """Return the iterators of a for-equation, comprehension or loop."""
-        return self.storage["domains"][domain]["domain"]["binders"]  # type: ignore[no-any-return]
+        return self.storage["domains"][domain]["domain"]["binders"]
 
     def where(self, provenance: Mapping[str, Any] | None) -> str:
         """Say where in the source something stands, as `file:line`, empty if it is generated."""

@@ -81,7 +81,9 @@ class _Builder:
             dependents=tuple(self.dependent_variables),
             outputs=tuple(self._outputs()),
             settings=self.settings,
-            rhs=ca.Function("rhs", [self.time, x, u, d, p], [ca.vertcat(ca.SX(0, 1), *dx), ca.vertcat(ca.SX(0, 1), *z)]),
+            rhs=ca.Function(
+                "rhs", [self.time, x, u, d, p], [ca.vertcat(ca.SX(0, 1), *dx), ca.vertcat(ca.SX(0, 1), *z)]
+            ),
             history=ca.Function("history", [self.time, u, p], [sources, delay_times]),
             dependent=ca.Function("dependent", [p], [dependent]),
             initial=ca.Function("initial", [p], [initial]),
@@ -263,7 +265,7 @@ class _Builder:
 
     def _with_start(self, initial: ca.SX, parameters: ca.SX) -> tuple[Variable, ...]:
         """The states with the start values that follow from the default parameters."""
-        defaults = [v.start for v in self.variables["parameter"]]
+        defaults = [v.start or 0.0 for v in self.variables["parameter"]]
         values = ca.Function("start", [parameters], [initial])(ca.DM(defaults)).full().ravel()
         return tuple(
             Variable(**{**vars(state), "start": float(value)})

@@ -57,7 +57,9 @@ def _solve_block(residuals: list[ca.SX], unknowns: list[ca.SX], places: list[str
         raise ModelicaError(f"{_at(places)}nonlinear equations for {names} are not supported; solve them by hand")
     right = -ca.substitute(equations, symbols, ca.DM.zeros(len(unknowns)))
     n = len(unknowns)
-    rows: list[dict[int, ca.SX]] = [{j: matrix[i, j] for j in range(n) if matrix.sparsity().has_nz(i, j)} for i in range(n)]
+    rows: list[dict[int, ca.SX]] = [
+        {j: matrix[i, j] for j in range(n) if matrix.sparsity().has_nz(i, j)} for i in range(n)
+    ]
     return _eliminate(rows, [right[i] for i in range(n)], places)
 
 

@@ -20,11 +20,13 @@ def result_options(html: bool = True) -> Callable[[Callable[..., None]], Callabl
     """Add `--json`, `--html`, `--quiet` and `--workers` to a command."""
 
     def decorate(command: Callable[..., None]) -> Callable[..., None]:
-        command = click.option("--json", "json_file", metavar="F", help="Write the result to F ('-': standard output).")(
-            command
-        )
+        command = click.option(
+            "--json", "json_file", metavar="F", help="Write the result to F ('-': standard output)."
+        )(command)
         if html:
-            command = click.option("--html", "html_file", metavar="F", help="Write a self-contained report to F.")(command)
+            command = click.option("--html", "html_file", metavar="F", help="Write a self-contained report to F.")(
+                command
+            )
         command = click.option("--quiet", is_flag=True, help="Print nothing but errors.")(command)
         default = os.cpu_count() or 1
         return click.option(

@@ -20,7 +20,9 @@ def models() -> None:
 
 @click.command()
 @click.argument("names", nargs=-1, metavar="[MODEL]...")
-@click.option("--out", "folder", default="fmus/build", show_default=True, metavar="DIR", help="Where to write NAME.fmu.")
+@click.option(
+    "--out", "folder", default="fmus/build", show_default=True, metavar="DIR", help="Where to write NAME.fmu."
+)
 @click.option("--workers", type=click.IntRange(1, 64), default=2, show_default=True, help="Builds that run at a time.")
 @click.option("--quiet", is_flag=True, help="Print nothing but errors.")
 def build(names: tuple[str, ...], folder: str, workers: int, quiet: bool) -> None:

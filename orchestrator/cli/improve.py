@@ -16,7 +16,9 @@ RESULTS = "misfit-results"
 @click.command()
 @click.argument("diagnosis_or_effect", metavar="DIAGNOSIS|EFFECT")
 @click.option("--to", "model", metavar="MODEL", help="The model to extend; for a DIAGNOSIS its own model by default.")
-@click.option("--out", "folder", default=".", show_default=True, metavar="DIR", help="Where to write NAME.mo and NAME.fmu.")
+@click.option(
+    "--out", "folder", default=".", show_default=True, metavar="DIR", help="Where to write NAME.mo and NAME.fmu."
+)
 @click.option("--quiet", is_flag=True, help="Print nothing but errors.")
 def add(diagnosis_or_effect: str, model: str | None, folder: str, quiet: bool) -> None:
     """Write a model with an effect in it, as Modelica and FMU; the original is not touched.

@@ -21,7 +21,7 @@ class Commands(click.Group):
 
     def get_command(self, ctx: click.Context, name: str) -> click.Command | None:
         entry = self._found().get(name)
-        return None if entry is None else entry.load()  # type: ignore[no-any-return]
+        return None if entry is None else entry.load()
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]

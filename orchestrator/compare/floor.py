@@ -38,7 +38,7 @@ def _carried_square(
 ) -> np.ndarray:
     noisy = trial.inputs + random.standard_normal(trial.inputs.shape) * input_std
     outputs = model.simulate(trial.time, noisy, data.output_names, followed.start)
-    return np.mean((outputs - followed.outputs) ** 2, axis=0)  # type: ignore[no-any-return]
+    return np.mean((outputs - followed.outputs) ** 2, axis=0)
 
 
 def over_floor(rmse: Mapping[str, float], floor: Mapping[str, float]) -> float:

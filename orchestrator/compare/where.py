@@ -76,9 +76,7 @@ def _by_time(curves: Sequence[TrialCurves], name: str) -> list[dict[str, Any]]:
     rows = []
     for low, high in zip(edges[:-1], edges[1:], strict=True):
         parts = [_residual(c, name)[(c.time >= low) & (c.time <= high)] for c in curves]
-        rows.append(
-            {"signal": name, "from_s": float(low), "to_s": float(high), "rmse": _rms(np.concatenate(parts))}
-        )
+        rows.append({"signal": name, "from_s": float(low), "to_s": float(high), "rmse": _rms(np.concatenate(parts))})
     return rows
 
 

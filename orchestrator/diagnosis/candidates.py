@@ -1,7 +1,7 @@
 """Candidates: an effect card at a site of a given model, and sets of them as fitted models."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -69,10 +69,10 @@ class EffectSet:
         """Position of the candidate that each free parameter belongs to."""
         return tuple(k for k, c in enumerate(self.candidates) for _ in self._free_of(c, self.model.system))
 
-    def attachments(self, values: Sequence[float]) -> list[Attachment]:
+    def attachments(self, values: Iterable[float]) -> list[Attachment]:
         """The effects with given values of the free parameters, ready to be written as a class."""
         by_name = dict(zip([v.name for v in self.variables], values, strict=True))
-        all_parameters = {v.name: v.start for v in self.model.system.parameters}
+        all_parameters = {v.name: v.start or 0.0 for v in self.model.system.parameters}
         found = []
         for slot, class_name in self._slots():
             own = [c for c in self.candidates if c.slot == slot]

@@ -54,7 +54,9 @@ def diagnose(
     progress("comparing the model with the measurement")
     nominal = compare(model, measurements, workers=workers)
     if nominal.held_out is None or not any(trial.set == "learning" for trial in nominal.trials):
-        raise MisfitError(f"{measurements.path} has no trials on one side; a diagnosis needs learning and held-out trials")
+        raise MisfitError(
+            f"{measurements.path} has no trials on one side; a diagnosis needs learning and held-out trials"
+        )
     data = bind(measurements, model.inputs, model.outputs)
     candidates, impossible = find_candidates(source, system, effect_library() if cards is None else cards)
     searcher = Searcher(
@@ -143,7 +145,9 @@ def _conclude(
         p_value=improvement_p_value(nominal, last) if accepted.refits else None,
         noise_floor=nominal.noise_floor,
         held_out=HeldOut(
-            nominal.held_out.rmse, last.held_out.rmse if named else nominal.held_out.rmse, nominal.noise_floor,
+            nominal.held_out.rmse,
+            last.held_out.rmse if named else nominal.held_out.rmse,
+            nominal.noise_floor,
             reducible_removed(before, after) if named else 0.0,
         ),
         warnings=tuple(_warnings(accepted, verdict, after, impossible)),
@@ -160,7 +164,9 @@ def _warnings(accepted: _Refereed, verdict: str, after: float, impossible: Seque
         found.append(f"not tried, the model has no free slot for them: {', '.join(impossible)}")
     if verdict == "unknown" and accepted.refits:
         ids = " + ".join(accepted.refits[-1].ids)
-        found.append(f"{ids} explains part of the error, but {after:.3g} times the floor is left that no effect explains")
+        found.append(
+            f"{ids} explains part of the error, but {after:.3g} times the floor is left that no effect explains"
+        )
     if verdict == "named" and after > 1.5:
         found.append(f"a structured error of {after:.3g} times the noise floor is left on held-out trials")
     if verdict == "named":
@@ -169,8 +175,9 @@ def _warnings(accepted: _Refereed, verdict: str, after: float, impossible: Seque
             last.effects.variables, last.fit.values, last.fit.std, last.fit.at_bound, strict=True
         ):
             if bound:
-                found.append(f"{variable.name} = {value:.4g} {variable.unit} is at its bound; the data may not determine it")
+                found.append(
+                    f"{variable.name} = {value:.4g} {variable.unit} is at its bound; the data may not determine it"
+                )
             elif std > 0.3 * abs(value):
                 found.append(f"{variable.name} = {value:.3g} {variable.unit} is uncertain by {std / abs(value):.0%}")
     return found
-

@@ -1,6 +1,6 @@
 """What a set of effects explains: fitted on correction residuals (screening), and on free runs (refit)."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,9 +24,7 @@ class LearningData:
     def of(data: BoundSet, floor: Mapping[str, float]) -> "LearningData":
         """Take the learning trials of a bound set."""
         noise = np.array([data.noise_std[name] for name in data.output_names])
-        return LearningData(
-            data, tuple(data.learning), noise, np.array([floor[name] for name in data.output_names])
-        )
+        return LearningData(data, tuple(data.learning), noise, np.array([floor[name] for name in data.output_names]))
 
 
 @dataclass(frozen=True)
@@ -88,7 +86,7 @@ def residual_size(model: SymbolicModel, learning: LearningData) -> np.ndarray:
     for record in residual_records(model, learning):
         run = compiled.run(record.time, record.inputs, compiled.parameters, record.start)
         squares.append(np.mean(smoother.thin(run.outputs) ** 2, axis=0))
-    return np.sqrt(np.mean(squares, axis=0))  # type: ignore[no-any-return]
+    return np.sqrt(np.mean(squares, axis=0))
 
 
 def screen(effects: EffectSet, learning: LearningData, size: np.ndarray) -> Screened:
@@ -114,7 +112,7 @@ def screen(effects: EffectSet, learning: LearningData, size: np.ndarray) -> Scre
     return Screened(effects.candidates, found.values, 1.0 - found.cost)
 
 
-def refit(effects: EffectSet, learning: LearningData, first: Sequence[float] | None = None) -> Refit:
+def refit(effects: EffectSet, learning: LearningData, first: np.ndarray | None = None) -> Refit:
     """Fit a set's parameters, and the start values of all learning trials, by free runs."""
     model, low, high = effects.model, *effects.bounds()
     records = [model.record(t.time, t.inputs, t.outputs, learning.noise) for t in learning.trials]

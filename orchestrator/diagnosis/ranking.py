@@ -61,4 +61,3 @@ def confusable_with(best: Refit, trace: Trace) -> tuple[tuple[str, ...], ...]:
 
 def _key(candidates: Sequence[Candidate]) -> tuple[str, ...]:
     return tuple(sorted(c.label for c in candidates))
-

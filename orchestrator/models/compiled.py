@@ -13,6 +13,7 @@ from pathlib import Path
 
 import casadi as ca
 import numpy as np
+from numpy.typing import ArrayLike
 
 from fmus.errors import ComponentError, MisfitError
 from fmus.files import cache_folder
@@ -25,9 +26,9 @@ FLAGS = ("-O1", "-fPIC", "-shared", "-std=c99", "-ffp-contract=off")
 class _Problem(ctypes.Structure):
     """Mirror of `problem` in simulator.c."""
 
-    _fields_ = [(name, ctypes.c_int) for name in ("n", "nx", "nu", "nd", "ny", "nfree", "substeps", "sensitivities")] + [
-        (name, ctypes.c_void_p) for name in ("t", "u", "source", "delay", "delay_slope", "p")
-    ]
+    _fields_ = [
+        (name, ctypes.c_int) for name in ("n", "nx", "nu", "nd", "ny", "nfree", "substeps", "sensitivities")
+    ] + [(name, ctypes.c_void_p) for name in ("t", "u", "source", "delay", "delay_slope", "p")]
 
 
 @dataclass(frozen=True)
@@ -50,7 +51,7 @@ class CompiledModel:
         self._free_positions = [names.index(name) for name in free]
         self.parameters = np.array([parameter.start for parameter in system.parameters], dtype=float)
 
-    def with_values(self, values: Sequence[float]) -> np.ndarray:
+    def with_values(self, values: ArrayLike) -> np.ndarray:
         """Return the vector of all parameters with the free ones set to `values`."""
         result = self.parameters.copy()
         result[self._free_positions] = values
@@ -110,7 +111,9 @@ class CompiledModel:
         u = ca.SX.sym("u", len(self.system.inputs))
         source, delay = self.system.history(0, u, p)
         if ca.depends_on(source, p):
-            raise MisfitError(f"{self.system.name}: a delayed quantity depends on parameters, which fits do not support")
+            raise MisfitError(
+                f"{self.system.name}: a delayed quantity depends on parameters, which fits do not support"
+            )
         return ca.Function("delay_jacobian", [p], [ca.densify(ca.jacobian(delay, p))])
 
     @cached_property
@@ -158,6 +161,8 @@ def _build(source: str) -> Path:
         command = [compiler, *FLAGS, "-o", str(built), str(generated), str(SIMULATOR), "-lm"]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         if done.returncode != 0:
-            raise MisfitError(f"the C compiler failed: {done.stderr.strip().splitlines()[0] if done.stderr else command}")
+            raise MisfitError(
+                f"the C compiler failed: {done.stderr.strip().splitlines()[0] if done.stderr else command}"
+            )
         os.replace(built, target)  # a concurrent build of the same content gives the same file
     return target

@@ -24,7 +24,11 @@ class Model(Protocol):
     """A model with named inputs and outputs that can follow a trial from estimated start values."""
 
     name: str
-    content_hash: str
+
+    @property
+    def content_hash(self) -> str:
+        """SHA-256 of what the model is, hexadecimal."""
+        ...
 
     @property
     def inputs(self) -> Sequence[Variable]:
@@ -52,6 +56,8 @@ class Model(Protocol):
         """
         ...
 
-    def simulate(self, time: np.ndarray, inputs: np.ndarray, names: Sequence[str], start: dict[str, float]) -> np.ndarray:
+    def simulate(
+        self, time: np.ndarray, inputs: np.ndarray, names: Sequence[str], start: dict[str, float]
+    ) -> np.ndarray:
         """Run freely from given start values; returns the outputs `names`, shape (n, ny)."""
         ...

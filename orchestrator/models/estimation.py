@@ -5,6 +5,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.optimize import least_squares
 
 from fmus.errors import ComponentError
@@ -50,9 +51,9 @@ def fit(
     model: CompiledModel,
     records: Sequence[Record],
     noise: np.ndarray,
-    first: Sequence[float],
-    low: Sequence[float],
-    high: Sequence[float],
+    first: ArrayLike,
+    low: ArrayLike,
+    high: ArrayLike,
     *,
     substeps: int,
     reduce: Callable[[np.ndarray], np.ndarray] = lambda series: series,
@@ -75,12 +76,15 @@ def fit(
         ComponentError: if the model fails already at the first guess.
     """
     problem = _Problem(model, records, noise, substeps, reduce, threads)
-    scale = np.maximum(np.abs(first), 1e-3 * (np.asarray(high) - np.asarray(low)))
+    first, low, high = (np.asarray(part, dtype=float) for part in (first, low, high))
+    scale = np.maximum(np.abs(first), 1e-3 * (high - low))
     bounds = problem.join(low, [r.start_low for r in records]), problem.join(high, [r.start_high for r in records])
     guess = np.clip(problem.join(first, [r.start for r in records]), *bounds)
     if guess.size == 0:
         residual, _ = problem.evaluate(guess)
-        return Fit(np.zeros(0), np.zeros(0), tuple(r.start for r in records), float(np.mean(residual**2)), np.zeros(0, bool))
+        return Fit(
+            np.zeros(0), np.zeros(0), tuple(r.start for r in records), float(np.mean(residual**2)), np.zeros(0, bool)
+        )
     problem.evaluate(guess, strict=True)
     tolerance = 1e-7 if precise else 1e-3
     found = least_squares(
@@ -97,8 +101,7 @@ def fit(
     values, starts = problem.split(found.x)
     residual, jacobian = problem.evaluate(found.x)
     n_data = problem.data_rows
-    span = np.asarray(high) - np.asarray(low)
-    at_bound = (values - low < 1e-4 * span) | (np.asarray(high) - values < 1e-4 * span)
+    at_bound = np.minimum(values - low, high - values) < 1e-4 * (high - low)
     return Fit(
         values,
         _sandwich_std(residual, jacobian, problem.block_edges, len(values)),
@@ -127,8 +130,8 @@ class _Problem:
         self.block_edges: list[int] = []
         self._last: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
 
-    def join(self, free: Sequence[float], starts: Sequence[np.ndarray]) -> np.ndarray:
-        return np.concatenate([np.asarray(free, dtype=float), *starts])
+    def join(self, free: np.ndarray, starts: Sequence[np.ndarray]) -> np.ndarray:
+        return np.concatenate([free, *starts])
 
     def split(self, vector: np.ndarray) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
         starts = vector[self.n_free :].reshape(len(self.records), self.nx)
@@ -147,7 +150,9 @@ class _Problem:
         free, starts = self.split(vector)
         parameters = self.model.with_values(free)
         with ThreadPoolExecutor(self.threads) as pool:  # the compiled model runs without the interpreter's lock
-            jobs = [pool.submit(self._trial, r, parameters, s, strict) for r, s in zip(self.records, starts, strict=True)]
+            jobs = [
+                pool.submit(self._trial, r, parameters, s, strict) for r, s in zip(self.records, starts, strict=True)
+            ]
             parts = [job.result() for job in jobs]
         residuals, jacobian = self._assemble(parts, starts, len(vector))
         self._last = (vector.copy(), residuals, jacobian)
@@ -203,4 +208,4 @@ def _sandwich_std(residual: np.ndarray, jacobian: np.ndarray, edges: Sequence[in
     used = len(blocks) / max(len(blocks) - jacobian.shape[1], 1)
     correlated = used * np.diag(inverse @ (gradients.T @ gradients) @ inverse)
     white = np.diag(inverse) * float(np.mean(residual[: edges[-1]] ** 2))
-    return np.sqrt(np.maximum(correlated, white)[:n_free])  # type: ignore[no-any-return]
+    return np.sqrt(np.maximum(correlated, white)[:n_free])

@@ -52,7 +52,9 @@ class FmuModel:
         found = [unknown.variable.derivative for unknown in self._description.derivatives]
         return [_variable(v) for v in found if v is not None and v.initial in ("exact", "approx")]
 
-    def simulate(self, time: np.ndarray, inputs: np.ndarray, names: Sequence[str], start: dict[str, float]) -> np.ndarray:
+    def simulate(
+        self, time: np.ndarray, inputs: np.ndarray, names: Sequence[str], start: dict[str, float]
+    ) -> np.ndarray:
         request = (time, inputs, [v.name for v in self.inputs], list(names), start)
         with self._lock:
             return self._ask(request)
@@ -105,7 +107,7 @@ class FmuModel:
         if not np.isfinite(answer).all():
             row = int(np.argmin(np.isfinite(answer).all(axis=1)))
             raise ComponentError(f"FMU {self.name} left the finite numbers at t = {request[0][row]:.4g} s")
-        return answer  # type: ignore[no-any-return]
+        return answer
 
     def _content(self) -> bytes:
         try:
@@ -120,10 +122,14 @@ class FmuModel:
         try:
             description = fmpy.read_model_description(str(self.path))
         except Exception as error:  # fmpy raises many kinds for a broken description
-            raise FmuError(f"FMU {self.name} has no usable model description: {' '.join(str(error).split())[:200]}") from error
+            raise FmuError(
+                f"FMU {self.name} has no usable model description: {' '.join(str(error).split())[:200]}"
+            ) from error
         if description.fmiVersion != "2.0" or description.coSimulation is None:
             kind = "co-simulation" if description.coSimulation is not None else "model exchange only"
-            raise FmuError(f"FMU {self.name} is FMI {description.fmiVersion} ({kind}); this command runs FMI 2.0 co-simulation")
+            raise FmuError(
+                f"FMU {self.name} is FMI {description.fmiVersion} ({kind}); this command runs FMI 2.0 co-simulation"
+            )
         return description
 
 

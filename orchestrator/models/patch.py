@@ -29,7 +29,9 @@ def free_slots(system: SymbolicSystem) -> tuple[str, ...]:
     A slot is a part with a structural parameter `present`, false in the absent effect.
     """
     suffix = ".present"
-    return tuple(name.removesuffix(suffix) for name, value in system.settings.items() if name.endswith(suffix) and not value)
+    return tuple(
+        name.removesuffix(suffix) for name, value in system.settings.items() if name.endswith(suffix) and not value
+    )
 
 
 def patched_source(base: ModelicaModel, name: str, attachments: Sequence[Attachment], comment: str) -> str:
@@ -57,7 +59,9 @@ def patched_model(
         ModelicaError: if the base's file belongs to a package, which cannot be copied on its own.
     """
     if base.file is not None and re.search(r"^\s*within\s+\w", base.file.read_text(), re.MULTILINE):
-        raise ModelicaError(f"{base.file.name} is part of a package; put {base.class_name} into a file of its own to extend it")
+        raise ModelicaError(
+            f"{base.file.name} is part of a package; put {base.class_name} into a file of its own to extend it"
+        )
     text = patched_source(base, name, attachments, comment)
     if folder is None:
         folder = cache_folder("patched") / hashlib.sha256(text.encode()).hexdigest()

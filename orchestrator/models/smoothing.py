@@ -21,7 +21,7 @@ class Smoother:
         if self.cutoff_hz >= 0.9 * nyquist or len(series) < 30:
             return series
         sections = signal.butter(ORDER, self.cutoff_hz / nyquist, output="sos")
-        return signal.sosfiltfilt(sections, series, axis=0)  # type: ignore[no-any-return]
+        return signal.sosfiltfilt(sections, series, axis=0)
 
     def thin(self, series: np.ndarray) -> np.ndarray:
         """Filter, drop the ends that the filter spoils, and keep about four samples for each cutoff period."""

@@ -23,7 +23,9 @@ MOST_SUBSTEPS = 32
 class SymbolicModel:
     """A `SymbolicSystem` as a model: `free` parameters can be fitted, the others keep their values."""
 
-    def __init__(self, name: str, system: SymbolicSystem, signals: Sequence[str] | None = None, free: Sequence[str] = ()):
+    def __init__(
+        self, name: str, system: SymbolicSystem, signals: Sequence[str] | None = None, free: Sequence[str] = ()
+    ):
         self.name, self.system = name, system
         self.signals = tuple(signals if signals is not None else system.outputs)
         self.compiled = CompiledModel(system, self.signals, free)
@@ -61,7 +63,9 @@ class SymbolicModel:
             return self
         return SymbolicModel(self.name, self.system, signals, free)
 
-    def simulate(self, time: np.ndarray, inputs: np.ndarray, names: Sequence[str], start: dict[str, float]) -> np.ndarray:
+    def simulate(
+        self, time: np.ndarray, inputs: np.ndarray, names: Sequence[str], start: dict[str, float]
+    ) -> np.ndarray:
         model = self.restricted(names).compiled
         first = np.array([start[v.name] for v in self.system.states])
         return model.run(time, inputs, model.parameters, first, substeps=self.substeps(time, inputs, first)).outputs
@@ -147,7 +151,9 @@ class SymbolicModel:
         run = hidden.run(time, np.tile(inputs, (len(time), 1)), hidden.parameters, first, substeps=4)
         return dict(zip([v.name for v in system.states], map(float, run.outputs[-1]), strict=True))
 
-    def residual_inputs(self, time: np.ndarray, inputs: np.ndarray, measured: np.ndarray, noise: np.ndarray) -> np.ndarray:
+    def residual_inputs(
+        self, time: np.ndarray, inputs: np.ndarray, measured: np.ndarray, noise: np.ndarray
+    ) -> np.ndarray:
         """Inputs of the residual system along a trial, from smoothed measurements, shape (n, n_inputs)."""
         assert self.residual is not None
         step = float(np.median(np.diff(time)))

@@ -52,7 +52,9 @@ def test_sensitivities_equal_central_differences_including_the_delay() -> None:
     def run(tau: float, delay: float, start: float) -> np.ndarray:
         return model.run(TIME, inputs, model.with_values([tau, delay]), np.array([start])).outputs[:, 0]
 
-    slopes = model.run(TIME, inputs, model.with_values([0.1, 0.1003]), np.array([0.2]), sensitivities=True).sensitivities
+    slopes = model.run(
+        TIME, inputs, model.with_values([0.1, 0.1003]), np.array([0.2]), sensitivities=True
+    ).sensitivities
     assert slopes is not None
     e = 1e-6
     for k, step in enumerate([(0, 0, e), (e, 0, 0), (0, e, 0)]):
