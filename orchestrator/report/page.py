@@ -70,9 +70,7 @@ def set_errors_table(comparison: Comparison, caption: str = "Error (rms) of each
         for signal in comparison.signals:
             numbers = _against_floor(found.rmse[signal], comparison.noise_floor[signal], comparison.units[signal])
             rows.append((name, signal, *numbers))
-    return PageTable(
-        "Error (rms) of each set", ("set", "signal", "error", "noise floor", "times the floor"), tuple(rows)
-    )
+    return PageTable(caption, ("set", "signal", "error", "noise floor", "times the floor"), tuple(rows))
 
 
 def trial_errors_table(comparison: Comparison) -> PageTable:

@@ -3,10 +3,9 @@
 import math
 import unicodedata
 from collections.abc import Mapping, Sequence
-from typing import IO
 
 from rich.box import SIMPLE_HEAD
-from rich.console import Console, Group
+from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
@@ -16,19 +15,12 @@ from orchestrator.ledger import LedgerEntry
 from orchestrator.report.numbers import digits, estimate, percent, quantity
 from orchestrator.report.sentences import comparison_sentence, effect_name, ranked_name, verdict_sentence
 
-__all__ = ["comparison_table", "diagnosis_table", "ledger_table", "report_console", "verdict_sentence"]
+__all__ = ["comparison_table", "diagnosis_table", "ledger_table", "verdict_sentence"]
 
-WIDTH = 100
 BAR_WIDTH = 7
 RANKING_ROWS = 8
 TRIAL_ROWS = 40
 _EIGHTHS = " ▏▎▍▌▋▊▉█"
-
-
-def report_console(file: IO[str] | None = None) -> Console:
-    """Return a console that prints these tables; in a pipe it is 100 columns wide and has no colour."""
-    console = Console(file=file, highlight=False)
-    return console if console.is_terminal else Console(file=file, highlight=False, width=WIDTH, no_color=True)
 
 
 def bar(share: float, width: int = BAR_WIDTH) -> str:

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 from builders import COULOMB, comparison, diagnosis, entries
-from rich.console import RenderableType
+from rich.console import Console, RenderableType
 
 from orchestrator.compare.result import SetErrors
 from orchestrator.diagnosis.result import Estimate, NamedEffect, Verdict
@@ -16,14 +16,13 @@ from orchestrator.report.tables import (
     comparison_table,
     diagnosis_table,
     ledger_table,
-    report_console,
     verdict_sentence,
 )
 
 
 def piped(what: RenderableType) -> str:
     stream = io.StringIO()
-    report_console(stream).print(what)
+    Console(file=stream, width=100, highlight=False).print(what)
     return stream.getvalue()
 
 
