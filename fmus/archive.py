@@ -19,11 +19,7 @@ RATIO_MATTERS_ABOVE_BYTES = 2**24
 def read_archive(path: Path) -> dict[str, bytes]:
     """Give all files of an FMU, archive path -> content, after the checks of `extract_fmu`."""
     with _opened(path) as (archive, entries):
-        return {
-            entry.filename: _read(path, archive, entry)
-            for entry in entries
-            if not entry.is_dir()
-        }
+        return {entry.filename: _read(path, archive, entry) for entry in entries if not entry.is_dir()}
 
 
 def extract_fmu(path: Path, folder: Path) -> Path:
@@ -49,15 +45,9 @@ def extract_fmu(path: Path, folder: Path) -> Path:
 
 def check_entry_name(name: str) -> None:
     """Raise FmuError unless `name` is a relative path with forward slashes that stays inside."""
-    outside = (
-        name.startswith("/")
-        or PureWindowsPath(name).drive
-        or ".." in PurePosixPath(name).parts
-    )
+    outside = name.startswith("/") or PureWindowsPath(name).drive or ".." in PurePosixPath(name).parts
     if not name or outside or "\\" in name or "\0" in name:
-        raise FmuError(
-            f"archive entry {name!r} is not a relative path inside the archive"
-        )
+        raise FmuError(f"archive entry {name!r} is not a relative path inside the archive")
 
 
 def check_xml(content: bytes, what: str) -> None:
@@ -80,15 +70,11 @@ def check_xml(content: bytes, what: str) -> None:
 @contextmanager
 def _opened(path: Path) -> Iterator[tuple[zipfile.ZipFile, list[zipfile.ZipInfo]]]:
     if not path.is_file():
-        raise FmuError(
-            f"{path} does not exist" if not path.exists() else f"{path} is not a file"
-        )
+        raise FmuError(f"{path} does not exist" if not path.exists() else f"{path} is not a file")
     try:
         archive = zipfile.ZipFile(path)
     except (zipfile.BadZipFile, OSError, ValueError, NotImplementedError) as error:
-        raise FmuError(
-            f"{path} is not an FMU: it cannot be read as a zip archive ({error})"
-        ) from error
+        raise FmuError(f"{path} is not an FMU: it cannot be read as a zip archive ({error})") from error
     with archive:
         entries = archive.infolist()
         _check_entries(path, entries)
@@ -121,31 +107,21 @@ def _check_size(path: Path, entries: list[zipfile.ZipInfo]) -> None:
     total = sum(entry.file_size for entry in entries)
     packed = max(1, path.stat().st_size)
     if total > MAX_TOTAL_BYTES:
-        raise FmuError(
-            f"{path} unpacks to {total / 2**20:.0f} MiB; the limit is {MAX_TOTAL_BYTES // 2**20} MiB"
-        )
+        raise FmuError(f"{path} unpacks to {total / 2**20:.0f} MiB; the limit is {MAX_TOTAL_BYTES // 2**20} MiB")
     if total > RATIO_MATTERS_ABOVE_BYTES and total > MAX_RATIO * packed:
-        raise FmuError(
-            f"{path} unpacks to {total / packed:.0f} times its size; the limit is {MAX_RATIO} times"
-        )
+        raise FmuError(f"{path} unpacks to {total / packed:.0f} times its size; the limit is {MAX_RATIO} times")
 
 
 def _check_description(path: Path, archive: zipfile.ZipFile) -> None:
     try:
         entry = archive.getinfo("modelDescription.xml")
     except KeyError:
-        raise FmuError(
-            f"{path} is not an FMU: it has no modelDescription.xml at the top of the archive"
-        ) from None
+        raise FmuError(f"{path} is not an FMU: it has no modelDescription.xml at the top of the archive") from None
     check_xml(_read(path, archive, entry), f"{path}: modelDescription.xml")
 
 
 def _read(path: Path, archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> bytes:
     try:
         return archive.read(entry)
-    except (
-        Exception
-    ) as error:  # broken data surfaces as zlib, lzma, struct, EOF and other errors
-        raise FmuError(
-            f"{path}: entry {entry.filename!r} is damaged ({error})"
-        ) from error
+    except Exception as error:  # broken data surfaces as zlib, lzma, struct, EOF and other errors
+        raise FmuError(f"{path}: entry {entry.filename!r} is damaged ({error})") from error

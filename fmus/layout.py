@@ -53,15 +53,9 @@ class Layout:
                 )
                 for i, v in enumerate(system.states)
             ),
-            *(
-                Scalar(v, self._shown(v), "continuous", "calculated")
-                for v in system.algebraics
-            ),
+            *(Scalar(v, self._shown(v), "continuous", "calculated") for v in system.algebraics),
             *(Scalar(v, "parameter", "tunable", "exact") for v in system.parameters),
-            *(
-                Scalar(v, "calculatedParameter", "tunable", "calculated")
-                for v in system.dependents
-            ),
+            *(Scalar(v, "calculatedParameter", "tunable", "calculated") for v in system.dependents),
             Scalar(time, "independent", "continuous"),
         ]
 
@@ -76,9 +70,7 @@ class Layout:
                 "continuous",
                 "approx" if follows_parameters else "exact",
             )
-            for v, start, follows_parameters in zip(
-                self.system.states, starts, follows, strict=True
-            )
+            for v, start, follows_parameters in zip(self.system.states, starts, follows, strict=True)
         ]
 
     def _shown(self, variable: Variable) -> str:

@@ -60,9 +60,7 @@ def model_description(
         stepSize=repr(float(step_size)),
     )
     variables = ET.SubElement(root, "ModelVariables")
-    variables.extend(
-        [_scalar_variable(reference, s) for reference, s in enumerate(layout.scalars)]
-    )
+    variables.extend([_scalar_variable(reference, s) for reference, s in enumerate(layout.scalars)])
     root.append(_model_structure(layout))
     ET.indent(root)
     return ET.tostring(root, encoding="UTF-8", xml_declaration=True) + b"\n"
@@ -118,11 +116,7 @@ def _real_attributes(scalar: Scalar) -> dict[str, str]:
         "max": variable.maximum,
         "nominal": variable.nominal,
     }
-    attributes |= {
-        key: repr(float(v))
-        for key, v in bounds.items()
-        if v is not None and math.isfinite(v)
-    }
+    attributes |= {key: repr(float(v)) for key, v in bounds.items() if v is not None and math.isfinite(v)}
     if scalar.has_start:
         attributes["start"] = _start(scalar)
     if scalar.derivative_of is not None:
@@ -135,9 +129,7 @@ def _start(scalar: Scalar) -> str:
     if value is None and scalar.causality == "input":
         value = 0.0
     if value is None or not math.isfinite(value):
-        raise FmuError(
-            f"{scalar.causality} {scalar.variable.name!r} has the start value {value}; give it a number"
-        )
+        raise FmuError(f"{scalar.causality} {scalar.variable.name!r} has the start value {value}; give it a number")
     return repr(float(value))
 
 
@@ -145,23 +137,17 @@ def _model_structure(layout: Layout) -> ET.Element:
     structure, element = model_structure(layout), ET.Element("ModelStructure")
     _unknowns(element, "Outputs", structure.outputs)
     _unknowns(element, "Derivatives", structure.derivatives)
-    _unknowns(
-        element, "InitialUnknowns", dict(sorted(structure.initial_unknowns.items()))
-    )
+    _unknowns(element, "InitialUnknowns", dict(sorted(structure.initial_unknowns.items())))
     return element
 
 
-def _unknowns(
-    parent: ET.Element, tag: str, unknowns: Mapping[int, Sequence[int]]
-) -> None:
+def _unknowns(parent: ET.Element, tag: str, unknowns: Mapping[int, Sequence[int]]) -> None:
     if not unknowns:  # an empty list is not allowed by the schema
         return
     element = ET.SubElement(parent, tag)
     for reference, known in unknowns.items():
         dependencies = " ".join(str(k + 1) for k in known)
-        ET.SubElement(
-            element, "Unknown", index=str(reference + 1), dependencies=dependencies
-        )
+        ET.SubElement(element, "Unknown", index=str(reference + 1), dependencies=dependencies)
 
 
 def _text(text: str) -> str:

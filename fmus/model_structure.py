@@ -35,20 +35,13 @@ def model_structure(layout: Layout) -> ModelStructure:
     """Work out all dependencies from the structure of the Jacobians."""
     system, offsets = layout.system, layout.offsets
     now = _knowns(system, _instant_delays(system))
-    references = {
-        s.variable.name: reference for reference, s in enumerate(layout.scalars)
-    }
+    references = {s.variable.name: reference for reference, s in enumerate(layout.scalars)}
     outputs = {}
     for reference in (references[name] for name in system.outputs):
         is_state = reference < offsets["derivatives"]
         row = reference - offsets["derivatives"]
-        outputs[reference] = (
-            [reference] if is_state else _while_running(layout, now, row)
-        )
-    derivatives = {
-        offsets["derivatives"] + row: _while_running(layout, now, row)
-        for row in range(len(system.states))
-    }
+        outputs[reference] = [reference] if is_state else _while_running(layout, now, row)
+    derivatives = {offsets["derivatives"] + row: _while_running(layout, now, row) for row in range(len(system.states))}
     return ModelStructure(outputs, derivatives, _initial_unknowns(layout))
 
 
@@ -57,22 +50,16 @@ def _instant_delays(system: SymbolicSystem) -> Mask:
     varies = np.zeros(system.n_delays, dtype=bool)
     for argument in range(system.history.n_in()):
         varies |= sparsity(system.history, 1, argument).any(axis=1)
-    arguments = [
-        np.zeros(system.history.size_in(i)) for i in range(system.history.n_in())
-    ]
+    arguments = [np.zeros(system.history.size_in(i)) for i in range(system.history.n_in())]
     delays = np.array(system.history(*arguments)[1]).ravel()
     return np.asarray(varies | (delays <= 0.0))
 
 
 def _knowns(system: SymbolicSystem, instant: Mask) -> _Knowns:
     """Direct dependencies, and those through the delay operators that are `instant`."""
-    time, states, inputs, delayed, parameters = (
-        _rhs_sparsity(system, i) for i in range(5)
-    )
+    time, states, inputs, delayed, parameters = (_rhs_sparsity(system, i) for i in range(5))
     through = delayed & instant[None, :]
-    source_time, source_inputs, source_parameters = (
-        sparsity(system.history, 0, i) for i in range(3)
-    )
+    source_time, source_inputs, source_parameters = (sparsity(system.history, 0, i) for i in range(3))
     return _Knowns(
         time=(time | through @ source_time).ravel(),
         states=states,

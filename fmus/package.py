@@ -77,9 +77,7 @@ def build_fmu(
     for name, content in extra_files.items():
         check_entry_name(name)
         if name in files:
-            raise FmuError(
-                f"extra file {name!r} would replace a part of the FMU; choose another name"
-            )
+            raise FmuError(f"extra file {name!r} would replace a part of the FMU; choose another name")
         files[name] = content
     _write_atomically(path, _zipped(files))
     return path
@@ -100,14 +98,10 @@ def check_system(system: SymbolicSystem) -> None:
     names = [variable.name for variable in named]
     for name in names:
         if names.count(name) > 1:
-            raise FmuError(
-                f"model {system.name!r}: the variable {name!r} occurs {names.count(name)} times"
-            )
+            raise FmuError(f"model {system.name!r}: the variable {name!r} occurs {names.count(name)} times")
     for name in system.outputs:
         if all(name != v.name for v in (*system.states, *system.algebraics)):
-            raise FmuError(
-                f"model {system.name!r}: output {name!r} is neither a state nor an algebraic variable"
-            )
+            raise FmuError(f"model {system.name!r}: output {name!r} is neither a state nor an algebraic variable")
     x, u, p = len(system.states), len(system.inputs), len(system.parameters)
     z, q, d = len(system.algebraics), len(system.dependents), system.n_delays
     expected = {
@@ -138,11 +132,7 @@ def _sources(system: SymbolicSystem, tolerance: float) -> dict[str, str]:
     runtime = resources.files("fmus.runtime")
     headers = Path(fmpy.__file__).parent / "c-code"
     return {
-        **{
-            f.name: f.read_text("utf-8")
-            for f in runtime.iterdir()
-            if f.name.endswith((".c", ".h"))
-        },
+        **{f.name: f.read_text("utf-8") for f in runtime.iterdir() if f.name.endswith((".c", ".h"))},
         **{name: (headers / name).read_text("utf-8") for name in _FMI_HEADERS},
         "model.c": code.functions,
         "model_config.h": model_config(system, code, names, _NO_GUID, tolerance),
@@ -183,9 +173,7 @@ def _zipped(files: Mapping[str, bytes]) -> bytes:
 
 def _write_atomically(path: Path, content: bytes) -> None:
     try:
-        with tempfile.NamedTemporaryFile(
-            dir=path.parent, prefix=f".{path.name}.", delete=False
-        ) as file:
+        with tempfile.NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}.", delete=False) as file:
             file.write(content)
         os.chmod(file.name, 0o644)
         os.replace(file.name, path)

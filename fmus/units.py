@@ -104,9 +104,7 @@ def conversion(from_unit: str, to_unit: str) -> float:
             f"cannot convert {from_unit!r} ({_text(source)}) to {to_unit!r} ({_text(target)}): the dimensions differ"
         )
     if source.offset != target.offset:
-        raise MisfitError(
-            f"cannot convert {from_unit!r} to {to_unit!r} by a factor: their zero points differ; use K"
-        )
+        raise MisfitError(f"cannot convert {from_unit!r} to {to_unit!r} by a factor: their zero points differ; use K")
     return source.factor / target.factor
 
 
@@ -131,12 +129,8 @@ def _expression(text: str, unit: str) -> list[tuple[str, int]]:
     if not slash:
         return _product(numerator, unit)
     if "." in denominator and not denominator.startswith("("):
-        raise MisfitError(
-            f"unit {unit!r}: put parentheses around the denominator {denominator!r}"
-        )
-    return _product(numerator, unit) + [
-        (symbol, -power) for symbol, power in _product(denominator, unit)
-    ]
+        raise MisfitError(f"unit {unit!r}: put parentheses around the denominator {denominator!r}")
+    return _product(numerator, unit) + [(symbol, -power) for symbol, power in _product(denominator, unit)]
 
 
 def _split_at_slash(text: str) -> tuple[str, str, str]:
@@ -178,24 +172,13 @@ def _symbol(symbol: str, unit: str) -> SiUnit:
     name = _ALIASES.get(symbol, symbol)
     readings = _registry().parse_unit_name(name)
     if not any(base in _ACCEPTED for _, base, _ in readings):
-        raise MisfitError(
-            f"unit {unit!r}: {symbol!r} is not a known unit; use SI symbols such as N.m or rad/s"
-        )
-    zero, one = (
-        _registry().Quantity(value, name).to_base_units() for value in (0.0, 1.0)
-    )
-    powers = {
-        _PINT_BASE_NAMES[base]: round(power.real) for base, power in one.unit_items()
-    }
+        raise MisfitError(f"unit {unit!r}: {symbol!r} is not a known unit; use SI symbols such as N.m or rad/s")
+    zero, one = (_registry().Quantity(value, name).to_base_units() for value in (0.0, 1.0))
+    powers = {_PINT_BASE_NAMES[base]: round(power.real) for base, power in one.unit_items()}
     exponents = {base: powers[base] for base in BASE_UNITS if base in powers}
-    return SiUnit(
-        exponents, float(one.magnitude - zero.magnitude), float(zero.magnitude)
-    )
+    return SiUnit(exponents, float(one.magnitude - zero.magnitude), float(zero.magnitude))
 
 
 def _text(unit: SiUnit) -> str:
-    parts = [
-        base if power == 1 else f"{base}{power}"
-        for base, power in unit.exponents.items()
-    ]
+    parts = [base if power == 1 else f"{base}{power}" for base, power in unit.exponents.items()]
     return ".".join(parts) or "1"

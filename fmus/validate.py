@@ -32,9 +32,7 @@ def _content_findings(folder: Path) -> list[str]:
 
     description = read_model_description(str(folder), validate=False)
     interfaces = [
-        interface
-        for interface in (description.coSimulation, description.modelExchange)
-        if interface is not None
+        interface for interface in (description.coSimulation, description.modelExchange) if interface is not None
     ]
     if not interfaces:
         return ["the FMU offers neither co-simulation nor model exchange"]

@@ -43,9 +43,7 @@ def compile_library(sources: Mapping[str, str]) -> bytes:
             check=False,
         )
         if result.returncode != 0:
-            raise FmuError(
-                f"{compiler[0]} cannot compile the model: {_first_error(result.stderr)}"
-            )
+            raise FmuError(f"{compiler[0]} cannot compile the model: {_first_error(result.stderr)}")
         return (Path(folder) / "model.so").read_bytes()
 
 
@@ -57,9 +55,7 @@ def find_compiler() -> list[str]:
         if shutil.which(command[0]):
             return command
     names = " or ".join(command[0] for command in candidates)
-    raise FmuError(
-        f"no C compiler found (looked for {names}); install gcc, or set CC to a compiler"
-    )
+    raise FmuError(f"no C compiler found (looked for {names}); install gcc, or set CC to a compiler")
 
 
 def _first_error(stderr: str) -> str:

@@ -21,9 +21,7 @@ class ModelCode:
 
 def model_code(system: SymbolicSystem) -> ModelCode:
     """Generate C for the four functions of a system, as `model_rhs`, `model_history` and so on."""
-    functions = [
-        _dense(getattr(system, name), f"model_{name}") for name in MODEL_FUNCTIONS
-    ]
+    functions = [_dense(getattr(system, name), f"model_{name}") for name in MODEL_FUNCTIONS]
     options: dict[str, Any] = {
         "with_header": False,
         "casadi_real": "double",
@@ -84,21 +82,14 @@ def model_config(
         "MODEL_VARIABLE_NAMES": _list([_string(name) for name in variable_names]),
     }
     lines = [f"#define {name} {value}" for name, value in macros.items()]
-    return "\n".join(
-        ["#ifndef MODEL_CONFIG_H", "#define MODEL_CONFIG_H", *lines, "#endif", ""]
-    )
+    return "\n".join(["#ifndef MODEL_CONFIG_H", "#define MODEL_CONFIG_H", *lines, "#endif", ""])
 
 
 def _dense(function: ca.Function, name: str) -> ca.Function:
     """The same function of dense columns: generated C reads and writes nonzeros only."""
     symbol = ca.SX.sym if function.is_a("SXFunction") else ca.MX.sym
-    columns: list[Any] = [
-        symbol(function.name_in(i), function.numel_in(i))
-        for i in range(function.n_in())
-    ]
-    shaped = [
-        ca.reshape(column, *function.size_in(i)) for i, column in enumerate(columns)
-    ]
+    columns: list[Any] = [symbol(function.name_in(i), function.numel_in(i)) for i in range(function.n_in())]
+    shaped = [ca.reshape(column, *function.size_in(i)) for i, column in enumerate(columns)]
     results = [ca.densify(ca.vec(result)) for result in function.call(shaped)]
     return ca.Function(name, columns, results, {"cse": True})
 
@@ -113,8 +104,5 @@ def _list(items: list[str]) -> str:
 
 def _string(text: str) -> str:
     """A C string literal of UTF-8 bytes; octal escapes end after three digits, unlike hexadecimal ones."""
-    plain = (
-        chr(b) if 32 <= b < 127 and b not in b'"\\?' else f"\\{b:03o}"
-        for b in text.encode()
-    )
+    plain = (chr(b) if 32 <= b < 127 and b not in b'"\\?' else f"\\{b:03o}" for b in text.encode())
     return '"' + "".join(plain) + '"'

@@ -18,20 +18,14 @@ class Slave:
     """One instance; `call` gives the status, the other methods insist on success."""
 
     def __init__(self, fmu: Path, folder: Path) -> None:
-        if (
-            not folder.exists()
-        ):  # a second instance is to share the library of the first
+        if not folder.exists():  # a second instance is to share the library of the first
             extract_fmu(fmu, folder)
         description = fmpy.read_model_description(str(folder))
         self.references = {v.name: v.valueReference for v in description.modelVariables}
         identifier = description.coSimulation.modelIdentifier
-        self.library = ctypes.CDLL(
-            str(folder / f"binaries/{fmpy.platform}/{identifier}.so")
-        )
+        self.library = ctypes.CDLL(str(folder / f"binaries/{fmpy.platform}/{identifier}.so"))
         self.messages: list[str] = []
-        logger = fmi2CallbackLoggerTYPE(
-            lambda *args: self.messages.append(args[4].decode())
-        )
+        logger = fmi2CallbackLoggerTYPE(lambda *args: self.messages.append(args[4].decode()))
         self.callbacks = fmi2CallbackFunctions(logger=logger)
         self.library.fmi2Instantiate.restype = c_void_p
         self.component = c_void_p(self.instantiate(description.guid))

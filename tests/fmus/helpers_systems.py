@@ -7,9 +7,7 @@ from fmus.symbolic.system import SymbolicSystem, Variable
 SX = ca.SX
 
 
-def lag(
-    *, delay_is_parameter: bool = True, constant_delay: float = 0.1
-) -> SymbolicSystem:
+def lag(*, delay_is_parameter: bool = True, constant_delay: float = 0.1) -> SymbolicSystem:
     """`tau der(x) = u(t - T) - x`, with `late = u(t - T)`."""
     t, x, u, d, p = symbols(states=1, inputs=1, delays=1, parameters=2)
     delay = p[1] if delay_is_parameter else SX(constant_delay)
@@ -51,9 +49,7 @@ def oscillator() -> SymbolicSystem:
         ),
         dependents=(),
         outputs=("q",),
-        rhs=ca.Function(
-            "rhs", [t, x, u, d, p], [ca.vertcat(x[1], acceleration), energy]
-        ),
+        rhs=ca.Function("rhs", [t, x, u, d, p], [ca.vertcat(x[1], acceleration), energy]),
         history=ca.Function("history", [t, u, p], [SX(0, 1), SX(0, 1)]),
         dependent=ca.Function("dependent", [p], [SX(0, 1)]),
         initial=ca.Function("initial", [p], [ca.vertcat(swing / 2, 0)]),
@@ -110,9 +106,7 @@ def without_delays(name, rhs, states, start, t, x, u, d, p) -> SymbolicSystem:  
     )
 
 
-def symbols(
-    *, states: int, inputs: int, delays: int, parameters: int
-) -> tuple[SX, ...]:
+def symbols(*, states: int, inputs: int, delays: int, parameters: int) -> tuple[SX, ...]:
     """t, x, u, d and p as columns."""
     sizes = {"x": states, "u": inputs, "d": delays, "p": parameters}
     return (SX.sym("t"), *(SX.sym(name, size) for name, size in sizes.items()))

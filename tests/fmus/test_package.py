@@ -32,10 +32,7 @@ Start = Callable[[str], Slave]
 @pytest.fixture(scope="module")
 def fmus(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     folder = tmp_path_factory.mktemp("fmus")
-    return {
-        name: build_fmu(make(), folder / f"{name}.fmu")
-        for name, make in SYSTEMS.items()
-    }
+    return {name: build_fmu(make(), folder / f"{name}.fmu") for name, make in SYSTEMS.items()}
 
 
 @pytest.fixture
@@ -62,15 +59,11 @@ def test_the_oscillator_follows_its_closed_form(create: Start) -> None:
             slave.step(0.004)
         t = slave.time
         turned = math.cos(frequency * t) + rate / frequency * math.sin(frequency * t)
-        assert slave.get("q") == pytest.approx(
-            0.5 * math.exp(-rate * t) * turned, abs=1e-9
-        )
+        assert slave.get("q") == pytest.approx(0.5 * math.exp(-rate * t) * turned, abs=1e-9)
 
 
 @pytest.mark.parametrize("step", [0.004, 0.1, 10.0])
-def test_the_pendulum_agrees_with_another_integrator(
-    create: Start, step: float
-) -> None:
+def test_the_pendulum_agrees_with_another_integrator(create: Start, step: float) -> None:
     exact = solve_ivp(
         lambda t, x: [x[1], -9.81 * np.sin(x[0]) - 0.1 * x[1]],
         (0.0, 10.0),
@@ -106,9 +99,7 @@ def test_a_delayed_step_arrives_on_time(create: Start, delay: float) -> None:
         slave.set(u=1.0)
         for _ in range(200):
             slave.step(0.004)
-            assert slave.get("x") == pytest.approx(
-                lag_answer(slave.time, begin + delay), abs=1e-7
-            )
+            assert slave.get("x") == pytest.approx(lag_answer(slave.time, begin + delay), abs=1e-7)
             # Half a microsecond on either side of the arrival rounding decides.
             if abs(slave.time - begin - delay) > 5e-7:
                 assert slave.get("late") == float(slave.time > begin + delay)
@@ -120,9 +111,7 @@ def test_steps_longer_than_the_delay_lose_nothing(create: Start, delay: float) -
         slave.set(u=1.0)
         for size in (0.5, 0.9, 0.25):
             slave.step(size)
-            assert slave.get("x") == pytest.approx(
-                lag_answer(slave.time, delay), abs=1e-7
-            )
+            assert slave.get("x") == pytest.approx(lag_answer(slave.time, delay), abs=1e-7)
 
 
 def test_before_the_start_a_delayed_input_had_its_initial_value(create: Start) -> None:
@@ -193,9 +182,7 @@ def test_a_restored_state_continues_bit_for_bit(create: Start, name: str) -> Non
     assert first == again == from_bytes
 
 
-def test_two_instances_do_not_disturb_each_other(
-    fmus: dict[str, Path], tmp_path: Path
-) -> None:
+def test_two_instances_do_not_disturb_each_other(fmus: dict[str, Path], tmp_path: Path) -> None:
     def run(slaves: list[Slave]) -> list[float]:
         for _ in range(50):
             for slave in slaves:
@@ -244,9 +231,7 @@ REFUSALS = {
 @pytest.mark.parametrize("name", REFUSALS)
 def test_setting_what_the_model_computes_is_refused(create: Start, name: str) -> None:
     with create("lag").start() as slave:
-        assert (
-            slave.call("fmi2SetReal", *slave.one(name), byref(c_double(1.0))) == ERROR
-        )
+        assert slave.call("fmi2SetReal", *slave.one(name), byref(c_double(1.0))) == ERROR
         assert slave.messages == [f"fmi2SetReal: {REFUSALS[name]}"]
 
 
@@ -259,15 +244,9 @@ def test_bad_values_are_refused_with_the_name_of_the_variable(create: Start) -> 
         assert slave.call("fmi2GetReal", None, c_size_t(1), one) == ERROR
         assert slave.call("fmi2GetInteger", byref(c_uint(0)), c_size_t(1), one) == ERROR
         second = byref(c_int(2))
-        assert (
-            slave.call("fmi2SetRealInputDerivatives", *slave.one("u"), second, one)
-            == ERROR
-        )
+        assert slave.call("fmi2SetRealInputDerivatives", *slave.one("u"), second, one) == ERROR
         first = byref(c_int(1))
-        assert (
-            slave.call("fmi2SetRealInputDerivatives", *slave.one("x"), first, one)
-            == ERROR
-        )
+        assert slave.call("fmi2SetRealInputDerivatives", *slave.one("x"), first, one) == ERROR
         assert slave.messages == [
             "fmi2SetReal: 'u' = nan is not a finite number",
             "fmi2SetReal: value reference 999 is unknown; this model has 0 to 7",
@@ -290,9 +269,7 @@ def test_bad_values_are_refused_with_the_name_of_the_variable(create: Start) -> 
         (math.inf, 0.1, "the step starts at t = inf s, but the model is at t = 0 s"),
     ],
 )
-def test_impossible_steps_are_refused(
-    create: Start, time: float, size: float, message: str
-) -> None:
+def test_impossible_steps_are_refused(create: Start, time: float, size: float, message: str) -> None:
     with create("lag").start() as slave:
         assert slave.call("fmi2DoStep", c_double(time), c_double(size), 1) == ERROR
         assert slave.messages == [f"fmi2DoStep: {message}"]
@@ -331,12 +308,8 @@ def test_a_wrong_guid_or_interface_gives_no_instance(create: Start) -> None:
     with create("lag") as slave:
         assert slave.instantiate("{0}") is None
         assert slave.instantiate("{0}", kind=0) is None
-        assert slave.messages[0].startswith(
-            "fmi2Instantiate: the GUID is not that of this FMU, {"
-        )
-        assert (
-            slave.messages[1] == "fmi2Instantiate: this FMU supports co-simulation only"
-        )
+        assert slave.messages[0].startswith("fmi2Instantiate: the GUID is not that of this FMU, {")
+        assert slave.messages[1] == "fmi2Instantiate: this FMU supports co-simulation only"
 
 
 def test_a_state_of_another_model_is_refused(create: Start) -> None:
@@ -346,17 +319,9 @@ def test_a_state_of_another_model_is_refused(create: Start) -> None:
         other.insist("fmi2FreeFMUstate", byref(saved))
         for wrong in (content, b"", content * 3):
             size = c_size_t(len(wrong))
-            assert (
-                slave.call("fmi2DeSerializeFMUstate", wrong, size, byref(state))
-                == ERROR
-            )
-        assert (
-            slave.messages[0]
-            == "fmi2DeSerializeFMUstate: the bytes are not a state of this model"
-        )
-        assert slave.messages[1].endswith(
-            "0 bytes are too few for a state of this model"
-        )
+            assert slave.call("fmi2DeSerializeFMUstate", wrong, size, byref(state)) == ERROR
+        assert slave.messages[0] == "fmi2DeSerializeFMUstate: the bytes are not a state of this model"
+        assert slave.messages[1].endswith("0 bytes are too few for a state of this model")
         assert slave.call("fmi2SetFMUstate", None) == ERROR
 
 
@@ -380,9 +345,7 @@ def test_a_negative_delay_is_refused_with_its_value(create: Start) -> None:
     with create("lag").start() as slave:
         slave.set(T=-0.5)
         assert slave.call("fmi2DoStep", c_double(0.0), c_double(0.1), 1) == ERROR
-        assert (
-            "delay -0.5 s at t = 0 s; it must be zero or positive" in slave.messages[0]
-        )
+        assert "delay -0.5 s at t = 0 s; it must be zero or positive" in slave.messages[0]
 
 
 def test_the_last_successful_time_is_that_of_the_last_step(create: Start) -> None:
@@ -423,9 +386,7 @@ def dependencies(fmu: Path) -> dict[str, set[str]]:
     return {u.variable.name: {v.name for v in u.dependencies} for u in unknowns}
 
 
-def test_a_constant_delay_separates_output_and_input(
-    fmus: dict[str, Path], tmp_path: Path
-) -> None:
+def test_a_constant_delay_separates_output_and_input(fmus: dict[str, Path], tmp_path: Path) -> None:
     constant = build_fmu(lag(delay_is_parameter=False), tmp_path / "constant.fmu")
     assert dependencies(constant) == {"x": {"x"}, "late": set(), "der(x)": {"x"}}
     # A parameter may be set to zero, and then the input passes.
@@ -440,10 +401,7 @@ def test_initial_unknowns_name_the_parameters_behind_a_start_value(
     fmus: dict[str, Path],
 ) -> None:
     description = fmpy.read_model_description(str(fmus["oscillator"]))
-    initial = {
-        u.variable.name: {v.name for v in u.dependencies}
-        for u in description.initialUnknowns
-    }
+    initial = {u.variable.name: {v.name for v in u.dependencies} for u in description.initialUnknowns}
     assert initial == {
         "q": {"swing"},
         "der(q)": {"v"},
@@ -451,9 +409,7 @@ def test_initial_unknowns_name_the_parameters_behind_a_start_value(
     }
 
 
-def test_the_sources_in_the_archive_compile_on_their_own(
-    fmus: dict[str, Path], tmp_path: Path
-) -> None:
+def test_the_sources_in_the_archive_compile_on_their_own(fmus: dict[str, Path], tmp_path: Path) -> None:
     extract_fmu(fmus["lag"], tmp_path)
     description = fmpy.read_model_description(str(fmus["lag"]))
     (file_set,) = description.buildConfigurations[0].sourceFileSets
@@ -466,30 +422,20 @@ def test_the_sources_in_the_archive_compile_on_their_own(
         "-Wno-unused",
         "-fsyntax-only",
     ]
-    subprocess.run(
-        [*command, *file_set.sourceFiles], cwd=tmp_path / "sources", check=True
-    )
+    subprocess.run([*command, *file_set.sourceFiles], cwd=tmp_path / "sources", check=True)
 
 
 def test_extra_files_are_kept_inside_the_archive(tmp_path: Path) -> None:
-    fmu = build_fmu(
-        pendulum(), tmp_path / "p.fmu", extra_files={"resources/model.mo": b"model"}
-    )
+    fmu = build_fmu(pendulum(), tmp_path / "p.fmu", extra_files={"resources/model.mo": b"model"})
     assert read_archive(fmu)["resources/model.mo"] == b"model"
-    with pytest.raises(
-        FmuError, match="'../model.mo' is not a relative path inside the archive"
-    ):
+    with pytest.raises(FmuError, match=r"'\.\./model\.mo' is not a relative path inside the archive"):
         build_fmu(pendulum(), tmp_path / "p.fmu", extra_files={"../model.mo": b"model"})
     assert [path.name for path in tmp_path.iterdir()] == ["p.fmu"]
 
 
-def test_without_a_compiler_one_line_says_so(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_without_a_compiler_one_line_says_so(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("CC", "no-such-compiler -O1")
-    with pytest.raises(
-        FmuError, match=r"^no C compiler found \(looked for no-such-compiler\); "
-    ):
+    with pytest.raises(FmuError, match=r"^no C compiler found \(looked for no-such-compiler\); "):
         build_fmu(pendulum(), tmp_path / "p.fmu")
     assert list(tmp_path.iterdir()) == []
 
@@ -500,15 +446,9 @@ def test_an_unknown_unit_or_a_missing_value_is_named(tmp_path: Path) -> None:
     parameters = (Variable("tau", "s"), Variable("T", "s", start=0.1))
     with pytest.raises(FmuError, match="parameter 'tau' has the start value None"):
         build_fmu(replace(lag(), parameters=parameters), tmp_path / "a.fmu")
-    with pytest.raises(
-        MisfitError, match="unit 'furlong': 'furlong' is not a known unit"
-    ):
-        build_fmu(
-            replace(lag(), inputs=(Variable("u", "furlong"),)), tmp_path / "a.fmu"
-        )
-    with pytest.raises(
-        FmuError, match="output 'speed' is neither a state nor an algebraic"
-    ):
+    with pytest.raises(MisfitError, match="unit 'furlong': 'furlong' is not a known unit"):
+        build_fmu(replace(lag(), inputs=(Variable("u", "furlong"),)), tmp_path / "a.fmu")
+    with pytest.raises(FmuError, match="output 'speed' is neither a state nor an algebraic"):
         build_fmu(replace(lag(), outputs=("speed",)), tmp_path / "a.fmu")
     with pytest.raises(FmuError, match="function rhs has sizes"):
         build_fmu(replace(lag(), inputs=()), tmp_path / "a.fmu")

@@ -13,16 +13,12 @@ from fmus.package import build_fmu
 from fmus.validate import validate_fmu
 
 XML = b'<?xml version="1.0"?><fmiModelDescription/>'
-BOMB = (
-    b'<!DOCTYPE x [<!ENTITY a "aaaa">]><fmiModelDescription>&a;</fmiModelDescription>'
-)
+BOMB = b'<!DOCTYPE x [<!ENTITY a "aaaa">]><fmiModelDescription>&a;</fmiModelDescription>'
 
 
 @pytest.fixture(scope="module")
 def good(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
-    return read_archive(
-        build_fmu(pendulum(), tmp_path_factory.mktemp("good") / "pendulum.fmu")
-    )
+    return read_archive(build_fmu(pendulum(), tmp_path_factory.mktemp("good") / "pendulum.fmu"))
 
 
 def pack(path: Path, files: dict[str, bytes]) -> Path:
@@ -44,12 +40,8 @@ BROKEN = {
         "modelDescription.xml": XML,
         "a\\..\\..\\evil": b"",
     },
-    "modelDescription.xml is not well-formed XML": {
-        "modelDescription.xml": b"<a><b></a>"
-    },
-    "modelDescription.xml has a DOCTYPE, which FMI does not use": {
-        "modelDescription.xml": BOMB
-    },
+    "modelDescription.xml is not well-formed XML": {"modelDescription.xml": b"<a><b></a>"},
+    "modelDescription.xml has a DOCTYPE, which FMI does not use": {"modelDescription.xml": BOMB},
     "times its size; the limit is 300 times": {
         "modelDescription.xml": XML,
         "resources/zeros": bytes(2**25),
@@ -107,15 +99,11 @@ def test_missing_files_folders_and_texts_are_told_apart(tmp_path: Path) -> None:
         validate_fmu(tmp_path / "none.fmu")
     with pytest.raises(FmuError, match="is not a file"):
         validate_fmu(tmp_path)
-    with pytest.raises(
-        FmuError, match=r"text\.fmu is not an FMU: it cannot be read as a zip archive"
-    ):
+    with pytest.raises(FmuError, match=r"text\.fmu is not an FMU: it cannot be read as a zip archive"):
         validate_fmu(text)
 
 
-def test_damaged_content_is_reported_with_its_entry(
-    tmp_path: Path, good: dict[str, bytes]
-) -> None:
+def test_damaged_content_is_reported_with_its_entry(tmp_path: Path, good: dict[str, bytes]) -> None:
     path = pack(tmp_path / "damaged.fmu", good)
     content = bytearray(path.read_bytes())
     content[60:90] = bytes(30)
@@ -124,31 +112,17 @@ def test_damaged_content_is_reported_with_its_entry(
         validate_fmu(path)
 
 
-def test_an_fmu_for_no_machine_is_a_finding(
-    tmp_path: Path, good: dict[str, bytes]
-) -> None:
-    bare = {
-        name: content
-        for name, content in good.items()
-        if name == "modelDescription.xml"
-    }
+def test_an_fmu_for_no_machine_is_a_finding(tmp_path: Path, good: dict[str, bytes]) -> None:
+    bare = {name: content for name, content in good.items() if name == "modelDescription.xml"}
     findings = validate_fmu(pack(tmp_path / "bare.fmu", bare))
     assert "source file 'core.c' is listed but missing" in findings
     assert findings[-1].startswith("no binary of 'Pendulum' for ")
-    sources = {
-        name: content
-        for name, content in good.items()
-        if not name.startswith("binaries/")
-    }
+    sources = {name: content for name, content in good.items() if not name.startswith("binaries/")}
     assert validate_fmu(pack(tmp_path / "sources.fmu", sources)) == []
 
 
-def test_a_wrong_description_is_a_list_of_findings(
-    tmp_path: Path, good: dict[str, bytes]
-) -> None:
+def test_a_wrong_description_is_a_list_of_findings(tmp_path: Path, good: dict[str, bytes]) -> None:
     xml = good["modelDescription.xml"].replace(b'name="w"', b'name="q"')
-    findings = validate_fmu(
-        pack(tmp_path / "wrong.fmu", {**good, "modelDescription.xml": xml})
-    )
+    findings = validate_fmu(pack(tmp_path / "wrong.fmu", {**good, "modelDescription.xml": xml}))
     assert any('"q"' in finding and "not unique" in finding for finding in findings)
     assert all("\n" not in finding for finding in findings)
