@@ -160,7 +160,7 @@ def _factor(text: str, unit: str) -> tuple[str, int]:
 
 
 @cache
-def _registry() -> "UnitRegistry":
+def _registry() -> "UnitRegistry[float]":
     # Building the registry takes 0.1 s, which commands without units should not pay.
     from pint import UnitRegistry
 
