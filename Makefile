@@ -31,8 +31,8 @@ check: setup
 	@$(BIN)/ruff format --check .
 	@$(BIN)/ruff check .
 	@$(BIN)/mypy
-	@$(BIN)/python -m pytest -q --doctest-modules fmus orchestrator hil
-	@$(BIN)/python -m pytest -q --doctest-glob="*.md" README.md docs
+	@$(BIN)/python -m pytest --doctest-modules fmus orchestrator hil
+	@$(BIN)/python -m pytest tests/test_documentation.py
 
 bench: setup
 	@$(BIN)/python tests/benchmarks/run.py

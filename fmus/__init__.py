@@ -1,1 +1,1 @@
-"""."""
+"""The FMU factory: from Modelica source to symbolic models and FMUs."""

@@ -2,8 +2,6 @@
 
 import hashlib
 import io
-import os
-import tempfile
 import uuid
 import zipfile
 from collections.abc import Mapping
@@ -12,6 +10,7 @@ from pathlib import Path
 
 from fmus.archive import check_entry_name
 from fmus.errors import FmuError
+from fmus.files import write_atomically
 from fmus.layout import Layout
 from fmus.model_description import model_description
 from fmus.runtime.compiler import compile_library
@@ -79,7 +78,10 @@ def build_fmu(
         if name in files:
             raise FmuError(f"extra file {name!r} would replace a part of the FMU; choose another name")
         files[name] = content
-    _write_atomically(path, _zipped(files))
+    try:
+        write_atomically(path, _zipped(files))
+    except OSError as error:
+        raise FmuError(f"cannot write {path}: {error.strerror}") from error
     return path
 
 
@@ -169,13 +171,3 @@ def _zipped(files: Mapping[str, bytes]) -> bytes:
             entry.external_attr = (0o100000 | mode) << 16
             archive.writestr(entry, files[name])
     return buffer.getvalue()
-
-
-def _write_atomically(path: Path, content: bytes) -> None:
-    try:
-        with tempfile.NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}.", delete=False) as file:
-            file.write(content)
-        os.chmod(file.name, 0o644)
-        os.replace(file.name, path)
-    except OSError as error:
-        raise FmuError(f"cannot write {path}: {error.strerror}") from error

@@ -3,7 +3,7 @@
 import re
 from dataclasses import dataclass, field
 from functools import cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from fmus.errors import MisfitError
 
@@ -33,6 +33,7 @@ _ACCEPTED = frozenset(_ACCEPTED_NAMES.split())
 _ALIASES = {"Ohm": "ohm", "rev": "turn", "%": "percent"}
 
 _FACTOR = re.compile(r"(?P<symbol>[A-Za-zµμΩ°%]+)\^?(?P<power>[+-]?\d+)?")
+_NAME = re.compile(r"[A-Za-zµμΩ°_]+")
 
 
 @dataclass(frozen=True)
@@ -156,11 +157,14 @@ def _factor(text: str, unit: str) -> tuple[str, int]:
         raise MisfitError(
             f"unit {unit!r}: cannot read {text!r}; write products as N.m, quotients as rad/s, powers as m2"
         )
-    return match["symbol"], int(match["power"] or 1)
+    power = match["power"] or "1"
+    if len(power.lstrip("+-")) > 1:
+        raise MisfitError(f"unit {unit!r}: the power {power[:9]} is beyond 9; check the unit")
+    return match["symbol"], int(power)
 
 
 @cache
-def _registry() -> "UnitRegistry[float]":
+def _registry() -> "UnitRegistry[Any]":
     # Building the registry takes 0.1 s, which commands without units should not pay.
     from pint import UnitRegistry
 
@@ -170,7 +174,8 @@ def _registry() -> "UnitRegistry[float]":
 @cache
 def _symbol(symbol: str, unit: str) -> SiUnit:
     name = _ALIASES.get(symbol, symbol)
-    readings = _registry().parse_unit_name(name)
+    # pint evaluates what is no plain name, so only names reach it.
+    readings = _registry().parse_unit_name(name) if _NAME.fullmatch(name) else ()
     if not any(base in _ACCEPTED for _, base, _ in readings):
         raise MisfitError(f"unit {unit!r}: {symbol!r} is not a known unit; use SI symbols such as N.m or rad/s")
     zero, one = (_registry().Quantity(value, name).to_base_units() for value in (0.0, 1.0))

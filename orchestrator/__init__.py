@@ -1,1 +1,1 @@
-"""."""
+"""Measurements, comparison, diagnosis, reports and the command line."""

@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from fmus.errors import ModelicaError
-from fmus.symbolic import builtins
+from fmus.symbolic import operators
 from fmus.symbolic.arena import Arena
 from fmus.symbolic.values import (
     Record,
@@ -91,7 +91,7 @@ class Evaluator:
         operand = self.value(body["operand"], frame)
         if body["operator"] == "plus":
             return operand
-        return elementwise((lambda a: -a) if body["operator"] == "negate" else builtins.negate, operand)
+        return elementwise((lambda a: -a) if body["operator"] == "negate" else operators.negate, operand)
 
     def _binary(self, index: int, body: Mapping[str, Any], frame: Frame | None) -> Value:
         operator, left = body["operator"], self.value(body["lhs"], frame)
@@ -100,9 +100,9 @@ class Evaluator:
         right = self.value(body["rhs"], frame)
         if operator == "multiply":
             return multiply(left, right)
-        if operator not in builtins.BINARY:
+        if operator not in operators.BINARY:
             raise ModelicaError(f"operator {operator} is not supported")
-        return elementwise(builtins.BINARY[operator], left, right)
+        return elementwise(operators.BINARY[operator], left, right)
 
     def _conditional(self, index: int, body: Any, frame: Frame | None) -> Value:
         operands = self.arena.operands(index)
@@ -168,11 +168,11 @@ class Evaluator:
         return array_of([s for item in items for s in scalars(item)], extents + shape_of(items[0]))
 
     def _builtin(self, index: int, body: Mapping[str, Any], frame: Frame | None) -> Value:
-        return builtins.apply(body["builtin"], self._operand_values(index, frame))
+        return operators.apply(body["builtin"], self._operand_values(index, frame))
 
     def _runtime_quotient_owner(self, index: int, body: Mapping[str, Any], frame: Frame | None) -> Value:
         left, right = self.value(body["lhs"], frame), self.value(body["rhs"], frame)
-        return builtins.apply(body["builtin"], [left, right])
+        return operators.apply(body["builtin"], [left, right])
 
     def _call(self, index: int, body: Mapping[str, Any], frame: Frame | None) -> Value:
         if body["derivative"] is not None:

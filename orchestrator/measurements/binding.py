@@ -44,9 +44,7 @@ def bind(
             f"{trial_set.path}: no column is an output of the model; outputs: {listed(v.name for v in outputs)}; columns: {listed(columns)}; map a column to an output in [variables] of case.toml"
         )
     channels = {
-        variable.name: read_channel(
-            trial_set, matching.column_of[variable.name], variable
-        )
+        variable.name: read_channel(trial_set, matching.column_of[variable.name], variable)
         for variable in (*inputs, *measured)
         if variable.name in matching.column_of
     }
@@ -55,16 +53,11 @@ def bind(
     for channel in channels.values():
         notes.extend(channel.notes)
     return BoundSet(
-        trials=tuple(
-            _bound_trial(trial, i, inputs, measured, channels)
-            for i, trial in enumerate(trial_set.trials)
-        ),
+        trials=tuple(_bound_trial(trial, i, inputs, measured, channels) for i, trial in enumerate(trial_set.trials)),
         input_names=tuple(v.name for v in inputs),
         output_names=tuple(v.name for v in measured),
         unconnected_inputs=tuple(v.name for v in idle),
-        unused_columns=tuple(
-            c for c in columns if c not in matching.column_of.values()
-        ),
+        unused_columns=tuple(c for c in columns if c not in matching.column_of.values()),
         noise_std={name: channel.noise_std for name, channel in channels.items()},
         notes=tuple(notes),
     )

@@ -48,9 +48,7 @@ class CaseFile:
     notes: tuple[str, ...] = ()
 
 
-def read_case_file(
-    path: Path, content: bytes, files_found: tuple[str, ...]
-) -> CaseFile:
+def read_case_file(path: Path, content: bytes, files_found: tuple[str, ...]) -> CaseFile:
     """Check and read the content of a case.toml.
 
     Args:
@@ -71,9 +69,7 @@ def read_case_file(
         variables=_variables(table.get_table("variables")),
         sensors=sensors,
         rate_hz=table.get_table("sampling").get_positive("rate_hz"),
-        initial_conditions_given=bool(
-            table.get_table("initial_conditions").get_flag("given")
-        ),
+        initial_conditions_given=bool(table.get_table("initial_conditions").get_flag("given")),
         notes=(*_unknown_keys(table), *sensor_notes),
     )
 
@@ -88,13 +84,9 @@ def _files(table: TomlTable, files_found: tuple[str, ...]) -> tuple[str, ...]:
         )
     for position, name in enumerate(files):
         if not name or not name.isprintable():
-            raise MisfitError(
-                f"{table.where}: files holds {shown(name)}, expected a file name"
-            )
+            raise MisfitError(f"{table.where}: files holds {shown(name)}, expected a file name")
         if normpath(name) in map(normpath, files[:position]):
-            raise MisfitError(
-                f"{table.where}: files names {shown(name)} twice; a trial counts once"
-            )
+            raise MisfitError(f"{table.where}: files names {shown(name)} twice; a trial counts once")
     return files
 
 
@@ -104,9 +96,7 @@ def _units(table: TomlTable) -> dict[str, str]:
         try:
             conversion(unit, unit)
         except MisfitError as error:
-            raise MisfitError(
-                f"{table.where}: column {shown(column)}: {error}"
-            ) from error
+            raise MisfitError(f"{table.where}: column {shown(column)}: {error}") from error
     return units
 
 
@@ -128,9 +118,7 @@ def _sensors(table: TomlTable) -> tuple[dict[str, float], tuple[str, ...]]:
     for key, value in table.values.items():
         converted = number(value)
         if converted is None:
-            notes.append(
-                f"{table.where}: {shown(key)} is no finite number and is not used"
-            )
+            notes.append(f"{table.where}: {shown(key)} is no finite number and is not used")
         elif converted < 0.0:
             raise table.wrong(key, "0 or more")
         else:

@@ -28,9 +28,7 @@ class Channel:
     notes: tuple[str, ...]
 
 
-def read_channel(
-    measurements: MeasurementSet, column: str, variable: "Variable"
-) -> Channel:
+def read_channel(measurements: MeasurementSet, column: str, variable: "Variable") -> Channel:
     """Read a column as a model variable.
 
     An input with the range [0, 1] whose column exceeds it as a pulse train becomes the excitation
@@ -46,14 +44,8 @@ def read_channel(
         return excitation
     factor, notes = _factor(measurements.trials[0], column, unit, variable)
     values = tuple(factor * each for each in recorded)
-    learning = [
-        each
-        for trial, each in zip(measurements.trials, values, strict=True)
-        if trial.subset == "learning"
-    ]
-    noise = measurement_noise(
-        column, variable.unit or unit, learning or list(values), measurements.sensors
-    )
+    learning = [each for trial, each in zip(measurements.trials, values, strict=True) if trial.subset == "learning"]
+    noise = measurement_noise(column, variable.unit or unit, learning or list(values), measurements.sensors)
     notes = (*notes, *_range_notes(values, column, variable), noise.note)
     return Channel(values, noise.std, notes)
 
@@ -96,9 +88,7 @@ def _scale(unit: str) -> float:
         return 1.0
 
 
-def _factor(
-    trial: Trial, column: str, unit: str, variable: "Variable"
-) -> tuple[float, tuple[str, ...]]:
+def _factor(trial: Trial, column: str, unit: str, variable: "Variable") -> tuple[float, tuple[str, ...]]:
     if not unit:
         note = f"unit of column {shown(column)} is not given; taken as {variable.unit or 'unknown'}, the unit of {variable.name}"
         return 1.0, (note,)
@@ -117,9 +107,7 @@ def _factor(
     return factor, (note,)
 
 
-def _range_notes(
-    values: tuple[Array, ...], column: str, variable: "Variable"
-) -> tuple[str, ...]:
+def _range_notes(values: tuple[Array, ...], column: str, variable: "Variable") -> tuple[str, ...]:
     low = -np.inf if variable.minimum is None else variable.minimum
     high = np.inf if variable.maximum is None else variable.maximum
     seen_low = min(float(np.min(each)) for each in values)

@@ -76,9 +76,7 @@ def _located(path: Path) -> tuple[Path, Path | None]:
     except (OSError, ValueError) as error:
         raise MisfitError(f"{str(path)!r}: not a usable path ({error})") from error
     if not exists:
-        raise MisfitError(
-            f"{path}: does not exist; expected a folder with case.toml, a case.toml or a csv file"
-        )
+        raise MisfitError(f"{path}: does not exist; expected a folder with case.toml, a case.toml or a csv file")
     if path.suffix.lower() == ".toml":
         return path.parent, path
     _require_csv(path)
@@ -96,13 +94,9 @@ def _csv_names(folder: Path) -> tuple[str, ...]:
 def _require_csv(file: Path) -> None:
     ending = file.suffix.lower()
     if ending in _LATER_ENDINGS:
-        raise MisfitError(
-            f"{file}: {ending} files cannot be read yet, only csv; export the trial as csv"
-        )
+        raise MisfitError(f"{file}: {ending} files cannot be read yet, only csv; export the trial as csv")
     if ending != ".csv":
-        raise MisfitError(
-            f"{file}: ending {ending!r}, expected a folder with case.toml, a case.toml or a csv file"
-        )
+        raise MisfitError(f"{file}: ending {ending!r}, expected a folder with case.toml, a case.toml or a csv file")
 
 
 def _read(file: Path) -> bytes:

@@ -15,9 +15,7 @@ class Matching:
     notes: tuple[str, ...]
 
 
-def match_columns(
-    columns: Sequence[str], variables: Mapping[str, str], names: Sequence[str]
-) -> Matching:
+def match_columns(columns: Sequence[str], variables: Mapping[str, str], names: Sequence[str]) -> Matching:
     """Match columns with model variables, each at most once.
 
     An entry of [variables] goes before an equal name, and an equal name before an equal spelling.

@@ -30,9 +30,7 @@ class NoiseLevel:
     note: str
 
 
-def declared_noise(
-    sensors: Mapping[str, float], unit: str, column: str = ""
-) -> float | None:
+def declared_noise(sensors: Mapping[str, float], unit: str, column: str = "") -> float | None:
     """Give the noise that [sensors] declares for columns in `unit`, quantisation included.
 
     `sqrt(std^2 + resolution^2 / 12)` with `<sensor>_noise_std_<unit>` and
@@ -75,9 +73,7 @@ def estimated_noise(values: Array) -> float:
     return max(spread, _finest_step(values) * _UNIFORM_STD)
 
 
-def measurement_noise(
-    column: str, unit: str, records: Sequence[Array], sensors: Mapping[str, float]
-) -> NoiseLevel:
+def measurement_noise(column: str, unit: str, records: Sequence[Array], sensors: Mapping[str, float]) -> NoiseLevel:
     """Decide on the noise of a column: declared by its sensor, else estimated.
 
     Args:

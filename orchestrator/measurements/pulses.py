@@ -68,9 +68,7 @@ def pulse_shape(records: Sequence[tuple[Array, Array]]) -> PulseShape | None:
     return PulseShape(threshold, float(np.median(np.concatenate(intervals))))
 
 
-def excitation_from_pulses(
-    time: Array, values: Array, shape: PulseShape | None = None
-) -> Array:
+def excitation_from_pulses(time: Array, values: Array, shape: PulseShape | None = None) -> Array:
     """Turn a pulse train into an excitation: 1 during a burst, 0 outside.
 
     A burst lasts from the onset of its first pulse until one period after the onset of its last; a

@@ -28,14 +28,9 @@ def read_record(name: str, table: Table, case: CaseFile) -> Record:
     """
     _require_columns(table, case)
     if len(table.lines) < 2:
-        raise MisfitError(
-            f"{table.path}: one row of numbers; a trial needs at least two samples"
-        )
+        raise MisfitError(f"{table.path}: one row of numbers; a trial needs at least two samples")
     time_name = time_column(table.names, case.variables)
-    columns = {
-        column: np.ascontiguousarray(table.values[:, i])
-        for i, column in enumerate(table.names)
-    }
+    columns = {column: np.ascontiguousarray(table.values[:, i]) for i, column in enumerate(table.names)}
     if time_name is None:
         time = _counted_time(table, case)
     else:
@@ -55,9 +50,7 @@ def time_column(names: Sequence[str], variables: Mapping[str, str]) -> str | Non
         if variables.get(name) == "time":
             return name
     candidates = [name for name in names if name.lower() in _TIME_NAMES]
-    return min(
-        candidates, key=lambda name: _TIME_NAMES.index(name.lower()), default=None
-    )
+    return min(candidates, key=lambda name: _TIME_NAMES.index(name.lower()), default=None)
 
 
 def rate_notes(record: Record, rate_hz: float | None) -> tuple[str, ...]:

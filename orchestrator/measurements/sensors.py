@@ -8,9 +8,7 @@ from fmus.errors import MisfitError
 from fmus.units import conversion, si_exponents
 from orchestrator.measurements.wording import shown
 
-_KEY = re.compile(
-    r"(?:(?P<sensor>.+)_)?(?P<quantity>noise_std|resolution)_(?P<unit>.+)"
-)
+_KEY = re.compile(r"(?:(?P<sensor>.+)_)?(?P<quantity>noise_std|resolution)_(?P<unit>.+)")
 
 
 @dataclass(frozen=True)
@@ -49,9 +47,7 @@ def sensor_key(key: str) -> SensorKey | None:
     return SensorKey(match["sensor"] or "", match["quantity"], unit)
 
 
-def declared(
-    sensors: Mapping[str, float], quantity: str, unit: str, column: str = ""
-) -> float | None:
+def declared(sensors: Mapping[str, float], quantity: str, unit: str, column: str = "") -> float | None:
     """Look up what [sensors] states for columns in `unit`, converted into `unit`.
 
     A key named after the column itself goes before a key named after a sensor; of several sensors

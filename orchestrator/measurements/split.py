@@ -104,14 +104,8 @@ class LastThird:
             return (
                 f"{records[0].name} has too few samples to hold a third of it out, so no score on unseen data is possible",
             )
-        part = (
-            "the last third of the trials"
-            if len(records) > 1
-            else "the last third of the record"
-        )
-        return (
-            f"no split was given: {part} is held out ({', '.join(held_out)}), the rest is for learning",
-        )
+        part = "the last third of the trials" if len(records) > 1 else "the last third of the record"
+        return (f"no split was given: {part} is held out ({', '.join(held_out)}), the rest is for learning",)
 
     @staticmethod
     def _by_number(records: Sequence[Record]) -> ByNumber:

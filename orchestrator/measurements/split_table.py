@@ -20,11 +20,7 @@ def read_split(table: TomlTable, n_files: int) -> Split:
     )
     numbers = table.get_integers("learning"), table.get_integers("held_out")
     if windows == (None, None):
-        return (
-            LastThird()
-            if numbers == (None, None)
-            else _by_number(table, numbers, n_files)
-        )
+        return LastThird() if numbers == (None, None) else _by_number(table, numbers, n_files)
     if numbers != (None, None):
         raise MisfitError(
             f"{table.where}: both trial numbers (learning, held_out) and windows (learning_window_s, held_out_window_s); keep one of the two"
@@ -55,9 +51,7 @@ def _by_number(
             f"{table.where}: trial {shared[0]} is in learning and in held_out; a held-out trial must not be learned from; remove it from one list"
         )
     if not learning:
-        raise MisfitError(
-            f"{table.where}: no trial is left for learning; put at least one number into learning"
-        )
+        raise MisfitError(f"{table.where}: no trial is left for learning; put at least one number into learning")
     return ByNumber(learning, held_out)
 
 
@@ -68,9 +62,7 @@ def _by_window(
 ) -> ByWindow:
     learning, held_out = windows
     if learning is None or held_out is None:
-        raise MisfitError(
-            f"{table.where}: learning_window_s and held_out_window_s belong together; give both"
-        )
+        raise MisfitError(f"{table.where}: learning_window_s and held_out_window_s belong together; give both")
     if n_files != 1:
         raise MisfitError(
             f"{table.where}: windows cut one long record, but there are {n_files} files; use learning = [...] and held_out = [...]"

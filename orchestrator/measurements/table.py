@@ -42,9 +42,7 @@ def read_table(path: Path, content: bytes) -> Table:
     text = _decoded(path, content).replace("\r\n", "\n").replace("\r", "\n")
     filled = [(n, line) for n, line in enumerate(text.split("\n"), 1) if line.strip()]
     if not filled:
-        raise MisfitError(
-            f"{path}: the file is empty; expected a line of column names and rows of numbers"
-        )
+        raise MisfitError(f"{path}: the file is empty; expected a line of column names and rows of numbers")
     names = _header(path, *filled[0])
     lines, rows = [n for n, _ in filled[1:]], [line for _, line in filled[1:]]
     if not rows:
@@ -65,9 +63,7 @@ def _decoded(path: Path, content: bytes) -> str:
             f"{path}: byte 0x{byte:02x} at position {error.start} is not UTF-8 text; save the file as csv in UTF-8"
         ) from error
     if "\0" in text:
-        raise MisfitError(
-            f"{path}: a binary file (it contains zero bytes); save it as csv in UTF-8"
-        )
+        raise MisfitError(f"{path}: a binary file (it contains zero bytes); save it as csv in UTF-8")
     return text
 
 
@@ -75,9 +71,7 @@ def _cells(path: Path, number: int, line: str) -> list[str]:
     try:
         return [cell.strip() for cell in next(csv.reader([line]))]
     except csv.Error as error:
-        raise MisfitError(
-            f"{path}, line {number}: not a csv line ({error}); expected cells between commas"
-        ) from error
+        raise MisfitError(f"{path}, line {number}: not a csv line ({error}); expected cells between commas") from error
 
 
 def _header(path: Path, number: int, line: str) -> tuple[str, ...]:
@@ -95,24 +89,16 @@ def _header(path: Path, number: int, line: str) -> tuple[str, ...]:
         if not name:
             raise MisfitError(f"{where}: column {position} has no name; give it one")
         if names.index(name) != position - 1:
-            raise MisfitError(
-                f"{where}: two columns are named {shown(name)}; rename one of them"
-            )
+            raise MisfitError(f"{where}: two columns are named {shown(name)}; rename one of them")
     return tuple(names)
 
 
-def _numbers(
-    path: Path, names: tuple[str, ...], lines: list[int], rows: list[str]
-) -> Array:
+def _numbers(path: Path, names: tuple[str, ...], lines: list[int], rows: list[str]) -> Array:
     try:
-        values: Array = np.loadtxt(
-            rows, delimiter=",", quotechar='"', comments=None, ndmin=2
-        )
+        values: Array = np.loadtxt(rows, delimiter=",", quotechar='"', comments=None, ndmin=2)
     except ValueError as error:
         _explain(path, names, lines, rows)
-        raise MisfitError(
-            f"{path}: the rows are not plain numbers; write them like 1.5 or -2e-3"
-        ) from error
+        raise MisfitError(f"{path}: the rows are not plain numbers; write them like 1.5 or -2e-3") from error
     if values.shape != (len(rows), len(names)):
         _explain(path, names, lines, rows)
         raise MisfitError(
@@ -121,9 +107,7 @@ def _numbers(
     return values
 
 
-def _explain(
-    path: Path, names: tuple[str, ...], lines: list[int], rows: list[str]
-) -> None:
+def _explain(path: Path, names: tuple[str, ...], lines: list[int], rows: list[str]) -> None:
     """Raise for the first row that is too short, too long or not made of numbers."""
     for number, row in zip(lines, rows, strict=True):
         cells = _cells(path, number, row)
@@ -147,9 +131,7 @@ def _is_number(cell: str) -> bool:
     return "_" not in cell
 
 
-def _require_finite(
-    path: Path, names: tuple[str, ...], lines: list[int], values: Array
-) -> None:
+def _require_finite(path: Path, names: tuple[str, ...], lines: list[int], values: Array) -> None:
     # Written so that NaN, which is never smaller than anything, counts as bad.
     bad = np.argwhere(~(np.abs(values) < _LARGEST))
     if bad.size:

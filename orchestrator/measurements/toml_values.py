@@ -102,9 +102,7 @@ class TomlTable:
 
     def wrong(self, key: str, expected: str) -> MisfitError:
         """The error for a value that is not what was expected."""
-        return MisfitError(
-            f"{self.where}: {shown(key)} = {shown(self.values[key])}, expected {expected}"
-        )
+        return MisfitError(f"{self.where}: {shown(key)} = {shown(self.values[key])}, expected {expected}")
 
     def _get_list(self, key: str, expected: str) -> list[Any] | None:
         value = self.values.get(key)

@@ -47,9 +47,7 @@ class Record:
         """Take the whole record as one trial."""
         return Trial(self.name, subset, self.time, self.columns, self.units)
 
-    def window(
-        self, subset: Subset, start: float, stop: float, rows: NDArray[np.bool_]
-    ) -> Trial:
+    def window(self, subset: Subset, start: float, stop: float, rows: NDArray[np.bool_]) -> Trial:
         """Take the given rows as a trial that is named after its limits, both in s."""
         columns = {name: values[rows] for name, values in self.columns.items()}
         name = f"{self.name} [{start:g}, {stop:g}] s"

@@ -35,29 +35,26 @@ def bar(share: float, width: int = BAR_WIDTH) -> str:
 
 
 def ledger_table(entries: Sequence[LedgerEntry]) -> Table:
-    """Return one row per version: what was added, the errors, and a bar from the floor to the first error (log)."""
+    """Return one row per version: its effects, the errors, and a bar in proportion to the first version's error."""
     table = _table()
     table.add_column("v", justify="right", no_wrap=True)
-    table.add_column("name", overflow="fold", max_width=12)
-    table.add_column("added effect, 90 % interval", overflow="fold")
+    table.add_column("name", overflow="fold", max_width=18)
+    table.add_column("effects, 90 % interval", overflow="fold")
     table.add_column("learning", no_wrap=True)
     table.add_column("held out", no_wrap=True)
     table.add_column("x floor", justify="right", no_wrap=True)
     table.add_column("error", no_wrap=True, width=BAR_WIDTH)
-    known: set[tuple[str, str]] = set()
     for entry in entries:
-        added = [effect for effect in entry.effects if (effect.id, effect.site) not in known]
-        known |= {(effect.id, effect.site) for effect in entry.effects}
-        share = _share(_deciding(entry).over_floor, _deciding(entries[0]).over_floor)
+        now, first = _deciding(entry).over_floor, _deciding(entries[0]).over_floor
         _row(
             table,
             str(entry.version),
             entry.name,
-            _effects(added),
+            _effects(entry.effects),
             _signals(entry.learning, entry.units),
             "none" if entry.held_out is None else _signals(entry.held_out, entry.units),
-            digits(_deciding(entry).over_floor),
-            bar(share),
+            digits(now),
+            bar(now / first if first > 0 and math.isfinite(first) else 1.0),
         )
     return table
 
@@ -131,13 +128,6 @@ def _comparison_row(
 
 def _deciding(entry: LedgerEntry) -> SetErrors:
     return entry.learning if entry.held_out is None else entry.held_out
-
-
-def _share(now: float, first: float) -> float:
-    """Place of an error between the floor (0) and the first error (1) on a log scale."""
-    if not first > 1 or not now > 1:
-        return 0.0
-    return 1.0 if not math.isfinite(now) or not math.isfinite(first) else math.log(now) / math.log(first)
 
 
 def _effects(effects: Sequence[NamedEffect]) -> str:

@@ -13,9 +13,7 @@ GOOD_CSV = b"time,q\n0,1\n1,2\n2,3\n3,4\n"
 
 # Bytes that nearly are a csv or TOML file reach further than random ones.
 csv_like = st.lists(
-    st.sampled_from(
-        ["time", "q", "0", "1.5", "-2e-3", "nan", "", '"', "1_0", "x", "9e99"]
-    ),
+    st.sampled_from(["time", "q", "0", "1.5", "-2e-3", "nan", "", '"', "1_0", "x", "9e99"]),
     max_size=12,
 ).flatmap(
     lambda cells: st.lists(
@@ -33,9 +31,7 @@ value = st.sampled_from(
     ["1", "-1", "1e400", "nan", "true", '"s"', '"a.csv"', '["a.csv"]', "[]", "[1]"]
     + ["[0.0, 2.0]", "[2, 4]", "{}", "1979-05-27", '"time"', "9" * 400, '"m"', '"\\n"']
 )
-toml_like = st.lists(st.tuples(key, value), max_size=5).map(
-    lambda pairs: "\n".join(f"{k} = {v}" for k, v in pairs)
-)
+toml_like = st.lists(st.tuples(key, value), max_size=5).map(lambda pairs: "\n".join(f"{k} = {v}" for k, v in pairs))
 
 
 def load_or_refuse(files: dict[str, bytes]) -> None:

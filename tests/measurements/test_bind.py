@@ -16,9 +16,7 @@ ANGLE = Variable("q", "rad")
 DATA = "time,u,q,extra\n0,1,10,5\n0.1,2,20,5\n0.2,3,30,5\n"
 
 
-def bound(
-    folder: Path, inputs: list[Variable], outputs: list[Variable] | None = None
-) -> BoundSet:
+def bound(folder: Path, inputs: list[Variable], outputs: list[Variable] | None = None) -> BoundSet:
     return bind(load_measurements(folder), inputs, outputs or [ANGLE])
 
 
@@ -42,9 +40,7 @@ def test_inputs_and_outputs_come_in_the_order_of_the_model(
 
 
 @pytest.mark.parametrize("name", ["alpha_1", "alpha[1]", "arm.alpha"])
-def test_a_column_matches_a_variable_with_brackets_or_dots_by_spelling(
-    write_case: WriteCase, name: str
-) -> None:
+def test_a_column_matches_a_variable_with_brackets_or_dots_by_spelling(write_case: WriteCase, name: str) -> None:
     column = {"arm.alpha": "arm_alpha"}.get(name, "alpha_1")
     folder = write_case({"a.csv": f"time,q,{column}\n0,1,7\n1,1,7\n"})
     result = bound(folder, [Variable(name)])
@@ -99,9 +95,7 @@ def test_a_unit_that_nobody_gave_is_taken_from_the_model_with_a_note(
 ) -> None:
     result = bound(write_case({"a.csv": DATA}), [])
     assert result.trials[0].outputs[:, 0].tolist() == [10, 20, 30]
-    assert any(
-        "unit of column 'q' is not given; taken as rad" in n for n in result.notes
-    )
+    assert any("unit of column 'q' is not given; taken as rad" in n for n in result.notes)
 
 
 def test_a_unit_of_another_dimension_is_refused_with_both_sides_named(
@@ -157,9 +151,7 @@ def test_stimulation_pulses_become_an_excitation_between_zero_and_one(
     stimulation = np.zeros(200)
     stimulation[[50, 60, 70]] = 7.95
     rows = "".join(f"{k / 1000},{s},1\n" for k, s in enumerate(stimulation))
-    folder = write_case(
-        {"a.csv": "time,u,q\n" + rows}, "learning=[1]\n[columns]\nu='V'\n"
-    )
+    folder = write_case({"a.csv": "time,u,q\n" + rows}, "learning=[1]\n[columns]\nu='V'\n")
 
     result = bound(folder, [Variable("u", "1", minimum=0.0, maximum=1.0)])
 
@@ -182,9 +174,7 @@ def test_the_same_pulses_stay_as_they_are_for_an_input_without_that_range(
 def test_a_smooth_command_beyond_its_range_is_kept_with_a_warning(
     write_case: WriteCase,
 ) -> None:
-    result = bound(
-        write_case({"a.csv": DATA}), [Variable("u", "1", minimum=0.0, maximum=1.0)]
-    )
+    result = bound(write_case({"a.csv": DATA}), [Variable("u", "1", minimum=0.0, maximum=1.0)])
     assert result.trials[0].inputs[:, 0].tolist() == [1, 2, 3]
     (warning,) = [note for note in result.notes if note.startswith("warning")]
     assert "'u' spans [1, 3] 1, outside [0, 1] 1 of u; nothing is clipped" in warning

@@ -55,9 +55,7 @@ BAD_CSV = {
 
 
 @pytest.mark.parametrize("kind", BAD_CSV)
-def test_a_bad_csv_file_is_named_with_the_line_and_the_value(
-    write_case: WriteCase, kind: str
-) -> None:
+def test_a_bad_csv_file_is_named_with_the_line_and_the_value(write_case: WriteCase, kind: str) -> None:
     content, words = BAD_CSV[kind]
     message = message_of(write_case({"a.csv": content}) / "a.csv")
     assert [word for word in words if word not in message] == []
@@ -98,9 +96,7 @@ BAD_CASE = {
 
 
 @pytest.mark.parametrize("kind", BAD_CASE)
-def test_a_bad_case_file_is_named_with_the_key_and_the_value(
-    write_case: WriteCase, swing: str, kind: str
-) -> None:
+def test_a_bad_case_file_is_named_with_the_key_and_the_value(write_case: WriteCase, swing: str, kind: str) -> None:
     case, words = BAD_CASE[kind]
     message = message_of(write_case({"a.csv": swing}, case))
     assert words in message

@@ -28,9 +28,7 @@ given = true
 """
 
 
-def test_a_case_keeps_file_order_units_mapping_and_sensors(
-    write_case: WriteCase, swing: str
-) -> None:
+def test_a_case_keeps_file_order_units_mapping_and_sensors(write_case: WriteCase, swing: str) -> None:
     measurements = load_measurements(write_case({"a.csv": swing, "b.csv": swing}, CASE))
 
     assert [(t.name, t.subset) for t in measurements.trials] == [
@@ -46,9 +44,7 @@ def test_a_case_keeps_file_order_units_mapping_and_sensors(
     assert measurements.notes == ()
 
 
-def test_time_in_milliseconds_is_returned_in_seconds(
-    write_case: WriteCase, swing: str
-) -> None:
+def test_time_in_milliseconds_is_returned_in_seconds(write_case: WriteCase, swing: str) -> None:
     folder = write_case({"a.csv": swing, "b.csv": swing}, CASE)
     (trial, _) = load_measurements(folder / "case.toml").trials
     np.testing.assert_allclose(trial.time, np.arange(10) * 1e-4, rtol=1e-15)
@@ -65,9 +61,7 @@ def test_the_hash_is_that_of_the_case_file_and_every_data_file(
 
 
 @pytest.mark.parametrize("changed", ["case.toml", "a.csv", "b.csv"])
-def test_a_change_in_any_file_changes_the_hash(
-    write_case: WriteCase, swing: str, changed: str
-) -> None:
+def test_a_change_in_any_file_changes_the_hash(write_case: WriteCase, swing: str, changed: str) -> None:
     folder = write_case({"a.csv": swing, "b.csv": swing}, CASE)
     before = load_measurements(folder).content_hash
     (folder / changed).write_text((folder / changed).read_text() + "\n")
@@ -87,9 +81,7 @@ def test_the_time_column_is_found_and_is_no_ordinary_column(
     write_case: WriteCase, header: str, case: str | None
 ) -> None:
     rows = {"time,q": "0,7\n1,7", "q2,t": "7,0\n7,1"}.get(header, "7,0\n7,1")
-    trial = load_measurements(
-        write_case({"a.csv": f"{header}\n{rows}\n"}, case)
-    ).trials[0]
+    trial = load_measurements(write_case({"a.csv": f"{header}\n{rows}\n"}, case)).trials[0]
     assert trial.time.tolist() == [0.0, 1.0]
     assert [values.tolist() for values in trial.columns.values()] == [[7.0, 7.0]]
 
@@ -101,9 +93,7 @@ def test_without_a_time_column_time_is_counted_from_the_sampling_rate(
     assert load_measurements(folder).trials[0].time.tolist() == [0.0, 0.25, 0.5]
 
 
-def test_a_rate_that_contradicts_the_time_column_is_noted(
-    write_case: WriteCase, swing: str
-) -> None:
+def test_a_rate_that_contradicts_the_time_column_is_noted(write_case: WriteCase, swing: str) -> None:
     folder = write_case({"a.csv": swing}, "[sampling]\nrate_hz = 250.0\n")
     notes = load_measurements(folder).notes
     assert any("10 Hz" in note and "250 Hz" in note for note in notes)
@@ -126,9 +116,7 @@ def test_a_loaded_array_cannot_be_changed(write_case: WriteCase, swing: str) -> 
         trial.columns["q"][0] = 1.0
 
 
-def test_a_misspelt_key_is_noted_with_the_right_one(
-    write_case: WriteCase, swing: str
-) -> None:
+def test_a_misspelt_key_is_noted_with_the_right_one(write_case: WriteCase, swing: str) -> None:
     folder = write_case({"a.csv": swing}, "leaning = [1]\n")
     notes = load_measurements(folder).notes
     assert any("'leaning'" in n and "did you mean learning?" in n for n in notes)

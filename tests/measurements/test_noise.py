@@ -31,9 +31,7 @@ def test_a_cubic_signal_under_the_noise_changes_nothing() -> None:
     noise = white(0.01)
     cubic = 50 * x**3 - 20 * x**2 + 7 * x + 3
     # The differences of the cubic vanish but for rounding, 1e-14 of 77.
-    assert estimated_noise(cubic + noise) == pytest.approx(
-        estimated_noise(noise), rel=1e-9
-    )
+    assert estimated_noise(cubic + noise) == pytest.approx(estimated_noise(noise), rel=1e-9)
 
 
 def test_impacts_and_steps_do_not_count_as_noise() -> None:
@@ -68,17 +66,13 @@ def test_declared_noise_adds_the_variance_of_the_quantisation() -> None:
     ("unit", "expected"),
     [("N", 0.25), ("mN", 250.0), ("rad", None), ("1", None), ("", None)],
 )
-def test_declared_noise_applies_to_columns_of_its_dimension_only(
-    unit: str, expected: float | None
-) -> None:
+def test_declared_noise_applies_to_columns_of_its_dimension_only(unit: str, expected: float | None) -> None:
     assert declared_noise({"force_noise_std_N": 0.25}, unit) == expected
 
 
 def test_the_noise_of_an_angle_says_nothing_about_a_dimensionless_column() -> None:
     assert declared_noise({"encoder_noise_std_rad": 1e-3}, "1") is None
-    assert declared_noise({"encoder_noise_std_rad": math.pi}, "deg") == pytest.approx(
-        180.0
-    )
+    assert declared_noise({"encoder_noise_std_rad": math.pi}, "deg") == pytest.approx(180.0)
 
 
 def test_a_key_named_after_the_column_goes_before_the_sensor() -> None:
@@ -114,9 +108,7 @@ def test_a_resolution_alone_is_only_a_lower_limit() -> None:
 
 
 @pytest.mark.parametrize(("value", "expected"), [(20.0, 0.02), (0.0, 0.001)])
-def test_a_column_that_never_changes_gets_an_assumed_level_and_says_so(
-    value: float, expected: float
-) -> None:
+def test_a_column_that_never_changes_gets_an_assumed_level_and_says_so(value: float, expected: float) -> None:
     level = measurement_noise("q", "rad", [np.full(50, value)], {})
     assert level.std == pytest.approx(expected)
     assert "never changes; declare it in [sensors]" in level.note

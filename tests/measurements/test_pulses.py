@@ -26,9 +26,7 @@ def train(start: float, n: int) -> list[float]:
 
 @pytest.mark.parametrize("n", [2, 4, 7, 10])
 @pytest.mark.parametrize("width", [0.0005, 0.0015, 0.005])
-def test_excitation_lasts_from_the_first_pulse_until_a_period_after_the_last(
-    n: int, width: float
-) -> None:
+def test_excitation_lasts_from_the_first_pulse_until_a_period_after_the_last(n: int, width: float) -> None:
     time, values = pulses(train(0.2, n), width)
 
     excitation = excitation_from_pulses(time, values)
@@ -44,9 +42,7 @@ def test_a_gap_of_two_periods_ends_a_burst() -> None:
     assert np.flatnonzero(np.diff(excitation)).tolist() == [399, 479, 499, 579]
 
 
-def test_one_pulse_that_comes_late_by_two_fifths_of_a_period_does_not_end_a_burst() -> (
-    None
-):
+def test_one_pulse_that_comes_late_by_two_fifths_of_a_period_does_not_end_a_burst() -> None:
     time, values = pulses([*train(0.2, 5), 0.254, 0.264, 0.274])
     excitation = excitation_from_pulses(time, values)
     assert np.flatnonzero(np.diff(excitation)).tolist() == [399, 567]
@@ -71,9 +67,7 @@ def test_a_single_pulse_lasts_the_period_that_other_records_show() -> None:
 
     assert shape is not None
     assert shape.period == pytest.approx(0.01)
-    assert np.flatnonzero(excitation_from_pulses(*twitch, shape)).tolist() == list(
-        range(600, 620)
-    )
+    assert np.flatnonzero(excitation_from_pulses(*twitch, shape)).tolist() == list(range(600, 620))
     assert not excitation_from_pulses(*silence, shape).any()
 
 

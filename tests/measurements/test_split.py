@@ -15,9 +15,7 @@ def subsets(path: Path) -> list[tuple[str, str]]:
     return [(t.name, t.subset) for t in load_measurements(path).trials]
 
 
-@pytest.mark.parametrize(
-    ("n_trials", "n_held_out"), [(2, 1), (3, 1), (4, 2), (6, 2), (7, 3)]
-)
+@pytest.mark.parametrize(("n_trials", "n_held_out"), [(2, 1), (3, 1), (4, 2), (6, 2), (7, 3)])
 def test_without_a_split_the_last_third_of_the_trials_rounded_up_is_held_out(
     write_case: WriteCase, swing: str, n_trials: int, n_held_out: int
 ) -> None:
@@ -54,9 +52,7 @@ def test_a_record_of_three_samples_is_not_cut(write_case: WriteCase) -> None:
     assert any("too few samples" in note for note in measurements.notes)
 
 
-def test_windows_cut_one_record_without_sharing_the_sample_between_them(
-    write_case: WriteCase, swing: str
-) -> None:
+def test_windows_cut_one_record_without_sharing_the_sample_between_them(write_case: WriteCase, swing: str) -> None:
     case = "learning_window_s = [0.0, 0.5]\nheld_out_window_s = [0.5, 0.8]\n"
     learning, held_out = load_measurements(write_case({"a.csv": swing}, case)).trials
     assert (learning.name, learning.subset) == ("a.csv [0, 0.5] s", "learning")
@@ -81,9 +77,7 @@ def test_trials_that_one_list_leaves_out_go_to_the_absent_list(
     assert subsets(folder) == list(zip(names, expected, strict=True))
 
 
-def test_a_trial_in_neither_list_is_left_out_and_named(
-    write_case: WriteCase, swing: str
-) -> None:
+def test_a_trial_in_neither_list_is_left_out_and_named(write_case: WriteCase, swing: str) -> None:
     case = "learning = [1]\nheld_out = [3]\n"
     folder = write_case({"a.csv": swing, "b.csv": swing, "c.csv": swing}, case)
     assert subsets(folder) == [("a.csv", "learning"), ("c.csv", "held_out")]

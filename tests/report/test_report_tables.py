@@ -33,24 +33,25 @@ def test_a_ledger_in_a_pipe_fits_100_columns_without_colour_codes() -> None:
     assert max(len(line) for line in text.splitlines()) <= 100
 
 
-def test_the_ledger_holds_each_version_with_its_errors_and_added_parameters() -> None:
+def test_the_ledger_holds_each_version_with_its_errors_and_all_its_effects() -> None:
     versions = entries(diagnosis())
 
     text = piped(ledger_table(versions))
 
     assert "tauC[1] = 0.0373 N.m [0.0361, 0.0385]" in text
-    assert text.count("coulomb friction at joint1") == 1
+    with_friction = [entry for entry in versions if any(e.id == "coulomb_friction" for e in entry.effects)]
+    assert text.count("coulomb friction at joint1") == len(with_friction) == 2
     for entry in versions:
         assert entry.held_out is not None
         for errors in (entry.learning, entry.held_out):
             assert all(quantity(value, "rad") in text for value in errors.rmse.values())
 
 
-def test_the_bar_is_half_as_long_for_the_geometric_mean_of_floor_and_first_error() -> None:
+def test_the_bar_is_half_as_long_when_the_error_has_halved() -> None:
     first, second, _ = entries(diagnosis())
     versions = [
         replace(first, held_out=SetErrors({"q1": 0.1}, 100.0)),
-        replace(second, held_out=SetErrors({"q1": 0.01}, 10.0)),
+        replace(second, held_out=SetErrors({"q1": 0.05}, 50.0)),
     ]
 
     lengths = [line.count("█") + ("▌" in line) / 2 for line in piped(ledger_table(versions)).splitlines()]

@@ -1,0 +1,50 @@
+"""What the documentation tells people to type works, and its links lead somewhere."""
+
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+
+
+def commands(page: Path) -> list[str]:
+    blocks = re.findall(r"```console\n(.*?)```", page.read_text(), re.DOTALL)
+    return [line[2:] for block in blocks for line in block.splitlines() if line.startswith("$ ")]
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if commands(page)], ids=lambda page: page.name)
+def test_commands_of_a_page_run_one_after_another(page: Path, tmp_path: Path) -> None:
+    (tmp_path / "tests").symlink_to(ROOT / "tests")
+    for command in commands(page):
+        program, *arguments = shlex.split(command)
+        assert program == "misfit"
+
+        done = subprocess.run(
+            [str(Path(sys.executable).with_name("misfit")), *arguments],
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+
+        assert done.returncode == 0, f"{command}: {done.stderr}"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_links_of_a_page_lead_to_files_that_exist(page: Path) -> None:
+    for target in re.findall(r"\]\((?!http)([^)#]+)\)", page.read_text()):
+        assert (page.parent / target).exists(), target
+
+
+def test_every_effect_and_model_is_in_the_documentation() -> None:
+    from fmus.catalogue import built_in_models
+    from orchestrator.diagnosis.cards import effect_library
+
+    text = (ROOT / "docs" / "models.md").read_text()
+    for name in [*built_in_models(), *(card.id for card in effect_library())]:
+        assert f"`{name}`" in text
