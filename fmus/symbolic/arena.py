@@ -81,6 +81,11 @@ class Arena:
         """Return the operands or subscripts of a node."""
         return self._operands.get(index, [])
 
+    def is_implicit(self, index: int, variable: Mapping[str, Any]) -> bool:
+        """Tell a value that the front end made up from one that is written: it points at the whole declaration."""
+        own = self.storage["expressions"]["provenance"][index]
+        return bool(own == variable["declaration"] or own.get("origin") != "source")
+
     def value_type(self, index: int) -> dict[str, Any]:
         """Return the scalar kind and the dimensions of a variable's or function value's type."""
         return self.storage["value_types"][index]

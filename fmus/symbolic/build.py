@@ -163,7 +163,9 @@ class _Builder:
         variable = self.arena.variables[index]
         kind = self.arena.value_type(variable["value_type"])
         node = variable["attributes"]["binding"]
-        node = variable["attributes"]["start"] if node is None else node
+        if node is None:
+            node = variable["attributes"]["start"]
+            node = None if node is None or self.arena.is_implicit(node, variable) else node
         if node is None:
             place = self.arena.where(variable["declaration"])
             raise ModelicaError(f"{place}: parameter {variable['name']} has no value; give it one")
