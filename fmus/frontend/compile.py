@@ -2,8 +2,11 @@
 
 import hashlib
 import json
+import re
+import shutil
 import subprocess
 import sys
+import tempfile
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -34,9 +37,19 @@ def compile_class(model: str, file: Path | None = None) -> dict[str, Any]:
     kept = cache_folder("dae") / f"{_fingerprint(model, file, root)}.json"
     if kept.is_file():
         return json.loads(kept.read_text())
-    text = _run_compiler(model, source, root)
+    text = _compiled(model, source, root)
     write_atomically(kept, text.encode())
     return json.loads(text)
+
+
+def _compiled(model: str, source: Path, root: Path) -> str:
+    if (source.parent / "package.mo").exists():
+        return _run_compiler(model, source, root)
+    with tempfile.TemporaryDirectory() as folder:
+        # The compiler reads all files beside the one it is given, and unrelated ones may contradict it.
+        alone = Path(folder) / source.name
+        shutil.copyfile(source, alone)
+        return _run_compiler(model, alone, root)
 
 
 def _run_compiler(model: str, source: Path, root: Path) -> str:
@@ -46,7 +59,7 @@ def _run_compiler(model: str, source: Path, root: Path) -> str:
     except subprocess.TimeoutExpired:
         raise ModelicaError(f"compiling {model} took longer than {TIME_LIMIT_S:.0f} s; simplify the class") from None
     if done.returncode == 2:
-        raise ModelicaError(f"{model}: {_shorter(done.stderr)}")
+        raise ModelicaError(f"{source.name}: {_shorter(done.stderr, source.parent)}")
     if done.returncode != 0:
         raise ModelicaError(f"the Modelica compiler crashed on {model} (exit {done.returncode}); check {source.name}")
     return done.stdout
@@ -66,5 +79,12 @@ def _fingerprint(model: str, file: Path | None, root: Path) -> str:
     return digest.hexdigest()
 
 
-def _shorter(message: str) -> str:
-    return " ".join(message.split())[:300] or "the Modelica compiler gave no reason"
+def _shorter(message: str, folder: Path) -> str:
+    """The compiler's reasons in one line, each once, with file names instead of paths."""
+    reasons = []
+    for line in message.replace(f"{folder}/", "").splitlines():
+        reason = re.sub(r"^- \S+ \[\w+\]: ", "", line.strip())
+        known = any(reason in other for other in reasons)
+        if reason and not known and not reason.startswith("Related failures"):
+            reasons.append(reason)
+    return "; ".join(reasons)[:400] or "the Modelica compiler gave no reason"

@@ -16,7 +16,7 @@ def main() -> int:
         compiled = rumoca.Session(roots=roots).load(file, model=model)
         json.dump(compiled.to_dict("dae"), sys.stdout)
     except Exception as error:  # the compiler's own exceptions share no useful base class
-        print(str(error).strip().splitlines()[0], file=sys.stderr)
+        print(error, file=sys.stderr)
         return 2
     return 0
 

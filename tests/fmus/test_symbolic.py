@@ -190,3 +190,18 @@ def test_message_of_an_equation_names_file_and_line(tmp_path: Path) -> None:
 
     with pytest.raises(ModelicaError, match=r"probe\.mo:6: nonlinear"):
         compiled(text, tmp_path)
+
+
+def test_other_files_in_the_same_folder_do_not_matter(tmp_path: Path) -> None:
+    (tmp_path / "other.mo").write_text("model A Real contradiction; end A;")
+
+    system = compiled("model A Real x(start=1, fixed=true); equation der(x) = -x; end A;", tmp_path)
+
+    assert [v.name for v in system.states] == ["x"]
+
+
+def test_compiler_reasons_name_the_file_and_what_is_missing(tmp_path: Path) -> None:
+    with pytest.raises(ModelicaError, match=r"^probe\.mo: .*'FESArm\.Arms\.Leg'") as refusal:
+        compiled("model A extends FESArm.Arms.Leg; end A;", tmp_path)
+
+    assert str(tmp_path) not in str(refusal.value)
