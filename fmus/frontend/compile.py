@@ -81,7 +81,7 @@ def _fingerprint(model: str, file: Path | None, root: Path) -> str:
 
 def _shorter(message: str, folder: Path) -> str:
     """The compiler's reasons in one line, each once, with file names instead of paths."""
-    reasons = []
+    reasons: list[str] = []
     for line in message.replace(f"{folder}/", "").splitlines():
         reason = re.sub(r"^- \S+ \[\w+\]: ", "", line.strip())
         known = any(reason in other for other in reasons)
