@@ -96,7 +96,16 @@ def _removed(diagnosis: Diagnosis) -> str:
 
 def _at(effect: str, site: str) -> str:
     words = effect.replace("_", " ")
-    return f"{words} at {site}" if site else words
+    return f"{words} at {_short_site(site)}" if site else words
+
+
+def _short_site(site: str) -> str:
+    """Write `muscle1+muscle2+...+muscle6` as a range."""
+    parts = site.split("+")
+    stem = parts[0].rstrip("0123456789")
+    if len(parts) > 2 and parts == [f"{stem}{k}" for k in range(1, len(parts) + 1)]:
+        return f"{parts[0]} to {parts[-1]}"
+    return site
 
 
 def _joined(names: Iterable[str], last: str = "and") -> str:

@@ -76,7 +76,9 @@ def comparison_table(comparison: Comparison) -> Group:
 
 
 def diagnosis_table(diagnosis: Diagnosis) -> Group:
-    """Return the verdict sentence, then the best of the ranking."""
+    """Return the verdict sentence, then the best of the ranking, unless there is nothing to explain."""
+    if diagnosis.verdict == "adequate":
+        return Group(_plain(verdict_sentence(diagnosis)))
     table = _table()
     table.add_column("", justify="right", no_wrap=True)
     table.add_column("added to the model", overflow="fold", max_width=52)
