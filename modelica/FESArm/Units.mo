@@ -11,6 +11,8 @@ package Units "SI types of this library, so that it needs no other library"
   type Force = Real(final quantity="Force", final unit="N");
   type Torque = Real(final quantity="Torque", final unit="N.m");
   type RotationalDamping = Real(final quantity="RotationalDampingConstant", final unit="N.m.s/rad");
+  type RotationalStiffness = Real(final quantity="RotationalSpringConstant", final unit="N.m/rad");
+  type QuadraticDrag = Real(final unit="N.s2/m2") "Force over squared speed";
   type QuadraticStiffness = Real(final unit="N/m2") "Force over squared stretch";
   type Time = Real(final quantity="Time", final unit="s");
   type Fraction = Real(final unit="1", min=0, max=1) "Share of a full value";

@@ -5,6 +5,10 @@ partial model PartialArm "Two links, six muscles, slots for effects"
   import FESArm.Effects.WristLoad;
   import FESArm.Effects.StimulationPath;
   import FESArm.Effects.MuscleStrength;
+  import FESArm.Effects.MomentArm;
+  import FESArm.Effects.Field;
+  import FESArm.Effects.JointSensor;
+  import FESArm.Effects.ForceSensor;
 
   parameter SI.Force Fmax[6] = {800, 800, 1000, 1000, 700, 700} "Largest isometric forces";
   parameter SI.Length Lslack[6] = {0.0538, 0.0538, 0.2298, 0.1905, 0.1905, 0.0175} "Slack lengths of the tendons";
@@ -52,25 +56,45 @@ partial model PartialArm "Two links, six muscles, slots for effects"
   WristLoad1 wristLoad1;
   replaceable model WristLoad2 = WristLoad.NoWristLoad constrainedby WristLoad.PartialWristLoad;
   WristLoad2 wristLoad2;
+  replaceable model MomentArm1 = MomentArm.NominalMomentArm constrainedby MomentArm.PartialMomentArm;
+  MomentArm1 momentArm1;
+  replaceable model Field1 = Field.NoField constrainedby Field.PartialField;
+  Field1 field1;
+  replaceable model JointSensor1 = JointSensor.TrueJointSensor constrainedby JointSensor.PartialJointSensor;
+  JointSensor1 jointSensor1;
+  replaceable model JointSensor2 = JointSensor.TrueJointSensor constrainedby JointSensor.PartialJointSensor;
+  JointSensor2 jointSensor2;
+  replaceable model ForceSensor1 = ForceSensor.TrueForceSensor constrainedby ForceSensor.PartialForceSensor;
+  ForceSensor1 forceSensor1;
+  replaceable model ForceSensor2 = ForceSensor.TrueForceSensor constrainedby ForceSensor.PartialForceSensor;
+  ForceSensor2 forceSensor2;
 protected
   SI.Torque tauMuscle[2] "Joint torques of the muscles";
+  SI.Length r1[6] "Actual moment arms about the shoulder";
+  SI.Length r2[6] "Actual moment arms about the elbow";
 equation
-  q1 = linkage.q[1];
-  q2 = linkage.q[2];
+  jointSensor1.q = linkage.q;
+  jointSensor2.q = jointSensor1.y;
+  q1 = jointSensor2.y[1];
+  q2 = jointSensor2.y[2];
 
   stimulationPath1.u = {alpha_1, alpha_2, alpha_3, alpha_4, alpha_5, alpha_6};
   stimulationPath2.u = stimulationPath1.y;
   stimulationPath3.u = stimulationPath2.y;
+  muscleStrength1.alpha = stimulationPath3.y;
+  muscleStrength2.alpha = stimulationPath3.y;
   for i in 1:6 loop
     muscle[i].alpha = stimulationPath3.y[i];
     muscle[i].strength = muscleStrength1.strength[i]*muscleStrength2.strength[i];
-    muscle[i].L = a0[i] - d1[i]*linkage.q[1] - d2[i]*linkage.q[2];
-    muscle[i].V = -d1[i]*linkage.w[1] - d2[i]*linkage.w[2];
+    r1[i] = momentArm1.factor[i]*d1[i];
+    r2[i] = momentArm1.factor[i]*d2[i];
+    muscle[i].L = a0[i] - r1[i]*linkage.q[1] - r2[i]*linkage.q[2];
+    muscle[i].V = -r1[i]*linkage.w[1] - r2[i]*linkage.w[2];
   end for;
-  tauMuscle[1] = d1[1]*muscle[1].F + d1[2]*muscle[2].F + d1[3]*muscle[3].F + d1[4]*muscle[4].F + d1[5]*muscle[5].F
-    + d1[6]*muscle[6].F;
-  tauMuscle[2] = d2[1]*muscle[1].F + d2[2]*muscle[2].F + d2[3]*muscle[3].F + d2[4]*muscle[4].F + d2[5]*muscle[5].F
-    + d2[6]*muscle[6].F;
+  tauMuscle[1] = r1[1]*muscle[1].F + r1[2]*muscle[2].F + r1[3]*muscle[3].F + r1[4]*muscle[4].F + r1[5]*muscle[5].F
+    + r1[6]*muscle[6].F;
+  tauMuscle[2] = r2[1]*muscle[1].F + r2[2]*muscle[2].F + r2[3]*muscle[3].F + r2[4]*muscle[4].F + r2[5]*muscle[5].F
+    + r2[6]*muscle[6].F;
 
   jointTorque1.q = linkage.q;
   jointTorque1.w = linkage.w;
@@ -80,13 +104,20 @@ equation
   jointTorque3.w = linkage.w;
   linkage.tau = tauMuscle + jointTorque1.tau + jointTorque2.tau + jointTorque3.tau + {correction_q1, correction_q2};
 
+  jointTorque1.a = linkage.a;
+  jointTorque2.a = linkage.a;
+  jointTorque3.a = linkage.a;
+
   wristLoad1.r = linkage.r;
   wristLoad1.v = linkage.v;
   wristLoad1.vdot = linkage.vdot;
   wristLoad2.r = linkage.r;
   wristLoad2.v = linkage.v;
   wristLoad2.vdot = linkage.vdot;
-  linkage.f = {fx, fy} + wristLoad1.f + wristLoad2.f;
+  forceSensor1.u = {fx, fy};
+  forceSensor2.u = forceSensor1.f;
+  linkage.g = field1.g;
+  linkage.f = forceSensor2.f + wristLoad1.f + wristLoad2.f;
   annotation (Documentation(info="<html>
 <p>Muscle length L = a0 - d1 q1 - d2 q2, joint torque d F: a flexor has a positive moment arm. Muscles in the order
 anterior deltoid, posterior deltoid, biceps, triceps long head, triceps short head, brachialis. Muscle data are the

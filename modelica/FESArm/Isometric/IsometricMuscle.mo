@@ -26,6 +26,7 @@ equation
   stimulationPath1.u = {stimulation};
   stimulationPath2.u = stimulationPath1.y;
   stimulationPath3.u = stimulationPath2.y;
+  muscleStrength1.alpha = stimulationPath3.y;
   force = correction_force + equilibriumForce(stimulationPath3.y[1]*muscleStrength1.strength[1], length, Fmax, Lopt, width,
     kSeries, Lslack, kParallel, Lparallel);
   annotation (Documentation(info="<html>

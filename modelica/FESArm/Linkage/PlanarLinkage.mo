@@ -8,6 +8,7 @@ model PlanarLinkage "Two links in a horizontal plane"
   parameter SI.RotationalDamping b[2] = {0.30, 0.30} "Viscous damping of the joints";
   input SI.Torque tau[2] "Joint torques, positive in the direction of flexion";
   input SI.Force f[2] "Force on the arm at the wrist, world axes";
+  input SI.Acceleration g[2] "Field that acts on all masses, world axes";
   output SI.Angle q[2](start={0.8, 1.2}, each fixed=true) "Shoulder from the world x axis; elbow relative to the upper arm";
   output SI.AngularVelocity w[2](each start=0, each fixed=true) "= der(q)";
   output SI.AngularAcceleration a[2] "= der(w)";
@@ -37,8 +38,10 @@ equation
   J[2, 2] = l[2]*c12;
   der(q) = w;
   der(w) = a;
-  M[1, 1]*a[1] + M[1, 2]*a[2] + h[1] + b[1]*w[1] = tau[1] + J[1, 1]*f[1] + J[2, 1]*f[2];
-  M[2, 1]*a[1] + M[2, 2]*a[2] + h[2] + b[2]*w[2] = tau[2] + J[1, 2]*f[1] + J[2, 2]*f[2];
+  M[1, 1]*a[1] + M[1, 2]*a[2] + h[1] + b[1]*w[1] = tau[1] + J[1, 1]*f[1] + J[2, 1]*f[2]
+    + m[1]*c[1]*(c1*g[2] - s1*g[1]) + m[2]*(l[1]*(c1*g[2] - s1*g[1]) + c[2]*(c12*g[2] - s12*g[1]));
+  M[2, 1]*a[1] + M[2, 2]*a[2] + h[2] + b[2]*w[2] = tau[2] + J[1, 2]*f[1] + J[2, 2]*f[2]
+    + m[2]*c[2]*(c12*g[2] - s12*g[1]);
   r[1] = l[1]*c1 + l[2]*c12;
   r[2] = l[1]*s1 + l[2]*s12;
   v[1] = J[1, 1]*w[1] + J[1, 2]*w[2];
@@ -46,7 +49,7 @@ equation
   vdot[1] = J[1, 1]*a[1] + J[1, 2]*a[2] - l[1]*c1*w[1]^2 - l[2]*c12*w12^2;
   vdot[2] = J[2, 1]*a[1] + J[2, 2]*a[2] - l[1]*s1*w[1]^2 - l[2]*s12*w12^2;
   annotation (Documentation(info="<html>
-<p>M(q) a + h(q, w) + b w = tau + J(q)' f, without gravity. Angles are flexion positive. The link data are the nominal
+<p>M(q) a + h(q, w) + b w = tau + J(q)' f + weights in the field g, which is zero in a level plane. Angles are flexion positive. The link data are the nominal
 ones of this project; the study does not print any.</p>
 </html>"));
 end PlanarLinkage;

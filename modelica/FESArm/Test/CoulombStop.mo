@@ -13,6 +13,7 @@ equation
   der(q) = w;
   friction.q = {q};
   friction.w = {w};
+  friction.a = {der(w)};
   J*der(w) = friction.tau[1];
   z = sinh(w0/friction.wSharp)*exp(-friction.tauC[1]*time/(J*friction.wSharp));
   wError = w - friction.wSharp*log(z + sqrt(z^2 + 1));

@@ -10,6 +10,7 @@ protected
 equation
   linkage.tau = {0, 0};
   linkage.f = {0, 0};
+  linkage.g = {0, 0};
   vx2 = -linkage.l[1]*sin(linkage.q[1])*linkage.w[1] - linkage.c[2]*sin(linkage.q[1] + linkage.q[2])*(linkage.w[1] + linkage.w[2]);
   vy2 = linkage.l[1]*cos(linkage.q[1])*linkage.w[1] + linkage.c[2]*cos(linkage.q[1] + linkage.q[2])*(linkage.w[1] + linkage.w[2]);
   energy = (linkage.I[1] + linkage.m[1]*linkage.c[1]^2)*linkage.w[1]^2/2

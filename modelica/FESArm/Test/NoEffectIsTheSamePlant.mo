@@ -8,9 +8,11 @@ model NoEffectIsTheSamePlant "Absent effects add nothing: their outputs are zero
 equation
   torque.q = {time, 2*time};
   torque.w = {1, 2};
+  torque.a = {0, 0};
   load.r = {time, time};
   load.v = {1, 1};
   load.vdot = {3, 4};
+  strength.alpha = fill(0.5, 6);
   path.u = fill(0.3*time, 6);
   error = sum(abs(torque.tau)) + sum(abs(load.f)) + sum(abs(path.y - path.u)) + sum(abs(strength.strength - ones(6)));
   annotation (experiment(StopTime=1));

@@ -11,6 +11,7 @@ equation
   der(q) = w;
   friction.q = {q};
   friction.w = {w};
+  friction.a = {der(w)};
   J*der(w) = friction.tau[1];
   wError = w - w0*exp(-friction.b[1]*time/J);
   annotation (experiment(StopTime=2));

@@ -1,0 +1,11 @@
+within FESArm.Effects.Field;
+model GravityTilt "The plane is not level: a constant field in it"
+  import SI = FESArm.Units;
+  extends PartialField;
+  parameter SI.Acceleration gx(min=-5, max=5) = 0.01 "Component along world x";
+  parameter SI.Acceleration gy(min=-5, max=5) = 0.01 "Component along world y";
+equation
+  g = {gx, gy};
+  annotation (Documentation(info="<html>
+<p>The tilt is asin(sqrt(gx^2 + gy^2)/9.81), the field points in the direction atan2(gy, gx).</p></html>"));
+end GravityTilt;

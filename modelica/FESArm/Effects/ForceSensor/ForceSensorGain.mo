@@ -1,0 +1,9 @@
+within FESArm.Effects.ForceSensor;
+model ForceSensorGain "Scale error of the force sensor"
+  import SI = FESArm.Units;
+  extends PartialForceSensor;
+  parameter SI.Factor gain(min=0.2, max=5) = 1.05 "Reading over true force";
+equation
+  f = u/gain;
+  annotation (Documentation(info="<html><p>reading = gain * force.</p></html>"));
+end ForceSensorGain;

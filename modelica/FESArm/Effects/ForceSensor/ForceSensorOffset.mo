@@ -1,0 +1,9 @@
+within FESArm.Effects.ForceSensor;
+model ForceSensorOffset "Zero error of the force sensor"
+  import SI = FESArm.Units;
+  extends PartialForceSensor;
+  parameter SI.Force offset[2](each min=-50, each max=50) = {0.1, 0.1} "Reading minus true force, world axes";
+equation
+  f = u - offset;
+  annotation (Documentation(info="<html><p>reading = force + offset.</p></html>"));
+end ForceSensorOffset;

@@ -1,0 +1,9 @@
+within FESArm.Effects.WristLoad;
+model QuadraticDrag "Force against the motion, growing with the square of speed"
+  import SI = FESArm.Units;
+  extends PartialWristLoad;
+  parameter SI.QuadraticDrag c(min=0, max=20) = 0.2 "Drag coefficient";
+equation
+  f = -c*sqrt(v*v + 1e-12)*v;
+  annotation (Documentation(info="<html><p>f = -c |v| v; the speed is rounded off below 1e-6 m/s.</p></html>"));
+end QuadraticDrag;
