@@ -75,6 +75,7 @@ def _co_simulation(identifier: str, sources: Sequence[str]) -> ET.Element:
         canNotUseMemoryManagementFunctions="true",
         canGetAndSetFMUstate="true",
         canSerializeFMUstate="true",
+        providesDirectionalDerivative="true",
     )
     files = ET.SubElement(element, "SourceFiles")
     for name in sources:

@@ -30,6 +30,13 @@ typedef struct {
     unsigned char start_given[N_STATES + 1]; /* start value set from outside */
 } State;
 
+/* How the present value of a delay operator changes, as seen from outside the recorded past. */
+typedef struct {
+    double source; /* with the present value of its source */
+    double time;   /* 1/s */
+    double delay;  /* 1/s */
+} DelaySensitivity;
+
 typedef struct {
     State state;
     History history;
@@ -44,6 +51,7 @@ typedef struct {
     Line pieces[N_DELAYS + 1];    /* the sources, shifted by their delays, over the current piece of a step */
     double u_now[N_INPUTS + 1];   /* inputs, delayed values: arguments of the evaluation in progress */
     double d_now[N_DELAYS + 1];
+    DelaySensitivity d_sensitivity[N_DELAYS + 1]; /* of d_now, when outputs are valid */
 
     const double *arg[MODEL_SZ_ARG + 1]; /* CasADi's work space */
     double *res[MODEL_SZ_RES + 1];
@@ -71,12 +79,18 @@ int core_get(Core *core, unsigned int reference, double *value);
 int core_set(Core *core, unsigned int reference, double value);
 int core_set_input_slope(Core *core, unsigned int reference, double slope);
 
+/* Change of the unknowns (states, derivatives, algebraic variables, dependent parameters) when the knowns
+ * (inputs, states, parameters, time) change by `seed`. */
+int core_directional(Core *core, const unsigned int *unknowns, size_t n_unknowns, const unsigned int *knowns,
+                     size_t n_knowns, const double *seed, double *sensitivity);
+
 /* Fixes the start values and begins the record of the delay operators. */
 int core_finish_initialization(Core *core);
 
 /* Advances by `step` s; on failure the state is the one before the call. */
 int core_step(Core *core, double time, double step);
 
+int core_call(Core *core, ModelFunction *function, const char *what);
 int core_evaluate_starts(Core *core);
 int core_evaluate_outputs(Core *core);
 int core_evaluate_dependents(Core *core);

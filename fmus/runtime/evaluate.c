@@ -4,7 +4,7 @@
 #include <math.h>
 #include <string.h>
 
-static int call(Core *core, ModelFunction *function, const char *what)
+int core_call(Core *core, ModelFunction *function, const char *what)
 {
     if (function(core->arg, core->res, core->iw, core->w, 0) != 0)
         return core_fail(core, "the %s could not be evaluated at t = %.9g s", what, core->state.time);
@@ -19,7 +19,7 @@ int core_evaluate_starts(Core *core)
         return 0;
     core->arg[0] = core->state.p;
     core->res[0] = x0;
-    if (call(core, model_initial, "start values") != 0)
+    if (core_call(core, model_initial, "start values") != 0)
         return -1;
     for (int i = 0; i < N_STATES; i++)
         if (!core->state.start_given[i])
@@ -34,7 +34,7 @@ int core_evaluate_dependents(Core *core)
         return 0;
     core->arg[0] = core->state.p;
     core->res[0] = core->dependents;
-    if (call(core, model_dependent, "dependent parameters") != 0)
+    if (core_call(core, model_dependent, "dependent parameters") != 0)
         return -1;
     core->dependents_valid = 1;
     return 0;
@@ -47,7 +47,7 @@ int core_evaluate_sources(Core *core, double time, const double *u, double *sour
     core->arg[2] = core->state.p;
     core->res[0] = sources;
     core->res[1] = core->delay;
-    if (call(core, model_history, "delayed values") != 0)
+    if (core_call(core, model_history, "delayed values") != 0)
         return -1;
     for (int i = 0; i < N_DELAYS; i++) {
         if (!(core->delay[i] >= 0.0 && core->delay[i] < HUGE_VAL))
@@ -68,26 +68,29 @@ int core_evaluate_rhs(Core *core, double time, const double *x, double *dx)
     core->arg[4] = core->state.p;
     core->res[0] = dx;
     core->res[1] = core->z;
-    return call(core, model_rhs, "model equations");
+    return core_call(core, model_rhs, "model equations");
 }
 
-/* Delayed values at a communication point: from the right where a jump arrives just then. */
+/* One delayed value at a communication point: from the right where a jump arrives just then. */
+static double delayed_value(const Core *core, int i, double now, DelaySensitivity *sensitivity)
+{
+    double time = core->state.time, delay = core->delay[i], then = time - delay;
+    double rounding = 1e-10 * (fabs(time) + delay);
+    *sensitivity = (DelaySensitivity){.source = 1.0};
+    if (core->history.count == 0 || delay <= rounding)
+        return now;
+    Line line = history_line(&core->history, (size_t)i, then + rounding);
+    *sensitivity = (DelaySensitivity){.time = line.slope, .delay = -line.slope};
+    return line.value + line.slope * (then - line.time);
+}
+
 static int delayed_values(Core *core)
 {
     double now[N_DELAYS + 1];
-    double time = core->state.time;
-    if (core_evaluate_sources(core, time, core->state.u, now) != 0)
+    if (core_evaluate_sources(core, core->state.time, core->state.u, now) != 0)
         return -1;
-    for (int i = 0; i < N_DELAYS; i++) {
-        double rounding = 1e-10 * (fabs(time) + core->delay[i]);
-        double then = time - core->delay[i];
-        if (core->history.count == 0 || core->delay[i] <= rounding) {
-            core->d_now[i] = now[i];
-            continue;
-        }
-        Line line = history_line(&core->history, (size_t)i, then + rounding);
-        core->d_now[i] = line.value + line.slope * (then - line.time);
-    }
+    for (int i = 0; i < N_DELAYS; i++)
+        core->d_now[i] = delayed_value(core, i, now[i], &core->d_sensitivity[i]);
     return 0;
 }
 

@@ -1,4 +1,4 @@
-/* FMI 2.0: values of variables, which are all Real, and derivatives of inputs. */
+/* FMI 2.0: values of variables, which are all Real, derivatives of inputs, and directional derivatives. */
 #include "fmi2.h"
 
 fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Real value[])
@@ -42,6 +42,22 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference
         if (core_set_input_slope(&instance->core, vr[i], value[i]) != 0)
             return fmi2_refuse(instance, __func__, "%s", instance->core.message);
     }
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference vUnknown_ref[], size_t nUnknown,
+                                        const fmi2ValueReference vKnown_ref[], size_t nKnown,
+                                        const fmi2Real dvKnown[], fmi2Real dvUnknown[])
+{
+    Instance *instance = c;
+    if (!fmi2_allowed(instance, __func__, ANY_PHASE & ~PHASE_INSTANTIATED))
+        return fmi2Error;
+    if (!fmi2_present(instance, __func__, vUnknown_ref, nUnknown) ||
+        !fmi2_present(instance, __func__, vKnown_ref, nKnown) || !fmi2_present(instance, __func__, dvKnown, nKnown) ||
+        !fmi2_present(instance, __func__, dvUnknown, nUnknown))
+        return fmi2Error;
+    if (core_directional(&instance->core, vUnknown_ref, nUnknown, vKnown_ref, nKnown, dvKnown, dvUnknown) != 0)
+        return fmi2_refuse(instance, __func__, "%s", instance->core.message);
     return fmi2OK;
 }
 

@@ -20,8 +20,9 @@ class ModelCode:
 
 
 def model_code(system: SymbolicSystem) -> ModelCode:
-    """Generate C for the four functions of a system, as `model_rhs`, `model_history` and so on."""
-    functions = [_dense(getattr(system, name), f"model_{name}") for name in MODEL_FUNCTIONS]
+    """Generate C for the four functions of a system, as `model_rhs`, `model_history` and so on, and their tangents."""
+    plain = [_dense(getattr(system, name), f"model_{name}") for name in MODEL_FUNCTIONS]
+    functions = [*plain, *map(_tangent, plain)]
     options: dict[str, Any] = {
         "with_header": False,
         "casadi_real": "double",
@@ -92,6 +93,16 @@ def _dense(function: ca.Function, name: str) -> ca.Function:
     shaped = [ca.reshape(column, *function.size_in(i)) for i, column in enumerate(columns)]
     results = [ca.densify(ca.vec(result)) for result in function.call(shaped)]
     return ca.Function(name, columns, results, {"cse": True})
+
+
+def _tangent(function: ca.Function) -> ca.Function:
+    """Forward mode, `model_rhs_tangent` and so on: the arguments, then their seeds -> change of each result."""
+    symbol = ca.SX.sym if function.is_a("SXFunction") else ca.MX.sym
+    arguments = [symbol(function.name_in(i), function.numel_in(i)) for i in range(function.n_in())]
+    seeds = [symbol(f"seed_{function.name_in(i)}", function.numel_in(i)) for i in range(function.n_in())]
+    changes = function.forward(1).call([*arguments, *function.call(arguments), *seeds])
+    name = f"{function.name()}_tangent"
+    return ca.Function(name, [*arguments, *seeds], [ca.densify(change) for change in changes], {"cse": True})
 
 
 def _numbers(values: list[float]) -> str:

@@ -23,4 +23,10 @@ ModelFunction model_history;   /* (t, u, p) -> (source, delay) */
 ModelFunction model_dependent; /* (p) -> values */
 ModelFunction model_initial;   /* (p) -> x0 */
 
+/* Forward mode: the same arguments followed by one seed for each -> the change of each result. */
+ModelFunction model_rhs_tangent;
+ModelFunction model_history_tangent;
+ModelFunction model_dependent_tangent;
+ModelFunction model_initial_tangent;
+
 #endif

@@ -1,6 +1,7 @@
 """An FMU driven through its C interface, without a wrapper that would catch bad calls first."""
 
 import ctypes
+from collections.abc import Sequence
 from ctypes import byref, c_char_p, c_double, c_int, c_size_t, c_uint, c_void_p
 from pathlib import Path
 from types import TracebackType
@@ -88,6 +89,20 @@ class Slave:
 
     def one(self, name: str) -> tuple[object, c_size_t]:
         return byref(c_uint(self.references[name])), c_size_t(1)
+
+    def directional(self, unknowns: Sequence[str], knowns: Sequence[str], seed: Sequence[float]) -> list[float]:
+        """Change of the unknowns when the knowns change by `seed`."""
+        change = (c_double * len(unknowns))()
+        self.insist(
+            "fmi2GetDirectionalDerivative",
+            (c_uint * len(unknowns))(*(self.references[name] for name in unknowns)),
+            c_size_t(len(unknowns)),
+            (c_uint * len(knowns))(*(self.references[name] for name in knowns)),
+            c_size_t(len(knowns)),
+            (c_double * len(knowns))(*seed),
+            change,
+        )
+        return list(change)
 
     def step(self, size: float) -> None:
         self.insist("fmi2DoStep", c_double(self.time), c_double(size), 1)

@@ -1,0 +1,131 @@
+/* Directional derivatives: tangents of the generated functions, chained through start values and delays. */
+#include "core.h"
+
+#include <math.h>
+
+/* A change of every variable that takes part. */
+typedef struct {
+    double time;
+    double u[N_INPUTS + 1];
+    double x[N_STATES + 1];
+    double p[N_PARAMETERS + 1];
+    double d[N_DELAYS + 1];
+    double dx[N_STATES + 1];
+    double z[N_ALGEBRAICS + 1];
+    double dependents[N_DEPENDENTS + 1];
+} Change;
+
+static int is_start(const State *state) { return state->phase <= PHASE_INITIALIZATION; }
+
+static int add_seed(Core *core, Change *change, unsigned int reference, double seed)
+{
+    if (!isfinite(seed))
+        return core_fail(core, "the seed %g is not a finite number", seed);
+    if (reference < VR_STATES)
+        change->u[reference] += seed;
+    else if (reference < VR_DERIVATIVES)
+        change->x[reference - VR_STATES] += seed;
+    else if (reference >= VR_PARAMETERS && reference < VR_DEPENDENTS)
+        change->p[reference - VR_PARAMETERS] += seed;
+    else if (reference == VR_TIME)
+        change->time += seed;
+    else if (reference > VR_TIME)
+        return core_fail(core, "value reference %u is unknown; this model has 0 to %u", reference, (unsigned)VR_TIME);
+    else
+        return core_fail(core, "'%s' is computed by the model and cannot be a known", core_names[reference]);
+    return 0;
+}
+
+/* Until the run has started, start values that nobody has set follow the parameters. */
+static int change_starts(Core *core, Change *change)
+{
+    double x0[N_STATES + 1];
+    core->arg[0] = core->state.p;
+    core->arg[1] = change->p;
+    core->res[0] = x0;
+    if (core_call(core, model_initial_tangent, "derivatives of the start values") != 0)
+        return -1;
+    for (int i = 0; i < N_STATES; i++)
+        if (!core->state.start_given[i])
+            change->x[i] += x0[i];
+    return 0;
+}
+
+static int change_delayed(Core *core, Change *change)
+{
+    double sources[N_DELAYS + 1], delays[N_DELAYS + 1];
+    core->arg[0] = &core->state.time;
+    core->arg[1] = core->state.u;
+    core->arg[2] = core->state.p;
+    core->arg[3] = &change->time;
+    core->arg[4] = change->u;
+    core->arg[5] = change->p;
+    core->res[0] = sources;
+    core->res[1] = delays;
+    if (core_call(core, model_history_tangent, "derivatives of the delayed values") != 0)
+        return -1;
+    for (int i = 0; i < N_DELAYS; i++) {
+        const DelaySensitivity *by = &core->d_sensitivity[i];
+        change->d[i] = by->source * sources[i] + by->time * change->time + by->delay * delays[i];
+    }
+    return 0;
+}
+
+static int change_outputs(Core *core, Change *change)
+{
+    core->arg[0] = &core->state.time;
+    core->arg[1] = core->state.x;
+    core->arg[2] = core->state.u;
+    core->arg[3] = core->d_now;
+    core->arg[4] = core->state.p;
+    core->arg[5] = &change->time;
+    core->arg[6] = change->x;
+    core->arg[7] = change->u;
+    core->arg[8] = change->d;
+    core->arg[9] = change->p;
+    core->res[0] = change->dx;
+    core->res[1] = change->z;
+    return core_call(core, model_rhs_tangent, "derivatives of the model equations");
+}
+
+static int change_dependents(Core *core, Change *change)
+{
+    core->arg[0] = core->state.p;
+    core->arg[1] = change->p;
+    core->res[0] = change->dependents;
+    return core_call(core, model_dependent_tangent, "derivatives of the dependent parameters");
+}
+
+static int read_change(Core *core, const Change *change, unsigned int reference, double *value)
+{
+    if (reference >= VR_STATES && reference < VR_DERIVATIVES)
+        *value = change->x[reference - VR_STATES];
+    else if (reference >= VR_DERIVATIVES && reference < VR_ALGEBRAICS)
+        *value = change->dx[reference - VR_DERIVATIVES];
+    else if (reference >= VR_ALGEBRAICS && reference < VR_PARAMETERS)
+        *value = change->z[reference - VR_ALGEBRAICS];
+    else if (reference >= VR_DEPENDENTS && reference < VR_TIME)
+        *value = change->dependents[reference - VR_DEPENDENTS];
+    else if (reference > VR_TIME)
+        return core_fail(core, "value reference %u is unknown; this model has 0 to %u", reference, (unsigned)VR_TIME);
+    else
+        return core_fail(core, "'%s' is not computed by the model and cannot be an unknown", core_names[reference]);
+    return 0;
+}
+
+int core_directional(Core *core, const unsigned int *unknowns, size_t n_unknowns, const unsigned int *knowns,
+                     size_t n_knowns, const double *seed, double *sensitivity)
+{
+    Change change = {0};
+    for (size_t i = 0; i < n_knowns; i++)
+        if (add_seed(core, &change, knowns[i], seed[i]) != 0)
+            return -1;
+    if (core_evaluate_outputs(core) != 0 || (is_start(&core->state) && change_starts(core, &change) != 0) ||
+        (N_DELAYS > 0 && change_delayed(core, &change) != 0) || change_outputs(core, &change) != 0 ||
+        change_dependents(core, &change) != 0)
+        return -1;
+    for (size_t i = 0; i < n_unknowns; i++)
+        if (read_change(core, &change, unknowns[i], &sensitivity[i]) != 0)
+            return -1;
+    return 0;
+}
