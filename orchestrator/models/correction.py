@@ -1,6 +1,6 @@
 """Correction residuals: the generalised force that would make a model follow a measurement.
 
-A model offers an input `correction_<output>` for each output. Where the output is a position, the residual is the
+A model offers an input `correction_<output>` for each output. Where the output reads a position, the residual is the
 force that gives the measured acceleration; where the force acts on the output itself, it is the difference. States
 that are not measured (an activation, say) are simulated along the measured ones.
 """
@@ -16,18 +16,30 @@ PREFIX = "correction_"
 
 
 @dataclass(frozen=True)
+class Position:
+    """A signal that reads a state: signal = scale * state + offset, and der(state) is the state `speed`.
+
+    `scale` and `offset` are functions of all parameters; they differ from 1 and 0 if a sensor error is in the model.
+    """
+
+    state: str
+    speed: str
+    scale: ca.Function
+    offset: ca.Function
+
+
+@dataclass(frozen=True)
 class ResidualSystem:
     """The residual as a system of its own.
 
-    Its inputs are the model's, without corrections, then `measured:<state>` for the states of positions and their
-    speeds, then `target:<signal>`: the measured acceleration of a position, the measured value of another signal.
-    Its states are the model's states that are not measured; its outputs are `residual:<signal>`.
-    `positions` maps each signal that is a position to the names of its state and of its speed.
+    Its inputs are the model's, without corrections; then `measured:<signal>` and `speed:<signal>` (first derivative) of
+    each position; then `target:<signal>`: the measured second derivative of a position, the measured value of another
+    signal. Its states are the model's states that are not measured; its outputs are `residual:<signal>`.
     """
 
     system: SymbolicSystem
     signals: tuple[str, ...]
-    positions: Mapping[str, tuple[str, str]]
+    positions: Mapping[str, Position]
 
 
 def residual_system(system: SymbolicSystem, signals: Sequence[str]) -> ResidualSystem | None:
@@ -41,59 +53,27 @@ def residual_system(system: SymbolicSystem, signals: Sequence[str]) -> ResidualS
         None if some signal is neither a position nor directly under a correction.
     """
     symbols = _Symbols(system)
-    positions = {name: pair for name in signals if (pair := symbols.position_and_speed(name)) is not None}
-    targets = [ca.SX.sym(f"target:{name}") for name in signals]
+    positions = {name: found for name in signals if (found := symbols.position(name)) is not None}
+    targets = {name: ca.SX.sym(f"target:{name}") for name in signals}
     balance = []
-    for name, target in zip(signals, targets, strict=True):
+    for name in signals:
         force = symbols.inputs.get(PREFIX + name)
         if name in positions:
-            balance.append(symbols.derivatives[positions[name][1]] - target)
+            scale = positions[name].scale(symbols.parameters)
+            balance.append(symbols.derivatives[positions[name].speed] - targets[name] / scale)
         elif force is not None and ca.depends_on(symbols.values[name], force):
-            balance.append(symbols.values[name] - target)
+            balance.append(symbols.values[name] - targets[name])
         else:
             return None
     residual = _solve(ca.vertcat(*balance), [symbols.inputs.get(PREFIX + name) for name in signals])
-    measured = [state for pair in positions.values() for state in pair]
-    hidden = [v for v in system.states if v.name not in measured]
-    kept = [v for v in system.inputs if not v.name.startswith(PREFIX)]
-    u = ca.vertcat(
-        ca.SX(0, 1),
-        *[symbols.inputs[v.name] for v in kept],
-        *[symbols.values[name] for name in measured],
-        *targets,
-    )
-    x = ca.vertcat(ca.SX(0, 1), *[symbols.values[v.name] for v in hidden])
-    dx = ca.vertcat(ca.SX(0, 1), *[symbols.derivatives[v.name] for v in hidden])
-    none = [symbols.inputs[v.name] for v in system.inputs if v.name.startswith(PREFIX)]
-    dx, residual = ca.substitute([dx, residual], none, [ca.SX(0)] * len(none)) if none else (dx, residual)
-    t, d, p = symbols.time, symbols.delayed, symbols.parameters
-    source, delay = system.history(t, symbols.u, p)
-    start = system.initial(p)
-    first = ca.vertcat(ca.SX(0, 1), *[start[i] for i, v in enumerate(system.states) if v.name not in measured])
-    return ResidualSystem(
-        SymbolicSystem(
-            name=f"the residual of {system.name}",
-            description="",
-            inputs=(*kept, *(Variable(f"measured:{n}") for n in measured), *(Variable(f"target:{n}") for n in signals)),
-            states=tuple(hidden),
-            algebraics=tuple(Variable(f"residual:{name}") for name in signals),
-            parameters=system.parameters,
-            dependents=system.dependents,
-            outputs=tuple(f"residual:{name}" for name in signals),
-            rhs=ca.Function("rhs", [t, x, u, d, p], [dx, residual]),
-            history=ca.Function("history", [t, u, p], [source, delay]),
-            dependent=system.dependent,
-            initial=ca.Function("initial", [p], [first]),
-        ),
-        tuple(signals),
-        positions,
-    )
+    return ResidualSystem(_reduced(symbols, residual, positions, targets), tuple(signals), positions)
 
 
 class _Symbols:
     """The symbols of a system by name, and its right-hand side in them."""
 
     def __init__(self, system: SymbolicSystem) -> None:
+        self.system = system
         self.time, self.parameters = ca.SX.sym("t"), ca.SX.sym("p", len(system.parameters))
         self.x, self.u = ca.SX.sym("x", len(system.states)), ca.SX.sym("u", len(system.inputs))
         self.delayed = ca.SX.sym("d", system.n_delays)
@@ -103,14 +83,63 @@ class _Symbols:
         self.states = {v.name: self.x[i] for i, v in enumerate(system.states)}
         self.values = self.states | {v.name: z[i] for i, v in enumerate(system.algebraics)}
 
-    def position_and_speed(self, signal: str) -> tuple[str, str] | None:
-        """Names of the state that a signal equals, and of the state that is its derivative; None without them."""
-        for position, symbol in self.states.items():
-            if ca.is_equal(self.values[signal], symbol):
-                for speed, candidate in self.states.items():
-                    if ca.is_equal(self.derivatives[position], candidate):
-                        return position, speed
+    def position(self, signal: str) -> Position | None:
+        """Find the state that a signal reads, if its derivative is a state too; else None."""
+        value = self.values[signal]
+        others = ca.vertcat(self.time, self.u, self.delayed)
+        for state, symbol in self.states.items():
+            scale, offset = ca.jacobian(value, symbol), ca.substitute(value, symbol, ca.SX(0))
+            free = ca.vertcat(scale, offset)
+            if scale.is_zero() or ca.depends_on(free, self.x) or ca.depends_on(free, others):
+                continue
+            for speed, candidate in self.states.items():
+                if ca.is_equal(self.derivatives[state], candidate):
+                    functions = (ca.Function("map", [self.parameters], [part]) for part in (scale, offset))
+                    return Position(state, speed, *functions)
         return None
+
+
+def _reduced(
+    symbols: _Symbols, residual: ca.SX, positions: Mapping[str, Position], targets: Mapping[str, ca.SX]
+) -> SymbolicSystem:
+    """The system whose outputs are the residuals: measured states replaced, corrections zero."""
+    system, p = symbols.system, symbols.parameters
+    old: list[ca.SX] = []
+    new: list[ca.SX] = []
+    inputs: list[tuple[Variable, ca.SX]] = [
+        (v, symbols.inputs[v.name]) for v in system.inputs if not v.name.startswith(PREFIX)
+    ]
+    for name, position in positions.items():
+        value, speed = ca.SX.sym(f"measured:{name}"), ca.SX.sym(f"speed:{name}")
+        inputs += [(Variable(value.name()), value), (Variable(speed.name()), speed)]
+        scale, offset = position.scale(p), position.offset(p)
+        old += [symbols.states[position.state], symbols.states[position.speed]]
+        new += [(value - offset) / scale, speed / scale]
+    inputs += [(Variable(target.name()), target) for target in targets.values()]
+    corrections = [symbols.inputs[v.name] for v in system.inputs if v.name.startswith(PREFIX)]
+    old, new = old + corrections, new + [ca.SX(0)] * len(corrections)
+    measured = {name for position in positions.values() for name in (position.state, position.speed)}
+    hidden = [i for i, v in enumerate(system.states) if v.name not in measured]
+    dx = _column([symbols.derivatives[system.states[i].name] for i in hidden])
+    dx, residual = ca.substitute([dx, residual], old, new) if old else (dx, residual)
+    source, delay = system.history(symbols.time, symbols.u, p)
+    u, start = _column([symbol for _, symbol in inputs]), system.initial(p)
+    return SymbolicSystem(
+        name=f"the residual of {system.name}",
+        description="",
+        inputs=tuple(variable for variable, _ in inputs),
+        states=tuple(system.states[i] for i in hidden),
+        algebraics=tuple(Variable(f"residual:{name}") for name in targets),
+        parameters=system.parameters,
+        dependents=system.dependents,
+        outputs=tuple(f"residual:{name}" for name in targets),
+        rhs=ca.Function(
+            "rhs", [symbols.time, _column([symbols.x[i] for i in hidden]), u, symbols.delayed, p], [dx, residual]
+        ),
+        history=ca.Function("history", [symbols.time, u, p], [source, delay]),
+        dependent=system.dependent,
+        initial=ca.Function("initial", [p], [_column([start[i] for i in hidden])]),
+    )
 
 
 def _solve(balance: ca.SX, forces: Sequence[ca.SX | None]) -> ca.SX:
@@ -121,3 +150,7 @@ def _solve(balance: ca.SX, forces: Sequence[ca.SX | None]) -> ca.SX:
     unknown = ca.vertcat(*known)
     gain = ca.jacobian(balance, unknown)
     return -ca.solve(gain, ca.substitute(balance, unknown, ca.DM.zeros(len(known))))
+
+
+def _column(scalars: Sequence[ca.SX]) -> ca.SX:
+    return ca.vertcat(ca.SX(0, 1), *scalars)

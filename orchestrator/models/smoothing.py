@@ -39,11 +39,14 @@ def second_difference(series: np.ndarray, step: float) -> np.ndarray:
 def cutoff_frequency(series: np.ndarray, noise_std: float, step: float) -> float:
     """Highest frequency (Hz) at which a signal stands out of its white measurement noise.
 
-    The spectrum (Welch, Hann window) is compared with the noise's, 2 step std^2; the cutoff is where the signal falls
-    below four times the noise for good, at least 2 Hz and at most a quarter of the sampling rate.
+    The spectrum (Welch, Hann window of 2 s) is compared with the noise's, 2 step std^2, or with the spectrum's own level
+    above a quarter of the sampling rate if that is higher. The cutoff is where the signal falls below four times the
+    noise for good, at least 2 Hz and at most a quarter of the sampling rate.
     """
-    frequency, power = signal.welch(series, 1 / step, nperseg=min(len(series), 512), detrend="linear")
-    above = np.flatnonzero(power > 4 * 2 * step * noise_std**2)
+    window = min(len(series), max(512, round(2.0 / step)))
+    frequency, power = signal.welch(series, 1 / step, nperseg=window, detrend="linear")
+    noise = max(2 * step * noise_std**2, float(np.median(power[frequency > 0.25 / step])))
+    above = np.flatnonzero(power > 4 * noise)
     highest = frequency[above[-1]] if above.size else 0.0
     # A single line far above the rest is not signal: take the last of a run of at least two neighbours.
     runs = above[1:][np.diff(above) == 1]

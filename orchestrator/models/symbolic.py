@@ -100,21 +100,30 @@ class SymbolicModel:
             count, coarse = 2 * count, fine
         return count
 
-    def record(self, time: np.ndarray, inputs: np.ndarray, measured: np.ndarray, noise: np.ndarray) -> Record:
-        """A trial with first guesses of the start values and their bounds.
+    def record(
+        self,
+        time: np.ndarray,
+        inputs: np.ndarray,
+        measured: np.ndarray,
+        noise: np.ndarray,
+        parameters: np.ndarray | None = None,
+    ) -> Record:
+        """A trial with first guesses of the start values and their bounds, at given values of all parameters.
 
         States that are measured start within five standard deviations of the smoothed measurement, so that a wrong
         model cannot hide behind impossible start values; hidden states start near their equilibrium.
         """
         states = self.system.states
-        start = self.system.initial(ca.DM(self.compiled.parameters)).full().ravel()
+        parameters = self.compiled.parameters if parameters is None else parameters
+        start = self.system.initial(ca.DM(parameters)).full().ravel()
         low = np.array([-np.inf if v.minimum is None else v.minimum for v in states])
         high = np.array([np.inf if v.maximum is None else v.maximum for v in states])
         spread = np.full(len(states), np.inf)
         if self.residual is None:
             return Record(time, inputs, measured, np.clip(start, low, high), spread, low, high)
         first = self.residual_inputs(time, inputs, measured, noise)[0]
-        shown, hidden = self._measured_start(first, time, measured, noise), self._settled(first)
+        shown = self._measured_start(first, time, measured, noise, parameters)
+        hidden = self._settled(first, parameters)
         for i, variable in enumerate(states):
             if variable.name in shown:
                 start[i], reach = shown[variable.name]
@@ -125,31 +134,35 @@ class SymbolicModel:
         return Record(time, inputs, measured, np.clip(start, low, high), spread, low, high)
 
     def _measured_start(
-        self, first: np.ndarray, time: np.ndarray, measured: np.ndarray, noise: np.ndarray
+        self, first: np.ndarray, time: np.ndarray, measured: np.ndarray, noise: np.ndarray, parameters: np.ndarray
     ) -> dict[str, tuple[float, float]]:
         """Value and standard deviation of each measured state at the first sample."""
         assert self.residual is not None
-        names = [v.name.removeprefix("measured:") for v in self.residual.system.inputs]
-        values = dict(zip(names, first, strict=True))
+        values = dict(zip([v.name for v in self.residual.system.inputs], first, strict=True))
         rate = 2 * np.pi * self.smoother(time, measured, noise).cutoff_hz
         found: dict[str, tuple[float, float]] = {}
-        for signal, (position, speed) in self.residual.positions.items():
-            std = float(noise[self.signals.index(signal)])
-            found[position] = (float(values[position]), std)
-            found[speed] = (float(values[speed]), rate * std)
+        for signal, position in self.residual.positions.items():
+            scale, offset = (float(part(parameters)) for part in (position.scale, position.offset))
+            std = float(noise[self.signals.index(signal)]) / abs(scale)
+            found[position.state] = ((values[f"measured:{signal}"] - offset) / scale, std)
+            found[position.speed] = (values[f"speed:{signal}"] / scale, rate * std)
         return found
 
-    def _settled(self, inputs: np.ndarray) -> dict[str, float]:
-        """Hidden states after the first inputs have been held for a while."""
+    @cached_property
+    def _hidden(self) -> CompiledModel:
+        """The states that are not measured, as outputs of the residual system."""
         assert self.residual is not None
-        system = self.residual.system
-        if not system.states:
+        return CompiledModel(self.residual.system, [v.name for v in self.residual.system.states])
+
+    def _settled(self, inputs: np.ndarray, parameters: np.ndarray) -> dict[str, float]:
+        """Hidden states after the first inputs have been held for a while."""
+        names = self._hidden.outputs
+        if not names:
             return {}
-        hidden = CompiledModel(system, [v.name for v in system.states])
         time = np.linspace(0.0, SETTLING_S, 401)
-        first = system.initial(ca.DM(hidden.parameters)).full().ravel()
-        run = hidden.run(time, np.tile(inputs, (len(time), 1)), hidden.parameters, first, substeps=4)
-        return dict(zip([v.name for v in system.states], map(float, run.outputs[-1]), strict=True))
+        first = self._hidden.system.initial(ca.DM(parameters)).full().ravel()
+        run = self._hidden.run(time, np.tile(inputs, (len(time), 1)), parameters, first, substeps=4)
+        return dict(zip(names, map(float, run.outputs[-1]), strict=True))
 
     def residual_inputs(
         self, time: np.ndarray, inputs: np.ndarray, measured: np.ndarray, noise: np.ndarray
@@ -158,16 +171,15 @@ class SymbolicModel:
         assert self.residual is not None
         step = float(np.median(np.diff(time)))
         smoother = self.smoother(time, measured, noise)
-        kept = [i for i, v in enumerate(self.system.inputs) if not v.name.startswith("correction_")]
-        states, targets = [], []
+        series = {v.name: inputs[:, i] for i, v in enumerate(self.system.inputs)}
         for k, name in enumerate(self.signals):
             if name in self.residual.positions:
-                smooth = smoother(measured[:, k])
-                states += [smooth, np.gradient(smooth, time)]
-                targets.append(second_difference(measured[:, k], step))
+                series[f"measured:{name}"] = smoother(measured[:, k])
+                series[f"speed:{name}"] = np.gradient(series[f"measured:{name}"], time)
+                series[f"target:{name}"] = second_difference(measured[:, k], step)
             else:
-                targets.append(measured[:, k])
-        return np.column_stack([inputs[:, kept], *states, *targets])
+                series[f"target:{name}"] = measured[:, k]
+        return np.column_stack([series[v.name] for v in self.residual.system.inputs])
 
     def smoother(self, time: np.ndarray, measured: np.ndarray, noise: np.ndarray) -> Smoother:
         """Low pass at the highest frequency at which some signal stands out of its noise."""

@@ -4,6 +4,7 @@ import numpy as np
 
 from fmus.catalogue import find_modelica_model
 from orchestrator.models.correction import residual_system
+from orchestrator.models.patch import Attachment, patched_model
 from orchestrator.models.symbolic import SymbolicModel
 
 STEP = 0.004
@@ -49,7 +50,7 @@ def test_hidden_states_stay_states_of_the_residual_and_measured_ones_become_inpu
     system = find_modelica_model("arm").compile()
     residual = residual_system(system, ["q1", "q2"])
     assert residual is not None
-    assert residual.positions == {
+    assert {name: (p.state, p.speed) for name, p in residual.positions.items()} == {
         "q1": ("linkage.q[1]", "linkage.w[1]"),
         "q2": ("linkage.q[2]", "linkage.w[2]"),
     }
@@ -57,3 +58,21 @@ def test_hidden_states_stay_states_of_the_residual_and_measured_ones_become_inpu
     names = [v.name for v in residual.system.inputs]
     assert not any(name.startswith("correction_") for name in names)
     assert names[-2:] == ["target:q1", "target:q2"]
+
+
+def test_encoder_with_a_zero_and_a_scale_error_still_shows_the_true_position() -> None:
+    arm = find_modelica_model("arm")
+    attachments = [
+        Attachment("jointSensor1", "FESArm.Effects.JointSensor.JointOffset", {"offset": [0.01, -0.02]}),
+        Attachment("jointSensor2", "FESArm.Effects.JointSensor.JointScale", {"scale": [1.1, 0.9]}),
+    ]
+    system = patched_model(arm, "BadEncoders", attachments).compile()
+
+    residual = residual_system(system, ["q1", "q2"])
+
+    assert residual is not None
+    p = [parameter.start for parameter in system.parameters]
+    found = {name: (float(m.scale(p)), float(m.offset(p))) for name, m in residual.positions.items()}
+    # reading = scale (angle + offset)
+    np.testing.assert_allclose(found["q1"], (1.1, 1.1 * 0.01))
+    np.testing.assert_allclose(found["q2"], (0.9, -0.9 * 0.02))

@@ -9,6 +9,7 @@ model Pendulum "Rigid pendulum in the vertical plane"
   input SI.Torque correction_theta(start=0) "Torque at the pivot beside the model's own";
   output SI.Angle theta(start=3.0, fixed=true) "Angle from upright: pi when hanging at rest";
   output SI.AngularVelocity w(start=0, fixed=true) "= der(theta)";
+  SI.AngularAcceleration wdot "= der(w)";
   replaceable model JointTorque1 = JointTorque.NoJointTorque constrainedby JointTorque.PartialJointTorque;
   JointTorque1 jointTorque1(n=1);
   replaceable model JointTorque2 = JointTorque.NoJointTorque constrainedby JointTorque.PartialJointTorque;
@@ -18,12 +19,16 @@ model Pendulum "Rigid pendulum in the vertical plane"
 equation
   jointTorque1.q = {theta};
   jointTorque1.w = {w};
+  jointTorque1.a = {wdot};
   jointTorque2.q = {theta};
   jointTorque2.w = {w};
+  jointTorque2.a = {wdot};
   jointTorque3.q = {theta};
   jointTorque3.w = {w};
+  jointTorque3.a = {wdot};
   der(theta) = w;
-  (I + m*a^2)*der(w) = m*g*a*sin(theta) + jointTorque1.tau[1] + jointTorque2.tau[1] + jointTorque3.tau[1] + correction_theta;
+  der(w) = wdot;
+  (I + m*a^2)*wdot = m*g*a*sin(theta) + jointTorque1.tau[1] + jointTorque2.tau[1] + jointTorque3.tau[1] + correction_theta;
   annotation (Documentation(info="<html>
 <p>(I + m a^2) der(w) = m g a sin(theta) + torques at the pivot. A rigid body on a bearing that is itself free of
 friction; friction is an effect in a slot. Data: the single pendulum of Kaheman et al. 2022 (arXiv 2205.06231), whose

@@ -1,13 +1,13 @@
 within FESArm.Effects.JointTorque;
-model EndStop "Soft one-sided stop inside the range of a joint"
+partial model PartialEndStop "Soft one-sided stop inside the range of a joint"
   import SI = FESArm.Units;
   extends PartialJointTorque;
   parameter SI.RotationalStiffness k[n](each min=0, each max=500) = fill(0, n) "Stiffness of the stop";
   parameter SI.Angle qStop[n](each min=-3, each max=3) = fill(1, n) "Angle at which the stop begins";
-  parameter SI.Factor side[n] = ones(n) "+1: acts above qStop, -1: acts below";
+  constant SI.Factor side "+1: acts above qStop, -1: acts below";
 equation
   for i in 1:n loop
-    tau[i] = -side[i]*k[i]*max(0, side[i]*(q[i] - qStop[i]));
+    tau[i] = -side*k[i]*max(0, side*(q[i] - qStop[i]));
   end for;
   annotation (Documentation(info="<html><p>tau = -k (q - qStop) beyond the stop, zero before it.</p></html>"));
-end EndStop;
+end PartialEndStop;
