@@ -25,7 +25,7 @@ def model_description(
     step_size: float,
     tolerance: float,
 ) -> bytes:
-    """Write the XML of an FMI 2.0 co-simulation FMU. Times are in s; `sources` are file names in `sources/`.
+    """Write the XML of an FMI 2.0 FMU for both interface types. Times are in s; `sources` are file names in `sources/`.
 
     Raises:
         FmuError: if a value cannot be written, such as a parameter without a value.
@@ -40,8 +40,10 @@ def model_description(
         description=_text(system.description),
         generationTool="misfit",
         variableNamingConvention="structured",
+        numberOfEventIndicators="0",
     )
-    root.append(_co_simulation(identifier, sources))
+    root.append(_interface("ModelExchange", identifier, sources, **_exchange_abilities(system)))
+    root.append(_interface("CoSimulation", identifier, sources, **_STEPPING_ABILITIES))
     if units := sorted({s.variable.unit for s in layout.scalars if s.variable.unit}):
         root.append(_unit_definitions(units))
     categories = ET.SubElement(root, "LogCategories")
@@ -66,12 +68,19 @@ def model_description(
     return ET.tostring(root, encoding="UTF-8", xml_declaration=True) + b"\n"
 
 
-def _co_simulation(identifier: str, sources: Sequence[str]) -> ET.Element:
+_STEPPING_ABILITIES = {"canHandleVariableCommunicationStepSize": "true", "canInterpolateInputs": "true"}
+
+
+def _exchange_abilities(system: SymbolicSystem) -> dict[str, str]:
+    # Only delay operators remember something at the end of a step.
+    return {"completedIntegratorStepNotNeeded": "false" if system.n_delays else "true"}
+
+
+def _interface(tag: str, identifier: str, sources: Sequence[str], **abilities: str) -> ET.Element:
     element = ET.Element(
-        "CoSimulation",
+        tag,
+        abilities,
         modelIdentifier=identifier,
-        canHandleVariableCommunicationStepSize="true",
-        canInterpolateInputs="true",
         canNotUseMemoryManagementFunctions="true",
         canGetAndSetFMUstate="true",
         canSerializeFMUstate="true",

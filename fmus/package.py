@@ -1,4 +1,4 @@
-"""A symbolic system as an FMI 2.0 co-simulation FMU."""
+"""A symbolic system as an FMI 2.0 FMU for co-simulation and model exchange."""
 
 import hashlib
 import io

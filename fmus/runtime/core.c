@@ -6,6 +6,7 @@
 #include <string.h>
 
 const char *const core_names[] = MODEL_VARIABLE_NAMES;
+const double core_nominals[] = MODEL_NOMINALS;
 static const double input_starts[] = MODEL_INPUT_STARTS;
 static const double parameter_starts[] = MODEL_PARAMETER_STARTS;
 
@@ -25,9 +26,11 @@ static void invalidate(Core *core)
 
 void core_reset(Core *core)
 {
+    int exchange = core->state.exchange;
     history_clear(&core->history);
     core->history.width = N_DELAYS;
     memset(&core->state, 0, sizeof core->state);
+    core->state.exchange = exchange;
     core->state.phase = PHASE_INSTANTIATED;
     core->state.stop_time = HUGE_VAL;
     core->state.tolerance = MODEL_TOLERANCE;
@@ -70,7 +73,7 @@ int core_get(Core *core, unsigned int reference, double *value)
 
 static int set_start(Core *core, unsigned int reference, double value)
 {
-    if (core->state.phase == PHASE_STEPPING)
+    if (core->state.phase > PHASE_INITIALIZATION)
         return core_fail(core, "state '%s' can be set before and during initialization only", core_names[reference]);
     core->state.x[reference - VR_STATES] = value;
     core->state.start_given[reference - VR_STATES] = 1;
@@ -123,6 +126,6 @@ int core_finish_initialization(Core *core)
         if (history_append(&core->history, core->state.time, sources) != 0)
             return core_fail(core, "out of memory");
     }
-    core->state.phase = PHASE_STEPPING;
+    core->state.phase = core->state.exchange ? PHASE_EVENT : PHASE_STEPPING;
     return 0;
 }

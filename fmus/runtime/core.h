@@ -14,14 +14,18 @@ typedef enum {
     PHASE_INITIALIZATION = 2,
     PHASE_STEPPING = 4,
     PHASE_TERMINATED = 8,
+    PHASE_EVENT = 16,      /* model exchange: values may jump */
+    PHASE_CONTINUOUS = 32, /* model exchange: the importer integrates */
 } Phase;
 
 /* All that a snapshot holds beside the history. Arrays are one longer: C has no empty arrays. */
 typedef struct {
     Phase phase;
-    double time;      /* s, the current communication point */
-    double stop_time; /* s, HUGE_VAL when open */
-    double tolerance; /* relative */
+    int exchange;      /* model exchange: the importer integrates, not core_step */
+    double event_time; /* s, end of the last event mode; model exchange only */
+    double time;       /* s, the current communication point, or what the importer has set */
+    double stop_time;  /* s, HUGE_VAL when open */
+    double tolerance;  /* relative */
     StepMemory steps;
     double u[N_INPUTS + 1];
     double u_slope[N_INPUTS + 1]; /* 1/s, valid for the next step only */
@@ -71,7 +75,7 @@ extern const char *const core_names[]; /* by value reference */
 
 int core_fail(Core *core, const char *format, ...);
 
-/* Back to the state after creation, with the values of the model description. */
+/* Back to the state after creation, with the values of the model description; the interface type stays. */
 void core_reset(Core *core);
 void core_release(Core *core);
 
@@ -89,6 +93,14 @@ int core_finish_initialization(Core *core);
 
 /* Advances by `step` s; on failure the state is the one before the call. */
 int core_step(Core *core, double time, double step);
+
+/* Model exchange. Arrays have N_STATES elements; `next` is in s, HUGE_VAL when no event is to come. */
+extern const double core_nominals[];
+int core_set_time(Core *core, double time);
+int core_set_states(Core *core, const double *x);
+int core_complete_step(Core *core);
+int core_update_events(Core *core, double *next);
+int core_leave_events(Core *core);
 
 int core_call(Core *core, ModelFunction *function, const char *what);
 int core_evaluate_starts(Core *core);

@@ -71,17 +71,27 @@ int core_evaluate_rhs(Core *core, double time, const double *x, double *dx)
     return core_call(core, model_rhs, "model equations");
 }
 
-/* One delayed value at a communication point: from the right where a jump arrives just then. */
+/* One delayed value: where a jump arrives just now, from the right at communication points and events, but from
+ * the left where an importer's integrator arrives at the end of a step. */
 static double delayed_value(const Core *core, int i, double now, DelaySensitivity *sensitivity)
 {
+    const History *history = &core->history;
     double time = core->state.time, delay = core->delay[i], then = time - delay;
     double rounding = 1e-10 * (fabs(time) + delay);
+    int arriving = core->state.phase == PHASE_CONTINUOUS && time > core->state.event_time;
     *sensitivity = (DelaySensitivity){.source = 1.0};
-    if (core->history.count == 0 || delay <= rounding)
+    if (history->count == 0 || delay <= rounding)
         return now;
-    Line line = history_line(&core->history, (size_t)i, then + rounding);
-    *sensitivity = (DelaySensitivity){.time = line.slope, .delay = -line.slope};
-    return line.value + line.slope * (then - line.time);
+    Line line = history_line(history, (size_t)i, arriving ? then - rounding : then + rounding);
+    double last = history->time[history->count - 1];
+    if (then <= last + rounding) {
+        *sensitivity = (DelaySensitivity){.time = line.slope, .delay = -line.slope};
+        return line.value + line.slope * (then - line.time);
+    }
+    /* Within a step that is not complete yet: straight from its beginning to the present. */
+    double share = (then - last) / (time - last), slope = (now - line.value) / (time - last);
+    *sensitivity = (DelaySensitivity){share, slope * delay / (time - last), -slope};
+    return line.value + share * (now - line.value);
 }
 
 static int delayed_values(Core *core)

@@ -1,4 +1,4 @@
-/* FMI 2.0 co-simulation: life cycle and steps. */
+/* FMI 2.0: life cycle, and steps of co-simulation. */
 #include "fmi2.h"
 
 #include <math.h>
@@ -43,6 +43,8 @@ static const char *phase_name(unsigned phase)
     case PHASE_INSTANTIATED: return "instantiated";
     case PHASE_INITIALIZATION: return "in initialization mode";
     case PHASE_STEPPING: return "stepping";
+    case PHASE_EVENT: return "in event mode";
+    case PHASE_CONTINUOUS: return "in continuous-time mode";
     default: return "terminated";
     }
 }
@@ -77,8 +79,8 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
         return NULL;
     if (instanceName == NULL || *instanceName == '\0')
         problem = "the instance name is missing";
-    else if (fmuType != fmi2CoSimulation)
-        problem = "this FMU supports co-simulation only";
+    else if (fmuType != fmi2CoSimulation && fmuType != fmi2ModelExchange)
+        problem = "this FMU knows co-simulation and model exchange only";
     else if (fmuGUID == NULL || strcmp(fmuGUID, MODEL_GUID) != 0)
         problem = "the GUID is not that of this FMU, " MODEL_GUID;
     Instance *instance = problem == NULL ? calloc(1, sizeof *instance) : NULL;
@@ -92,6 +94,7 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
     }
     strcpy(instance->name, instanceName);
     instance->callbacks = *functions;
+    instance->core.state.exchange = fmuType == fmi2ModelExchange;
     core_reset(&instance->core);
     return instance;
 }
@@ -148,7 +151,7 @@ fmi2Status fmi2ExitInitializationMode(fmi2Component c)
 fmi2Status fmi2Terminate(fmi2Component c)
 {
     Instance *instance = c;
-    if (!fmi2_allowed(instance, __func__, PHASE_STEPPING))
+    if (!fmi2_allowed(instance, __func__, PHASE_STEPPING | EXCHANGING))
         return fmi2Error;
     instance->core.state.phase = PHASE_TERMINATED;
     return fmi2OK;

@@ -21,6 +21,7 @@ int fmi2_allowed(Instance *instance, const char *call, unsigned phases);
 int fmi2_present(Instance *instance, const char *call, const void *array, size_t count);
 
 #define BEFORE_START (PHASE_INSTANTIATED | PHASE_INITIALIZATION)
-#define ANY_PHASE (BEFORE_START | PHASE_STEPPING | PHASE_TERMINATED)
+#define EXCHANGING (PHASE_EVENT | PHASE_CONTINUOUS)
+#define ANY_PHASE (BEFORE_START | PHASE_STEPPING | EXCHANGING | PHASE_TERMINATED)
 
 #endif

@@ -31,7 +31,7 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference
                                        const fmi2Integer order[], const fmi2Real value[])
 {
     Instance *instance = c;
-    if (!fmi2_allowed(instance, __func__, ANY_PHASE & ~PHASE_TERMINATED))
+    if (!fmi2_allowed(instance, __func__, BEFORE_START | PHASE_STEPPING))
         return fmi2Error;
     if (!fmi2_present(instance, __func__, vr, nvr) || !fmi2_present(instance, __func__, order, nvr) ||
         !fmi2_present(instance, __func__, value, nvr))

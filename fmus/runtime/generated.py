@@ -98,8 +98,8 @@ def _dense(function: ca.Function, name: str) -> ca.Function:
 def _tangent(function: ca.Function) -> ca.Function:
     """Forward mode, `model_rhs_tangent` and so on: the arguments, then their seeds -> change of each result."""
     symbol = ca.SX.sym if function.is_a("SXFunction") else ca.MX.sym
-    arguments = [symbol(function.name_in(i), function.numel_in(i)) for i in range(function.n_in())]
-    seeds = [symbol(f"seed_{function.name_in(i)}", function.numel_in(i)) for i in range(function.n_in())]
+    arguments: list[Any] = [symbol(function.name_in(i), function.numel_in(i)) for i in range(function.n_in())]
+    seeds: list[Any] = [symbol(f"seed_{function.name_in(i)}", function.numel_in(i)) for i in range(function.n_in())]
     changes = function.forward(1).call([*arguments, *function.call(arguments), *seeds])
     name = f"{function.name()}_tangent"
     return ca.Function(name, [*arguments, *seeds], [ca.densify(change) for change in changes], {"cse": True})

@@ -105,6 +105,16 @@ double history_next_break(const History *history, size_t column, double after, d
     return HUGE_VAL;
 }
 
+double history_next_jump(const History *history, size_t column, double after)
+{
+    size_t row = after < history->time[0] ? 0 : row_at(history, after) + 1;
+    for (; row + 1 < history->count; row++)
+        if (history->time[row] == history->time[row + 1] &&
+            value(history, column, row) != value(history, column, row + 1))
+            return history->time[row];
+    return HUGE_VAL;
+}
+
 int history_copy(History *target, const History *source)
 {
     target->width = source->width;

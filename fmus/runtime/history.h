@@ -35,6 +35,9 @@ Line history_line(const History *history, size_t column, double time);
 /* First jump or kink of `column` in (after, before), or HUGE_VAL. */
 double history_next_break(const History *history, size_t column, double after, double before);
 
+/* First jump of `column` after `after`, or HUGE_VAL. */
+double history_next_jump(const History *history, size_t column, double after);
+
 /* Makes `target` equal to `source`; returns 0, or -1 when memory is exhausted. */
 int history_copy(History *target, const History *source);
 

@@ -25,6 +25,9 @@ Snapshot *core_snapshot(Core *core, Snapshot *snapshot)
 
 int core_restore(Core *core, const Snapshot *snapshot)
 {
+    if (snapshot->state.exchange != core->state.exchange)
+        return core_fail(core, "the state is one of %s, this instance is not",
+                         core->state.exchange ? "co-simulation" : "model exchange");
     if (history_copy(&core->history, &snapshot->history) != 0)
         return core_fail(core, "out of memory");
     core->state = snapshot->state;

@@ -4,8 +4,6 @@
 #include <math.h>
 #include <string.h>
 
-static const double nominal[] = MODEL_NOMINALS;
-
 static int derivatives(void *context, double time, const double *x, double *dx)
 {
     Core *core = context;
@@ -66,7 +64,7 @@ static int explain(Core *core, Outcome outcome, const Integration *run)
 
 static int advance(Core *core, double end)
 {
-    Integration run = {.n = N_STATES, .derivatives = derivatives, .context = core, .nominal = nominal,
+    Integration run = {.n = N_STATES, .derivatives = derivatives, .context = core, .nominal = core_nominals,
                        .tolerance = core->state.tolerance, .work = core->integrator_work};
     int first_known = N_DELAYS == 0 && core->outputs_valid;
     if (first_known)

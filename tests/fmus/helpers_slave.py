@@ -13,12 +13,13 @@ from fmpy.fmi2 import fmi2CallbackFunctions, fmi2CallbackLoggerTYPE  # type: ign
 from fmus.archive import extract_fmu
 
 OK, DISCARD, ERROR = 0, 2, 3
+MODEL_EXCHANGE, CO_SIMULATION = 0, 1
 
 
 class Slave:
     """One instance; `call` gives the status, the other methods insist on success."""
 
-    def __init__(self, fmu: Path, folder: Path) -> None:
+    def __init__(self, fmu: Path, folder: Path, kind: int = CO_SIMULATION) -> None:
         if not folder.exists():  # a second instance is to share the library of the first
             extract_fmu(fmu, folder)
         description = fmpy.read_model_description(str(folder))
@@ -29,10 +30,10 @@ class Slave:
         logger = fmi2CallbackLoggerTYPE(lambda *args: self.messages.append(args[4].decode()))
         self.callbacks = fmi2CallbackFunctions(logger=logger)
         self.library.fmi2Instantiate.restype = c_void_p
-        self.component = c_void_p(self.instantiate(description.guid))
+        self.component = c_void_p(self.instantiate(description.guid, kind))
         self.time = 0.0
 
-    def instantiate(self, guid: str, kind: int = 1) -> int | None:
+    def instantiate(self, guid: str, kind: int = CO_SIMULATION) -> int | None:
         address: int | None = self.library.fmi2Instantiate(
             b"slave", kind, guid.encode(), b"", byref(self.callbacks), 0, 0
         )

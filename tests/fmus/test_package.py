@@ -307,9 +307,9 @@ def test_calls_without_an_instance_do_not_crash(create: Start) -> None:
 def test_a_wrong_guid_or_interface_gives_no_instance(create: Start) -> None:
     with create("lag") as slave:
         assert slave.instantiate("{0}") is None
-        assert slave.instantiate("{0}", kind=0) is None
+        assert slave.instantiate("{0}", kind=2) is None
         assert slave.messages[0].startswith("fmi2Instantiate: the GUID is not that of this FMU, {")
-        assert slave.messages[1] == "fmi2Instantiate: this FMU supports co-simulation only"
+        assert slave.messages[1] == "fmi2Instantiate: this FMU knows co-simulation and model exchange only"
 
 
 def test_a_state_of_another_model_is_refused(create: Start) -> None:
