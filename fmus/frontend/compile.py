@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-import re
 import shutil
 import subprocess
 import sys
@@ -13,6 +12,8 @@ from typing import Any
 
 from fmus.errors import ModelicaError
 from fmus.files import cache_folder, write_atomically
+from fmus.frontend.lint import lint_class
+from fmus.frontend.messages import explained
 from fmus.library import library_root
 
 TIME_LIMIT_S = 120.0
@@ -21,14 +22,15 @@ TIME_LIMIT_S = 120.0
 def compile_class(model: str, file: Path | None = None) -> dict[str, Any]:
     """Return the flat DAE of a class of the library, or of `file`, which may use the library.
 
-    Results are kept in the cache by the content of all sources, so an unchanged class costs one file read.
+    Every class passes the linter before it is compiled. Results are kept in the cache by the content of all sources
+    and of the linter, so an unchanged class costs one file read.
 
     Args:
         model: full name, such as `FESArm.Arms.Arm`.
         file: the `.mo` file that declares it; None for a class of the library.
 
     Raises:
-        ModelicaError: if the class cannot be compiled.
+        ModelicaError: if the class cannot be compiled, or would be compiled into something else than it says.
     """
     root = library_root()
     source = root / "FESArm" / "package.mo" if file is None else file
@@ -37,6 +39,7 @@ def compile_class(model: str, file: Path | None = None) -> dict[str, Any]:
     kept = cache_folder("dae") / f"{_fingerprint(model, file, root)}.json"
     if kept.is_file():
         return json.loads(kept.read_text())
+    lint_class(model, file, [root])
     text = _compiled(model, source, root)
     write_atomically(kept, text.encode())
     return json.loads(text)
@@ -59,7 +62,7 @@ def _run_compiler(model: str, source: Path, root: Path) -> str:
     except subprocess.TimeoutExpired:
         raise ModelicaError(f"compiling {model} took longer than {TIME_LIMIT_S:.0f} s; simplify the class") from None
     if done.returncode == 2:
-        raise ModelicaError(f"{source.name}: {_shorter(done.stderr, source.parent)}")
+        raise ModelicaError(explained(done.stderr, model, source, [root]))
     if done.returncode != 0:
         raise ModelicaError(f"the Modelica compiler crashed on {model} (exit {done.returncode}); check {source.name}")
     return done.stdout
@@ -67,7 +70,7 @@ def _run_compiler(model: str, source: Path, root: Path) -> str:
 
 def _fingerprint(model: str, file: Path | None, root: Path) -> str:
     digest = hashlib.sha256(f"{version('rumoca')} {model}".encode())
-    files = sorted(root.rglob("*.mo"))
+    files = sorted(root.rglob("*.mo")) + sorted((Path(__file__).parent / "lint").glob("*.py"))
     if file is not None:
         # A class in a package folder may use its neighbours.
         neighbours = sorted(file.parent.rglob("*.mo")) if (file.parent / "package.mo").exists() else []
@@ -77,14 +80,3 @@ def _fingerprint(model: str, file: Path | None, root: Path) -> str:
         digest.update(path.name.encode())
         digest.update(path.read_bytes())
     return digest.hexdigest()
-
-
-def _shorter(message: str, folder: Path) -> str:
-    """The compiler's reasons in one line, each once, with file names instead of paths."""
-    reasons: list[str] = []
-    for line in message.replace(f"{folder}/", "").splitlines():
-        reason = re.sub(r"^- \S+ \[\w+\]: ", "", line.strip())
-        known = any(reason in other for other in reasons)
-        if reason and not known and not reason.startswith("Related failures"):
-            reasons.append(reason)
-    return "; ".join(reasons)[:400] or "the Modelica compiler gave no reason"

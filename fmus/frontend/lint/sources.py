@@ -1,0 +1,71 @@
+"""Where classes are declared: the user's file, the folders around it, and the library."""
+
+from pathlib import Path
+
+from fmus.frontend.lint.parser import parse
+from fmus.frontend.lint.tree import ClassDef, Name
+
+
+class Sources:
+    """Finds top-level classes and members of packages; files are read when a class in them is asked for."""
+
+    def __init__(self, file: Path | None, roots: list[Path]) -> None:
+        self._roots = roots
+        self._top: dict[str, ClassDef | None] = {}
+        self._files: dict[Path, tuple[ClassDef, ...]] = {}
+        self._packages: dict[tuple[ClassDef, str], ClassDef | None] = {}
+        if file is not None and not (file.parent / "package.mo").exists():
+            self._top.update({definition.name: definition for definition in self._read(file)})
+        elif file is not None:
+            self._roots = [_outermost(file.parent).parent, *roots]
+
+    def top(self, name: str) -> ClassDef | None:
+        """Return the top-level class of a name."""
+        if name not in self._top:
+            found = (self._stored(root, name, None) for root in self._roots)
+            self._top[name] = next((definition for definition in found if definition is not None), None)
+        return self._top[name]
+
+    def stored_member(self, package: ClassDef, name: str) -> ClassDef | None:
+        """Return the class that a package's folder holds in a file of its own."""
+        if package.folder is None:
+            return None
+        key = (package, name)
+        if key not in self._packages:
+            self._packages[key] = self._stored(package.folder, name, package)
+        return self._packages[key]
+
+    def named(self, name: Name) -> ClassDef | None:
+        """Return the class of a full name, if its declaration is plain: nested or stored, not inherited."""
+        found = self.top(name[0])
+        for part in name[1:]:
+            if found is None:
+                return None
+            found = found.classes.get(part) or self.stored_member(found, part)
+        return found
+
+    def files(self) -> list[Path]:
+        """List the files that were read so far."""
+        return list(self._files)
+
+    def _stored(self, folder: Path, name: str, outer: ClassDef | None) -> ClassDef | None:
+        inner = folder / name
+        for path in (folder / f"{name}.mo", inner / "package.mo"):
+            if path.is_file():
+                for definition in self._read(path):
+                    if definition.name == name:
+                        definition.outer = outer
+                        definition.folder = inner if path.parent == inner else None
+                        return definition
+        return None
+
+    def _read(self, path: Path) -> tuple[ClassDef, ...]:
+        if path not in self._files:
+            self._files[path] = parse(path.read_text(), path.name)
+        return self._files[path]
+
+
+def _outermost(folder: Path) -> Path:
+    while (folder.parent / "package.mo").exists():
+        folder = folder.parent
+    return folder

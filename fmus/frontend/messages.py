@@ -1,0 +1,90 @@
+"""The compiler's reasons in one line that begins with file and line."""
+
+import re
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+from fmus.errors import ModelicaError
+from fmus.frontend.lint.sizes import wrong_sizes
+from fmus.frontend.lint.sources import Sources
+from fmus.frontend.lint.tokens import Token, tokens_of
+
+_PLACE = re.compile(r"\[?(?P<file>[\w.-]+\.mo):(?P<line>\d+):\d+\]?")
+_STAGE = re.compile(r"^\w+ failed: \S+ failed in \w+: |^\S+ could not be compiled: ")
+_QUOTED = re.compile(r"['`]([A-Za-z_][\w.]*)['`]")
+_COUNTS = re.compile(r"unbalanced model: (\d+) equations, (\d+) unknowns")
+
+
+def explained(message: str, model: str, source: Path, roots: list[Path]) -> str:
+    """Turn the compiler's message into `file:line: reasons`.
+
+    Args:
+        message: what the compiler printed.
+        model: full name of the class that was compiled.
+        source: the file given to the compiler.
+        roots: folders of the libraries.
+    """
+    text = _reasons(message.replace(f"{source.parent}/", ""))
+    place = _PLACE.search(text)
+    if place is not None:
+        return f"{place['file']}:{place['line']}: {_PLACE.sub('', text).replace(' ;', ';').strip(' ;')}"
+    sources = Sources(source, roots)
+    if "unbalanced" in text or "shape mismatch" in text:
+        better = next(wrong_sizes(model, sources), None)
+        if better is not None:
+            return better
+    named = next(_mentions(text, model, source, sources), None)
+    return f"{named or _declaration(model, source, sources)}: {_friendlier(text)}"
+
+
+def _reasons(message: str) -> str:
+    """The compiler's reasons in one line, each once."""
+    reasons: list[str] = []
+    for line in message.splitlines():
+        reason = _STAGE.sub("", re.sub(r"^- \S+ \[\w+\]: ", "", line.strip())).split("; missing source context")[0]
+        known = any(reason in other for other in reasons)
+        if reason and not known and not reason.startswith("Related failures"):
+            reasons.append(reason)
+    return "; ".join(reasons)[:400] or "the Modelica compiler gave no reason"
+
+
+def _friendlier(text: str) -> str:
+    counts = _COUNTS.search(text)
+    if counts is None:
+        return text
+    equations, unknowns = int(counts[1]), int(counts[2])
+    advice = f"add {unknowns - equations}" if unknowns > equations else f"remove {equations - unknowns}"
+    return f"unbalanced model: {equations} equations for {unknowns} unknowns; {advice}"
+
+
+def _declaration(model: str, source: Path, sources: Sources) -> str:
+    definition = sources.named(tuple(model.split(".")))
+    return source.name if definition is None else f"{definition.file}:{definition.line}"
+
+
+def _mentions(text: str, model: str, source: Path, sources: Sources) -> Iterator[str]:
+    """Where the names in a message are written: in the user's file, else in files that were read for it."""
+    definition = sources.named(tuple(model.split(".")))
+    files = [source, *sources.files()] if definition is not None else [source]
+    for name in _QUOTED.findall(text):
+        if name == model or name == model.rsplit(".", 1)[-1]:
+            continue
+        for file in files:
+            for line in _lines_of(name, file):
+                yield f"{file.name}:{line}"
+
+
+def _lines_of(name: str, file: Path) -> Iterable[int]:
+    parts = re.findall(r"[^.]+|\.", name)
+    try:
+        tokens: list[Token] = tokens_of(file.read_text(), file.name)
+    except ModelicaError:
+        return []
+    width = len(parts)
+    return [
+        tokens[k].line
+        for k in range(len(tokens) - width)
+        if [t.text for t in tokens[k : k + width]] == parts
+        and tokens[k - 1].text != "."
+        and tokens[k + width].text != "."
+    ]
