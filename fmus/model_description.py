@@ -1,31 +1,16 @@
 """modelDescription.xml of FMI 2.0: variables, units, and who depends on whom."""
 
-import math
-import re
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence
 
-from fmus.errors import FmuError
+from fmus.description_parts import Header, common_parts, number_attributes, plain_text, to_bytes
 from fmus.layout import Layout, Scalar
 from fmus.model_structure import model_structure
 from fmus.symbolic.system import SymbolicSystem
-from fmus.units import si_exponents
-
-# XML 1.0 has no way to write the other control characters.
-_NOT_XML = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\ufffe\uffff]")
 
 
-def model_description(
-    system: SymbolicSystem,
-    *,
-    identifier: str,
-    guid: str,
-    sources: Sequence[str],
-    stop_time: float,
-    step_size: float,
-    tolerance: float,
-) -> bytes:
-    """Write the XML of an FMI 2.0 FMU for both interface types. Times are in s; `sources` are file names in `sources/`.
+def model_description(system: SymbolicSystem, header: Header) -> bytes:
+    """Write the XML of an FMI 2.0 FMU for both interface types.
 
     Raises:
         FmuError: if a value cannot be written, such as a parameter without a value.
@@ -35,37 +20,20 @@ def model_description(
     root = ET.Element(
         "fmiModelDescription",
         fmiVersion="2.0",
-        modelName=_text(system.name),
-        guid=guid,
-        description=_text(system.description),
+        modelName=plain_text(system.name),
+        guid=header.guid,
+        description=plain_text(system.description),
         generationTool="misfit",
         variableNamingConvention="structured",
         numberOfEventIndicators="0",
     )
-    root.append(_interface("ModelExchange", identifier, sources, **_exchange_abilities(system)))
-    root.append(_interface("CoSimulation", identifier, sources, **_STEPPING_ABILITIES))
-    if units := sorted({s.variable.unit for s in layout.scalars if s.variable.unit}):
-        root.append(_unit_definitions(units))
-    categories = ET.SubElement(root, "LogCategories")
-    ET.SubElement(
-        categories,
-        "Category",
-        name="logStatusError",
-        description="Refused calls and steps",
-    )
-    ET.SubElement(
-        root,
-        "DefaultExperiment",
-        startTime="0",
-        stopTime=repr(float(stop_time)),
-        tolerance=repr(float(tolerance)),
-        stepSize=repr(float(step_size)),
-    )
+    root.append(_interface("ModelExchange", header, **_exchange_abilities(system)))
+    root.append(_interface("CoSimulation", header, **_STEPPING_ABILITIES))
+    root.extend(common_parts(layout, header))
     variables = ET.SubElement(root, "ModelVariables")
     variables.extend([_scalar_variable(reference, s) for reference, s in enumerate(layout.scalars)])
     root.append(_model_structure(layout))
-    ET.indent(root)
-    return ET.tostring(root, encoding="UTF-8", xml_declaration=True) + b"\n"
+    return to_bytes(root)
 
 
 _STEPPING_ABILITIES = {"canHandleVariableCommunicationStepSize": "true", "canInterpolateInputs": "true"}
@@ -76,71 +44,36 @@ def _exchange_abilities(system: SymbolicSystem) -> dict[str, str]:
     return {"completedIntegratorStepNotNeeded": "false" if system.n_delays else "true"}
 
 
-def _interface(tag: str, identifier: str, sources: Sequence[str], **abilities: str) -> ET.Element:
+def _interface(tag: str, header: Header, **abilities: str) -> ET.Element:
     element = ET.Element(
         tag,
         abilities,
-        modelIdentifier=identifier,
+        modelIdentifier=header.identifier,
         canNotUseMemoryManagementFunctions="true",
         canGetAndSetFMUstate="true",
         canSerializeFMUstate="true",
         providesDirectionalDerivative="true",
     )
     files = ET.SubElement(element, "SourceFiles")
-    for name in sources:
+    for name in header.sources:
         ET.SubElement(files, "File", name=name)
-    return element
-
-
-def _unit_definitions(units: Sequence[str]) -> ET.Element:
-    element = ET.Element("UnitDefinitions")
-    for name in units:
-        si = si_exponents(name)
-        base = {key: str(power) for key, power in si.exponents.items()}
-        if si.factor != 1.0:
-            base["factor"] = repr(si.factor)
-        if si.offset != 0.0:
-            base["offset"] = repr(si.offset)
-        ET.SubElement(ET.SubElement(element, "Unit", name=name), "BaseUnit", base)
     return element
 
 
 def _scalar_variable(reference: int, scalar: Scalar) -> ET.Element:
     variable = scalar.variable
-    attributes = {"name": _text(variable.name), "valueReference": str(reference)}
+    attributes = {"name": plain_text(variable.name), "valueReference": str(reference)}
     if variable.description:
-        attributes["description"] = _text(variable.description)
+        attributes["description"] = plain_text(variable.description)
     attributes |= {"causality": scalar.causality, "variability": scalar.variability}
     if scalar.initial:
         attributes["initial"] = scalar.initial
     element = ET.Element("ScalarVariable", attributes)
-    ET.SubElement(element, "Real", _real_attributes(scalar))
-    return element
-
-
-def _real_attributes(scalar: Scalar) -> dict[str, str]:
-    variable = scalar.variable
-    attributes = {"unit": variable.unit} if variable.unit else {}
-    bounds = {
-        "min": variable.minimum,
-        "max": variable.maximum,
-        "nominal": variable.nominal,
-    }
-    attributes |= {key: repr(float(v)) for key, v in bounds.items() if v is not None and math.isfinite(v)}
-    if scalar.has_start:
-        attributes["start"] = _start(scalar)
+    real = number_attributes(scalar)
     if scalar.derivative_of is not None:
-        attributes["derivative"] = str(scalar.derivative_of + 1)
-    return attributes
-
-
-def _start(scalar: Scalar) -> str:
-    value = scalar.variable.start
-    if value is None and scalar.causality == "input":
-        value = 0.0
-    if value is None or not math.isfinite(value):
-        raise FmuError(f"{scalar.causality} {scalar.variable.name!r} has the start value {value}; give it a number")
-    return repr(float(value))
+        real["derivative"] = str(scalar.derivative_of + 1)
+    ET.SubElement(element, "Real", real)
+    return element
 
 
 def _model_structure(layout: Layout) -> ET.Element:
@@ -158,7 +91,3 @@ def _unknowns(parent: ET.Element, tag: str, unknowns: Mapping[int, Sequence[int]
     for reference, known in unknowns.items():
         dependencies = " ".join(str(k + 1) for k in known)
         ET.SubElement(element, "Unknown", index=str(reference + 1), dependencies=dependencies)
-
-
-def _text(text: str) -> str:
-    return _NOT_XML.sub(" ", text)

@@ -1,18 +1,20 @@
-"""A symbolic system as an FMI 2.0 FMU for co-simulation and model exchange."""
+"""A symbolic system as an FMU for co-simulation and model exchange."""
 
 import hashlib
 import io
 import uuid
 import zipfile
 from collections.abc import Mapping
+from dataclasses import replace
 from importlib import resources
 from pathlib import Path
 
 from fmus.archive import check_entry_name
+from fmus.description_parts import Header
 from fmus.errors import FmuError
 from fmus.files import write_atomically
+from fmus.fmi_version import FmiVersion, find_version
 from fmus.layout import Layout
-from fmus.model_description import model_description
 from fmus.runtime.compiler import compile_library
 from fmus.runtime.generated import (
     MODEL_FUNCTIONS,
@@ -22,13 +24,12 @@ from fmus.runtime.generated import (
 )
 from fmus.symbolic.system import SymbolicSystem
 
-_FMI_HEADERS = ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h")
-
 
 def build_fmu(
     system: SymbolicSystem,
     path: Path,
     *,
+    fmi_version: str = "2.0",
     stop_time: float = 10.0,
     step_size: float = 0.004,
     tolerance: float = 1e-8,
@@ -42,6 +43,7 @@ def build_fmu(
     Args:
         system: the model.
         path: file to write; its folder must exist.
+        fmi_version: `2.0` or `3.0`.
         stop_time, step_size: default experiment, s; the step is that of communication.
         tolerance: relative error per internal step, used unless the importer asks for another one.
         extra_files: archive path -> content, such as `resources/model.mo`.
@@ -51,27 +53,18 @@ def build_fmu(
         MisfitError: if a unit is unknown.
     """
     check_system(system)
-    identifier = model_identifier(system.name)
-    sources = _sources(system, tolerance)
+    fmi = find_version(fmi_version)
+    sources = _sources(system, fmi, tolerance)
     units = sorted(name for name in sources if name.endswith(".c"))
-
-    def describe(guid: str) -> bytes:
-        return model_description(
-            system,
-            identifier=identifier,
-            guid=guid,
-            sources=units,
-            stop_time=stop_time,
-            step_size=step_size,
-            tolerance=tolerance,
-        )
-
-    guid = _fingerprint({**_encoded(sources), "": describe(""), **extra_files})
+    header = Header(model_identifier(system.name), "", units, stop_time, step_size, tolerance)
+    guid = _fingerprint({**_encoded(sources), "": fmi.describe(system, header), **extra_files})
+    header = replace(header, guid=guid)
     sources["model_config.h"] = sources["model_config.h"].replace(_NO_GUID, guid)
     files = {
-        "modelDescription.xml": describe(guid),
-        _binary_name(identifier): compile_library(sources),
+        "modelDescription.xml": fmi.describe(system, header),
+        _binary_name(fmi, header.identifier): compile_library(sources),
         **{f"sources/{name}": content for name, content in _encoded(sources).items()},
+        **fmi.build_files(header),
     }
     for name, content in extra_files.items():
         check_entry_name(name)
@@ -125,7 +118,7 @@ def check_system(system: SymbolicSystem) -> None:
             )
 
 
-def _sources(system: SymbolicSystem, tolerance: float) -> dict[str, str]:
+def _sources(system: SymbolicSystem, fmi: FmiVersion, tolerance: float) -> dict[str, str]:
     """All C files by name; the configuration still carries `_NO_GUID`."""
     import fmpy  # type: ignore[import-untyped]
 
@@ -134,17 +127,17 @@ def _sources(system: SymbolicSystem, tolerance: float) -> dict[str, str]:
     runtime = resources.files("fmus.runtime")
     headers = Path(fmpy.__file__).parent / "c-code"
     return {
-        **{f.name: f.read_text("utf-8") for f in runtime.iterdir() if f.name.endswith((".c", ".h"))},
-        **{name: (headers / name).read_text("utf-8") for name in _FMI_HEADERS},
+        **{f.name: f.read_text("utf-8") for f in runtime.iterdir() if fmi.has_runtime_file(f.name)},
+        **{name: (headers / name).read_text("utf-8") for name in fmi.headers},
         "model.c": code.functions,
         "model_config.h": model_config(system, code, names, _NO_GUID, tolerance),
     }
 
 
-def _binary_name(identifier: str) -> str:
-    from fmpy import platform, sharedLibraryExtension
+def _binary_name(fmi: FmiVersion, identifier: str) -> str:
+    from fmpy import sharedLibraryExtension
 
-    return f"binaries/{platform}/{identifier}{sharedLibraryExtension}"
+    return f"binaries/{fmi.platform()}/{identifier}{sharedLibraryExtension}"
 
 
 def _encoded(sources: Mapping[str, str]) -> dict[str, bytes]:

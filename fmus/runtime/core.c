@@ -41,6 +41,32 @@ void core_reset(Core *core)
 
 void core_release(Core *core) { history_clear(&core->history); }
 
+const char *core_phase_name(const Core *core)
+{
+    switch (core->state.phase) {
+    case PHASE_INSTANTIATED: return "instantiated";
+    case PHASE_INITIALIZATION: return "in initialization mode";
+    case PHASE_STEPPING: return "stepping";
+    case PHASE_EVENT: return "in event mode";
+    case PHASE_CONTINUOUS: return "in continuous-time mode";
+    default: return "terminated";
+    }
+}
+
+int core_set_up(Core *core, const double *tolerance, double start_time, const double *stop_time)
+{
+    if (tolerance != NULL && !(*tolerance > 0.0 && *tolerance < 1.0))
+        return core_fail(core, "tolerance %g is not between 0 and 1", *tolerance);
+    if (!isfinite(start_time))
+        return core_fail(core, "start time %g is not a finite number", start_time);
+    if (stop_time != NULL && !(*stop_time > start_time))
+        return core_fail(core, "stop time %g s is not after start time %g s", *stop_time, start_time);
+    core->state.tolerance = tolerance != NULL ? *tolerance : MODEL_TOLERANCE;
+    core->state.time = start_time;
+    core->state.stop_time = stop_time != NULL ? *stop_time : HUGE_VAL;
+    return 0;
+}
+
 static int unknown(Core *core, unsigned int reference)
 {
     return core_fail(core, "value reference %u is unknown; this model has 0 to %u", reference, (unsigned)VR_TIME);

@@ -79,6 +79,12 @@ int core_fail(Core *core, const char *format, ...);
 void core_reset(Core *core);
 void core_release(Core *core);
 
+/* The words for the present phase, as in "not allowed while the FMU is ...". */
+const char *core_phase_name(const Core *core);
+
+/* Tolerance and stop time may be NULL; times are in s. */
+int core_set_up(Core *core, const double *tolerance, double start_time, const double *stop_time);
+
 int core_get(Core *core, unsigned int reference, double *value);
 int core_set(Core *core, unsigned int reference, double value);
 int core_set_input_slope(Core *core, unsigned int reference, double slope);
@@ -98,6 +104,7 @@ int core_step(Core *core, double time, double step);
 extern const double core_nominals[];
 int core_set_time(Core *core, double time);
 int core_set_states(Core *core, const double *x);
+int core_finite_derivatives(Core *core); /* for the importer's integrator to avoid what is not */
 int core_complete_step(Core *core);
 int core_update_events(Core *core, double *next);
 int core_leave_events(Core *core);

@@ -23,6 +23,15 @@ int core_set_states(Core *core, const double *x)
     return 0;
 }
 
+int core_finite_derivatives(Core *core)
+{
+    for (int i = 0; i < N_STATES; i++)
+        if (!isfinite(core->dx[i]))
+            return core_fail(core, "der(%s) = %g at t = %.9g s", core_names[VR_STATES + i], core->dx[i],
+                             core->state.time);
+    return 0;
+}
+
 /* What happened after `time` was a trial that the importer has taken back. */
 static void rewind_record(History *history, double time)
 {

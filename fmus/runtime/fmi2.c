@@ -1,7 +1,6 @@
 /* FMI 2.0: life cycle, and steps of co-simulation. */
 #include "fmi2.h"
 
-#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -37,25 +36,13 @@ fmi2Status fmi2_refuse(Instance *instance, const char *call, const char *format,
     return fmi2Error;
 }
 
-static const char *phase_name(unsigned phase)
-{
-    switch (phase) {
-    case PHASE_INSTANTIATED: return "instantiated";
-    case PHASE_INITIALIZATION: return "in initialization mode";
-    case PHASE_STEPPING: return "stepping";
-    case PHASE_EVENT: return "in event mode";
-    case PHASE_CONTINUOUS: return "in continuous-time mode";
-    default: return "terminated";
-    }
-}
-
 int fmi2_allowed(Instance *instance, const char *call, unsigned phases)
 {
     if (instance == NULL)
         return 0;
     unsigned phase = (unsigned)instance->core.state.phase;
     if ((phase & phases) == 0)
-        fmi2_refuse(instance, call, "not allowed while the FMU is %s", phase_name(phase));
+        fmi2_refuse(instance, call, "not allowed while the FMU is %s", core_phase_name(&instance->core));
     return (phase & phases) != 0;
 }
 
@@ -115,16 +102,9 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean toleranceDefined, fm
     Instance *instance = c;
     if (!fmi2_allowed(instance, __func__, PHASE_INSTANTIATED))
         return fmi2Error;
-    if (toleranceDefined && !(tolerance > 0.0 && tolerance < 1.0))
-        return fmi2_refuse(instance, __func__, "tolerance %g is not between 0 and 1", tolerance);
-    if (!isfinite(startTime))
-        return fmi2_refuse(instance, __func__, "start time %g is not a finite number", startTime);
-    if (stopTimeDefined && !(stopTime > startTime))
-        return fmi2_refuse(instance, __func__, "stop time %g s is not after start time %g s", stopTime, startTime);
-    State *state = &instance->core.state;
-    state->tolerance = toleranceDefined ? tolerance : MODEL_TOLERANCE;
-    state->time = startTime;
-    state->stop_time = stopTimeDefined ? stopTime : HUGE_VAL;
+    if (core_set_up(&instance->core, toleranceDefined ? &tolerance : NULL, startTime,
+                    stopTimeDefined ? &stopTime : NULL) != 0)
+        return fmi2_refuse(instance, __func__, "%s", instance->core.message);
     return fmi2OK;
 }
 

@@ -98,12 +98,10 @@ fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real derivatives[], size_t nx
     if (core_evaluate_outputs(&instance->core) != 0)
         return outcome(instance, __func__, 1);
     memcpy(derivatives, instance->core.dx, nx * sizeof *derivatives);
-    for (size_t i = 0; i < nx; i++)
-        if (!isfinite(derivatives[i])) {
-            fmi2_refuse(instance, __func__, "der(%s) = %g at t = %.9g s", core_names[VR_STATES + i], derivatives[i],
-                        instance->core.state.time);
-            return fmi2Discard;
-        }
+    if (core_finite_derivatives(&instance->core) != 0) {
+        fmi2_refuse(instance, __func__, "%s", instance->core.message);
+        return fmi2Discard;
+    }
     return fmi2OK;
 }
 

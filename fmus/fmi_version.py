@@ -1,0 +1,69 @@
+"""What differs between the FMI versions when an FMU is put together."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from fmus.description_parts import Header
+from fmus.errors import FmuError
+from fmus.model_description import model_description
+from fmus.model_description3 import build_description, model_description3
+from fmus.symbolic.system import SymbolicSystem
+
+
+def _nothing(header: Header) -> Mapping[str, bytes]:
+    return {}
+
+
+@dataclass(frozen=True)
+class FmiVersion:
+    """One version of the standard: its layer of the runtime, its headers and its descriptions."""
+
+    prefix: str  # of the runtime's files
+    headers: tuple[str, ...]
+    describe: Callable[[SymbolicSystem, Header], bytes]
+    platform: Callable[[], str]  # folder of the binary for this machine
+    build_files: Callable[[Header], Mapping[str, bytes]] = _nothing  # beside the sources
+
+    def has_runtime_file(self, name: str) -> bool:
+        """Whether a file of the runtime belongs to this version: its own layer and all that knows no version."""
+        return name.endswith((".c", ".h")) and (name.startswith(self.prefix) or not name.startswith("fmi"))
+
+
+def find_version(name: str) -> FmiVersion:
+    """Return the version called `2.0` or `3.0`.
+
+    Raises:
+        FmuError: if there is no such version.
+    """
+    if name not in _VERSIONS:
+        raise FmuError(f"FMI version {name!r} cannot be built; choose {' or '.join(_VERSIONS)}")
+    return _VERSIONS[name]
+
+
+def _platform2() -> str:
+    from fmpy import platform  # type: ignore[import-untyped]
+
+    return str(platform)
+
+
+def _platform3() -> str:
+    from fmpy import platform_tuple
+
+    return str(platform_tuple)
+
+
+_VERSIONS = {
+    "2.0": FmiVersion(
+        prefix="fmi2",
+        headers=("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h"),
+        describe=model_description,
+        platform=_platform2,
+    ),
+    "3.0": FmiVersion(
+        prefix="fmi3",
+        headers=("fmi3Functions.h", "fmi3FunctionTypes.h", "fmi3PlatformTypes.h"),
+        describe=model_description3,
+        platform=_platform3,
+        build_files=lambda header: {"sources/buildDescription.xml": build_description(header)},
+    ),
+}

@@ -1,0 +1,86 @@
+"""modelDescription.xml and buildDescription.xml of FMI 3.0."""
+
+import xml.etree.ElementTree as ET
+from collections.abc import Mapping, Sequence
+
+from fmus.description_parts import Header, common_parts, number_attributes, plain_text, to_bytes
+from fmus.layout import Layout, Scalar
+from fmus.model_structure import model_structure
+from fmus.symbolic.system import SymbolicSystem
+
+
+def model_description3(system: SymbolicSystem, header: Header) -> bytes:
+    """Write the XML of an FMI 3.0 FMU for both interface types; all variables are Float64 scalars.
+
+    Raises:
+        FmuError: if a value cannot be written, such as a parameter without a value.
+        MisfitError: if a unit is unknown.
+    """
+    layout = Layout(system)
+    root = ET.Element(
+        "fmiModelDescription",
+        fmiVersion="3.0",
+        modelName=plain_text(system.name),
+        instantiationToken=header.guid,
+        description=plain_text(system.description),
+        generationTool="misfit",
+        variableNamingConvention="structured",
+    )
+    # Only delay operators remember something at the end of a step.
+    needs_steps = "true" if system.n_delays else "false"
+    root.append(_interface("ModelExchange", header, needsCompletedIntegratorStep=needs_steps))
+    root.append(_interface("CoSimulation", header, canHandleVariableCommunicationStepSize="true"))
+    root.extend(common_parts(layout, header))
+    variables = ET.SubElement(root, "ModelVariables")
+    variables.extend([_variable(reference, s) for reference, s in enumerate(layout.scalars)])
+    root.append(_model_structure(layout))
+    return to_bytes(root)
+
+
+def build_description(header: Header) -> bytes:
+    """Write the list of source files; any C99 compiler makes the binary of them."""
+    root = ET.Element("fmiBuildDescription", fmiVersion="3.0")
+    configuration = ET.SubElement(root, "BuildConfiguration", modelIdentifier=header.identifier)
+    files = ET.SubElement(configuration, "SourceFileSet", language="C99")
+    for name in header.sources:
+        ET.SubElement(files, "SourceFile", name=name)
+    return to_bytes(root)
+
+
+def _interface(tag: str, header: Header, **abilities: str) -> ET.Element:
+    return ET.Element(
+        tag,
+        abilities,
+        modelIdentifier=header.identifier,
+        canGetAndSetFMUState="true",
+        canSerializeFMUState="true",
+        providesDirectionalDerivatives="true",
+    )
+
+
+def _variable(reference: int, scalar: Scalar) -> ET.Element:
+    variable = scalar.variable
+    attributes = {"name": plain_text(variable.name), "valueReference": str(reference)}
+    if variable.description:
+        attributes["description"] = plain_text(variable.description)
+    attributes |= {"causality": scalar.causality, "variability": scalar.variability}
+    if scalar.initial:
+        attributes["initial"] = scalar.initial
+    attributes |= number_attributes(scalar)
+    if scalar.derivative_of is not None:
+        attributes["derivative"] = str(scalar.derivative_of)
+    return ET.Element("Float64", attributes)
+
+
+def _model_structure(layout: Layout) -> ET.Element:
+    structure, element = model_structure(layout), ET.Element("ModelStructure")
+    _unknowns(element, "Output", structure.outputs)
+    _unknowns(element, "ContinuousStateDerivative", structure.derivatives)
+    _unknowns(element, "InitialUnknown", dict(sorted(structure.initial_unknowns.items())))
+    return element
+
+
+def _unknowns(parent: ET.Element, tag: str, unknowns: Mapping[int, Sequence[int]]) -> None:
+    for reference, known in unknowns.items():
+        dependencies = " ".join(map(str, known))
+        ET.SubElement(parent, tag, valueReference=str(reference), dependencies=dependencies)

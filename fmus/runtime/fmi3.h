@@ -1,0 +1,30 @@
+/* What the FMI 3.0 files share: the instance, refusal with a message, and the states of the standard. */
+#ifndef MISFIT_FMI3_H
+#define MISFIT_FMI3_H
+
+#include "core.h"
+#include "fmi3Functions.h"
+
+typedef struct {
+    Core core;
+    fmi3InstanceEnvironment environment;
+    fmi3LogMessageCallback logger;
+} Instance;
+
+/* Logs `call: message` and gives fmi3Error. Without an instance there is nobody to tell. */
+fmi3Status fmi3_refuse(Instance *instance, const char *call, const char *format, ...);
+
+/* fmi3OK, or the core's message when it has failed. */
+fmi3Status fmi3_outcome(Instance *instance, const char *call, int failed);
+
+/* True when the instance exists and is in one of `phases`; otherwise the reason has been logged. */
+int fmi3_allowed(Instance *instance, const char *call, unsigned phases);
+
+/* True when `array` may be read or written `count` times. */
+int fmi3_present(Instance *instance, const char *call, const void *array, size_t count);
+
+#define BEFORE_START (PHASE_INSTANTIATED | PHASE_INITIALIZATION)
+#define EXCHANGING (PHASE_EVENT | PHASE_CONTINUOUS)
+#define ANY_PHASE (BEFORE_START | PHASE_STEPPING | EXCHANGING | PHASE_TERMINATED)
+
+#endif

@@ -1,0 +1,144 @@
+/* FMI 3.0 model exchange. */
+#include "fmi3.h"
+
+#include <math.h>
+#include <string.h>
+
+/* True when the call may be made now, with an array of all states. */
+static int ready(Instance *instance, const char *call, unsigned phases, const double *array, size_t count)
+{
+    if (!fmi3_allowed(instance, call, phases) || !fmi3_present(instance, call, array, count))
+        return 0;
+    if (count != N_STATES)
+        fmi3_refuse(instance, call, "%zu values for %d states", count, N_STATES);
+    return count == N_STATES;
+}
+
+fmi3Status fmi3EnterEventMode(fmi3Instance instance)
+{
+    Instance *self = instance;
+    if (!fmi3_allowed(self, __func__, EXCHANGING))
+        return fmi3Error;
+    self->core.state.phase = PHASE_EVENT;
+    self->core.outputs_valid = 0;
+    return fmi3OK;
+}
+
+fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *discreteStatesNeedUpdate,
+                                    fmi3Boolean *terminateSimulation, fmi3Boolean *nominalsOfContinuousStatesChanged,
+                                    fmi3Boolean *valuesOfContinuousStatesChanged, fmi3Boolean *nextEventTimeDefined,
+                                    fmi3Float64 *nextEventTime)
+{
+    Instance *self = instance;
+    if (!fmi3_allowed(self, __func__, PHASE_EVENT) || !fmi3_present(self, __func__, discreteStatesNeedUpdate, 1) ||
+        !fmi3_present(self, __func__, terminateSimulation, 1) ||
+        !fmi3_present(self, __func__, nominalsOfContinuousStatesChanged, 1) ||
+        !fmi3_present(self, __func__, valuesOfContinuousStatesChanged, 1) ||
+        !fmi3_present(self, __func__, nextEventTimeDefined, 1) || !fmi3_present(self, __func__, nextEventTime, 1))
+        return fmi3Error;
+    int failed = core_update_events(&self->core, nextEventTime);
+    *discreteStatesNeedUpdate = *terminateSimulation = fmi3False;
+    *nominalsOfContinuousStatesChanged = *valuesOfContinuousStatesChanged = fmi3False;
+    *nextEventTimeDefined = *nextEventTime < HUGE_VAL;
+    return fmi3_outcome(self, __func__, failed);
+}
+
+fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance instance)
+{
+    Instance *self = instance;
+    if (!fmi3_allowed(self, __func__, PHASE_EVENT))
+        return fmi3Error;
+    return fmi3_outcome(self, __func__, core_leave_events(&self->core));
+}
+
+fmi3Status fmi3CompletedIntegratorStep(fmi3Instance instance, fmi3Boolean noSetFMUStatePriorToCurrentPoint,
+                                       fmi3Boolean *enterEventMode, fmi3Boolean *terminateSimulation)
+{
+    Instance *self = instance;
+    (void)noSetFMUStatePriorToCurrentPoint;
+    if (!fmi3_allowed(self, __func__, PHASE_CONTINUOUS) || !fmi3_present(self, __func__, enterEventMode, 1) ||
+        !fmi3_present(self, __func__, terminateSimulation, 1))
+        return fmi3Error;
+    *enterEventMode = *terminateSimulation = fmi3False;
+    return fmi3_outcome(self, __func__, core_complete_step(&self->core));
+}
+
+fmi3Status fmi3SetTime(fmi3Instance instance, fmi3Float64 time)
+{
+    Instance *self = instance;
+    if (!fmi3_allowed(self, __func__, EXCHANGING))
+        return fmi3Error;
+    return fmi3_outcome(self, __func__, core_set_time(&self->core, time));
+}
+
+fmi3Status fmi3SetContinuousStates(fmi3Instance instance, const fmi3Float64 continuousStates[],
+                                   size_t nContinuousStates)
+{
+    Instance *self = instance;
+    if (!ready(self, __func__, EXCHANGING, continuousStates, nContinuousStates))
+        return fmi3Error;
+    return fmi3_outcome(self, __func__, core_set_states(&self->core, continuousStates));
+}
+
+fmi3Status fmi3GetContinuousStates(fmi3Instance instance, fmi3Float64 continuousStates[], size_t nContinuousStates)
+{
+    Instance *self = instance;
+    if (!ready(self, __func__, PHASE_INITIALIZATION | EXCHANGING, continuousStates, nContinuousStates))
+        return fmi3Error;
+    if (core_evaluate_starts(&self->core) != 0)
+        return fmi3_outcome(self, __func__, 1);
+    memcpy(continuousStates, self->core.state.x, nContinuousStates * sizeof(double));
+    return fmi3OK;
+}
+
+fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance instance, fmi3Float64 derivatives[],
+                                             size_t nContinuousStates)
+{
+    Instance *self = instance;
+    if (!ready(self, __func__, PHASE_INITIALIZATION | EXCHANGING, derivatives, nContinuousStates))
+        return fmi3Error;
+    if (core_evaluate_outputs(&self->core) != 0)
+        return fmi3_outcome(self, __func__, 1);
+    memcpy(derivatives, self->core.dx, nContinuousStates * sizeof(double));
+    if (core_finite_derivatives(&self->core) != 0) {
+        fmi3_outcome(self, __func__, 1);
+        return fmi3Discard;
+    }
+    return fmi3OK;
+}
+
+fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance instance, fmi3Float64 nominals[], size_t nContinuousStates)
+{
+    if (!ready(instance, __func__, ANY_PHASE & ~PHASE_TERMINATED, nominals, nContinuousStates))
+        return fmi3Error;
+    memcpy(nominals, core_nominals, nContinuousStates * sizeof(double));
+    return fmi3OK;
+}
+
+fmi3Status fmi3GetEventIndicators(fmi3Instance instance, fmi3Float64 eventIndicators[], size_t nEventIndicators)
+{
+    (void)eventIndicators;
+    if (!fmi3_allowed(instance, __func__, PHASE_INITIALIZATION | EXCHANGING))
+        return fmi3Error;
+    if (nEventIndicators != 0)
+        return fmi3_refuse(instance, __func__, "%zu values; this FMU has no event indicators", nEventIndicators);
+    return fmi3OK;
+}
+
+static fmi3Status give_count(Instance *instance, const char *call, size_t count, size_t *target)
+{
+    if (!fmi3_allowed(instance, call, ANY_PHASE) || !fmi3_present(instance, call, target, 1))
+        return fmi3Error;
+    *target = count;
+    return fmi3OK;
+}
+
+fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance instance, size_t *nEventIndicators)
+{
+    return give_count(instance, __func__, 0, nEventIndicators);
+}
+
+fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance instance, size_t *nContinuousStates)
+{
+    return give_count(instance, __func__, N_STATES, nContinuousStates);
+}
