@@ -12,7 +12,7 @@ from typing import Any
 
 from fmus.errors import ModelicaError
 from fmus.files import cache_folder, write_atomically
-from fmus.frontend.lint import lint_class
+from fmus.frontend.lint import check_units, lint_class
 from fmus.frontend.messages import explained
 from fmus.library import library_root
 
@@ -41,8 +41,10 @@ def compile_class(model: str, file: Path | None = None) -> dict[str, Any]:
         return json.loads(kept.read_text())
     lint_class(model, file, [root])
     text = _compiled(model, source, root)
+    dae = json.loads(text)
+    check_units(dae)
     write_atomically(kept, text.encode())
-    return json.loads(text)
+    return dae
 
 
 def _compiled(model: str, source: Path, root: Path) -> str:

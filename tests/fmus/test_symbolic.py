@@ -120,7 +120,8 @@ def test_dependent_parameter_follows_when_the_independent_one_changes(tmp_path: 
 def test_units_bounds_and_start_values_arrive(tmp_path: Path) -> None:
     system = compiled(
         'model A parameter Real m(unit="kg", min=0.1, max=5) = 2 "Mass"; input Real f(unit="N", start=3);'
-        'Real v[2](each unit="m/s", start={m, 2*m}, each fixed=true); equation der(v) = {f/m, -f/m}; end A;',
+        'constant Real c(unit="m/(s.kg)") = 1;'
+        'Real v[2](each unit="m/s", start={c*m, 2*c*m}, each fixed=true); equation der(v) = {f/m, -f/m}; end A;',
         tmp_path,
     )
 

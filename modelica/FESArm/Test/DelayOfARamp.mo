@@ -1,9 +1,10 @@
 within FESArm.Test;
 model DelayOfARamp "A delayed ramp is the same ramp, later; before that it holds its first value"
   FESArm.Effects.StimulationPath.StimulationDelay late(n=1, T=0.02);
+  constant Real slope(unit="1/s") = 1 "Slope of the ramp";
   output Real yError(unit="1") "Zero when the law is right";
 equation
-  late.u = {time};
-  yError = late.y[1] - max(0, time - late.T);
+  late.u = {slope*time};
+  yError = late.y[1] - max(0, slope*(time - late.T));
   annotation (experiment(StopTime=0.3));
 end DelayOfARamp;

@@ -6,7 +6,7 @@ model FreeLinkageKeepsItsEnergy "Without damping, torque and force the kinetic e
 protected
   Real energy(unit="J") "Kinetic energy of both links";
   SI.Velocity vx2, vy2 "Speed of the second centre of mass";
-  Real start(unit="J") "Kinetic energy at the start, q = {0.8, 1.2}, w = {2, -3}";
+  Real start "Kinetic energy in J at the start, q = {0.8, 1.2}, w = {2, -3} rad/s inserted as numbers";
 equation
   linkage.tau = {0, 0};
   linkage.f = {0, 0};

@@ -4,7 +4,10 @@ model NoEffectIsTheSamePlant "Absent effects add nothing: their outputs are zero
   FESArm.Effects.WristLoad.NoWristLoad load;
   FESArm.Effects.StimulationPath.DirectStimulation path;
   FESArm.Effects.MuscleStrength.NominalStrength strength;
-  output Real error "Zero when nothing is added";
+  output Real torqueError(unit="N.m") "Zero when no torque is added";
+  output Real forceError(unit="N") "Zero when no force is added";
+  output Real pathError(unit="1") "Zero when the activation is the command";
+  output Real strengthError(unit="1") "Zero when every factor is one";
 equation
   torque.q = {time, 2*time};
   torque.w = {1, 2};
@@ -14,6 +17,9 @@ equation
   load.vdot = {3, 4};
   strength.alpha = fill(0.5, 6);
   path.u = fill(0.3*time, 6);
-  error = sum(abs(torque.tau)) + sum(abs(load.f)) + sum(abs(path.y - path.u)) + sum(abs(strength.strength - ones(6)));
+  torqueError = sum(abs(torque.tau));
+  forceError = sum(abs(load.f));
+  pathError = sum(abs(path.y - path.u));
+  strengthError = sum(abs(strength.strength - ones(6)));
   annotation (experiment(StopTime=1));
 end NoEffectIsTheSamePlant;

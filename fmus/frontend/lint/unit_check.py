@@ -1,0 +1,227 @@
+"""Check that equations, sums and values have consistent units, on the flat DAE."""
+
+from collections.abc import Mapping
+from fractions import Fraction
+from typing import Any
+
+from fmus.errors import MisfitError, ModelicaError
+from fmus.frontend.lint.dimensions import (
+    ONE,
+    PLAIN,
+    SECOND,
+    UNKNOWN,
+    Dimension,
+    Known,
+    common,
+    differ,
+    of_number,
+    of_unit,
+    product,
+)
+from fmus.symbolic.arena import Arena
+
+_SAME = frozenset(
+    (
+        "abs",
+        "min",
+        "max",
+        "sum",
+        "no_event",
+        "floor",
+        "ceil",
+        "mod",
+        "rem",
+        "transpose",
+        "vector",
+        "diagonal",
+        "skew",
+        "linspace",
+    )
+)
+_OF_NUMBERS = frozenset(("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "exp", "log", "log10"))
+_ALIKE = frozenset(("add", "subtract", "less", "less_equal", "greater", "greater_equal", "equal", "not_equal"))
+
+
+def check_units(dae: Mapping[str, Any]) -> None:
+    """Refuse equations whose sides, sums whose terms, and values whose units differ.
+
+    A missing unit and `time` fit everything (a ramp `u = time` is common in tests); so does a number in a sum. As a
+    factor a whole or half number is dimensionless.
+
+    Raises:
+        ModelicaError: `file:line: what differs`.
+    """
+    check = _UnitCheck(Arena(dae))
+    check.values()
+    check.equations()
+
+
+class _UnitCheck:
+    """Dimensions of nodes; `place` is the file and line of the equation or declaration at hand."""
+
+    def __init__(self, arena: Arena) -> None:
+        self.arena = arena
+        self.place = ""
+        self.known: dict[int, Known] = {}
+        self.units = [self._declared(variable) for variable in arena.variables]
+
+    def _declared(self, variable: Mapping[str, Any]) -> Known:
+        unit = variable["attributes"]["unit"]
+        try:
+            found = of_unit(unit)
+        except MisfitError as error:
+            place = self.arena.where(variable["declaration"])
+            raise ModelicaError(f"{place}: {variable['name']} has {error}") from error
+        is_real = self.arena.value_type(variable["value_type"])["scalar"] == "real"
+        return found if unit or is_real else PLAIN
+
+    def values(self) -> None:
+        """Check the values of parameters and the start values of variables against their units."""
+        for variable, unit in zip(self.arena.variables, self.units, strict=True):
+            self.place = self.arena.where(variable["declaration"])
+            for key in ("binding", "start", "min", "max"):
+                node = variable["attributes"].get(key)
+                if node is not None and differ((unit, found := self.dimension(node))):
+                    self._refuse(f"{variable['name']} has unit {unit}, but its {_WORDS[key]} has unit {found}")
+
+    def equations(self) -> None:
+        """Check both sides of every equation."""
+        for key in ("continuous_equation_operations", "initialization_equation_operations"):
+            for operation in self.arena.storage[key]:
+                kind, body = next(iter(operation.items()))
+                self.place = self.arena.where(body["provenance"])
+                for node in [body["residual"]] if kind == "residual" else body["bodies"]:
+                    self._sides(node)
+
+    def _sides(self, node: int) -> None:
+        tag, body = self.arena.node(node)
+        if tag != "binary" or body["operator"] != "subtract":
+            self.dimension(node)
+            return
+        left, right = self.dimension(body["lhs"]), self.dimension(body["rhs"])
+        if differ((left, right)):
+            words = [self._words(body["lhs"], "the left side"), self._words(body["rhs"], "the right side")]
+            self._refuse(f"the units of the equation differ: {words[0]} has {left}, {words[1]} has {right}")
+
+    def _words(self, node: int, otherwise: str) -> str:
+        tag, body = self.arena.node(node)
+        if tag != "coordinate" or body == "time":
+            return otherwise
+        kind, identity = next(iter(body.items()))
+        if kind == "derivative":
+            return f"der({self.arena.variables[identity]['name']})"
+        return str(self.arena.variables[identity]["name"]) if kind in _VARIABLES else otherwise
+
+    def _refuse(self, what: str) -> None:
+        raise ModelicaError(f"{self.place}: {what}" if self.place else what)
+
+    def dimension(self, node: int) -> Known:
+        """Return the dimension of an expression; arrays of different quantities have none."""
+        if node not in self.known:
+            tag, body = self.arena.node(node)
+            method = getattr(self, f"_{tag}", None)
+            self.known[node] = UNKNOWN if method is None else method(node, body)
+        return self.known[node]
+
+    def _operands(self, node: int) -> list[Known]:
+        return [self.dimension(operand) for operand in self.arena.operands(node)]
+
+    def _alike(self, found: list[Known], what: str) -> Known:
+        if differ(found):
+            shown = dict.fromkeys(str(d) for d in found if isinstance(d, Dimension))
+            self._refuse(f"{what} have different units: {' and '.join(shown)}")
+        return common(found)
+
+    # One method for each kind of node that says something about units, named after the node's tag.
+
+    def _literal(self, node: int, body: Mapping[str, Any]) -> Known:
+        value = next(iter(body.values()))
+        return of_number(value) if isinstance(value, int | float) else UNKNOWN
+
+    def _coordinate(self, node: int, body: Any) -> Known:
+        if body == "time":
+            return UNKNOWN
+        kind, identity = next(iter(body.items()))
+        if kind == "binder":
+            return PLAIN
+        if kind == "derivative":
+            return product(self.units[identity], SECOND, -1)
+        if kind == "delay":
+            return self.dimension(self.arena.storage["delays"][identity]["source"])
+        return self.units[identity] if kind in _VARIABLES else UNKNOWN
+
+    def _unary(self, node: int, body: Mapping[str, Any]) -> Known:
+        return self.dimension(body["operand"])
+
+    def _binary(self, node: int, body: Mapping[str, Any]) -> Known:
+        operator = body["operator"].removeprefix("elementwise_")
+        left, right = self.dimension(body["lhs"]), self.dimension(body["rhs"])
+        if operator in ("multiply", "divide"):
+            return product(left, right, 1 if operator == "multiply" else -1)
+        if operator == "power":
+            return self._power(left, right, body["rhs"])
+        if operator in _ALIKE:
+            found = self._alike([left, right], "the terms of a sum" if operator in _SUMS else "the compared values")
+            return found if operator in _SUMS else UNKNOWN
+        return UNKNOWN
+
+    def _power(self, base: Known, exponent: Known, node: int) -> Known:
+        if differ((exponent, ONE)):
+            self._refuse(f"an exponent has unit {exponent}; it must have none")
+        tag, body = self.arena.node(node)
+        sign = 1
+        if tag == "unary" and body["operator"] == "negate":
+            sign, (tag, body) = -1, self.arena.node(body["operand"])
+        if not isinstance(base, Dimension) or base == ONE:
+            return base
+        value = next(iter(body.values())) if tag == "literal" else None
+        if isinstance(value, int | float):
+            return base.to_the(sign * Fraction(value).limit_denominator(1000))
+        return UNKNOWN
+
+    def _conditional(self, node: int, body: Any) -> Known:
+        found = self._operands(node)
+        return self._alike([*found[1:-1:2], found[-1]], "the branches of an if")
+
+    def _array(self, node: int, body: Any) -> Known:
+        found = self._operands(node)
+        return UNKNOWN if differ(found) else common(found)
+
+    def _index(self, node: int, body: Mapping[str, Any]) -> Known:
+        return self.dimension(body["base"])
+
+    def _comprehension(self, node: int, body: Mapping[str, Any]) -> Known:
+        return self.dimension(body["body"])
+
+    def _range(self, node: int, body: Mapping[str, Any]) -> Known:
+        return PLAIN
+
+    def _runtime_quotient_owner(self, node: int, body: Mapping[str, Any]) -> Known:
+        left, right = self.dimension(body["lhs"]), self.dimension(body["rhs"])
+        found = self._alike([left, right], "the operands of a division with remainder")
+        return found if body["builtin"] in ("mod", "rem") else PLAIN
+
+    def _builtin(self, node: int, body: Mapping[str, Any]) -> Known:
+        name, found = body["builtin"], self._operands(node)
+        if name in _OF_NUMBERS:
+            if differ([*found, ONE]):
+                self._refuse(f"the argument of {name} has unit {found[0]}; it must have none, or rad")
+            return PLAIN if found and found[0] == PLAIN else ONE
+        if name == "sqrt":
+            return found[0].to_the(Fraction(1, 2)) if isinstance(found[0], Dimension) else found[0]
+        if name == "atan2":
+            self._alike(found, "the arguments of atan2")
+            return ONE
+        if name in _SAME:
+            return self._alike(found, f"the arguments of {name}")
+        if name in ("smooth", "fill", "homotopy"):
+            return found[1 if name == "smooth" else 0]
+        if name in ("cross", "outer_product"):
+            return product(found[0], found[1])
+        return _CONSTANT.get(name, UNKNOWN)
+
+
+_SUMS = ("add", "subtract")
+_WORDS = {"binding": "value", "start": "start value", "min": "minimum", "max": "maximum"}
+_VARIABLES = frozenset(("parameter", "input", "state", "algebraic", "output", "discrete_real", "discrete_value"))
+_CONSTANT: dict[str, Known] = {"sign": ONE, "size": PLAIN, "ones": PLAIN, "identity": PLAIN}
