@@ -233,6 +233,12 @@ def test_models_lists_every_built_in() -> None:
         "arm-paper",
         "muscle",
         "rat-muscle",
+        "pendulum",
+        "drive",
+        "cart",
+        "two-mass",
+        "double-pendulum",
+        "tanks",
     ]
 
 

@@ -11,7 +11,20 @@ from fmus.library import library_root
 from fmus.package import build_fmu
 
 TESTS = [line for line in (library_root() / "FESArm" / "Test" / "package.order").read_text().split() if line]
-STOP_S = {"ViscousDecay": 2, "CoulombStop": 1, "PayloadAcceleration": 2, "LagOfAStep": 0.3, "DelayOfARamp": 0.3}
+STOP_S = {
+    "ViscousDecay": 2,
+    "CoulombStop": 1,
+    "PayloadAcceleration": 2,
+    "LagOfAStep": 0.3,
+    "DelayOfARamp": 0.3,
+    "PendulumSmallSwing": 2,
+    "PendulumKeepsItsEnergy": 5,
+    "DriveUnderConstantTorque": 2,
+    "CartKeepsEnergyAndMomentum": 5,
+    "DoublePendulumKeepsItsEnergy": 2,
+    "TanksKeepTheirWater": 60,
+    "TankEmpties": 5,
+}
 
 
 @pytest.mark.parametrize("name", TESTS)

@@ -14,6 +14,10 @@ package Units "SI types of this library, so that it needs no other library"
   type RotationalStiffness = Real(final quantity="RotationalSpringConstant", final unit="N.m/rad");
   type QuadraticDrag = Real(final unit="N.s2/m2") "Force over squared speed";
   type QuadraticStiffness = Real(final unit="N/m2") "Force over squared stretch";
+  type FirstMoment = Real(final quantity="FirstMoment", final unit="kg.m");
+  type Area = Real(final quantity="Area", final unit="m2", min=0);
+  type Volume = Real(final quantity="Volume", final unit="m3");
+  type VolumeFlowRate = Real(final quantity="VolumeFlowRate", final unit="m3/s");
   type Time = Real(final quantity="Time", final unit="s");
   type Fraction = Real(final unit="1", min=0, max=1) "Share of a full value";
   type Factor = Real(final unit="1") "Ratio to a nominal value";

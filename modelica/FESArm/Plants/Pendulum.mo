@@ -1,5 +1,5 @@
 within FESArm.Plants;
-model Pendulum "Rigid pendulum in the vertical plane"
+model Pendulum "Rigid pendulum in a vertical plane"
   import SI = FESArm.Units;
   import FESArm.Effects.JointTorque;
   parameter SI.Length a = 0.147755 "Distance of the centre of mass from the pivot";
@@ -8,14 +8,15 @@ model Pendulum "Rigid pendulum in the vertical plane"
   parameter SI.Acceleration g = 9.81001 "Gravity";
   input SI.Torque correction_theta(start=0) "Torque at the pivot beside the model's own";
   output SI.Angle theta(start=3.0, fixed=true) "Angle from upright: pi when hanging at rest";
-  output SI.AngularVelocity w(start=0, fixed=true) "= der(theta)";
-  SI.AngularAcceleration wdot "= der(w)";
+  SI.AngularVelocity w(start=0, fixed=true) "= der(theta)";
   replaceable model JointTorque1 = JointTorque.NoJointTorque constrainedby JointTorque.PartialJointTorque;
   JointTorque1 jointTorque1(n=1);
   replaceable model JointTorque2 = JointTorque.NoJointTorque constrainedby JointTorque.PartialJointTorque;
   JointTorque2 jointTorque2(n=1);
   replaceable model JointTorque3 = JointTorque.NoJointTorque constrainedby JointTorque.PartialJointTorque;
   JointTorque3 jointTorque3(n=1);
+protected
+  SI.AngularAcceleration wdot "= der(w)";
 equation
   jointTorque1.q = {theta};
   jointTorque1.w = {w};
@@ -30,8 +31,8 @@ equation
   der(w) = wdot;
   (I + m*a^2)*wdot = m*g*a*sin(theta) + jointTorque1.tau[1] + jointTorque2.tau[1] + jointTorque3.tau[1] + correction_theta;
   annotation (Documentation(info="<html>
-<p>(I + m a^2) der(w) = m g a sin(theta) + torques at the pivot. A rigid body on a bearing that is itself free of
-friction; friction is an effect in a slot. Data: the single pendulum of Kaheman et al. 2022 (arXiv 2205.06231), whose
-viscous friction of 2.2394e-4 N.m.s/rad is left out on purpose.</p>
+<p>(I + m a^2) der(w) = m g a sin(theta) + torques at the pivot. A rigid body in a bearing without friction; friction is an
+effect in a slot. Data: single pendulum of Kaheman et al. 2022 (arXiv 2205.06231), whose viscous friction of
+2.2394e-4 N.m.s/rad is left out.</p>
 </html>"));
 end Pendulum;

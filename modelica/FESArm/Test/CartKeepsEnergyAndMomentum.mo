@@ -1,0 +1,18 @@
+within FESArm.Test;
+model CartKeepsEnergyAndMomentum "Without a force, cart and pole keep their energy and their momentum along the rail"
+  FESArm.Plants.Cart cart(theta(start=1.0), v(start=0.2));
+  output Real energyError(unit="J") "Zero when the motion is right";
+  output Real momentumError(unit="N.s") "Zero when the motion is right";
+protected
+  FESArm.Units.Velocity vx, vy "Velocity of the pole's centre of mass";
+equation
+  cart.force = 0;
+  cart.correction_x = 0;
+  cart.correction_theta = 0;
+  vx = cart.v + cart.l*cos(cart.theta)*cart.w;
+  vy = -cart.l*sin(cart.theta)*cart.w;
+  energyError = cart.M*(cart.v^2 - 0.2^2)/2 + cart.m*(vx^2 + vy^2 - 0.2^2)/2 + cart.I*cart.w^2/2
+    + cart.m*cart.g*cart.l*(cos(cart.theta) - cos(1.0));
+  momentumError = cart.M*cart.v + cart.m*vx - (cart.M + cart.m)*0.2;
+  annotation (experiment(StopTime=5));
+end CartKeepsEnergyAndMomentum;

@@ -1,0 +1,11 @@
+within FESArm.Test;
+model TanksKeepTheirWater "Water in the tanks and water that left them is what was there and what came in"
+  FESArm.Plants.TwoTanks tanks;
+  output Real volumeError(unit="m3") "Zero when no water is lost";
+  FESArm.Units.Volume left(start=0, fixed=true) "Water that has left the lower tank";
+equation
+  tanks.inflow = 1e-4;
+  der(left) = tanks.outflow;
+  volumeError = tanks.A1*(tanks.h1 - 0.3) + tanks.A2*(tanks.h2 - 0.1) + left - 1e-4*time;
+  annotation (experiment(StopTime=60));
+end TanksKeepTheirWater;
