@@ -1,7 +1,7 @@
 """`misfit models`, `misfit build` and `misfit validate`."""
 
+import os
 import sys
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import click
@@ -21,33 +21,29 @@ def models() -> None:
 @click.command()
 @click.argument("names", nargs=-1, metavar="[MODEL]...")
 @click.option(
-    "--out", "folder", default="fmus/build", show_default=True, metavar="DIR", help="Where to write NAME.fmu."
+    "--out", "folder", default="fmus/build", show_default=True, metavar="DIR", help="Where to write the FMUs."
 )
-@click.option("--workers", type=click.IntRange(1, 64), default=2, show_default=True, help="Builds that run at a time.")
+@click.option(
+    "--workers",
+    type=click.IntRange(1, 64),
+    default=os.cpu_count() or 1,
+    show_default=True,
+    help="Builds that run at a time.",
+)
 @click.option("--quiet", is_flag=True, help="Print nothing but errors.")
 def build(names: tuple[str, ...], folder: str, workers: int, quiet: bool) -> None:
-    """Build FMUs (FMI 2.0 co-simulation) of built-in models or of FILE.mo:Package.Class; all built-ins by default."""
+    """Build NAME.fmu (FMI 2.0) and NAME.fmi3.fmu (FMI 3.0) of built-in models or FILE.mo:Package.Class.
+
+    Without a name all built-in models are built. What has not changed comes from the cache.
+    """
+    from fmus.build import build_all, targets_of
     from fmus.catalogue import built_in_models, find_modelica_model
-    from fmus.package import build_fmu
 
-    sources = [find_modelica_model(name) for name in names or built_in_models()]
-    target = Path(folder)
-    target.mkdir(parents=True, exist_ok=True)
-
-    with progress(quiet) as say, ThreadPoolExecutor(workers) as pool:
-        say(f"building {len(sources)} FMUs")
-        jobs = [
-            pool.submit(
-                build_fmu,
-                source.compile(),
-                target / f"{source.name.rsplit('.', 1)[-1]}.fmu",
-                stop_time=source.stop_time_s,
-                step_size=source.step_size_s,
-            )
-            for source in sources
-        ]
-        paths = [job.result() for job in jobs]
-    show("\n".join(str(path) for path in paths), quiet)
+    targets = targets_of([find_modelica_model(name) for name in names or built_in_models()], Path(folder))
+    with progress(quiet) as say:
+        say(f"building {len(targets)} FMUs")
+        build_all(targets, workers)
+    show("\n".join(str(target.path) for target in targets), quiet)
 
 
 @click.command()

@@ -16,17 +16,17 @@ from orchestrator.models.symbolic import SymbolicModel
 
 @dataclass(frozen=True)
 class Candidate:
-    """An effect at a site: `element` is the position (from 1) in the parameter arrays, None for all together."""
+    """An effect at a site: `element` is its subscript in the parameter arrays (`[3]`), empty for all together."""
 
     card: EffectCard
     slot: str
-    element: int | None
+    element: str
     site: str
 
     @property
     def label(self) -> str:
         """Short name for progress and messages."""
-        return f"{self.card.id} at {self.site}"
+        return f"{self.card.id} {self.card.variant}".rstrip() + f" at {self.site}"
 
 
 class EffectSet:
@@ -76,11 +76,10 @@ class EffectSet:
         found = []
         for slot, class_name in self._slots():
             own = [c for c in self.candidates if c.slot == slot]
-            settings: dict[str, float | list[float]] = {}
+            settings: dict[str, Mapping[str, float]] = {}
             for parameter in own[0].card.parameters:
                 elements = _elements(f"{slot}.{parameter.name}", all_parameters)
-                chosen = [float(by_name.get(name, all_parameters[name])) for name in elements]
-                settings[parameter.name] = chosen if elements[0].endswith("]") else chosen[0]
+                settings[parameter.name] = {name: by_name.get(name, all_parameters[name]) for name in elements}
             found.append(Attachment(slot, class_name, settings))
         return found
 
@@ -99,8 +98,7 @@ class EffectSet:
         found = []
         for parameter in candidate.card.parameters:
             names = _elements(f"{candidate.slot}.{parameter.name}", variables)
-            if candidate.element is not None:
-                names = [names[candidate.element - 1]]
+            names = [name for name in names if name.endswith(candidate.element)]
             found += [(parameter, variables[name]) for name in names]
         return found
 
@@ -117,20 +115,28 @@ def find_candidates(
         if slot is None:
             impossible.append(card.id)
             continue
-        size = int(system.settings.get(f"{slot}.n", 1))
-        sites = [f"{card.site}{k}" for k in range(1, size + 1)] if f"{slot}.n" in system.settings else [card.site]
-        if card.elements == "each":
-            found += [Candidate(card, slot, k, site) for k, site in enumerate(sites, start=1)]
-        else:
-            found.append(Candidate(card, slot, None, "+".join(sites)))
+        found += _at_all_sites(card, slot, system.settings.get(f"{slot}.n"))
     return found, impossible
+
+
+def _at_all_sites(card: EffectCard, slot: str, size: float | str | None) -> list[Candidate]:
+    """Candidates of a card in a slot for `size` joints or muscles; a slot without a size is one site."""
+    if size is None:
+        return [Candidate(card, slot, "", card.site)]
+    numbers = range(1, int(size) + 1)
+    if card.elements == "pairs":
+        pairs = [(i, j) for i in numbers for j in numbers if i != j]
+        return [Candidate(card, slot, f"[{i},{j}]", card.site.format(i, j)) for i, j in pairs]
+    if card.elements == "each":
+        return [Candidate(card, slot, f"[{k}]", f"{card.site}{k}") for k in numbers]
+    return [Candidate(card, slot, "", "+".join(f"{card.site}{k}" for k in numbers))]
 
 
 def can_join(candidates: Sequence[Candidate], other: Candidate, slots: Sequence[str]) -> Candidate | None:
     """Return `other` placed so that it can stand beside `candidates`: in their slot or in a free one, else None."""
     for mate in candidates:
         if mate.card.id == other.card.id:
-            if mate.element is None or mate.element == other.element:
+            if not other.element or mate.element == other.element or mate.card.class_name != other.card.class_name:
                 return None
             return Candidate(other.card, mate.slot, other.element, other.site)
     taken = {mate.slot for mate in candidates}
@@ -140,5 +146,5 @@ def can_join(candidates: Sequence[Candidate], other: Candidate, slots: Sequence[
 
 def _elements(name: str, variables: Mapping[str, object]) -> list[str]:
     """Names of a parameter's elements: itself for a scalar, `name[1]`, `name[2]`, ... for an array."""
-    pattern = re.compile(re.escape(name) + r"(\[\d+\])?")
+    pattern = re.compile(re.escape(name) + r"(\[[\d,]+\])?")
     return [candidate for candidate in variables if pattern.fullmatch(candidate)]

@@ -29,7 +29,9 @@ class EffectCard:
     """One effect of the library.
 
     `slots` are the replaceable parts of a model that can hold it, in order of preference. `elements` tells whether
-    the elements of its parameter arrays (joints, muscles) are fitted together or stand for one site each.
+    the elements of its parameter arrays (joints, muscles) are fitted together, stand for one site each, or are the
+    entries of a matrix off its diagonal, one site each ("pairs"; `site` is then a pattern such as
+    `channel{0}->muscle{1}`). Cards of one id with different laws differ in `variant`.
     """
 
     id: str
@@ -37,10 +39,11 @@ class EffectCard:
     class_name: str
     slots: tuple[str, ...]
     site: str
-    elements: Literal["together", "each"]
+    elements: Literal["together", "each", "pairs"]
     confusable: tuple[str, ...]
     experiment: str
     parameters: tuple[CardParameter, ...]
+    variant: str = ""
 
 
 def read_card(path: Path) -> EffectCard:
@@ -69,6 +72,7 @@ def _card(entry: dict[str, Any]) -> EffectCard:
         confusable=tuple(entry["confusable"]),
         experiment=entry["experiment"],
         parameters=tuple(CardParameter(name, **values) for name, values in entry["parameters"].items()),
+        variant=entry.get("variant", ""),
     )
 
 

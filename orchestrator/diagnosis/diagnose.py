@@ -22,8 +22,6 @@ from orchestrator.models.symbolic import SymbolicModel
 
 # Held-out error must fall by this share with each effect that is kept.
 HELD_OUT_GAIN = 0.05
-# Independent samples of a residual in one trial and signal, for the ranking's probabilities.
-SAMPLES_PER_TRIAL = 10
 
 
 @dataclass(frozen=True)
@@ -69,9 +67,9 @@ def diagnose(
         progress=progress,
     )
     nominal_cost = nominal.learning.over_floor**2
-    path, trace = searcher.run(nominal_cost)
+    path = searcher.run(nominal_cost)
     accepted = _referee(source, measurements, nominal, path, workers, progress)
-    return _conclude(source, nominal, accepted, trace, searcher, impossible, time.monotonic() - began)
+    return _conclude(source, nominal, accepted, searcher.trace, searcher, impossible, time.monotonic() - began)
 
 
 def _referee(
@@ -133,7 +131,6 @@ def _conclude(
     named = verdict == "named"
     best = accepted.refits[-1] if accepted.refits else None
     groups = confusable_with(best, trace) if named and best is not None else ()
-    samples = SAMPLES_PER_TRIAL * len(searcher.learning.trials) * len(nominal.signals)
     experiments = {c.card.id: c.card.experiment for c in searcher.candidates}
     return Diagnosis(
         model=source.name,
@@ -141,7 +138,7 @@ def _conclude(
         verdict=verdict,
         effects=accepted.steps[-1].effects if named else (),
         confusable=groups,
-        ranking=rank(trace, nominal.learning.over_floor**2, searcher.candidates, samples),
+        ranking=rank(trace, nominal.learning.over_floor**2, searcher.candidates, searcher.learning.samples),
         p_value=improvement_p_value(nominal, last) if accepted.refits else None,
         noise_floor=nominal.noise_floor,
         held_out=HeldOut(

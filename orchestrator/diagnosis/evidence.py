@@ -1,14 +1,16 @@
-"""What a set of effects explains: fitted on correction residuals (screening), and on free runs (refit)."""
+"""What a set of effects explains in free runs of the learning trials."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from orchestrator.diagnosis.candidates import Candidate, EffectSet
+from orchestrator.diagnosis.candidates import EffectSet
 from orchestrator.measurements import BoundSet, BoundTrial
-from orchestrator.models.estimation import Fit, Record, fit
-from orchestrator.models.symbolic import SymbolicModel
+from orchestrator.models.estimation import Fit, fit
+
+# A residual of a moving arm forgets itself in about a second; trials are of the order of ten.
+SAMPLES_PER_TRIAL = 10
 
 
 @dataclass(frozen=True)
@@ -20,6 +22,11 @@ class LearningData:
     noise: np.ndarray
     floor: np.ndarray
 
+    @property
+    def samples(self) -> int:
+        """Rough number of independent samples of a residual in all trials and signals."""
+        return SAMPLES_PER_TRIAL * len(self.trials) * len(self.floor)
+
     @staticmethod
     def of(data: BoundSet, floor: Mapping[str, float]) -> "LearningData":
         """Take the learning trials of a bound set."""
@@ -28,25 +35,22 @@ class LearningData:
 
 
 @dataclass(frozen=True)
-class Screened:
-    """A set of candidates fitted to the correction residual; `gain` is the share of its square that is explained."""
-
-    candidates: tuple[Candidate, ...]
-    values: np.ndarray
-    gain: float
-
-
-@dataclass(frozen=True)
 class Refit:
     """A set of candidates fitted by free runs; `cost` is the mean square error over the floor's square, 1 = perfect."""
 
     effects: EffectSet
     fit: Fit
+    samples: int
 
     @property
     def cost(self) -> float:
         """Mean over samples and signals of (error / floor)^2."""
         return self.fit.cost
+
+    @property
+    def half_bic(self) -> float:
+        """Half the Bayesian information criterion; of two sets the smaller value explains better."""
+        return half_bic(self.cost, len(self.fit.values), self.samples)
 
     @property
     def ids(self) -> tuple[str, ...]:
@@ -63,61 +67,39 @@ class Refit:
         return len(big) == len(self.effects.candidates)
 
 
-def residual_records(model: SymbolicModel, learning: LearningData) -> list[Record]:
-    """The learning trials as the residual system sees them: its outputs should be zero."""
-    assert model.residual is not None
-    names = [v.name for v in model.residual.system.states]
-    positions = [[v.name for v in model.system.states].index(name) for name in names]
-    records = []
-    for trial in learning.trials:
-        full = model.record(trial.time, trial.inputs, trial.outputs, learning.noise)
-        inputs = model.residual_inputs(trial.time, trial.inputs, trial.outputs, learning.noise)
-        zeros = np.zeros((len(trial.time), len(model.signals)))
-        parts = (full.start, full.start_std, full.start_low, full.start_high)
-        records.append(Record(trial.time, inputs, zeros, *(part[positions] for part in parts)))
-    return records
-
-
-def residual_size(model: SymbolicModel, learning: LearningData) -> np.ndarray:
-    """Root mean square of the filtered correction residual of each signal, in its own unit (N.m, N, ...)."""
-    compiled, squares = model.compiled_residual, []
-    trial = learning.trials[0]
-    smoother = model.smoother(trial.time, trial.outputs, learning.noise)
-    for record in residual_records(model, learning):
-        run = compiled.run(record.time, record.inputs, compiled.parameters, record.start)
-        squares.append(np.mean(smoother.thin(run.outputs) ** 2, axis=0))
-    return np.sqrt(np.mean(squares, axis=0))
-
-
-def screen(effects: EffectSet, learning: LearningData, size: np.ndarray) -> Screened:
-    """Fit a set's parameters to the correction residual; no free run is needed.
-
-    Args:
-        size: root mean square of the base model's residual (`residual_size`).
-    """
-    model, trial = effects.model, learning.trials[0]
-    low, high = effects.bounds()
-    found = fit(
-        model.compiled_residual,
-        residual_records(model, learning),
-        size,
-        np.clip(effects.first_guess(), low, high),
-        low,
-        high,
-        substeps=1,
-        reduce=model.smoother(trial.time, trial.outputs, learning.noise).thin,
-        precise=False,
-        threads=1,
-    )
-    return Screened(effects.candidates, found.values, 1.0 - found.cost)
-
-
 def refit(effects: EffectSet, learning: LearningData, first: np.ndarray | None = None) -> Refit:
     """Fit a set's parameters, and the start values of all learning trials, by free runs."""
     model, low, high = effects.model, *effects.bounds()
-    records = [model.record(t.time, t.inputs, t.outputs, learning.noise) for t in learning.trials]
     span = high - low
-    guess = np.clip(effects.first_guess() if first is None else first, low + 0.01 * span, high - 0.01 * span)
-    steps = max(model.substeps(r.time, r.inputs, r.start) for r in records[:2])
-    found = fit(model.compiled, records, learning.floor, guess, low, high, substeps=steps, threads=1)
-    return Refit(effects, found)
+    guess = effects.first_guess() if first is None else first
+    # A value at its bound starts inside; one that is only small against its range, as in a small plant, stays.
+    stuck = np.minimum(guess - low, high - guess) < 1e-6 * span
+    guess = np.where(stuck, np.clip(guess, low + 0.01 * span, high - 0.01 * span), guess)
+    found: Fit | None = None
+    for _ in range(2):
+        # Start values are bounded by what the encoders show, and what they show depends on a sensor error's size.
+        parameters = model.compiled.with_values(guess)
+        records = [model.record(t.time, t.inputs, t.outputs, learning.noise, parameters) for t in learning.trials]
+        steps = max(model.substeps(r.time, r.inputs, r.start) for r in records[:2])
+        again = fit(model.compiled, records, learning.floor, guess, low, high, substeps=steps, threads=1)
+        found = again if found is None or again.cost < found.cost else found
+        pressed = [
+            np.isclose(s, r.start_low).any() or np.isclose(s, r.start_high).any()
+            for s, r in zip(again.starts, records, strict=True)
+        ]
+        if not any(pressed) or not model.reads_through_parameters:
+            break
+        guess = again.values
+    assert found is not None
+    return Refit(effects, found, learning.samples)
+
+
+def half_bic(cost: float, parameters: int, samples: int) -> float:
+    """Half of BIC = n log(cost) + k log(n) for k parameters and n independent samples.
+
+    A cost below 1, which is the floor, counts as 1: being better than the noise explains nothing.
+
+    >>> half_bic(0.9, 5, 80) > half_bic(1.0, 2, 80)
+    True
+    """
+    return 0.5 * (samples * float(np.log(max(cost, 1.0))) + parameters * float(np.log(samples)))

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from orchestrator.diagnosis.candidates import Candidate
-from orchestrator.diagnosis.evidence import Refit
+from orchestrator.diagnosis.evidence import Refit, half_bic
 from orchestrator.diagnosis.result import RankedSet
 from orchestrator.diagnosis.search import Trace
 
@@ -23,16 +23,16 @@ def rank(trace: Trace, nominal_cost: float, candidates: Sequence[Candidate], sam
     nominal = float(np.sqrt(nominal_cost))
     entries: dict[tuple[str, ...], tuple[tuple[Candidate, ...], float, int]] = {}
     for screened in trace.screened:
-        error = nominal - max(screened.gain, 0.0) * 0.5 * (nominal - 1.0)
+        gain = 0.0 if np.isnan(screened.gain) else max(screened.gain, 0.0)
+        error = nominal - 0.5 * gain * (nominal - 1.0)
         entries[_key(screened.candidates)] = (screened.candidates, error, len(screened.values))
     for refit in trace.refitted:
         entries[_key(refit.effects.candidates)] = (refit.effects.candidates, refit.cost**0.5, len(refit.fit.values))
     for candidate in candidates:
         entries.setdefault(_key((candidate,)), ((candidate,), nominal, 1))
-    errors = np.array([nominal, *(error for _, error, _ in entries.values())])
-    sizes = np.array([0, *(size for _, _, size in entries.values())])
-    half_bic = samples * np.log(np.maximum(errors, 1.0)) + 0.5 * sizes * np.log(samples)
-    weights = np.exp(half_bic.min() - half_bic)
+    criteria = [half_bic(error**2, size, samples) for _, error, size in entries.values()]
+    half = np.array([half_bic(nominal_cost, 0, samples), *criteria])
+    weights = np.exp(half.min() - half)
     probabilities = (weights / weights.sum())[1:]
     ranked = [
         RankedSet(
@@ -43,7 +43,7 @@ def rank(trace: Trace, nominal_cost: float, candidates: Sequence[Candidate], sam
         )
         for (chosen, error, _), weight in zip(entries.values(), probabilities, strict=True)
     ]
-    order = np.argsort(half_bic[1:], kind="stable")
+    order = np.argsort(half[1:], kind="stable")
     return tuple(ranked[i] for i in order)
 
 

@@ -80,31 +80,34 @@ def fit(
     scale = np.maximum(np.abs(first), 1e-3 * (high - low))
     bounds = problem.join(low, [r.start_low for r in records]), problem.join(high, [r.start_high for r in records])
     guess = np.clip(problem.join(first, [r.start for r in records]), *bounds)
-    if guess.size == 0:
-        residual, _ = problem.evaluate(guess)
-        return Fit(
-            np.zeros(0), np.zeros(0), tuple(r.start for r in records), float(np.mean(residual**2)), np.zeros(0, bool)
-        )
-    problem.evaluate(guess, strict=True)
+    residual, jacobian = problem.evaluate(guess, strict=guess.size > 0)
+    if not jacobian.any():  # nothing to fit, or nothing that the data depend on
+        values, starts = problem.split(guess)
+        cost = float(np.mean(residual[: problem.data_rows] ** 2))
+        return Fit(values, np.full(len(values), np.inf), starts, cost, np.zeros(len(values), bool))
     tolerance = 1e-7 if precise else 1e-3
-    found = least_squares(
-        problem.residual,
-        guess,
-        problem.jacobian,
-        bounds=bounds,
-        x_scale=problem.join(scale, [np.where(np.isfinite(r.start_std), r.start_std, 0.1) for r in records]),
-        ftol=tolerance,
-        xtol=1e-9 if precise else 1e-4,
-        gtol=None,
-        max_nfev=60 if precise else 25,
-    )
+    with np.errstate(all="ignore"):  # a step into a region where the run fails overflows and is rejected
+        found = least_squares(
+            problem.residual,
+            guess,
+            problem.jacobian,
+            bounds=bounds,
+            x_scale=problem.join(scale, [np.where(np.isfinite(r.start_std), r.start_std, 0.1) for r in records]),
+            ftol=tolerance,
+            xtol=1e-9 if precise else 1e-4,
+            gtol=None,
+            max_nfev=60 if precise else 25,
+        )
     values, starts = problem.split(found.x)
     residual, jacobian = problem.evaluate(found.x)
     n_data = problem.data_rows
-    at_bound = np.minimum(values - low, high - values) < 1e-4 * (high - low)
+    std = _sandwich_std(residual, jacobian, problem.block_edges, len(values))
+    # A small value is not at its bound if the data tell it apart from the bound.
+    distance = np.minimum(values - low, high - values)
+    at_bound = (distance < 1e-4 * (high - low)) & (distance < 3 * std)
     return Fit(
         values,
-        _sandwich_std(residual, jacobian, problem.block_edges, len(values)),
+        std,
         starts,
         float(np.mean(residual[:n_data] ** 2)),
         at_bound,
@@ -166,12 +169,14 @@ class _Problem:
             run = self.model.run(
                 record.time, record.inputs, parameters, start, substeps=self.substeps, sensitivities=True
             )
+            assert run.sensitivities is not None
+            if not np.isfinite(run.sensitivities).all():
+                raise ComponentError(f"{self.model.system.name}: the sensitivities of a free run overflow")
         except ComponentError:
             if strict:
                 raise
-            rows = len(self.reduce(np.zeros(len(record.time)))) * ny
+            rows = self.reduce(np.zeros((len(record.time), ny))).size
             return np.full(rows, FAILED), np.zeros((rows, self.nx + self.n_free))
-        assert run.sensitivities is not None
         residual = self.reduce((run.outputs - record.measured) / self.noise)
         slopes = self.reduce(run.sensitivities / self.noise[None, :, None])
         return residual.ravel(), slopes.reshape(residual.size, -1)

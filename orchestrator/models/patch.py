@@ -11,16 +11,17 @@ from fmus.errors import ModelicaError
 from fmus.files import cache_folder, write_atomically
 from fmus.symbolic.system import SymbolicSystem
 
-Values = Mapping[str, float | Sequence[float]]
-
 
 @dataclass(frozen=True)
 class Attachment:
-    """An effect class in a slot of a model, with values of its parameters (a sequence for an array)."""
+    """An effect class in a slot of a model, with values of its parameters.
+
+    A parameter is a number, or the elements of an array by full name, such as `{"jointTorque1.b[1]": 0.1}`, in order.
+    """
 
     slot: str
     class_name: str
-    values: Values
+    values: Mapping[str, float | Mapping[str, float]]
 
 
 def free_slots(system: SymbolicSystem) -> tuple[str, ...]:
@@ -82,10 +83,18 @@ def check_attached(system: SymbolicSystem, attachments: Sequence[Attachment]) ->
             raise ModelicaError(f"{part.class_name} did not arrive in slot {part.slot} of {system.name}")
 
 
-def _literal(value: float | Sequence[float]) -> str:
+def _literal(value: float | Mapping[str, float]) -> str:
+    """Modelica literal of a number, a vector or a matrix."""
     if isinstance(value, int | float):
         return repr(float(value))
-    return "{" + ", ".join(repr(float(item)) for item in value) + "}"
+    numbers = [repr(float(item)) for item in value.values()]
+    last = list(value)[-1]
+    if not last.endswith("]"):
+        return numbers[0]
+    shape = [int(part) for part in last[last.rindex("[") + 1 : -1].split(",")]
+    for length in reversed(shape[1:]):
+        numbers = ["{" + ", ".join(numbers[k : k + length]) + "}" for k in range(0, len(numbers), length)]
+    return "{" + ", ".join(numbers) + "}"
 
 
 def _comment(text: str) -> str:

@@ -23,9 +23,13 @@ class Smoother:
         sections = signal.butter(ORDER, self.cutoff_hz / nyquist, output="sos")
         return signal.sosfiltfilt(sections, series, axis=0)
 
-    def thin(self, series: np.ndarray) -> np.ndarray:
-        """Filter, drop the ends that the filter spoils, and keep about four samples for each cutoff period."""
-        edge = min(int(0.5 / (self.cutoff_hz * self.step)), len(series) // 8)
+    def thin(self, series: np.ndarray, lowest_hz: float | None = None) -> np.ndarray:
+        """Filter, drop the ends that a filter has spoiled, and keep about four samples for each cutoff period.
+
+        Args:
+            lowest_hz: corner of a filter that was applied before, if it is lower than this one's cutoff.
+        """
+        edge = min(int(0.5 / ((lowest_hz or self.cutoff_hz) * self.step)), len(series) // 8)
         stride = max(1, int(0.25 / (self.cutoff_hz * self.step)))
         return self(series)[edge : len(series) - edge : stride]
 

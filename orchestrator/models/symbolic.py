@@ -52,6 +52,17 @@ class SymbolicModel:
         return residual_system(self.system, self.signals)
 
     @cached_property
+    def reads_through_parameters(self) -> bool:
+        """Whether what a measurement shows of a state depends on a free parameter, such as an encoder's offset."""
+        if self.residual is None:
+            return False
+        names = [v.name for v in self.system.parameters]
+        p = ca.SX.sym("p", len(names))
+        free = [p[names.index(name)] for name in self.compiled.free]
+        maps = [part(p) for m in self.residual.positions.values() for part in (m.scale, m.offset)]
+        return bool(free and maps) and ca.depends_on(ca.vertcat(*maps), ca.vertcat(*free))
+
+    @cached_property
     def compiled_residual(self) -> CompiledModel:
         """The correction residual, compiled with the same free parameters."""
         assert self.residual is not None
@@ -139,11 +150,16 @@ class SymbolicModel:
         """Value and standard deviation of each measured state at the first sample."""
         assert self.residual is not None
         values = dict(zip([v.name for v in self.residual.system.inputs], first, strict=True))
-        rate = 2 * np.pi * self.smoother(time, measured, noise).cutoff_hz
+        smoother = self.smoother(time, measured, noise)
+        rate = 2 * np.pi * smoother.cutoff_hz
+        # Near its ends a smoother errs by more than the noise; the distance to the samples shows by how much.
+        near = max(4, round(0.25 / (smoother.cutoff_hz * float(np.median(np.diff(time))))))
+        error = np.sqrt(np.mean((smoother(measured) - measured)[:near] ** 2, axis=0))
         found: dict[str, tuple[float, float]] = {}
         for signal, position in self.residual.positions.items():
             scale, offset = (float(part(parameters)) for part in (position.scale, position.offset))
-            std = float(noise[self.signals.index(signal)]) / abs(scale)
+            k = self.signals.index(signal)
+            std = float(max(noise[k], error[k])) / abs(scale)
             found[position.state] = ((values[f"measured:{signal}"] - offset) / scale, std)
             found[position.speed] = (values[f"speed:{signal}"] / scale, rate * std)
         return found

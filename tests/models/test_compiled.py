@@ -83,7 +83,9 @@ def test_run_that_leaves_the_finite_numbers_names_the_time() -> None:
 
 def test_effect_that_the_front_end_drops_is_noticed() -> None:
     arm = find_modelica_model("arm")
-    attachment = Attachment("jointTorque1", "FESArm.Effects.JointTorque.ViscousFriction", {"b": [0.1, 0.2]})
+    attachment = Attachment(
+        "jointTorque1", "FESArm.Effects.JointTorque.ViscousFriction", {"b": {"b[1]": 0.1, "b[2]": 0.2}}
+    )
     patched = patched_model(arm, "Patched", [attachment])
 
     check_attached(patched.compile(), [attachment])

@@ -63,8 +63,14 @@ def test_hidden_states_stay_states_of_the_residual_and_measured_ones_become_inpu
 def test_encoder_with_a_zero_and_a_scale_error_still_shows_the_true_position() -> None:
     arm = find_modelica_model("arm")
     attachments = [
-        Attachment("jointSensor1", "FESArm.Effects.JointSensor.JointOffset", {"offset": [0.01, -0.02]}),
-        Attachment("jointSensor2", "FESArm.Effects.JointSensor.JointScale", {"scale": [1.1, 0.9]}),
+        Attachment(
+            "jointSensor1",
+            "FESArm.Effects.JointSensor.JointOffset",
+            {"offset": {"offset[1]": 0.01, "offset[2]": -0.02}},
+        ),
+        Attachment(
+            "jointSensor2", "FESArm.Effects.JointSensor.JointScale", {"scale": {"scale[1]": 1.1, "scale[2]": 0.9}}
+        ),
     ]
     system = patched_model(arm, "BadEncoders", attachments).compile()
 

@@ -3,9 +3,12 @@ model Crosstalk "A share of one channel's command reaches another muscle"
   import SI = FESArm.Units;
   extends PartialStimulationPath;
   parameter SI.Factor gain[n, n](each min=-0.2, each max=1) = zeros(n, n) "Share of channel i that reaches muscle j";
+protected
+  SI.Factor sent[n] "What reaches each muscle";
 equation
+  sent = u + transpose(gain)*u;
   for j in 1:n loop
-    y[j] = noEvent(min(1, u[j] + sum(gain[i, j]*u[i] for i in 1:n)));
+    y[j] = noEvent(min(1, sent[j]));
   end for;
   annotation (Documentation(info="<html><p>y_j = u_j + sum_i gain_ij u_i, at most 1.</p></html>"));
 end Crosstalk;

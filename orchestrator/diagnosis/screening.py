@@ -1,0 +1,171 @@
+"""Screening: how much of the correction residual each candidate explains, without a free run.
+
+The residual is weighed so that white noise of the encoders stays nearly white in it: a double difference of a position
+amplifies noise with the square of frequency, a low pass with a corner of `CORNER_HZ` takes that back.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import signal
+
+from fmus.catalogue import ModelicaModel
+from orchestrator.diagnosis.candidates import Candidate, EffectSet
+from orchestrator.diagnosis.evidence import LearningData, Refit
+from orchestrator.models.estimation import Record, fit
+from orchestrator.models.smoothing import Smoother
+from orchestrator.models.symbolic import SymbolicModel
+
+CORNER_HZ = 2.0
+
+
+@dataclass(frozen=True)
+class Screened:
+    """A set of candidates with first values of its parameters; `gain` is the share of the residual's square explained."""
+
+    candidates: tuple[Candidate, ...]
+    values: np.ndarray
+    gain: float
+
+
+@dataclass(frozen=True)
+class Regressors:
+    """Weighed residual (m,) of a model along the learning trials, and its slopes (m, k) in k free parameters."""
+
+    residual: np.ndarray
+    slopes: np.ndarray
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """What a single candidate does to the residual: columns (m, c) that span it near its first values."""
+
+    screened: Screened
+    columns: np.ndarray
+    linear: bool
+
+
+class Screener:
+    """Explains the correction residual of a model along the learning trials."""
+
+    def __init__(self, base: ModelicaModel, nominal: SymbolicModel, learning: LearningData) -> None:
+        assert nominal.residual is not None
+        self.base, self.nominal, self.learning = base, nominal, learning
+        trial = learning.trials[0]
+        self._smoother = nominal.smoother(trial.time, trial.outputs, learning.noise)
+        self._positions = [name in nominal.residual.positions for name in nominal.signals]
+        self._size = np.ones(len(nominal.signals))
+        plain = self._regressors(nominal, nominal.compiled.parameters).residual
+        self._size = np.sqrt(np.mean(plain.reshape(-1, len(nominal.signals)) ** 2, axis=0))
+        self._nominal = self._regressors(nominal, nominal.compiled.parameters).residual
+
+    def explain(self, group: Sequence[Candidate]) -> list[Explanation]:
+        """Explain the residual by each candidate of one card; elements of one linear parameter share one model."""
+        card = group[0].card
+        if len(group) > 1 and len(card.parameters) == 1:
+            return self._explain_elements(group)
+        return [self._explain_one(candidate) for candidate in group]
+
+    def _explain_elements(self, group: Sequence[Candidate]) -> list[Explanation]:
+        effects = EffectSet(self.base, group, self.nominal.signals)
+        absent = np.array([parameter.absent for parameter in effects.card_parameters])
+        slopes = self._regressors(effects.model, effects.model.compiled.with_values(absent)).slopes
+        low, high = effects.bounds()
+        found = []
+        for k, candidate in enumerate(group):
+            column = slopes[:, [k]]
+            change, gain = _least_squares(self._nominal, column)
+            value = np.clip(absent[[k]] + change, low[[k]], high[[k]])
+            found.append(Explanation(Screened((candidate,), value, gain), column, True))
+        return found
+
+    def _explain_one(self, candidate: Candidate) -> Explanation:
+        effects = EffectSet(self.base, [candidate], self.nominal.signals)
+        model, (low, high) = effects.model, effects.bounds()
+        if model.residual is None:  # the effect hides the positions; only a free run can tell
+            guess = np.clip(effects.first_guess(), low, high)
+            return Explanation(Screened((candidate,), guess, np.nan), np.zeros((len(self._nominal), 0)), False)
+        guess = np.clip(effects.first_guess(), low, high)
+        records = self._records(model, model.compiled.with_values(guess))
+        found = fit(
+            model.compiled_residual,
+            records,
+            self._size,
+            guess,
+            low,
+            high,
+            substeps=1,
+            reduce=self._weigh,
+            precise=False,
+            threads=1,
+        )
+        here = self._regressors(model, model.compiled.with_values(found.values))
+        gain = 1.0 - float(np.mean(here.residual**2) / np.mean(self._nominal**2))
+        columns = np.column_stack([here.residual - self._nominal, here.slopes])
+        return Explanation(Screened((candidate,), found.values, gain), columns, False)
+
+    def extend(self, current: Refit, placed: Iterable[tuple[Candidate, Explanation]]) -> list[Screened]:
+        """Explain what a fitted set leaves, by each further candidate; gains count from what is left."""
+        here = self._regressors(current.effects.model, current.effects.model.compiled.with_values(current.fit.values))
+        _, own = _least_squares(here.residual, here.slopes)
+        left = (1.0 - own) * float(np.mean(here.residual**2))
+        found = []
+        for candidate, explanation in placed:
+            both = np.column_stack([here.slopes, explanation.columns])
+            change, gain = _least_squares(here.residual, both)
+            value = explanation.screened.values
+            if explanation.linear:
+                value = np.array([parameter.absent for parameter in candidate.card.parameters]) + change[-len(value) :]
+            after = (1.0 - gain) * float(np.mean(here.residual**2))
+            values = np.concatenate([current.fit.values, value])
+            hopeful = np.nan if np.isnan(explanation.screened.gain) else 1.0 - after / left
+            found.append(Screened((*current.effects.candidates, candidate), values, hopeful))
+        return found
+
+    def _regressors(self, model: SymbolicModel, parameters: np.ndarray) -> Regressors:
+        compiled, residuals, slopes = model.compiled_residual, [], []
+        for record in self._records(model, parameters):
+            run = compiled.run(record.time, record.inputs, parameters, record.start, sensitivities=True)
+            assert run.sensitivities is not None
+            hidden = len(compiled.system.states)
+            residuals.append(self._weigh(run.outputs / self._size).ravel())
+            part = self._weigh(run.sensitivities[:, :, hidden:] / self._size[None, :, None])
+            slopes.append(part.reshape(len(residuals[-1]), -1))
+        return Regressors(np.concatenate(residuals), np.concatenate(slopes))
+
+    def _records(self, model: SymbolicModel, parameters: np.ndarray) -> list[Record]:
+        """The learning trials as the residual system sees them: its outputs should be zero."""
+        assert model.residual is not None
+        names = [v.name for v in model.system.states]
+        hidden = [names.index(v.name) for v in model.residual.system.states]
+        records = []
+        for trial in self.learning.trials:
+            full = model.record(trial.time, trial.inputs, trial.outputs, self.learning.noise, parameters)
+            inputs = model.residual_inputs(trial.time, trial.inputs, trial.outputs, self.learning.noise)
+            zeros = np.zeros((len(trial.time), len(model.signals)))
+            parts = (full.start, full.start_std, full.start_low, full.start_high)
+            records.append(Record(trial.time, inputs, zeros, *(part[hidden] for part in parts)))
+        return records
+
+    def _weigh(self, series: np.ndarray) -> np.ndarray:
+        """Weigh against encoder noise, smooth and thin along the first axis; the second axis is that of the signals."""
+        result = series.copy()
+        for k, is_position in enumerate(self._positions):
+            if is_position:
+                result[:, k] = _against_noise(series[:, k], self._smoother)
+        return self._smoother.thin(result, CORNER_HZ if any(self._positions) else None)
+
+
+def _against_noise(series: np.ndarray, smoother: Smoother) -> np.ndarray:
+    sections = signal.butter(1, CORNER_HZ * 2 * smoother.step, output="sos")
+    return signal.sosfiltfilt(sections, series, axis=0)
+
+
+def _least_squares(residual: np.ndarray, columns: np.ndarray) -> tuple[np.ndarray, float]:
+    """Changes that shrink residual + columns @ change, and the share of its square that goes away."""
+    if columns.shape[1] == 0:
+        return np.zeros(0), 0.0
+    change, *_ = np.linalg.lstsq(columns, -residual, rcond=1e-10)
+    left = residual + columns @ change
+    return change, 1.0 - float(left @ left / (residual @ residual))

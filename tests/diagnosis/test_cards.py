@@ -1,0 +1,87 @@
+"""Every card of the library, on the arm: it attaches, compiles, and its values arrive in the written class."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fmus.catalogue import find_modelica_model
+from fmus.errors import MisfitError
+from orchestrator.diagnosis.candidates import EffectSet, can_join, find_candidates
+from orchestrator.diagnosis.cards import EffectCard, effect_library, read_card
+from orchestrator.models.patch import free_slots, patched_model
+
+CARDS = effect_library()
+ARM = find_modelica_model("arm")
+
+
+@pytest.mark.parametrize("card", CARDS, ids=lambda card: f"{card.id}{card.variant}")
+def test_card_attaches_to_the_arm_and_its_values_arrive_in_modelica(card: EffectCard) -> None:
+    candidates, impossible = find_candidates(ARM, ARM.compile(), [card])
+    assert candidates
+    assert not impossible
+    effects = EffectSet(ARM, [candidates[-1]], ["q1", "q2"])
+    low, high = effects.bounds()
+    assert np.all(low < high)
+    values = 0.5 * np.clip(effects.first_guess(), low, high) + 0.5 * np.clip(0.3 * high + 0.7 * low, low, high)
+
+    written = patched_model(ARM, "Written", effects.attachments(values)).compile()
+
+    arrived = {v.name: v.start for v in written.parameters}
+    np.testing.assert_allclose([arrived[v.name] for v in effects.variables], values, rtol=1e-12)
+    assert written.settings[f"{candidates[-1].slot}.present"] is True
+
+
+@pytest.mark.parametrize("card", CARDS, ids=lambda card: f"{card.id}{card.variant}")
+def test_absent_values_leave_the_arm_as_it_was(card: EffectCard) -> None:
+    """At the card's `absent` values the right-hand side is the nominal one, where such values are finite and inside."""
+    candidates, _ = find_candidates(ARM, ARM.compile(), [card])
+    effects = EffectSet(ARM, [candidates[0]], ["q1", "q2"])
+    absent = np.array([parameter.absent for parameter in effects.card_parameters])
+    low, high = effects.bounds()
+    system = effects.model.system
+    if np.any(absent < low) or np.any(absent > high) or len(system.states) > 4 or card.id == "recruitment_curve":
+        pytest.skip("the effect vanishes only in a limit")
+    x, u = [0.7, 1.2, 0.4, -0.6], [0.3, 0.2, 0.4, 0.1, 0.5, 0.25, 1.5, -2.0, 0.0, 0.0]
+    delayed = u[:6] if system.n_delays else []
+
+    with_effect = system.rhs(0, x, u, delayed, effects.model.compiled.with_values(absent))[0]
+
+    nominal = ARM.compile()
+    plain = nominal.rhs(0, x, u, [], [v.start for v in nominal.parameters])[0]
+    np.testing.assert_allclose(with_effect.full(), plain.full(), rtol=1e-10)
+
+
+def test_effects_of_one_contract_share_the_arm_until_its_slots_are_full() -> None:
+    system = ARM.compile()
+    wanted = ["viscous_friction", "coulomb_friction", "passive_stiffness", "cogging"]
+    cards = {card.id: card for card in CARDS if not card.variant}
+    chosen = []
+    for name in wanted:
+        (candidate,), _ = find_candidates(ARM, system, [cards[name]])
+        placed = can_join(chosen, candidate, free_slots(system))
+        if placed is not None:
+            chosen.append(placed)
+
+    assert [c.card.id for c in chosen] == wanted[:3]
+    assert len({c.slot for c in chosen}) == 3
+
+
+def test_two_weak_muscles_live_in_one_slot() -> None:
+    system = ARM.compile()
+    card = next(card for card in CARDS if card.id == "muscle_weakness")
+    candidates, _ = find_candidates(ARM, system, [card])
+
+    second = can_join(candidates[:1], candidates[4], free_slots(system))
+
+    assert second is not None
+    assert second.slot == candidates[0].slot
+    assert can_join(candidates[:1], candidates[0], free_slots(system)) is None
+
+
+def test_card_that_lacks_an_entry_is_refused_by_name(tmp_path: Path) -> None:
+    broken = tmp_path / "broken.toml"
+    broken.write_text('id = "x"\n')
+
+    with pytest.raises(MisfitError, match=r"broken\.toml lacks or misuses 'title'"):
+        read_card(broken)
