@@ -1,0 +1,115 @@
+"""Modelica models to FMU files: in parallel, and only what has changed since it was last built."""
+
+import hashlib
+import multiprocessing
+import os
+from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+
+from fmus.catalogue import ModelicaModel
+from fmus.errors import FmuError
+from fmus.files import cache_folder, write_atomically
+from fmus.library import library_root
+from fmus.package import build_fmu
+
+SUFFIXES = {"2.0": ".fmu", "3.0": ".fmi3.fmu"}
+
+
+@dataclass(frozen=True)
+class Target:
+    """A model in one FMI version, and the file that its FMU goes to."""
+
+    model: ModelicaModel
+    fmi_version: str
+    path: Path
+
+
+def targets_of(models: Iterable[ModelicaModel], folder: Path) -> list[Target]:
+    """All versions of all models as files of a folder.
+
+    Raises:
+        FmuError: if two models would be written to the same file.
+    """
+    targets: dict[Path, Target] = {}
+    for model in models:
+        for fmi_version, suffix in SUFFIXES.items():
+            path = folder / f"{model.name.rsplit('.', 1)[-1]}{suffix}"
+            other = targets.setdefault(path, Target(model, fmi_version, path))
+            if other.model != model:
+                raise FmuError(f"{other.model.name} and {model.name} both build {path.name}; use two --out folders")
+    return list(targets.values())
+
+
+def build_all(targets: Sequence[Target], workers: int) -> None:
+    """Write all targets; what was built before from the same sources comes from the cache.
+
+    Raises:
+        MisfitError: if a model cannot be compiled or its FMU cannot be built or written.
+    """
+    kept = {target: _kept(target) for target in targets}
+    missing = [target for target in targets if not kept[target].is_file()]
+    jobs: dict[ModelicaModel, list[tuple[str, Path]]] = {}
+    for target in missing:
+        jobs.setdefault(target.model, []).append((target.fmi_version, kept[target]))
+    if len(jobs) < 2 or workers < 2:
+        for model, files in jobs.items():
+            _build(model, files)
+    else:
+        # CasADi's reference counts are not safe in threads, and a fork would copy threads in the middle of their work.
+        context = multiprocessing.get_context("spawn")
+        with ProcessPoolExecutor(min(workers, len(jobs)), mp_context=context) as pool:
+            list(pool.map(_build, jobs.keys(), jobs.values()))
+    for target in targets:
+        _deliver(kept[target].read_bytes(), target.path)
+    for target in missing:
+        if _kept(target) != kept[target]:  # a source was edited during the build, so the file belongs to neither text
+            kept[target].unlink(missing_ok=True)
+
+
+def _build(model: ModelicaModel, files: Sequence[tuple[str, Path]]) -> None:
+    system = model.compile()
+    for fmi_version, path in files:
+        build_fmu(
+            system,
+            path,
+            fmi_version=fmi_version,
+            stop_time=model.stop_time_s,
+            step_size=model.step_size_s,
+        )
+
+
+def _deliver(content: bytes, path: Path) -> None:
+    try:
+        # An unchanged file keeps its time stamp, so that whatever depends on it is not made again.
+        if not path.is_file() or path.read_bytes() != content:
+            write_atomically(path, content)
+    except OSError as error:
+        raise FmuError(f"cannot write {path}: {error.strerror}") from error
+
+
+def _kept(target: Target) -> Path:
+    """Where the cache holds the FMU, by the content of everything that it is made of."""
+    model = target.model
+    tools = [f"{name} {version(name)}" for name in ("casadi", "fmpy", "rumoca")]
+    experiment = f"{model.stop_time_s!r} {model.step_size_s!r}"
+    facts = [model.name, model.class_name, experiment, target.fmi_version, os.environ.get("CC", ""), *tools]
+    digest = hashlib.sha256("\0".join(facts).encode())
+    for path in _ingredients(model):
+        content = path.read_bytes()
+        digest.update(f"\0{path.name}\0{len(content)}\0".encode() + content)
+    return cache_folder("fmu") / f"{digest.hexdigest()}.fmu"
+
+
+def _ingredients(model: ModelicaModel) -> Iterator[Path]:
+    """The Modelica library, the factory's own code, and the model's file with its neighbours in a package."""
+    yield from sorted(library_root().rglob("*.mo"))
+    package = Path(__file__).parent
+    for pattern in ("*.py", "*.[ch]", "*.toml"):
+        yield from sorted(package.rglob(pattern))
+    if model.file is not None:
+        yield model.file
+        if (model.file.parent / "package.mo").exists():
+            yield from sorted(model.file.parent.rglob("*.mo"))
