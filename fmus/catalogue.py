@@ -1,5 +1,6 @@
 """The built-in models, and how a model is named on the command line."""
 
+import hashlib
 import re
 import tomllib
 from dataclasses import dataclass
@@ -7,9 +8,12 @@ from functools import cache
 from pathlib import Path
 
 from fmus.errors import ModelicaError
+from fmus.files import cache_folder, write_atomically
 from fmus.frontend import compile_class
+from fmus.frontend.compile import fingerprint
 from fmus.library import library_root
 from fmus.symbolic.build import build_system
+from fmus.symbolic.store import from_bytes, to_bytes
 from fmus.symbolic.system import SymbolicSystem
 
 
@@ -24,12 +28,18 @@ class ModelicaModel:
     step_size_s: float = 0.004
 
     def compile(self) -> SymbolicSystem:
-        """Return the symbolic form of the class.
+        """Return the symbolic form of the class; it is kept in the cache by the content of all sources.
 
         Raises:
             ModelicaError: if it cannot be compiled or uses an unsupported construct.
         """
-        return build_system(compile_class(self.class_name, self.file), self.class_name, self.description)
+        key = f"{fingerprint(self.class_name, self.file)}-{_translator()}.json"
+        kept = cache_folder("systems") / key
+        if kept.is_file():
+            return from_bytes(kept.read_bytes())
+        system = build_system(compile_class(self.class_name, self.file), self.class_name, self.description)
+        write_atomically(kept, to_bytes(system))
+        return system
 
     @property
     def description(self) -> str:
@@ -38,6 +48,13 @@ class ModelicaModel:
         source = self.file or library_root() / Path(*self.class_name.split(".")).with_suffix(".mo")
         found = re.search(rf"\bmodel\s+{re.escape(short)}\s*\"([^\"]*)\"", source.read_text())
         return found.group(1) if found else ""
+
+
+@cache
+def _translator() -> str:
+    """Content hash of the translator's own code: another translator may give another system."""
+    sources = sorted((Path(__file__).parent / "symbolic").glob("*.py"))
+    return hashlib.sha256(b"".join(path.read_bytes() for path in sources)).hexdigest()[:16]
 
 
 @cache

@@ -6,6 +6,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -34,9 +35,7 @@ def compile_class(model: str, file: Path | None = None) -> dict[str, Any]:
     """
     root = library_root()
     source = root / "FESArm" / "package.mo" if file is None else file
-    if not source.is_file():
-        raise ModelicaError(f"Modelica file {source} does not exist")
-    kept = cache_folder("dae") / f"{_fingerprint(model, file, root)}.json"
+    kept = cache_folder("dae") / f"{fingerprint(model, file)}.json"
     if kept.is_file():
         return json.loads(kept.read_text())
     lint_class(model, file, [root])
@@ -70,15 +69,28 @@ def _run_compiler(model: str, source: Path, root: Path) -> str:
     return done.stdout
 
 
-def _fingerprint(model: str, file: Path | None, root: Path) -> str:
-    digest = hashlib.sha256(f"{version('rumoca')} {model}".encode())
-    files = sorted(root.rglob("*.mo")) + sorted((Path(__file__).parent / "lint").glob("*.py"))
+def fingerprint(model: str, file: Path | None = None) -> str:
+    """Content hash of all that a class is compiled from: its sources, the library, the compiler and the linter.
+
+    Raises:
+        ModelicaError: if the file does not exist.
+    """
+    digest = hashlib.sha256(f"{_surroundings()} {model}".encode())
     if file is not None:
+        if not file.is_file():
+            raise ModelicaError(f"Modelica file {file} does not exist")
         # A class in a package folder may use its neighbours.
         neighbours = sorted(file.parent.rglob("*.mo")) if (file.parent / "package.mo").exists() else []
-        files += [file, *neighbours]
         digest.update(str(file.resolve()).encode())
-    for path in files:
-        digest.update(path.name.encode())
-        digest.update(path.read_bytes())
+        for path in (file, *neighbours):
+            digest.update(path.name.encode() + path.read_bytes())
+    return digest.hexdigest()
+
+
+@cache
+def _surroundings() -> str:
+    """Content hash of library, compiler and linter, which stay the same while a process runs."""
+    digest = hashlib.sha256(version("rumoca").encode())
+    for path in (*sorted(library_root().rglob("*.mo")), *sorted((Path(__file__).parent / "lint").glob("*.py"))):
+        digest.update(path.name.encode() + path.read_bytes())
     return digest.hexdigest()

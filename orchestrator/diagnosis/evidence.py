@@ -6,8 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from orchestrator.diagnosis.candidates import EffectSet
-from orchestrator.measurements import BoundSet, BoundTrial
+from orchestrator.measurements import BoundSet
 from orchestrator.models.estimation import Fit, fit
+from orchestrator.models.smoothing import SmoothedTrial
 
 # A residual of a moving arm forgets itself in about a second; trials are of the order of ten.
 SAMPLES_PER_TRIAL = 10
@@ -15,11 +16,9 @@ SAMPLES_PER_TRIAL = 10
 
 @dataclass(frozen=True)
 class LearningData:
-    """Learning trials, the sensor noise and the noise floor of each signal (in the order of `data.output_names`)."""
+    """The learning trials, smoothed, and the noise floor (ny,) of each signal in the order of the trials' columns."""
 
-    data: BoundSet
-    trials: tuple[BoundTrial, ...]
-    noise: np.ndarray
+    trials: tuple[SmoothedTrial, ...]
     floor: np.ndarray
 
     @property
@@ -31,7 +30,8 @@ class LearningData:
     def of(data: BoundSet, floor: Mapping[str, float]) -> "LearningData":
         """Take the learning trials of a bound set."""
         noise = np.array([data.noise_std[name] for name in data.output_names])
-        return LearningData(data, tuple(data.learning), noise, np.array([floor[name] for name in data.output_names]))
+        trials = tuple(SmoothedTrial(t.time, t.inputs, t.outputs, noise) for t in data.learning)
+        return LearningData(trials, np.array([floor[name] for name in data.output_names]))
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ def refit(effects: EffectSet, learning: LearningData, first: np.ndarray | None =
     for _ in range(2):
         # Start values are bounded by what the encoders show, and what they show depends on a sensor error's size.
         parameters = model.compiled.with_values(guess)
-        records = [model.record(t.time, t.inputs, t.outputs, learning.noise, parameters) for t in learning.trials]
+        records = [model.record(trial, parameters) for trial in learning.trials]
         steps = max(model.substeps(r.time, r.inputs, r.start) for r in records[:2])
         again = fit(model.compiled, records, learning.floor, guess, low, high, substeps=steps, threads=1)
         found = again if found is None or again.cost < found.cost else found

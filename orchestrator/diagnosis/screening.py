@@ -8,13 +8,12 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import signal
 
 from fmus.catalogue import ModelicaModel
 from orchestrator.diagnosis.candidates import Candidate, EffectSet
 from orchestrator.diagnosis.evidence import LearningData, Refit
 from orchestrator.models.estimation import Record, fit
-from orchestrator.models.smoothing import Smoother
+from orchestrator.models.smoothing import low_pass
 from orchestrator.models.symbolic import SymbolicModel
 
 CORNER_HZ = 2.0
@@ -52,8 +51,7 @@ class Screener:
     def __init__(self, base: ModelicaModel, nominal: SymbolicModel, learning: LearningData) -> None:
         assert nominal.residual is not None
         self.base, self.nominal, self.learning = base, nominal, learning
-        trial = learning.trials[0]
-        self._smoother = nominal.smoother(trial.time, trial.outputs, learning.noise)
+        self._smoother = learning.trials[0].smoother
         self._positions = [name in nominal.residual.positions for name in nominal.signals]
         self._size = np.ones(len(nominal.signals))
         plain = self._regressors(nominal, nominal.compiled.parameters).residual
@@ -141,8 +139,8 @@ class Screener:
         hidden = [names.index(v.name) for v in model.residual.system.states]
         records = []
         for trial in self.learning.trials:
-            full = model.record(trial.time, trial.inputs, trial.outputs, self.learning.noise, parameters)
-            inputs = model.residual_inputs(trial.time, trial.inputs, trial.outputs, self.learning.noise)
+            full = model.record(trial, parameters)
+            inputs = model.residual_inputs(trial)
             zeros = np.zeros((len(trial.time), len(model.signals)))
             parts = (full.start, full.start_std, full.start_low, full.start_high)
             records.append(Record(trial.time, inputs, zeros, *(part[hidden] for part in parts)))
@@ -153,13 +151,8 @@ class Screener:
         result = series.copy()
         for k, is_position in enumerate(self._positions):
             if is_position:
-                result[:, k] = _against_noise(series[:, k], self._smoother)
+                result[:, k] = low_pass(series[:, k], 1, CORNER_HZ * 2 * self._smoother.step)
         return self._smoother.thin(result, CORNER_HZ if any(self._positions) else None)
-
-
-def _against_noise(series: np.ndarray, smoother: Smoother) -> np.ndarray:
-    sections = signal.butter(1, CORNER_HZ * 2 * smoother.step, output="sos")
-    return signal.sosfiltfilt(sections, series, axis=0)
 
 
 def _least_squares(residual: np.ndarray, columns: np.ndarray) -> tuple[np.ndarray, float]:

@@ -1,6 +1,7 @@
 """Smoothed measurements: values, speeds and accelerations of sampled signals without a lag."""
 
 from dataclasses import dataclass
+from functools import cache, cached_property
 
 import numpy as np
 from scipy import signal
@@ -20,8 +21,7 @@ class Smoother:
         nyquist = 0.5 / self.step
         if self.cutoff_hz >= 0.9 * nyquist or len(series) < 30:
             return series
-        sections = signal.butter(ORDER, self.cutoff_hz / nyquist, output="sos")
-        return signal.sosfiltfilt(sections, series, axis=0)
+        return low_pass(series, ORDER, self.cutoff_hz / nyquist)
 
     def thin(self, series: np.ndarray, lowest_hz: float | None = None) -> np.ndarray:
         """Filter, drop the ends that a filter has spoiled, and keep about four samples for each cutoff period.
@@ -32,6 +32,52 @@ class Smoother:
         edge = min(int(0.5 / ((lowest_hz or self.cutoff_hz) * self.step)), len(series) // 8)
         stride = max(1, int(0.25 / (self.cutoff_hz * self.step)))
         return self(series)[edge : len(series) - edge : stride]
+
+
+@dataclass(frozen=True, eq=False)
+class SmoothedTrial:
+    """A trial with what its measurements show of motion: `inputs` (n, nu), `measured` (n, ny), `noise` (ny,) std.
+
+    Values and speeds are smoothed, accelerations are not (they are linear in the noise and are filtered later);
+    all have shape (n, ny).
+    """
+
+    time: np.ndarray
+    inputs: np.ndarray
+    measured: np.ndarray
+    noise: np.ndarray
+
+    @cached_property
+    def smoother(self) -> Smoother:
+        """Low pass at the highest frequency at which some signal stands out of its noise."""
+        step = float(np.median(np.diff(self.time)))
+        columns = zip(self.measured.T, self.noise, strict=True)
+        return Smoother(step, max(cutoff_frequency(column, float(std), step) for column, std in columns))
+
+    @cached_property
+    def values(self) -> np.ndarray:
+        """Smoothed measurements."""
+        return self.smoother(self.measured)
+
+    @cached_property
+    def speeds(self) -> np.ndarray:
+        """Derivatives of the smoothed measurements."""
+        return np.gradient(self.values, self.time, axis=0)
+
+    @cached_property
+    def accelerations(self) -> np.ndarray:
+        """Second differences of the raw measurements."""
+        return second_difference(self.measured, self.smoother.step)
+
+
+def low_pass(series: np.ndarray, order: int, cutoff: float) -> np.ndarray:
+    """Butterworth low pass along the first axis, forwards and backwards; `cutoff` is a share of half the sampling rate."""
+    return signal.sosfiltfilt(_sections(order, cutoff), series, axis=0)
+
+
+@cache
+def _sections(order: int, cutoff: float) -> np.ndarray:
+    return signal.butter(order, cutoff, output="sos")
 
 
 def second_difference(series: np.ndarray, step: float) -> np.ndarray:

@@ -12,7 +12,7 @@ from orchestrator.models.compiled import CompiledModel
 from orchestrator.models.contract import FittedTrial
 from orchestrator.models.correction import ResidualSystem, residual_system
 from orchestrator.models.estimation import Fit, Record, fit
-from orchestrator.models.smoothing import Smoother, cutoff_frequency, second_difference
+from orchestrator.models.smoothing import SmoothedTrial
 
 # Start values that no measurement shows, such as an activation, lie this far from equilibrium, as a share of their range.
 HIDDEN_SPREAD = 0.2
@@ -85,7 +85,7 @@ class SymbolicModel:
         self, time: np.ndarray, inputs: np.ndarray, measured: np.ndarray, names: Sequence[str], noise: np.ndarray
     ) -> FittedTrial:
         model = self.restricted(names)
-        record = model.record(time, inputs, measured, noise)
+        record = model.record(SmoothedTrial(time, inputs, measured, noise))
         steps = model.substeps(time, inputs, record.start)
         found = fit(model.compiled, [record], noise, (), (), (), substeps=steps, threads=1)
         return model.run_fit(record, found, 0, steps)
@@ -111,14 +111,7 @@ class SymbolicModel:
             count, coarse = 2 * count, fine
         return count
 
-    def record(
-        self,
-        time: np.ndarray,
-        inputs: np.ndarray,
-        measured: np.ndarray,
-        noise: np.ndarray,
-        parameters: np.ndarray | None = None,
-    ) -> Record:
+    def record(self, trial: SmoothedTrial, parameters: np.ndarray | None = None) -> Record:
         """A trial with first guesses of the start values and their bounds, at given values of all parameters.
 
         States that are measured start within five standard deviations of the smoothed measurement, so that a wrong
@@ -130,38 +123,29 @@ class SymbolicModel:
         low = np.array([-np.inf if v.minimum is None else v.minimum for v in states])
         high = np.array([np.inf if v.maximum is None else v.maximum for v in states])
         spread = np.full(len(states), np.inf)
-        if self.residual is None:
-            return Record(time, inputs, measured, np.clip(start, low, high), spread, low, high)
-        first = self.residual_inputs(time, inputs, measured, noise)[0]
-        shown = self._measured_start(first, time, measured, noise, parameters)
-        hidden = self._settled(first, parameters)
-        for i, variable in enumerate(states):
-            if variable.name in shown:
-                start[i], reach = shown[variable.name]
-                low[i], high[i] = start[i] - 5 * reach, start[i] + 5 * reach
-            else:
-                start[i] = hidden[variable.name]
-                spread[i] = HIDDEN_SPREAD * (high[i] - low[i])
-        return Record(time, inputs, measured, np.clip(start, low, high), spread, low, high)
+        if self.residual is not None:
+            shown = self._measured_start(trial, parameters)
+            hidden = self._settled(self.residual_inputs(trial)[0], parameters)
+            for i, variable in enumerate(states):
+                if variable.name in shown:
+                    start[i], reach = shown[variable.name]
+                    low[i], high[i] = start[i] - 5 * reach, start[i] + 5 * reach
+                else:
+                    start[i] = hidden[variable.name]
+                    spread[i] = HIDDEN_SPREAD * (high[i] - low[i])
+        return Record(trial.time, trial.inputs, trial.measured, np.clip(start, low, high), spread, low, high)
 
-    def _measured_start(
-        self, first: np.ndarray, time: np.ndarray, measured: np.ndarray, noise: np.ndarray, parameters: np.ndarray
-    ) -> dict[str, tuple[float, float]]:
+    def _measured_start(self, trial: SmoothedTrial, parameters: np.ndarray) -> dict[str, tuple[float, float]]:
         """Value and standard deviation of each measured state at the first sample."""
         assert self.residual is not None
-        values = dict(zip([v.name for v in self.residual.system.inputs], first, strict=True))
-        smoother = self.smoother(time, measured, noise)
-        rate = 2 * np.pi * smoother.cutoff_hz
-        # Near its ends a smoother errs by more than the noise; the distance to the samples shows by how much.
-        near = max(4, round(0.25 / (smoother.cutoff_hz * float(np.median(np.diff(time))))))
-        error = np.sqrt(np.mean((smoother(measured) - measured)[:near] ** 2, axis=0))
+        rate = 2 * np.pi * trial.smoother.cutoff_hz
         found: dict[str, tuple[float, float]] = {}
         for signal, position in self.residual.positions.items():
-            scale, offset = (float(part(parameters)) for part in (position.scale, position.offset))
             k = self.signals.index(signal)
-            std = float(max(noise[k], error[k])) / abs(scale)
-            found[position.state] = ((values[f"measured:{signal}"] - offset) / scale, std)
-            found[position.speed] = (values[f"speed:{signal}"] / scale, rate * std)
+            scale, offset = (float(part(parameters)) for part in (position.scale, position.offset))
+            std = float(trial.noise[k]) / abs(scale)
+            found[position.state] = ((float(trial.values[0, k]) - offset) / scale, std)
+            found[position.speed] = (float(trial.speeds[0, k]) / scale, rate * std)
         return found
 
     @cached_property
@@ -180,25 +164,15 @@ class SymbolicModel:
         run = self._hidden.run(time, np.tile(inputs, (len(time), 1)), parameters, first, substeps=4)
         return dict(zip(names, map(float, run.outputs[-1]), strict=True))
 
-    def residual_inputs(
-        self, time: np.ndarray, inputs: np.ndarray, measured: np.ndarray, noise: np.ndarray
-    ) -> np.ndarray:
-        """Inputs of the residual system along a trial, from smoothed measurements, shape (n, n_inputs)."""
+    def residual_inputs(self, trial: SmoothedTrial) -> np.ndarray:
+        """Inputs of the residual system along a trial, shape (n, n_inputs)."""
         assert self.residual is not None
-        step = float(np.median(np.diff(time)))
-        smoother = self.smoother(time, measured, noise)
-        series = {v.name: inputs[:, i] for i, v in enumerate(self.system.inputs)}
+        series = {v.name: trial.inputs[:, i] for i, v in enumerate(self.system.inputs)}
         for k, name in enumerate(self.signals):
             if name in self.residual.positions:
-                series[f"measured:{name}"] = smoother(measured[:, k])
-                series[f"speed:{name}"] = np.gradient(series[f"measured:{name}"], time)
-                series[f"target:{name}"] = second_difference(measured[:, k], step)
+                series[f"measured:{name}"] = trial.values[:, k]
+                series[f"speed:{name}"] = trial.speeds[:, k]
+                series[f"target:{name}"] = trial.accelerations[:, k]
             else:
-                series[f"target:{name}"] = measured[:, k]
+                series[f"target:{name}"] = trial.measured[:, k]
         return np.column_stack([series[v.name] for v in self.residual.system.inputs])
-
-    def smoother(self, time: np.ndarray, measured: np.ndarray, noise: np.ndarray) -> Smoother:
-        """Low pass at the highest frequency at which some signal stands out of its noise."""
-        step = float(np.median(np.diff(time)))
-        cutoffs = [cutoff_frequency(measured[:, k], float(noise[k]), step) for k in range(measured.shape[1])]
-        return Smoother(step, max(cutoffs))

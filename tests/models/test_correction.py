@@ -5,6 +5,7 @@ import numpy as np
 from fmus.catalogue import find_modelica_model
 from orchestrator.models.correction import residual_system
 from orchestrator.models.patch import Attachment, patched_model
+from orchestrator.models.smoothing import SmoothedTrial
 from orchestrator.models.symbolic import SymbolicModel
 
 STEP = 0.004
@@ -25,13 +26,13 @@ def test_residual_of_the_arm_is_the_torque_that_was_hidden_in_its_motion() -> No
     motion = model.simulate(TIME, arm_inputs(hidden), ["q1", "q2"], start)
 
     plain = arm_inputs(np.zeros_like(hidden))
-    inputs = model.residual_inputs(TIME, plain, motion, NOISE)
+    trial = SmoothedTrial(TIME, plain, motion, NOISE)
+    inputs = model.residual_inputs(trial)
     compiled = model.compiled_residual
     found = compiled.run(TIME, inputs, compiled.parameters, np.zeros(0)).outputs
 
-    smooth = model.smoother(TIME, motion, NOISE)
     # Central differences of the motion at 250 Hz err by about step^2/12 of the fourth derivative.
-    assert np.abs(smooth(found) - hidden)[200:-200].max() < 0.01
+    assert np.abs(trial.smoother(found) - hidden)[200:-200].max() < 0.01
 
 
 def test_right_model_has_no_residual_force_at_all() -> None:
@@ -41,7 +42,8 @@ def test_right_model_has_no_residual_force_at_all() -> None:
     force = model.simulate(TIME, inputs, ["force"], {})
 
     compiled = model.compiled_residual
-    found = compiled.run(TIME, model.residual_inputs(TIME, inputs, force, NOISE[:1]), compiled.parameters, np.zeros(0))
+    trial = SmoothedTrial(TIME, inputs, force, NOISE[:1])
+    found = compiled.run(TIME, model.residual_inputs(trial), compiled.parameters, np.zeros(0))
 
     assert np.abs(found.outputs).max() < 1e-12
 
