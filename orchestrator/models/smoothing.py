@@ -65,6 +65,16 @@ class SmoothedTrial:
         return np.gradient(self.values, self.time, axis=0)
 
     @cached_property
+    def start_std(self) -> np.ndarray:
+        """Standard deviation (ny,) of the first smoothed values: the noise, or the distance to the samples if larger.
+
+        Near its ends a smoother errs by more than the noise where a record begins in the middle of a motion.
+        """
+        near = max(4, round(0.25 / (self.smoother.cutoff_hz * self.smoother.step)))
+        distance = np.sqrt(np.mean((self.values - self.measured)[:near] ** 2, axis=0))
+        return np.maximum(self.noise, distance)
+
+    @cached_property
     def accelerations(self) -> np.ndarray:
         """Second differences of the raw measurements."""
         return second_difference(self.measured, self.smoother.step)

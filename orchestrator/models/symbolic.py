@@ -143,7 +143,7 @@ class SymbolicModel:
         for signal, position in self.residual.positions.items():
             k = self.signals.index(signal)
             scale, offset = (float(part(parameters)) for part in (position.scale, position.offset))
-            std = float(trial.noise[k]) / abs(scale)
+            std = float(trial.start_std[k]) / abs(scale)
             found[position.state] = ((float(trial.values[0, k]) - offset) / scale, std)
             found[position.speed] = (float(trial.speeds[0, k]) / scale, rate * std)
         return found
