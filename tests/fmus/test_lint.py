@@ -138,6 +138,25 @@ CONSTRUCTS = {
         "model B extends Slot(law(z=3)); end B;",
         0.0,
     ),
+    "modifiers of a class": Construct(
+        slot("replaceable model Law = K; Law s") + "model B extends S(Law(k=3)); end B;",
+        "the modifiers of the class 'Law' would be dropped",
+        slot("replaceable model Law = K; Law s") + "model B extends S(s(k=3)); end B;",
+        3.0,
+    ),
+    "value of a redeclared parameter": Construct(
+        "model G extends Has; replaceable parameter Real k = 3; equation yy = k*u; end G;"
+        "model B extends G(redeclare parameter Real k = 4); end B;",
+        "the value of the redeclared 'k' would be dropped; write 'k = ...'",
+        "model G extends Has; parameter Real k = 3; equation yy = k*u; end G; model B extends G(k=4); end B;",
+        4.0,
+    ),
+    "dotted modifier": Construct(
+        "model B extends WithK(law.k=3); end B;",
+        "write 'law(k = ...)' instead of 'law.k = ...'",
+        "model B extends WithK(law(k=3)); end B;",
+        3.0,
+    ),
     "unknown class redeclared": Construct(
         "model B extends Slot(redeclare model Lw = K); end B;",
         "'Lw' is not an element of Slot; did you mean 'Law'?",

@@ -78,6 +78,9 @@ class ModifierRules:
 
     def _modification(self, modifier: Modifier, target: View, depth: int) -> None:
         name = modifier.name[0]
+        if len(modifier.name) > 1:
+            first, last = ".".join(modifier.name[:-1]), modifier.name[-1]
+            self.refuse(modifier.line, f"write '{first}({last} = ...)' instead of '{first}.{last} = ...'")
         if _is_simple(target):
             if name not in ATTRIBUTES:
                 self._unknown(modifier, target, sorted(ATTRIBUTES))
@@ -89,6 +92,11 @@ class ModifierRules:
             inner = component_type(found)
             if inner is not None:
                 self._check(modifier.sub, inner, is_base=False, depth=depth + 1)
+        else:
+            self.refuse(
+                modifier.line,
+                f"the modifiers of the class '{name}' would be dropped; modify the component of this class instead",
+            )
 
     def _unknown(self, modifier: Modifier, target: View, known: list[str]) -> NoReturn:
         name, owner = modifier.name[0], target.definition.name
@@ -148,6 +156,10 @@ class ModifierRules:
                 modifier.line,
                 f"the redeclaration of '{new.name}' would be dropped, because {owner}, and not the extended class, "
                 f"declares it; extend {owner} itself, or make it a replaceable model in {owner}",
+            )
+        if new.value is not None:
+            self.refuse(
+                modifier.line, f"the value of the redeclared '{new.name}' would be dropped; write '{new.name} = ...'"
             )
         self._keep_all_modifiers(modifier, new, found)
         target = type_of(self.scope, new.type_name)
