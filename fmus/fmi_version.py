@@ -22,6 +22,7 @@ class FmiVersion:
     headers: tuple[str, ...]
     describe: Callable[[SymbolicSystem, Header], bytes]
     platform: Callable[[], str]  # folder of the binary for this machine
+    adjoint: bool = False  # whether the version has adjoint derivatives
     build_files: Callable[[Header], Mapping[str, bytes]] = _nothing  # beside the sources
 
     def has_runtime_file(self, name: str) -> bool:
@@ -64,6 +65,7 @@ _VERSIONS = {
         headers=("fmi3Functions.h", "fmi3FunctionTypes.h", "fmi3PlatformTypes.h"),
         describe=model_description3,
         platform=_platform3,
+        adjoint=True,
         build_files=lambda header: {"sources/buildDescription.xml": build_description(header)},
     ),
 }

@@ -55,6 +55,7 @@ def _interface(tag: str, header: Header, **abilities: str) -> ET.Element:
         canGetAndSetFMUState="true",
         canSerializeFMUState="true",
         providesDirectionalDerivatives="true",
+        providesAdjointDerivatives="true",
     )
 
 

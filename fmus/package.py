@@ -122,7 +122,7 @@ def _sources(system: SymbolicSystem, fmi: FmiVersion, tolerance: float) -> dict[
     """All C files by name; the configuration still carries `_NO_GUID`."""
     import fmpy  # type: ignore[import-untyped]
 
-    code = model_code(system)
+    code = model_code(system, reverse=fmi.adjoint)
     names = [scalar.variable.name for scalar in Layout(system).scalars]
     runtime = resources.files("fmus.runtime")
     headers = Path(fmpy.__file__).parent / "c-code"

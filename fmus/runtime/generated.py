@@ -19,10 +19,13 @@ class ModelCode:
     sizes: dict[str, int]
 
 
-def model_code(system: SymbolicSystem) -> ModelCode:
-    """Generate C for the four functions of a system, as `model_rhs`, `model_history` and so on, and their tangents."""
+def model_code(system: SymbolicSystem, *, reverse: bool = False) -> ModelCode:
+    """Generate C for the four functions of a system, as `model_rhs`, `model_history` and so on, and their tangents.
+
+    With `reverse` their adjoints too.
+    """
     plain = [_dense(getattr(system, name), f"model_{name}") for name in MODEL_FUNCTIONS]
-    functions = [*plain, *map(_tangent, plain)]
+    functions = [*plain, *map(_tangent, plain), *(map(_adjoint, plain) if reverse else [])]
     options: dict[str, Any] = {
         "with_header": False,
         "casadi_real": "double",
@@ -103,6 +106,16 @@ def _tangent(function: ca.Function) -> ca.Function:
     changes = function.forward(1).call([*arguments, *function.call(arguments), *seeds])
     name = f"{function.name()}_tangent"
     return ca.Function(name, [*arguments, *seeds], [ca.densify(change) for change in changes], {"cse": True})
+
+
+def _adjoint(function: ca.Function) -> ca.Function:
+    """Reverse mode, `model_rhs_adjoint` and so on: the arguments, then a seed for each result -> share of each one."""
+    symbol = ca.SX.sym if function.is_a("SXFunction") else ca.MX.sym
+    arguments: list[Any] = [symbol(function.name_in(i), function.numel_in(i)) for i in range(function.n_in())]
+    seeds: list[Any] = [symbol(f"seed_{i}", function.numel_out(i)) for i in range(function.n_out())]
+    shares = function.reverse(1).call([*arguments, *function.call(arguments), *seeds])
+    name = f"{function.name()}_adjoint"
+    return ca.Function(name, [*arguments, *seeds], [ca.densify(ca.vec(share)) for share in shares], {"cse": True})
 
 
 def _numbers(values: list[float]) -> str:

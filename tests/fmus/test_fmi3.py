@@ -95,6 +95,26 @@ def test_directional_derivatives_are_those_of_the_equations(fmus: dict[str, Path
         )
 
 
+@pytest.mark.parametrize("running", [False, True])
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_adjoint_derivatives_are_the_transpose(fmus: dict[str, Path], tmp_path: Path, name: str, running: bool) -> None:
+    system, random = SYSTEMS[name](), np.random.default_rng(4)
+    with instance(fmus[name], tmp_path / name) as (slave, vr, _):
+        slave.enterInitializationMode()
+        if running:
+            slave.exitInitializationMode()
+            slave.doStep(0.0, 0.01)
+        knowns = [vr[v.name] for v in (*system.inputs, *system.states, *system.parameters)]
+        computed = [f"der({v.name})" for v in system.states]
+        computed += [v.name for v in (*system.states, *system.algebraics, *system.dependents)]
+        unknowns = [vr[variable] for variable in computed]
+        seed, weights = random.normal(size=len(knowns)), random.normal(size=len(unknowns))
+        forward = slave.getDirectionalDerivative(unknowns, knowns, seed)
+        reverse = slave.getAdjointDerivative(unknowns, knowns, weights, len(knowns))
+
+    assert np.dot(weights, forward) == pytest.approx(np.dot(reverse, seed), rel=1e-9)
+
+
 @pytest.mark.parametrize("kind", [FMU3Slave, FMU3Model])
 def test_a_state_survives_as_bytes(fmus: dict[str, Path], tmp_path: Path, kind: type) -> None:
     with instance(fmus["lag"], tmp_path / "lag", kind) as (slave, vr, messages):

@@ -1,0 +1,156 @@
+/* FMI 3.0: adjoint derivatives, by reverse mode through the model equations, delays and start values. */
+#include "fmi3.h"
+
+#include <math.h>
+
+/* Reverse mode: the same arguments followed by one seed for each result -> the share of each argument. */
+ModelFunction model_rhs_adjoint;
+ModelFunction model_history_adjoint;
+ModelFunction model_dependent_adjoint;
+ModelFunction model_initial_adjoint;
+
+/* Weights of the unknowns, and what they come to for the knowns. */
+typedef struct {
+    double dx[N_STATES + 1];
+    double z[N_ALGEBRAICS + 1];
+    double dependents[N_DEPENDENTS + 1];
+    double d[N_DELAYS + 1];
+    double time;
+    double u[N_INPUTS + 1];
+    double x[N_STATES + 1];
+    double p[N_PARAMETERS + 1];
+} Weights;
+
+static int add_seed(Core *core, Weights *weights, unsigned reference, double seed)
+{
+    if (!isfinite(seed))
+        return core_fail(core, "the seed %g is not a finite number", seed);
+    if (reference >= VR_STATES && reference < VR_DERIVATIVES)
+        weights->x[reference - VR_STATES] += seed;
+    else if (reference >= VR_DERIVATIVES && reference < VR_ALGEBRAICS)
+        weights->dx[reference - VR_DERIVATIVES] += seed;
+    else if (reference >= VR_ALGEBRAICS && reference < VR_PARAMETERS)
+        weights->z[reference - VR_ALGEBRAICS] += seed;
+    else if (reference >= VR_DEPENDENTS && reference < VR_TIME)
+        weights->dependents[reference - VR_DEPENDENTS] += seed;
+    else
+        return core_fail(core, "value reference %u is not that of an unknown", reference);
+    return 0;
+}
+
+static void add(double *sum, const double *more, int n)
+{
+    for (int i = 0; i < n; i++)
+        sum[i] += more[i];
+}
+
+static int through_equations(Core *core, Weights *weights)
+{
+    Weights share;
+    core->arg[0] = &core->state.time;
+    core->arg[1] = core->state.x;
+    core->arg[2] = core->state.u;
+    core->arg[3] = core->d_now;
+    core->arg[4] = core->state.p;
+    core->arg[5] = weights->dx;
+    core->arg[6] = weights->z;
+    core->res[0] = &weights->time;
+    core->res[1] = share.x;
+    core->res[2] = weights->u;
+    core->res[3] = weights->d;
+    core->res[4] = weights->p;
+    if (core_call(core, model_rhs_adjoint, "derivatives of the model equations") != 0)
+        return -1;
+    add(weights->x, share.x, N_STATES);
+    return 0;
+}
+
+static int through_delays(Core *core, Weights *weights)
+{
+    double sources[N_DELAYS + 1], delays[N_DELAYS + 1];
+    Weights share;
+    for (int i = 0; i < N_DELAYS; i++) {
+        const DelaySensitivity *by = &core->d_sensitivity[i];
+        sources[i] = by->source * weights->d[i];
+        delays[i] = by->delay * weights->d[i];
+        weights->time += by->time * weights->d[i];
+    }
+    core->arg[0] = &core->state.time;
+    core->arg[1] = core->state.u;
+    core->arg[2] = core->state.p;
+    core->arg[3] = sources;
+    core->arg[4] = delays;
+    core->res[0] = &share.time;
+    core->res[1] = share.u;
+    core->res[2] = share.p;
+    if (core_call(core, model_history_adjoint, "derivatives of the delayed values") != 0)
+        return -1;
+    weights->time += share.time;
+    add(weights->u, share.u, N_INPUTS);
+    add(weights->p, share.p, N_PARAMETERS);
+    return 0;
+}
+
+/* A function of the parameters alone. */
+static int through_parameters(Core *core, Weights *weights, ModelFunction *function, const double *seed)
+{
+    double share[N_PARAMETERS + 1];
+    core->arg[0] = core->state.p;
+    core->arg[1] = seed;
+    core->res[0] = share;
+    if (core_call(core, function, "derivatives by the parameters") != 0)
+        return -1;
+    add(weights->p, share, N_PARAMETERS);
+    return 0;
+}
+
+/* Until the run has started, start values that nobody has set follow the parameters. */
+static int through_starts(Core *core, Weights *weights)
+{
+    double seed[N_STATES + 1];
+    if (core->state.phase > PHASE_INITIALIZATION)
+        return 0;
+    for (int i = 0; i < N_STATES; i++)
+        seed[i] = core->state.start_given[i] ? 0.0 : weights->x[i];
+    return through_parameters(core, weights, model_initial_adjoint, seed);
+}
+
+static int read_weight(Core *core, const Weights *weights, unsigned reference, double *value)
+{
+    if (reference < VR_STATES)
+        *value = weights->u[reference];
+    else if (reference < VR_DERIVATIVES)
+        *value = weights->x[reference - VR_STATES];
+    else if (reference >= VR_PARAMETERS && reference < VR_DEPENDENTS)
+        *value = weights->p[reference - VR_PARAMETERS];
+    else if (reference == VR_TIME)
+        *value = weights->time;
+    else
+        return core_fail(core, "value reference %u is not that of a known", reference);
+    return 0;
+}
+
+fmi3Status fmi3GetAdjointDerivative(fmi3Instance instance, const fmi3ValueReference unknowns[], size_t nUnknowns,
+                                    const fmi3ValueReference knowns[], size_t nKnowns, const fmi3Float64 seed[],
+                                    size_t nSeed, fmi3Float64 sensitivity[], size_t nSensitivity)
+{
+    Instance *self = instance;
+    Weights weights = {.time = 0.0};
+    if (!fmi3_allowed(self, __func__, ANY_PHASE & ~PHASE_INSTANTIATED) ||
+        !fmi3_present(self, __func__, unknowns, nUnknowns) || !fmi3_present(self, __func__, knowns, nKnowns) ||
+        !fmi3_present(self, __func__, seed, nSeed) || !fmi3_present(self, __func__, sensitivity, nSensitivity))
+        return fmi3Error;
+    if (nSeed != nUnknowns || nSensitivity != nKnowns)
+        return fmi3_refuse(self, __func__, "%zu seeds for %zu unknowns, %zu results for %zu knowns", nSeed, nUnknowns,
+                           nSensitivity, nKnowns);
+    Core *core = &self->core;
+    int failed = core_evaluate_outputs(core);
+    for (size_t i = 0; i < nUnknowns && !failed; i++)
+        failed = add_seed(core, &weights, unknowns[i], seed[i]);
+    failed = failed || through_equations(core, &weights) || (N_DELAYS > 0 && through_delays(core, &weights)) ||
+             through_parameters(core, &weights, model_dependent_adjoint, weights.dependents) ||
+             through_starts(core, &weights);
+    for (size_t i = 0; i < nKnowns && !failed; i++)
+        failed = read_weight(core, &weights, knowns[i], &sensitivity[i]);
+    return fmi3_outcome(self, __func__, failed);
+}
