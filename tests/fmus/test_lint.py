@@ -232,3 +232,8 @@ def test_class_that_the_file_does_not_declare_is_named(tmp_path: Path) -> None:
 
     with pytest.raises(ModelicaError, match=r"^my\.mo:1: there is no class 'A'; the file declares B$"):
         ModelicaModel("A", "A", file).compile()
+
+
+def test_unknown_base_class_is_told_before_the_names_it_might_declare(tmp_path: Path) -> None:
+    with pytest.raises(ModelicaError, match=rf"^probe\.mo:{LINE}: base class not found: `Slt`"):
+        built("model C extends Slt; end C; model B extends C(law(k=3)); end B;", tmp_path)

@@ -13,6 +13,7 @@ from fmus.frontend.lint.scope import (
     component_type,
     element_names,
     element_of,
+    is_complete,
     redeclarations,
     type_of,
 )
@@ -65,7 +66,7 @@ class ModifierRules:
         found = [f for base in bases_of(self.scope) if (f := element_of(base, new.name)) is not None]
         if not found:
             names = [name for base in bases_of(self.scope) for name in element_names(base)]
-            self._unknown(Modifier((new.name,), new.line), self.scope, names)
+            return self._unknown(Modifier((new.name,), new.line), self.scope, names)
         self._loses_first_modifiers(new, found[0])
 
     def _check(self, modifiers: list[Modifier], target: View, is_base: bool, depth: int) -> None:
@@ -98,7 +99,10 @@ class ModifierRules:
                 f"the modifiers of the class '{name}' would be dropped; modify the component of this class instead",
             )
 
-    def _unknown(self, modifier: Modifier, target: View, known: list[str]) -> NoReturn:
+    def _unknown(self, modifier: Modifier, target: View, known: list[str]) -> None:
+        """Refuse a name; if a base class is not found either, the front end tells so."""
+        if not is_complete(target):
+            return
         name, owner = modifier.name[0], target.definition.name
         if name in (found := [k for k in known if k.lower() == name.lower()]) or not found:
             found = difflib.get_close_matches(name, known, 1)
@@ -111,7 +115,7 @@ class ModifierRules:
         self._refuse_nested(modifier, new, depth)
         found = element_of(target, modifier.name[0])
         if found is None:
-            self._unknown(modifier, target, element_names(target))
+            return self._unknown(modifier, target, element_names(target))
         if "replaceable" not in found.element.prefixes:
             self.refuse(modifier.line, f"'{new.name}' cannot be redeclared; it is not declared as replaceable")
         if isinstance(new, ClassDef):

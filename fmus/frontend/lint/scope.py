@@ -64,6 +64,12 @@ def element_names(view: View, depth: int = 0) -> list[str]:
     return names
 
 
+def is_complete(view: View, depth: int = 0) -> bool:
+    """Tell whether all base classes can be found, so that a name that is not found does not exist."""
+    bases = bases_of(view, depth)
+    return len(bases) == len(view.definition.all_bases) and all(is_complete(base, depth + 1) for base in bases)
+
+
 def bases_of(view: View, depth: int = 0) -> list[View]:
     """Return the base classes that can be found, with the redeclarations that reach them."""
     if depth > DEPTH_LIMIT:
