@@ -49,7 +49,7 @@ def build_all(targets: Sequence[Target], workers: int) -> None:
     Raises:
         MisfitError: if a model cannot be compiled or its FMU cannot be built or written.
     """
-    kept = {target: _kept(target) for target in targets}
+    kept = _kept(targets)
     missing = [target for target in targets if not kept[target].is_file()]
     jobs: dict[ModelicaModel, list[tuple[str, Path]]] = {}
     for target in missing:
@@ -64,8 +64,8 @@ def build_all(targets: Sequence[Target], workers: int) -> None:
             list(pool.map(_build, jobs.keys(), jobs.values()))
     for target in targets:
         _deliver(kept[target].read_bytes(), target.path)
-    for target in missing:
-        if _kept(target) != kept[target]:  # a source was edited during the build, so the file belongs to neither text
+    for target, path in _kept(missing).items():
+        if path != kept[target]:  # a source was edited during the build, so the file belongs to neither text
             kept[target].unlink(missing_ok=True)
 
 
@@ -90,25 +90,39 @@ def _deliver(content: bytes, path: Path) -> None:
         raise FmuError(f"cannot write {path}: {error.strerror}") from error
 
 
-def _kept(target: Target) -> Path:
-    """Where the cache holds the FMU, by the content of everything that it is made of."""
-    model = target.model
+def _kept(targets: Sequence[Target]) -> dict[Target, Path]:
+    """Where the cache holds the FMUs, by the content of everything that they are made of."""
     tools = [f"{name} {version(name)}" for name in ("casadi", "fmpy", "rumoca")]
-    experiment = f"{model.stop_time_s!r} {model.step_size_s!r}"
-    facts = [model.name, model.class_name, experiment, target.fmi_version, os.environ.get("CC", ""), *tools]
-    digest = hashlib.sha256("\0".join(facts).encode())
-    for path in _ingredients(model):
+    shared = _digest(_shared_ingredients()) if targets else ""
+    paths = {}
+    for target in targets:
+        model = target.model
+        experiment = f"{model.stop_time_s!r} {model.step_size_s!r}"
+        own = _digest(_own_ingredients(model))
+        facts = [model.name, model.class_name, experiment, target.fmi_version, os.environ.get("CC", ""), *tools]
+        name = hashlib.sha256("\0".join([*facts, shared, own]).encode()).hexdigest()
+        paths[target] = cache_folder("fmu") / f"{name}.fmu"
+    return paths
+
+
+def _digest(files: Iterable[Path]) -> str:
+    digest = hashlib.sha256()
+    for path in files:
         content = path.read_bytes()
         digest.update(f"\0{path.name}\0{len(content)}\0".encode() + content)
-    return cache_folder("fmu") / f"{digest.hexdigest()}.fmu"
+    return digest.hexdigest()
 
 
-def _ingredients(model: ModelicaModel) -> Iterator[Path]:
-    """The Modelica library, the factory's own code, and the model's file with its neighbours in a package."""
+def _shared_ingredients() -> Iterator[Path]:
+    """The Modelica library and the factory's own code."""
     yield from sorted(library_root().rglob("*.mo"))
     package = Path(__file__).parent
     for pattern in ("*.py", "*.[ch]", "*.toml"):
         yield from sorted(package.rglob(pattern))
+
+
+def _own_ingredients(model: ModelicaModel) -> Iterator[Path]:
+    """The model's file, with its neighbours in a package; nothing for a class of the library."""
     if model.file is not None:
         yield model.file
         if (model.file.parent / "package.mo").exists():

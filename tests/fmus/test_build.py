@@ -26,7 +26,7 @@ def decay(folder: Path, name: str = "Decay", rate: float = 2.0) -> ModelicaModel
 
 def only_the_model_counts(monkeypatch: pytest.MonkeyPatch) -> None:
     """Someone may be editing the library or the factory while the tests run."""
-    monkeypatch.setattr(build, "_ingredients", lambda model: [model.file])
+    monkeypatch.setattr(build, "_shared_ingredients", lambda: [])
 
 
 def forbid_builds(monkeypatch: pytest.MonkeyPatch) -> None:
