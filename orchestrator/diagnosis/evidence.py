@@ -12,6 +12,9 @@ from orchestrator.models.smoothing import SmoothedTrial
 
 # A residual of a moving arm forgets itself in about a second; trials are of the order of ten.
 SAMPLES_PER_TRIAL = 10
+# A set that leaves less than this share of the mean square error matters, however small its parameters are: the cards'
+# meaningful sizes are those of an arm.
+DECISIVE = 0.25
 
 
 @dataclass(frozen=True)
@@ -56,6 +59,10 @@ class Refit:
     def ids(self) -> tuple[str, ...]:
         """Effect ids in the order of the set."""
         return tuple(candidate.card.id for candidate in self.effects.candidates)
+
+    def matters(self, before: float) -> bool:
+        """Tell whether the set takes most of a cost `before` away, or has effects of meaningful size."""
+        return self.cost < DECISIVE * before or self.is_meaningful()
 
     def is_meaningful(self) -> bool:
         """Tell whether each effect departs from its absence by a size that matters."""

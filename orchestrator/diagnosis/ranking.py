@@ -27,7 +27,10 @@ def rank(trace: Trace, nominal_cost: float, candidates: Sequence[Candidate], sam
         error = nominal - 0.5 * gain * (nominal - 1.0)
         entries[_key(screened.candidates)] = (screened.candidates, error, len(screened.values))
     for refit in trace.refitted:
-        entries[_key(refit.effects.candidates)] = (refit.effects.candidates, refit.cost**0.5, len(refit.fit.values))
+        # An effect fitted to no meaningful size explains nothing, whatever its start values have absorbed.
+        counts = refit.is_meaningful() or (len(refit.ids) == 1 and refit.matters(nominal_cost))
+        error = refit.cost**0.5 if counts else nominal
+        entries[_key(refit.effects.candidates)] = (refit.effects.candidates, error, len(refit.fit.values))
     for candidate in candidates:
         entries.setdefault(_key((candidate,)), ((candidate,), nominal, 1))
     criteria = [half_bic(error**2, size, samples) for _, error, size in entries.values()]

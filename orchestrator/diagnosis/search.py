@@ -25,9 +25,6 @@ BEAM = 2
 NEAR_FLOOR = 1.25
 # An effect must take this share off the mean square error of the smaller set to be worth its parameters.
 WORTHWHILE = 0.2
-# An effect that leaves less than this share of the mean square error matters, however small its parameters are; the
-# cards' meaningful sizes are those of an arm.
-DECISIVE = 0.25
 # An error this small a share of the nominal one is for the model's own parameters to explain, not for further effects.
 NEGLIGIBLE = 0.005
 
@@ -80,7 +77,7 @@ class Searcher:
             self.trace.screened += screened
             found = sorted(self._refit(screened), key=lambda r: r.half_bic)
             self.trace.refitted += found
-            best = next((r for r in found if r.is_meaningful() or r.cost < DECISIVE * cost), None)
+            best = next((r for r in found if r.matters(cost)), None)
             if best is None or best.cost > (1 - WORTHWHILE) * cost:
                 break
             path.append(best)

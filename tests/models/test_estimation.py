@@ -52,3 +52,24 @@ def test_parameter_stops_at_its_bound_and_is_reported_there() -> None:
 
     assert found.values[0] <= 0.3
     assert list(found.at_bound) == [True, False]
+
+
+def test_small_value_that_the_data_tell_apart_from_zero_is_not_at_its_bound() -> None:
+    model = arm()
+    inputs = trial(model, 4, 0.0).inputs
+    measured = model.run(TIME, inputs, model.with_values([1e-4, 0.25]), START, substeps=4).outputs
+    record = Record(TIME, inputs, measured, START, SPREAD, START - 1.0, START + 1.0)
+
+    found = fit(model, [record], np.array([1e-4, 1e-4]), [0.1, 0.1], [0, 0], [5, 5], substeps=4)
+
+    np.testing.assert_allclose(found.values, [1e-4, 0.25], rtol=1e-2)
+    assert not found.at_bound.any()
+
+
+def test_parameters_keep_their_first_values_if_the_data_depend_on_nothing() -> None:
+    model = arm()
+
+    found = fit(model, [trial(model, 3, 0.0)], np.ones(2), [0.1, 0.2], [0, 0], [2, 2], substeps=2, reduce=np.zeros_like)
+
+    assert list(found.values) == [0.1, 0.2]
+    assert np.isinf(found.std).all()
