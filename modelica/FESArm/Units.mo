@@ -18,6 +18,7 @@ package Units "SI types of this library, so that it needs no other library"
   type Area = Real(final quantity="Area", final unit="m2", min=0);
   type Volume = Real(final quantity="Volume", final unit="m3");
   type VolumeFlowRate = Real(final quantity="VolumeFlowRate", final unit="m3/s");
+  type Frequency = Real(final quantity="Frequency", final unit="Hz");
   type Time = Real(final quantity="Time", final unit="s");
   type Fraction = Real(final unit="1", min=0, max=1) "Share of a full value";
   type Factor = Real(final unit="1") "Ratio to a nominal value";

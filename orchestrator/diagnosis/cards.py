@@ -15,13 +15,17 @@ class CardParameter:
     """A fitted parameter of an effect.
 
     `start` is the first guess, `absent` the value (or limit) at which the effect vanishes, `meaningful` the smallest
-    departure from it that matters. Unit and bounds are declared in the Modelica class.
+    departure from it that matters. Unit and bounds are declared in the Modelica class. With `start_from`
+    "residual_peak_hz" the first guess is the frequency at which the correction residual is largest. With a `grid` it is
+    the value of the grid at which the effect's other parameters, taken linearly, explain the most.
     """
 
     name: str
     start: float
     absent: float
     meaningful: float
+    start_from: Literal["", "residual_peak_hz"] = ""
+    grid: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -71,7 +75,10 @@ def _card(entry: dict[str, Any]) -> EffectCard:
         elements=entry["elements"],
         confusable=tuple(entry["confusable"]),
         experiment=entry["experiment"],
-        parameters=tuple(CardParameter(name, **values) for name, values in entry["parameters"].items()),
+        parameters=tuple(
+            CardParameter(name, **{**values, "grid": tuple(values.get("grid", ()))})
+            for name, values in entry["parameters"].items()
+        ),
         variant=entry.get("variant", ""),
     )
 

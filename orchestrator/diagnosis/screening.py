@@ -6,8 +6,10 @@ amplifies noise with the square of frequency, a low pass with a corner of `CORNE
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+from scipy import signal
 
 from fmus.catalogue import ModelicaModel
 from orchestrator.diagnosis.candidates import Candidate, EffectSet
@@ -81,10 +83,9 @@ class Screener:
     def _explain_one(self, candidate: Candidate) -> Explanation:
         effects = EffectSet(self.base, [candidate], self.nominal.signals)
         model, (low, high) = effects.model, effects.bounds()
+        guess = np.clip(self._first_guess(effects), low, high)
         if model.residual is None:  # the effect hides the positions; only a free run can tell
-            guess = np.clip(effects.first_guess(), low, high)
             return Explanation(Screened((candidate,), guess, np.nan), np.zeros((len(self._nominal), 0)), False)
-        guess = np.clip(effects.first_guess(), low, high)
         records = self._records(model, model.compiled.with_values(guess))
         found = fit(
             model.compiled_residual,
@@ -98,7 +99,7 @@ class Screener:
             precise=False,
             threads=1,
         )
-        here = self._regressors(model, model.compiled.with_values(found.values))
+        here = self._regressors(model, model.compiled.with_values(found.values), found.starts)
         gain = 1.0 - float(np.mean(here.residual**2) / np.mean(self._nominal**2))
         columns = np.column_stack([here.residual - self._nominal, here.slopes])
         return Explanation(Screened((candidate,), found.values, gain), columns, False)
@@ -121,10 +122,50 @@ class Screener:
             found.append(Screened((*current.effects.candidates, candidate), values, hopeful))
         return found
 
-    def _regressors(self, model: SymbolicModel, parameters: np.ndarray) -> Regressors:
+    def _first_guess(self, effects: EffectSet) -> np.ndarray:
+        guess = effects.first_guess()
+        for k, parameter in enumerate(effects.card_parameters):
+            if parameter.start_from == "residual_peak_hz":
+                guess[k] = self._peak_hz
+            if parameter.grid and effects.model.residual is not None:
+                guess = self._scan(effects, k, parameter.grid)
+        return guess
+
+    def _scan(self, effects: EffectSet, position: int, grid: Sequence[float]) -> np.ndarray:
+        """Values of all parameters at the best point of a grid of one; the others enter linearly from their absence."""
+        absent = np.array([parameter.absent for parameter in effects.card_parameters])
+        best, most = effects.first_guess(), -np.inf
+        for point in grid:
+            values = absent.copy()
+            values[position] = point
+            here = self._regressors(effects.model, effects.model.compiled.with_values(values))
+            others = np.delete(here.slopes, position, axis=1)
+            change, gain = _least_squares(here.residual, others)
+            if gain > most:
+                most, best = gain, values + np.insert(change, position, 0.0)
+        return best
+
+    @cached_property
+    def _peak_hz(self) -> float:
+        """Frequency above `CORNER_HZ`/4 at which the nominal model's residual is largest, over trials and signals."""
+        compiled, step = self.nominal.compiled_residual, self._smoother.step * self._smoother.stride
+        powers = []
+        for record in self._records(self.nominal, compiled.parameters):
+            run = compiled.run(record.time, record.inputs, compiled.parameters, record.start)
+            series = self._weigh(run.outputs / self._size)
+            frequency, power = signal.periodogram(series, 1 / step, "hann", nfft=2**14, axis=0)
+            powers.append(power.sum(axis=1))
+        total = np.where(frequency > CORNER_HZ / 4, np.sum(powers, axis=0), 0.0)
+        return float(frequency[np.argmax(total)])
+
+    def _regressors(
+        self, model: SymbolicModel, parameters: np.ndarray, starts: Sequence[np.ndarray] | None = None
+    ) -> Regressors:
+        """Residual and slopes; `starts` gives the hidden states' start values of each trial, else their first guess."""
         compiled, residuals, slopes = model.compiled_residual, [], []
-        for record in self._records(model, parameters):
-            run = compiled.run(record.time, record.inputs, parameters, record.start, sensitivities=True)
+        for k, record in enumerate(self._records(model, parameters)):
+            start = record.start if starts is None else starts[k]
+            run = compiled.run(record.time, record.inputs, parameters, start, sensitivities=True)
             assert run.sensitivities is not None
             hidden = len(compiled.system.states)
             residuals.append(self._weigh(run.outputs / self._size).ravel())

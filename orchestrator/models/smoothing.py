@@ -30,8 +30,12 @@ class Smoother:
             lowest_hz: corner of a filter that was applied before, if it is lower than this one's cutoff.
         """
         edge = min(int(0.5 / ((lowest_hz or self.cutoff_hz) * self.step)), len(series) // 8)
-        stride = max(1, int(0.25 / (self.cutoff_hz * self.step)))
-        return self(series)[edge : len(series) - edge : stride]
+        return self(series)[edge : len(series) - edge : self.stride]
+
+    @property
+    def stride(self) -> int:
+        """Samples from one kept sample to the next in `thin`."""
+        return max(1, int(0.25 / (self.cutoff_hz * self.step)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,6 +9,7 @@ partial model PartialArm "Two links, six muscles, slots for effects"
   import FESArm.Effects.Field;
   import FESArm.Effects.JointSensor;
   import FESArm.Effects.ForceSensor;
+  import FESArm.Effects.Reflex;
 
   parameter SI.Force Fmax[6] = {800, 800, 1000, 1000, 700, 700} "Largest isometric forces";
   parameter SI.Length Lslack[6] = {0.0538, 0.0538, 0.2298, 0.1905, 0.1905, 0.0175} "Slack lengths of the tendons";
@@ -58,6 +59,8 @@ partial model PartialArm "Two links, six muscles, slots for effects"
   WristLoad2 wristLoad2;
   replaceable model MomentArm1 = MomentArm.NominalMomentArm constrainedby MomentArm.PartialMomentArm;
   MomentArm1 momentArm1;
+  replaceable model Reflex1 = Reflex.NoReflex constrainedby Reflex.PartialReflex;
+  Reflex1 reflex1;
   replaceable model Field1 = Field.NoField constrainedby Field.PartialField;
   Field1 field1;
   replaceable model JointSensor1 = JointSensor.TrueJointSensor constrainedby JointSensor.PartialJointSensor;
@@ -84,7 +87,8 @@ equation
   muscleStrength1.alpha = stimulationPath3.y;
   muscleStrength2.alpha = stimulationPath3.y;
   for i in 1:6 loop
-    muscle[i].alpha = stimulationPath3.y[i];
+    reflex1.v[i] = muscle[i].V/Lopt[i];
+    muscle[i].alpha = stimulationPath3.y[i] + reflex1.added[i];
     muscle[i].strength = muscleStrength1.strength[i]*muscleStrength2.strength[i];
     r1[i] = momentArm1.factor[i]*d1[i];
     r2[i] = momentArm1.factor[i]*d2[i];

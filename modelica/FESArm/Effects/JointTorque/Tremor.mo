@@ -1,0 +1,18 @@
+within FESArm.Effects.JointTorque;
+model Tremor "Periodic torque of one frequency at the joints"
+  import SI = FESArm.Units;
+  extends PartialJointTorque;
+  parameter SI.Torque amplitude[n](each min=-5, each max=5) = fill(0.05, n) "Amplitude at phase length 1";
+  parameter SI.Frequency frequency(min=0.3, max=20) = 4 "Frequency";
+  Real phase[2](each unit="1", start={0, 1}, each fixed=true, each min=-1.5, each max=1.5) "Sine and cosine of the phase";
+protected
+  constant Real pi = 3.14159265358979323846;
+equation
+  der(phase[1]) = 2*pi*frequency*phase[2];
+  der(phase[2]) = -2*pi*frequency*phase[1];
+  for i in 1:n loop
+    tau[i] = amplitude[i]*phase[1];
+  end for;
+  annotation (Documentation(info="<html>
+<p>tau = amplitude sin(2 pi frequency t + phase), as an oscillator whose start values carry the phase of a trial.</p></html>"));
+end Tremor;
