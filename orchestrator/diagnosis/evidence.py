@@ -62,7 +62,21 @@ class Refit:
 
     def matters(self, before: float) -> bool:
         """Tell whether the set takes most of a cost `before` away, or has effects of meaningful size."""
-        return self.cost < DECISIVE * before or self.is_meaningful()
+        return self.is_present() and (self.cost < DECISIVE * before or self.is_meaningful())
+
+    def is_present(self) -> bool:
+        """Tell whether the data distinguish each effect from its absence.
+
+        An effect with states of its own can follow a trial by their start values alone, its parameters at rest.
+        """
+        rows = zip(self.effects.owners(), self.effects.card_parameters, self.fit.values, self.fit.std, strict=True)
+        present = {
+            owner
+            for owner, parameter, value, std in rows
+            if np.isfinite(parameter.meaningful)
+            and abs(value - parameter.absent) > max(2.0 * std, 1e-3 * abs(parameter.absent))
+        }
+        return len(present) == len(self.effects.candidates)
 
     def is_meaningful(self) -> bool:
         """Tell whether each effect departs from its absence by a size that matters."""

@@ -56,7 +56,7 @@ def confusable_with(best: Refit, trace: Trace) -> tuple[tuple[str, ...], ...]:
     groups: list[tuple[str, ...]] = []
     for other in trace.refitted:
         ids = set(other.ids)
-        near = other.cost**0.5 < (1 + INDISTINGUISHABLE) * best.cost**0.5
+        near = other.is_present() and other.cost**0.5 < (1 + INDISTINGUISHABLE) * best.cost**0.5
         if near and len(ids) == len(own) and len(ids - own) == 1:
             groups.append((next(iter(own - ids)), next(iter(ids - own))))
     return tuple(dict.fromkeys(groups))

@@ -81,7 +81,7 @@ class Searcher:
             if best is None or best.cost > (1 - WORTHWHILE) * cost:
                 break
             path.append(best)
-            beam, cost = found[:BEAM], best.cost
+            beam, cost = [r for r in found if r.is_present()][:BEAM], best.cost
         return self._nested(path)
 
     def _explain(self, screener: Screener | None) -> list[Explanation]:

@@ -16,7 +16,7 @@ from orchestrator.measurements import load_measurements
 
 CASES = Path(__file__).parents[1] / "cases"
 ANSWERS: dict[str, Any] = json.loads((CASES / "arm" / "answers.json").read_text())["cases"]
-SINGLES = [case for case, truth in ANSWERS.items() if truth["effects"] not in (["none"], ["unknown"])]
+NAMEABLE = [case for case, truth in ANSWERS.items() if truth["effects"] not in (["none"], ["unknown"])]
 
 
 @cache
@@ -28,17 +28,17 @@ def over_signals(rmse: Any) -> float:
     return float(np.sqrt(np.mean(np.square(list(rmse.values())))))
 
 
-@pytest.mark.parametrize("case", SINGLES)
-def test_hidden_effect_of_the_arm_is_named_and_the_error_falls(case: str) -> None:
+@pytest.mark.parametrize("case", NAMEABLE)
+def test_hidden_effects_of_the_arm_are_named_and_the_error_falls(case: str) -> None:
     truth = ANSWERS[case]
 
     found = run("arm", CASES / "arm" / case)
 
     assert found.verdict == "named"
-    assert [effect.id for effect in found.effects] == truth["effects"]
+    assert sorted(effect.id for effect in found.effects) == sorted(truth["effects"])
     before, after = over_signals(found.held_out.rmse_before), over_signals(found.held_out.rmse_after)
     assert after < before / 10 or after < 1.5 * truth["true_model_rmse_heldout_rad"]
-    assert found.ranking[0].effects == tuple(truth["effects"])
+    assert sorted(found.ranking[0].effects) == sorted(truth["effects"])
 
 
 @pytest.mark.parametrize(
