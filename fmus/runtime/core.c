@@ -9,6 +9,7 @@ const char *const core_names[] = MODEL_VARIABLE_NAMES;
 const double core_nominals[] = MODEL_NOMINALS;
 static const double input_starts[] = MODEL_INPUT_STARTS;
 static const double parameter_starts[] = MODEL_PARAMETER_STARTS;
+static const int copies[] = MODEL_COPIES; /* of algebraic variables: the value reference that each repeats, or -1 */
 
 int core_fail(Core *core, const char *format, ...)
 {
@@ -72,6 +73,16 @@ static int unknown(Core *core, unsigned int reference)
     return core_fail(core, "value reference %u is unknown; this model has 0 to %u", reference, (unsigned)VR_TIME);
 }
 
+static int get_algebraic(Core *core, unsigned int i, double *value)
+{
+    if (copies[i] >= 0)
+        return core_get(core, (unsigned int)copies[i], value);
+    if (core_evaluate_algebraics(core) != 0)
+        return -1;
+    *value = core->z[i];
+    return 0;
+}
+
 int core_get(Core *core, unsigned int reference, double *value)
 {
     if (reference < VR_STATES)
@@ -80,11 +91,13 @@ int core_get(Core *core, unsigned int reference, double *value)
         if (core_evaluate_starts(core) != 0)
             return -1;
         *value = core->state.x[reference - VR_STATES];
-    } else if (reference < VR_PARAMETERS) {
+    } else if (reference < VR_ALGEBRAICS) {
         if (core_evaluate_outputs(core) != 0)
             return -1;
-        *value = reference < VR_ALGEBRAICS ? core->dx[reference - VR_DERIVATIVES] : core->z[reference - VR_ALGEBRAICS];
-    } else if (reference < VR_DEPENDENTS)
+        *value = core->dx[reference - VR_DERIVATIVES];
+    } else if (reference < VR_PARAMETERS)
+        return get_algebraic(core, reference - VR_ALGEBRAICS, value);
+    else if (reference < VR_DEPENDENTS)
         *value = core->state.p[reference - VR_PARAMETERS];
     else if (reference < VR_TIME) {
         if (core_evaluate_dependents(core) != 0)

@@ -46,6 +46,7 @@ typedef struct {
     History history;
 
     int starts_valid, outputs_valid, dependents_valid; /* what follows from `state`, computed on demand */
+    int algebraics_valid;                              /* z too belongs to the outputs, while those are valid */
     double dx[N_STATES + 1];
     double z[N_ALGEBRAICS + 1];
     double dependents[N_DEPENDENTS + 1];
@@ -111,10 +112,11 @@ int core_leave_events(Core *core);
 
 int core_call(Core *core, ModelFunction *function, const char *what);
 int core_evaluate_starts(Core *core);
-int core_evaluate_outputs(Core *core);
+int core_evaluate_outputs(Core *core);    /* dx, and what the delay operators give */
+int core_evaluate_algebraics(Core *core); /* z as well */
 int core_evaluate_dependents(Core *core);
 int core_evaluate_sources(Core *core, double time, const double *u, double *sources);
-int core_evaluate_rhs(Core *core, double time, const double *x, double *dx);
+int core_evaluate_derivatives(Core *core, double time, const double *x, double *dx);
 
 /* Snapshots own their memory; core_snapshot reuses `snapshot` unless it is NULL, and gives NULL on failure. */
 Snapshot *core_snapshot(Core *core, Snapshot *snapshot);

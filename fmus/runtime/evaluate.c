@@ -59,7 +59,7 @@ int core_evaluate_sources(Core *core, double time, const double *u, double *sour
     return 0;
 }
 
-int core_evaluate_rhs(Core *core, double time, const double *x, double *dx)
+int core_evaluate_derivatives(Core *core, double time, const double *x, double *dx)
 {
     core->arg[0] = &time;
     core->arg[1] = x;
@@ -67,8 +67,7 @@ int core_evaluate_rhs(Core *core, double time, const double *x, double *dx)
     core->arg[3] = core->d_now;
     core->arg[4] = core->state.p;
     core->res[0] = dx;
-    core->res[1] = core->z;
-    return core_call(core, model_rhs, "model equations");
+    return core_call(core, model_derivatives, "model equations");
 }
 
 /* One delayed value: where a jump arrives just now, from the right at communication points and events, but from
@@ -111,8 +110,28 @@ int core_evaluate_outputs(Core *core)
     if (core_evaluate_starts(core) != 0 || (N_DELAYS > 0 && delayed_values(core) != 0))
         return -1;
     memcpy(core->u_now, core->state.u, sizeof core->u_now);
-    if (core_evaluate_rhs(core, core->state.time, core->state.x, core->dx) != 0)
+    if (core_evaluate_derivatives(core, core->state.time, core->state.x, core->dx) != 0)
         return -1;
     core->outputs_valid = 1;
+    core->algebraics_valid = 0;
+    return 0;
+}
+
+int core_evaluate_algebraics(Core *core)
+{
+    if (core_evaluate_outputs(core) != 0)
+        return -1;
+    if (core->algebraics_valid)
+        return 0;
+    core->arg[0] = &core->state.time;
+    core->arg[1] = core->state.x;
+    core->arg[2] = core->state.u;
+    core->arg[3] = core->d_now;
+    core->arg[4] = core->state.p;
+    core->res[0] = NULL;
+    core->res[1] = core->z;
+    if (core_call(core, model_rhs, "model equations") != 0)
+        return -1;
+    core->algebraics_valid = 1;
     return 0;
 }

@@ -25,7 +25,7 @@ def model_code(system: SymbolicSystem, *, reverse: bool = False) -> ModelCode:
     With `reverse` their adjoints too.
     """
     plain = [_dense(getattr(system, name), f"model_{name}") for name in MODEL_FUNCTIONS]
-    functions = [*plain, *map(_tangent, plain), *(map(_adjoint, plain) if reverse else [])]
+    functions = [*plain, _derivatives(plain[0]), *map(_tangent, plain), *(map(_adjoint, plain) if reverse else [])]
     options: dict[str, Any] = {
         "with_header": False,
         "casadi_real": "double",
@@ -82,6 +82,7 @@ def model_config(
         **{f"MODEL_SZ_{what}": str(size) for what, size in code.sizes.items()},
         "MODEL_INPUT_STARTS": _numbers([v.start or 0.0 for v in system.inputs]),
         "MODEL_PARAMETER_STARTS": _numbers([v.start or 0.0 for v in system.parameters]),
+        "MODEL_COPIES": _list([str(reference) for reference in [*_copies(system), -1]]),
         "MODEL_NOMINALS": _numbers([abs(v.nominal or 1.0) for v in system.states]),
         "MODEL_VARIABLE_NAMES": _list([_string(name) for name in variable_names]),
     }
@@ -96,6 +97,29 @@ def _dense(function: ca.Function, name: str) -> ca.Function:
     shaped = [ca.reshape(column, *function.size_in(i)) for i, column in enumerate(columns)]
     results = [ca.densify(ca.vec(result)) for result in function.call(shaped)]
     return ca.Function(name, columns, results, {"cse": True})
+
+
+def _derivatives(rhs: ca.Function) -> ca.Function:
+    """The first result of `model_rhs` by itself: stages of the integration need no algebraic variables."""
+    symbol = ca.SX.sym if rhs.is_a("SXFunction") else ca.MX.sym
+    arguments: list[Any] = [symbol(rhs.name_in(i), rhs.numel_in(i)) for i in range(rhs.n_in())]
+    return ca.Function("model_derivatives", arguments, rhs.call(arguments)[:1], {"cse": True})
+
+
+def _copies(system: SymbolicSystem) -> list[int]:
+    """Value reference of the input, state or parameter that an algebraic variable only repeats, or -1, for each one."""
+    if not system.rhs.is_a("SXFunction"):
+        return [-1] * len(system.algebraics)
+    x, u, p = (ca.SX.sym(name, system.rhs.numel_in(i)) for name, i in (("x", 1), ("u", 2), ("p", 4)))
+    time, delayed = ca.SX.sym("t"), ca.SX.sym("d", system.rhs.numel_in(3))
+    first_parameter = len(system.inputs) + 2 * len(system.states) + len(system.algebraics)
+    references = {
+        element.name(): first + i
+        for first, column in ((0, u), (len(system.inputs), x), (first_parameter, p))
+        for i, element in enumerate(ca.vertsplit(column))
+    }
+    _, z = system.rhs.call([time, x, u, delayed, p])
+    return [references.get(item.name(), -1) if item.is_symbolic() else -1 for item in ca.vertsplit(ca.densify(z))]
 
 
 def _tangent(function: ca.Function) -> ca.Function:

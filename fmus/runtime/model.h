@@ -18,10 +18,11 @@
 /* CasADi's calling convention: zero on success, arrays of pointers to dense columns. */
 typedef int ModelFunction(const double **arg, double **res, int *iw, double *w, int mem);
 
-ModelFunction model_rhs;       /* (t, x, u, d, p) -> (dx, z) */
-ModelFunction model_history;   /* (t, u, p) -> (source, delay) */
-ModelFunction model_dependent; /* (p) -> values */
-ModelFunction model_initial;   /* (p) -> x0 */
+ModelFunction model_rhs;         /* (t, x, u, d, p) -> (dx, z) */
+ModelFunction model_derivatives; /* (t, x, u, d, p) -> dx, the same bits at less cost */
+ModelFunction model_history;     /* (t, u, p) -> (source, delay) */
+ModelFunction model_dependent;   /* (p) -> values */
+ModelFunction model_initial;     /* (p) -> x0 */
 
 /* Forward mode: the same arguments followed by one seed for each -> the change of each result. */
 ModelFunction model_rhs_tangent;

@@ -11,7 +11,7 @@ static int derivatives(void *context, double time, const double *x, double *dx)
         core->u_now[i] = core->state.u[i] + core->state.u_slope[i] * (time - core->step_start);
     for (int i = 0; i < N_DELAYS; i++)
         core->d_now[i] = core->pieces[i].value + core->pieces[i].slope * (time - core->pieces[i].time);
-    return core_evaluate_rhs(core, time, x, dx);
+    return core_evaluate_derivatives(core, time, x, dx);
 }
 
 /* Sources at both ends of the step: the end is needed by delays shorter than the step. */
@@ -80,6 +80,7 @@ static int advance(Core *core, double end)
     }
     /* At a communication point a delayed jump counts from the right, within the step from the left. */
     core->outputs_valid = N_STATES > 0 && N_DELAYS == 0;
+    core->algebraics_valid = 0;
     memcpy(core->dx, run.work, N_STATES * sizeof(double));
     return 0;
 }
