@@ -10,7 +10,7 @@ from pathlib import Path
 
 from fmus.errors import FmuError
 
-# Contracted multiply-adds would make results depend on the machine that compiled.
+# Contracted multiply-adds would make results depend on the machine that compiled; nobody reads errno or traps.
 FLAGS = (
     "-std=c99",
     "-O2",
@@ -18,6 +18,8 @@ FLAGS = (
     "-shared",
     "-fvisibility=hidden",
     "-ffp-contract=off",
+    "-fno-math-errno",
+    "-fno-trapping-math",
 )
 
 

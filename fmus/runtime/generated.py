@@ -41,7 +41,14 @@ def model_code(system: SymbolicSystem, *, reverse: bool = False) -> ModelCode:
         "W": max(function.sz_w() for function in functions),
     }
     # Two FMUs in one process must not see each other's model: the functions stay inside the library.
-    return ModelCode("#define CASADI_SYMBOL_EXPORT\n" + generator.dump(), sizes)
+    return ModelCode("#define CASADI_SYMBOL_EXPORT\n" + _inlined(generator.dump()), sizes)
+
+
+def _inlined(code: str) -> str:
+    """Minimum and maximum as comparisons: calls of fmin and fmax cost more than all the arithmetic around them."""
+    return code.replace("return fmin(x, y);", "return x<y ? x : y;").replace(
+        "return fmax(x, y);", "return x>y ? x : y;"
+    )
 
 
 def model_identifier(name: str) -> str:
