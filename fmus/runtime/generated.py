@@ -40,15 +40,21 @@ def model_code(system: SymbolicSystem, *, reverse: bool = False) -> ModelCode:
         "IW": max(function.sz_iw() for function in functions),
         "W": max(function.sz_w() for function in functions),
     }
+    closed = all(function.is_a("SXFunction") for function in functions)
     # Two FMUs in one process must not see each other's model: the functions stay inside the library.
-    return ModelCode("#define CASADI_SYMBOL_EXPORT\n" + _inlined(generator.dump()), sizes)
+    return ModelCode("#define CASADI_SYMBOL_EXPORT\n" + _inlined(generator.dump(), closed), sizes)
 
 
-def _inlined(code: str) -> str:
-    """Minimum and maximum as comparisons: calls of fmin and fmax cost more than all the arithmetic around them."""
-    return code.replace("return fmin(x, y);", "return x<y ? x : y;").replace(
+def _inlined(code: str, closed: bool) -> str:
+    """Leave out what costs more than the arithmetic around it: calls of fmin and fmax, tests for missing arguments.
+
+    The runtime passes every argument, so in functions that call no others (`closed`) a test is never false; it would
+    keep the sine and the cosine of one angle apart.
+    """
+    code = code.replace("return fmin(x, y);", "return x<y ? x : y;").replace(
         "return fmax(x, y);", "return x>y ? x : y;"
     )
+    return re.sub(r"arg\[(\d+)\]\? (arg\[\1\]\[\d+\]) : 0;", r"\2;", code) if closed else code
 
 
 def model_identifier(name: str) -> str:
