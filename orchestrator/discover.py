@@ -11,6 +11,7 @@ from fmus.symbolic.system import SymbolicSystem
 from orchestrator import ledger
 from orchestrator.compare.comparison import compare
 from orchestrator.compare.result import Comparison
+from orchestrator.diagnosis.cards import EffectCard, effect_library
 from orchestrator.diagnosis.diagnose import diagnose
 from orchestrator.diagnosis.result import Diagnosis, NamedEffect
 from orchestrator.diagnosis.search import Progress
@@ -34,6 +35,7 @@ def discover(
     measurements: MeasurementSet,
     folder: Path,
     *,
+    cards: Sequence[EffectCard] | None = None,
     workers: int = 2,
     progress: Progress = lambda message: None,
 ) -> Discovery:
@@ -43,13 +45,14 @@ def discover(
         MisfitError: for input that does not fit.
         ComponentError: if the model cannot be simulated.
     """
-    diagnosis = diagnose(source, measurements, workers=workers, progress=progress)
+    cards = effect_library() if cards is None else cards
+    diagnosis = diagnose(source, measurements, cards=cards, workers=workers, progress=progress)
     nominal = diagnosis.steps[0].comparison
     entries = [_record(folder, source.name, source, source.compile(), (), nominal, measurements)]
     versions = []
     for step in diagnosis.steps[1:]:
         progress(f"building the model with {' + '.join(effect.id for effect in step.effects)}")
-        version = add_effects(source, step.effects, folder)
+        version = add_effects(source, step.effects, folder, cards)
         again = compare(
             SymbolicModel(version.source.name, version.system),
             measurements,

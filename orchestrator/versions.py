@@ -9,7 +9,7 @@ from fmus.errors import MisfitError
 from fmus.package import build_fmu
 from fmus.symbolic.system import SymbolicSystem
 from orchestrator.diagnosis.candidates import Candidate, EffectSet, can_join, find_candidates
-from orchestrator.diagnosis.cards import effect_library
+from orchestrator.diagnosis.cards import EffectCard, effect_library
 from orchestrator.diagnosis.result import Estimate, NamedEffect
 from orchestrator.models.patch import check_attached, free_slots, patched_model, patched_source
 
@@ -23,15 +23,18 @@ class Version:
     fmu: Path
 
 
-def add_effects(base: ModelicaModel, effects: Sequence[NamedEffect], folder: Path) -> Version:
+def add_effects(
+    base: ModelicaModel, effects: Sequence[NamedEffect], folder: Path, cards: Sequence[EffectCard] | None = None
+) -> Version:
     """Write `NAME.mo` and `NAME.fmu` to a folder, with NAME the base's name and the next free number.
 
-    The same effects with the same values give the same name again.
+    The same effects with the same values give the same name again. `cards` are the effects known, by default the shipped
+    ones.
 
     Raises:
         MisfitError: if an effect is unknown or the model has no slot for it.
     """
-    chosen = _place(base, effects)
+    chosen = _place(base, effects, effect_library() if cards is None else cards)
     effect_set = EffectSet(base, chosen, base.compile().outputs)
     values = _values(effect_set, effects)
     attachments = effect_set.attachments(values)
@@ -51,16 +54,17 @@ def add_effects(base: ModelicaModel, effects: Sequence[NamedEffect], folder: Pat
     return Version(source, system, fmu)
 
 
-def default_effect(base: ModelicaModel, effect_id: str) -> NamedEffect:
-    """Return an effect of the library at its first site in a model, with the card's start values.
+def default_effect(base: ModelicaModel, effect_id: str, cards: Sequence[EffectCard] | None = None) -> NamedEffect:
+    """Return an effect of the library (or of `cards`) at its first site in a model, with the card's start values.
 
     Raises:
         MisfitError: if the id is unknown or the model has no slot for it.
     """
-    known = {card.id for card in effect_library()}
+    cards = effect_library() if cards is None else cards
+    known = {card.id for card in cards}
     if effect_id not in known:
         raise MisfitError(f"there is no effect '{effect_id}'; the library has {', '.join(sorted(known))}")
-    found, _ = find_candidates(base, base.compile(), effect_library())
+    found, _ = find_candidates(base, base.compile(), [card for card in cards if card.id == effect_id])
     candidate = next((c for c in found if c.card.id == effect_id), None)
     if candidate is None:
         raise MisfitError(f"{base.name} has no free slot for {effect_id}")
@@ -72,9 +76,15 @@ def default_effect(base: ModelicaModel, effect_id: str) -> NamedEffect:
     return NamedEffect(effect_id, candidate.site, parameters)
 
 
-def _place(base: ModelicaModel, effects: Sequence[NamedEffect]) -> list[Candidate]:
+def _place(base: ModelicaModel, effects: Sequence[NamedEffect], cards: Sequence[EffectCard]) -> list[Candidate]:
     system = base.compile()
-    found, _ = find_candidates(base, system, effect_library())
+    wanted = {effect.id for effect in effects}
+    unknown = sorted(wanted - {card.id for card in cards})
+    if unknown:
+        raise MisfitError(
+            f"there is no effect '{unknown[0]}'; if it is a card of your own, name its folder with --cards DIR"
+        )
+    found, _ = find_candidates(base, system, [card for card in cards if card.id in wanted])
     chosen: list[Candidate] = []
     for effect in effects:
         match = next((c for c in found if c.card.id == effect.id and c.site == effect.site), None)

@@ -1,8 +1,10 @@
 """`misfit compare` and `misfit diagnose`."""
 
+from pathlib import Path
+
 import click
 
-from orchestrator.cli.common import progress, result_options, show, write_file, write_json
+from orchestrator.cli.common import cards_option, progress, result_options, show, write_file, write_json
 
 
 @click.command()
@@ -34,9 +36,19 @@ def compare(model: str, data: str, json_file: str | None, html_file: str | None,
 @click.command()
 @click.argument("model")
 @click.argument("data")
+@cards_option
 @result_options()
-def diagnose(model: str, data: str, json_file: str | None, html_file: str | None, quiet: bool, workers: int) -> None:
+def diagnose(
+    model: str,
+    data: str,
+    card_folders: tuple[Path, ...],
+    json_file: str | None,
+    html_file: str | None,
+    quiet: bool,
+    workers: int,
+) -> None:
     """Name the physical effect that MODEL lacks to explain DATA."""
+    from orchestrator.diagnosis.cards import effect_library
     from orchestrator.diagnosis.diagnose import diagnose as run
     from orchestrator.measurements import load_measurements
     from orchestrator.models.load import load_modelica
@@ -45,8 +57,9 @@ def diagnose(model: str, data: str, json_file: str | None, html_file: str | None
 
     with progress(quiet) as say:
         say(f"reading {data}")
+        cards = effect_library(card_folders)
         measurements = load_measurements(data)
-        result = run(load_modelica(model), measurements, workers=workers, progress=say)
+        result = run(load_modelica(model), measurements, cards=cards, workers=workers, progress=say)
         report = diagnosis_report(result) if html_file else None
     show(diagnosis_table(result), quiet)
     write_json(json_file, result.to_json())

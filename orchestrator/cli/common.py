@@ -36,6 +36,18 @@ def result_options(html: bool = True) -> Callable[[Callable[..., None]], Callabl
     return decorate
 
 
+def cards_option(command: Callable[..., None]) -> Callable[..., None]:
+    """Add `--cards`, folders with effect cards of the user's own."""
+    return click.option(
+        "--cards",
+        "card_folders",
+        multiple=True,
+        metavar="DIR",
+        type=click.Path(exists=True, file_okay=False, path_type=Path),
+        help="Folder with effect cards of your own (docs/effect_cards.md); repeat it for several.",
+    )(command)
+
+
 @contextmanager
 def progress(quiet: bool) -> Iterator[Say]:
     """Show what is being done on a terminal; stay silent in a pipe."""

@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from fmus.errors import MisfitError
-from orchestrator.cli.common import progress, result_options, show, write_file, write_json
+from orchestrator.cli.common import cards_option, progress, result_options, show, write_file, write_json
 
 RESULTS = "misfit-results"
 
@@ -19,15 +19,18 @@ RESULTS = "misfit-results"
 @click.option(
     "--out", "folder", default=".", show_default=True, metavar="DIR", help="Where to write NAME.mo and NAME.fmu."
 )
+@cards_option
 @click.option("--quiet", is_flag=True, help="Print nothing but errors.")
-def add(diagnosis_or_effect: str, model: str | None, folder: str, quiet: bool) -> None:
+def add(diagnosis_or_effect: str, model: str | None, folder: str, card_folders: tuple[Path, ...], quiet: bool) -> None:
     """Write a model with an effect in it, as Modelica and FMU; the original is not touched.
 
     DIAGNOSIS is a file written by `misfit diagnose --json`; EFFECT is an effect id, added with its card's first guess.
     """
+    from orchestrator.diagnosis.cards import effect_library
     from orchestrator.models.load import load_modelica
     from orchestrator.versions import add_effects, default_effect
 
+    cards = effect_library(card_folders)
     if diagnosis_or_effect.endswith(".json"):
         document = _read_diagnosis(Path(diagnosis_or_effect))
         base = load_modelica(model or document["model"])
@@ -36,8 +39,8 @@ def add(diagnosis_or_effect: str, model: str | None, folder: str, quiet: bool) -
         if model is None:
             raise click.UsageError(f"name the model that gets {diagnosis_or_effect} with --to MODEL")
         base = load_modelica(model)
-        effects = [default_effect(base, diagnosis_or_effect)]
-    version = add_effects(base, effects, Path(folder))
+        effects = [default_effect(base, diagnosis_or_effect, cards)]
+    version = add_effects(base, effects, Path(folder), cards)
     show(f"{version.source.file}\n{version.fmu}", quiet)
 
 
@@ -85,11 +88,20 @@ def ledger(folder: str, json_file: str | None) -> None:
 @click.argument("model")
 @click.argument("data")
 @click.option("--out", "folder", default=RESULTS, show_default=True, metavar="DIR", help="Models, FMUs and the ledger.")
+@cards_option
 @result_options()
 def discover(
-    model: str, data: str, folder: str, json_file: str | None, html_file: str | None, quiet: bool, workers: int
+    model: str,
+    data: str,
+    folder: str,
+    card_folders: tuple[Path, ...],
+    json_file: str | None,
+    html_file: str | None,
+    quiet: bool,
+    workers: int,
 ) -> None:
     """Compare MODEL with DATA, name the missing effects, add them, and compare again."""
+    from orchestrator.diagnosis.cards import effect_library
     from orchestrator.discover import discover as run
     from orchestrator.measurements import load_measurements
     from orchestrator.models.load import load_modelica
@@ -98,8 +110,9 @@ def discover(
 
     with progress(quiet) as say:
         say(f"reading {data}")
+        cards = effect_library(card_folders)
         measurements = load_measurements(data)
-        found = run(load_modelica(model), measurements, Path(folder), workers=workers, progress=say)
+        found = run(load_modelica(model), measurements, Path(folder), cards=cards, workers=workers, progress=say)
         report = discovery_report(found.diagnosis, list(found.entries)) if html_file else None
     show(diagnosis_table(found.diagnosis), quiet)
     show(ledger_table(list(found.entries)), quiet)

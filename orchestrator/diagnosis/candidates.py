@@ -10,6 +10,7 @@ import numpy as np
 from fmus.catalogue import ModelicaModel
 from fmus.symbolic.system import SymbolicSystem, Variable
 from orchestrator.diagnosis.cards import CardParameter, EffectCard
+from orchestrator.diagnosis.user_cards import check_class, check_slots
 from orchestrator.models.patch import Attachment, check_attached, free_slots, patched_model
 from orchestrator.models.symbolic import SymbolicModel
 
@@ -36,24 +37,29 @@ class EffectSet:
         self.base, self.candidates, self.signals = base, tuple(candidates), tuple(signals)
 
     @cached_property
-    def model(self) -> SymbolicModel:
-        """The extended model; its free parameters are those of the candidates, in their order."""
-        attachments = [Attachment(slot, class_name, {}) for slot, class_name in self._slots()]
+    def system(self) -> SymbolicSystem:
+        """The equations of the extended model."""
+        attachments = [Attachment(slot, card.class_name, {}, card.class_text) for slot, card in self._slots()]
         name = "Candidate_" + "_".join(card_id for card_id in dict.fromkeys(c.card.id for c in self.candidates))
         system = patched_model(self.base, name, attachments).compile()
         check_attached(system, attachments)
-        free = [v.name for v in self._free_variables(system)]
-        return SymbolicModel(self.base.name, system, self.signals, free)
+        return system
+
+    @cached_property
+    def model(self) -> SymbolicModel:
+        """The extended model; its free parameters are those of the candidates, in their order."""
+        free = [v.name for v in self._free_variables(self.system)]
+        return SymbolicModel(self.base.name, self.system, self.signals, free)
 
     @cached_property
     def variables(self) -> tuple[Variable, ...]:
         """The free parameters, with units and bounds, in the order of the model."""
-        return tuple(self._free_variables(self.model.system))
+        return tuple(self._free_variables(self.system))
 
     @cached_property
     def card_parameters(self) -> tuple[CardParameter, ...]:
         """The card's entry of each free parameter."""
-        return tuple(parameter for parameter, _ in self._free(self.model.system))
+        return tuple(parameter for parameter, _ in self._free(self.system))
 
     def first_guess(self) -> np.ndarray:
         """Start values of the free parameters, from the cards."""
@@ -67,24 +73,25 @@ class EffectSet:
 
     def owners(self) -> tuple[int, ...]:
         """Position of the candidate that each free parameter belongs to."""
-        return tuple(k for k, c in enumerate(self.candidates) for _ in self._free_of(c, self.model.system))
+        return tuple(k for k, c in enumerate(self.candidates) for _ in self._free_of(c, self.system))
 
     def attachments(self, values: Iterable[float]) -> list[Attachment]:
         """The effects with given values of the free parameters, ready to be written as a class."""
         by_name = dict(zip([v.name for v in self.variables], values, strict=True))
-        all_parameters = {v.name: v.start or 0.0 for v in self.model.system.parameters}
+        all_parameters = {v.name: v.start or 0.0 for v in self.system.parameters}
         found = []
-        for slot, class_name in self._slots():
+        for slot, card in self._slots():
             own = [c for c in self.candidates if c.slot == slot]
             settings: dict[str, Mapping[str, float]] = {}
             for parameter in own[0].card.parameters:
                 elements = _elements(f"{slot}.{parameter.name}", all_parameters)
                 settings[parameter.name] = {name: by_name.get(name, all_parameters[name]) for name in elements}
-            found.append(Attachment(slot, class_name, settings))
+            found.append(Attachment(slot, card.class_name, settings, card.class_text))
         return found
 
-    def _slots(self) -> list[tuple[str, str]]:
-        return list(dict.fromkeys((c.slot, c.card.class_name) for c in self.candidates))
+    def _slots(self) -> list[tuple[str, EffectCard]]:
+        """The slots that are filled, each with a card of the class in it."""
+        return list({(c.slot, c.card.class_name): (c.slot, c.card) for c in self.candidates}.values())
 
     def _free(self, system: SymbolicSystem) -> list[tuple[CardParameter, Variable]]:
         return [pair for candidate in self.candidates for pair in self._free_of(candidate, system)]
@@ -106,16 +113,26 @@ class EffectSet:
 def find_candidates(
     base: ModelicaModel, system: SymbolicSystem, cards: Sequence[EffectCard]
 ) -> tuple[list[Candidate], list[str]]:
-    """Return every effect at every site of a model where it can be attached, and ids that cannot be."""
+    """Return every effect at every site of a model where it can be attached, and ids that cannot be.
+
+    Raises:
+        MisfitError: if a card of the user's own does not fit its class or the model.
+    """
     slots = free_slots(system)
     found: list[Candidate] = []
     impossible: list[str] = []
     for card in cards:
+        if card.class_file is not None:
+            check_slots(card, base.name, slots)
         slot = next((s for s in card.slots if s in slots), None)
         if slot is None:
             impossible.append(card.id)
             continue
-        found += _at_all_sites(card, slot, system.settings.get(f"{slot}.n"))
+        placed = _at_all_sites(card, slot, system.settings.get(f"{slot}.n"))
+        if card.class_file is not None:
+            tried = EffectSet(base, placed[:1], system.outputs)
+            check_class(card, slot, lambda tried=tried: tried.system.parameters)  # type: ignore[misc]
+        found += placed
     return found, impossible
 
 

@@ -1,13 +1,21 @@
 """Effect cards: what a missing effect is called, which Modelica class adds it, where it can attach."""
 
-import tomllib
+import re
+from collections.abc import Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
+from functools import cache
 from pathlib import Path
 from typing import Any, Literal
 
 from fmus.errors import MisfitError
+from orchestrator.measurements.toml_values import TomlTable
 
 SHIPPED = Path(__file__).parent / "cards"
+ELEMENTS = ("together", "each", "pairs")
+_KEYS = ("id", "title", "class", "slots", "site", "elements", "parameters", "confusable", "experiment", "variant")
+_OPTIONAL = ("confusable", "experiment", "variant")
+_PARAMETER_KEYS = ("start", "absent", "meaningful", "start_from", "grid")
 
 
 @dataclass(frozen=True)
@@ -35,7 +43,8 @@ class EffectCard:
     `slots` are the replaceable parts of a model that can hold it, in order of preference. `elements` tells whether
     the elements of its parameter arrays (joints, muscles) are fitted together, stand for one site each, or are the
     entries of a matrix off its diagonal, one site each ("pairs"; `site` is then a pattern such as
-    `channel{0}->muscle{1}`). Cards of one id with different laws differ in `variant`.
+    `channel{0}->muscle{1}`). Cards of one id with different laws differ in `variant`. `card_file` is where the card
+    stands; `class_file` is the Modelica file of its class, None for a class of the shipped library.
     """
 
     id: str
@@ -48,41 +57,145 @@ class EffectCard:
     experiment: str
     parameters: tuple[CardParameter, ...]
     variant: str = ""
+    card_file: Path | None = None
+    class_file: Path | None = None
+
+    @property
+    def class_text(self) -> str:
+        """Modelica text of the class, empty for a class of the shipped library."""
+        return "" if self.class_file is None else self.class_file.read_text()
 
 
 def read_card(path: Path) -> EffectCard:
-    """Read a card from its TOML file.
+    """Read a card from its TOML file; its class is one of the library `FESArm`, or stands in a `.mo` file beside it.
 
     Raises:
-        MisfitError: if the file is not a complete card.
+        MisfitError: if the file is not a complete card; one line names the file, the key and what was expected.
     """
     try:
-        entry = tomllib.loads(path.read_text())
-        return _card(entry)
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise MisfitError(f"effect card {path.name} cannot be read: {error}") from error
-    except (KeyError, TypeError) as error:
-        raise MisfitError(f"effect card {path.name} lacks or misuses {error}") from error
-
-
-def _card(entry: dict[str, Any]) -> EffectCard:
+        content = path.read_bytes()
+    except OSError as error:
+        raise MisfitError(f"effect card {path} cannot be read: {error.strerror}") from error
+    table = TomlTable.parse(path, content)
+    _check_keys(table, _KEYS, _OPTIONAL)
+    effect_id, class_name, elements = (_text(table, key) for key in ("id", "class", "elements"))
+    if not re.fullmatch(r"[a-z][a-z0-9_]*", effect_id):
+        raise table.wrong("id", "small letters, digits and underscores, such as 'magnetic_drag'")
+    if elements not in ELEMENTS:
+        raise table.wrong("elements", f"one of {', '.join(ELEMENTS)}")
+    slots = table.get_texts("slots")
+    if not slots:
+        raise table.wrong("slots", 'a list of slots of the model, such as ["jointTorque1"]')
+    names = table.get_table("parameters")
+    if not names.values:
+        raise table.wrong("parameters", "at least one table such as [parameters.b], for what is fitted")
     return EffectCard(
-        id=entry["id"],
-        title=entry["title"],
-        class_name=entry["class"],
-        slots=tuple(entry["slots"]),
-        site=entry["site"],
-        elements=entry["elements"],
-        confusable=tuple(entry["confusable"]),
-        experiment=entry["experiment"],
-        parameters=tuple(
-            CardParameter(name, **{**values, "grid": tuple(values.get("grid", ()))})
-            for name, values in entry["parameters"].items()
-        ),
-        variant=entry.get("variant", ""),
+        id=effect_id,
+        title=_text(table, "title"),
+        class_name=class_name,
+        slots=slots,
+        site=_text(table, "site"),
+        elements=elements,  # type: ignore[arg-type]  # checked above
+        confusable=table.get_texts("confusable") or (),
+        experiment=_text(table, "experiment") if "experiment" in table.values else "",
+        parameters=tuple(_parameter(name, _parameter_table(table, names, name)) for name in names.values),
+        variant=_text(table, "variant") if "variant" in table.values else "",
+        card_file=path,
+        class_file=_class_file(table, path.parent, class_name),
     )
 
 
-def effect_library() -> tuple[EffectCard, ...]:
-    """Return the shipped cards, by id."""
+def _parameter(name: str, table: TomlTable) -> CardParameter:
+    _check_keys(table, _PARAMETER_KEYS, ("start_from", "grid"))
+    start_from = table.values.get("start_from", "")
+    if start_from not in ("", "residual_peak_hz"):
+        raise table.wrong("start_from", '"residual_peak_hz", or leave it out')
+    grid = table.values.get("grid", [])
+    if not isinstance(grid, list) or not all(_is_number(value) for value in grid):
+        raise table.wrong("grid", "a list of numbers")
+    meaningful = _number(table, "meaningful")
+    if meaningful <= 0:
+        raise table.wrong("meaningful", "a number above 0: the smallest departure from `absent` that matters")
+    return CardParameter(
+        name, _number(table, "start"), _number(table, "absent"), meaningful, start_from, tuple(map(float, grid))
+    )
+
+
+def _parameter_table(card: TomlTable, names: TomlTable, name: str) -> TomlTable:
+    return TomlTable(f"{card.where} [parameters.{name}]", names.get_table(name).values)
+
+
+def _check_keys(table: TomlTable, known: Sequence[str], optional: Sequence[str]) -> None:
+    for key in table.values:
+        if key not in known:
+            near = get_close_matches(key, known, n=1)
+            hint = f"did you mean '{near[0]}'?" if near else f"keys are {', '.join(known)}"
+            raise MisfitError(f"{table.where}: '{key}' is no key of an effect card; {hint}")
+    for key in known:
+        if key not in table.values and key not in optional:
+            raise MisfitError(f"{table.where}: lacks '{key}'; an effect card needs it")
+
+
+def _text(table: TomlTable, key: str) -> str:
+    value = table.values[key]
+    if not isinstance(value, str) or not value.strip():
+        raise table.wrong(key, "a text in quotation marks")
+    return value
+
+
+def _number(table: TomlTable, key: str) -> float:
+    if not _is_number(table.values[key]):
+        raise table.wrong(key, "a number")
+    return float(table.values[key])
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and value == value
+
+
+def _class_file(table: TomlTable, folder: Path, class_name: str) -> Path | None:
+    """The `.mo` file beside the card that declares its class at top level; None for a class of the library."""
+    if class_name.startswith("FESArm."):
+        return None
+    if "." in class_name:
+        raise table.wrong("class", "a class at the top of its file (no dots), or one of the library FESArm")
+    files = sorted(folder.glob("*.mo"))
+    declares = re.compile(rf"^\s*(?:model|block)\s+{re.escape(class_name)}\b", re.MULTILINE)
+    for file in files:
+        text = file.read_text(errors="replace")
+        if declares.search(text):
+            if re.search(r"^\s*within\s+\w", text, re.MULTILINE):
+                raise MisfitError(
+                    f"{table.where}: class {class_name} in {file.name} is part of a package; remove `within`"
+                )
+            return file
+    beside = ", ".join(file.name for file in files) or "no .mo file"
+    raise table.wrong("class", f"a model declared in a .mo file beside the card; there is {beside}")
+
+
+@cache
+def _shipped() -> tuple[EffectCard, ...]:
     return tuple(read_card(path) for path in sorted(SHIPPED.glob("*.toml")))
+
+
+def effect_library(folders: Sequence[Path] = ()) -> tuple[EffectCard, ...]:
+    """Return the shipped cards, by file name, then those of the user's folders.
+
+    Raises:
+        MisfitError: if a folder holds no card, or a card is not complete or repeats another one.
+    """
+    cards = list(_shipped())
+    for folder in folders:
+        files = sorted(folder.glob("*.toml"))
+        if not files:
+            raise MisfitError(f"{folder}: no effect card there; expected a folder with cards (*.toml)")
+        cards += [read_card(file) for file in files]
+    known: dict[tuple[str, str], EffectCard] = {}
+    for card in cards:
+        other = known.setdefault((card.id, card.variant), card)
+        if other is not card:
+            where = "the shipped library" if other.card_file and other.card_file.parent == SHIPPED else other.card_file
+            raise MisfitError(
+                f"{card.card_file}: id = '{card.id}' is taken by {where}; choose another id, or tell them apart by `variant`"
+            )
+    return tuple(cards)

@@ -17,11 +17,13 @@ class Attachment:
     """An effect class in a slot of a model, with values of its parameters.
 
     A parameter is a number, or the elements of an array by full name, such as `{"jointTorque1.b[1]": 0.1}`, in order.
+    `class_text` is the Modelica text of the class if it is not one of the library.
     """
 
     slot: str
     class_name: str
     values: Mapping[str, float | Mapping[str, float]]
+    class_text: str = ""
 
 
 def free_slots(system: SymbolicSystem) -> tuple[str, ...]:
@@ -38,7 +40,8 @@ def free_slots(system: SymbolicSystem) -> tuple[str, ...]:
 def patched_source(base: ModelicaModel, name: str, attachments: Sequence[Attachment], comment: str) -> str:
     """Return Modelica text of a class `name` that extends `base` with effects.
 
-    The text contains the base's own file in front if the base is not a class of the library, so it stands alone.
+    The text contains, in front, the base's own file and those of the effects if they are not classes of the library, so
+    it stands alone.
     """
     items = []
     for part in attachments:
@@ -48,7 +51,9 @@ def patched_source(base: ModelicaModel, name: str, attachments: Sequence[Attachm
         items.append(f"{part.slot}({modifiers})")
     extended = f"  extends {base.class_name}(\n    " + ",\n    ".join(items) + ");\n"
     own = f'model {name} "{_comment(comment)}"\n{extended}end {name};\n'
-    return own if base.file is None else base.file.read_text().rstrip() + "\n\n" + own
+    parts = [] if base.file is None else [base.file.read_text()]
+    parts += [text for text in dict.fromkeys(part.class_text for part in attachments) if text not in ("", *parts)]
+    return "\n\n".join(text.strip() for text in (*parts, own)) + "\n"
 
 
 def patched_model(

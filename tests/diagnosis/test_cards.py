@@ -83,5 +83,5 @@ def test_card_that_lacks_an_entry_is_refused_by_name(tmp_path: Path) -> None:
     broken = tmp_path / "broken.toml"
     broken.write_text('id = "x"\n')
 
-    with pytest.raises(MisfitError, match=r"broken\.toml lacks or misuses 'title'"):
+    with pytest.raises(MisfitError, match=r"broken\.toml: lacks 'title'"):
         read_card(broken)
