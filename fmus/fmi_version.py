@@ -3,14 +3,20 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
+from fmus.arrays import array_sizes, array_variables
 from fmus.description_parts import Header
 from fmus.errors import FmuError
+from fmus.layout import Layout
 from fmus.model_description import model_description
 from fmus.model_description3 import build_description, model_description3
 from fmus.symbolic.system import SymbolicSystem
 
 
 def _nothing(header: Header) -> Mapping[str, bytes]:
+    return {}
+
+
+def _no_headers(layout: Layout) -> Mapping[str, str]:
     return {}
 
 
@@ -22,6 +28,7 @@ class FmiVersion:
     headers: tuple[str, ...]
     describe: Callable[[SymbolicSystem, Header], bytes]
     platform: Callable[[], str]  # folder of the binary for this machine
+    headers_of: Callable[[Layout], Mapping[str, str]] = _no_headers  # about one model, beside the common ones
     adjoint: bool = False  # whether the version has adjoint derivatives
     build_files: Callable[[Header], Mapping[str, bytes]] = _nothing  # beside the sources
 
@@ -65,6 +72,7 @@ _VERSIONS = {
         headers=("fmi3Functions.h", "fmi3FunctionTypes.h", "fmi3PlatformTypes.h"),
         describe=model_description3,
         platform=_platform3,
+        headers_of=lambda layout: {"model_arrays.h": array_sizes(array_variables(layout.scalars))},
         adjoint=True,
         build_files=lambda header: {"sources/buildDescription.xml": build_description(header)},
     ),

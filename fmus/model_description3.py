@@ -3,20 +3,22 @@
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence
 
+from fmus.arrays import ArrayVariable, array_variables, by_variable
 from fmus.description_parts import Header, common_parts, number_attributes, plain_text, to_bytes
-from fmus.layout import Layout, Scalar
+from fmus.layout import Layout
 from fmus.model_structure import model_structure
 from fmus.symbolic.system import SymbolicSystem
 
 
 def model_description3(system: SymbolicSystem, header: Header) -> bytes:
-    """Write the XML of an FMI 3.0 FMU for both interface types; all variables are Float64 scalars.
+    """Write the XML of an FMI 3.0 FMU for both interface types; all variables are Float64.
 
     Raises:
         FmuError: if a value cannot be written, such as a parameter without a value.
         MisfitError: if a unit is unknown.
     """
     layout = Layout(system)
+    variables = array_variables(layout.scalars)
     root = ET.Element(
         "fmiModelDescription",
         fmiVersion="3.0",
@@ -31,9 +33,8 @@ def model_description3(system: SymbolicSystem, header: Header) -> bytes:
     root.append(_interface("ModelExchange", header, needsCompletedIntegratorStep=needs_steps))
     root.append(_interface("CoSimulation", header, canHandleVariableCommunicationStepSize="true"))
     root.extend(common_parts(layout, header))
-    variables = ET.SubElement(root, "ModelVariables")
-    variables.extend([_variable(reference, s) for reference, s in enumerate(layout.scalars)])
-    root.append(_model_structure(layout))
+    ET.SubElement(root, "ModelVariables").extend(map(_variable, variables))
+    root.append(_model_structure(layout, variables))
     return to_bytes(root)
 
 
@@ -59,25 +60,30 @@ def _interface(tag: str, header: Header, **abilities: str) -> ET.Element:
     )
 
 
-def _variable(reference: int, scalar: Scalar) -> ET.Element:
-    variable = scalar.variable
-    attributes = {"name": plain_text(variable.name), "valueReference": str(reference)}
+def _variable(variable: ArrayVariable) -> ET.Element:
+    first = variable.elements[0]
+    attributes = {"name": plain_text(variable.name), "valueReference": str(variable.reference)}
     if variable.description:
         attributes["description"] = plain_text(variable.description)
-    attributes |= {"causality": scalar.causality, "variability": scalar.variability}
-    if scalar.initial:
-        attributes["initial"] = scalar.initial
-    attributes |= number_attributes(scalar)
-    if scalar.derivative_of is not None:
-        attributes["derivative"] = str(scalar.derivative_of)
-    return ET.Element("Float64", attributes)
+    attributes |= {"causality": first.causality, "variability": first.variability}
+    if first.initial:
+        attributes["initial"] = first.initial
+    attributes |= number_attributes(first)
+    if first.has_start:
+        attributes["start"] = " ".join(number_attributes(element)["start"] for element in variable.elements)
+    if first.derivative_of is not None:
+        attributes["derivative"] = str(first.derivative_of)
+    element = ET.Element("Float64", attributes)
+    for size in variable.shape:
+        ET.SubElement(element, "Dimension", start=str(size))
+    return element
 
 
-def _model_structure(layout: Layout) -> ET.Element:
+def _model_structure(layout: Layout, variables: Sequence[ArrayVariable]) -> ET.Element:
     structure, element = model_structure(layout), ET.Element("ModelStructure")
-    _unknowns(element, "Output", structure.outputs)
-    _unknowns(element, "ContinuousStateDerivative", structure.derivatives)
-    _unknowns(element, "InitialUnknown", dict(sorted(structure.initial_unknowns.items())))
+    _unknowns(element, "Output", by_variable(structure.outputs, variables))
+    _unknowns(element, "ContinuousStateDerivative", by_variable(structure.derivatives, variables))
+    _unknowns(element, "InitialUnknown", by_variable(dict(sorted(structure.initial_unknowns.items())), variables))
     return element
 
 

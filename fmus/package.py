@@ -123,12 +123,14 @@ def _sources(system: SymbolicSystem, fmi: FmiVersion, tolerance: float) -> dict[
     import fmpy  # type: ignore[import-untyped]
 
     code = model_code(system, reverse=fmi.adjoint)
-    names = [scalar.variable.name for scalar in Layout(system).scalars]
+    layout = Layout(system)
+    names = [scalar.variable.name for scalar in layout.scalars]
     runtime = resources.files("fmus.runtime")
     headers = Path(fmpy.__file__).parent / "c-code"
     return {
         **{f.name: f.read_text("utf-8") for f in runtime.iterdir() if fmi.has_runtime_file(f.name)},
         **{name: (headers / name).read_text("utf-8") for name in fmi.headers},
+        **fmi.headers_of(layout),
         "model.c": code.functions,
         "model_config.h": model_config(system, code, names, _NO_GUID, tolerance),
     }

@@ -23,6 +23,13 @@ int fmi3_allowed(Instance *instance, const char *call, unsigned phases);
 /* True when `array` may be read or written `count` times. */
 int fmi3_present(Instance *instance, const char *call, const void *array, size_t count);
 
+/* Number of elements of the variable with this value reference; 0 where there is none. */
+size_t fmi3_size(fmi3ValueReference reference);
+
+/* True when the references are known and their variables have `n_values` elements in all. */
+int fmi3_matching(Instance *instance, const char *call, const fmi3ValueReference *references, size_t n_references,
+                  size_t n_values);
+
 #define BEFORE_START (PHASE_INSTANTIATED | PHASE_INITIALIZATION)
 #define EXCHANGING (PHASE_EVENT | PHASE_CONTINUOUS)
 #define ANY_PHASE (BEFORE_START | PHASE_STEPPING | EXCHANGING | PHASE_TERMINATED)

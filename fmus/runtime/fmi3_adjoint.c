@@ -138,19 +138,20 @@ fmi3Status fmi3GetAdjointDerivative(fmi3Instance instance, const fmi3ValueRefere
     Weights weights = {.time = 0.0};
     if (!fmi3_allowed(self, __func__, ANY_PHASE & ~PHASE_INSTANTIATED) ||
         !fmi3_present(self, __func__, unknowns, nUnknowns) || !fmi3_present(self, __func__, knowns, nKnowns) ||
-        !fmi3_present(self, __func__, seed, nSeed) || !fmi3_present(self, __func__, sensitivity, nSensitivity))
+        !fmi3_present(self, __func__, seed, nSeed) || !fmi3_present(self, __func__, sensitivity, nSensitivity) ||
+        !fmi3_matching(self, __func__, unknowns, nUnknowns, nSeed) ||
+        !fmi3_matching(self, __func__, knowns, nKnowns, nSensitivity))
         return fmi3Error;
-    if (nSeed != nUnknowns || nSensitivity != nKnowns)
-        return fmi3_refuse(self, __func__, "%zu seeds for %zu unknowns, %zu results for %zu knowns", nSeed, nUnknowns,
-                           nSensitivity, nKnowns);
     Core *core = &self->core;
     int failed = core_evaluate_outputs(core);
     for (size_t i = 0; i < nUnknowns && !failed; i++)
-        failed = add_seed(core, &weights, unknowns[i], seed[i]);
+        for (size_t k = 0; k < fmi3_size(unknowns[i]) && !failed; k++)
+            failed = add_seed(core, &weights, unknowns[i] + (unsigned)k, *seed++);
     failed = failed || through_equations(core, &weights) || (N_DELAYS > 0 && through_delays(core, &weights)) ||
              through_parameters(core, &weights, model_dependent_adjoint, weights.dependents) ||
              through_starts(core, &weights);
     for (size_t i = 0; i < nKnowns && !failed; i++)
-        failed = read_weight(core, &weights, knowns[i], &sensitivity[i]);
+        for (size_t k = 0; k < fmi3_size(knowns[i]) && !failed; k++)
+            failed = read_weight(core, &weights, knowns[i] + (unsigned)k, sensitivity++);
     return fmi3_outcome(self, __func__, failed);
 }
