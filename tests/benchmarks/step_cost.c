@@ -13,7 +13,7 @@
 #include <stdlib.h>
 #include <time.h>
 
-enum { INPUTS = 10, OUTPUTS = 2, ROUNDS = 31, STEPS = 2000, CALLS = 20000 };
+enum { INPUTS = 10, OUTPUTS = 2, ROUNDS = 11, STEPS = 2000, CALLS = 20000 };
 static const double H = 1e-3, TOLERANCE = 1e-6, START[2] = {0.8, 1.2};
 
 typedef struct {

@@ -1,7 +1,9 @@
 """The arm's FMUs against a hand-written C program of the same equations and method, driven from C."""
 
+import statistics
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 import fmpy
@@ -15,10 +17,15 @@ HERE = Path(__file__).parent
 INPUTS = [*(f"alpha_{i}" for i in range(1, 7)), "fx", "fy", "correction_q1", "correction_q2"]
 STEP_LIMIT = 1.5  # FMU / hand-written
 CALL_LIMIT_NS = 50.0
+PROCESSES = 5
 
 
 def step_cost(folder: Path) -> dict[str, tuple[float, str]]:
-    """Measure in one process, in turns: name -> value and unit, as `step_cost.c` prints them."""
+    """Measure doStep, get and set: name -> value and unit, as `step_cost.c` prints them.
+
+    Within a process the programs take turns and the median counts. Where the system loads them can make one of
+    several processes slow as a whole, so the median over some processes is what is returned.
+    """
     arguments: list[str] = []
     for version in ("2.0", "3.0"):
         arguments += _fmu(version, folder)
@@ -30,9 +37,26 @@ def step_cost(folder: Path) -> dict[str, tuple[float, str]]:
     subprocess.run(
         [*find_compiler(), *flags, f"-I{headers}", "-o", str(program), *files, "-ldl", "-lm"], check=True, timeout=60
     )
-    done = subprocess.run([str(program), *arguments], check=True, timeout=300, capture_output=True, text=True)
-    rows = (line.split() for line in done.stdout.splitlines())
-    return {name: (float(value), unit) for name, value, unit in rows}
+    found: dict[str, tuple[list[float], str]] = {}
+    for _ in range(PROCESSES):
+        done = subprocess.run([str(program), *arguments], check=True, timeout=300, capture_output=True, text=True)
+        for name, value, unit in (line.split() for line in done.stdout.splitlines()):
+            found.setdefault(name, ([], unit))[0].append(float(value))
+    return {name: (statistics.median(values), unit) for name, (values, unit) in found.items()}
+
+
+def print_table(folder: Path) -> bool:
+    """Measure, print one line a figure, and tell whether all are within the limits."""
+    figures = step_cost(folder)
+    print(f"\n{'1 ms of the arm at tolerance 1e-6, driven from C':52s}")
+    for name, (value, unit) in figures.items():
+        print(f"{name:52s} {value:.4g} {unit if unit != '1' else ''}")
+    late = [name for name, (value, _) in figures.items() if name.endswith("ratio") and value > STEP_LIMIT]
+    late += [
+        name for name, (value, _) in figures.items() if name.startswith(("get_", "set_")) and value >= CALL_LIMIT_NS
+    ]
+    print(f"above the limits ({STEP_LIMIT} times, {CALL_LIMIT_NS:.0f} ns): {', '.join(late) or 'none'}")
+    return not late
 
 
 def _fmu(version: str, folder: Path) -> list[str]:
@@ -46,22 +70,6 @@ def _fmu(version: str, folder: Path) -> list[str]:
     return [str(binary), description.guid, " ".join(str(references[name]) for name in names)]
 
 
-def main() -> None:
-    """Print the table; exit code 1 when a limit is exceeded."""
-    import tempfile
-
-    with tempfile.TemporaryDirectory() as folder:
-        figures = step_cost(Path(folder))
-    print(f"\n{'1 ms of the arm at tolerance 1e-6, driven from C':52s} value")
-    for name, (value, unit) in figures.items():
-        print(f"{name:52s} {value:.4g} {unit if unit != '1' else ''}")
-    late = [name for name, (value, _) in figures.items() if name.endswith("ratio") and value > STEP_LIMIT]
-    late += [
-        name for name, (value, _) in figures.items() if name.startswith(("get_", "set_")) and value >= CALL_LIMIT_NS
-    ]
-    print(f"above the limits ({STEP_LIMIT} and {CALL_LIMIT_NS:.0f} ns): {', '.join(late) or 'none'}")
-    sys.exit(1 if late else 0)
-
-
 if __name__ == "__main__":
-    main()
+    with tempfile.TemporaryDirectory() as name:
+        sys.exit(0 if print_table(Path(name)) else 1)
