@@ -63,6 +63,7 @@ typedef struct {
     int iw[MODEL_SZ_IW + 1];
     double w[MODEL_SZ_W + 1];
     double integrator_work[INTEGRATOR_WORK(N_STATES) + 1];
+    size_t integrator_pivots[N_STATES + 1];
 
     char message[512];
 } Core;
@@ -117,6 +118,8 @@ int core_evaluate_algebraics(Core *core); /* z as well */
 int core_evaluate_dependents(Core *core);
 int core_evaluate_sources(Core *core, double time, const double *u, double *sources);
 int core_evaluate_derivatives(Core *core, double time, const double *x, double *dx);
+/* Of dx within a step, where inputs and delayed values change with time too. */
+int core_evaluate_jacobian(Core *core, double time, const double *x, double *by_x, double *by_t);
 
 /* Snapshots own their memory; core_snapshot reuses `snapshot` unless it is NULL, and gives NULL on failure. */
 Snapshot *core_snapshot(Core *core, Snapshot *snapshot);

@@ -70,6 +70,30 @@ int core_evaluate_derivatives(Core *core, double time, const double *x, double *
     return core_call(core, model_derivatives, "model equations");
 }
 
+int core_evaluate_jacobian(Core *core, double time, const double *x, double *by_x, double *by_t)
+{
+    static const double one = 1.0, none[N_STATES + N_PARAMETERS + 1];
+    double d_slope[N_DELAYS + 1];
+    for (int i = 0; i < N_DELAYS; i++)
+        d_slope[i] = core->pieces[i].slope;
+    core->arg[0] = &time;
+    core->arg[1] = x;
+    core->arg[2] = core->u_now;
+    core->arg[3] = core->d_now;
+    core->arg[4] = core->state.p;
+    core->res[0] = by_x;
+    if (core_call(core, model_jacobian, "Jacobian of the model equations") != 0)
+        return -1;
+    core->arg[5] = &one;
+    core->arg[6] = none;
+    core->arg[7] = core->state.u_slope;
+    core->arg[8] = d_slope;
+    core->arg[9] = none;
+    core->res[0] = by_t;
+    core->res[1] = NULL;
+    return core_call(core, model_rhs_tangent, "time derivatives of the model equations");
+}
+
 /* One delayed value: where a jump arrives just now, from the right at communication points and events, but from
  * the left where an importer's integrator arrives at the end of a step. */
 static double delayed_value(const Core *core, int i, double now, DelaySensitivity *sensitivity)

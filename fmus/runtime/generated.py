@@ -25,7 +25,8 @@ def model_code(system: SymbolicSystem, *, reverse: bool = False) -> ModelCode:
     With `reverse` their adjoints too.
     """
     plain = [_dense(getattr(system, name), f"model_{name}") for name in MODEL_FUNCTIONS]
-    functions = [*plain, _derivatives(plain[0]), *map(_tangent, plain), *(map(_adjoint, plain) if reverse else [])]
+    own = [*plain, _derivatives(plain[0]), _jacobian(plain[0])]
+    functions = [*own, *map(_tangent, plain), *(map(_adjoint, plain) if reverse else [])]
     options: dict[str, Any] = {
         "with_header": False,
         "casadi_real": "double",
@@ -117,6 +118,14 @@ def _derivatives(rhs: ca.Function) -> ca.Function:
     symbol = ca.SX.sym if rhs.is_a("SXFunction") else ca.MX.sym
     arguments: list[Any] = [symbol(rhs.name_in(i), rhs.numel_in(i)) for i in range(rhs.n_in())]
     return ca.Function("model_derivatives", arguments, rhs.call(arguments)[:1], {"cse": True})
+
+
+def _jacobian(rhs: ca.Function) -> ca.Function:
+    """Derivatives of the first result of `model_rhs` by the states, column by column."""
+    symbol = ca.SX.sym if rhs.is_a("SXFunction") else ca.MX.sym
+    arguments: list[Any] = [symbol(rhs.name_in(i), rhs.numel_in(i)) for i in range(rhs.n_in())]
+    by_states = ca.jacobian(rhs.call(arguments)[0], arguments[1])
+    return ca.Function("model_jacobian", arguments, [ca.densify(ca.vec(by_states))], {"cse": True})
 
 
 def _copies(system: SymbolicSystem) -> list[int]:

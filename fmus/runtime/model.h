@@ -20,6 +20,7 @@ typedef int ModelFunction(const double **arg, double **res, int *iw, double *w, 
 
 ModelFunction model_rhs;         /* (t, x, u, d, p) -> (dx, z) */
 ModelFunction model_derivatives; /* (t, x, u, d, p) -> dx, the same bits at less cost */
+ModelFunction model_jacobian;    /* (t, x, u, d, p) -> derivatives of dx by x, column by column */
 ModelFunction model_history;     /* (t, u, p) -> (source, delay) */
 ModelFunction model_dependent;   /* (p) -> values */
 ModelFunction model_initial;     /* (p) -> x0 */

@@ -4,14 +4,26 @@
 #include <math.h>
 #include <string.h>
 
-static int derivatives(void *context, double time, const double *x, double *dx)
+static void select_inputs(Core *core, double time)
 {
-    Core *core = context;
     for (int i = 0; i < N_INPUTS; i++)
         core->u_now[i] = core->state.u[i] + core->state.u_slope[i] * (time - core->step_start);
     for (int i = 0; i < N_DELAYS; i++)
         core->d_now[i] = core->pieces[i].value + core->pieces[i].slope * (time - core->pieces[i].time);
+}
+
+static int derivatives(void *context, double time, const double *x, double *dx)
+{
+    Core *core = context;
+    select_inputs(core, time);
     return core_evaluate_derivatives(core, time, x, dx);
+}
+
+static int jacobian(void *context, double time, const double *x, double *by_x, double *by_t)
+{
+    Core *core = context;
+    select_inputs(core, time);
+    return core_evaluate_jacobian(core, time, x, by_x, by_t);
 }
 
 /* Sources at both ends of the step: the end is needed by delays shorter than the step. */
@@ -58,14 +70,14 @@ static int explain(Core *core, Outcome outcome, const Integration *run)
         return core_fail(core, "der(%s) is not a finite number at t = %.9g s", name, run->time);
     if (outcome == INTEGRATION_STEP_TOO_SMALL)
         return core_fail(core, "the step became too small for '%s' at t = %.9g s", name, run->time);
-    return core_fail(core, "too many internal steps at t = %.9g s, '%s' limits them; the model is stiff there",
-                     run->time, name);
+    return core_fail(core, "too many internal steps at t = %.9g s; '%s' limits them", run->time, name);
 }
 
 static int advance(Core *core, double end)
 {
-    Integration run = {.n = N_STATES, .derivatives = derivatives, .context = core, .nominal = core_nominals,
-                       .tolerance = core->state.tolerance, .work = core->integrator_work};
+    Integration run = {.n = N_STATES, .derivatives = derivatives, .jacobian = jacobian, .context = core,
+                       .tolerance = core->state.tolerance, .nominal = core_nominals, .work = core->integrator_work,
+                       .pivots = core->integrator_pivots};
     int first_known = N_DELAYS == 0 && core->outputs_valid;
     if (first_known)
         memcpy(run.work, core->dx, N_STATES * sizeof(double));
