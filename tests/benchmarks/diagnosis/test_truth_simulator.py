@@ -1,0 +1,144 @@
+"""The truth simulator: against the models it shall judge, against MuJoCo, and against what physics demands."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fmus.catalogue import find_modelica_model
+from orchestrator.measurements import bind, load_measurements
+from orchestrator.models.compiled import CompiledModel
+from orchestrator.models.symbolic import SymbolicModel
+from tests.benchmarks.diagnosis.truth.excitation import plan_trial
+from tests.benchmarks.diagnosis.truth.families import FAMILIES, Wish, draw_case
+from tests.benchmarks.diagnosis.truth.library import EFFECTS
+from tests.benchmarks.diagnosis.truth.machines import MACHINES
+from tests.benchmarks.diagnosis.truth.native import has_mujoco, simulate
+from tests.benchmarks.diagnosis.truth.run import run_trial
+from tests.benchmarks.diagnosis.truth.write import write_case
+
+STILL = np.zeros((5001, 0))
+
+
+@pytest.mark.parametrize("name", MACHINES)
+def test_nominal_truth_and_nominal_model_move_alike(name: str) -> None:
+    """Two derivations, two integrators: they differ by less than the finest encoder's noise, 1e-5."""
+    machine = MACHINES[name]
+    plan = plan_trial(machine, 0, 4.0, np.random.default_rng(3))
+    run = run_trial(machine, plan)
+    system = find_modelica_model(name).compile()
+    model = CompiledModel(system, list(machine.outputs), [])
+    places = [list(machine.inputs).index(v.name) if v.name in machine.inputs else None for v in system.inputs]
+    u = np.column_stack([np.zeros(len(run.time)) if k is None else run.recorded[:, k] for k in places] or [STILL[:0]])
+    order = list(machine.order)
+    start = np.concatenate([run.q[0, order], run.v[0, order]]) if name != "tanks" else run.q[0]
+
+    modelled = model.run(run.time, u.reshape(len(run.time), -1), model.parameters, start).outputs
+
+    assert np.ptp(run.outputs, axis=0).min() > 1e-3
+    np.testing.assert_allclose(run.outputs, modelled, atol=1e-5)
+
+
+@pytest.mark.skipif(not has_mujoco(), reason="MuJoCo comes with the extra 'bench'")
+@pytest.mark.parametrize("name", ["arm", "double-pendulum"])
+def test_plain_linkage_moves_as_mujocos(name: str) -> None:
+    machine = MACHINES[name]
+    plan = plan_trial(machine, 0, 4.0, np.random.default_rng(5))
+    more = {"mw": 0.2, "gx": 0.3, "gy": -9.0, "dw": 0.4, "c1": 0.05 * machine.torque}
+    plain = run_trial(machine, plan, changed=more)
+
+    mujoco = run_trial(machine, plan, changed=more, mujoco=True)
+
+    np.testing.assert_allclose(plain.outputs, mujoco.outputs, atol=1e-9)
+
+
+def test_pendulum_keeps_its_energy() -> None:
+    p = MACHINES["pendulum"].values
+    q, v = simulate("pendulum", p, STILL, [0.5], [0.0])
+    inertia = p["I"] + p["m"] * p["a"] ** 2
+
+    energy = 0.5 * inertia * v[:, 0] ** 2 + p["m"] * p["g"] * p["a"] * np.cos(q[:, 0])
+
+    assert np.ptp(q) > 3
+    assert np.ptp(energy) < 1e-9 * np.abs(energy).max() * 100
+
+
+def test_double_pendulum_keeps_its_energy() -> None:
+    p = MACHINES["double-pendulum"].values
+    q, v = simulate("double-pendulum", p, STILL, [-0.9, 0.4], [0.0, 0.0])
+    first = np.array([np.cos(q[:, 0]), np.sin(q[:, 0])]).T
+    second = np.array([np.cos(q.sum(1)), np.sin(q.sum(1))]).T
+    v1 = p["cm1"] * v[:, [0]] * first[:, ::-1] * [-1, 1]
+    v2 = p["l1"] / p["cm1"] * v1 + p["cm2"] * v.sum(1, keepdims=True) * second[:, ::-1] * [-1, 1]
+    height = p["m1"] * p["cm1"] * first[:, 1] + p["m2"] * (p["l1"] * first[:, 1] + p["cm2"] * second[:, 1])
+    kinetic = 0.5 * (p["m1"] * (v1**2).sum(1) + p["m2"] * (v2**2).sum(1))
+    kinetic += 0.5 * (p["I1"] * v[:, 0] ** 2 + p["I2"] * v.sum(1) ** 2)
+
+    energy = kinetic - p["gy"] * height
+
+    assert kinetic.max() > 0.1
+    assert np.ptp(energy) < 1e-6
+
+
+def test_coulomb_friction_stops_a_drive_where_and_when_it_must_and_holds_it() -> None:
+    inertia, friction, speed, load = 0.02, 0.01, 1.5, 0.009
+    u = np.zeros((6001, 1))
+    u[4000:] = load
+
+    q, v = simulate("drive", {"J": inertia, "c1": friction}, u, [0.0], [speed])
+
+    assert q[3500, 0] == pytest.approx(inertia * speed**2 / (2 * friction), rel=1e-9)
+    assert v[2999, 0] > 0
+    assert np.all(v[3001:4000] == 0)
+    assert np.all(q[3500:] == q[3500])
+
+
+def test_stuck_joint_breaks_away_when_the_load_exceeds_breakaway_not_before() -> None:
+    time = np.arange(3001) * 1e-3
+
+    q, _ = simulate("drive", {"J": 0.02, "c1": 0.01, "s1": 0.01, "vs": 0.1}, 0.01 * time[:, None], [0.0], [0.0])
+
+    moving = time[np.flatnonzero(q[:, 0] > 0)[0]]
+    assert moving == pytest.approx(2.0, abs=0.01)
+
+
+def test_backlash_leaves_the_load_alone_until_the_play_is_used_up() -> None:
+    values = {**MACHINES["two-mass"].values, "gap": 0.02}
+    u = np.full((2001, 1), 1e-4)
+
+    q, v = simulate("two-mass", values, u, [0.0, 0.0], [0.0, 0.0])
+
+    alone = np.cumsum(q[:, 0] >= 0.01) == 0
+    assert np.all(q[alone, 1] == 0)
+    np.testing.assert_allclose(q[alone, 0], 0.5 * 1e-4 / 0.002 * (np.arange(2001)[alone] * 1e-3) ** 2, atol=1e-12)
+    assert q[-1, 1] > 0
+
+
+@pytest.mark.parametrize(("machine", "effect"), [(m, e) for m, library in EFFECTS.items() for e in library])
+def test_effect_reaches_the_wanted_size_against_the_noise(machine: str, effect: str) -> None:
+    case = draw_case(Wish("S", machine, 0, 2, enr=5.0, noise="mid", seconds=1.0, effects=(effect,)))
+
+    assert case.injections[0].id == effect
+    assert case.enr_each[0] > 5.0 if effect == "series_elasticity" else case.enr_each[0] == pytest.approx(5.0, rel=0.15)
+
+
+def test_library_holds_every_kind_of_effect_that_a_diagnosis_may_name() -> None:
+    assert len({effect for library in EFFECTS.values() for effect in library}) >= 30
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_case_is_a_measurement_set_that_its_model_takes_and_is_the_same_every_time(family: str, tmp_path: Path) -> None:
+    name = {"O": "cart", "N2": "tanks", "I": "arm"}.get(family, "two-mass")
+    wish = Wish(family, name, 3, 4, seconds=2.0)
+    answer = write_case(draw_case(wish), tmp_path / "once")
+    again = write_case(draw_case(wish), tmp_path / "again")
+
+    model = SymbolicModel(name, find_modelica_model(name).compile())
+    bound = bind(load_measurements(tmp_path / "once"), model.inputs, model.outputs)
+
+    assert answer == again
+    for file in (tmp_path / "once").iterdir():
+        assert file.read_bytes() == (tmp_path / "again" / file.name).read_bytes()
+    assert (len(bound.learning), len(bound.held_out)) == (4, 2)
+    assert set(MACHINES[name].outputs) <= set(bound.output_names)
+    assert all(np.isfinite(value) for value in answer["true_model_rmse_heldout"].values())

@@ -1,0 +1,162 @@
+"""The families of cases: what is hidden in the truth of each, drawn from one seed."""
+
+import zlib
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from tests.benchmarks.diagnosis.truth.context import Context
+from tests.benchmarks.diagnosis.truth.excitation import Plan, plan_trial
+from tests.benchmarks.diagnosis.truth.idle import hidden_effect, idle_plan
+from tests.benchmarks.diagnosis.truth.library import EFFECTS, FOREIGN, confusable_pairs
+from tests.benchmarks.diagnosis.truth.machines import MACHINES, Machine
+from tests.benchmarks.diagnosis.truth.native import TruthError
+from tests.benchmarks.diagnosis.truth.run import Injection, run_trial
+from tests.benchmarks.diagnosis.truth.sensors import LEVELS, Recorder
+from tests.benchmarks.diagnosis.truth.size import effect_to_noise, sized_to
+
+FAMILIES = {
+    "N0": "nothing missing, parameters exact",
+    "N1": "nothing missing, parameters off by up to 5 %",
+    "N2": "nothing missing, ugly noise",
+    "S": "one effect",
+    "D": "two effects, 30 % of the pairs easily confused",
+    "T": "three effects",
+    "O": "an effect that is in no library",
+    "I": "an effect that the data cannot show",
+}
+TOLERANCE = 0.05
+TRIALS = 6
+SINGLE_ENR = (1.0, 3.0, 10.0, 30.0)
+SET_ENR = (1.5, 3.0, 10.0)
+CONFUSED_SHARE = 0.3
+
+
+@dataclass(frozen=True)
+class Wish:
+    """What is asked of a case: `enr` and `noise` are drawn where None; trials last `seconds` (times the machine's slowness)."""
+
+    family: str
+    machine: str
+    index: int
+    seed: int
+    enr: float | None = None
+    noise: str | None = None
+    seconds: float = 10.0
+    effects: tuple[str, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """Name of the case, unique within a benchmark of one seed."""
+        parts = [self.family, self.machine, f"{self.index:03d}"]
+        parts += [f"enr{self.enr:g}"] if self.enr is not None else []
+        parts += [f"{self.seconds:g}s"] if self.seconds != 10.0 else []
+        return "_".join(parts)
+
+
+@dataclass(frozen=True, eq=False)
+class Drawn:
+    """A case before it is recorded."""
+
+    wish: Wish
+    machine: Machine
+    plans: tuple[Plan, ...]
+    injections: tuple[Injection, ...]
+    recorder: Recorder
+    changed: dict[str, float] = field(default_factory=dict)
+    enr: float = 0.0
+    enr_each: tuple[float, ...] = ()
+    kind: str = ""
+
+
+def draw_case(wish: Wish) -> Drawn:
+    """Draw a case; the same wish gives the same case on any machine."""
+    if wish.family not in FAMILIES:
+        raise ValueError(f"family {wish.family!r} is none of {', '.join(FAMILIES)}")
+    machine = MACHINES[wish.machine]
+    random = np.random.default_rng([wish.seed, wish.index, zlib.crc32(f"{wish.family} {wish.machine}".encode())])
+    hidden = int(random.integers(6))
+    if wish.family == "I":
+        plans = tuple(idle_plan(machine, k, wish.seconds, hidden, random) for k in range(TRIALS))
+    else:
+        plans = tuple(plan_trial(machine, k, wish.seconds, random) for k in range(TRIALS))
+    runs = [run_trial(machine, plan) for plan in plans]
+    level = wish.noise or LEVELS[int(random.integers(len(LEVELS)))]
+    recorder = Recorder.of(machine, level, runs, ugly=wish.family == "N2")
+    context, noise = Context(machine, random, tuple(runs)), recorder.output_noise
+    injections: list[Injection] = []
+    each, kind = list[float](), ""
+    changed = _tolerances(machine, random) if wish.family == "N1" else {}
+    if wish.family == "I":
+        effect, size = hidden_effect(context, hidden)
+        injections = [effect(size)]
+    elif wish.family == "O":
+        kind = _choose(FOREIGN[machine.name], wish)
+        found, enr = sized_to(machine, plans, FOREIGN[machine.name][kind](context), _enr(wish, SET_ENR), noise)
+        injections, each = [found], [enr]
+    else:
+        for name in _names(wish, machine, random):
+            wanted = _enr(wish, SINGLE_ENR if wish.family == "S" else SET_ENR)
+            found, enr = _apart(machine, plans, context, name, wanted, noise, injections)
+            injections.append(found)
+            each.append(enr)
+    total = effect_to_noise(machine, plans, injections, noise) if injections else 0.0
+    return Drawn(wish, machine, plans, tuple(injections), recorder, changed, total, tuple(each), kind)
+
+
+def _enr(wish: Wish, cycle: tuple[float, ...]) -> float:
+    return wish.enr if wish.enr is not None else cycle[wish.index % len(cycle)]
+
+
+def _choose(library: dict[str, object], wish: Wish) -> str:
+    if wish.effects:
+        return wish.effects[0]
+    # Effects and sizes cycle with different periods, so that all meet.
+    names = sorted(library)
+    return names[(wish.index + wish.seed + wish.index // len(names)) % len(names)]
+
+
+def _names(wish: Wish, machine: Machine, random: np.random.Generator) -> tuple[str, ...]:
+    if wish.effects or wish.family in ("N0", "N1", "N2"):
+        return wish.effects
+    library = EFFECTS[machine.name]
+    if wish.family == "S":
+        return (_choose(dict.fromkeys(library), wish),)
+    pairs = confusable_pairs(machine)
+    if wish.family == "D" and pairs and random.random() < CONFUSED_SHARE:
+        return pairs[int(random.integers(len(pairs)))]
+    return tuple(random.choice(sorted(library), 2 if wish.family == "D" else 3, replace=False))
+
+
+def _apart(
+    machine: Machine,
+    plans: tuple[Plan, ...],
+    context: Context,
+    name: str,
+    wanted: float,
+    noise: float,
+    others: list[Injection],
+) -> tuple[Injection, float]:
+    """The effect at the wanted size; the simulator keeps one value for effects that are of one kind at one joint."""
+    taken = {key for other in others for key in other.values}
+    library = EFFECTS[machine.name]
+    best: tuple[Injection, float] | None = None
+    for attempt in range(20):
+        found, enr = sized_to(machine, plans, library[name](context), wanted, noise)
+        if not taken & found.values.keys():
+            if best is None or best[1] < enr:
+                best = (found, enr)
+            # An end stop may throw a machine where it never meets the stop again; another one may not.
+            if best[1] > wanted / 1.5 or attempt >= 3:
+                return best
+        elif attempt >= 4:
+            name = sorted(library)[int(context.random.integers(len(library)))]
+            if name in {other.id for other in others}:
+                name = "joint_scale"
+    raise TruthError(f"{machine.name}: no effect fits beside {', '.join(other.id for other in others)}")
+
+
+def _tolerances(machine: Machine, random: np.random.Generator) -> dict[str, float]:
+    return {
+        name: machine.values[name] * (1 + random.uniform(-TOLERANCE, TOLERANCE)) for name in sorted(machine.tolerances)
+    }

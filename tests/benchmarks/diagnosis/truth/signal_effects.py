@@ -1,0 +1,122 @@
+"""Effects on commands and sensors: what acts is not what was commanded, what is read is not what is."""
+
+import numpy as np
+
+from tests.benchmarks.diagnosis.truth.context import Context, Sized
+from tests.benchmarks.diagnosis.truth.run import Injection, Series
+
+
+def stimulation_delay(context: Context) -> Sized:
+    """The commands act later."""
+    machine, slow = context.machine, context.machine.slow
+    several = [i for i, name in enumerate(machine.inputs) if name in machine.commands] or list(
+        range(len(machine.inputs))
+    )
+
+    def later(by: float) -> Series:
+        def command(time: np.ndarray, u: np.ndarray) -> np.ndarray:
+            moved = u.copy()
+            for i in several:
+                moved[:, i] = np.interp(time - by, time, u[:, i])
+            return moved
+
+        return command
+
+    return lambda s: Injection(
+        "stimulation_delay", _path(context), {"T": 0.005 * slow * s}, command=later(0.005 * slow * s)
+    )
+
+
+def saturation(context: Context) -> Sized:
+    """The command is cut off above a ceiling."""
+    machine = context.machine
+    columns = [i for i, name in enumerate(machine.inputs) if name in machine.commands] or [0]
+    peak = max(float(np.abs(run.recorded[:, columns]).max()) for run in context.runs)
+    low = -np.inf if machine.name in ("drive", "two-mass", "cart") else 0.0
+
+    def cut(ceiling: float) -> Series:
+        def command(time: np.ndarray, u: np.ndarray) -> np.ndarray:
+            cut_off = u.copy()
+            cut_off[:, columns] = np.clip(u[:, columns], max(low, -ceiling), ceiling)
+            return cut_off
+
+        return command
+
+    def sized(s: float) -> Injection:
+        ceiling = peak * (1 - 0.9 * s / (s + 10))
+        return Injection("saturation", _path(context), {"ceiling": ceiling}, command=cut(ceiling))
+
+    return sized
+
+
+def joint_offset(context: Context) -> Sized:
+    """Zero error of one encoder or level sensor."""
+    joint, sign = _output(context), context.random.choice([-1.0, 1.0])
+    unit = 1e-3
+
+    def sized(s: float) -> Injection:
+        shift = np.zeros(len(context.machine.outputs))
+        shift[joint] = sign * unit * s
+        return Injection(
+            "joint_offset",
+            f"joint{joint + 1}",
+            {f"offset[{joint + 1}]": sign * unit * s},
+            sensor=lambda t, y: y + shift,
+        )
+
+    return sized
+
+
+def joint_scale(context: Context) -> Sized:
+    """Scale error of one encoder or level sensor."""
+    joint, sign = _output(context), context.random.choice([-1.0, 1.0])
+
+    def sized(s: float) -> Injection:
+        scale = np.ones(len(context.machine.outputs))
+        scale[joint] = 1 + sign * 1e-3 * s
+        return Injection(
+            "joint_scale",
+            f"joint{joint + 1}",
+            {f"scale[{joint + 1}]": float(scale[joint])},
+            sensor=lambda t, y: y * scale,
+        )
+
+    return sized
+
+
+def sensor_lag(context: Context) -> Sized:
+    """Readings that follow the motion with a first-order lag."""
+    slow = context.machine.slow
+
+    def sized(s: float) -> Injection:
+        lag = 0.002 * slow * s
+        return Injection("sensor_lag", "sensor", {"tau": lag}, sensor=lambda t, y: lagged(t, y, lag, lag))
+
+    return sized
+
+
+def lagged(time: np.ndarray, signal: np.ndarray, rising: float, falling: float) -> np.ndarray:
+    """First-order lag (n, k) of a signal, exact for inputs that are straight between samples; the start is at rest."""
+    step = time[1] - time[0]
+    result, now = np.empty_like(signal), signal[0].copy()
+    result[0] = now
+    slopes, middle = np.diff(signal, axis=0) / step, 0.5 * (signal[1:] + signal[:-1])
+    kept = np.exp(-step / rising), np.exp(-step / falling)
+    for k, slope in enumerate(slopes):
+        up = middle[k] > now
+        behind = slope * np.where(up, rising, falling)
+        now = signal[k + 1] - behind + (now - signal[k] + behind) * np.where(up, *kept)
+        result[k + 1] = now
+    return result
+
+
+def _output(context: Context) -> int:
+    return int(context.random.integers(len(context.machine.outputs)))
+
+
+def _path(context: Context) -> str:
+    return (
+        "+".join(f"muscle{k}" for k in range(1, 7))
+        if context.machine.name == "arm"
+        else next(iter(context.machine.inputs))
+    )

@@ -1,0 +1,111 @@
+"""A drawn case as a measurement set on disk, and its entry among the answers."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tests.benchmarks.diagnosis.truth.families import TOLERANCE, TRIALS, Drawn
+from tests.benchmarks.diagnosis.truth.run import Run, nominal_run, run_trial
+
+HELD_OUT = (5, 6)
+
+
+def write_case(case: Drawn, folder: Path) -> dict[str, Any]:
+    """Write the trials and case.toml of a case, and return its answer; errors are free runs from the true start."""
+    folder.mkdir(parents=True, exist_ok=True)
+    machine = case.machine
+    random = np.random.default_rng([case.wish.seed, case.wish.index, 7])
+    nominal, true = [], []
+    for number, plan in enumerate(case.plans, 1):
+        run = run_trial(machine, plan, case.injections, case.changed, mujoco=True)
+        columns = case.recorder.record(run, random)
+        _write_trial(folder / f"trial_{number:02d}.csv", columns)
+        if number in HELD_OUT:
+            inputs = _on_grid(case, run, columns)
+            measured = np.column_stack([columns[name] for name in machine.outputs])
+            again = run_trial(machine, plan, case.injections, case.changed, as_recorded=inputs)
+            true.append(_errors(run.time, again.outputs, columns["time"], measured))
+            nominal.append(_errors(run.time, nominal_run(machine, run, inputs), columns["time"], measured))
+    (folder / "case.toml").write_text(_case_toml(case))
+    return _answer(case, np.sqrt(np.mean(nominal, axis=0)), np.sqrt(np.mean(true, axis=0)))
+
+
+def _on_grid(case: Drawn, run: Run, columns: dict[str, np.ndarray]) -> np.ndarray:
+    names = list(case.machine.inputs)
+    if not names:
+        return np.zeros((len(run.time), 0))
+    return np.column_stack([np.interp(run.time, columns["time"], columns[name]) for name in names])
+
+
+def _errors(time: np.ndarray, outputs: np.ndarray, at: np.ndarray, measured: np.ndarray) -> np.ndarray:
+    """Mean square errors (ny,); the median over blocks of samples would hide what outliers do to a mean."""
+    there = np.column_stack([np.interp(at, time, column) for column in outputs.T])
+    return np.mean((there - measured) ** 2, axis=0)
+
+
+def _write_trial(path: Path, columns: dict[str, np.ndarray]) -> None:
+    rows = np.column_stack(list(columns.values()))
+    np.savetxt(path, rows, fmt="%.9g", delimiter=",", header=",".join(columns), comments="")
+
+
+def _case_toml(case: Drawn) -> str:
+    machine, recorder = case.machine, case.recorder
+    files = ", ".join(f'"trial_{k:02d}.csv"' for k in range(1, TRIALS + 1))
+    learning = [k for k in range(1, TRIALS + 1) if k not in HELD_OUT]
+    lines = [
+        "# Made by tests/benchmarks/diagnosis; every column is a sample of a continuous signal at the time in column 1",
+        f"files = [{files}]",
+        f"learning = {learning}",
+        f"held_out = {list(HELD_OUT)}",
+        "",
+        "[sampling]",
+        f"rate_hz = {machine.rate_hz}",
+        "",
+        "[columns]",
+        'time = "s"',
+        *(f'{name} = "{unit}"' for name, unit in {**machine.inputs, **machine.outputs}.items()),
+        "",
+        "[sensors]",
+    ]
+    for name, unit in machine.outputs.items():
+        key = unit.replace("/", "_per_")
+        lines += [
+            f"{name}_resolution_{key} = {recorder.resolution:.6e}",
+            f"{name}_noise_std_{key} = {recorder.std:.3e}",
+        ]
+    for (name, unit), std in zip(machine.inputs.items(), recorder.input_std, strict=True):
+        if name not in machine.commands:
+            lines.append(f'"{name}_noise_std_{unit.replace("/", "_per_")}" = {std:.3e}')
+    lines += ["", "[initial_conditions]", "given = false", ""]
+    if case.changed:
+        lines += ["[parameter_tolerance]  # relative, of the model's own values"]
+        lines += [f'"{parameter}" = {TOLERANCE}' for parameter in machine.tolerances.values()]
+        lines += [""]
+    return "\n".join(lines)
+
+
+def _answer(case: Drawn, nominal: np.ndarray, true: np.ndarray) -> dict[str, Any]:
+    machine, wish = case.machine, case.wish
+    names = list(machine.outputs)
+    return {
+        "family": wish.family,
+        "model": machine.name,
+        "effects": [i.id for i in case.injections] or ["none"],
+        "sites": [i.site for i in case.injections],
+        "kind": case.kind,
+        "parameters": [{"effect": i.id, "site": i.site, **i.parameters} for i in case.injections],
+        "noise_level": case.recorder.level,
+        "seconds_per_trial": wish.seconds * machine.slow,
+        "record_seconds": wish.seconds,
+        "wanted_enr": wish.enr,
+        "enr": case.enr,
+        "enr_each": list(case.enr_each),
+        "sensor_noise": case.recorder.output_noise,
+        "nominal_rmse_heldout": dict(zip(names, nominal.tolist(), strict=True)),
+        "true_model_rmse_heldout": dict(zip(names, true.tolist(), strict=True)),
+        "nominal_freerun_rmse_heldout_rad": float(np.sqrt(np.mean(nominal**2))),
+        "true_model_rmse_heldout_rad": float(np.sqrt(np.mean(true**2))),
+        "changed": {machine.tolerances[k]: v for k, v in case.changed.items()},
+        "seed": wish.seed,
+    }
