@@ -3,108 +3,79 @@
 from collections.abc import Sequence
 
 import casadi as ca
-import numpy as np
 
 from fmus.errors import ModelicaError
+from fmus.symbolic.dae import Equation
+from fmus.symbolic.linear import MOST_BY_DETERMINANT, by_determinants, determinant, eliminate, magnitude, names_of
+from fmus.symbolic.newton import linear_stage, nonlinear_stage
+from fmus.symbolic.solution import Divisor, Solution, Unknown
+from fmus.symbolic.structure import place_of, singular_message
 
 
-def solve_blocks(residuals: Sequence[ca.SX], unknowns: Sequence[ca.SX], places: Sequence[str]) -> list[ca.SX]:
-    """Express each unknown in terms of the other symbols (states, inputs, parameters, time).
+def solve_blocks(
+    equations: Sequence[Equation], unknowns: Sequence[Unknown], knowns: ca.SX, name: str = "block"
+) -> Solution:
+    """Express each unknown in terms of the known symbols (states, inputs, parameters, time).
 
-    The equations are put into block-triangular form of their incidence; each block must be linear in its own
-    unknowns and is solved by elimination, constant pivots first.
+    The equations are put into block-triangular form of their incidence. Blocks that are linear in their own unknowns
+    are solved by elimination with constant pivots; what is left of them by determinants, or at run time if it is
+    large. Other blocks become stages that Newton's method solves.
 
     Args:
-        residuals: expressions that are zero.
-        unknowns: scalar symbols, as many as there are equations.
-        places: source position of each equation, for messages.
+        equations: as many as unknowns.
+        unknowns: with their guesses in terms of `knowns`.
+        knowns: column of all other symbols.
+        name: prefix of the names of the solvers, a C identifier.
 
     Raises:
-        ModelicaError: if counts differ, the system is structurally singular or a block is nonlinear.
+        ModelicaError: if counts differ or the system is structurally singular.
     """
-    if len(residuals) != len(unknowns):
-        raise ModelicaError(f"{len(residuals)} equations for {len(unknowns)} unknowns; the model is not balanced")
+    symbols = [u.symbol for u in unknowns]
+    if len(equations) != len(unknowns):
+        raise ModelicaError(f"{len(equations)} equations for {len(unknowns)} unknowns; the model is not balanced")
+    solution = Solution()
     if not unknowns:
-        return []
-    equations, symbols = ca.vertcat(*residuals), ca.vertcat(*unknowns)
-    incidence = ca.jacobian_sparsity(equations, symbols)
+        return solution
+    column = ca.vertcat(*[e.residual for e in equations])
+    incidence = ca.jacobian_sparsity(column, ca.vertcat(*symbols))
     if ca.sprank(incidence) < len(unknowns):
-        raise ModelicaError(_singular_message(incidence, unknowns, places))
+        raise ModelicaError(singular_message(incidence, symbols, [e.place for e in equations]))
     count, rows, columns, row_ends, column_ends, _, _ = incidence.btf()
-    order, solutions = [], []
+    known = [knowns]
     for block in range(count):
-        block_rows = rows[row_ends[block] : row_ends[block + 1]]
-        block_columns = columns[column_ends[block] : column_ends[block + 1]]
-        order.extend(block_columns)
-        solutions.extend(
-            _solve_block(
-                [residuals[i] for i in block_rows],
-                [unknowns[j] for j in block_columns],
-                [places[i] for i in block_rows],
-            )
-        )
-    ordered = [unknowns[j] for j in order]
-    solved, _ = ca.substitute_inplace(ordered, solutions, [ca.SX(0)], False)
-    by_column = dict(zip(order, solved, strict=True))
-    return [by_column[j] for j in range(len(unknowns))]
+        chosen = [equations[i] for i in rows[row_ends[block] : row_ends[block + 1]]]
+        sought = [unknowns[j] for j in columns[column_ends[block] : column_ends[block + 1]]]
+        _solve_block(solution, chosen, sought, known, f"{name}{len(solution.stages)}")
+    return solution
 
 
-def _solve_block(residuals: list[ca.SX], unknowns: list[ca.SX], places: list[str]) -> list[ca.SX]:
-    equations, symbols = ca.vertcat(*residuals), ca.vertcat(*unknowns)
-    matrix = ca.jacobian(equations, symbols)
-    if ca.depends_on(matrix, symbols):
-        names = ", ".join(u.name() for u in unknowns[:4])
-        raise ModelicaError(f"{_at(places)}nonlinear equations for {names} are not supported; solve them by hand")
-    right = -ca.substitute(equations, symbols, ca.DM.zeros(len(unknowns)))
-    n = len(unknowns)
-    rows: list[dict[int, ca.SX]] = [
-        {j: matrix[i, j] for j in range(n) if matrix.sparsity().has_nz(i, j)} for i in range(n)
-    ]
-    return _eliminate(rows, [right[i] for i in range(n)], places)
-
-
-def _eliminate(rows: list[dict[int, ca.SX]], right: list[ca.SX], places: list[str]) -> list[ca.SX]:
-    """Gauss elimination of a small sparse symbolic system; constant pivots in short rows come first."""
-    open_rows, pivots = set(range(len(rows))), []
-    while open_rows:
-        choices = [
-            (not value.is_constant(), len(rows[i]), i, j)
-            for i in open_rows
-            for j, value in rows[i].items()
-            if not value.is_zero()
-        ]
-        if not choices:
-            raise ModelicaError(f"{_at(places)}the equations are singular")
-        _, _, i, j = min(choices)
-        open_rows.remove(i)
-        pivots.append((i, j))
-        for k in open_rows:
-            factor = rows[k].pop(j, None)
-            if factor is None:
-                continue
-            factor = factor / rows[i][j]
-            for column, value in rows[i].items():
-                if column != j:
-                    rows[k][column] = rows[k].get(column, ca.SX(0)) - factor * value
-            right[k] = right[k] - factor * right[i]
-    solution: dict[int, ca.SX] = {}
-    for i, j in reversed(pivots):
-        rest = sum((value * solution[c] for c, value in rows[i].items() if c != j), ca.SX(0))
-        solution[j] = (right[i] - rest) / rows[i][j]
-    return [solution[j] for j in range(len(rows))]
-
-
-def _singular_message(incidence: ca.Sparsity, unknowns: Sequence[ca.SX], places: Sequence[str]) -> str:
-    pattern = np.array(ca.DM(incidence, 1).full(), dtype=bool)
-    free = [unknowns[j].name() for j in range(len(unknowns)) if not pattern[:, j].any()]
-    if free:
-        return f"no equation determines {', '.join(free[:4])}"
-    idle = [places[i] for i in range(len(places)) if not pattern[i].any()]
-    if idle:
-        return f"{_at(idle)}an equation contains no unknown; rigidly coupled states are not supported"
-    return "the equations are structurally singular; rigidly coupled states (index reduction) are not supported"
-
-
-def _at(places: Sequence[str]) -> str:
-    known = [place for place in places if place]
-    return f"{known[0]}: " if known else ""
+def _solve_block(
+    solution: Solution, equations: list[Equation], unknowns: list[Unknown], known: list[ca.SX], name: str
+) -> None:
+    symbols = [u.symbol for u in unknowns]
+    residuals, column = ca.vertcat(*[e.residual for e in equations]), ca.vertcat(*symbols)
+    place = place_of([e.place for e in equations])
+    matrix = ca.jacobian(residuals, column)
+    if ca.depends_on(matrix, column):
+        [residuals] = solution.express([residuals])
+        solution.stages.append(nonlinear_stage(name, residuals, unknowns, ca.vertcat(*known), place))
+        known.append(column)
+        return
+    right = -ca.substitute(residuals, column, ca.DM.zeros(len(unknowns)))
+    elimination = eliminate(matrix, right)
+    rest, rest_right = elimination.square()
+    _, left_over = elimination.left_over
+    remaining = [unknowns[j] for j in left_over]
+    if len(remaining) <= MOST_BY_DETERMINANT:
+        values = by_determinants(rest, rest_right) if remaining else []
+        if remaining:
+            solution.divisors.append(Divisor(names_of(symbols), place, determinant(rest), magnitude(rest)))
+    else:
+        rest, rest_right = solution.express([rest, rest_right])
+        solution.stages.append(linear_stage(name, rest, rest_right, remaining, place))
+        known.append(ca.vertcat(*[u.symbol for u in remaining]))
+        values = [u.symbol for u in remaining]
+    found = dict(zip(left_over, values, strict=True))
+    for j, value in enumerate(elimination.back(found)):
+        if not value.is_symbolic() or not ca.is_equal(value, symbols[j]):
+            solution.assign(symbols[j], value)

@@ -30,4 +30,5 @@ def from_bytes(content: bytes) -> SymbolicSystem:
     for name in FUNCTIONS:
         document[name] = ca.Function.deserialize(document[name])
     document["outputs"] = tuple(document["outputs"])
+    document["solved"] = tuple(map(tuple, document["solved"]))
     return SymbolicSystem(**document)

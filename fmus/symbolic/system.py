@@ -39,6 +39,8 @@ class SymbolicSystem:
 
     `settings` holds the structural parameters (Boolean, Integer, String), fixed when the model was built.
     `outputs` names the interface of the model: each is one of `states` or `algebraics`.
+    `solved` lists the unknowns of each block of equations that `rhs` solves by iteration, in the order of evaluation;
+    they are NaN where no solution was found. Names that are none of the variables are derivatives or auxiliaries.
     """
 
     name: str
@@ -54,6 +56,7 @@ class SymbolicSystem:
     dependent: ca.Function
     initial: ca.Function
     settings: Mapping[str, bool | float | str] = field(default_factory=dict)
+    solved: tuple[tuple[str, ...], ...] = ()
 
     @property
     def n_delays(self) -> int:

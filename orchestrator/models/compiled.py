@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -123,9 +124,10 @@ class CompiledModel:
     def _generate(self) -> str:
         """C source of the four functions that simulator.c calls."""
         system = self.system
-        t = ca.SX.sym("t")
-        x, d = ca.SX.sym("x", len(system.states)), ca.SX.sym("d", system.n_delays)
-        u, p = ca.SX.sym("u", len(system.inputs)), ca.SX.sym("p", len(system.parameters))
+        # Equations that are solved by iteration are calls inside the function, which scalar symbols cannot express.
+        symbol: Any = ca.SX.sym if system.rhs.is_a("SXFunction") else ca.MX.sym
+        sizes = (1, len(system.states), len(system.inputs), system.n_delays, len(system.parameters))
+        t, x, u, d, p = (symbol(name, size) for name, size in zip("txudp", sizes, strict=True))
         dx, z = system.rhs(t, x, u, d, p)
         named = {v.name: x[i] for i, v in enumerate(system.states)}
         named |= {v.name: z[i] for i, v in enumerate(system.algebraics)}
@@ -139,10 +141,10 @@ class CompiledModel:
         return str(generator.dump())
 
 
-def _forward_jacobian(value: ca.SX, x: ca.SX, d: ca.SX, p: ca.SX, free: Sequence[int]) -> ca.SX:
+def _forward_jacobian(value: Any, x: Any, d: Any, p: Any, free: Sequence[int]) -> Any:
     """Jacobian with respect to states, delayed quantities and free parameters, side by side."""
-    chosen = [ca.jacobian(value, p[i]) for i in free]
-    return ca.horzcat(ca.jacobian(value, x), ca.jacobian(value, d), *chosen)
+    by_parameters = ca.jacobian(value, p)
+    return ca.horzcat(ca.jacobian(value, x), ca.jacobian(value, d), *[by_parameters[:, i] for i in free])
 
 
 def _build(source: str) -> Path:

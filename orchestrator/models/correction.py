@@ -50,8 +50,11 @@ def residual_system(system: SymbolicSystem, signals: Sequence[str]) -> ResidualS
     `correction_<signal>` the residual is the difference itself, an acceleration for positions.
 
     Returns:
-        None if some signal is neither a position nor directly under a correction.
+        None if some signal is neither a position nor directly under a correction, or if equations of the model are
+        solved by iteration, whose results have no formula to read positions and forces from.
     """
+    if not system.rhs.is_a("SXFunction"):
+        return None
     symbols = _Symbols(system)
     positions = {name: found for name in signals if (found := symbols.position(name)) is not None}
     targets = {name: ca.SX.sym(f"target:{name}") for name in signals}

@@ -1,0 +1,52 @@
+"""Constructs of the front end's representation that the translator cannot express, each refused with its place."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from fmus.errors import ModelicaError
+from fmus.symbolic.arena import Arena
+
+ACTIONS = {"assert": "assert", "warning": "assert", "terminate": "terminate", "reinitialize": "reinit"}
+
+
+def refuse_unsupported(arena: Arena) -> None:
+    """Raise ModelicaError for the first construct that would be lost, with file and line of each one's first use."""
+    found = list(dict.fromkeys(_unsupported(arena)))
+    if found:
+        place, words = found[0]
+        others = [f"{other} ({where})" if where else other for where, other in found[1:4]]
+        also = f"; so are {', '.join(others)}" if others else ""
+        raise ModelicaError(f"{place}: {words} is not supported{also}" if place else f"{words} is not supported{also}")
+
+
+def _unsupported(arena: Arena) -> Iterator[tuple[str, str]]:
+    """Place and words, most telling constructs first."""
+    storage = arena.storage
+    for entry in storage["clocks"]:
+        yield arena.where(entry["provenance"]), "sample() or a clock"
+    for entry in storage["event_actions"]:
+        kind = next(iter(entry["kind"])) if isinstance(entry["kind"], dict) else entry["kind"]
+        yield arena.where(entry["provenance"]), f"{ACTIONS.get(kind, kind)}()"
+    for entry in storage["discrete_real_equations"]:
+        inside = entry["activation"] != "always"
+        yield arena.where(entry["provenance"]), "a when equation" if inside else "an equation of discrete variables"
+    for entry in storage["discrete_value_owners"]:
+        names = ", ".join(arena.variables[target]["name"] for target in entry["targets"])
+        yield arena.where(entry["provenance"]), f"the discrete variable {names}"
+    for key, words in (
+        ("model_event_transactions", "a when equation"),
+        ("time_events", "an event at a given time"),
+        ("previous_values", "previous()"),
+        ("terminals", "terminal()"),
+    ):
+        for entry in storage.get(key) or ():
+            yield _place(arena, entry), words
+    for operation in storage["initialization_equation_operations"]:
+        yield arena.where(next(iter(operation.values()))["provenance"]), "an initial equation"
+    for entry in storage["conditions"]:
+        if entry["node"] == "initial":
+            yield arena.where(entry["provenance"]), "initial()"
+
+
+def _place(arena: Arena, entry: Any) -> str:
+    return arena.where(entry.get("provenance")) if isinstance(entry, Mapping) else ""
