@@ -92,7 +92,8 @@ int core_get(Core *core, unsigned int reference, double *value)
             return -1;
         *value = core->state.x[reference - VR_STATES];
     } else if (reference < VR_ALGEBRAICS) {
-        if (core_evaluate_outputs(core) != 0)
+        if (core_evaluate_outputs(core) != 0 ||
+            core_check_derivatives(core, core->state.time, core->state.x, core->dx) != 0)
             return -1;
         *value = core->dx[reference - VR_DERIVATIVES];
     } else if (reference < VR_PARAMETERS)

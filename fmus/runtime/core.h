@@ -64,6 +64,7 @@ typedef struct {
     double w[MODEL_SZ_W + 1];
     double integrator_work[INTEGRATOR_WORK(N_STATES) + 1];
     size_t integrator_pivots[N_STATES + 1];
+    int unsolved; /* the last message is about equations without a solution */
 
     char message[512];
 } Core;
@@ -116,6 +117,11 @@ int core_evaluate_starts(Core *core);
 int core_evaluate_outputs(Core *core);    /* dx, and what the delay operators give */
 int core_evaluate_algebraics(Core *core); /* z as well */
 int core_evaluate_dependents(Core *core);
+
+/* Fail with the names of unknowns when equations that are solved by iteration had no solution. */
+int core_check_derivatives(Core *core, double time, const double *x, const double *dx);
+int core_check_algebraics(Core *core);
+
 int core_evaluate_sources(Core *core, double time, const double *u, double *sources);
 int core_evaluate_derivatives(Core *core, double time, const double *x, double *dx);
 /* Of dx within a step, where inputs and delayed values change with time too. */

@@ -156,6 +156,8 @@ int core_evaluate_algebraics(Core *core)
     core->res[1] = core->z;
     if (core_call(core, model_rhs, "model equations") != 0)
         return -1;
+    if (core_check_algebraics(core) != 0)
+        return -1;
     core->algebraics_valid = 1;
     return 0;
 }

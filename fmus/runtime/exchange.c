@@ -25,6 +25,8 @@ int core_set_states(Core *core, const double *x)
 
 int core_finite_derivatives(Core *core)
 {
+    if (core_check_derivatives(core, core->state.time, core->state.x, core->dx) != 0)
+        return -1;
     for (int i = 0; i < N_STATES; i++)
         if (!isfinite(core->dx[i]))
             return core_fail(core, "der(%s) = %g at t = %.9g s", core_names[VR_STATES + i], core->dx[i],

@@ -88,6 +88,7 @@ def model_config(
         "PARAMETERS": len(system.parameters),
         "DEPENDENTS": len(system.dependents),
         "DELAYS": system.n_delays,
+        "SOLVED": len(_solved(system)),
     }
     macros = {
         "MODEL_GUID": _string(guid),
@@ -97,6 +98,8 @@ def model_config(
         "MODEL_INPUT_STARTS": _numbers([v.start or 0.0 for v in system.inputs]),
         "MODEL_PARAMETER_STARTS": _numbers([v.start or 0.0 for v in system.parameters]),
         "MODEL_COPIES": _list([str(reference) for reference in [*_copies(system), -1]]),
+        "MODEL_SOLVED_REFERENCES": _list([*(str(reference) for reference, _ in _solved(system)), "0"]),
+        "MODEL_SOLVED_NAMES": _list([*(_string(names) for _, names in _solved(system)), "0"]),
         "MODEL_NOMINALS": _numbers([abs(v.nominal or 1.0) for v in system.states]),
         "MODEL_VARIABLE_NAMES": _list([_string(name) for name in variable_names]),
     }
@@ -142,6 +145,15 @@ def _copies(system: SymbolicSystem) -> list[int]:
     }
     _, z = system.rhs.call([time, x, u, delayed, p])
     return [references.get(item.name(), -1) if item.is_symbolic() else -1 for item in ca.vertsplit(ca.densify(z))]
+
+
+def _solved(system: SymbolicSystem) -> list[tuple[int, str]]:
+    """For each block that is solved by iteration the value reference of one unknown, and the names of all."""
+    first = len(system.inputs) + len(system.states)
+    names = [*(f"der({v.name})" for v in system.states), *(v.name for v in system.algebraics)]
+    references = {name: first + i for i, name in enumerate(names)}
+    visible = ([name for name in block if name in references] for block in system.solved)
+    return [(references[block[0]], ", ".join(f"'{name}'" for name in block)) for block in visible if block]
 
 
 def _tangent(function: ca.Function) -> ca.Function:

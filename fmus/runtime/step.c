@@ -16,7 +16,7 @@ static int derivatives(void *context, double time, const double *x, double *dx)
 {
     Core *core = context;
     select_inputs(core, time);
-    return core_evaluate_derivatives(core, time, x, dx);
+    return core_evaluate_derivatives(core, time, x, dx) != 0 ? -1 : core_check_derivatives(core, time, x, dx);
 }
 
 static int jacobian(void *context, double time, const double *x, double *by_x, double *by_t)
@@ -66,6 +66,8 @@ static void select_pieces(Core *core, double middle)
 static int explain(Core *core, Outcome outcome, const Integration *run)
 {
     const char *name = core_names[VR_STATES + run->culprit];
+    if (outcome == INTEGRATION_NOT_FINITE && core->unsolved)
+        return -1;
     if (outcome == INTEGRATION_NOT_FINITE)
         return core_fail(core, "der(%s) is not a finite number at t = %.9g s", name, run->time);
     if (outcome == INTEGRATION_STEP_TOO_SMALL)
