@@ -1,0 +1,44 @@
+"""Constructs outside the supported subset are refused with their name, file and line."""
+
+from pathlib import Path
+
+import pytest
+
+from fmus.catalogue import ModelicaModel
+from fmus.errors import ModelicaError
+
+BODY = "model A\n  {declaration}\n  Real x(start=1, fixed=true);\nequation\n  der(x) = -1;\n  {equation}\nend A;\n"
+REFUSED = {
+    "when": ("discrete Real s(start=0);", "when x < 0.5 then s = 1; end when;", 6, "a when equation"),
+    "reinit": ("", "when x < 0.5 then reinit(x, 1); end when;", 6, "reinit()"),
+    "assert": ("", 'assert(x > 0.1, "too low");', 6, "assert()"),
+    "terminate": ("", 'when x < 0 then terminate("done"); end when;', 6, "terminate()"),
+    "sample": ("discrete Real s(start=0);", "when sample(0, 0.1) then s = x; end when;", 6, "sample() or a clock"),
+    "Boolean variable": ("Boolean b;", "b = x > 0.2;", 6, "the discrete variable b"),
+    "Integer variable": ("Integer n;", "n = integer(x);", 6, "the discrete variable n"),
+    "pre": ("discrete Real s;", "s = pre(s);", 6, "an equation of discrete variables"),
+    "initial()": ("Real y;", "y = if initial() then 1 else 0;", 6, "initial()"),
+    "delay of a state": ("Real y;", "y = delay(x, 0.1, 1.0);", 6, "delay() of a quantity that depends on states"),
+}
+
+
+@pytest.mark.parametrize("construct", REFUSED)
+def test_refusal_names_construct_file_and_line(construct: str, tmp_path: Path) -> None:
+    declaration, equation, line, words = REFUSED[construct]
+    file = tmp_path / "probe.mo"
+    file.write_text(BODY.format(declaration=declaration, equation=equation))
+
+    with pytest.raises(ModelicaError) as refusal:
+        ModelicaModel("A", "A", file).compile()
+
+    assert str(refusal.value).startswith(f"probe.mo:{line}: {words}")
+    assert len(str(refusal.value).splitlines()) == 1
+
+
+def test_further_constructs_are_listed_with_their_places(tmp_path: Path) -> None:
+    file = tmp_path / "probe.mo"
+    two = 'assert(x > 0.1, "too low");\n  when x < 0.5 then reinit(x, 1); end when;'
+    file.write_text(BODY.format(declaration="", equation=two))
+
+    with pytest.raises(ModelicaError, match=r"^probe\.mo:6: assert\(\) .*; so are reinit\(\) \(probe\.mo:7\)$"):
+        ModelicaModel("A", "A", file).compile()
