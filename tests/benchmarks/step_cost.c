@@ -13,7 +13,7 @@
 #include <stdlib.h>
 #include <time.h>
 
-enum { INPUTS = 10, OUTPUTS = 2, ROUNDS = 11, STEPS = 2000, CALLS = 20000 };
+enum { INPUTS = 10, OUTPUTS = 2, ROUNDS = 31, STEPS = 2000, CALLS = 20000 };
 static const double H = 1e-3, TOLERANCE = 1e-6, START[2] = {0.8, 1.2};
 
 typedef struct {
@@ -145,10 +145,11 @@ static int get3(Program *p, unsigned first, size_t count, double *y)
     return p->get3(p->instance, p->reference + first, count, y, count);
 }
 
+/* CPU time, ns: on a busy machine the wall clock counts the time slices of others. */
 static double now(void)
 {
     struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
     return 1e9 * (double)t.tv_sec + (double)t.tv_nsec;
 }
 

@@ -1,6 +1,5 @@
 """The arm's FMUs against a hand-written C program of the same equations and method, driven from C."""
 
-import statistics
 import subprocess
 import sys
 import tempfile
@@ -17,14 +16,12 @@ HERE = Path(__file__).parent
 INPUTS = [*(f"alpha_{i}" for i in range(1, 7)), "fx", "fy", "correction_q1", "correction_q2"]
 STEP_LIMIT = 1.5  # FMU / hand-written
 CALL_LIMIT_NS = 50.0
-PROCESSES = 5
 
 
 def step_cost(folder: Path) -> dict[str, tuple[float, str]]:
     """Measure doStep, get and set: name -> value and unit, as `step_cost.c` prints them.
 
-    Within a process the programs take turns and the median counts. Where the system loads them can make one of
-    several processes slow as a whole, so the median over some processes is what is returned.
+    The programs take turns in one process; each figure is the median of CPU times.
     """
     arguments: list[str] = []
     for version in ("2.0", "3.0"):
@@ -37,12 +34,9 @@ def step_cost(folder: Path) -> dict[str, tuple[float, str]]:
     subprocess.run(
         [*find_compiler(), *flags, f"-I{headers}", "-o", str(program), *files, "-ldl", "-lm"], check=True, timeout=60
     )
-    found: dict[str, tuple[list[float], str]] = {}
-    for _ in range(PROCESSES):
-        done = subprocess.run([str(program), *arguments], check=True, timeout=300, capture_output=True, text=True)
-        for name, value, unit in (line.split() for line in done.stdout.splitlines()):
-            found.setdefault(name, ([], unit))[0].append(float(value))
-    return {name: (statistics.median(values), unit) for name, (values, unit) in found.items()}
+    done = subprocess.run([str(program), *arguments], check=True, timeout=300, capture_output=True, text=True)
+    rows = (line.split() for line in done.stdout.splitlines())
+    return {name: (float(value), unit) for name, value, unit in rows}
 
 
 def print_table(folder: Path) -> bool:
