@@ -14,6 +14,7 @@ from fmus.errors import FmuError
 from fmus.files import cache_folder, write_atomically
 from fmus.library import library_root
 from fmus.package import build_fmu
+from fmus.reference_files import reference_files
 
 SUFFIXES = {"2.0": ".fmu", "3.0": ".fmi3.fmu"}
 
@@ -71,6 +72,7 @@ def build_all(targets: Sequence[Target], workers: int) -> None:
 
 def _build(model: ModelicaModel, files: Sequence[tuple[str, Path]]) -> None:
     system = model.compile()
+    extra_files = reference_files(system, model.stop_time_s, model.step_size_s)
     for fmi_version, path in files:
         build_fmu(
             system,
@@ -78,6 +80,7 @@ def _build(model: ModelicaModel, files: Sequence[tuple[str, Path]]) -> None:
             fmi_version=fmi_version,
             stop_time=model.stop_time_s,
             step_size=model.step_size_s,
+            extra_files=extra_files,
         )
 
 

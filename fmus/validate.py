@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from fmus.archive import extract_fmu
+from fmus.checks.units import check_units
 
 TIME_LIMIT_S = 120.0
 
@@ -15,17 +16,17 @@ TIME_LIMIT_S = 120.0
 def validate_fmu(path: Path) -> list[str]:
     """List what is wrong with an FMU, one line each; empty when nothing is.
 
-    Checked are the schema, names, units, combinations of attributes and the model structure (by FMPy),
+    Checked are the schema, names, units, combinations of attributes and the model structure (by FMPy and here),
     and that there is something to run on this machine: a binary, or sources that are all there. A binary
-    that can run here does so in a process of its own: equal runs and restored states have to give equal bits, and
-    outputs and derivatives may move with declared dependencies only.
+    that can run here does so in a process of its own, see `fmus.checks`: start values, equal runs, kept states, threads,
+    dependencies, directional derivatives, reference results, and one interface against the other.
 
     Raises:
         FmuError: if the file is no FMU at all, or is not safe to unpack.
     """
     with tempfile.TemporaryDirectory(prefix="misfit-validate-") as name:
         folder = extract_fmu(Path(path), Path(name))
-        return _schema_findings(folder) or _content_findings(folder) or _behaviour_findings(folder)
+        return _schema_findings(folder) or [*_content_findings(folder), *_behaviour_findings(folder)]
 
 
 def _schema_findings(folder: Path) -> list[str]:
@@ -38,20 +39,20 @@ def _content_findings(folder: Path) -> list[str]:
     from fmpy import read_model_description, supported_platforms  # type: ignore[import-untyped]
 
     description = read_model_description(str(folder), validate=False)
-    interfaces = [
-        interface for interface in (description.coSimulation, description.modelExchange) if interface is not None
-    ]
+    offered = (description.coSimulation, description.modelExchange, description.scheduledExecution)
+    interfaces = [interface for interface in offered if interface is not None]
     if not interfaces:
-        return ["the FMU offers neither co-simulation nor model exchange"]
+        return ["the FMU offers no interface: co-simulation, model exchange or scheduled execution"]
     missing = _missing_sources(folder, description)
     findings = [f"source file {name!r} is listed but missing" for name in missing]
     for interface in interfaces:
         if not _has_binary(folder, description, interface) and not _has_sources(folder):
-            offered = ", ".join(supported_platforms(str(folder))) or "none"
+            platforms = ", ".join(supported_platforms(str(folder))) or "none"
             findings.append(
                 f"no binary of {interface.modelIdentifier!r} for {_platform(description)} and no sources; "
-                f"platforms in the FMU: {offered}"
+                f"platforms in the FMU: {platforms}"
             )
+    findings += check_units(description)
     return list(dict.fromkeys(findings))
 
 
@@ -60,22 +61,35 @@ def _behaviour_findings(folder: Path) -> list[str]:
 
     description = read_model_description(str(folder), validate=False)
     interfaces = [i for i in (description.coSimulation, description.modelExchange) if i is not None]
-    if description.fmiVersion == "1.0" or not all(_has_binary(folder, description, i) for i in interfaces):
+    runnable = interfaces and all(_has_binary(folder, description, i) and not i.needsExecutionTool for i in interfaces)
+    if description.fmiVersion == "1.0" or not runnable:
         return []
     with tempfile.TemporaryDirectory(prefix="misfit-behaviour-") as name:
-        result = Path(name) / "findings.json"
+        result = Path(name) / "findings.jsonl"
         command = [sys.executable, "-m", "fmus.behaviour", str(folder), str(result)]
         try:
             done = subprocess.run(
                 command, capture_output=True, text=True, errors="replace", timeout=TIME_LIMIT_S, check=False
             )
         except subprocess.TimeoutExpired:
-            return [f"running the FMU gave no answer for {TIME_LIMIT_S:.0f} s and was stopped"]
-        if done.returncode == 0 and result.is_file():
-            return [str(finding) for finding in json.loads(result.read_text())]
-        if done.returncode == 1:  # an exception in Python, such as a refused call
-            return [f"running the FMU failed: {(done.stderr.strip().splitlines() or ['no message'])[-1]}"]
-        return [f"running the FMU crashed its process (exit code {done.returncode})"]
+            findings, last = _noted(result)
+            return [*findings, f"checking {last} gave no answer for {TIME_LIMIT_S:.0f} s and was stopped"]
+        findings, last = _noted(result)
+        if done.returncode == 1:  # an exception in Python
+            return [*findings, f"running the FMU failed: {(done.stderr.strip().splitlines() or ['no message'])[-1]}"]
+        if done.returncode != 0:
+            return [*findings, f"checking {last} crashed its process (exit code {done.returncode})"]
+        return findings
+
+
+def _noted(result: Path) -> tuple[list[str], str]:
+    """The findings so far, and what was looked at last."""
+    findings, last = [], "the FMU"
+    for line in result.read_text().splitlines() if result.is_file() else []:
+        note = json.loads(line)
+        last = note.get("check", last)
+        findings += [note["finding"]] if "finding" in note else []
+    return findings, last
 
 
 def _platform(description: Any) -> str:
