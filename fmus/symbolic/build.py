@@ -1,19 +1,23 @@
 """From the front end's DAE to a `SymbolicSystem`: declarations, equations, their solution, the interface."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
 import casadi as ca
+import numpy as np
 
 from fmus.errors import ModelicaError
 from fmus.symbolic.arena import Arena
-from fmus.symbolic.dae import Dae, Equation, Knowns, Quantity, column
+from fmus.symbolic.dae import Dae, Equation, Knowns, column
 from fmus.symbolic.declarations import Declarations, element_names
 from fmus.symbolic.definite import check_divisors, starts_of
 from fmus.symbolic.explicit import solve_blocks
+from fmus.symbolic.initialization import initialize, with_guesses
+from fmus.symbolic.reduction import Reduced, reduce_index
 from fmus.symbolic.refusals import refuse_unsupported
 from fmus.symbolic.solution import Solution, Unknown
+from fmus.symbolic.structure import listed
 from fmus.symbolic.system import SymbolicSystem, Variable
 from fmus.symbolic.values import Value, scalars
 
@@ -42,40 +46,74 @@ class _Builder:
     def build(self) -> SymbolicSystem:
         declared, dae = self.declared, self._dae()
         knowns = dae.knowns
-        states = [q for q in dae.quantities if q.derivative is not None]
-        algebraics = [q for q in dae.quantities if q.derivative is None]
-        x, z = column([q.symbol for q in states]), column([q.symbol for q in algebraics])
-        dx = column([q.derivative for q in states if q.derivative is not None])
-        unknowns = [Unknown(symbol, ca.SX(0)) for symbol in ca.vertsplit(dx)]
-        unknowns += [Unknown(q.symbol, q.guess, q.nominal) for q in algebraics]
+        inputs, delayed, parameters = self._defaults(knowns)
+        reduced = reduce_index(dae, self._values(dae, inputs, parameters))
+        self._record_states(reduced)
+        x, z = column([q.symbol for q in reduced.states]), column([q.symbol for q in reduced.algebraics])
+        dx = column([q.derivative for q in reduced.states if q.derivative is not None])
+        own = {s.element_hash() for s in ca.symvar(x)}
+        rates = [s for s in ca.vertsplit(dx) if s.element_hash() not in own]
+        unknowns = [Unknown(symbol, ca.SX(0)) for symbol in [*rates, *reduced.hidden]]
+        unknowns += [Unknown(q.symbol, q.guess, q.nominal) for q in reduced.algebraics]
         arguments = [knowns.time, x, knowns.inputs, knowns.delays, knowns.parameters]
-        solution = solve_blocks(dae.equations, unknowns, ca.vertcat(*arguments))
-        initial = column([q.guess for q in states])
-        variables = self._with_start(states, initial)
-        check_divisors(solution, arguments, [[0.0], starts_of(variables), *self._defaults(knowns)])
-        return SymbolicSystem(
+        solution = solve_blocks(reduced.equations, unknowns, ca.vertcat(*arguments))
+        initial = ca.Function("initial", [knowns.parameters], [column([q.guess for q in reduced.states])])
+        proposed = np.array(initial(parameters)).ravel().tolist()
+        check_divisors(solution, arguments, [[0.0], proposed, inputs, delayed, parameters])
+        history = self._history(solution, knowns)
+        sources = history(knowns.time, knowns.inputs, knowns.parameters)[0]
+        start = initialize(dae, reduced, sources, [[0.0], inputs, parameters, proposed])
+        system = SymbolicSystem(
             name=self.name,
             description=self.description,
             inputs=declared.variables(declared.inputs),
-            states=variables,
-            algebraics=declared.variables([q.symbol for q in algebraics]),
+            states=declared.variables([q.symbol for q in reduced.states]),
+            algebraics=declared.variables([q.symbol for q in reduced.algebraics]),
             parameters=declared.variables(declared.parameters),
             dependents=tuple(declared.records[name] for name in declared.dependent_names),
             outputs=tuple(self._outputs()),
             settings=declared.settings,
             rhs=solution.function("rhs", arguments, [dx, z]),
-            history=self._history(solution, knowns),
+            history=history,
             dependent=ca.Function("dependent", [knowns.parameters], [column(declared.dependents)]),
-            initial=ca.Function("initial", [knowns.parameters], [initial]),
+            initial=initial,
             solved=tuple(tuple(u.name() for u in ca.vertsplit(stage.symbols)) for stage in solution.stages),
+            consistent=start.consistent,
+            notes=(*self._choices(reduced), *start.notes),
+        )
+        starts = np.array(system.start_of_states(ca.DM(parameters))).ravel()
+        with_start = (replace(v, start=float(s)) for v, s in zip(system.states, starts, strict=True))
+        return replace(system, states=tuple(with_start))
+
+    def _values(self, dae: Dae, inputs: list[float], parameters: list[float]) -> dict[int, float]:
+        """Numbers for the model's symbols at the start, by their hashes."""
+        symbols = [*self.declared.inputs, *self.declared.parameters]
+        values = dict(zip([s.element_hash() for s in symbols], [*inputs, *parameters], strict=True))
+        guesses = ca.Function("guesses", [dae.knowns.parameters], [column([q.guess for q in dae.quantities])])
+        numbers = np.array(guesses(parameters)).ravel()
+        return values | {q.symbol.element_hash(): float(v) for q, v in zip(dae.quantities, numbers, strict=True)}
+
+    def _record_states(self, reduced: Reduced) -> None:
+        """Give derivatives that became states a record."""
+        for quantity in reduced.states:
+            self.declared.records.setdefault(quantity.name, Variable(quantity.name))
+
+    @staticmethod
+    def _choices(reduced: Reduced) -> tuple[str, ...]:
+        names = [q.name for q in reduced.demoted]
+        if not names:
+            return ()
+        return (
+            f"rigidly coupled, so no states: {listed(names)}; states are {listed([q.name for q in reduced.states])}",
         )
 
     def _dae(self) -> Dae:
         equations = self._equations("continuous_equation_operations")
+        initial = self._equations("initialization_equation_operations")
         declared = self.declared
         delays = column([s for value in declared.delays.values() for s in scalars(value)])
         knowns = Knowns(declared.time, column(declared.inputs), delays, column(declared.parameters))
-        return Dae(knowns, declared.quantities, [*equations, *declared.equations])
+        return Dae(knowns, with_guesses(declared.quantities), [*equations, *declared.equations], initial)
 
     def _equations(self, section: str) -> list[Equation]:
         found: list[Equation] = []
@@ -133,16 +171,6 @@ class _Builder:
         declared = self.declared
         inputs, parameters = (starts_of(declared.variables(s)) for s in (declared.inputs, declared.parameters))
         return [inputs, [0.0] * knowns.delays.numel(), parameters]
-
-    def _with_start(self, states: Sequence[Quantity], initial: ca.SX) -> tuple[Variable, ...]:
-        """The states with the start values that follow from the default parameters."""
-        parameters = column(self.declared.parameters)
-        defaults = [v.start or 0.0 for v in self.declared.variables(self.declared.parameters)]
-        values = ca.Function("start", [parameters], [initial])(ca.DM(defaults)).full().ravel()
-        return tuple(
-            replace(self.declared.records[state.name], start=float(value))
-            for state, value in zip(states, values, strict=True)
-        )
 
     def _outputs(self) -> Iterator[str]:
         for variable in self.arena.variables:

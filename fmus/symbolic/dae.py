@@ -1,7 +1,7 @@
 """A model as equations that are zero, before anything is solved."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import casadi as ca
 
@@ -18,27 +18,24 @@ class Equation:
 class Quantity:
     """A scalar variable that the equations have to determine.
 
-    `derivative` is its time derivative if that occurs in an equation. `start` is an expression of parameters, None if
-    none was declared; `fixed` says that it holds at the start. `select` is Modelica's StateSelect in lower case.
+    `derivative` is its time derivative if that occurs in an equation. `start` is an expression of parameters (also of
+    those that the start determines), None if none was declared; `guess` is the start in terms of known parameters, zero
+    without one. `fixed` says whether it holds at the start, None where nothing was said. `select` is Modelica's StateSelect in lower case.
     """
 
     symbol: ca.SX
     derivative: ca.SX | None = None
     start: ca.SX | None = None
-    fixed: bool = False
+    fixed: bool | None = None
     nominal: float | None = None
     select: str = "default"
     place: str = ""
+    guess: ca.SX = field(default_factory=lambda: ca.SX(0))
 
     @property
     def name(self) -> str:
         """Modelica name."""
         return str(self.symbol.name())
-
-    @property
-    def guess(self) -> ca.SX:
-        """The declared start value, zero without one."""
-        return ca.SX(0) if self.start is None else self.start
 
 
 @dataclass(frozen=True)

@@ -62,7 +62,9 @@ class Declarations:
                     "which is not supported"
                 )
 
-    def _quantity(self, index: int, variable: Mapping[str, Any], *, has_derivative: bool) -> None:
+    def _quantity(
+        self, index: int, variable: Mapping[str, Any], *, has_derivative: bool, has_start: bool = True
+    ) -> None:
         self.values[index] = value = self._symbols(variable)
         symbols = scalars(value)
         rates: list[ca.SX | None] = [None] * len(symbols)
@@ -71,16 +73,16 @@ class Declarations:
             rates = scalars(rate)
         self._record(variable, symbols, [None] * len(symbols))
         attributes = variable["attributes"]
-        fixed = attributes["fixed"] or [False]
+        fixed = attributes["fixed"] or [None]
         fixed = fixed * len(symbols) if len(fixed) == 1 else fixed
-        starts = self._starts(variable, len(symbols))
+        starts = self._starts(variable, len(symbols)) if has_start else [None] * len(symbols)
         for symbol, rate, start, is_fixed in zip(symbols, rates, starts, fixed, strict=True):
             self.quantities.append(
                 Quantity(
                     symbol,
                     rate,
                     None if start is None else ca.SX(start),
-                    bool(is_fixed),
+                    is_fixed,
                     self.records[symbol.name()].nominal,
                     attributes["state_select"].lower(),
                     self.arena.where(variable["declaration"]),
@@ -121,7 +123,7 @@ class Declarations:
     def _starts(self, variable: Mapping[str, Any], count: int) -> list[Value | None]:
         """Declared start of each element, None without one."""
         node = variable["attributes"]["start"]
-        if node is None:
+        if node is None or self.arena.is_implicit(node, variable):
             return [None] * count
         items = scalars(self.evaluator.value(node))
         return items * count if len(items) == 1 else items
@@ -160,7 +162,7 @@ class Declarations:
             self.parameters.extend(scalars(value))
             self._record(variable, scalars(value), [float(item) for item in items])
         elif self._varies(items):
-            self._quantity(index, variable, has_derivative=False)
+            self._quantity(index, variable, has_derivative=False, has_start=False)
             place = self.arena.where(variable["declaration"])
             pairs = zip(scalars(self.values[index]), items, strict=True)
             self.equations.extend(Equation(symbol - item, place) for symbol, item in pairs)

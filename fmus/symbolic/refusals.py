@@ -41,8 +41,6 @@ def _unsupported(arena: Arena) -> Iterator[tuple[str, str]]:
     ):
         for entry in storage.get(key) or ():
             yield _place(arena, entry), words
-    for operation in storage["initialization_equation_operations"]:
-        yield arena.where(next(iter(operation.values()))["provenance"]), "an initial equation"
     for entry in storage["conditions"]:
         if entry["node"] == "initial":
             yield arena.where(entry["provenance"]), "initial()"

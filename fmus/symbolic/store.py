@@ -7,7 +7,7 @@ import casadi as ca
 
 from fmus.symbolic.system import SymbolicSystem, Variable
 
-FUNCTIONS = ("rhs", "history", "dependent", "initial")
+FUNCTIONS = ("rhs", "history", "dependent", "initial", "consistent")
 VARIABLES = ("inputs", "states", "algebraics", "parameters", "dependents")
 
 
@@ -17,7 +17,7 @@ def to_bytes(system: SymbolicSystem) -> bytes:
     document = {
         **plain,
         **{name: [asdict(v) for v in getattr(system, name)] for name in VARIABLES},
-        **{name: getattr(system, name).serialize() for name in FUNCTIONS},
+        **{name: _serialized(getattr(system, name)) for name in FUNCTIONS},
     }
     return json.dumps(document).encode()
 
@@ -28,7 +28,12 @@ def from_bytes(content: bytes) -> SymbolicSystem:
     for name in VARIABLES:
         document[name] = tuple(Variable(**entry) for entry in document[name])
     for name in FUNCTIONS:
-        document[name] = ca.Function.deserialize(document[name])
+        document[name] = None if document[name] is None else ca.Function.deserialize(document[name])
     document["outputs"] = tuple(document["outputs"])
+    document["notes"] = tuple(document["notes"])
     document["solved"] = tuple(map(tuple, document["solved"]))
     return SymbolicSystem(**document)
+
+
+def _serialized(function: ca.Function | None) -> str | None:
+    return None if function is None else function.serialize()

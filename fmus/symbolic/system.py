@@ -35,12 +35,15 @@ class SymbolicSystem:
       sources depend on inputs, time and parameters only. Before the start of a run a source is taken
       to have had its initial value.
     * `dependent(p) -> values` of the dependent parameters
-    * `initial(p) -> x0`: the start values of the states
+    * `initial(p) -> s`: the declared start values of the states
+    * `consistent(t, u, p, s) -> x0`: the start values that satisfy all initial conditions, from those declared or set;
+      None if every s holds as it is
 
     `settings` holds the structural parameters (Boolean, Integer, String), fixed when the model was built.
     `outputs` names the interface of the model: each is one of `states` or `algebraics`.
     `solved` lists the unknowns of each block of equations that `rhs` solves by iteration, in the order of evaluation;
     they are NaN where no solution was found. Names that are none of the variables are derivatives or auxiliaries.
+    `notes` tell what was assumed where the model leaves a choice.
     """
 
     name: str
@@ -57,6 +60,16 @@ class SymbolicSystem:
     initial: ca.Function
     settings: Mapping[str, bool | float | str] = field(default_factory=dict)
     solved: tuple[tuple[str, ...], ...] = ()
+    consistent: ca.Function | None = None
+    notes: tuple[str, ...] = ()
+
+    def start_of_states(self, parameters: ca.DM, inputs: ca.DM | None = None, time: float = 0.0) -> ca.DM:
+        """Start values of the states at given parameters; inputs have their own start values unless given."""
+        declared = self.initial(parameters)
+        if self.consistent is None:
+            return declared
+        u = ca.DM([v.start or 0.0 for v in self.inputs]) if inputs is None else inputs
+        return self.consistent(time, u, parameters, declared)
 
     @property
     def n_delays(self) -> int:
