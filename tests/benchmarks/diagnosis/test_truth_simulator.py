@@ -116,7 +116,7 @@ def test_backlash_leaves_the_load_alone_until_the_play_is_used_up() -> None:
 
 @pytest.mark.parametrize(("machine", "effect"), [(m, e) for m, library in EFFECTS.items() for e in library])
 def test_effect_reaches_the_wanted_size_against_the_noise(machine: str, effect: str) -> None:
-    case = draw_case(Wish("S", machine, 0, 2, enr=5.0, noise="mid", seconds=1.0, effects=(effect,)))
+    case = draw_case(Wish("S", machine, 0, 2, enr=5.0, noise="mid", seconds=2.0, effects=(effect,)))
 
     assert case.injections[0].id == effect
     assert case.enr_each[0] > 5.0 if effect == "series_elasticity" else case.enr_each[0] == pytest.approx(5.0, rel=0.15)

@@ -52,7 +52,15 @@ def plan_trial(machine: Machine, index: int, seconds: float, random: np.random.G
         inputs, q0, v0 = draw[machine.name](time, random)
     else:
         inputs, q0, v0 = _tones(machine.name, time, random)
-    return Plan(index, inputs, q0, v0)
+    return Plan(index, straight_between_samples(machine, time, inputs), q0, v0)
+
+
+def straight_between_samples(machine: Machine, time: np.ndarray, inputs: np.ndarray) -> np.ndarray:
+    """Inputs (n, nu) that are straight between the samples of a record: a perfect recorder misses nothing of them."""
+    every = round(1 / (machine.rate_hz * machine.step))
+    samples = np.append(np.arange(0, len(time) - 1, every), len(time) - 1)
+    columns = [np.interp(time, time[samples], column[samples]) for column in inputs.T]
+    return np.column_stack(columns) if columns else inputs
 
 
 def _pendulum(time: np.ndarray, random: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -13,7 +13,8 @@ from tests.benchmarks.diagnosis.truth.machines import MACHINES, Machine
 from tests.benchmarks.diagnosis.truth.native import TruthError
 from tests.benchmarks.diagnosis.truth.run import Injection, run_trial
 from tests.benchmarks.diagnosis.truth.sensors import LEVELS, Recorder
-from tests.benchmarks.diagnosis.truth.size import effect_to_noise, sized_to
+from tests.benchmarks.diagnosis.truth.size import sized_to
+from tests.benchmarks.diagnosis.truth.yardstick import Yardstick
 
 FAMILIES = {
     "N0": "nothing missing, parameters exact",
@@ -63,6 +64,7 @@ class Drawn:
     plans: tuple[Plan, ...]
     injections: tuple[Injection, ...]
     recorder: Recorder
+    noise: np.ndarray
     changed: dict[str, float] = field(default_factory=dict)
     enr: float = 0.0
     enr_each: tuple[float, ...] = ()
@@ -83,7 +85,8 @@ def draw_case(wish: Wish) -> Drawn:
     runs = [run_trial(machine, plan) for plan in plans]
     level = wish.noise or LEVELS[int(random.integers(len(LEVELS)))]
     recorder = Recorder.of(machine, level, runs, ugly=wish.family == "N2")
-    context, noise = Context(machine, random, tuple(runs)), recorder.output_noise
+    context = Context(machine, random, tuple(runs))
+    yardstick = Yardstick.of(machine, plans, runs, recorder, random)
     injections: list[Injection] = []
     each, kind = list[float](), ""
     changed = _tolerances(machine, random) if wish.family == "N1" else {}
@@ -92,16 +95,16 @@ def draw_case(wish: Wish) -> Drawn:
         injections = [effect(size)]
     elif wish.family == "O":
         kind = _choose(FOREIGN[machine.name], wish)
-        found, enr = sized_to(machine, plans, FOREIGN[machine.name][kind](context), _enr(wish, SET_ENR), noise)
+        found, enr = sized_to(FOREIGN[machine.name][kind](context), _enr(wish, SET_ENR), yardstick)
         injections, each = [found], [enr]
     else:
         for name in _names(wish, machine, random):
             wanted = _enr(wish, SINGLE_ENR if wish.family == "S" else SET_ENR)
-            found, enr = _apart(machine, plans, context, name, wanted, noise, injections)
+            found, enr = _apart(context, name, wanted, yardstick, injections)
             injections.append(found)
             each.append(enr)
-    total = effect_to_noise(machine, plans, injections, noise) if injections else 0.0
-    return Drawn(wish, machine, plans, tuple(injections), recorder, changed, total, tuple(each), kind)
+    total = yardstick.enr(injections) if injections else 0.0
+    return Drawn(wish, machine, plans, tuple(injections), recorder, yardstick.noise, changed, total, tuple(each), kind)
 
 
 def _enr(wish: Wish, cycle: tuple[float, ...]) -> float:
@@ -129,20 +132,15 @@ def _names(wish: Wish, machine: Machine, random: np.random.Generator) -> tuple[s
 
 
 def _apart(
-    machine: Machine,
-    plans: tuple[Plan, ...],
-    context: Context,
-    name: str,
-    wanted: float,
-    noise: float,
-    others: list[Injection],
+    context: Context, name: str, wanted: float, yardstick: Yardstick, others: list[Injection]
 ) -> tuple[Injection, float]:
     """The effect at the wanted size; the simulator keeps one value for effects that are of one kind at one joint."""
     taken = {key for other in others for key in other.values}
+    machine = context.machine
     library = EFFECTS[machine.name]
     best: tuple[Injection, float] | None = None
     for attempt in range(20):
-        found, enr = sized_to(machine, plans, library[name](context), wanted, noise)
+        found, enr = sized_to(library[name](context), wanted, yardstick)
         if not taken & found.values.keys():
             if best is None or best[1] < enr:
                 best = (found, enr)

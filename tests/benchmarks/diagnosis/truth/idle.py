@@ -4,7 +4,7 @@ import numpy as np
 
 from tests.benchmarks.diagnosis.truth.arm_effects import muscle_weakness
 from tests.benchmarks.diagnosis.truth.context import Context, Sized
-from tests.benchmarks.diagnosis.truth.excitation import Plan, arm_at_work, time_grid
+from tests.benchmarks.diagnosis.truth.excitation import Plan, arm_at_work, straight_between_samples, time_grid
 from tests.benchmarks.diagnosis.truth.joint_effects import coulomb_friction, viscous_friction
 from tests.benchmarks.diagnosis.truth.machines import Machine
 from tests.benchmarks.diagnosis.truth.signal_effects import stimulation_delay
@@ -15,7 +15,8 @@ def idle_plan(machine: Machine, index: int, seconds: float, hidden: int, random:
     time = time_grid(machine, seconds)
     nothing = np.zeros((len(time), len(machine.inputs)))
     if machine.name == "arm":
-        return Plan(index, *arm_at_work(time, random, silent=hidden))
+        inputs, q0, v0 = arm_at_work(time, random, silent=hidden)
+        return Plan(index, straight_between_samples(machine, time, inputs), q0, v0)
     if machine.name == "tanks":
         inflow = random.uniform(8e-5, 1.2e-4)
         level = (inflow / machine.values["a1"]) ** 2 / (2 * machine.values["g"])

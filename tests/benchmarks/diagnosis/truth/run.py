@@ -1,7 +1,7 @@
 """A trial of a machine with effects in it: what really happened, and what a perfect recorder would have read."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -41,6 +41,14 @@ class Run:
     outputs: np.ndarray
     q: np.ndarray
     v: np.ndarray
+
+    def moved(self, k: int, position: float, speed: float) -> "Run":
+        """The same with another state at the beginning: coordinate `k` of the simulator is moved."""
+        q, v = self.q[:1].copy(), self.v[:1].copy()
+        q[0, k] += position
+        if speed:
+            v[0, k] += speed
+        return replace(self, q=q, v=v)
 
 
 def run_trial(

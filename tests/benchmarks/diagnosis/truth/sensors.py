@@ -11,10 +11,14 @@ LEVELS = ("lo", "mid", "hi")
 # Standard deviation and resolution of encoders (rad) and of distance and level sensors (m).
 _STD = {"lo": 1e-5, "mid": 1e-4, "hi": 1e-3}
 _RESOLUTION = {"lo": 2 * np.pi / 2**19, "mid": 2 * np.pi / 2**16, "hi": 2 * np.pi / 2**13}
-# Noise of a measured input as a share of its rms; of the arm's force sensor in N.
+# Noise of a measured input as a share of its rms; of a drive's motor, whose torque is known from its current and is
+# integrated twice on its way to the encoder; of the arm's force sensor in N.
 _INPUT_SHARE = {"lo": 0.005, "mid": 0.02, "hi": 0.05}
+_MOTOR_SHARE = {"lo": 1e-4, "mid": 5e-4, "hi": 2e-3}
 _FORCE_N = {"lo": 0.02, "mid": 0.05, "hi": 0.25}
 OUTLIER_SHARE, OUTLIER_SIZE = 0.005, 20.0
+# Standard deviation of an ugly clock, in samples: at 5 rad/s it adds 2e-4 rad to an encoder.
+JITTER = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +38,7 @@ class Recorder:
     def of(machine: Machine, level: str, runs: list[Run], ugly: bool = False) -> "Recorder":
         """The recorder of a case, its input noise in proportion to the inputs of the nominal runs."""
         rms = np.sqrt(np.mean(np.concatenate([run.recorded for run in runs]) ** 2, axis=0))
-        std = rms * _INPUT_SHARE[level]
+        std = rms * (_INPUT_SHARE if machine.name == "tanks" else _MOTOR_SHARE)[level]
         for k, name in enumerate(machine.inputs):
             if name in machine.commands:
                 std[k] = 0.0
@@ -61,7 +65,7 @@ class Recorder:
         """Columns of a trial as they come out of the recorder: time, inputs, outputs."""
         machine, step = self.machine, 1 / self.machine.rate_hz
         time = np.arange(round(run.time[-1] / step)) * step
-        at = time + (random.normal(0, 0.1 * step, len(time)) if self.ugly else 0.0)
+        at = time + (random.normal(0, JITTER * step, len(time)) if self.ugly else 0.0)
         columns = {"time": time}
         memory = 0.9 if self.ugly else float(np.exp(-2 * np.pi * 0.2))
         for k, name in enumerate(machine.inputs):

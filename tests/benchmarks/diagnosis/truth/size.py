@@ -1,61 +1,45 @@
-"""How large an effect is against the noise, and the size at which it is as large as wanted."""
-
-from collections.abc import Sequence
+"""The size at which an effect is as large against the noise as wanted."""
 
 import numpy as np
 
 from tests.benchmarks.diagnosis.truth.context import Sized
-from tests.benchmarks.diagnosis.truth.excitation import Plan
-from tests.benchmarks.diagnosis.truth.machines import Machine
 from tests.benchmarks.diagnosis.truth.native import TruthError
-from tests.benchmarks.diagnosis.truth.run import Injection, nominal_run, run_trial
+from tests.benchmarks.diagnosis.truth.run import Injection
+from tests.benchmarks.diagnosis.truth.yardstick import Yardstick
 
 SMALLEST, LARGEST = 1e-7, 1e4
+ROUNDS = 10
 
 
-def effect_to_noise(
-    machine: Machine, plans: Sequence[Plan], injections: Sequence[Injection], output_noise: float
-) -> float:
-    """ENR: rms over trials and signals of (run with the effects - nominal free run), over the sensors' noise.
+def sized_to(effect: Sized, wanted: float, yardstick: Yardstick) -> tuple[Injection, float]:
+    """The effect at the size at which its ENR is `wanted`, within 5 % or as near as its bounds allow, and its ENR.
 
-    The nominal machine starts from the true state at the beginning of the record and is driven by the inputs as a
-    perfect recorder shows them; what a fit of start values could take away is not taken away.
+    Raises:
+        TruthError: if the machine leaves all bounds at any size.
     """
-    squares = []
-    for plan in plans:
-        run = run_trial(machine, plan, injections)
-        squares.append(np.mean((run.outputs - nominal_run(machine, run, run.recorded)) ** 2))
-    return float(np.sqrt(np.mean(squares))) / output_noise
-
-
-def sized_to(
-    machine: Machine, plans: Sequence[Plan], effect: Sized, wanted: float, output_noise: float
-) -> tuple[Injection, float]:
-    """The effect at the size at which its ENR is `wanted`, within 5 % or as near as its bounds allow, and its ENR."""
-    size, power = 1.0, 1.0
+    size, power, flat = 1.0, 1.0, 0
     last: tuple[float, float] | None = None
     best: tuple[float, Injection, float] | None = None
-    for _ in range(10):
+    for _ in range(ROUNDS):
         injection = effect(size)
         try:
-            found = effect_to_noise(machine, plans, [injection], output_noise)
+            found = max(yardstick.enr([injection]), 1e-12)
         except TruthError:
-            size *= 0.2
-            last = None
+            size, last = 0.2 * size, None
             continue
-        off = abs(np.log(max(found, 1e-12) / wanted))
+        off = abs(np.log(found / wanted))
         if best is None or off < best[0]:
             best = (off, injection, found)
         if off < 0.05:
             break
         if last is not None and abs(np.log(size / last[0])) > 1e-9:
-            slope = np.log(max(found, 1e-12) / max(last[1], 1e-12)) / np.log(size / last[0])
+            slope = np.log(found / last[1]) / np.log(size / last[0])
             power = float(np.clip(slope, 0.3, 3.0))
-            if abs(slope) < 0.05:
+            flat = flat + 1 if abs(slope) < 0.05 else 0
+            if flat == 2:
                 break  # a bound of the effect is reached
         last = (size, found)
-        change = np.clip((wanted / max(found, 1e-12)) ** (1 / power), 0.02, 50.0)
-        size = float(np.clip(size * change, SMALLEST, LARGEST))
+        size = float(np.clip(size * np.clip((wanted / found) ** (1 / power), 0.02, 50.0), SMALLEST, LARGEST))
     if best is None:
-        raise TruthError(f"{machine.name}: the effect makes the machine leave all bounds at any size")
+        raise TruthError("the effect makes the machine leave all bounds at any size")
     return best[1], best[2]

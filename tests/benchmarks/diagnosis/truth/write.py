@@ -1,10 +1,12 @@
 """A drawn case as a measurement set on disk, and its entry among the answers."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from tests.benchmarks.diagnosis.truth.excitation import Plan
 from tests.benchmarks.diagnosis.truth.families import TOLERANCE, TRIALS, Drawn
 from tests.benchmarks.diagnosis.truth.run import Run, nominal_run, run_trial
 
@@ -12,7 +14,7 @@ HELD_OUT = (5, 6)
 
 
 def write_case(case: Drawn, folder: Path) -> dict[str, Any]:
-    """Write the trials and case.toml of a case, and return its answer; errors are free runs from the true start."""
+    """Write the trials and case.toml of a case, and return its answer; the nominal error is that of free runs from the true start."""
     folder.mkdir(parents=True, exist_ok=True)
     machine = case.machine
     random = np.random.default_rng([case.wish.seed, case.wish.index, 7])
@@ -24,9 +26,9 @@ def write_case(case: Drawn, folder: Path) -> dict[str, Any]:
         if number in HELD_OUT:
             inputs = _on_grid(case, run, columns)
             measured = np.column_stack([columns[name] for name in machine.outputs])
-            again = run_trial(machine, plan, case.injections, case.changed, as_recorded=inputs)
-            true.append(_errors(run.time, again.outputs, columns["time"], measured))
-            nominal.append(_errors(run.time, nominal_run(machine, run, inputs), columns["time"], measured))
+            true.append(_true_error(case, plan, inputs, columns["time"], measured))
+            left = at_samples(run.time, nominal_run(machine, run, inputs), columns["time"]) - measured
+            nominal.append(np.mean(left**2, axis=0))
     (folder / "case.toml").write_text(_case_toml(case))
     return _answer(case, np.sqrt(np.mean(nominal, axis=0)), np.sqrt(np.mean(true, axis=0)))
 
@@ -38,10 +40,27 @@ def _on_grid(case: Drawn, run: Run, columns: dict[str, np.ndarray]) -> np.ndarra
     return np.column_stack([np.interp(run.time, columns["time"], columns[name]) for name in names])
 
 
-def _errors(time: np.ndarray, outputs: np.ndarray, at: np.ndarray, measured: np.ndarray) -> np.ndarray:
-    """Mean square errors (ny,); the median over blocks of samples would hide what outliers do to a mean."""
-    there = np.column_stack([np.interp(at, time, column) for column in outputs.T])
-    return np.mean((there - measured) ** 2, axis=0)
+def _true_error(case: Drawn, plan: Plan, inputs: np.ndarray, at: np.ndarray, measured: np.ndarray) -> np.ndarray:
+    """Mean square errors (ny,) of the true model driven by the recorded inputs, its start values fitted (linearly)."""
+
+    def outputs(q0: np.ndarray, v0: np.ndarray) -> np.ndarray:
+        moved = replace(plan, q0=q0, v0=v0)
+        again = run_trial(case.machine, moved, case.injections, case.changed, as_recorded=inputs)
+        return at_samples(again.time, again.outputs, at) / case.noise
+
+    here = outputs(plan.q0, plan.v0)
+    steps = 1e-6 * np.eye(len(plan.q0))
+    moves = [(outputs(plan.q0 + step, plan.v0) - here).ravel() for step in steps]
+    moves += [(outputs(plan.q0, plan.v0 + step) - here).ravel() for step in steps]
+    left = (here - measured / case.noise).ravel()
+    change, *_ = np.linalg.lstsq(np.column_stack(moves), -left, rcond=1e-8)
+    left = left + np.column_stack(moves) @ change
+    return np.mean((left.reshape(measured.shape) * case.noise) ** 2, axis=0)
+
+
+def at_samples(time: np.ndarray, series: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Columns of a series (n, k) at other times, straight between samples."""
+    return np.column_stack([np.interp(at, time, column) for column in series.T])
 
 
 def _write_trial(path: Path, columns: dict[str, np.ndarray]) -> None:
@@ -101,7 +120,7 @@ def _answer(case: Drawn, nominal: np.ndarray, true: np.ndarray) -> dict[str, Any
         "wanted_enr": wish.enr,
         "enr": case.enr,
         "enr_each": list(case.enr_each),
-        "sensor_noise": case.recorder.output_noise,
+        "noise": dict(zip(names, case.noise.tolist(), strict=True)),
         "nominal_rmse_heldout": dict(zip(names, nominal.tolist(), strict=True)),
         "true_model_rmse_heldout": dict(zip(names, true.tolist(), strict=True)),
         "nominal_freerun_rmse_heldout_rad": float(np.sqrt(np.mean(nominal**2))),

@@ -1,0 +1,83 @@
+"""One diagnosis against the truth of its case, by the rules of the project's public score."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from tests.benchmarks.diagnosis.scoring.sites import parameter_errors, same_site
+
+
+def judge(name: str, truth: Mapping[str, Any], result: Mapping[str, Any]) -> dict[str, Any]:
+    """What a result got right. A failed run is wrong everywhere.
+
+    A case is right at class level when every true effect is named, or declared confusable (in groups of at most three)
+    with one that is named, and no more effects are named than are true.
+    """
+    verdict = result.get("verdict", "failed")
+    true = [] if truth["effects"] == ["none"] else list(truth["effects"])
+    effects = result.get("effects") or [] if verdict in ("named", "ambiguous") else []
+    said = [effect["id"] for effect in effects]
+    wide = set(said)
+    for group in result.get("confusable") or []:
+        if len(group) <= 3 and set(group) & set(said):
+            wide |= set(group)
+    ranking = [sorted(entry["effects"]) for entry in result.get("ranking") or []]
+    exact = sorted(said) == sorted(true)
+    places = exact and all(
+        any(e["id"] == i and same_site(s, e["site"], truth["model"]) for e in effects)
+        for i, s in zip(true, truth["sites"], strict=True)
+    )
+    top = (result.get("ranking") or [{}])[0]
+    return {
+        "case": name,
+        "family": truth["family"],
+        "model": truth["model"],
+        "noise": truth["noise_level"],
+        "enr": min(truth["enr_each"], default=0.0),
+        "wanted_enr": truth["wanted_enr"],
+        "record_seconds": truth["record_seconds"],
+        "true": sorted(true),
+        "kind": truth["kind"],
+        "verdict": verdict,
+        "said": sorted(said),
+        "exact": exact,
+        "exact_site": places,
+        "class": len(said) == len(true) and set(true) <= wide,
+        "superset": set(true) <= set(said),
+        "extra": len(set(said) - set(true)),
+        "top3": sorted(true) in ranking[:3],
+        "covers": set(true) <= wide,
+        "advised": result.get("next_experiment") is not None,
+        "parameters": _parameters(truth, effects, exact),
+        "probability": top.get("probability"),
+        "probability_right": sorted(top.get("effects") or []) == sorted(true),
+        **_held_out(truth, result.get("held_out") or {}),
+        "seconds": result.get("wall_seconds", result.get("seconds")),
+        "failed": result.get("failed", ""),
+    }
+
+
+def _parameters(truth: Mapping[str, Any], effects: list[Any], exact: bool) -> list[tuple[float, bool]]:
+    if not exact:
+        return []
+    found = []
+    for entry in truth["parameters"]:
+        found += parameter_errors(entry, next(e for e in effects if e["id"] == entry["effect"])["parameters"])
+    return found
+
+
+def _held_out(truth: Mapping[str, Any], held_out: Mapping[str, Any]) -> dict[str, float | None]:
+    """Held-out errors over the noise: the share of the reducible one removed, and after / true model's own."""
+    own, noise = truth["true_model_rmse_heldout"], truth["noise"]
+    before, after = (held_out.get(key) for key in ("rmse_before", "rmse_after"))
+    if not before or not after or before.keys() != own.keys():
+        return {"removed": None, "over_true": None, "worse": None}
+    e0, e1, best = (
+        float(np.sqrt(np.mean([(part[name] / noise[name]) ** 2 for name in own]))) for part in (before, after, own)
+    )
+    return {
+        "removed": (e0 - e1) / (e0 - best) if e0 > 1.2 * best else None,
+        "over_true": e1 / best,
+        "worse": e1 > 1.02 * e0,
+    }

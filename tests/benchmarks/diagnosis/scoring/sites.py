@@ -1,0 +1,43 @@
+"""Sites and parameters of truth and diagnosis, made comparable."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from tests.benchmarks.diagnosis.truth.machines import MACHINES
+
+# Values at which an effect is absent, where that is not 0: errors count as shares of the departure from them.
+_ABSENT = {"factor": 1.0, "ratio": 1.0, "scale": 1.0}
+
+
+def site_parts(site: str, model: str) -> set[str]:
+    """Parts of a site; joints may be named by number or by the model's own variable.
+
+    >>> sorted(site_parts("joint1+joint2", "arm")), site_parts("phiLoad", "two-mass")
+    (['joint1', 'joint2'], {'joint2'})
+    """
+    names = {name: f"joint{k}" for k, name in enumerate(MACHINES[model].outputs, 1)}
+    if model == "cart":
+        names = {"theta": "joint1"}
+    return {names.get(part.removeprefix("sensor:"), part) for part in site.split("+")}
+
+
+def same_site(true: str, said: str, model: str) -> bool:
+    """Tell whether a diagnosis points at the place; it may fit an effect at more joints than those that have it."""
+    return site_parts(true, model) <= site_parts(said, model) or true == "sensor"
+
+
+def parameter_errors(true: Mapping[str, Any], said: Mapping[str, Any]) -> list[tuple[float, bool]]:
+    """Error of each parameter that truth and diagnosis name alike, and whether the 90 % interval covers the truth.
+
+    Errors are shares of the true departure from the value at which the effect is absent.
+    """
+    found = []
+    for name, value in true.items():
+        if name in ("effect", "site") or name not in said:
+            continue
+        absent = 1.0 if true["effect"] == "force_sensor_gain" else _ABSENT.get(name.split("[")[0], 0.0)
+        size = abs(value - absent)
+        if size > 0:
+            low, high = said[name]["ci90"]
+            found.append((abs(said[name]["value"] - value) / size, low <= value <= high))
+    return found
