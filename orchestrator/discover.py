@@ -7,10 +7,10 @@ from importlib.metadata import version as package_version
 from pathlib import Path
 
 from fmus.catalogue import ModelicaModel
-from fmus.symbolic.system import SymbolicSystem
 from orchestrator import ledger
 from orchestrator.compare.comparison import compare
 from orchestrator.compare.result import Comparison
+from orchestrator.diagnosis.candidates import model_of
 from orchestrator.diagnosis.cards import EffectCard, effect_library
 from orchestrator.diagnosis.diagnose import diagnose
 from orchestrator.diagnosis.result import Diagnosis, NamedEffect
@@ -48,22 +48,23 @@ def discover(
     cards = effect_library() if cards is None else cards
     diagnosis = diagnose(source, measurements, cards=cards, workers=workers, progress=progress)
     nominal = diagnosis.steps[0].comparison
-    entries = [_record(folder, source.name, source, source.compile(), (), nominal, measurements)]
+    given = model_of(source, source.compile())
+    entries = [_record(folder, source.name, source, given, (), nominal, measurements)]
     versions = []
     for step in diagnosis.steps[1:]:
         progress(f"building the model with {' + '.join(effect.id for effect in step.effects)}")
         version = add_effects(source, step.effects, folder, cards)
         again = compare(
-            SymbolicModel(version.source.name, version.system),
+            version.model,
             measurements,
             workers=workers,
             floor=nominal.noise_floor,
         )
         name = version.source.name
-        entries.append(_record(folder, name, version.source, version.system, step.effects, again, measurements))
+        entries.append(_record(folder, name, version.source, version.model, step.effects, again, measurements))
         versions.append(version)
     if versions:
-        diagnosis = replace(diagnosis, patched_model=str(versions[-1].fmu))
+        diagnosis = replace(diagnosis, patched_model=str(versions[-1].file))
     return Discovery(diagnosis, tuple(versions), tuple(entries))
 
 
@@ -71,14 +72,14 @@ def _record(
     folder: Path,
     name: str,
     source: ModelicaModel,
-    system: SymbolicSystem,
+    model: SymbolicModel,
     effects: Sequence[NamedEffect],
     comparison: Comparison,
     measurements: MeasurementSet,
 ) -> LedgerEntry:
     """Append a version to the ledger, unless the same model is there for the same data; return its entry."""
     known = ledger.read(folder) if (folder / ledger.FILE_NAME).exists() else []
-    model_hash = SymbolicModel(name, system).content_hash
+    model_hash = model.content_hash
     for entry in known:
         if (entry.model_hash, entry.data_hash) == (model_hash, measurements.content_hash):
             return entry

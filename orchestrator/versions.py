@@ -1,32 +1,36 @@
 """Add effects to a model: a new Modelica class that extends it, and its FMU; the original stays as it is."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+
+import numpy as np
 
 from fmus.catalogue import ModelicaModel
 from fmus.errors import MisfitError
 from fmus.package import build_fmu
-from fmus.symbolic.system import SymbolicSystem
-from orchestrator.diagnosis.candidates import Candidate, EffectSet, can_join, find_candidates
+from orchestrator.blackbox.source import FmuSource
+from orchestrator.blackbox.system_file import write_system
+from orchestrator.diagnosis.candidates import Candidate, EffectSet, as_fmu, can_join, find_candidates
 from orchestrator.diagnosis.cards import EffectCard, effect_library
 from orchestrator.diagnosis.result import Estimate, NamedEffect
 from orchestrator.models.patch import check_attached, free_slots, patched_model, patched_source
+from orchestrator.models.symbolic import SymbolicModel
 
 
 @dataclass(frozen=True)
 class Version:
-    """A model extended with effects: its Modelica source, its symbolic form, its FMU."""
+    """A model extended with effects: its source, its model, and the file to use: an FMU, or a system of FMUs."""
 
     source: ModelicaModel
-    system: SymbolicSystem
-    fmu: Path
+    model: SymbolicModel
+    file: Path
 
 
 def add_effects(
     base: ModelicaModel, effects: Sequence[NamedEffect], folder: Path, cards: Sequence[EffectCard] | None = None
 ) -> Version:
-    """Write `NAME.mo` and `NAME.fmu` to a folder, with NAME the base's name and the next free number.
+    """Write `NAME.mo` and `NAME.fmu` to a folder, with NAME the base's name and the next free number; of an FMU a system.
 
     The same effects with the same values give the same name again. `cards` are the effects known, by default the shipped
     ones.
@@ -37,6 +41,9 @@ def add_effects(
     chosen = _place(base, effects, effect_library() if cards is None else cards)
     effect_set = EffectSet(base, chosen, base.compile().outputs)
     values = _values(effect_set, effects)
+    fmu = as_fmu(base)
+    if fmu is not None:
+        return _system_of_fmus(fmu, effect_set, values, effects, folder)
     attachments = effect_set.attachments(values)
     comment = f"{base.class_name} with {', '.join(effect.id for effect in effects)}"
     name = _free_name(base, folder, lambda n: patched_source(base, n, attachments, comment))
@@ -44,14 +51,26 @@ def add_effects(
     system = source.compile()
     check_attached(system, attachments)
     assert source.file is not None
-    fmu = build_fmu(
+    file = build_fmu(
         system,
         folder / f"{name}.fmu",
         stop_time=base.stop_time_s,
         step_size=base.step_size_s,
         extra_files={f"resources/{name}.mo": source.file.read_bytes()},
     )
-    return Version(source, system, fmu)
+    return Version(source, SymbolicModel(source.name, system), file)
+
+
+def _system_of_fmus(
+    base: FmuSource, effect_set: EffectSet, values: Sequence[float], effects: Sequence[NamedEffect], folder: Path
+) -> Version:
+    """The version of a black-box FMU: `STEM_N.toml`, N the number of effects, with the FMUs that it connects."""
+    name = f"{base.class_name}_{len(effects)}"
+    comment = f"{base.class_name} with {', '.join(f'{effect.id} at {effect.site}' for effect in effects)}"
+    by_name = dict(zip([v.name for v in effect_set.variables], values, strict=True))
+    file = write_system(base, base.mounted(effect_set.candidates), by_name, folder, name, comment)
+    model = effect_set.fixed(np.array(values), name)
+    return Version(replace(base, name=name), model, file)
 
 
 def default_effect(base: ModelicaModel, effect_id: str, cards: Sequence[EffectCard] | None = None) -> NamedEffect:

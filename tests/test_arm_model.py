@@ -8,8 +8,8 @@ from scipy.integrate import solve_ivp
 
 from fmus.catalogue import find_modelica_model
 from fmus.package import build_fmu
+from orchestrator.blackbox.source import fmu_model
 from orchestrator.models.compiled import CompiledModel
-from orchestrator.models.fmu import FmuModel
 
 TIME = np.linspace(0.0, 10.0, 2501)
 START = {"linkage.q[1]": 0.7, "linkage.q[2]": 1.3, "linkage.w[1]": 0.2, "linkage.w[2]": -0.4}
@@ -83,14 +83,15 @@ def arm_reference() -> np.ndarray:
     return reference("arm")
 
 
+@pytest.mark.parametrize("stepped", [True, False], ids=["co-simulation", "model exchange"])
 def test_arm_fmu_agrees_with_an_independent_integration_to_a_microradian(
-    tmp_path: Path, arm_reference: np.ndarray
+    stepped: bool, tmp_path: Path, arm_reference: np.ndarray
 ) -> None:
-    fmu = FmuModel(build_fmu(find_modelica_model("arm").compile(), tmp_path / "arm.fmu"))
+    fmu = fmu_model(build_fmu(find_modelica_model("arm").compile(), tmp_path / "arm.fmu"), stepped=stepped)
 
     outputs = fmu.simulate(TIME, inputs(), ["q1", "q2"], START)
 
-    fmu.close()
+    fmu.file.close()
     assert np.ptp(arm_reference, axis=0).min() > 0.3  # the arm really moves
     assert np.abs(outputs - arm_reference).max() < 1e-6
 

@@ -51,7 +51,7 @@ MISTAKES = {
     "unknown model": (["compare", "leg", str(ARM)], "there is no model 'leg'; built-in models are arm,"),
     "missing data": (["compare", "arm", "nowhere"], "nowhere: does not exist"),
     "missing FMU": (["compare", "nowhere.fmu", str(ARM)], "nowhere.fmu"),
-    "FMU for a diagnosis": (["diagnose", "some.fmu", str(ARM)], "name its Modelica class"),
+    "missing FMU for a diagnosis": (["diagnose", "some.fmu", str(ARM)], "FMU some.fmu cannot be read"),
     "data of another model": (["diagnose", "arm", str(CASES / "rat_muscle")], "no column is an output of the model"),
     "class without a name": (["compare", "model.mo", str(ARM)], "write model.mo:Package.Class"),
     "no ledger": (["ledger", str(CASES)], "has no ledger.jsonl"),
@@ -149,8 +149,7 @@ def test_fmu_and_modelica_model_show_the_same_error(fmu: Path) -> None:
 
     for signal in ("q1", "q2"):
         errors = [document["held_out"]["rmse"][signal] for document in documents]
-        # The FMU's start values are fitted on the first 1.6 s only.
-        assert errors[1] == pytest.approx(errors[0], rel=0.1)
+        assert errors[1] == pytest.approx(errors[0], rel=0.02)  # start values are bounded alike, not identically
 
 
 def test_discover_then_ledger_then_a_second_run_that_adds_nothing(tmp_path: Path) -> None:

@@ -51,7 +51,7 @@ def diagnose(
     from orchestrator.diagnosis.cards import effect_library
     from orchestrator.diagnosis.diagnose import diagnose as run
     from orchestrator.measurements import load_measurements
-    from orchestrator.models.load import load_modelica
+    from orchestrator.models.load import load_source
     from orchestrator.report.html import diagnosis_report
     from orchestrator.report.tables import diagnosis_table
 
@@ -59,7 +59,7 @@ def diagnose(
         say(f"reading {data}")
         cards = effect_library(card_folders)
         measurements = load_measurements(data)
-        result = run(load_modelica(model), measurements, cards=cards, workers=workers, progress=say)
+        result = run(load_source(model, measurements), measurements, cards=cards, workers=workers, progress=say)
         report = diagnosis_report(result) if html_file else None
     show(diagnosis_table(result), quiet)
     write_json(json_file, result.to_json())

@@ -26,6 +26,7 @@ def add(diagnosis_or_effect: str, model: str | None, folder: str, card_folders: 
 
     DIAGNOSIS is a file written by `misfit diagnose --json`; EFFECT is an effect id, added with its card's first guess.
     """
+    from orchestrator.diagnosis.candidates import as_fmu
     from orchestrator.diagnosis.cards import effect_library
     from orchestrator.models.load import load_modelica
     from orchestrator.versions import add_effects, default_effect
@@ -33,7 +34,7 @@ def add(diagnosis_or_effect: str, model: str | None, folder: str, card_folders: 
     cards = effect_library(card_folders)
     if diagnosis_or_effect.endswith(".json"):
         document = _read_diagnosis(Path(diagnosis_or_effect))
-        base = load_modelica(model or document["model"])
+        base = _base(model or document["model"], document["data"])
         effects = _named_effects(document, diagnosis_or_effect)
     else:
         if model is None:
@@ -41,7 +42,18 @@ def add(diagnosis_or_effect: str, model: str | None, folder: str, card_folders: 
         base = load_modelica(model)
         effects = [default_effect(base, diagnosis_or_effect, cards)]
     version = add_effects(base, effects, Path(folder), cards)
-    show(f"{version.source.file}\n{version.fmu}", quiet)
+    written = (
+        [version.file] if version.source.file is None or as_fmu(version.source) else [version.source.file, version.file]
+    )
+    show("\n".join(map(str, written)), quiet)
+
+
+def _base(model: str, data: str) -> Any:
+    """What a diagnosis was made for; an FMU offers its sites for the diagnosis' data."""
+    from orchestrator.measurements import load_measurements
+    from orchestrator.models.load import load_modelica, load_source
+
+    return load_source(model, load_measurements(data)) if model.endswith(".fmu") else load_modelica(model)
 
 
 def _read_diagnosis(path: Path) -> dict[str, Any]:
@@ -104,7 +116,7 @@ def discover(
     from orchestrator.diagnosis.cards import effect_library
     from orchestrator.discover import discover as run
     from orchestrator.measurements import load_measurements
-    from orchestrator.models.load import load_modelica
+    from orchestrator.models.load import load_source
     from orchestrator.report.html import discovery_report
     from orchestrator.report.tables import diagnosis_table, ledger_table
 
@@ -112,7 +124,9 @@ def discover(
         say(f"reading {data}")
         cards = effect_library(card_folders)
         measurements = load_measurements(data)
-        found = run(load_modelica(model), measurements, Path(folder), cards=cards, workers=workers, progress=say)
+        found = run(
+            load_source(model, measurements), measurements, Path(folder), cards=cards, workers=workers, progress=say
+        )
         report = discovery_report(found.diagnosis, list(found.entries)) if html_file else None
     show(diagnosis_table(found.diagnosis), quiet)
     show(ledger_table(list(found.entries)), quiet)

@@ -2,8 +2,9 @@
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,6 +14,9 @@ from orchestrator.diagnosis.cards import CardParameter, EffectCard
 from orchestrator.diagnosis.user_cards import check_class, check_slots
 from orchestrator.models.patch import Attachment, check_attached, free_slots, patched_model
 from orchestrator.models.symbolic import SymbolicModel
+
+if TYPE_CHECKING:
+    from orchestrator.blackbox.source import FmuSource
 
 
 @dataclass(frozen=True)
@@ -30,6 +34,21 @@ class Candidate:
         return f"{self.card.id} {self.card.variant}".rstrip() + f" at {self.site}"
 
 
+def model_of(
+    base: ModelicaModel, system: SymbolicSystem, signals: Sequence[str] | None = None, free: Sequence[str] = ()
+) -> SymbolicModel:
+    """The model of a system that was made from `base`: compiled equations, or runs of an FMU."""
+    source = as_fmu(base)
+    return SymbolicModel(base.name, system, signals, free) if source is None else source.model(system, signals, free)
+
+
+def as_fmu(base: ModelicaModel) -> "FmuSource | None":
+    """The base as an FMU, None if it is a Modelica class."""
+    from orchestrator.blackbox.source import FmuSource  # which needs candidates itself
+
+    return base if isinstance(base, FmuSource) else None
+
+
 class EffectSet:
     """A set of candidates added to a model, as one compiled model with their parameters free."""
 
@@ -39,6 +58,8 @@ class EffectSet:
     @cached_property
     def system(self) -> SymbolicSystem:
         """The equations of the extended model."""
+        if (source := as_fmu(self.base)) is not None:
+            return source.coupled(source.mounted(self.candidates))
         attachments = [Attachment(slot, card.class_name, {}, card.class_text) for slot, card in self._slots()]
         name = "Candidate_" + "_".join(card_id for card_id in dict.fromkeys(c.card.id for c in self.candidates))
         system = patched_model(self.base, name, attachments).compile()
@@ -48,8 +69,7 @@ class EffectSet:
     @cached_property
     def model(self) -> SymbolicModel:
         """The extended model; its free parameters are those of the candidates, in their order."""
-        free = [v.name for v in self._free_variables(self.system)]
-        return SymbolicModel(self.base.name, self.system, self.signals, free)
+        return model_of(self.base, self.system, self.signals, [v.name for v in self._free_variables(self.system)])
 
     @cached_property
     def variables(self) -> tuple[Variable, ...]:
@@ -60,6 +80,16 @@ class EffectSet:
     def card_parameters(self) -> tuple[CardParameter, ...]:
         """The card's entry of each free parameter."""
         return tuple(parameter for parameter, _ in self._free(self.system))
+
+    def fixed(self, values: np.ndarray, name: str) -> SymbolicModel:
+        """The model with given values of the free parameters, as it would be written: a class `name`, or the FMU coupled."""
+        source = as_fmu(self.base)
+        if source is None:
+            extended = patched_model(self.base, name, self.attachments(values))
+            return SymbolicModel(extended.name, extended.compile())
+        by_name = dict(zip([v.name for v in self.variables], map(float, values), strict=True))
+        changed = tuple(replace(v, start=by_name.get(v.name, v.start)) for v in self.system.parameters)
+        return source.model(replace(self.system, parameters=changed))
 
     def first_guess(self) -> np.ndarray:
         """Start values of the free parameters, from the cards."""
@@ -113,11 +143,14 @@ class EffectSet:
 def find_candidates(
     base: ModelicaModel, system: SymbolicSystem, cards: Sequence[EffectCard]
 ) -> tuple[list[Candidate], list[str]]:
-    """Return every effect at every site of a model where it can be attached, and ids that cannot be.
+    """Return every effect at every site of a model where it can be attached, and ids that cannot be (FMU: with reasons).
 
     Raises:
         MisfitError: if a card of the user's own does not fit its class or the model.
     """
+    source = as_fmu(base)
+    if source is not None:
+        return source.candidates(), list(source.refusals())
     slots = free_slots(system)
     found: list[Candidate] = []
     impossible: list[str] = []

@@ -10,7 +10,7 @@ from fmus.catalogue import ModelicaModel
 from fmus.errors import MisfitError
 from orchestrator.compare.comparison import compare
 from orchestrator.compare.result import Comparison
-from orchestrator.diagnosis.candidates import find_candidates
+from orchestrator.diagnosis.candidates import find_candidates, model_of
 from orchestrator.diagnosis.cards import EffectCard, effect_library
 from orchestrator.diagnosis.evidence import LearningData, Refit
 from orchestrator.diagnosis.ranking import confusable_with, rank
@@ -19,8 +19,7 @@ from orchestrator.diagnosis.search import Progress, Searcher, Trace
 from orchestrator.diagnosis.verdict import decide, improvement_p_value, reducible_removed
 from orchestrator.measurements import MeasurementSet, bind
 from orchestrator.models.estimation import Z90
-from orchestrator.models.patch import free_slots, patched_model
-from orchestrator.models.symbolic import SymbolicModel
+from orchestrator.models.patch import free_slots
 
 # Held-out error must fall by this share with each effect that is kept.
 HELD_OUT_GAIN = 0.05
@@ -50,7 +49,7 @@ def diagnose(
     """
     began = time.monotonic()
     system = source.compile()
-    model = SymbolicModel(source.name, system)
+    model = model_of(source, system)
     progress("comparing the model with the measurement")
     nominal = compare(model, measurements, workers=workers)
     if nominal.held_out is None or not any(trial.set == "learning" for trial in nominal.trials):
@@ -88,9 +87,7 @@ def _referee(
     steps, refits = [Step((), nominal)], list[Refit]()
     for found in path:
         progress(f"checking {' + '.join(found.ids)} on held-out trials")
-        attachments = found.effects.attachments(found.fit.values)
-        extended = patched_model(source, version_name(source, len(found.ids)), attachments)
-        model = SymbolicModel(extended.name, extended.compile())
+        model = found.effects.fixed(found.fit.values, version_name(source, len(found.ids)))
         after = compare(model, measurements, workers=workers, floor=nominal.noise_floor)
         before = steps[-1].comparison
         assert after.held_out is not None and before.held_out is not None
@@ -160,9 +157,10 @@ def _conclude(
 
 
 def _warnings(accepted: _Refereed, verdict: str, after: float, impossible: Sequence[str]) -> list[str]:
-    found = []
-    if impossible:
-        found.append(f"not tried, the model has no free slot for them: {', '.join(impossible)}")
+    found = [reason for reason in impossible if " " in reason]  # an FMU tells why; a Modelica class lacks a slot
+    without_slot = [card_id for card_id in impossible if " " not in card_id]
+    if without_slot:
+        found.append(f"not tried, the model has no free slot for them: {', '.join(without_slot)}")
     if verdict == "unknown" and accepted.refits:
         ids = " + ".join(accepted.refits[-1].ids)
         found.append(

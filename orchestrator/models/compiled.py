@@ -119,7 +119,7 @@ class CompiledModel:
 
     @cached_property
     def _library(self) -> ctypes.CDLL:
-        return ctypes.CDLL(str(_build(self._generate())))
+        return ctypes.CDLL(str(build_library(self._generate(), SIMULATOR)))
 
     def _generate(self) -> str:
         """C source of the four functions that simulator.c calls."""
@@ -147,12 +147,16 @@ def _forward_jacobian(value: Any, x: Any, d: Any, p: Any, free: Sequence[int]) -
     return ca.horzcat(ca.jacobian(value, x), ca.jacobian(value, d), *[by_parameters[:, i] for i in free])
 
 
-def _build(source: str) -> Path:
-    """Compile generated C with the simulator, once for each content."""
+def build_library(source: str, driver: Path) -> Path:
+    """Compile generated C with the C file that calls it, once for each content.
+
+    Raises:
+        MisfitError: without a C compiler, or if it fails.
+    """
     compiler = os.environ.get("CC") or shutil.which("cc") or shutil.which("gcc")
     if compiler is None:
         raise MisfitError("no C compiler found; install one (Debian: apt-get install gcc libc6-dev)")
-    text = source + SIMULATOR.read_text()
+    text = source + driver.read_text()
     key = hashlib.sha256(" ".join((compiler, *FLAGS, text)).encode()).hexdigest()
     target = cache_folder("compiled") / f"{key}.so"
     if target.is_file():
@@ -160,7 +164,7 @@ def _build(source: str) -> Path:
     with tempfile.TemporaryDirectory(dir=target.parent) as folder:
         generated, built = Path(folder) / "model.c", Path(folder) / "model.so"
         generated.write_text(source)
-        command = [compiler, *FLAGS, "-o", str(built), str(generated), str(SIMULATOR), "-lm"]
+        command = [compiler, *FLAGS, "-o", str(built), str(generated), str(driver), "-lm"]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         if done.returncode != 0:
             raise MisfitError(

@@ -4,6 +4,7 @@ from pathlib import Path
 
 from fmus.catalogue import ModelicaModel, find_modelica_model
 from fmus.errors import MisfitError
+from orchestrator.measurements import MeasurementSet
 from orchestrator.models.contract import Model
 
 SYSTEM_ENDINGS = (".toml", ".ssd", ".ssp")
@@ -16,13 +17,27 @@ def load_model(text: str) -> Model:
         MisfitError: if there is no such model or it cannot be read.
     """
     if text.endswith(".fmu"):
-        from orchestrator.models.fmu import FmuModel
+        from orchestrator.blackbox.source import fmu_model
 
-        return FmuModel(Path(text))
+        return fmu_model(Path(text))
     from orchestrator.models.symbolic import SymbolicModel
 
     source = load_modelica(text)
     return SymbolicModel(text, source.compile())
+
+
+def load_source(text: str, measurements: MeasurementSet) -> ModelicaModel:
+    """Return what can be diagnosed and extended: a Modelica class, or an FMU with the sites it offers for these data.
+
+    Raises:
+        MisfitError: if there is no such model, it cannot be read, or the data do not fit it.
+        ComponentError: if an FMU fails while it is looked at.
+    """
+    if text.endswith(".fmu"):
+        from orchestrator.blackbox.source import FmuSource
+
+        return FmuSource.prepare(Path(text), measurements)
+    return load_modelica(text)
 
 
 def load_modelica(text: str) -> ModelicaModel:

@@ -56,8 +56,8 @@ def _simulating(folder: Path) -> None:
     import numpy as np
 
     from fmus.catalogue import find_modelica_model
+    from orchestrator.blackbox.source import fmu_model
     from orchestrator.models.compiled import CompiledModel
-    from orchestrator.models.fmu import FmuModel
 
     time_s = np.arange(2501) * 0.004
     alpha = 0.3 + 0.2 * np.sin(2 * np.pi * 0.4 * time_s[:, None] + np.arange(6))
@@ -66,7 +66,7 @@ def _simulating(folder: Path) -> None:
     system = find_modelica_model("arm").compile()
     model = CompiledModel(system, ["q1", "q2"], ["linkage.b[1]", "linkage.b[2]"])
     first = np.array(list(start.values()))
-    fmu = FmuModel(folder / "arm.fmu")
+    fmu = fmu_model(folder / "arm.fmu", stepped=True)
     names = [v.name for v in system.inputs]
     table = np.array(
         [(t, *row) for t, row in zip(time_s, inputs, strict=True)],
@@ -91,7 +91,7 @@ def _simulating(folder: Path) -> None:
     for name, values in times.items():
         median = statistics.median(values[1:])  # the first round loads libraries
         print(f"{name:52s} {1000 * median:6.1f} {median / reference:.3f}")
-    fmu.close()
+    fmu.file.close()
 
 
 if __name__ == "__main__":

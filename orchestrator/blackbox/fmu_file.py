@@ -1,0 +1,113 @@
+"""An FMU on disk: its description, its hash, and the child processes that run it."""
+
+import hashlib
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fmus.archive import read_archive
+from fmus.errors import FmuError
+from orchestrator.blackbox.ports import Description, Port, describe
+from orchestrator.blackbox.process import FmuProcesses
+from orchestrator.blackbox.sites import Position, find_positions, plain_sites
+from orchestrator.blackbox.worker import Probe, ProbeRequest
+
+
+@dataclass(frozen=True)
+class FmuFile:
+    """An FMU of any vendor. With `stepped` it is run in co-simulation though it offers model exchange too.
+
+    Raises:
+        FmuError: if the file is not a usable FMU.
+    """
+
+    path: Path
+    stepped: bool = False
+    content_hash: str = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Read it once, so that a broken file is found at once."""
+        try:
+            content = self.path.read_bytes()
+        except OSError as error:
+            raise FmuError(f"FMU {self.path} cannot be read: {error.strerror}") from error
+        object.__setattr__(self, "content_hash", hashlib.sha256(content).hexdigest())
+        _ = self.description
+
+    @cached_property
+    def description(self) -> Description:
+        """What the FMU shows, with the start values that it really has."""
+        import fmpy
+
+        read_archive(self.path)  # refuses archives that are broken or unsafe
+        try:
+            read: Any = fmpy.read_model_description(str(self.path))
+        except Exception as error:  # fmpy raises many kinds for a broken description
+            reason = " ".join(str(error).split())[:200]
+            raise FmuError(f"FMU {self.path.name} has no usable model description: {reason}") from error
+        if self.stepped and read.coSimulation is not None:
+            read.modelExchange = None
+        return describe(read, self.path.name)
+
+    @cached_property
+    def processes(self) -> FmuProcesses:
+        """The children that run it."""
+        return FmuProcesses(self.path, self.description.cosimulation)
+
+    @cached_property
+    def started(self) -> Description:
+        """The description with the states' start values as the FMU has them after its initialisation."""
+        description = self.description
+        if description.cosimulation or not description.states:
+            return description
+        values = self.probe().states
+        states = tuple(
+            Port(replace(p.variable, start=float(v)), p.reference, p.place, p.size)
+            for p, v in zip(description.states, values, strict=True)
+        )
+        return replace(description, states=states)
+
+    def probe(self, start: np.ndarray | None = None, inputs: np.ndarray | None = None) -> Probe:
+        """Jacobians of rates and outputs; model exchange only.
+
+        Raises:
+            ComponentError: if the FMU fails.
+        """
+        description, wiring = self.description, plain_sites(self.description).wiring
+        idle = np.array([p.variable.start or 0.0 for p in description.inputs])
+        arrays = any(p.size > 1 for p in (*description.inputs, *description.outputs, *description.states))
+        request = ProbeRequest(
+            wiring,
+            tuple(p.reference for p in description.states),
+            tuple(p.reference for p in description.rates),
+            idle if inputs is None else inputs,
+            start,
+            description.directional and not arrays,
+        )
+        return self.processes.ask(request)  # type: ignore[no-any-return]
+
+    def positions(self) -> dict[int, Position]:
+        """Outputs that read a state whose rate is another state; found in model exchange only."""
+        if self.description.cosimulation or not self.description.states:
+            return {}
+        probe = self.probe()
+        found = find_positions(probe, probe.outputs, probe.states)
+        # An output that merely happens to be linear where the FMU starts is none.
+        moved = probe.states + 0.37 * (1 + np.abs(probe.states))
+        elsewhere = self.probe(moved)
+        again = find_positions(elsewhere, elsewhere.outputs, moved)
+        return {
+            k: p
+            for k, p in found.items()
+            if k in again
+            and (again[k].state, again[k].speed) == (p.state, p.speed)
+            and np.isclose(again[k].slope, p.slope)
+        }
+
+    def close(self) -> None:
+        """End the child processes."""
+        if "processes" in self.__dict__:
+            self.processes.close()

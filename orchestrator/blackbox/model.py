@@ -1,0 +1,82 @@
+"""An FMU, with or without effects around it, as a model that can follow trials and be fitted."""
+
+import hashlib
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+
+from fmus.symbolic.system import Variable
+from orchestrator.blackbox.compiled import CoupledRuns
+from orchestrator.blackbox.coupled import CoupledSystem
+from orchestrator.blackbox.fmu_file import FmuFile
+from orchestrator.blackbox.sites import Sites
+from orchestrator.models.correction import ResidualSystem
+from orchestrator.models.estimation import Record
+from orchestrator.models.smoothing import SmoothedTrial
+from orchestrator.models.symbolic import SymbolicModel
+
+
+class CoupledModel(SymbolicModel):
+    """A coupled system as a model; it has no residual in its equations, which are closed."""
+
+    def __init__(
+        self,
+        name: str,
+        system: CoupledSystem,
+        file: FmuFile,
+        sites: Sites,
+        signals: Sequence[str] | None = None,
+        free: Sequence[str] = (),
+    ) -> None:
+        self.name, self.system, self.coupled = name, system, system
+        self.signals = tuple(signals if signals is not None else system.outputs)
+        self.file, self.sites = file, sites
+        settable = file.description.settable
+        self.compiled = CoupledRuns(system, sites, settable, file.processes, self.signals, free)
+
+    @property
+    def outputs(self) -> Sequence[Variable]:
+        return self.sites.outputs
+
+    @cached_property
+    def content_hash(self) -> str:
+        """SHA-256 over the FMU's file, the effects' equations and their values."""
+        assert self.coupled.outer is not None
+        parts = [self.file.content_hash, repr(self.system.parameters), self.coupled.rhs.serialize()]
+        return hashlib.sha256("".join([*parts, self.coupled.outer.serialize()]).encode()).hexdigest()
+
+    @property
+    def residual(self) -> ResidualSystem | None:  # type: ignore[override]
+        return None
+
+    def restricted(self, signals: Sequence[str], free: Sequence[str] = ()) -> "CoupledModel":
+        if tuple(signals) == self.signals and tuple(free) == self.compiled.free:
+            return self
+        return CoupledModel(self.name, self.coupled, self.file, self.sites, signals, free)
+
+    def record(self, trial: SmoothedTrial, parameters: np.ndarray | None = None) -> Record:
+        """A trial with first guesses of the start values: measured states from the smoothed record, lags where their
+        signal begins, others as the FMU declares them."""
+        states = self.system.states
+        start = np.array([0.0 if v.start is None else v.start for v in states])
+        low = np.array([-np.inf if v.minimum is None else v.minimum for v in states])
+        high = np.array([np.inf if v.maximum is None else v.maximum for v in states])
+        names = [v.name for v in self.sites.outputs]
+        for k, position in self.sites.positions.items():
+            if names[k] not in self.signals:
+                continue
+            m = self.signals.index(names[k])
+            std = float(trial.start_std[m]) / abs(position.slope)
+            value = (float(trial.values[0, m]) - position.offset) / position.slope
+            speed = float(trial.speeds[0, m]) / position.slope
+            reach = 2 * np.pi * trial.smoother.cutoff_hz * std
+            for state, at, far in ((position.state, value, std), (position.speed, speed, reach)):
+                start[state], low[state], high[state] = at, at - 5 * far, at + 5 * far
+        for j, follows in enumerate(self.coupled.follows, start=len(self.sites.states)):
+            if follows is not None and follows[0] == "input":
+                start[j] = trial.inputs[0, follows[1]]
+            elif follows is not None:
+                start[j] = trial.values[0, self.signals.index(names[follows[1]])]
+        start = np.clip(start, low, high)
+        return Record(trial.time, trial.inputs, trial.measured, start, np.full(len(states), np.inf), low, high)

@@ -1,0 +1,174 @@
+"""An FMU where the diagnosis expects the source of a model: its candidates, and its extension with effects."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from fmus.catalogue import ModelicaModel
+from fmus.symbolic.system import SymbolicSystem
+from orchestrator.blackbox.coupled import CoupledSystem, Mounted, couple
+from orchestrator.blackbox.fmu_file import FmuFile
+from orchestrator.blackbox.library import FORCE_SLOTS, INPUT_SLOTS, Law, Scales, laws, needs
+from orchestrator.blackbox.model import CoupledModel
+from orchestrator.blackbox.sites import NEGLIGIBLE, Sites, find_sites, plain_sites
+from orchestrator.diagnosis.candidates import Candidate
+from orchestrator.diagnosis.cards import effect_library
+from orchestrator.measurements import BoundSet, MeasurementSet, bind
+
+PULSE_SAMPLES = 24
+
+
+@dataclass(frozen=True)
+class FmuSource(ModelicaModel):
+    """A black-box FMU with the sites that it offers for one set of data, in the place of a Modelica class."""
+
+    fmu: FmuFile | None = None
+    sites: Sites | None = None
+
+    @staticmethod
+    def prepare(path: Path, measurements: MeasurementSet, *, stepped: bool = False) -> "FmuSource":
+        """Look at an FMU and at the data that it is to explain.
+
+        Raises:
+            MisfitError: if the file is no FMU that can be run, or the data do not fit it.
+            ComponentError: if it fails.
+        """
+        fmu = FmuFile(path, stepped)
+        plain = plain_sites(fmu.started)
+        data = bind(measurements, plain.inputs, plain.outputs)
+        sites = find_sites(fmu.started, data, fmu.positions(), _gains(fmu, data))
+        return FmuSource(name=str(path), class_name=path.stem, file=path, fmu=fmu, sites=sites)
+
+    def compile(self) -> CoupledSystem:
+        """The FMU alone."""
+        return self.coupled(())
+
+    def coupled(self, mounted: Sequence[Mounted]) -> CoupledSystem:
+        """The FMU with effects."""
+        assert self.sites is not None
+        return couple(self.name, self.sites, mounted)
+
+    def model(
+        self, system: SymbolicSystem, signals: Sequence[str] | None = None, free: Sequence[str] = ()
+    ) -> CoupledModel:
+        """A coupled system of this FMU as a model."""
+        assert self.fmu is not None and self.sites is not None and isinstance(system, CoupledSystem)
+        return CoupledModel(self.name, system, self.fmu, self.sites, signals, free)
+
+    def candidates(self) -> list[Candidate]:
+        """Every effect at every site where it can be attached, with its card in the FMU's units."""
+        found = []
+        for law in laws():
+            names, scales = self._places(law)
+            slot = law.card.slots[0]
+            if law.card.elements == "together" and names and self._fit_together(law):
+                found.append(Candidate(law.sized(scales[0]), slot, "", "+".join(names)))
+            else:
+                found += [
+                    Candidate(law.sized(scale), slot, f"[{k}]", name)
+                    for k, (name, scale) in enumerate(zip(names, scales, strict=True), start=1)
+                ]
+        return found
+
+    def mounted(self, candidates: Sequence[Candidate]) -> list[Mounted]:
+        """Candidates as laws in slots."""
+        by_id = {law.card.id: law for law in laws()}
+        places: dict[tuple[str, str], list[int]] = {}
+        for candidate in candidates:
+            law = by_id[candidate.card.id]
+            every = range(1, len(self._places(law)[0]) + 1)
+            numbers = [int(candidate.element.strip("[]"))] if candidate.element else list(every)
+            places.setdefault((candidate.slot, law.card.id), []).extend(numbers)
+        return [Mounted(by_id[card_id], slot, tuple(sorted(numbers))) for (slot, card_id), numbers in places.items()]
+
+    def refusals(self) -> tuple[str, ...]:
+        """One line for each effect that cannot be attached: what the FMU would have to expose."""
+        lines = [f"{law.card.id} is not tried: {self._lacking(law)}" for law in laws() if not self._places(law)[0]]
+        known = {law.card.id for law in laws()}
+        for card_id in dict.fromkeys(card.id for card in effect_library()):
+            if card_id not in known and card_id in needs():
+                lines.append(f"{card_id} is not tried: the FMU would have to expose {needs()[card_id]}")
+        return tuple(lines)
+
+    def _places(self, law: Law) -> tuple[tuple[str, ...], tuple[Scales, ...]]:
+        """Names of the sites where a law can act, and the sizes of things there."""
+        sites = self.sites
+        assert sites is not None
+        slot = law.card.slots[0]
+        if slot in FORCE_SLOTS:
+            names = [sites.outputs[force.output].name for force in sites.forces]
+            if not sites.one_force_each:
+                names = [f"{sites.inputs[f.input].name}->{sites.outputs[f.output].name}" for f in sites.forces]
+            return tuple(names), (sites.force_scales,) * len(names)
+        if slot in INPUT_SLOTS:
+            return tuple(sites.inputs[i].name for i in sites.driven), sites.input_scales
+        return tuple(f"sensor:{sites.outputs[k].name}" for k in sites.measured), sites.output_scales
+
+    def _fit_together(self, law: Law) -> bool:
+        assert self.sites is not None
+        return law.card.slots[0] not in FORCE_SLOTS or self.sites.one_force_each
+
+    def _lacking(self, law: Law) -> str:
+        """What is missing for a law without a site."""
+        assert self.sites is not None
+        outputs = " or ".join(self.sites.outputs[k].name for k in self.sites.measured)
+        if law.card.slots[0] in FORCE_SLOTS:
+            return f"the FMU would have to expose an input that acts as a force (N or N.m) on {outputs}"
+        return "no input of the FMU is driven by the data"
+
+
+def _gains(fmu: FmuFile, data: BoundSet) -> np.ndarray:
+    """Acceleration of each output for a unit of each input (outputs, inputs); 0 where an input is no force on it."""
+    description = fmu.started
+    gains = np.zeros((len(description.outputs), len(description.inputs)))
+    if not description.cosimulation:
+        if description.states:
+            probe = fmu.probe()
+            for k, position in fmu.positions().items():
+                gains[k] = position.slope * probe.rates_by_inputs[position.speed]
+        return np.where(np.abs(gains) > NEGLIGIBLE * max(np.abs(gains).max(initial=0.0), 1e-30), gains, 0.0)
+    return _gains_by_pulses(fmu, data)
+
+
+def _gains_by_pulses(fmu: FmuFile, data: BoundSet) -> np.ndarray:
+    """The same from short simulations: a position answers a steady force with gain t^2/2."""
+    sites = plain_sites(fmu.started)
+    model = CoupledModel(fmu.path.name, couple(fmu.path.name, sites, ()), fmu, sites)
+    trial = data.trials[0]
+    time, inputs = trial.time[:PULSE_SAMPLES], trial.inputs[:PULSE_SAMPLES]
+    start = np.array([0.0 if v.start is None else v.start for v in sites.states])
+    compiled = model.compiled
+    plain = compiled.run(time, inputs, compiled.parameters, start).outputs
+    gains = np.zeros((len(sites.outputs), len(sites.inputs)))
+    for i in range(len(sites.inputs)):
+        pushed = inputs.copy()
+        pushed[:, i] += max(float(np.abs(trial.inputs[:, i]).max()), 1.0)
+        size = float(pushed[0, i] - inputs[0, i])
+        answer = (compiled.run(time, pushed, compiled.parameters, start).outputs - plain) / size
+        for k in range(len(sites.outputs)):
+            gains[k, i] = _acceleration(time - time[0], answer[:, k])
+    return gains
+
+
+def _acceleration(time: np.ndarray, answer: np.ndarray) -> float:
+    """Acceleration behind a step answer, 0 if it does not grow as the square of time."""
+    later = slice(2, None)
+    if np.any(answer[later] == 0) or np.any(np.sign(answer[later]) != np.sign(answer[-1])):
+        return 0.0
+    slope = np.polyfit(np.log(time[later]), np.log(np.abs(answer[later])), 1)[0]
+    early = slice(2, 8)
+    return float(np.mean(2 * answer[early] / time[early] ** 2)) if 1.6 < slope < 2.4 else 0.0
+
+
+def fmu_model(path: Path, *, stepped: bool = False) -> CoupledModel:
+    """An FMU alone, to be compared with any data.
+
+    Raises:
+        FmuError: if the file is no FMU that can be run.
+        ComponentError: if it fails while it is looked at.
+    """
+    fmu = FmuFile(path, stepped)
+    sites = replace(plain_sites(fmu.started), positions=fmu.positions())
+    return CoupledModel(path.name, couple(path.name, sites, ()), fmu, sites)

@@ -1,0 +1,281 @@
+"""Child process that runs one FMU, so that a crash or a hang in its native code does not take the host along."""
+
+import ctypes
+import os
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+NUDGE = 1e-6
+
+
+@dataclass(frozen=True)
+class Wiring:
+    """Value references to set and to get, and how many scalars they stand for.
+
+    `differenced` names, for each sensed value that the FMU does not give, the sensed value whose rate it is.
+    """
+
+    inputs: tuple[int, ...]
+    n_inputs: int
+    sensed: tuple[int, ...]
+    n_sensed: int
+    differenced: tuple[int, ...]
+    outputs: tuple[int, ...]
+    n_outputs: int
+
+
+@dataclass(frozen=True)
+class Variant:
+    """What differs between runs along the same inputs: parameters, delayed inputs (n, nd), start values.
+
+    `start` holds the FMU's states (model exchange only) and those of the effects; `settings` are values that are set
+    before the run, by value reference.
+    """
+
+    parameters: np.ndarray
+    delayed: np.ndarray
+    start: np.ndarray
+    settings: dict[int, list[float]]
+
+
+@dataclass(frozen=True)
+class RunRequest:
+    """Free runs with effects: `library` is the compiled runner, `n_results` its number of outputs, `n_states` those of the FMU."""
+
+    library: Path
+    wiring: Wiring
+    time: np.ndarray
+    inputs: np.ndarray
+    n_states: int
+    n_results: int
+    substeps: int
+    variants: tuple[Variant, ...]
+
+
+@dataclass(frozen=True)
+class ProbeRequest:
+    """Ask for states and derivatives after initialisation, at given inputs: references of states, rates and outputs."""
+
+    wiring: Wiring
+    states: tuple[int, ...]
+    rates: tuple[int, ...]
+    inputs: np.ndarray
+    start: np.ndarray | None
+    directional: bool
+
+
+class _Problem(ctypes.Structure):
+    """Mirror of `problem` in runner.c."""
+
+    _fields_ = [
+        *(
+            (name, ctypes.c_int)
+            for name in (
+                *("version", "cosimulation", "n", "nx", "ne", "nu", "nv", "ns", "n_read", "ny", "nz", "nd", "substeps"),
+                *("n_in", "n_sensed", "n_out"),
+            )
+        ),
+        *(
+            (name, ctypes.c_void_p)
+            for name in (
+                *("component", "set_time", "set_states", "get_rates", "set_real", "get_real", "do_step"),
+                *(
+                    "completed_step",
+                    "set_slopes",
+                    "in_refs",
+                    "sensed_refs",
+                    "out_refs",
+                    "differenced",
+                    "t",
+                    "u",
+                    "d",
+                    "p",
+                ),
+            )
+        ),
+    ]
+
+
+class _Instance:
+    """One instance of either FMI version and kind, run again and again."""
+
+    def __init__(self, path: Path, folder: Path, cosimulation: bool) -> None:
+        import fmpy
+
+        from fmus.archive import extract_fmu
+
+        extract_fmu(path, folder)
+        description = fmpy.read_model_description(str(folder), validate=False)
+        self.second, self.cosimulation = description.fmiVersion == "2.0", cosimulation
+        kind = "CoSimulation" if cosimulation else "ModelExchange"
+        self.fmu = fmpy.instantiate_fmu(str(folder), description, fmi_type=kind)
+        stepping = description.coSimulation
+        self.interpolates = cosimulation and self.second and bool(stepping.canInterpolateInputs)
+        self._used = False
+
+    def begin(self, time: float, settings: dict[int, list[float]]) -> None:
+        """Reset, set start values, initialise."""
+        fmu = self.fmu
+        if self._used:
+            fmu.reset()
+        self._used = True
+        if self.second:
+            fmu.setupExperiment(startTime=time)
+        for reference, values in settings.items():
+            self.set([reference], values)
+        if self.second:
+            fmu.enterInitializationMode()
+        else:
+            fmu.enterInitializationMode(startTime=time)
+        fmu.exitInitializationMode()
+        if not self.cosimulation:
+            update = fmu.newDiscreteStates if self.second else fmu.updateDiscreteStates
+            while update()[0]:
+                pass
+            fmu.enterContinuousTimeMode()
+
+    def set(self, references: Sequence[int], values: Sequence[float]) -> None:
+        if references:
+            (self.fmu.setReal if self.second else self.fmu.setFloat64)(list(references), list(values))
+
+    def get(self, references: Sequence[int], count: int) -> np.ndarray:
+        if not references:
+            return np.zeros(0)
+        if self.second:
+            return np.array(self.fmu.getReal(list(references)))
+        return np.array(self.fmu.getFloat64(list(references), nValues=count))
+
+    def states(self, count: int) -> np.ndarray:
+        values = (ctypes.c_double * count)()
+        self.fmu.getContinuousStates(values, count)
+        return np.array(values)
+
+    def set_states(self, values: np.ndarray) -> None:
+        self.fmu.setContinuousStates((ctypes.c_double * len(values))(*values), len(values))
+
+    def rates(self, count: int) -> np.ndarray:
+        values = (ctypes.c_double * count)()
+        get = self.fmu.getDerivatives if self.second else self.fmu.getContinuousStateDerivatives
+        get(values, count)
+        return np.array(values)
+
+    def address(self, second: str, third: str) -> int | None:
+        name = f"fmi2{second}" if self.second else f"fmi3{third}"
+        return ctypes.cast(getattr(self.fmu.dll, name), ctypes.c_void_p).value
+
+
+def _run(instance: _Instance, request: RunRequest) -> list[tuple[int, np.ndarray]]:
+    """Number of samples reached and outputs (n, nz) of each variant; see runner.c for what negative numbers mean."""
+    wiring, n = request.wiring, len(request.time)
+    library = ctypes.CDLL(str(request.library))
+    kept: list[Any] = [
+        *((ctypes.c_uint * max(len(r), 1))(*r) for r in (wiring.inputs, wiring.sensed, wiring.outputs)),
+        (ctypes.c_int * max(len(wiring.differenced), 1))(*wiring.differenced),
+    ]
+    time, inputs = (np.ascontiguousarray(part, dtype=float) for part in (request.time, request.inputs))
+    stepped = instance.cosimulation
+    functions = [
+        None if stepped else instance.address("SetTime", "SetTime"),
+        None if stepped else instance.address("SetContinuousStates", "SetContinuousStates"),
+        None if stepped else instance.address("GetDerivatives", "GetContinuousStateDerivatives"),
+        instance.address("SetReal", "SetFloat64"),
+        instance.address("GetReal", "GetFloat64"),
+        instance.address("DoStep", "DoStep") if stepped else None,
+        None if stepped else instance.address("CompletedIntegratorStep", "CompletedIntegratorStep"),
+        instance.address("SetRealInputDerivatives", "") if instance.interpolates else None,
+    ]
+    found = []
+    for variant in request.variants:
+        instance.begin(float(time[0]), variant.settings)
+        p, d, start = (
+            np.ascontiguousarray(part, dtype=float) for part in (variant.parameters, variant.delayed, variant.start)
+        )
+        nx = request.n_states
+        problem = _Problem(
+            *(2 if instance.second else 3, int(stepped), n, nx, len(start) - nx, inputs.shape[1], wiring.n_inputs),
+            *(wiring.n_sensed + len(wiring.differenced), wiring.n_sensed, wiring.n_outputs, request.n_results),
+            *(d.shape[1], request.substeps, len(wiring.inputs), len(wiring.sensed), len(wiring.outputs)),
+            instance.fmu.component,
+            *functions,
+            *(ctypes.addressof(part) for part in kept),
+            *(part.ctypes.data for part in (time, inputs, d, p)),
+        )
+        outputs = np.zeros((n, request.n_results))
+        reached = library.run_with_effects(
+            ctypes.byref(problem), start.ctypes.data_as(ctypes.c_void_p), outputs.ctypes.data_as(ctypes.c_void_p)
+        )
+        found.append((int(reached), outputs))
+        if reached < -1:  # after an error an instance may only be reset or freed
+            instance.fmu.reset()
+    return found
+
+
+@dataclass(frozen=True)
+class Probe:
+    """States after initialisation, outputs and Jacobians at the asked states and inputs."""
+
+    states: np.ndarray
+    outputs: np.ndarray
+    rates_by_states: np.ndarray
+    rates_by_inputs: np.ndarray
+    outputs_by_states: np.ndarray
+    outputs_by_inputs: np.ndarray
+
+
+def _probe(instance: _Instance, request: ProbeRequest) -> Probe:
+    instance.begin(0.0, {})
+    wiring, nx = request.wiring, len(request.states)
+    base = instance.states(nx) if nx else np.zeros(0)
+    x = base if request.start is None else request.start
+
+    def values(at: np.ndarray, inputs: np.ndarray) -> np.ndarray:
+        if nx:
+            instance.set_states(at)
+        instance.set(wiring.inputs, inputs.tolist())
+        rates = instance.rates(nx) if nx else np.zeros(0)
+        return np.concatenate([rates, instance.get(wiring.outputs, wiring.n_outputs)])
+
+    here = values(x, request.inputs)
+    if request.directional:
+        unknown = [*request.rates, *wiring.outputs]
+        columns = [
+            np.array(instance.fmu.getDirectionalDerivative(unknown, [known], [1.0]))
+            for known in (*request.states, *wiring.inputs)
+        ]
+    else:
+        columns = []
+        for k in range(nx + len(request.inputs)):
+            ahead = [x.copy(), request.inputs.copy()]
+            part, place = (ahead[0], k) if k < nx else (ahead[1], k - nx)
+            step = NUDGE * max(abs(part[place]), 1.0)
+            part[place] += step
+            columns.append((values(*ahead) - here) / step)
+    jacobian = np.column_stack(columns) if columns else np.zeros((len(here), 0))
+    return Probe(base, here[nx:], jacobian[:nx, :nx], jacobian[:nx, nx:], jacobian[nx:, :nx], jacobian[nx:, nx:])
+
+
+def serve(path: Path, cosimulation: bool, connection: Connection) -> None:
+    """Answer requests until the connection closes: ("ok", result) or ("error", message)."""
+    silence = os.open(os.devnull, os.O_WRONLY)
+    for stream in (1, 2):  # what an FMU prints belongs to nobody's result
+        os.dup2(silence, stream)
+    with tempfile.TemporaryDirectory() as folder:
+        instance: _Instance | None = None
+        while True:
+            try:
+                request = connection.recv()
+            except EOFError:
+                return
+            try:
+                if instance is None:
+                    instance = _Instance(path, Path(folder), cosimulation)
+                answer = _run(instance, request) if isinstance(request, RunRequest) else _probe(instance, request)
+                connection.send(("ok", answer))
+            except Exception as error:  # whatever native wrappers raise becomes a message for the host
+                connection.send(("error", " ".join(str(error).split()) or type(error).__name__))
