@@ -10,7 +10,7 @@ export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
 export MKL_NUM_THREADS := 1
 
-.PHONY: demo setup test check bench lock clean
+.PHONY: demo setup test check bench bench-diagnosis lock clean
 
 demo: setup
 	@echo "An arm with a hidden effect: which one is it?"
@@ -37,9 +37,23 @@ check: setup
 bench: setup
 	@$(BIN)/python tests/benchmarks/run.py
 
+# SIZE=small (10 to 15 minutes on two cores), medium or full; a run that was stopped goes on where it was.
+SIZE ?= small
+WORKERS ?= 2
+BUDGET ?= inf
+bench-diagnosis: $(VENV)/.bench
+	@$(BIN)/python -m tests.benchmarks.diagnosis.run --size $(SIZE) --workers $(WORKERS) --budget $(BUDGET) \
+		--out build/bench-diagnosis --report docs/benchmarks/diagnosis.md
+
+$(VENV)/.bench: $(STAMP) requirements-bench.lock
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-input --require-hashes -r requirements-bench.lock
+	@touch $@
+
 lock:
 	uv pip compile --universal --generate-hashes --python-version 3.11 --extra dev \
 		--no-emit-index-url --no-emit-find-links pyproject.toml -o requirements.lock
+	uv pip compile --universal --generate-hashes --python-version 3.11 --extra bench --no-header \
+		--no-emit-index-url --no-emit-find-links -c requirements.lock pyproject.toml -o requirements-bench.lock
 
 clean:
 	rm -rf $(VENV) build fmus/build

@@ -1,6 +1,7 @@
 """The benchmark of the diagnosis: `python -m tests.benchmarks.diagnosis.run --size small`; see `make bench-diagnosis`.
 
-Every case leaves files under the output folder: a later call with the same folder goes on where this one stopped.
+Every case leaves files under the output folder: a later call with the same folder and the same code goes on where this
+one stopped.
 """
 
 import argparse
@@ -17,11 +18,13 @@ from tests.benchmarks.diagnosis.scoring.judge import judge
 from tests.benchmarks.diagnosis.suite import COUNTS, suite
 from tests.benchmarks.diagnosis.truth.families import FAMILIES, Wish
 from tests.benchmarks.diagnosis.truth.machines import MACHINES
+from tests.benchmarks.diagnosis.version import code_version
 
 
 def main() -> None:
     """Run from the command line."""
     args = _arguments()
+    out = args.out / code_version()
     wishes = [
         wish
         for wish in suite(args.size)
@@ -30,7 +33,7 @@ def main() -> None:
     began = time.monotonic()
     rows, named = [], dict[str, Any]()
     with ProcessPoolExecutor(args.workers) as pool:
-        jobs = {pool.submit(_case, wish, args.out, args.timeout, began + args.budget): wish for wish in wishes}
+        jobs = {pool.submit(_case, wish, out, args.timeout, began + args.budget): wish for wish in wishes}
         for job in as_completed(jobs):
             found = job.result()
             if found is not None:
