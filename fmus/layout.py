@@ -4,13 +4,10 @@ import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
+from fmus.start_structure import start_structure
 from fmus.symbolic.system import SymbolicSystem, Variable
-
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -60,17 +57,17 @@ class Layout:
         ]
 
     def _states(self) -> list[Scalar]:
-        """A start that follows from parameters is only a proposal: the parameters may change first."""
-        follows = [bool(row.any()) for row in sparsity(self.system.initial, 0, 0)]
+        """A start that follows from something is only a proposal, or a guess: what it follows from may change first."""
+        known = start_structure(self.system).known
         starts = np.array(self.system.initial(_defaults(self.system))).ravel()
         return [
             Scalar(
                 replace(v, start=float(start)),
                 self._shown(v),
                 "continuous",
-                "approx" if follows_parameters else "exact",
+                "exact" if is_known else "approx",
             )
-            for v, start, follows_parameters in zip(self.system.states, starts, follows, strict=True)
+            for v, start, is_known in zip(self.system.states, starts, known, strict=True)
         ]
 
     def _shown(self, variable: Variable) -> str:
@@ -111,12 +108,6 @@ def _per_second(unit: str) -> str:
     if denominator == "s":
         return f"{numerator}/s2"
     return f"{numerator}/({denominator.strip('()')}.s)"
-
-
-def sparsity(function: ca.Function, output: int, argument: int) -> Mask:
-    """Structural Jacobian of one output by one argument, (n_output, n_argument)."""
-    pattern = np.array(ca.DM(function.jac_sparsity(output, argument), 1)) != 0
-    return pattern.reshape(function.numel_out(output), function.numel_in(argument))
 
 
 def _defaults(system: SymbolicSystem) -> list[float]:

@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fmus.layout import Layout, Mask, sparsity
+from fmus.layout import Layout
+from fmus.start_structure import Mask, sparsity, start_structure
 from fmus.symbolic.system import SymbolicSystem
 
 
@@ -77,9 +78,10 @@ def _initial_unknowns(layout: Layout) -> dict[int, list[int]]:
     # At the start nothing is in the past yet: a delay operator gives the present value.
     start = _knowns(system, np.ones(system.n_delays, dtype=bool))
     initial: dict[int, list[int]] = {}
-    for i, needed in enumerate(sparsity(system.initial, 0, 0)):
-        if needed.any():
-            initial[offsets["states"] + i] = _columns(needed, offsets["parameters"])
+    starts = start_structure(system)
+    for i in range(len(system.states)):
+        if not starts.known[i]:
+            initial[offsets["states"] + i] = _start_of(layout, np.arange(len(system.states)) == i)
     for row in range(len(system.states) + len(system.algebraics)):
         reference = offsets["derivatives"] + row
         if row < len(system.states) or layout.scalars[reference].causality == "output":
@@ -97,15 +99,22 @@ def _while_running(layout: Layout, knowns: _Knowns, row: int) -> list[int]:
 
 
 def _while_starting(layout: Layout, knowns: _Knowns, row: int) -> list[int]:
-    """States whose start follows from parameters stand for those parameters."""
-    offsets = layout.offsets
-    start_of_states = sparsity(layout.system.initial, 0, 0)
-    used = knowns.states[row]
-    states = _columns(used & ~start_of_states.any(axis=1), offsets["states"])
-    parameters = knowns.parameters[row] | start_of_states[used].any(axis=0)
-    time = [offsets["time"]] if knowns.time[row] else []
-    inputs = _columns(knowns.inputs[row], offsets["inputs"])
-    return inputs + states + _columns(parameters, offsets["parameters"]) + time
+    """States whose start follows from something stand for what it follows from."""
+    direct = _Knowns(*(mask[row] for mask in (knowns.time, knowns.states, knowns.inputs, knowns.parameters)))
+    return _start_of(layout, knowns.states[row], direct)
+
+
+def _start_of(layout: Layout, used: Mask, direct: _Knowns | None = None) -> list[int]:
+    """What the starts of the `used` states follow from, and what is used directly."""
+    offsets, starts = layout.offsets, start_structure(layout.system)
+    time, inputs, parameters, states = (
+        np.asarray(mask[used].any(axis=0)) for mask in (starts.time, starts.inputs, starts.parameters, starts.states)
+    )
+    if direct is not None:
+        time, inputs, parameters = time | direct.time, inputs | direct.inputs, parameters | direct.parameters
+    at_time = [offsets["time"]] if time else []
+    rest = _columns(parameters, offsets["parameters"]) + at_time
+    return _columns(inputs, offsets["inputs"]) + _columns(states, offsets["states"]) + rest
 
 
 def _columns(mask: Mask, offset: int) -> list[int]:

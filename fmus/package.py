@@ -17,9 +17,9 @@ from fmus.fmi_version import FmiVersion, find_version
 from fmus.layout import Layout
 from fmus.runtime.compiler import compile_library
 from fmus.runtime.generated import (
-    MODEL_FUNCTIONS,
     model_code,
     model_config,
+    model_functions,
     model_identifier,
 )
 from fmus.symbolic.system import SymbolicSystem
@@ -104,9 +104,9 @@ def check_system(system: SymbolicSystem) -> None:
         "history": ([1, u, p], [d, d]),
         "dependent": ([p], [q]),
         "initial": ([p], [x]),
+        "consistent": ([1, u, p, x], [x]),
     }
-    for name in MODEL_FUNCTIONS:
-        function = getattr(system, name)
+    for name, function in model_functions(system).items():
         sizes = (
             [function.numel_in(i) for i in range(function.n_in())],
             [function.numel_out(i) for i in range(function.n_out())],

@@ -64,6 +64,7 @@ int core_set_up(Core *core, const double *tolerance, double start_time, const do
         return core_fail(core, "stop time %g s is not after start time %g s", *stop_time, start_time);
     core->state.tolerance = tolerance != NULL ? *tolerance : MODEL_TOLERANCE;
     core->state.time = start_time;
+    core->starts_valid = core->outputs_valid = 0;
     core->state.stop_time = stop_time != NULL ? *stop_time : HUGE_VAL;
     return 0;
 }
@@ -115,9 +116,9 @@ static int set_start(Core *core, unsigned int reference, double value)
 {
     if (core->state.phase > PHASE_INITIALIZATION)
         return core_fail(core, "state '%s' can be set before and during initialization only", core_names[reference]);
-    core->state.x[reference - VR_STATES] = value;
+    core->state.start[reference - VR_STATES] = value;
     core->state.start_given[reference - VR_STATES] = 1;
-    core->outputs_valid = 0;
+    core->starts_valid = core->outputs_valid = 0;
     return 0;
 }
 
@@ -129,6 +130,7 @@ int core_set(Core *core, unsigned int reference, double value)
         return core_fail(core, "'%s' = %g is not a finite number", core_names[reference], value);
     if (reference < VR_STATES) {
         core->outputs_valid = core->outputs_valid && core->state.u[reference] == value;
+        core->starts_valid = core->starts_valid && (!MODEL_SOLVES_START || core->outputs_valid);
         core->state.u[reference] = value;
     } else if (reference < VR_DERIVATIVES)
         return set_start(core, reference, value);

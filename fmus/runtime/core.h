@@ -31,7 +31,8 @@ typedef struct {
     double u_slope[N_INPUTS + 1]; /* 1/s, valid for the next step only */
     double x[N_STATES + 1];
     double p[N_PARAMETERS + 1];
-    unsigned char start_given[N_STATES + 1]; /* start value set from outside */
+    double start[N_STATES + 1];              /* start values set from outside, where given */
+    unsigned char start_given[N_STATES + 1];
 } State;
 
 /* How the present value of a delay operator changes, as seen from outside the recorded past. */
@@ -45,6 +46,7 @@ typedef struct {
     State state;
     History history;
 
+    double proposed[N_STATES + 1]; /* start values declared or set, before they are made consistent */
     int starts_valid, outputs_valid, dependents_valid; /* what follows from `state`, computed on demand */
     int algebraics_valid;                              /* z too belongs to the outputs, while those are valid */
     double dx[N_STATES + 1];

@@ -11,19 +11,37 @@ int core_call(Core *core, ModelFunction *function, const char *what)
     return 0;
 }
 
+static int solve_starts(Core *core)
+{
+    core->arg[0] = &core->state.time;
+    core->arg[1] = core->state.u;
+    core->arg[2] = core->state.p;
+    core->arg[3] = core->proposed;
+    core->res[0] = core->state.x;
+    if (core_call(core, model_consistent, "start values") != 0)
+        return -1;
+    for (int i = 0; i < N_STATES; i++)
+        if (!isfinite(core->state.x[i]))
+            return core_fail(core, "no start value of '%s' was found that satisfies the initial equations; give start "
+                             "values nearer to a solution", core_names[VR_STATES + i]);
+    return 0;
+}
+
 int core_evaluate_starts(Core *core)
 {
-    double x0[N_STATES + 1];
     /* After initialization x is the solution, whatever happens to the parameters. */
     if (core->starts_valid || core->state.phase > PHASE_INITIALIZATION)
         return 0;
     core->arg[0] = core->state.p;
-    core->res[0] = x0;
+    core->res[0] = core->proposed;
     if (core_call(core, model_initial, "start values") != 0)
         return -1;
     for (int i = 0; i < N_STATES; i++)
-        if (!core->state.start_given[i])
-            core->state.x[i] = x0[i];
+        if (core->state.start_given[i])
+            core->proposed[i] = core->state.start[i];
+    memcpy(core->state.x, core->proposed, N_STATES * sizeof(double));
+    if (MODEL_SOLVES_START && solve_starts(core) != 0)
+        return -1;
     core->starts_valid = 1;
     return 0;
 }

@@ -9,6 +9,7 @@ int core_set_time(Core *core, double time)
     if (!isfinite(time))
         return core_fail(core, "time %g s is not a finite number", time);
     core->outputs_valid = core->outputs_valid && core->state.time == time;
+    core->starts_valid = core->starts_valid && (!MODEL_SOLVES_START || core->outputs_valid);
     core->state.time = time;
     return 0;
 }

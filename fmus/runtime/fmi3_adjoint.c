@@ -2,12 +2,14 @@
 #include "fmi3.h"
 
 #include <math.h>
+#include <string.h>
 
 /* Reverse mode: the same arguments followed by one seed for each result -> the share of each argument. */
 ModelFunction model_rhs_adjoint;
 ModelFunction model_history_adjoint;
 ModelFunction model_dependent_adjoint;
 ModelFunction model_initial_adjoint;
+ModelFunction model_consistent_adjoint;
 
 /* Weights of the unknowns, and what they come to for the knowns. */
 typedef struct {
@@ -104,12 +106,36 @@ static int through_parameters(Core *core, Weights *weights, ModelFunction *funct
     return 0;
 }
 
-/* Until the run has started, start values that nobody has set follow the parameters. */
+/* From the start values to those proposed for them, and to all else that the initial conditions contain. */
+static int through_conditions(Core *core, Weights *weights)
+{
+    double time, u[N_INPUTS + 1], p[N_PARAMETERS + 1], proposed[N_STATES + 1];
+    core->arg[0] = &core->state.time;
+    core->arg[1] = core->state.u;
+    core->arg[2] = core->state.p;
+    core->arg[3] = core->proposed;
+    core->arg[4] = weights->x;
+    core->res[0] = &time;
+    core->res[1] = u;
+    core->res[2] = p;
+    core->res[3] = proposed;
+    if (core_call(core, model_consistent_adjoint, "derivatives of the start values") != 0)
+        return -1;
+    add(&weights->time, &time, 1);
+    add(weights->u, u, N_INPUTS);
+    add(weights->p, p, N_PARAMETERS);
+    memcpy(weights->x, proposed, N_STATES * sizeof(double));
+    return 0;
+}
+
+/* Until the run has started, start values that nobody has set follow the parameters, and all initial conditions hold. */
 static int through_starts(Core *core, Weights *weights)
 {
     double seed[N_STATES + 1];
     if (core->state.phase > PHASE_INITIALIZATION)
         return 0;
+    if (MODEL_SOLVES_START && through_conditions(core, weights) != 0)
+        return -1;
     for (int i = 0; i < N_STATES; i++)
         seed[i] = core->state.start_given[i] ? 0.0 : weights->x[i];
     return through_parameters(core, weights, model_initial_adjoint, seed);

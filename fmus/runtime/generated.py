@@ -8,7 +8,7 @@ import casadi as ca
 
 from fmus.symbolic.system import SymbolicSystem
 
-MODEL_FUNCTIONS = ("rhs", "history", "dependent", "initial")
+MODEL_FUNCTIONS = ("rhs", "history", "dependent", "initial", "consistent")
 
 
 @dataclass(frozen=True)
@@ -20,11 +20,11 @@ class ModelCode:
 
 
 def model_code(system: SymbolicSystem, *, reverse: bool = False) -> ModelCode:
-    """Generate C for the four functions of a system, as `model_rhs`, `model_history` and so on, and their tangents.
+    """Generate C for the functions of a system, as `model_rhs`, `model_history` and so on, and their tangents.
 
     With `reverse` their adjoints too.
     """
-    plain = [_dense(getattr(system, name), f"model_{name}") for name in MODEL_FUNCTIONS]
+    plain = [_dense(function, f"model_{name}") for name, function in model_functions(system).items()]
     own = [*plain, _derivatives(plain[0]), _jacobian(plain[0])]
     functions = [*own, *map(_tangent, plain), *(map(_adjoint, plain) if reverse else [])]
     options: dict[str, Any] = {
@@ -44,6 +44,16 @@ def model_code(system: SymbolicSystem, *, reverse: bool = False) -> ModelCode:
     closed = all(function.is_a("SXFunction") for function in functions)
     # Two FMUs in one process must not see each other's model: the functions stay inside the library.
     return ModelCode("#define CASADI_SYMBOL_EXPORT\n" + _inlined(generator.dump(), closed), sizes)
+
+
+def model_functions(system: SymbolicSystem) -> dict[str, ca.Function]:
+    """The functions of a system by name; start values that nothing has to solve for are consistent as they are."""
+    functions = {name: getattr(system, name) for name in MODEL_FUNCTIONS}
+    if system.consistent is None:
+        sizes = (1, len(system.inputs), len(system.parameters), len(system.states))
+        t, u, p, s = (ca.SX.sym(name, size) for name, size in zip("tups", sizes, strict=True))
+        functions["consistent"] = ca.Function("consistent", [t, u, p, s], [s])
+    return functions
 
 
 def _inlined(code: str, closed: bool) -> str:
@@ -100,6 +110,7 @@ def model_config(
         "MODEL_COPIES": _list([str(reference) for reference in [*_copies(system), -1]]),
         "MODEL_SOLVED_REFERENCES": _list([*(str(reference) for reference, _ in _solved(system)), "0"]),
         "MODEL_SOLVED_NAMES": _list([*(_string(names) for _, names in _solved(system)), "0"]),
+        "MODEL_SOLVES_START": str(int(system.consistent is not None)),
         "MODEL_NOMINALS": _numbers([abs(v.nominal or 1.0) for v in system.states]),
         "MODEL_VARIABLE_NAMES": _list([_string(name) for name in variable_names]),
     }

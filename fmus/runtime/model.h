@@ -23,12 +23,14 @@ ModelFunction model_derivatives; /* (t, x, u, d, p) -> dx, the same bits at less
 ModelFunction model_jacobian;    /* (t, x, u, d, p) -> derivatives of dx by x, column by column */
 ModelFunction model_history;     /* (t, u, p) -> (source, delay) */
 ModelFunction model_dependent;   /* (p) -> values */
-ModelFunction model_initial;     /* (p) -> x0 */
+ModelFunction model_initial;     /* (p) -> s, the declared start values of the states */
+ModelFunction model_consistent;  /* (t, u, p, s) -> x0, with MODEL_SOLVES_START; else s holds as it is */
 
 /* Forward mode: the same arguments followed by one seed for each -> the change of each result. */
 ModelFunction model_rhs_tangent;
 ModelFunction model_history_tangent;
 ModelFunction model_dependent_tangent;
 ModelFunction model_initial_tangent;
+ModelFunction model_consistent_tangent;
 
 #endif

@@ -2,6 +2,7 @@
 #include "core.h"
 
 #include <math.h>
+#include <string.h>
 
 /* A change of every variable that takes part. */
 typedef struct {
@@ -36,7 +37,7 @@ static int add_seed(Core *core, Change *change, unsigned int reference, double s
     return 0;
 }
 
-/* Until the run has started, start values that nobody has set follow the parameters. */
+/* Until the run has started, start values that nobody has set follow the parameters, and all initial conditions hold. */
 static int change_starts(Core *core, Change *change)
 {
     double x0[N_STATES + 1];
@@ -48,6 +49,20 @@ static int change_starts(Core *core, Change *change)
     for (int i = 0; i < N_STATES; i++)
         if (!core->state.start_given[i])
             change->x[i] += x0[i];
+    if (!MODEL_SOLVES_START)
+        return 0;
+    core->arg[0] = &core->state.time;
+    core->arg[1] = core->state.u;
+    core->arg[2] = core->state.p;
+    core->arg[3] = core->proposed;
+    core->arg[4] = &change->time;
+    core->arg[5] = change->u;
+    core->arg[6] = change->p;
+    core->arg[7] = change->x;
+    core->res[0] = x0;
+    if (core_call(core, model_consistent_tangent, "derivatives of the start values") != 0)
+        return -1;
+    memcpy(change->x, x0, sizeof x0);
     return 0;
 }
 
