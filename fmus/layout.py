@@ -34,7 +34,7 @@ class Layout:
 
     @cached_property
     def scalars(self) -> list[Scalar]:
-        """Inputs, states, derivatives, algebraics, parameters, dependents and the time."""
+        """Inputs, states, derivatives, algebraics, parameters, dependents, the time and event indicators."""
         system, first_state = self.system, len(self.system.inputs)
         time = Variable("time", "s", "Time")
         return [
@@ -54,7 +54,13 @@ class Layout:
             *(Scalar(v, "parameter", "tunable", "exact") for v in system.parameters),
             *(Scalar(v, "calculatedParameter", "tunable", "calculated") for v in system.dependents),
             Scalar(time, "independent", "continuous"),
+            *(Scalar(v, "local", "continuous", "calculated") for v in self._indicators()),
         ]
+
+    def _indicators(self) -> list[Variable]:
+        relations = self.system.relations
+        names = relations.names[: relations.n_indicators] if relations else ()
+        return [Variable(f"eventIndicator_{i}", description=f"Event of {name}") for i, name in enumerate(names, 1)]
 
     def _states(self) -> list[Scalar]:
         """A start that follows from something is only a proposal, or a guess: what it follows from may change first."""
@@ -85,6 +91,7 @@ class Layout:
             "parameters": len(system.parameters),
             "dependents": len(system.dependents),
             "time": 1,
+            "indicators": 0 if system.relations is None else system.relations.n_indicators,
         }
         starts = np.cumsum([0, *kinds.values()])
         return {kind: int(start) for kind, start in zip(kinds, starts, strict=False)}

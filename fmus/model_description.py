@@ -25,7 +25,7 @@ def model_description(system: SymbolicSystem, header: Header) -> bytes:
         description=plain_text(system.description),
         generationTool="misfit",
         variableNamingConvention="structured",
-        numberOfEventIndicators="0",
+        numberOfEventIndicators=str(0 if system.relations is None else system.relations.n_indicators),
     )
     root.append(_interface("ModelExchange", header, **_exchange_abilities(system)))
     root.append(_interface("CoSimulation", header, **_STEPPING_ABILITIES))

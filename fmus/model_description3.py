@@ -31,7 +31,8 @@ def model_description3(system: SymbolicSystem, header: Header) -> bytes:
     # Only delay operators remember something at the end of a step.
     needs_steps = "true" if system.n_delays else "false"
     root.append(_interface("ModelExchange", header, needsCompletedIntegratorStep=needs_steps))
-    root.append(_interface("CoSimulation", header, canHandleVariableCommunicationStepSize="true"))
+    events = {"hasEventMode": "true"} if system.relations else {}
+    root.append(_interface("CoSimulation", header, canHandleVariableCommunicationStepSize="true", **events))
     root.extend(common_parts(layout, header))
     ET.SubElement(root, "ModelVariables").extend(map(_variable, variables))
     root.append(_model_structure(layout, variables))
@@ -81,9 +82,12 @@ def _variable(variable: ArrayVariable) -> ET.Element:
 
 def _model_structure(layout: Layout, variables: Sequence[ArrayVariable]) -> ET.Element:
     structure, element = model_structure(layout), ET.Element("ModelStructure")
+    indicators = range(layout.offsets["indicators"], len(layout.scalars))
     _unknowns(element, "Output", by_variable(structure.outputs, variables))
     _unknowns(element, "ContinuousStateDerivative", by_variable(structure.derivatives, variables))
     _unknowns(element, "InitialUnknown", by_variable(dict(sorted(structure.initial_unknowns.items())), variables))
+    for reference in indicators:  # without dependencies: they may depend on everything
+        ET.SubElement(element, "EventIndicator", valueReference=str(reference))
     return element
 
 

@@ -27,11 +27,14 @@ static void invalidate(Core *core)
 
 void core_reset(Core *core)
 {
-    int exchange = core->state.exchange;
+    int exchange = core->state.exchange, event_mode = core->state.event_mode;
+    int early_return = core->state.early_return;
     history_clear(&core->history);
     core->history.width = N_DELAYS;
     memset(&core->state, 0, sizeof core->state);
     core->state.exchange = exchange;
+    core->state.event_mode = event_mode;
+    core->state.early_return = early_return;
     core->state.phase = PHASE_INSTANTIATED;
     core->state.stop_time = HUGE_VAL;
     core->state.tolerance = MODEL_TOLERANCE;
@@ -71,7 +74,16 @@ int core_set_up(Core *core, const double *tolerance, double start_time, const do
 
 static int unknown(Core *core, unsigned int reference)
 {
-    return core_fail(core, "value reference %u is unknown; this model has 0 to %u", reference, (unsigned)VR_TIME);
+    return core_fail(core, "value reference %u is unknown; this model has 0 to %u", reference, (unsigned)VR_LAST);
+}
+
+static int get_indicator(Core *core, unsigned int i, double *value)
+{
+    double indicators[N_INDICATORS + 1];
+    if (core_evaluate_outputs(core) != 0 || core_evaluate_indicators(core, indicators) != 0)
+        return -1;
+    *value = indicators[i];
+    return 0;
 }
 
 static int get_algebraic(Core *core, unsigned int i, double *value)
@@ -107,6 +119,8 @@ int core_get(Core *core, unsigned int reference, double *value)
         *value = core->dependents[reference - VR_DEPENDENTS];
     } else if (reference == VR_TIME)
         *value = core->state.time;
+    else if (reference <= VR_LAST)
+        return get_indicator(core, reference - VR_INDICATORS, value);
     else
         return unknown(core, reference);
     return 0;
@@ -124,7 +138,7 @@ static int set_start(Core *core, unsigned int reference, double value)
 
 int core_set(Core *core, unsigned int reference, double value)
 {
-    if (reference > VR_TIME)
+    if (reference > VR_LAST)
         return unknown(core, reference);
     if (!isfinite(value))
         return core_fail(core, "'%s' = %g is not a finite number", core_names[reference], value);
@@ -144,7 +158,7 @@ int core_set(Core *core, unsigned int reference, double value)
 
 int core_set_input_slope(Core *core, unsigned int reference, double slope)
 {
-    if (reference > VR_TIME)
+    if (reference > VR_LAST)
         return unknown(core, reference);
     if (reference >= VR_STATES)
         return core_fail(core, "'%s' is not an input", core_names[reference]);
@@ -168,6 +182,9 @@ int core_finish_initialization(Core *core)
         if (history_append(&core->history, core->state.time, sources) != 0)
             return core_fail(core, "out of memory");
     }
-    core->state.phase = core->state.exchange ? PHASE_EVENT : PHASE_STEPPING;
+    if (N_RELATIONS > 0 && core_evaluate_outputs(core) != 0)
+        return -1;
+    core->state.last_event = -HUGE_VAL;
+    core->state.phase = core->state.exchange || core->state.event_mode ? PHASE_EVENT : PHASE_STEPPING;
     return 0;
 }

@@ -22,11 +22,17 @@ typedef enum {
 typedef struct {
     Phase phase;
     int exchange;      /* model exchange: the importer integrates, not core_step */
+    int event_mode;    /* co-simulation: the importer handles events */
+    int early_return;  /* co-simulation: steps end at events */
     double event_time; /* s, end of the last event mode; model exchange only */
     double time;       /* s, the current communication point, or what the importer has set */
     double stop_time;  /* s, HUGE_VAL when open */
     double tolerance;  /* relative */
     StepMemory steps;
+    double relations[N_RELATIONS + 1]; /* the side of each, 0 or 1 */
+    double last_event;                 /* s, where a relation changed last within a step */
+    int repetitions;                   /* events in a row that left no time between them */
+    int event_pending;                 /* co-simulation with event mode: the last step ended in an event */
     double u[N_INPUTS + 1];
     double u_slope[N_INPUTS + 1]; /* 1/s, valid for the next step only */
     double x[N_STATES + 1];
@@ -52,6 +58,9 @@ typedef struct {
     double dx[N_STATES + 1];
     double z[N_ALGEBRAICS + 1];
     double dependents[N_DEPENDENTS + 1];
+    double indicators[N_INDICATORS + 1];
+    double indicator_sizes[N_INDICATORS + 1]; /* the size of the numbers that a relation compares */
+    int last_changed;                         /* relation */
 
     double step_start;            /* s; u is u + u_slope * (t - step_start) */
     double delay[N_DELAYS + 1];   /* s */
@@ -128,6 +137,19 @@ int core_evaluate_sources(Core *core, double time, const double *u, double *sour
 int core_evaluate_derivatives(Core *core, double time, const double *x, double *dx);
 /* Of dx within a step, where inputs and delayed values change with time too. */
 int core_evaluate_jacobian(Core *core, double time, const double *x, double *by_x, double *by_t);
+
+/* Whether relations keep to their side within the dead band, as while running, or start afresh. */
+typedef enum { SETTLE_FROM_HERE, SETTLE_FRESH } Settling;
+
+/* Lets all relations take the side that they have now, those of the time just after it; inputs and delayed values are
+ * u_now and d_now. Fails when they cannot agree. */
+int core_settle_relations(Core *core, double time, const double *x, Settling settling, int *changed);
+int core_relation_margin(Core *core, double time, const double *x, double *margin);
+int core_evaluate_arguments(Core *core); /* start values, u_now and d_now at the present time */
+int core_evaluate_indicators(Core *core, double *indicators);
+int core_next_time_event(Core *core, double time, double *next); /* HUGE_VAL when none is to come */
+/* Fails when too many events in a row come within `close` s of the last one. */
+int core_count_event(Core *core, double time, double close);
 
 /* Snapshots own their memory; core_snapshot reuses `snapshot` unless it is NULL, and gives NULL on failure. */
 Snapshot *core_snapshot(Core *core, Snapshot *snapshot);

@@ -84,13 +84,14 @@ int core_evaluate_derivatives(Core *core, double time, const double *x, double *
     core->arg[2] = core->u_now;
     core->arg[3] = core->d_now;
     core->arg[4] = core->state.p;
+    core->arg[5] = core->state.relations;
     core->res[0] = dx;
     return core_call(core, model_derivatives, "model equations");
 }
 
 int core_evaluate_jacobian(Core *core, double time, const double *x, double *by_x, double *by_t)
 {
-    static const double one = 1.0, none[N_STATES + N_PARAMETERS + 1];
+    static const double one = 1.0, none[N_STATES + N_PARAMETERS + N_RELATIONS + 1];
     double d_slope[N_DELAYS + 1];
     for (int i = 0; i < N_DELAYS; i++)
         d_slope[i] = core->pieces[i].slope;
@@ -99,14 +100,16 @@ int core_evaluate_jacobian(Core *core, double time, const double *x, double *by_
     core->arg[2] = core->u_now;
     core->arg[3] = core->d_now;
     core->arg[4] = core->state.p;
+    core->arg[5] = core->state.relations;
     core->res[0] = by_x;
     if (core_call(core, model_jacobian, "Jacobian of the model equations") != 0)
         return -1;
-    core->arg[5] = &one;
-    core->arg[6] = none;
-    core->arg[7] = core->state.u_slope;
-    core->arg[8] = d_slope;
-    core->arg[9] = none;
+    core->arg[6] = &one;
+    core->arg[7] = none;
+    core->arg[8] = core->state.u_slope;
+    core->arg[9] = d_slope;
+    core->arg[10] = none;
+    core->arg[11] = none;
     core->res[0] = by_t;
     core->res[1] = NULL;
     return core_call(core, model_rhs_tangent, "time derivatives of the model equations");
@@ -145,13 +148,30 @@ static int delayed_values(Core *core)
     return 0;
 }
 
+int core_evaluate_arguments(Core *core)
+{
+    if (core_evaluate_starts(core) != 0 || (N_DELAYS > 0 && delayed_values(core) != 0))
+        return -1;
+    memcpy(core->u_now, core->state.u, sizeof core->u_now);
+    return 0;
+}
+
+/* Before a run and at communication points relations follow the values; in model exchange they wait for an event. */
+static int settle(Core *core)
+{
+    int changed, starting = core->state.phase <= PHASE_INITIALIZATION;
+    if (N_RELATIONS == 0 || (!starting && (core->state.phase != PHASE_STEPPING || core->state.event_mode)))
+        return 0;
+    return core_settle_relations(core, core->state.time, core->state.x, starting ? SETTLE_FRESH : SETTLE_FROM_HERE,
+                                 &changed);
+}
+
 int core_evaluate_outputs(Core *core)
 {
     if (core->outputs_valid)
         return 0;
-    if (core_evaluate_starts(core) != 0 || (N_DELAYS > 0 && delayed_values(core) != 0))
+    if (core_evaluate_arguments(core) != 0 || settle(core) != 0)
         return -1;
-    memcpy(core->u_now, core->state.u, sizeof core->u_now);
     if (core_evaluate_derivatives(core, core->state.time, core->state.x, core->dx) != 0)
         return -1;
     core->outputs_valid = 1;
@@ -170,6 +190,7 @@ int core_evaluate_algebraics(Core *core)
     core->arg[2] = core->state.u;
     core->arg[3] = core->d_now;
     core->arg[4] = core->state.p;
+    core->arg[5] = core->state.relations;
     core->res[0] = NULL;
     core->res[1] = core->z;
     if (core_call(core, model_rhs, "model equations") != 0)

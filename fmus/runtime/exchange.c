@@ -1,4 +1,5 @@
-/* Model exchange: the importer sets time and states, and says when a step is complete or an event is handled. */
+/* Model exchange: the importer sets time and states, and says when a step is complete or an event is handled.
+ * The events of co-simulation with event mode are handled here too. */
 #include "core.h"
 
 #include <math.h>
@@ -64,9 +65,15 @@ int core_complete_step(Core *core)
 int core_update_events(Core *core, double *next)
 {
     double time = core->state.time;
-    *next = HUGE_VAL;
-    if (core_complete_step(core) != 0)
+    int changed;
+    if (core_next_time_event(core, time, next) != 0 || core_complete_step(core) != 0 ||
+        core_evaluate_arguments(core) != 0 ||
+        core_settle_relations(core, time, core->state.x, SETTLE_FROM_HERE, &changed) != 0)
         return -1;
+    if (changed && core_count_event(core, time, 1e-9 * (1.0 + fabs(time))) != 0)
+        return -1;
+    core->outputs_valid = 0;
+    core->state.event_pending = 0;
     for (int i = 0; i < N_DELAYS; i++) {
         double rounding = 1e-10 * (fabs(time) + core->delay[i]);
         double jump = history_next_jump(&core->history, (size_t)i, time - core->delay[i] + rounding);
@@ -80,6 +87,6 @@ int core_leave_events(Core *core)
     if (core_complete_step(core) != 0)
         return -1;
     core->state.event_time = core->state.time;
-    core->state.phase = PHASE_CONTINUOUS;
+    core->state.phase = core->state.exchange ? PHASE_CONTINUOUS : PHASE_STEPPING;
     return 0;
 }

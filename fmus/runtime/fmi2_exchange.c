@@ -115,8 +115,11 @@ fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real nominals[
 
 fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real eventIndicators[], size_t ni)
 {
-    (void)eventIndicators;
-    if (!fmi2_allowed(c, __func__, PHASE_INITIALIZATION | EXCHANGING))
+    Instance *instance = c;
+    if (!fmi2_allowed(instance, __func__, PHASE_INITIALIZATION | EXCHANGING) ||
+        !fmi2_present(instance, __func__, eventIndicators, ni))
         return fmi2Error;
-    return ni == 0 ? fmi2OK : fmi2_refuse(c, __func__, "%zu values; this FMU has no event indicators", ni);
+    if (ni != N_INDICATORS)
+        return fmi2_refuse(instance, __func__, "%zu values for %d event indicators", ni, N_INDICATORS);
+    return outcome(instance, __func__, core_evaluate_indicators(&instance->core, eventIndicators));
 }

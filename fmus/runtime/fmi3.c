@@ -83,10 +83,11 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String instanceName, fmi3String ins
                                          fmi3LogMessageCallback logMessage,
                                          fmi3IntermediateUpdateCallback intermediateUpdate)
 {
-    Instance draft = {.environment = instanceEnvironment, .logger = logMessage};
-    (void)resourcePath, (void)visible, (void)loggingOn, (void)earlyReturnAllowed;
+    Instance draft = {.core.state.event_mode = eventModeUsed, .core.state.early_return = earlyReturnAllowed,
+                      .environment = instanceEnvironment, .logger = logMessage};
+    (void)resourcePath, (void)visible, (void)loggingOn;
     (void)requiredIntermediateVariables, (void)nRequiredIntermediateVariables, (void)intermediateUpdate;
-    if (eventModeUsed) {
+    if (eventModeUsed && N_RELATIONS == 0) {
         fmi3_refuse(&draft, __func__, "this FMU has no event mode in co-simulation");
         return NULL;
     }
@@ -154,7 +155,10 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoi
         !fmi3_present(self, __func__, lastSuccessfulTime, 1))
         return fmi3Error;
     int failed = core_step(&self->core, currentCommunicationPoint, communicationStepSize);
-    *eventHandlingNeeded = *terminateSimulation = *earlyReturn = fmi3False;
+    double planned = currentCommunicationPoint + communicationStepSize;
+    *eventHandlingNeeded = self->core.state.event_pending;
+    *earlyReturn = self->core.state.event_pending && self->core.state.time < planned;
+    *terminateSimulation = fmi3False;
     *lastSuccessfulTime = self->core.state.time;
     return fmi3_outcome(self, __func__, failed);
 }

@@ -54,13 +54,15 @@ static int through_equations(Core *core, Weights *weights)
     core->arg[2] = core->state.u;
     core->arg[3] = core->d_now;
     core->arg[4] = core->state.p;
-    core->arg[5] = weights->dx;
-    core->arg[6] = weights->z;
+    core->arg[5] = core->state.relations;
+    core->arg[6] = weights->dx;
+    core->arg[7] = weights->z;
     core->res[0] = &weights->time;
     core->res[1] = share.x;
     core->res[2] = weights->u;
     core->res[3] = weights->d;
     core->res[4] = weights->p;
+    core->res[5] = NULL;
     if (core_call(core, model_rhs_adjoint, "derivatives of the model equations") != 0)
         return -1;
     add(weights->x, share.x, N_STATES);

@@ -4,10 +4,20 @@
 #include <math.h>
 #include <string.h>
 
-/* True when the call may be made now, with an array of all states. */
+/* True when the call may be made now, in model exchange. */
+static int exchanging(Instance *instance, const char *call, unsigned phases)
+{
+    if (!fmi3_allowed(instance, call, phases))
+        return 0;
+    if (!instance->core.state.exchange)
+        fmi3_refuse(instance, call, "not allowed in co-simulation");
+    return instance->core.state.exchange;
+}
+
+/* The same, with an array of all states. */
 static int ready(Instance *instance, const char *call, unsigned phases, const double *array, size_t count)
 {
-    if (!fmi3_allowed(instance, call, phases) || !fmi3_present(instance, call, array, count))
+    if (!exchanging(instance, call, phases) || !fmi3_present(instance, call, array, count))
         return 0;
     if (count != N_STATES)
         fmi3_refuse(instance, call, "%zu values for %d states", count, N_STATES);
@@ -17,7 +27,8 @@ static int ready(Instance *instance, const char *call, unsigned phases, const do
 fmi3Status fmi3EnterEventMode(fmi3Instance instance)
 {
     Instance *self = instance;
-    if (!fmi3_allowed(self, __func__, EXCHANGING))
+    int stepping = self != NULL && self->core.state.event_mode;
+    if (!fmi3_allowed(self, __func__, stepping ? PHASE_STEPPING | PHASE_EVENT : EXCHANGING))
         return fmi3Error;
     self->core.state.phase = PHASE_EVENT;
     self->core.outputs_valid = 0;
@@ -43,12 +54,25 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *discrete
     return fmi3_outcome(self, __func__, failed);
 }
 
+static fmi3Status leave_event_mode(Instance *self, const char *call, int right_interface)
+{
+    if (!fmi3_allowed(self, call, PHASE_EVENT))
+        return fmi3Error;
+    if (!right_interface)
+        return fmi3_refuse(self, call, "not allowed in %s", self->core.state.exchange ? "model exchange" : "co-simulation");
+    return fmi3_outcome(self, call, core_leave_events(&self->core));
+}
+
 fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance instance)
 {
     Instance *self = instance;
-    if (!fmi3_allowed(self, __func__, PHASE_EVENT))
-        return fmi3Error;
-    return fmi3_outcome(self, __func__, core_leave_events(&self->core));
+    return leave_event_mode(self, __func__, self != NULL && self->core.state.exchange);
+}
+
+fmi3Status fmi3EnterStepMode(fmi3Instance instance)
+{
+    Instance *self = instance;
+    return leave_event_mode(self, __func__, self != NULL && !self->core.state.exchange);
 }
 
 fmi3Status fmi3CompletedIntegratorStep(fmi3Instance instance, fmi3Boolean noSetFMUStatePriorToCurrentPoint,
@@ -56,7 +80,7 @@ fmi3Status fmi3CompletedIntegratorStep(fmi3Instance instance, fmi3Boolean noSetF
 {
     Instance *self = instance;
     (void)noSetFMUStatePriorToCurrentPoint;
-    if (!fmi3_allowed(self, __func__, PHASE_CONTINUOUS) || !fmi3_present(self, __func__, enterEventMode, 1) ||
+    if (!exchanging(self, __func__, PHASE_CONTINUOUS) || !fmi3_present(self, __func__, enterEventMode, 1) ||
         !fmi3_present(self, __func__, terminateSimulation, 1))
         return fmi3Error;
     *enterEventMode = *terminateSimulation = fmi3False;
@@ -66,7 +90,7 @@ fmi3Status fmi3CompletedIntegratorStep(fmi3Instance instance, fmi3Boolean noSetF
 fmi3Status fmi3SetTime(fmi3Instance instance, fmi3Float64 time)
 {
     Instance *self = instance;
-    if (!fmi3_allowed(self, __func__, EXCHANGING))
+    if (!exchanging(self, __func__, EXCHANGING))
         return fmi3Error;
     return fmi3_outcome(self, __func__, core_set_time(&self->core, time));
 }
@@ -117,12 +141,13 @@ fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance instance, fmi3Float64 
 
 fmi3Status fmi3GetEventIndicators(fmi3Instance instance, fmi3Float64 eventIndicators[], size_t nEventIndicators)
 {
-    (void)eventIndicators;
-    if (!fmi3_allowed(instance, __func__, PHASE_INITIALIZATION | EXCHANGING))
+    Instance *self = instance;
+    if (!exchanging(self, __func__, PHASE_INITIALIZATION | EXCHANGING) ||
+        !fmi3_present(self, __func__, eventIndicators, nEventIndicators))
         return fmi3Error;
-    if (nEventIndicators != 0)
-        return fmi3_refuse(instance, __func__, "%zu values; this FMU has no event indicators", nEventIndicators);
-    return fmi3OK;
+    if (nEventIndicators != N_INDICATORS)
+        return fmi3_refuse(self, __func__, "%zu values for %d event indicators", nEventIndicators, N_INDICATORS);
+    return fmi3_outcome(self, __func__, core_evaluate_indicators(&self->core, eventIndicators));
 }
 
 static fmi3Status give_count(Instance *instance, const char *call, size_t count, size_t *target)
@@ -135,7 +160,7 @@ static fmi3Status give_count(Instance *instance, const char *call, size_t count,
 
 fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance instance, size_t *nEventIndicators)
 {
-    return give_count(instance, __func__, 0, nEventIndicators);
+    return give_count(instance, __func__, N_INDICATORS, nEventIndicators);
 }
 
 fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance instance, size_t *nContinuousStates)

@@ -66,11 +66,6 @@ fmi3Status fmi3ExitConfigurationMode(fmi3Instance instance)
     return fmi3_refuse(instance, __func__, "this FMU has no structural parameters");
 }
 
-fmi3Status fmi3EnterStepMode(fmi3Instance instance)
-{
-    return fmi3_refuse(instance, __func__, "this FMU has no event mode in co-simulation");
-}
-
 fmi3Status fmi3EvaluateDiscreteStates(fmi3Instance instance)
 {
     return fmi3_refuse(instance, __func__, "this FMU has no discrete states");

@@ -6,7 +6,7 @@
 
 static const unsigned short sizes[] = MODEL_SIZES;
 
-size_t fmi3_size(fmi3ValueReference reference) { return reference <= VR_TIME ? sizes[reference] : 0; }
+size_t fmi3_size(fmi3ValueReference reference) { return reference <= VR_LAST ? sizes[reference] : 0; }
 
 int fmi3_matching(Instance *instance, const char *call, const fmi3ValueReference *references, size_t n_references,
                   size_t n_values)

@@ -6,6 +6,7 @@ from typing import Any
 
 import casadi as ca
 
+from fmus.symbolic.events import without_relations
 from fmus.symbolic.system import SymbolicSystem
 
 MODEL_FUNCTIONS = ("rhs", "history", "dependent", "initial", "consistent")
@@ -24,9 +25,18 @@ def model_code(system: SymbolicSystem, *, reverse: bool = False) -> ModelCode:
 
     With `reverse` their adjoints too.
     """
-    plain = [_dense(function, f"model_{name}") for name, function in model_functions(system).items()]
-    own = [*plain, _derivatives(plain[0]), _jacobian(plain[0])]
-    functions = [*own, *map(_tangent, plain), *(map(_adjoint, plain) if reverse else [])]
+    relations = system.relations or without_relations(system)
+    sources = {**model_functions(system), "rhs": relations.rhs}
+    plain = [_dense(function, f"model_{name}") for name, function in sources.items()]
+    indicators = _dense(relations.indicators, "model_indicators")
+    own = [
+        *plain,
+        _derivatives(plain[0]),
+        _jacobian(plain[0]),
+        indicators,
+        _dense(relations.times, "model_event_times"),
+    ]
+    functions = [*own, *map(_tangent, [*plain, indicators]), *(map(_adjoint, plain) if reverse else [])]
     options: dict[str, Any] = {
         "with_header": False,
         "casadi_real": "double",
@@ -91,6 +101,7 @@ def model_config(
     `variable_names` are in the order of the value references. Lists get a closing 0, since C has no
     empty arrays.
     """
+    relations = system.relations or without_relations(system)
     counts = {
         "INPUTS": len(system.inputs),
         "STATES": len(system.states),
@@ -98,6 +109,8 @@ def model_config(
         "PARAMETERS": len(system.parameters),
         "DEPENDENTS": len(system.dependents),
         "DELAYS": system.n_delays,
+        "INDICATORS": relations.n_indicators,
+        "TIMED": len(relations.names) - relations.n_indicators,
         "SOLVED": len(_solved(system)),
     }
     macros = {
@@ -110,6 +123,8 @@ def model_config(
         "MODEL_COPIES": _list([str(reference) for reference in [*_copies(system), -1]]),
         "MODEL_SOLVED_REFERENCES": _list([*(str(reference) for reference, _ in _solved(system)), "0"]),
         "MODEL_SOLVED_NAMES": _list([*(_string(names) for _, names in _solved(system)), "0"]),
+        "MODEL_RELATION_NAMES": _list([*map(_string, relations.names), "0"]),
+        "MODEL_HOLDS_AT_ZERO": _list([*(str(int(holds)) for holds in relations.holds_at_zero), "0"]),
         "MODEL_SOLVES_START": str(int(system.consistent is not None)),
         "MODEL_NOMINALS": _numbers([abs(v.nominal or 1.0) for v in system.states]),
         "MODEL_VARIABLE_NAMES": _list([_string(name) for name in variable_names]),

@@ -28,9 +28,14 @@ int core_restore(Core *core, const Snapshot *snapshot)
     if (snapshot->state.exchange != core->state.exchange)
         return core_fail(core, "the state is one of %s, this instance is not",
                          core->state.exchange ? "co-simulation" : "model exchange");
+    if (snapshot->state.event_mode != core->state.event_mode)
+        return core_fail(core, "the state is one %s event mode, this instance is not",
+                         core->state.event_mode ? "without" : "with");
     if (history_copy(&core->history, &snapshot->history) != 0)
         return core_fail(core, "out of memory");
+    int early_return = core->state.early_return;
     core->state = snapshot->state;
+    core->state.early_return = early_return;
     core->starts_valid = core->outputs_valid = core->dependents_valid = 0;
     return 0;
 }

@@ -75,28 +75,86 @@ static int explain(Core *core, Outcome outcome, const Integration *run)
     return core_fail(core, "too many internal steps at t = %.9g s; '%s' limits them", run->time, name);
 }
 
-static int advance(Core *core, double end)
+static int margin(void *context, double time, const double *x, double *least)
+{
+    Core *core = context;
+    select_inputs(core, time);
+    return core_relation_margin(core, time, x, least);
+}
+
+/* Where delayed values break or a timed relation changes, or `end`. */
+static int piece_end(Core *core, double time, double end, double *until)
+{
+    double event;
+    if (core_next_time_event(core, time, &event) != 0)
+        return -1;
+    *until = next_break(core, time, fmin(end, event));
+    return 0;
+}
+
+/* Relations after a piece of the step. With event mode they are left to the importer, who is told. */
+static int handle_event(Core *core, double time, double step, int found, int *changed)
+{
+    double before[N_RELATIONS + 1];
+    memcpy(before, core->state.relations, sizeof before);
+    select_inputs(core, time);
+    if (core_settle_relations(core, time, core->state.x, SETTLE_FROM_HERE, changed) != 0)
+        return -1;
+    if (!found && !*changed)
+        return 0;
+    core->state.steps.step = core->state.steps.error = 0.0; /* the slope has jumped */
+    /* Events that are this much closer than communication points leave no time between them. */
+    if (core_count_event(core, time, 1e-7 * step) != 0)
+        return -1;
+    if (core->state.event_mode && core->state.early_return) {
+        memcpy(core->state.relations, before, sizeof before);
+        core->state.event_pending = 1;
+    }
+    return 0;
+}
+
+/* Integrates up to `end`, or to the first event when steps end there; gives where in `*end`. */
+static int advance(Core *core, double *end)
 {
     Integration run = {.n = N_STATES, .derivatives = derivatives, .jacobian = jacobian, .context = core,
-                       .tolerance = core->state.tolerance, .nominal = core_nominals, .work = core->integrator_work,
-                       .pivots = core->integrator_pivots};
-    int first_known = N_DELAYS == 0 && core->outputs_valid;
-    if (first_known)
+                       .margin = N_INDICATORS > 0 ? margin : NULL, .tolerance = core->state.tolerance,
+                       .nominal = core_nominals, .work = core->integrator_work, .pivots = core->integrator_pivots};
+    int known = N_DELAYS == 0 && core->outputs_valid;
+    double step = *end - core->step_start;
+    if (known)
         memcpy(run.work, core->dx, N_STATES * sizeof(double));
-    for (double time = core->step_start; time < end;) {
-        double piece_end = next_break(core, time, end);
-        select_pieces(core, 0.5 * (time + piece_end));
-        Outcome outcome = integrate(&run, &core->state.steps, time, piece_end, core->state.x, first_known);
-        if (outcome != INTEGRATION_DONE)
+    for (double time = core->step_start; time < *end && !core->state.event_pending;) {
+        double until;
+        if (piece_end(core, time, *end, &until) != 0)
+            return -1;
+        select_pieces(core, 0.5 * (time + until));
+        Outcome outcome = integrate(&run, &core->state.steps, time, until, core->state.x, known);
+        if (outcome != INTEGRATION_DONE && outcome != INTEGRATION_EVENT)
             return explain(core, outcome, &run);
-        time = piece_end;
-        first_known = 0;
+        int found = outcome == INTEGRATION_EVENT, changed = 0;
+        time = found ? run.time : until;
+        if (N_RELATIONS > 0 && handle_event(core, time, step, found, &changed) != 0)
+            return -1;
+        known = N_DELAYS == 0 && !found && !changed;
+        if (core->state.event_pending)
+            *end = time;
     }
     /* At a communication point a delayed jump counts from the right, within the step from the left. */
-    core->outputs_valid = N_STATES > 0 && N_DELAYS == 0;
+    core->outputs_valid = N_STATES > 0 && known;
     core->algebraics_valid = 0;
     memcpy(core->dx, run.work, N_STATES * sizeof(double));
     return 0;
+}
+
+/* The record of a step that an event has cut short. */
+static int cut_record(Core *core, double end)
+{
+    core->history.count--;
+    double sources[N_DELAYS + 1];
+    select_inputs(core, end);
+    if (core_evaluate_sources(core, end, core->u_now, sources) != 0)
+        return -1;
+    return history_append(&core->history, end, sources) != 0 ? core_fail(core, "out of memory") : 0;
 }
 
 static int check_step(Core *core, double time, double step)
@@ -119,9 +177,12 @@ int core_step(Core *core, double time, double step)
     if (check_step(core, time, step) != 0)
         return -1;
     /* The caller's clock counts: adding up steps here would drift away from it. */
-    double end = time + step;
+    double planned = time + step, end = planned;
     core->step_start = core->state.time;
-    if ((N_DELAYS > 0 && record_sources(core, end) != 0) || advance(core, end) != 0) {
+    core->state.event_pending = 0;
+    if ((N_RELATIONS > 0 && core_evaluate_outputs(core) != 0) ||
+        (N_DELAYS > 0 && record_sources(core, planned) != 0) || advance(core, &end) != 0 ||
+        (N_DELAYS > 0 && end < planned && cut_record(core, end) != 0)) {
         core->state = before;
         core->history.count = recorded;
         core->outputs_valid = 0;

@@ -14,6 +14,7 @@ typedef struct {
     double dx[N_STATES + 1];
     double z[N_ALGEBRAICS + 1];
     double dependents[N_DEPENDENTS + 1];
+    double indicators[N_INDICATORS + 1];
 } Change;
 
 static int is_start(const State *state) { return state->phase <= PHASE_INITIALIZATION; }
@@ -30,8 +31,8 @@ static int add_seed(Core *core, Change *change, unsigned int reference, double s
         change->p[reference - VR_PARAMETERS] += seed;
     else if (reference == VR_TIME)
         change->time += seed;
-    else if (reference > VR_TIME)
-        return core_fail(core, "value reference %u is unknown; this model has 0 to %u", reference, (unsigned)VR_TIME);
+    else if (reference > VR_LAST)
+        return core_fail(core, "value reference %u is unknown; this model has 0 to %u", reference, (unsigned)VR_LAST);
     else
         return core_fail(core, "'%s' is computed by the model and cannot be a known", core_names[reference]);
     return 0;
@@ -86,21 +87,40 @@ static int change_delayed(Core *core, Change *change)
     return 0;
 }
 
-static int change_outputs(Core *core, Change *change)
+/* Arguments of a function of time, states, inputs, delayed values and parameters; relations keep their side. */
+static void pass_change(Core *core, const Change *change)
 {
+    static const double none[N_RELATIONS + 1];
     core->arg[0] = &core->state.time;
     core->arg[1] = core->state.x;
     core->arg[2] = core->state.u;
     core->arg[3] = core->d_now;
     core->arg[4] = core->state.p;
-    core->arg[5] = &change->time;
-    core->arg[6] = change->x;
-    core->arg[7] = change->u;
-    core->arg[8] = change->d;
-    core->arg[9] = change->p;
+    core->arg[5] = core->state.relations;
+    core->arg[6] = &change->time;
+    core->arg[7] = change->x;
+    core->arg[8] = change->u;
+    core->arg[9] = change->d;
+    core->arg[10] = change->p;
+    core->arg[11] = none;
+}
+
+static int change_outputs(Core *core, Change *change)
+{
+    pass_change(core, change);
     core->res[0] = change->dx;
     core->res[1] = change->z;
     return core_call(core, model_rhs_tangent, "derivatives of the model equations");
+}
+
+static int change_indicators(Core *core, Change *change)
+{
+    if (N_INDICATORS == 0)
+        return 0;
+    pass_change(core, change);
+    core->res[0] = change->indicators;
+    core->res[1] = NULL;
+    return core_call(core, model_indicators_tangent, "derivatives of the event indicators");
 }
 
 static int change_dependents(Core *core, Change *change)
@@ -121,8 +141,10 @@ static int read_change(Core *core, const Change *change, unsigned int reference,
         *value = change->z[reference - VR_ALGEBRAICS];
     else if (reference >= VR_DEPENDENTS && reference < VR_TIME)
         *value = change->dependents[reference - VR_DEPENDENTS];
-    else if (reference > VR_TIME)
-        return core_fail(core, "value reference %u is unknown; this model has 0 to %u", reference, (unsigned)VR_TIME);
+    else if (reference >= VR_INDICATORS && reference <= VR_LAST)
+        *value = change->indicators[reference - VR_INDICATORS];
+    else if (reference > VR_LAST)
+        return core_fail(core, "value reference %u is unknown; this model has 0 to %u", reference, (unsigned)VR_LAST);
     else
         return core_fail(core, "'%s' is not computed by the model and cannot be an unknown", core_names[reference]);
     return 0;
@@ -137,7 +159,7 @@ int core_directional(Core *core, const unsigned int *unknowns, size_t n_unknowns
             return -1;
     if (core_evaluate_outputs(core) != 0 || (is_start(&core->state) && change_starts(core, &change) != 0) ||
         (N_DELAYS > 0 && change_delayed(core, &change) != 0) || change_outputs(core, &change) != 0 ||
-        change_dependents(core, &change) != 0)
+        change_indicators(core, &change) != 0 || change_dependents(core, &change) != 0)
         return -1;
     for (size_t i = 0; i < n_unknowns; i++)
         if (read_change(core, &change, unknowns[i], &sensitivity[i]) != 0)

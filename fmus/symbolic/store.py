@@ -1,11 +1,13 @@
 """Keep explicit systems on disk, so that an unchanged class is not translated again."""
 
 import json
+from collections.abc import Mapping
 from dataclasses import asdict, fields
+from typing import Any
 
 import casadi as ca
 
-from fmus.symbolic.system import SymbolicSystem, Variable
+from fmus.symbolic.system import Relations, SymbolicSystem, Variable
 
 FUNCTIONS = ("rhs", "history", "dependent", "initial", "consistent")
 VARIABLES = ("inputs", "states", "algebraics", "parameters", "dependents")
@@ -13,11 +15,13 @@ VARIABLES = ("inputs", "states", "algebraics", "parameters", "dependents")
 
 def to_bytes(system: SymbolicSystem) -> bytes:
     """Write a system as JSON, its functions in CasADi's own serialisation."""
-    plain = {f.name: getattr(system, f.name) for f in fields(system) if f.name not in (*FUNCTIONS, *VARIABLES)}
+    others = (*FUNCTIONS, *VARIABLES, "relations")
+    plain = {f.name: getattr(system, f.name) for f in fields(system) if f.name not in others}
     document = {
         **plain,
         **{name: [asdict(v) for v in getattr(system, name)] for name in VARIABLES},
         **{name: _serialized(getattr(system, name)) for name in FUNCTIONS},
+        "relations": None if system.relations is None else _relations_document(system.relations),
     }
     return json.dumps(document).encode()
 
@@ -29,6 +33,8 @@ def from_bytes(content: bytes) -> SymbolicSystem:
         document[name] = tuple(Variable(**entry) for entry in document[name])
     for name in FUNCTIONS:
         document[name] = None if document[name] is None else ca.Function.deserialize(document[name])
+    if document["relations"] is not None:
+        document["relations"] = _relations(document["relations"])
     document["outputs"] = tuple(document["outputs"])
     document["notes"] = tuple(document["notes"])
     document["solved"] = tuple(map(tuple, document["solved"]))
@@ -37,3 +43,16 @@ def from_bytes(content: bytes) -> SymbolicSystem:
 
 def _serialized(function: ca.Function | None) -> str | None:
     return None if function is None else function.serialize()
+
+
+RELATION_FUNCTIONS = ("rhs", "indicators", "times")
+
+
+def _relations_document(relations: Relations) -> dict[str, Any]:
+    functions = {name: getattr(relations, name).serialize() for name in RELATION_FUNCTIONS}
+    return {"names": relations.names, "holds_at_zero": relations.holds_at_zero, **functions}
+
+
+def _relations(document: Mapping[str, Any]) -> Relations:
+    functions = {name: ca.Function.deserialize(document[name]) for name in RELATION_FUNCTIONS}
+    return Relations(tuple(document["names"]), tuple(document["holds_at_zero"]), **functions)

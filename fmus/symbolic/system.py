@@ -24,6 +24,32 @@ class Variable:
 
 
 @dataclass(frozen=True)
+class Relations:
+    """A model whose relations keep their side, given by c (1 where a relation holds, else 0), until an event.
+
+    The first relations have an event indicator; the last ones change at a known time and depend on nothing else.
+
+    * `rhs(t, x, u, d, p, c) -> (dx, z)`
+    * `indicators(t, x, u, d, p, c) -> (g, size)`: a relation holds where its g is positive; size is that of the
+      numbers compared
+    * `times(p) -> (time, rising)`: s, and 1 where the relation becomes true, 0 where it becomes false
+
+    `names` say how each relation reads and where it stands; `holds_at_zero` tells >= and <= from > and <.
+    """
+
+    names: tuple[str, ...]
+    holds_at_zero: tuple[bool, ...]
+    rhs: ca.Function
+    indicators: ca.Function
+    times: ca.Function
+
+    @property
+    def n_indicators(self) -> int:
+        """Number of event indicators."""
+        return int(self.indicators.numel_out(0))
+
+
+@dataclass(frozen=True)
 class SymbolicSystem:
     """A model as explicit CasADi functions of column vectors, in the order of the variable tuples.
 
@@ -44,6 +70,7 @@ class SymbolicSystem:
     `solved` lists the unknowns of each block of equations that `rhs` solves by iteration, in the order of evaluation;
     they are NaN where no solution was found. Names that are none of the variables are derivatives or auxiliaries.
     `notes` tell what was assumed where the model leaves a choice.
+    `relations` makes events of those relations that Modelica makes events of; `rhs` evaluates them as they stand.
     """
 
     name: str
@@ -62,6 +89,7 @@ class SymbolicSystem:
     solved: tuple[tuple[str, ...], ...] = ()
     consistent: ca.Function | None = None
     notes: tuple[str, ...] = ()
+    relations: Relations | None = None
 
     def start_of_states(self, parameters: ca.DM, inputs: ca.DM | None = None, time: float = 0.0) -> ca.DM:
         """Start values of the states at given parameters; inputs have their own start values unless given."""

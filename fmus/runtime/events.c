@@ -1,0 +1,139 @@
+/* Relations such as x > 1: each keeps its side while states move, and changes it at events only. */
+#include "core.h"
+
+#include <math.h>
+
+static const char *const relation_names[] = MODEL_RELATION_NAMES;
+static const unsigned char holds_at_zero[] = MODEL_HOLDS_AT_ZERO; /* >= and <=, as against > and < */
+
+/* A relation changes only this far beyond zero, in units of 1 + |left side| + |right side|: rounding does not count. */
+#define DEAD_BAND 1e-13
+
+static double beyond(const Core *core, int i)
+{
+    double band = DEAD_BAND * (1.0 + core->indicator_sizes[i]);
+    return core->indicators[i] + (core->state.relations[i] != 0.0 ? band : -band);
+}
+
+/* How far relation i keeps its side; zero or less once it has changed. */
+static double margin_of(const Core *core, int i)
+{
+    return core->state.relations[i] != 0.0 ? beyond(core, i) : -beyond(core, i);
+}
+
+static int evaluate(Core *core, double time, const double *x)
+{
+    core->arg[0] = &time;
+    core->arg[1] = x;
+    core->arg[2] = core->u_now;
+    core->arg[3] = core->d_now;
+    core->arg[4] = core->state.p;
+    core->arg[5] = core->state.relations;
+    core->res[0] = core->indicators;
+    core->res[1] = core->indicator_sizes;
+    if (core_call(core, model_indicators, "relations") != 0)
+        return -1;
+    for (int i = 0; i < N_INDICATORS; i++)
+        if (isnan(core->indicators[i]))
+            return core_fail(core, "the relation %s cannot be decided at t = %.9g s", relation_names[i], time);
+    return 0;
+}
+
+int core_relation_margin(Core *core, double time, const double *x, double *margin)
+{
+    *margin = HUGE_VAL;
+    if (evaluate(core, time, x) != 0)
+        return -1;
+    for (int i = 0; i < N_INDICATORS; i++)
+        *margin = fmin(*margin, margin_of(core, i));
+    return 0;
+}
+
+int core_evaluate_indicators(Core *core, double *indicators)
+{
+    if (core_evaluate_arguments(core) != 0 || evaluate(core, core->state.time, core->state.x) != 0)
+        return -1;
+    for (int i = 0; i < N_INDICATORS; i++)
+        indicators[i] = beyond(core, i);
+    return 0;
+}
+
+static int evaluate_event_times(Core *core, double *times, double *rising)
+{
+    core->arg[0] = core->state.p;
+    core->res[0] = times;
+    core->res[1] = rising;
+    return core_call(core, model_event_times, "event times");
+}
+
+int core_next_time_event(Core *core, double time, double *next)
+{
+    double times[N_TIMED + 1], rising[N_TIMED + 1];
+    *next = HUGE_VAL;
+    if (N_TIMED == 0)
+        return 0;
+    if (evaluate_event_times(core, times, rising) != 0)
+        return -1;
+    for (int i = 0; i < N_TIMED; i++)
+        if (times[i] > time && times[i] < *next)
+            *next = times[i];
+    return 0;
+}
+
+static int turn(Core *core, int i, int holds)
+{
+    if ((core->state.relations[i] != 0.0) == holds)
+        return 0;
+    core->state.relations[i] = holds;
+    core->last_changed = i;
+    return 1;
+}
+
+/* At its time a relation takes the side that it has afterwards. */
+static int turn_timed(Core *core, double time, int *changed)
+{
+    double times[N_TIMED + 1], rising[N_TIMED + 1];
+    if (N_TIMED == 0)
+        return 0;
+    if (evaluate_event_times(core, times, rising) != 0)
+        return -1;
+    for (int i = 0; i < N_TIMED; i++)
+        *changed |= turn(core, N_INDICATORS + i, (time >= times[i]) == (rising[i] != 0.0));
+    return 0;
+}
+
+int core_settle_relations(Core *core, double time, const double *x, Settling settling, int *changed)
+{
+    enum { MAX_TURNS = 10 + 2 * N_RELATIONS };
+    *changed = 0;
+    if (turn_timed(core, time, changed) != 0)
+        return -1;
+    for (int count = 0; count < MAX_TURNS; count++) {
+        int again = 0;
+        if (evaluate(core, time, x) != 0)
+            return -1;
+        for (int i = 0; i < N_INDICATORS; i++) {
+            double g = core->indicators[i];
+            int kept = margin_of(core, i) > 0.0, holds = core->state.relations[i] != 0.0;
+            int fresh = g > 0.0 || (g == 0.0 && holds_at_zero[i]);
+            again |= turn(core, i, settling == SETTLE_FRESH ? fresh : kept ? holds : !holds);
+        }
+        if (!again)
+            return 0;
+        *changed = 1;
+    }
+    return core_fail(core, "the relation %s has no consistent side at t = %.9g s: each one makes the other true",
+                     relation_names[core->last_changed], time);
+}
+
+int core_count_event(Core *core, double time, double close)
+{
+    enum { MAX_REPETITIONS = 100 };
+    State *state = &core->state;
+    state->repetitions = fabs(time - state->last_event) <= close ? state->repetitions + 1 : 0;
+    state->last_event = time;
+    if (state->repetitions < MAX_REPETITIONS)
+        return 0;
+    return core_fail(core, "the relation %s changes over and over at t = %.9g s; the model slides along it",
+                     relation_names[core->last_changed], time);
+}
