@@ -14,6 +14,7 @@ from fmus.errors import FmuError
 from fmus.files import cache_folder, write_atomically
 from fmus.library import library_root
 from fmus.package import build_fmu
+from fmus.platforms import Platform, zig_version
 from fmus.reference_files import reference_files
 
 SUFFIXES = {"2.0": ".fmu", "3.0": ".fmi3.fmu"}
@@ -26,10 +27,11 @@ class Target:
     model: ModelicaModel
     fmi_version: str
     path: Path
+    platforms: tuple[Platform, ...] = ()
 
 
-def targets_of(models: Iterable[ModelicaModel], folder: Path) -> list[Target]:
-    """All versions of all models as files of a folder.
+def targets_of(models: Iterable[ModelicaModel], folder: Path, platforms: tuple[Platform, ...] = ()) -> list[Target]:
+    """All versions of all models as files of a folder, for this machine and other platforms.
 
     Raises:
         FmuError: if two models would be written to the same file.
@@ -38,7 +40,7 @@ def targets_of(models: Iterable[ModelicaModel], folder: Path) -> list[Target]:
     for model in models:
         for fmi_version, suffix in SUFFIXES.items():
             path = folder / f"{model.name.rsplit('.', 1)[-1]}{suffix}"
-            other = targets.setdefault(path, Target(model, fmi_version, path))
+            other = targets.setdefault(path, Target(model, fmi_version, path, platforms))
             if other.model != model:
                 raise FmuError(f"{other.model.name} and {model.name} both build {path.name}; use two --out folders")
     return list(targets.values())
@@ -52,9 +54,9 @@ def build_all(targets: Sequence[Target], workers: int) -> None:
     """
     kept = _kept(targets)
     missing = [target for target in targets if not kept[target].is_file()]
-    jobs: dict[ModelicaModel, list[tuple[str, Path]]] = {}
+    jobs: dict[ModelicaModel, list[tuple[Target, Path]]] = {}
     for target in missing:
-        jobs.setdefault(target.model, []).append((target.fmi_version, kept[target]))
+        jobs.setdefault(target.model, []).append((target, kept[target]))
     if len(jobs) < 2 or workers < 2:
         for model, files in jobs.items():
             _build(model, files)
@@ -70,17 +72,18 @@ def build_all(targets: Sequence[Target], workers: int) -> None:
             kept[target].unlink(missing_ok=True)
 
 
-def _build(model: ModelicaModel, files: Sequence[tuple[str, Path]]) -> None:
+def _build(model: ModelicaModel, files: Sequence[tuple[Target, Path]]) -> None:
     system = model.compile()
     extra_files = reference_files(system, model.stop_time_s, model.step_size_s)
-    for fmi_version, path in files:
+    for target, path in files:
         build_fmu(
             system,
             path,
-            fmi_version=fmi_version,
+            fmi_version=target.fmi_version,
             stop_time=model.stop_time_s,
             step_size=model.step_size_s,
             extra_files=extra_files,
+            platforms=target.platforms,
         )
 
 
@@ -103,6 +106,7 @@ def _kept(targets: Sequence[Target]) -> dict[Target, Path]:
         experiment = f"{model.stop_time_s!r} {model.step_size_s!r}"
         own = _digest(_own_ingredients(model))
         facts = [model.name, model.class_name, experiment, target.fmi_version, os.environ.get("CC", ""), *tools]
+        facts += [zig_version(), *(platform.name for platform in target.platforms)] if target.platforms else []
         name = hashlib.sha256("\0".join([*facts, shared, own]).encode()).hexdigest()
         paths[target] = cache_folder("fmu") / f"{name}.fmu"
     return paths

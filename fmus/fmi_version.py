@@ -9,6 +9,7 @@ from fmus.errors import FmuError
 from fmus.layout import Layout
 from fmus.model_description import model_description
 from fmus.model_description3 import build_description, model_description3
+from fmus.platforms import Platform
 from fmus.symbolic.system import SymbolicSystem
 
 
@@ -28,6 +29,7 @@ class FmiVersion:
     headers: tuple[str, ...]
     describe: Callable[[SymbolicSystem, Header], bytes]
     platform: Callable[[], str]  # folder of the binary for this machine
+    folder: Callable[[Platform], str]  # of the binary for another platform
     headers_of: Callable[[Layout], Mapping[str, str]] = _no_headers  # about one model, beside the common ones
     adjoint: bool = False  # whether the version has adjoint derivatives
     build_files: Callable[[Header], Mapping[str, bytes]] = _nothing  # beside the sources
@@ -66,12 +68,14 @@ _VERSIONS = {
         headers=("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h"),
         describe=model_description,
         platform=_platform2,
+        folder=lambda platform: platform.folder2,
     ),
     "3.0": FmiVersion(
         prefix="fmi3",
         headers=("fmi3Functions.h", "fmi3FunctionTypes.h", "fmi3PlatformTypes.h"),
         describe=model_description3,
         platform=_platform3,
+        folder=lambda platform: platform.name,
         headers_of=lambda layout: {"model_arrays.h": array_sizes(array_variables(layout.scalars))},
         adjoint=True,
         build_files=lambda header: {"sources/buildDescription.xml": build_description(header)},

@@ -4,7 +4,7 @@ import hashlib
 import io
 import uuid
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from importlib import resources
 from pathlib import Path
@@ -15,6 +15,7 @@ from fmus.errors import FmuError
 from fmus.files import write_atomically
 from fmus.fmi_version import FmiVersion, find_version
 from fmus.layout import Layout
+from fmus.platforms import Platform, cross_compile, universal
 from fmus.runtime.compiler import compile_library
 from fmus.runtime.generated import (
     model_code,
@@ -34,6 +35,7 @@ def build_fmu(
     step_size: float = 0.004,
     tolerance: float = 1e-8,
     extra_files: Mapping[str, bytes] = {},
+    platforms: Sequence[Platform] = (),
 ) -> Path:
     """Write the FMU of a system to `path`, with its sources, and give the path back.
 
@@ -47,6 +49,7 @@ def build_fmu(
         stop_time, step_size: default experiment, s; the step is that of communication.
         tolerance: relative error per internal step, used unless the importer asks for another one.
         extra_files: archive path -> content, such as `resources/model.mo`.
+        platforms: what to build binaries for beside the machine that builds.
 
     Raises:
         FmuError: without a C compiler, or when the system contradicts itself.
@@ -62,7 +65,7 @@ def build_fmu(
     sources["model_config.h"] = sources["model_config.h"].replace(_NO_GUID, guid)
     files = {
         "modelDescription.xml": fmi.describe(system, header),
-        _binary_name(fmi, header.identifier): compile_library(sources),
+        **_binaries(fmi, header.identifier, sources, platforms),
         **{f"sources/{name}": content for name, content in _encoded(sources).items()},
         **fmi.build_files(header),
     }
@@ -136,10 +139,19 @@ def _sources(system: SymbolicSystem, fmi: FmiVersion, tolerance: float) -> dict[
     }
 
 
-def _binary_name(fmi: FmiVersion, identifier: str) -> str:
-    from fmpy import sharedLibraryExtension
+def _binaries(
+    fmi: FmiVersion, identifier: str, sources: Mapping[str, str], platforms: Sequence[Platform]
+) -> dict[str, bytes]:
+    """Libraries by archive path: one for this machine, made by its own compiler, and those for other platforms."""
+    from fmpy import platform_tuple, sharedLibraryExtension
 
-    return f"binaries/{fmi.platform()}/{identifier}{sharedLibraryExtension}"
+    folders: dict[str, dict[Platform, bytes]] = {}
+    others = [platform for platform in platforms if platform.name != platform_tuple]
+    for platform, library in cross_compile(sources, others).items():
+        name = f"binaries/{fmi.folder(platform)}/{identifier}{platform.ending}"
+        folders.setdefault(name, {})[platform] = library
+    native = f"binaries/{fmi.platform()}/{identifier}{sharedLibraryExtension}"
+    return {**{name: universal(libraries) for name, libraries in folders.items()}, native: compile_library(sources)}
 
 
 def _encoded(sources: Mapping[str, str]) -> dict[str, bytes]:

@@ -11,16 +11,16 @@ from pathlib import Path
 from fmus.errors import FmuError
 
 # Contracted multiply-adds would make results depend on the machine that compiled; nobody reads errno or traps.
-FLAGS = (
+CODE_FLAGS = (
     "-std=c99",
     "-O2",
-    "-fPIC",
     "-shared",
     "-fvisibility=hidden",
     "-ffp-contract=off",
     "-fno-math-errno",
     "-fno-trapping-math",
 )
+FLAGS = ("-fPIC", *CODE_FLAGS)
 
 
 def compile_library(sources: Mapping[str, str]) -> bytes:
@@ -31,10 +31,7 @@ def compile_library(sources: Mapping[str, str]) -> bytes:
     """
     compiler = find_compiler()
     with tempfile.TemporaryDirectory(prefix="misfit-build-") as folder:
-        for name, text in sources.items():
-            (Path(folder) / name).write_text(text, encoding="utf-8")
-        # Relative names keep the folder out of the library, which makes builds repeatable.
-        units = sorted(name for name in sources if name.endswith(".c"))
+        units = write_sources(sources, Path(folder))
         command = [*compiler, *FLAGS, "-o", "model.so", *units, "-lm"]
         result = subprocess.run(
             command,
@@ -45,8 +42,15 @@ def compile_library(sources: Mapping[str, str]) -> bytes:
             check=False,
         )
         if result.returncode != 0:
-            raise FmuError(f"{compiler[0]} cannot compile the model: {_first_error(result.stderr)}")
+            raise FmuError(f"{compiler[0]} cannot compile the model: {first_error(result.stderr)}")
         return (Path(folder) / "model.so").read_bytes()
+
+
+def write_sources(sources: Mapping[str, str], folder: Path) -> list[str]:
+    """Write sources to a folder and list those to compile: relative names keep the folder out of the library."""
+    for name, text in sources.items():
+        (folder / name).write_text(text, encoding="utf-8")
+    return sorted(name for name in sources if name.endswith(".c"))
 
 
 def find_compiler() -> list[str]:
@@ -60,7 +64,8 @@ def find_compiler() -> list[str]:
     raise FmuError(f"no C compiler found (looked for {names}); install gcc, or set CC to a compiler")
 
 
-def _first_error(stderr: str) -> str:
+def first_error(stderr: str) -> str:
+    """The first line of a compiler's messages that speaks of an error."""
     lines = [line.strip() for line in stderr.splitlines() if line.strip()]
     errors = [line for line in lines if "error" in line]
     return (errors or lines or ["no message"])[0]

@@ -30,16 +30,23 @@ def models() -> None:
     show_default=True,
     help="Builds that run at a time.",
 )
+@click.option(
+    "--platforms",
+    metavar="NAMES",
+    help="More platforms, with commas: aarch64-linux, x86_64-windows, x86_64-darwin, aarch64-darwin.",
+)
 @click.option("--quiet", is_flag=True, help="Print nothing but errors.")
-def build(names: tuple[str, ...], folder: str, workers: int, quiet: bool) -> None:
+def build(names: tuple[str, ...], folder: str, workers: int, platforms: str | None, quiet: bool) -> None:
     """Build NAME.fmu (FMI 2.0) and NAME.fmi3.fmu (FMI 3.0) of built-in models or FILE.mo:Package.Class.
 
     Without a name all built-in models are built. What has not changed comes from the cache.
     """
     from fmus.build import build_all, targets_of
     from fmus.catalogue import built_in_models, find_modelica_model
+    from fmus.platforms import find_platforms
 
-    targets = targets_of([find_modelica_model(name) for name in names or built_in_models()], Path(folder))
+    models = [find_modelica_model(name) for name in names or built_in_models()]
+    targets = targets_of(models, Path(folder), find_platforms(platforms) if platforms else ())
     with progress(quiet) as say:
         say(f"building {len(targets)} FMUs")
         build_all(targets, workers)
