@@ -1,0 +1,44 @@
+"""A small fixed part of the benchmark, made on the fly: what was once diagnosed right stays right."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from fmus.catalogue import find_modelica_model
+from orchestrator.diagnosis.diagnose import diagnose
+from orchestrator.measurements import load_measurements
+from tests.benchmarks.diagnosis.scoring.judge import judge
+from tests.benchmarks.diagnosis.truth.families import Wish, draw_case
+from tests.benchmarks.diagnosis.truth.write import write_case
+
+
+def judged(wish: Wish, folder: Path) -> dict[str, Any]:
+    truth = write_case(draw_case(wish), folder)
+    found = diagnose(find_modelica_model(wish.machine), load_measurements(folder), workers=1)
+    return judge(wish.name, truth, found.to_json())
+
+
+@pytest.mark.parametrize(
+    ("machine", "effect", "noise", "enr", "seconds"),
+    [
+        ("pendulum", "viscous_friction", "mid", 30.0, 5.0),
+        ("drive", "coulomb_friction", "lo", 30.0, 5.0),
+        ("arm", "muscle_weakness", "mid", 100.0, 4.0),
+    ],
+)
+def test_clear_effect_is_named_where_it_is_and_its_size_found(
+    machine: str, effect: str, noise: str, enr: float, seconds: float, tmp_path: Path
+) -> None:
+    row = judged(Wish("S", machine, 0, 5, enr=enr, noise=noise, seconds=seconds, effects=(effect,)), tmp_path)
+
+    assert (row["verdict"], row["said"], row["exact_site"]) == ("named", [effect], True)
+    assert all(error < 0.03 for error, _ in row["parameters"])
+    assert row["over_true"] < 1.5
+    assert row["removed"] > 0.95
+
+
+def test_nothing_is_named_on_a_cart_that_lacks_nothing(tmp_path: Path) -> None:
+    row = judged(Wish("N0", "cart", 0, 5, noise="mid", seconds=5.0), tmp_path)
+
+    assert (row["verdict"], row["said"]) == ("adequate", [])
