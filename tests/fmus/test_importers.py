@@ -1,6 +1,5 @@
 """Importers that others wrote run every FMU of the library alike."""
 
-import fcntl
 import json
 import subprocess
 import sys
@@ -13,24 +12,11 @@ import pytest
 from fmpy import read_model_description  # type: ignore[import-untyped]
 from importers import Job, Rows, tbb_library
 
-from fmus.build import build_all, targets_of
-from fmus.catalogue import built_in_models
-from fmus.files import cache_folder
 from fmus.validate import validate_fmu
 
 CHILD = Path(__file__).with_name("importers.py")
 STEPS = 50
 CO_SIMULATION, MODEL_EXCHANGE = 1e-12, 1e-6  # the same steps; another integrator
-
-
-@pytest.fixture(scope="session")
-def library(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
-    """All FMUs of the library, from the cache where they are in it; of two test processes one builds, the other waits."""
-    targets = targets_of(built_in_models().values(), tmp_path_factory.mktemp("library"))
-    with open(cache_folder("fmu") / ".tests-lock", "w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        build_all(targets, workers=1)
-    return [target.path for target in targets]
 
 
 @pytest.fixture(scope="session")
