@@ -37,10 +37,11 @@ check: setup
 bench: setup
 	@$(BIN)/python tests/benchmarks/run.py
 
-# SIZE=small (10 to 15 minutes on two cores), medium or full; a run that was stopped goes on where it was.
+# SIZE=small (at most about 15 minutes on two cores), medium or full; a run that was stopped goes on where it was.
 SIZE ?= small
 WORKERS ?= 2
-BUDGET ?= inf
+# Seconds after which no further case begins; the report says how many were done.
+BUDGET ?= $(if $(filter small,$(SIZE)),780,inf)
 bench-diagnosis: $(VENV)/.bench
 	@$(BIN)/python -m tests.benchmarks.diagnosis.run --size $(SIZE) --workers $(WORKERS) --budget $(BUDGET) \
 		--out build/bench-diagnosis --report docs/benchmarks/diagnosis.md

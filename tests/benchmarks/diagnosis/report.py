@@ -25,9 +25,9 @@ effects. "Class" accepts a declared group of at most three effects.
 
 
 def write_report(
-    rows: Sequence[dict[str, Any]], named: Mapping[str, Mapping[str, Any]], about: str, markdown: Path
+    rows: Sequence[dict[str, Any]], named: Mapping[str, Mapping[str, Any]], about: str, markdown: Path, figures: Path
 ) -> None:
-    """Write `markdown`, and beside it the picture of the map and the figures as JSON."""
+    """Write `markdown` with the picture of the map beside it, and all figures and judgements as JSON to `figures`."""
     scores = summary(rows)
     methods = {"misfit diagnose": rows, **{name: as_rows(rows, named, name) for name in METHODS}}
     lines = [_HEAD.format(about=about), _counts(rows), "", "| score | at least / aim | measured |", "|---|---|---|"]
@@ -49,8 +49,8 @@ def write_report(
         lines += [f"* {r['case']}: {r['failed'].splitlines()[-1][:200]}" for r in failed]
     markdown.parent.mkdir(parents=True, exist_ok=True)
     markdown.write_text("\n".join(lines) + "\n")
-    figures = [{"score": score, "target": target, "measured": found} for score, target, found in scores]
-    write_json(markdown.with_suffix(".json"), {"about": about, "scores": figures, "cases": list(rows)})
+    measured = [{"score": score, "target": target, "measured": found} for score, target, found in scores]
+    write_json(figures, {"about": about, "scores": measured, "cases": list(rows)})
 
 
 def _counts(rows: Sequence[dict[str, Any]]) -> str:

@@ -44,7 +44,9 @@ def main() -> None:
                 print(f"{row['case']:32s} {'+'.join(row['true']) or 'none':42s} -> {said}", flush=True)
     order = {wish.name: k for k, wish in enumerate(wishes)}
     rows.sort(key=lambda row: order[row["case"]])
-    write_report(rows, named, _about(args, len(rows), len(wishes), time.monotonic() - began), args.report)
+    write_report(
+        rows, named, _about(args, len(rows), len(wishes), time.monotonic() - began), args.report, out / "scores.json"
+    )
     print(f"{len(rows)} of {len(wishes)} cases; report: {args.report}")
 
 

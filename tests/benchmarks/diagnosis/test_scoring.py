@@ -97,7 +97,7 @@ def test_scores_of_a_family_count_its_own_cases_only() -> None:
         judge("c", truth("viscous_friction", enr_each=[0.5]), answer("cogging")),
         judge("d", truth(family="N0"), answer(verdict="adequate")),
         judge("e", truth("unknown", family="O"), answer(verdict="unknown")),
-        judge("f", truth("viscous_friction", wanted_enr=5.0), answer("cogging")),
+        judge("f", truth("viscous_friction", wanted_enr=5.0, enr_each=[5.2]), answer("cogging")),
     ]
     scores = {score: found for score, _, found in summary(rows)}
 

@@ -10,8 +10,12 @@ Cells = dict[tuple[float, float], Share]
 
 
 def map_cells(rows: Sequence[dict[str, Any]], score: str = "class") -> Cells:
-    """Share right for each (ENR, seconds of a trial) of the cases that were drawn for the map."""
+    """Share right for each (ENR, seconds of a trial) of the cases that were drawn for the map.
+
+    Effects whose bounds keep them from the wanted ENR by more than a half do not count.
+    """
     drawn = [r for r in rows if r["family"] == "S" and r["wanted_enr"] is not None]
+    drawn = [r for r in drawn if 2 / 3 < r["enr"] / r["wanted_enr"] < 1.5]
     keys = sorted({(r["wanted_enr"], r["record_seconds"]) for r in drawn})
     return {
         key: Share.of(bool(r[score]) for r in drawn if (r["wanted_enr"], r["record_seconds"]) == key) for key in keys
