@@ -94,6 +94,15 @@ class Arena:
         """Return the iterators of a for-equation, comprehension or loop."""
         return self.storage["domains"][domain]["domain"]["binders"]
 
+    def text_and_place(self, index: int) -> tuple[str, str]:
+        """Return a node as it is written in the source, and where."""
+        provenance = self.storage["expressions"]["provenance"][index]
+        span = provenance.get("span")
+        if span is None or span["source"] not in self._files:
+            return "", ""
+        text = self._files[span["source"]][1].encode()[span["start"] : span["end"]].decode()
+        return " ".join(text.split()), self.where(provenance)
+
     def where(self, provenance: Mapping[str, Any] | None) -> str:
         """Say where in the source something stands, as `file:line`, empty if it is generated."""
         if not provenance or "span" not in provenance or provenance["span"]["source"] not in self._files:

@@ -1,6 +1,6 @@
 """From the front end's DAE to a `SymbolicSystem`: declarations, equations, their solution, the interface."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -12,36 +12,42 @@ from fmus.symbolic.arena import Arena
 from fmus.symbolic.dae import Dae, Equation, Knowns, column
 from fmus.symbolic.declarations import Declarations, element_names
 from fmus.symbolic.definite import check_divisors, starts_of
+from fmus.symbolic.events import RelationRecorder, check_same_variables
 from fmus.symbolic.explicit import solve_blocks
 from fmus.symbolic.initialization import initialize, with_guesses
 from fmus.symbolic.reduction import Reduced, reduce_index
 from fmus.symbolic.refusals import refuse_unsupported
 from fmus.symbolic.solution import Solution, Unknown
 from fmus.symbolic.structure import listed
-from fmus.symbolic.system import SymbolicSystem, Variable
+from fmus.symbolic.system import Relations, SymbolicSystem, Variable
 from fmus.symbolic.values import Value, scalars
 
 
 def build_system(dae: Mapping[str, Any], name: str, description: str = "") -> SymbolicSystem:
     """Translate the flat DAE of one model into explicit symbolic functions.
 
-    Relations in `if` expressions are evaluated as they stand, without events.
+    Relations in `if` expressions are evaluated as they stand, without events; `relations` has the events.
 
     Raises:
         ModelicaError: for a construct outside the supported subset, named with its place.
     """
     arena = Arena(dae)
     refuse_unsupported(arena)
-    return _Builder(arena, name, description).build()
+    builder = _Builder(arena, name, description)
+    system = builder.build()
+    if not builder.recorder.found:
+        return system
+    return replace(system, relations=_Builder(arena, name, description, freeze=True).relations(system))
 
 
 class _Builder:
     """Collects what `build` needs from the front end's representation; used once."""
 
-    def __init__(self, arena: Arena, name: str, description: str) -> None:
+    def __init__(self, arena: Arena, name: str, description: str, *, freeze: bool = False) -> None:
         self.arena, self.name, self.description = arena, name, description
         self.declared = Declarations(arena, name)
         self.evaluator = self.declared.evaluator
+        self.recorder = RelationRecorder(arena, self.declared.parameters, freeze)
 
     def build(self) -> SymbolicSystem:
         declared, dae = self.declared, self._dae()
@@ -49,14 +55,7 @@ class _Builder:
         inputs, delayed, parameters = self._defaults(knowns)
         reduced = reduce_index(dae, self._values(dae, inputs, parameters))
         self._record_states(reduced)
-        x, z = column([q.symbol for q in reduced.states]), column([q.symbol for q in reduced.algebraics])
-        dx = column([q.derivative for q in reduced.states if q.derivative is not None])
-        own = {s.element_hash() for s in ca.symvar(x)}
-        rates = [s for s in ca.vertsplit(dx) if s.element_hash() not in own]
-        unknowns = [Unknown(symbol, ca.SX(0)) for symbol in [*rates, *reduced.hidden]]
-        unknowns += [Unknown(q.symbol, q.guess, q.nominal) for q in reduced.algebraics]
-        arguments = [knowns.time, x, knowns.inputs, knowns.delays, knowns.parameters]
-        solution = solve_blocks(reduced.equations, unknowns, ca.vertcat(*arguments))
+        arguments, wanted, solution = self._solved(reduced, knowns)
         initial = ca.Function("initial", [knowns.parameters], [column([q.guess for q in reduced.states])])
         proposed = np.array(initial(parameters)).ravel().tolist()
         check_divisors(solution, arguments, [[0.0], proposed, inputs, delayed, parameters])
@@ -73,7 +72,7 @@ class _Builder:
             dependents=tuple(declared.records[name] for name in declared.dependent_names),
             outputs=tuple(self._outputs()),
             settings=declared.settings,
-            rhs=solution.function("rhs", arguments, [dx, z]),
+            rhs=solution.function("rhs", arguments, wanted),
             history=history,
             dependent=ca.Function("dependent", [knowns.parameters], [column(declared.dependents)]),
             initial=initial,
@@ -84,6 +83,32 @@ class _Builder:
         starts = np.array(system.start_of_states(ca.DM(parameters))).ravel()
         with_start = (replace(v, start=float(s)) for v, s in zip(system.states, starts, strict=True))
         return replace(system, states=tuple(with_start))
+
+    @staticmethod
+    def _solved(
+        reduced: Reduced, knowns: Knowns, sides: Sequence[ca.SX] = ()
+    ) -> tuple[list[ca.SX], list[ca.SX], Solution]:
+        """Arguments t, x, u, d, p; the derivatives of the states and the algebraic variables; what they follow from."""
+        x, z = column([q.symbol for q in reduced.states]), column([q.symbol for q in reduced.algebraics])
+        dx = column([q.derivative for q in reduced.states if q.derivative is not None])
+        own = {s.element_hash() for s in ca.symvar(x)}
+        rates = [s for s in ca.vertsplit(dx) if s.element_hash() not in own]
+        unknowns = [Unknown(symbol, ca.SX(0)) for symbol in [*rates, *reduced.hidden]]
+        unknowns += [Unknown(q.symbol, q.guess, q.nominal) for q in reduced.algebraics]
+        arguments = [knowns.time, x, knowns.inputs, knowns.delays, knowns.parameters]
+        return arguments, [dx, z], solve_blocks(reduced.equations, unknowns, ca.vertcat(*arguments, *sides))
+
+    def relations(self, system: SymbolicSystem) -> Relations | None:
+        """The model with relations that keep their side, for the variables of `system`."""
+        dae = self._dae()
+        inputs, _, parameters = self._defaults(dae.knowns)
+        sides = self.recorder.sides
+        values = self._values(dae, inputs, parameters) | {side.element_hash(): 0.0 for side in sides}
+        reduced = reduce_index(dae, values)
+        variables = [q.name for q in (*reduced.states, *reduced.algebraics)]
+        check_same_variables(variables, [v.name for v in (*system.states, *system.algebraics)], self.name)
+        arguments, wanted, solution = self._solved(reduced, dae.knowns, sides)
+        return self.recorder.relations(solution, arguments, wanted) if sides else None
 
     def _values(self, dae: Dae, inputs: list[float], parameters: list[float]) -> dict[int, float]:
         """Numbers for the model's symbols at the start, by their hashes."""
@@ -108,7 +133,9 @@ class _Builder:
         )
 
     def _dae(self) -> Dae:
+        self.evaluator.relations = self.recorder
         equations = self._equations("continuous_equation_operations")
+        self.evaluator.relations = None
         initial = self._equations("initialization_equation_operations")
         declared = self.declared
         delays = column([s for value in declared.delays.values() for s in scalars(value)])

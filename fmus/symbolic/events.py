@@ -1,10 +1,119 @@
-"""Relations that make events in an FMU: `x > 1` outside `noEvent` and `smooth`."""
+"""Relations that make events in an FMU: `x > 1` in an equation, outside `noEvent`, `smooth` and functions."""
 
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import casadi as ca
 
+from fmus.errors import ModelicaError
+from fmus.symbolic.arena import Arena
+from fmus.symbolic.dae import column
+from fmus.symbolic.operators import BINARY
+from fmus.symbolic.solution import Solution
 from fmus.symbolic.system import Relations, SymbolicSystem
+from fmus.symbolic.values import Value, is_number
+
+# Operators whose relation holds where the left side minus the right one is positive, or where the negative of that is.
+SIGNS = {"greater": 1, "greater_equal": 1, "less": -1, "less_equal": -1}
+
+Point = Mapping[int, tuple[int, ...]]
+
+
+@dataclass(frozen=True)
+class _Relation:
+    """One relation of scalars: its side c, and what is positive where it holds."""
+
+    side: ca.SX
+    difference: ca.SX
+    size: ca.SX
+    holds_at_zero: bool
+    name: str
+
+
+@dataclass
+class RelationRecorder:
+    """Collects the relations that an evaluator meets and, with `freeze`, lets them keep their side.
+
+    Relations of `constants` (parameters) never change during a run and stay as they stand.
+    """
+
+    arena: Arena
+    constants: Iterable[ca.SX]
+    freeze: bool
+    found: dict[tuple[Any, ...], _Relation] = field(default_factory=dict)
+
+    def side(self, node: int, point: Point, position: int, operator: str, left: Value, right: Value) -> Value:
+        """Value of one scalar relation: its side as a symbol, or the comparison itself."""
+        plain = BINARY[operator](left, right)
+        if is_number(plain):
+            return plain
+        constant = {symbol.element_hash() for symbol in self.constants}
+        difference = SIGNS[operator] * (ca.SX(left) - ca.SX(right))
+        if all(symbol.element_hash() in constant for symbol in ca.symvar(difference)):
+            return plain
+        key = (node, *sorted(point.items()), position)
+        if key not in self.found:
+            size = ca.fabs(ca.SX(left)) + ca.fabs(ca.SX(right))
+            symbol = ca.SX.sym(f"c{len(self.found)}")
+            self.found[key] = _Relation(symbol, difference, size, operator.endswith("equal"), self._name(node))
+        return self.found[key].side if self.freeze else plain
+
+    def _name(self, node: int) -> str:
+        text, place = self.arena.text_and_place(node)
+        return f"'{text}' ({place})" if place else f"'{text}'"
+
+    @property
+    def sides(self) -> list[ca.SX]:
+        """The symbols of all relations."""
+        return [relation.side for relation in self.found.values()]
+
+    def relations(self, solution: Solution, arguments: Sequence[ca.SX], wanted: Sequence[ca.SX]) -> Relations:
+        """Describe the frozen model: `arguments` are t, x, u, d, p, and `wanted` the derivatives and algebraics."""
+        time, parameters = arguments[0], arguments[4]
+        timed: list[tuple[_Relation, float | None]] = []
+        others: list[tuple[_Relation, float | None]] = []
+        for relation in self.found.values():
+            rate = _rate_in_time(relation, solution, time, parameters)
+            (others if rate is None else timed).append((relation, rate))
+        ordered = [relation for relation, _ in (*others, *timed)]
+        waiting = ordered[: len(others)]
+        known = [*arguments, column([relation.side for relation in ordered])]
+        return Relations(
+            names=tuple(relation.name for relation in ordered),
+            holds_at_zero=tuple(relation.holds_at_zero for relation in waiting),
+            rhs=solution.function("rhs", known, wanted),
+            indicators=solution.function(
+                "indicators", known, [column([r.difference for r in waiting]), column([r.size for r in waiting])]
+            ),
+            times=_event_times(timed, solution, time, parameters),
+        )
+
+
+def _rate_in_time(relation: _Relation, solution: Solution, time: ca.SX, parameters: ca.SX) -> float | None:
+    """Derivative by time of what a relation compares, if that is linear in time and depends on parameters otherwise."""
+    [difference] = solution.express([relation.difference])
+    allowed = {s.element_hash() for s in (time, *ca.symvar(parameters))}
+    if any(symbol.element_hash() not in allowed for symbol in ca.symvar(difference)):
+        return None
+    rate = ca.simplify(ca.jacobian(difference, time))
+    return float(rate) if rate.is_constant() and not rate.is_zero() else None
+
+
+def _event_times(
+    timed: Sequence[tuple[_Relation, float | None]], solution: Solution, time: ca.SX, parameters: ca.SX
+) -> ca.Function:
+    differences = solution.express([column([relation.difference for relation, _ in timed])])[0]
+    rates = ca.DM([rate or 0.0 for _, rate in timed])
+    at_zero = ca.substitute(differences, time, ca.SX(0)) if timed else ca.SX(0, 1)
+    times = -at_zero / rates if timed else ca.SX(0, 1)
+    return ca.Function("times", [parameters], [times, ca.SX(rates > 0) if timed else ca.SX(0, 1)])
+
+
+def check_same_variables(frozen: Sequence[str], plain: Sequence[str], name: str) -> None:
+    """Raise ModelicaError if relations that keep their side lead to another choice of states."""
+    if list(frozen) != list(plain):
+        raise ModelicaError(f"{name}: the choice of states depends on relations; use noEvent() in rigid couplings")
 
 
 def without_relations(system: SymbolicSystem) -> Relations:

@@ -11,6 +11,7 @@ import numpy as np
 from fmus.errors import ModelicaError
 from fmus.symbolic import operators
 from fmus.symbolic.arena import Arena
+from fmus.symbolic.events import SIGNS, RelationRecorder
 from fmus.symbolic.values import (
     Record,
     Value,
@@ -44,6 +45,8 @@ class Evaluator:
         self._time = time
         self._binders: dict[int, tuple[int, ...]] = {}
         self._known: dict[int, Value] = {}
+        self.relations: RelationRecorder | None = None
+        self._without_events = 0
 
     def value(self, index: int, frame: Frame | None = None) -> Value:
         """Return the value of a node; nodes outside functions and loops are evaluated once."""
@@ -100,9 +103,18 @@ class Evaluator:
         right = self.value(body["rhs"], frame)
         if operator == "multiply":
             return multiply(left, right)
+        if operator in SIGNS and self.relations is not None and frame is None and not self._without_events:
+            return self._relation(index, operator, left, right)
         if operator not in operators.BINARY:
             raise ModelicaError(f"operator {operator} is not supported")
         return elementwise(operators.BINARY[operator], left, right)
+
+    def _relation(self, index: int, operator: str, left: Value, right: Value) -> Value:
+        recorder, positions = self.relations, itertools.count()
+        assert recorder is not None
+        return elementwise(
+            lambda a, b: recorder.side(index, self._binders, next(positions), operator, a, b), left, right
+        )
 
     def _conditional(self, index: int, body: Any, frame: Frame | None) -> Value:
         operands = self.arena.operands(index)
@@ -168,7 +180,11 @@ class Evaluator:
         return array_of([s for item in items for s in scalars(item)], extents + shape_of(items[0]))
 
     def _builtin(self, index: int, body: Mapping[str, Any], frame: Frame | None) -> Value:
-        return operators.apply(body["builtin"], self._operand_values(index, frame))
+        quiet = body["builtin"] in ("no_event", "smooth")
+        self._without_events += quiet
+        values = self._operand_values(index, frame)
+        self._without_events -= quiet
+        return operators.apply(body["builtin"], values)
 
     def _runtime_quotient_owner(self, index: int, body: Mapping[str, Any], frame: Frame | None) -> Value:
         left, right = self.value(body["lhs"], frame), self.value(body["rhs"], frame)

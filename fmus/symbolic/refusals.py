@@ -35,7 +35,6 @@ def _unsupported(arena: Arena) -> Iterator[tuple[str, str]]:
         yield arena.where(entry["provenance"]), f"the discrete variable {names}"
     for key, words in (
         ("model_event_transactions", "a when equation"),
-        ("time_events", "an event at a given time"),
         ("previous_values", "previous()"),
         ("terminals", "terminal()"),
     ):

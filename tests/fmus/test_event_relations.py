@@ -1,0 +1,129 @@
+"""Which relations of a Modelica model make events, and that its FMU passes them where the closed form says."""
+
+import math
+from pathlib import Path
+
+import fmpy  # type: ignore[import-untyped]
+import numpy as np
+import pytest
+
+from fmus.catalogue import ModelicaModel
+from fmus.package import build_fmu
+from fmus.symbolic.store import from_bytes, to_bytes
+from fmus.symbolic.system import SymbolicSystem
+
+
+def compiled(text: str, folder: Path) -> SymbolicSystem:
+    file = folder / "Probe.mo"
+    file.write_text(text)
+    return ModelicaModel("Probe", "Probe", file).compile()
+
+
+KINDS = """model Probe
+  parameter Real k = 2;
+  parameter Real late = 0.5;
+  input Real u;
+  Real x(start=0, fixed=true);
+  Real y;
+  Real z;
+protected
+  function f input Real a; output Real b; algorithm b := if a > 0 then a else 0; end f;
+equation
+  der(x) = f(x) + noEvent(if u > 4 then u else 0) + smooth(0, if u > 3 then u - 3 else 0) + (if k > 1 then 1 else 0);
+  y = if x < 1 and time >= late then 1 else (if 2*time > 1 then u else abs(u));
+  z = if y <= u*time then 1 else max(x, 0);
+end Probe;
+"""
+
+
+def test_relations_of_equations_make_events_and_no_others(tmp_path: Path) -> None:
+    relations = compiled(KINDS, tmp_path).relations
+    assert relations is not None
+    assert relations.names == (
+        "'x < 1' (Probe.mo:12)",
+        "'y <= u*time' (Probe.mo:13)",
+        "'time >= late' (Probe.mo:12)",
+        "'2*time > 1' (Probe.mo:12)",
+    )
+    assert relations.holds_at_zero == (False, True)
+    times, rising = relations.times([2.0, 0.75])
+    assert times.full().ravel().tolist() == [0.75, 0.5]
+    assert rising.full().ravel().tolist() == [1.0, 1.0]
+
+
+def test_with_its_relations_as_they_stand_the_frozen_model_is_the_plain_one(tmp_path: Path) -> None:
+    system = compiled(KINDS, tmp_path)
+    assert system.relations is not None
+    rng = np.random.default_rng(7)
+    for t, x, u in rng.uniform(-1.0, 2.0, (50, 3)).tolist():
+        plain = system.rhs(t, x, u, [], [2.0, 0.5])
+        y = float(plain[1][0])
+        sides = [float(side) for side in (x < 1, y <= u * t, t >= 0.5, 2 * t > 1)]
+        frozen = system.relations.rhs(t, x, u, [], [2.0, 0.5], sides)
+        assert [v.full().tolist() for v in frozen] == [v.full().tolist() for v in plain]
+        g, size = system.relations.indicators(t, x, u, [], [2.0, 0.5], sides)
+        assert [bool(value) for value in g.full().ravel() > 0] == [bool(side) for side in sides[:2]]
+        assert np.all(size.full() >= np.abs(g.full()))
+
+
+def test_a_stored_system_keeps_its_relations(tmp_path: Path) -> None:
+    system = compiled(KINDS, tmp_path)
+    again = from_bytes(to_bytes(system))
+    assert again.relations is not None
+    assert system.relations is not None
+    assert again.relations.names == system.relations.names
+    assert again.relations.holds_at_zero == system.relations.holds_at_zero
+    assert str(again.relations.rhs) == str(system.relations.rhs)
+
+
+def test_a_model_without_such_relations_has_none(tmp_path: Path) -> None:
+    smooth = "model Probe Real x(start=1, fixed=true); equation der(x) = -noEvent(if x > 0 then x else 0); end Probe;"
+    assert compiled(smooth, tmp_path).relations is None
+
+
+THERMOSTAT = """model Probe "A room that is heated below 20 degC in the first half of each test, with a threshold in a loop"
+  parameter Real power = 3 "K/s";
+  parameter Real off = 2 "s";
+  Real T(start=18, fixed=true);
+  Real heat;
+  output Real y;
+equation
+  heat = if T < 20 and time < off then power else 0;
+  der(T) = heat - (if T > 19 then 1 else 0);
+  y = T;
+end Probe;
+"""
+
+
+@pytest.mark.parametrize("kind", ["CoSimulation", "ModelExchange"])
+@pytest.mark.parametrize("version", ["2.0", "3.0"])
+def test_state_and_time_events_come_together(tmp_path: Path, kind: str, version: str) -> None:
+    """Up by 3 K/s to 19 at 1/3 s, then by 2 K/s until the heating ends at 0.75 s, then down by 1 K/s to 19, where it
+    stays: there it does not slide, for at 19 and below the slope is zero."""
+    fmu = build_fmu(compiled(THERMOSTAT, tmp_path), tmp_path / "probe.fmu", fmi_version=version, tolerance=1e-10)
+    result = fmpy.simulate_fmu(
+        str(fmu),
+        fmi_type=kind,
+        stop_time=3.0,
+        output_interval=0.05,
+        start_values={"off": 0.75},
+        relative_tolerance=1e-10,
+        record_events=False,
+    )
+    t = result["time"]
+    top = 19 + 2 * (0.75 - 1 / 3)
+    exact = np.select(
+        [t <= 1 / 3, t <= 0.75, t <= 0.75 + (top - 19)], [18 + 3 * t, 19 + 2 * (t - 1 / 3), top - (t - 0.75)], 19.0
+    )
+    assert np.abs(result["y"] - exact).max() < 1e-9
+
+
+def test_a_relay_switches_at_the_time_of_the_closed_form(tmp_path: Path) -> None:
+    """`der(x) = -x` from 2 and, at x = 1, `der(x) = -3`: the switch is at ln 2, the zero a third of a second later."""
+    text = (
+        "model Probe Real x(start=2, fixed=true); output Real s(start=0, fixed=true); equation "
+        "der(x) = if x > 1 then -x else -3; der(s) = if x > 0 then 1 else 0; end Probe;"
+    )
+    fmu = build_fmu(compiled(text, tmp_path), tmp_path / "probe.fmu", tolerance=1e-10)
+    result = fmpy.simulate_fmu(str(fmu), stop_time=2.0, output_interval=0.5, record_events=False)
+    assert result["s"][-1] == pytest.approx(math.log(2) + 1 / 3, abs=1e-9)
