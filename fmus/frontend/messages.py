@@ -6,13 +6,19 @@ from pathlib import Path
 
 from fmus.errors import ModelicaError
 from fmus.frontend.lint.sizes import wrong_sizes
-from fmus.frontend.lint.sources import Sources
+from fmus.frontend.lint.sources import Sources, modelica_text
 from fmus.frontend.lint.tokens import Token, tokens_of
 
 _PLACE = re.compile(r"\[?(?P<file>[\w.-]+\.mo):(?P<line>\d+):\d+\]?")
 _STAGE = re.compile(r"^\w+ failed: \S+ failed in \w+: |^\S+ could not be compiled: ")
 _QUOTED = re.compile(r"['`]([A-Za-z_][\w.]*)['`]")
 _COUNTS = re.compile(r"unbalanced model: (\d+) equations, (\d+) unknowns")
+# What the compiler calls things that a user has never heard of.
+_WORDS = {
+    "`derivative expression`": "der() of an expression is not supported; declare a variable that equals it, and use its der()",
+    "expression shape mismatch": "the sizes of arrays in an equation or a value do not fit each other, or a scalar stands "
+    "where an array has to; compare both sides element by element",
+}
 
 
 def explained(message: str, model: str, source: Path, roots: list[Path]) -> str:
@@ -33,7 +39,7 @@ def explained(message: str, model: str, source: Path, roots: list[Path]) -> str:
         better = next(wrong_sizes(model, sources), None)
         if better is not None:
             return better
-    named = next(_mentions(text, model, source, sources), None)
+    named = next(_statements(text, source), None) or next(_mentions(text, model, source, sources), None)
     return f"{named or _declaration(model, source, sources)}: {_friendlier(text)}"
 
 
@@ -49,6 +55,9 @@ def _reasons(message: str) -> str:
 
 
 def _friendlier(text: str) -> str:
+    for key, words in _WORDS.items():
+        if key in text:
+            return words
     counts = _COUNTS.search(text)
     if counts is None:
         return text
@@ -60,6 +69,21 @@ def _friendlier(text: str) -> str:
 def _declaration(model: str, source: Path, sources: Sources) -> str:
     definition = sources.named(tuple(model.split(".")))
     return source.name if definition is None else f"{definition.file}:{definition.line}"
+
+
+def _statements(text: str, source: Path) -> Iterator[str]:
+    """Where the user's file has the kind of statement that a message is about."""
+    tokens = _tokens(source)
+    texts = [token.text for token in tokens]
+    for k, word in enumerate(texts):
+        if word == "connect" and text.startswith("connect argument"):
+            arguments = "".join(texts[k + 2 : texts.index(")", k)]).split(",") if ")" in texts[k:] else []
+            if set(arguments) & set(_QUOTED.findall(text)):
+                yield f"{source.name}:{tokens[k].line}"
+        if word == "der" and "`derivative expression`" in text:
+            end = texts.index(")", k) if ")" in texts[k:] else k
+            if any(t.kind not in ("name", "number") and t.text not in ".[]," for t in tokens[k + 2 : end]):
+                yield f"{source.name}:{tokens[k].line}"
 
 
 def _mentions(text: str, model: str, source: Path, sources: Sources) -> Iterator[str]:
@@ -76,10 +100,7 @@ def _mentions(text: str, model: str, source: Path, sources: Sources) -> Iterator
 
 def _lines_of(name: str, file: Path) -> Iterable[int]:
     parts = re.findall(r"[^.]+|\.", name)
-    try:
-        tokens: list[Token] = tokens_of(file.read_text(), file.name)
-    except ModelicaError:
-        return []
+    tokens = _tokens(file)
     width = len(parts)
     return [
         tokens[k].line
@@ -88,3 +109,10 @@ def _lines_of(name: str, file: Path) -> Iterable[int]:
         and tokens[k - 1].text != "."
         and tokens[k + width].text != "."
     ]
+
+
+def _tokens(file: Path) -> list[Token]:
+    try:
+        return tokens_of(modelica_text(file), file.name)
+    except ModelicaError:
+        return []

@@ -6,7 +6,7 @@ from fmus.errors import ModelicaError
 from fmus.frontend.lint.parser import parse
 from fmus.frontend.lint.rules import ModifierRules
 from fmus.frontend.lint.scope import View, base_of, component_type, element_of, type_of
-from fmus.frontend.lint.sources import Sources
+from fmus.frontend.lint.sources import Sources, modelica_text
 from fmus.frontend.lint.tree import ClassDef, Component, Modifier, Name
 
 
@@ -27,8 +27,10 @@ def lint_class(model: str, file: Path | None, roots: list[Path]) -> None:
     if definition is not None:
         _Walk(sources).visit(View(definition, sources))
     elif file is not None:
-        known = [d.name for d in parse(file.read_text(), file.name)]
-        raise ModelicaError(f"{file.name}:1: there is no class '{model}'; the file declares {', '.join(known)}")
+        known = [d.name for d in parse(modelica_text(file), file.name)]
+        raise ModelicaError(
+            f"{file.name}:1: there is no class '{model}'; the file declares {', '.join(known) or 'none'}"
+        )
 
 
 class _Walk:

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from fmus.errors import ModelicaError
 from fmus.frontend.lint.parser import parse
 from fmus.frontend.lint.tree import ClassDef, Name
 
@@ -61,7 +62,7 @@ class Sources:
 
     def _read(self, path: Path) -> tuple[ClassDef, ...]:
         if path not in self._files:
-            self._files[path] = parse(path.read_text(), path.name)
+            self._files[path] = parse(modelica_text(path), path.name)
         return self._files[path]
 
 
@@ -69,3 +70,19 @@ def _outermost(folder: Path) -> Path:
     while (folder.parent / "package.mo").exists():
         folder = folder.parent
     return folder
+
+
+def modelica_text(path: Path) -> str:
+    """Text of a Modelica file.
+
+    Raises:
+        ModelicaError: if it is not UTF-8, with the line.
+    """
+    content = path.read_bytes()
+    try:
+        return content.decode()
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        raise ModelicaError(
+            f"{path.name}:{line}: the byte {content[error.start]:#x} is not UTF-8; save the file in this encoding"
+        ) from error
