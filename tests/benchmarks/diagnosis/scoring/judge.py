@@ -47,7 +47,7 @@ def judge(name: str, truth: Mapping[str, Any], result: Mapping[str, Any]) -> dic
         "superset": set(true) <= set(said),
         "extra": len(set(said) - set(true)),
         "top3": sorted(true) in ranking[:3],
-        "covers": set(true) <= wide,
+        "offered": set(true) <= {effect for entry in ranking for effect in entry},
         "advised": result.get("next_experiment") is not None,
         "parameters": _parameters(truth, effects, exact),
         "probability": top.get("probability"),

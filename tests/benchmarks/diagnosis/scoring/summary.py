@@ -27,6 +27,11 @@ def summary(rows: Sequence[Row]) -> list[tuple[str, str, str]]:
         ("single: class", "95 / 99 %", str(Share.of(r["class"] for r in rich))),
         ("single: name", "85 / 93 %", str(Share.of(r["exact"] for r in rich))),
         ("single: name and site", "", str(Share.of(r["exact_site"] for r in rich))),
+        (
+            "single: name, where the tool tried the effect at all",
+            "",
+            str(Share.of(r["exact"] for r in rich if r["offered"])),
+        ),
         ("single: in top 3", "98 / 99.5 %", str(Share.of(r["top3"] for r in rich))),
         ("single: missed (called adequate)", "", str(Share.of(r["verdict"] == "adequate" for r in rich))),
         ("pair: exact class", "80 / 92 %", str(Share.of(r["class"] for r in pairs))),

@@ -41,7 +41,11 @@ def _on_grid(case: Drawn, run: Run, columns: dict[str, np.ndarray]) -> np.ndarra
 
 
 def _true_error(case: Drawn, plan: Plan, inputs: np.ndarray, at: np.ndarray, measured: np.ndarray) -> np.ndarray:
-    """Mean square errors (ny,) of the true model driven by the recorded inputs, its start values fitted (linearly)."""
+    """Mean square errors (ny,) of the true model driven by the recorded inputs, its start values fitted (linearly).
+
+    First positions may move from the true ones by as much as an encoder errs, speeds freely. What noise of the inputs
+    leaves is slow, so an encoder's error at the start weighs as much as the whole record.
+    """
 
     def outputs(q0: np.ndarray, v0: np.ndarray) -> np.ndarray:
         moved = replace(plan, q0=q0, v0=v0)
@@ -50,11 +54,15 @@ def _true_error(case: Drawn, plan: Plan, inputs: np.ndarray, at: np.ndarray, mea
 
     here = outputs(plan.q0, plan.v0)
     steps = 1e-6 * np.eye(len(plan.q0))
-    moves = [(outputs(plan.q0 + step, plan.v0) - here).ravel() for step in steps]
-    moves += [(outputs(plan.q0, plan.v0 + step) - here).ravel() for step in steps]
+    moves = [outputs(plan.q0 + step, plan.v0) - here for step in steps]
+    moves += [outputs(plan.q0, plan.v0 + step) - here for step in steps]
+    columns = np.column_stack([move.ravel() for move in moves])
+    weight = case.noise / case.recorder.output_noise * np.sqrt(len(at))
+    first = np.column_stack([move[0] * weight for move in moves])
     left = (here - measured / case.noise).ravel()
-    change, *_ = np.linalg.lstsq(np.column_stack(moves), -left, rcond=1e-8)
-    left = left + np.column_stack(moves) @ change
+    wanted = np.concatenate([-left, np.zeros(len(first))])
+    change, *_ = np.linalg.lstsq(np.vstack([columns, first]), wanted, rcond=1e-8)
+    left = left + columns @ change
     return np.mean((left.reshape(measured.shape) * case.noise) ** 2, axis=0)
 
 
