@@ -108,7 +108,14 @@ def _compile(sources: Mapping[str, str], platform: Platform) -> bytes:
     with tempfile.TemporaryDirectory(prefix="misfit-zig-") as folder:
         units = write_sources(sources, Path(folder))
         command = [sys.executable, "-m", "ziglang", "cc", "-target", platform.target, *CODE_FLAGS]
-        command += ["-s", "-o", f"model{platform.ending}", *units, *([] if platform.ending == ".dll" else ["-lm"])]
+        command += [
+            "-shared",
+            "-s",
+            "-o",
+            f"model{platform.ending}",
+            *units,
+            *([] if platform.ending == ".dll" else ["-lm"]),
+        ]
         cache = str(cache_folder("zig"))
         # The compiler writes next to what it makes, and keeps what it made of the C library in its cache.
         environment = {**os.environ, "ZIG_GLOBAL_CACHE_DIR": cache, "ZIG_LOCAL_CACHE_DIR": str(Path(folder) / "cache")}
