@@ -9,7 +9,7 @@ from tests.benchmarks.diagnosis.diagnose_cases import write_json
 from tests.benchmarks.diagnosis.scoring.baselines import COLUMNS, as_rows, method_scores
 from tests.benchmarks.diagnosis.scoring.confusion import confusion
 from tests.benchmarks.diagnosis.scoring.heat_map import draw_map, map_cells, map_table
-from tests.benchmarks.diagnosis.scoring.summary import summary
+from tests.benchmarks.diagnosis.scoring.summary import by_size, summary
 from tests.benchmarks.diagnosis.truth.families import FAMILIES
 
 _HEAD = """# How far the diagnosis can be trusted
@@ -32,6 +32,9 @@ def write_report(
     methods = {"misfit diagnose": rows, **{name: as_rows(rows, named, name) for name in METHODS}}
     lines = [_HEAD.format(about=about), _counts(rows), "", "| score | at least / aim | measured |", "|---|---|---|"]
     lines += [f"| {score} | {target} | {found} |" for score, target, found in scores]
+    lines += ["", "## Single effects by size", ""]
+    lines += ["| ENR | not called adequate | class | name | in top 3 |", "|---|---|---|---|---|"]
+    lines += ["| " + " | ".join(row) + " |" for row in by_size(rows)]
     lines += ["", "## Beside other methods", "", "The same recordings and the same library of effects.", ""]
     lines += ["| method | " + " | ".join(COLUMNS) + " |", "|---" * (len(COLUMNS) + 1) + "|"]
     lines += [f"| {name} | " + " | ".join(method_scores(part)) + " |" for name, part in methods.items()]

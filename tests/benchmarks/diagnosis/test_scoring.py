@@ -7,6 +7,7 @@ import pytest
 from tests.benchmarks.diagnosis.scoring.heat_map import map_cells, map_table
 from tests.benchmarks.diagnosis.scoring.judge import judge
 from tests.benchmarks.diagnosis.scoring.summary import summary
+from tests.benchmarks.diagnosis.scoring.utility import utility
 from tests.benchmarks.diagnosis.scoring.wilson import Share
 
 NOISE = {"q1": 1e-3, "q2": 2e-3}
@@ -80,6 +81,19 @@ def test_effects_under_a_verdict_that_names_none_do_not_count() -> None:
     row = judge("a", truth("viscous_friction"), answer("viscous_friction", verdict="unknown"))
 
     assert (row["said"], row["exact"], row["verdict"]) == ([], False, "unknown")
+
+
+def test_wrong_name_is_worth_less_than_none_and_a_class_less_than_the_name() -> None:
+    true = truth("viscous_friction")
+    answers = [
+        answer("viscous_friction"),
+        answer("coulomb_friction", confusable=[["coulomb_friction", "viscous_friction"]]),
+        answer(verdict="cannot_tell"),
+        answer(verdict="adequate"),
+        answer("tremor"),
+    ]
+
+    assert [utility(judge("a", true, said)) for said in answers] == [1.0, 0.5, 0.3, 0.0, -0.5]
 
 
 def test_run_that_failed_is_wrong_and_is_an_alarm() -> None:

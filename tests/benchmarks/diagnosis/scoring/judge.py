@@ -45,6 +45,8 @@ def judge(name: str, truth: Mapping[str, Any], result: Mapping[str, Any]) -> dic
         "exact_site": places,
         "class": len(said) == len(true) and set(true) <= wide,
         "superset": set(true) <= set(said),
+        "jaccard": len(set(true) & set(said)) / max(len(set(true) | set(said)), 1),
+        "class_size": 1 + len(wide) - len(set(said)),
         "extra": len(set(said) - set(true)),
         "top3": sorted(true) in ranking[:3],
         "offered": set(true) <= {effect for entry in ranking for effect in entry},

@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from statistics import median
 from typing import Any
 
+from tests.benchmarks.diagnosis.scoring.utility import utility
 from tests.benchmarks.diagnosis.scoring.wilson import Share
 
 Row = dict[str, Any]
@@ -37,18 +38,22 @@ def summary(rows: Sequence[Row]) -> list[tuple[str, str, str]]:
         ("pair: exact class", "80 / 92 %", str(Share.of(r["class"] for r in pairs))),
         ("pair: exact names", "60 / 75 %", str(Share.of(r["exact"] for r in pairs))),
         ("pair: both in the set", "", str(Share.of(r["superset"] for r in pairs))),
+        ("pair: share of the union that is right (Jaccard)", "", _mean([r["jaccard"] for r in pairs])),
         ("triple: exact names", "", str(Share.of(r["exact"] for r in of("T")))),
         ("effects too many, a case with an answer", "0.15 / 0.05", _mean([r["extra"] for r in named if r["said"]])),
         ("outside the library: found", "85 / 95 %", str(Share.of(r["verdict"] == "unknown" for r in of("O")))),
         ("false unknown", "10 / 5 %", str(Share.of(r["verdict"] == "unknown" for r in sets))),
         ("parameter error, median", "5 / 2 %", _percent(_middle([error for error, _ in parameters]))),
+        ("parameters within 10 %", "", str(Share.of(error < 0.1 for error, _ in parameters))),
         ("90 % intervals that cover", "80-97 / 87-93 %", str(Share.of(covered for _, covered in parameters))),
         ("reducible held-out error removed, median", "90 / 97 %", _percent(_middle([r["removed"] for r in rich]))),
         ("held-out error / true model's, median", "1.3 / 1.1", _number(_middle([r["over_true"] for r in rich]))),
         ("made worse on held-out trials", "2 / 0.5 %", str(Share.of(bool(r["worse"]) for r in named))),
         ("no excitation: cannot tell", "80 / 95 %", str(Share.of(r["verdict"] == "cannot_tell" for r in of("I")))),
+        ("the same, or a class that holds the effect", "", str(Share.of(_careful(r) for r in of("I")))),
         ("no excitation: an experiment is advised", "", str(Share.of(r["advised"] for r in of("I")))),
         ("expected calibration error of probabilities", "0.10 / 0.05", _number(_calibration(rows))),
+        ("usefulness of an answer, mean (1: the truth, -0.5: misleading)", "", _mean([utility(r) for r in rows])),
         ("runs that failed", "0", str(Share.of(bool(r["failed"]) for r in rows))),
         ("seconds a case, arm, median", "60 / 15 (2 cores)", _number(_seconds(rows, "arm"))),
         ("seconds a case, other machines, median", "", _number(_seconds(rows, ""))),
@@ -58,6 +63,23 @@ def summary(rows: Sequence[Row]) -> list[tuple[str, str, str]]:
 def _by_family(rows: Sequence[Row]) -> Callable[[str], list[Row]]:
     """Rows of a family; cases drawn for the map of ENR and record length do not count."""
     return lambda family: [r for r in rows if r["family"] == family and r["wanted_enr"] is None]
+
+
+def by_size(rows: Sequence[Row]) -> list[tuple[str, str, str, str, str]]:
+    """(ENR, not called adequate, class, name, in top 3) of single effects by their size."""
+    bands = ((0.0, 0.5), (0.5, 1.5), (1.5, 5.0), (5.0, 15.0), (15.0, float("inf")))
+    found = []
+    for low, high in bands:
+        part = [r for r in rows if r["family"] == "S" and low <= r["enr"] < high]
+        if part:
+            detected = Share.of(r["verdict"] != "adequate" for r in part)
+            shares = [detected, *(Share.of(bool(r[key]) for r in part) for key in ("class", "exact", "top3"))]
+            found.append((f"{low:g} to {high:g}" if high < float("inf") else f"over {low:g}", *map(str, shares)))
+    return found
+
+
+def _careful(row: Row) -> bool:
+    return row["verdict"] == "cannot_tell" or (row["verdict"] == "ambiguous" and row["class"])
 
 
 def _alarms(rows: Sequence[Row]) -> Share:

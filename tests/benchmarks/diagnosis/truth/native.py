@@ -4,6 +4,7 @@ import ctypes
 import hashlib
 import importlib.util
 import os
+import shutil
 import subprocess
 from collections.abc import Mapping
 from functools import cache
@@ -37,7 +38,7 @@ def library() -> ctypes.CDLL:
     target = BUILD / f"truth_{hashlib.sha256(content + repr(flags).encode()).hexdigest()[:16]}.so"
     if not target.exists():
         partial = target.with_suffix(f".{os.getpid()}")
-        compiler = os.environ.get("CC", "cc")
+        compiler = os.environ.get("CC") or shutil.which("cc") or "gcc"
         command = [compiler, "-O2", "-std=c11", "-Wall", "-Wextra", "-shared", "-fPIC", "-o", str(partial)]
         done = subprocess.run(
             [*command, *(str(SOURCES / name) for name in names), *flags, "-lm"], capture_output=True, text=True
