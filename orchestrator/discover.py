@@ -7,6 +7,7 @@ from importlib.metadata import version as package_version
 from pathlib import Path
 
 from fmus.catalogue import ModelicaModel
+from fmus.files import write_atomically
 from orchestrator import ledger
 from orchestrator.compare.comparison import compare
 from orchestrator.compare.result import Comparison
@@ -41,6 +42,8 @@ def discover(
 ) -> Discovery:
     """Diagnose a model, add the named effects one after another, and record every version in the folder's ledger.
 
+    Forces that no effect explains are written to the folder as drafts of effect cards.
+
     Raises:
         MisfitError: for input that does not fit.
         ComponentError: if the model cannot be simulated.
@@ -63,6 +66,8 @@ def discover(
         name = version.source.name
         entries.append(_record(folder, name, version.source, version.model, step.effects, again, measurements))
         versions.append(version)
+    for number, curve in enumerate(diagnosis.latent_forces, start=1):
+        write_atomically(folder / f"draft_{number}.toml", curve.draft_card(number).encode())
     if versions:
         diagnosis = replace(diagnosis, patched_model=str(versions[-1].file))
     return Discovery(diagnosis, tuple(versions), tuple(entries))

@@ -2,12 +2,12 @@
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from threadpoolctl import threadpool_limits
 
 from fmus.catalogue import ModelicaModel
-from fmus.errors import MisfitError
+from fmus.errors import ComponentError, MisfitError
 from orchestrator.compare.comparison import compare
 from orchestrator.compare.result import Comparison
 from orchestrator.diagnosis.candidates import find_candidates, model_of
@@ -16,6 +16,7 @@ from orchestrator.diagnosis.evidence import LearningData, Refit
 from orchestrator.diagnosis.ranking import confusable_with, rank
 from orchestrator.diagnosis.result import Diagnosis, Estimate, HeldOut, NamedEffect, Step
 from orchestrator.diagnosis.search import Progress, Searcher, Trace
+from orchestrator.diagnosis.unexplained import unexplained_forces
 from orchestrator.diagnosis.verdict import decide, improvement_p_value, reducible_removed
 from orchestrator.measurements import MeasurementSet, bind
 from orchestrator.models.estimation import Z90
@@ -72,7 +73,12 @@ def diagnose(
     with threadpool_limits(limits=1, user_api="blas"):
         path = searcher.run(nominal_cost)
     accepted = _referee(source, measurements, nominal, path, workers, progress)
-    return _conclude(source, nominal, accepted, searcher.trace, searcher, impossible, time.monotonic() - began)
+    found = _conclude(source, nominal, accepted, searcher.trace, searcher, impossible, time.monotonic() - began)
+    if found.verdict == "unknown":
+        progress("looking at what is left")
+        best = accepted.refits[-1] if accepted.refits else None
+        found = replace(found, latent_forces=unexplained_forces(searcher.nominal, best, searcher.learning))
+    return replace(found, seconds=time.monotonic() - began)
 
 
 def _referee(
@@ -88,7 +94,10 @@ def _referee(
     for found in path:
         progress(f"checking {' + '.join(found.ids)} on held-out trials")
         model = found.effects.fixed(found.fit.values, version_name(source, len(found.ids)))
-        after = compare(model, measurements, workers=workers, floor=nominal.noise_floor)
+        try:
+            after = compare(model, measurements, workers=workers, floor=nominal.noise_floor)
+        except ComponentError:
+            break  # what cannot even be simulated on held-out trials explains nothing
         before = steps[-1].comparison
         assert after.held_out is not None and before.held_out is not None
         if after.held_out.over_floor > (1 - HELD_OUT_GAIN) * before.held_out.over_floor:

@@ -5,6 +5,7 @@ from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
 from orchestrator.compare.result import Comparison
+from orchestrator.diagnosis.latent import LatentForce
 
 Verdict = Literal["adequate", "named", "ambiguous", "unknown", "cannot_tell"]
 
@@ -60,7 +61,10 @@ class HeldOut:
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """Verdict and evidence of `misfit diagnose`. `steps` begins with the model as given."""
+    """Verdict and evidence of `misfit diagnose`. `steps` begins with the model as given.
+
+    `latent_forces` are curves of what no effect explains, for the verdict "unknown".
+    """
 
     model: str
     data: str
@@ -76,6 +80,7 @@ class Diagnosis:
     patched_model: str | None
     seconds: float
     steps: tuple[Step, ...]
+    latent_forces: tuple[LatentForce, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """Return the `misfit.diagnosis/1` document."""
@@ -94,4 +99,5 @@ class Diagnosis:
             "next_experiment": self.next_experiment,
             "patched_model": self.patched_model,
             "seconds": self.seconds,
+            "latent_forces": [curve.to_json() for curve in self.latent_forces],
         }

@@ -108,7 +108,7 @@ class Screener:
         """Explain what a fitted set leaves, by each further candidate; gains count from what is left."""
         here = self._regressors(current.effects.model, current.effects.model.compiled.with_values(current.fit.values))
         _, own = _least_squares(here.residual, here.slopes)
-        left = (1.0 - own) * float(np.mean(here.residual**2))
+        left = max((1.0 - own) * float(np.mean(here.residual**2)), np.finfo(float).tiny)
         found = []
         for candidate, explanation in placed:
             both = np.column_stack([here.slopes, explanation.columns])

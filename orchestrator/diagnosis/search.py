@@ -113,7 +113,10 @@ class Searcher:
             placed = [(can_join(inside, s.screened.candidates[0], self.slots), s) for s in singles]
             possible = [(candidate, single) for candidate, single in placed if candidate is not None]
             if screener is not None and current.effects.model.residual is not None:
-                extended = screener.extend(current, possible)
+                try:
+                    extended = screener.extend(current, possible)
+                except ComponentError:
+                    continue  # a set whose residual cannot be simulated with its fitted values leads nowhere
             else:
                 extended = [
                     Screened((*inside, c), np.concatenate([current.fit.values, s.screened.values]), np.nan)

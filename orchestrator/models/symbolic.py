@@ -149,19 +149,19 @@ class SymbolicModel:
         return found
 
     @cached_property
-    def _hidden(self) -> CompiledModel:
+    def hidden(self) -> CompiledModel:
         """The states that are not measured, as outputs of the residual system."""
         assert self.residual is not None
         return CompiledModel(self.residual.system, [v.name for v in self.residual.system.states])
 
     def _settled(self, inputs: np.ndarray, parameters: np.ndarray) -> dict[str, float]:
         """Hidden states after the first inputs have been held for a while."""
-        names = self._hidden.outputs
+        names = self.hidden.outputs
         if not names:
             return {}
         time = np.linspace(0.0, SETTLING_S, 401)
-        first = self._hidden.system.initial(ca.DM(parameters)).full().ravel()
-        run = self._hidden.run(time, np.tile(inputs, (len(time), 1)), parameters, first, substeps=4)
+        first = self.hidden.system.initial(ca.DM(parameters)).full().ravel()
+        run = self.hidden.run(time, np.tile(inputs, (len(time), 1)), parameters, first, substeps=4)
         return dict(zip(names, map(float, run.outputs[-1]), strict=True))
 
     def residual_inputs(self, trial: SmoothedTrial) -> np.ndarray:

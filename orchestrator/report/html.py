@@ -74,7 +74,12 @@ def _diagnosis_page(diagnosis: Diagnosis, entries: list[LedgerEntry]) -> Page:
         ),
         findings=given.findings,
         where=where_tables(given.where, given.units, given.noise_floor),
-        pictures=(*_ranking(diagnosis), *_trial_pictures(given, changed), *_residual_pictures(given)),
+        pictures=(
+            *_ranking(diagnosis),
+            *_latent(diagnosis),
+            *_trial_pictures(given, changed),
+            *_residual_pictures(given),
+        ),
         next_experiment=experiment_rows(diagnosis.next_experiment),
         warnings=diagnosis.warnings,
         notes=given.notes,
@@ -103,6 +108,10 @@ def _ranking(diagnosis: Diagnosis) -> tuple[Picture, ...]:
     if not diagnosis.ranking:
         return ()
     return (Picture(figures.ranking(diagnosis), "What was tried, best first."),)
+
+
+def _latent(diagnosis: Diagnosis) -> list[Picture]:
+    return [Picture(figures.latent_curve(curve), f"{curve.sentence()}.") for curve in diagnosis.latent_forces]
 
 
 def _trial_pictures(comparison: Comparison, changed: Mapping[tuple[str, str], TrialCurves]) -> list[Picture]:

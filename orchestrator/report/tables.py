@@ -91,7 +91,8 @@ def diagnosis_table(diagnosis: Diagnosis) -> Group:
     left = len(diagnosis.ranking) - RANKING_ROWS
     if left > 0:
         table.caption = f"{left} more are in the JSON result"
-    return Group(_plain(verdict_sentence(diagnosis)), table)
+    left_over = [_plain(f"{curve.sentence()}.") for curve in diagnosis.latent_forces]
+    return Group(_plain(verdict_sentence(diagnosis)), *left_over, table)
 
 
 def _table() -> Table:

@@ -2,12 +2,14 @@
 
 from orchestrator.report.figures._curves import shown_signals, shown_trials, trial_curves
 from orchestrator.report.figures._diagnosis import Version, falling_error, ranking
+from orchestrator.report.figures._latent import latent_curve
 from orchestrator.report.figures._residuals import error_by_trial, residual_against_state, residual_spectrum
 
 __all__ = [
     "Version",
     "error_by_trial",
     "falling_error",
+    "latent_curve",
     "ranking",
     "residual_against_state",
     "residual_spectrum",
