@@ -71,9 +71,19 @@ def _unit_definitions(units: Sequence[str]) -> ET.Element:
     return element
 
 
+# As in runtime/logging.c.
+_CATEGORIES = {
+    "logEvents": "Relations that change, and when",
+    "logStatusDiscard": "Derivatives that are no numbers, for the importer to avoid",
+    "logStatusError": "Refused calls and steps",
+    "logAll": "All of these",
+}
+
+
 def _log_categories() -> ET.Element:
     element = ET.Element("LogCategories")
-    ET.SubElement(element, "Category", name="logStatusError", description="Refused calls and steps")
+    for name, description in _CATEGORIES.items():
+        ET.SubElement(element, "Category", name=name, description=description)
     return element
 
 

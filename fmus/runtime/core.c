@@ -20,6 +20,18 @@ int core_fail(Core *core, const char *format, ...)
     return -1;
 }
 
+void core_tell(Core *core, unsigned category, const char *format, ...)
+{
+    char text[512];
+    va_list arguments;
+    if ((core->categories & category) == 0 || core->listener == NULL)
+        return;
+    va_start(arguments, format);
+    vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+    core->listener(core->owner, category, text);
+}
+
 static void invalidate(Core *core)
 {
     core->starts_valid = core->outputs_valid = core->dependents_valid = 0;
@@ -43,7 +55,12 @@ void core_reset(Core *core)
     invalidate(core);
 }
 
-void core_release(Core *core) { history_clear(&core->history); }
+void core_release(Core *core)
+{
+    while (core->snapshots != NULL)
+        core_free_snapshot(core, core->snapshots);
+    history_clear(&core->history);
+}
 
 const char *core_phase_name(const Core *core)
 {

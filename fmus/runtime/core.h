@@ -7,6 +7,7 @@
 
 #include "history.h"
 #include "integrator.h"
+#include "logging.h"
 #include "model.h"
 
 typedef enum {
@@ -48,9 +49,24 @@ typedef struct {
     double delay;  /* 1/s */
 } DelaySensitivity;
 
+/* Snapshots own their memory; each belongs to one running model, in a list. */
+typedef struct Snapshot Snapshot;
+struct Snapshot {
+    State state;
+    History history;
+    Snapshot *next;
+};
+
+/* Takes a message on behalf of an importer. */
+typedef void Listener(void *owner, unsigned category, const char *message);
+
 typedef struct {
     State state;
     History history;
+    Snapshot *snapshots;
+    unsigned categories; /* of messages that are wanted */
+    Listener *listener;  /* of the FMI layer, with its instance */
+    void *owner;
 
     double proposed[N_STATES + 1]; /* start values declared or set, before they are made consistent */
     int starts_valid, outputs_valid, dependents_valid; /* what follows from `state`, computed on demand */
@@ -80,14 +96,12 @@ typedef struct {
     char message[512];
 } Core;
 
-typedef struct {
-    State state;
-    History history;
-} Snapshot;
-
 extern const char *const core_names[]; /* by value reference */
 
 int core_fail(Core *core, const char *format, ...);
+
+/* Passes a message on if its category is wanted. */
+void core_tell(Core *core, unsigned category, const char *format, ...);
 
 /* Back to the state after creation, with the values of the model description; the interface type stays. */
 void core_reset(Core *core);
@@ -151,10 +165,12 @@ int core_next_time_event(Core *core, double time, double *next); /* HUGE_VAL whe
 /* Fails when too many events in a row come within `close` s of the last one. */
 int core_count_event(Core *core, double time, double close);
 
-/* Snapshots own their memory; core_snapshot reuses `snapshot` unless it is NULL, and gives NULL on failure. */
+/* core_snapshot reuses `snapshot` unless it is NULL, and gives NULL on failure. Snapshots of others are refused; freeing
+ * NULL does nothing. */
+int core_owns(Core *core, const Snapshot *snapshot);
 Snapshot *core_snapshot(Core *core, Snapshot *snapshot);
 int core_restore(Core *core, const Snapshot *snapshot);
-void core_free_snapshot(Snapshot *snapshot);
+int core_free_snapshot(Core *core, Snapshot *snapshot);
 size_t core_serialized_size(const Snapshot *snapshot);
 void core_serialize(const Snapshot *snapshot, char *bytes);
 Snapshot *core_deserialize(Core *core, const char *bytes, size_t size);

@@ -80,12 +80,15 @@ int core_next_time_event(Core *core, double time, double *next)
     return 0;
 }
 
-static int turn(Core *core, int i, int holds)
+static int turn(Core *core, int i, int holds, double time)
 {
     if ((core->state.relations[i] != 0.0) == holds)
         return 0;
     core->state.relations[i] = holds;
     core->last_changed = i;
+    if (core->state.phase > PHASE_INITIALIZATION)
+        core_tell(core, LOG_EVENTS, "the relation %s becomes %s at t = %.9g s", relation_names[i],
+                  holds ? "true" : "false", time);
     return 1;
 }
 
@@ -98,7 +101,7 @@ static int turn_timed(Core *core, double time, int *changed)
     if (evaluate_event_times(core, times, rising) != 0)
         return -1;
     for (int i = 0; i < N_TIMED; i++)
-        *changed |= turn(core, N_INDICATORS + i, (time >= times[i]) == (rising[i] != 0.0));
+        *changed |= turn(core, N_INDICATORS + i, (time >= times[i]) == (rising[i] != 0.0), time);
     return 0;
 }
 
@@ -116,7 +119,7 @@ int core_settle_relations(Core *core, double time, const double *x, Settling set
             double g = core->indicators[i];
             int kept = margin_of(core, i) > 0.0, holds = core->state.relations[i] != 0.0;
             int fresh = g > 0.0 || (g == 0.0 && holds_at_zero[i]);
-            again |= turn(core, i, settling == SETTLE_FRESH ? fresh : kept ? holds : !holds);
+            again |= turn(core, i, settling == SETTLE_FRESH ? fresh : kept ? holds : !holds, time);
         }
         if (!again)
             return 0;

@@ -6,12 +6,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-static void emit(const fmi2CallbackFunctions *callbacks, const char *name, const char *call, const char *message)
+static void emit(const fmi2CallbackFunctions *callbacks, const char *name, fmi2Status status, unsigned category,
+                 const char *call, const char *message)
 {
     char text[1300];
-    size_t length = 0;
-    int written = snprintf(text, 200, "%s: ", call);
-    length = written < 0 ? 0 : (size_t)written;
+    int written = snprintf(text, 200, "%s%s", call, *call != '\0' ? ": " : "");
+    size_t length = written < 0 ? 0 : (size_t)written;
     /* The standard reads the message as a format with #references#: both signs count when doubled. */
     for (; *message != '\0' && length + 3 < sizeof text; message++) {
         if (*message == '%' || *message == '#')
@@ -20,7 +20,21 @@ static void emit(const fmi2CallbackFunctions *callbacks, const char *name, const
     }
     text[length] = '\0';
     if (callbacks->logger != NULL)
-        callbacks->logger(callbacks->componentEnvironment, name, fmi2Error, "logStatusError", text);
+        callbacks->logger(callbacks->componentEnvironment, name, status, log_name(category), text);
+}
+
+/* Messages of the core, which are no failures. */
+static void listen(void *owner, unsigned category, const char *message)
+{
+    const Instance *instance = owner;
+    emit(&instance->callbacks, instance->name, fmi2OK, category, "", message);
+}
+
+static void refuse(Instance *instance, fmi2Status status, const char *call, const char *message)
+{
+    unsigned category = status == fmi2Discard ? LOG_DISCARD : LOG_ERROR;
+    if ((instance->core.categories & category) != 0)
+        emit(&instance->callbacks, instance->name, status, category, call, message);
 }
 
 fmi2Status fmi2_refuse(Instance *instance, const char *call, const char *format, ...)
@@ -32,8 +46,14 @@ fmi2Status fmi2_refuse(Instance *instance, const char *call, const char *format,
     va_start(arguments, format);
     vsnprintf(message, sizeof message, format, arguments);
     va_end(arguments);
-    emit(&instance->callbacks, instance->name, call, message);
+    refuse(instance, fmi2Error, call, message);
     return fmi2Error;
+}
+
+fmi2Status fmi2_failed(Instance *instance, const char *call, fmi2Status status)
+{
+    refuse(instance, status, call, instance->core.message);
+    return status;
 }
 
 int fmi2_allowed(Instance *instance, const char *call, unsigned phases)
@@ -60,7 +80,7 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
                               fmi2String fmuResourceLocation, const fmi2CallbackFunctions *functions,
                               fmi2Boolean visible, fmi2Boolean loggingOn)
 {
-    (void)fmuResourceLocation, (void)visible, (void)loggingOn;
+    (void)fmuResourceLocation, (void)visible;
     const char *problem = NULL;
     if (functions == NULL)
         return NULL;
@@ -74,13 +94,16 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
     if (instance != NULL)
         instance->name = malloc(strlen(instanceName) + 1);
     if (instance == NULL || instance->name == NULL) {
-        emit(functions, instanceName != NULL ? instanceName : "", "fmi2Instantiate",
+        emit(functions, instanceName != NULL ? instanceName : "", fmi2Error, LOG_ERROR, __func__,
              problem != NULL ? problem : "out of memory");
         free(instance);
         return NULL;
     }
     strcpy(instance->name, instanceName);
     instance->callbacks = *functions;
+    instance->core.categories = loggingOn ? LOG_ALL : LOG_INITIALLY;
+    instance->core.listener = listen;
+    instance->core.owner = instance;
     instance->core.state.exchange = fmuType == fmi2ModelExchange;
     core_reset(&instance->core);
     return instance;

@@ -98,10 +98,8 @@ fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real derivatives[], size_t nx
     if (core_evaluate_outputs(&instance->core) != 0)
         return outcome(instance, __func__, 1);
     memcpy(derivatives, instance->core.dx, nx * sizeof *derivatives);
-    if (core_finite_derivatives(&instance->core) != 0) {
-        fmi2_refuse(instance, __func__, "%s", instance->core.message);
-        return fmi2Discard;
-    }
+    if (core_finite_derivatives(&instance->core) != 0)
+        return fmi2_failed(instance, __func__, fmi2Discard);
     return fmi2OK;
 }
 

@@ -1,19 +1,15 @@
 /* FMI 2.0 functions that every FMU has to export, for abilities that these FMUs do not have, and status. */
 #include "fmi2.h"
 
-#include <string.h>
-
 fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean loggingOn, size_t nCategories,
                                const fmi2String categories[])
 {
     Instance *instance = c;
-    (void)loggingOn; /* errors are the only messages, and they are always given */
     if (!fmi2_allowed(instance, __func__, ANY_PHASE) || !fmi2_present(instance, __func__, categories, nCategories))
         return fmi2Error;
-    for (size_t i = 0; i < nCategories; i++)
-        if (categories[i] == NULL || strcmp(categories[i], "logStatusError") != 0)
-            return fmi2_refuse(instance, __func__, "category '%s' is unknown; there is only 'logStatusError'",
-                               categories[i] != NULL ? categories[i] : "");
+    const char *unknown = log_switch(&instance->core.categories, loggingOn, nCategories, categories);
+    if (unknown != NULL)
+        return fmi2_refuse(instance, __func__, "category '%s' is unknown; there are " LOG_NAMES, unknown);
     return fmi2OK;
 }
 

@@ -28,7 +28,8 @@ fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *FMUstate)
     Instance *instance = c;
     if (!fmi2_allowed(instance, __func__, ANY_PHASE) || !fmi2_present(instance, __func__, FMUstate, 1))
         return fmi2Error;
-    core_free_snapshot(*FMUstate);
+    if (core_free_snapshot(&instance->core, *FMUstate) != 0)
+        return fmi2_failed(instance, __func__, fmi2Error);
     *FMUstate = NULL;
     return fmi2OK;
 }
@@ -39,6 +40,8 @@ fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate FMUstate, si
     if (!fmi2_allowed(instance, __func__, ANY_PHASE) || !fmi2_present(instance, __func__, FMUstate, 1) ||
         !fmi2_present(instance, __func__, size, 1))
         return fmi2Error;
+    if (!core_owns(&instance->core, FMUstate))
+        return fmi2_failed(instance, __func__, fmi2Error);
     *size = core_serialized_size(FMUstate);
     return fmi2OK;
 }
@@ -49,6 +52,8 @@ fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate FMUstate, fmi2Byt
     if (!fmi2_allowed(instance, __func__, ANY_PHASE) || !fmi2_present(instance, __func__, FMUstate, 1) ||
         !fmi2_present(instance, __func__, serializedState, size))
         return fmi2Error;
+    if (!core_owns(&instance->core, FMUstate))
+        return fmi2_failed(instance, __func__, fmi2Error);
     size_t needed = core_serialized_size(FMUstate);
     if (size < needed)
         return fmi2_refuse(instance, __func__, "%zu bytes are too few; this state needs %zu", size, needed);

@@ -6,18 +6,45 @@
 #include <stdlib.h>
 #include <string.h>
 
-fmi3Status fmi3_refuse(Instance *instance, const char *call, const char *format, ...)
+void fmi3_tell(const Importer *importer, fmi3Status status, unsigned category, const char *call, const char *message)
 {
     char text[800];
+    snprintf(text, sizeof text, "%s%s%s", call, *call != '\0' ? ": " : "", message);
+    if (importer->logger != NULL)
+        importer->logger(importer->environment, status, log_name(category), text);
+}
+
+/* Messages of the core, which are no failures. */
+static void listen(void *owner, unsigned category, const char *message)
+{
+    const Instance *instance = owner;
+    fmi3_tell(&instance->importer, fmi3OK, category, "", message);
+}
+
+static void refuse(Instance *instance, fmi3Status status, const char *call, const char *message)
+{
+    unsigned category = status == fmi3Discard ? LOG_DISCARD : LOG_ERROR;
+    if ((instance->core.categories & category) != 0)
+        fmi3_tell(&instance->importer, status, category, call, message);
+}
+
+fmi3Status fmi3_refuse(Instance *instance, const char *call, const char *format, ...)
+{
+    char message[640];
     va_list arguments;
-    if (instance == NULL || instance->logger == NULL)
+    if (instance == NULL)
         return fmi3Error;
-    int length = snprintf(text, 200, "%s: ", call);
     va_start(arguments, format);
-    vsnprintf(text + length, sizeof text - (size_t)length, format, arguments);
+    vsnprintf(message, sizeof message, format, arguments);
     va_end(arguments);
-    instance->logger(instance->environment, fmi3Error, "logStatusError", text);
+    refuse(instance, fmi3Error, call, message);
     return fmi3Error;
+}
+
+fmi3Status fmi3_failed(Instance *instance, const char *call, fmi3Status status)
+{
+    refuse(instance, status, call, instance->core.message);
+    return status;
 }
 
 fmi3Status fmi3_outcome(Instance *instance, const char *call, int failed)
@@ -44,22 +71,22 @@ int fmi3_present(Instance *instance, const char *call, const void *array, size_t
 
 const char *fmi3GetVersion(void) { return fmi3Version; }
 
-static fmi3Instance create(Instance *draft, const char *call, const char *name, const char *token)
+static Instance *create(const Importer *importer, const char *call, const char *name, const char *token, int logging)
 {
-    if (name == NULL || *name == '\0') {
-        fmi3_refuse(draft, call, "the instance name is missing");
-        return NULL;
-    }
-    if (token == NULL || strcmp(token, MODEL_GUID) != 0) {
-        fmi3_refuse(draft, call, "the instantiation token is not that of this FMU, " MODEL_GUID);
-        return NULL;
-    }
-    Instance *instance = malloc(sizeof *instance);
+    const char *problem = NULL;
+    if (name == NULL || *name == '\0')
+        problem = "the instance name is missing";
+    else if (token == NULL || strcmp(token, MODEL_GUID) != 0)
+        problem = "the instantiation token is not that of this FMU, " MODEL_GUID;
+    Instance *instance = problem == NULL ? calloc(1, sizeof *instance) : NULL;
     if (instance == NULL) {
-        fmi3_refuse(draft, call, "out of memory");
+        fmi3_tell(importer, fmi3Error, LOG_ERROR, call, problem != NULL ? problem : "out of memory");
         return NULL;
     }
-    *instance = *draft;
+    instance->importer = *importer;
+    instance->core.categories = logging ? LOG_ALL : LOG_INITIALLY;
+    instance->core.listener = listen;
+    instance->core.owner = instance;
     core_reset(&instance->core);
     return instance;
 }
@@ -69,9 +96,12 @@ fmi3Instance fmi3InstantiateModelExchange(fmi3String instanceName, fmi3String in
                                           fmi3InstanceEnvironment instanceEnvironment,
                                           fmi3LogMessageCallback logMessage)
 {
-    Instance draft = {.core.state.exchange = 1, .environment = instanceEnvironment, .logger = logMessage};
-    (void)resourcePath, (void)visible, (void)loggingOn;
-    return create(&draft, __func__, instanceName, instantiationToken);
+    Importer importer = {instanceEnvironment, logMessage};
+    (void)resourcePath, (void)visible;
+    Instance *instance = create(&importer, __func__, instanceName, instantiationToken, loggingOn);
+    if (instance != NULL)
+        instance->core.state.exchange = 1;
+    return instance;
 }
 
 fmi3Instance fmi3InstantiateCoSimulation(fmi3String instanceName, fmi3String instantiationToken,
@@ -83,15 +113,19 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String instanceName, fmi3String ins
                                          fmi3LogMessageCallback logMessage,
                                          fmi3IntermediateUpdateCallback intermediateUpdate)
 {
-    Instance draft = {.core.state.event_mode = eventModeUsed, .core.state.early_return = earlyReturnAllowed,
-                      .environment = instanceEnvironment, .logger = logMessage};
-    (void)resourcePath, (void)visible, (void)loggingOn;
+    Importer importer = {instanceEnvironment, logMessage};
+    (void)resourcePath, (void)visible;
     (void)requiredIntermediateVariables, (void)nRequiredIntermediateVariables, (void)intermediateUpdate;
     if (eventModeUsed && N_RELATIONS == 0) {
-        fmi3_refuse(&draft, __func__, "this FMU has no event mode in co-simulation");
+        fmi3_tell(&importer, fmi3Error, LOG_ERROR, __func__, "this FMU has no event mode in co-simulation");
         return NULL;
     }
-    return create(&draft, __func__, instanceName, instantiationToken);
+    Instance *instance = create(&importer, __func__, instanceName, instantiationToken, loggingOn);
+    if (instance != NULL) {
+        instance->core.state.event_mode = eventModeUsed;
+        instance->core.state.early_return = earlyReturnAllowed;
+    }
+    return instance;
 }
 
 void fmi3FreeInstance(fmi3Instance instance)

@@ -5,14 +5,25 @@
 #include "core.h"
 #include "fmi3Functions.h"
 
+/* Who gets the messages. */
 typedef struct {
-    Core core;
     fmi3InstanceEnvironment environment;
     fmi3LogMessageCallback logger;
+} Importer;
+
+typedef struct {
+    Core core; /* with the categories of messages that are wanted */
+    Importer importer;
 } Instance;
+
+/* Logs `call: message` where there is no instance yet. */
+void fmi3_tell(const Importer *importer, fmi3Status status, unsigned category, const char *call, const char *message);
 
 /* Logs `call: message` and gives fmi3Error. Without an instance there is nobody to tell. */
 fmi3Status fmi3_refuse(Instance *instance, const char *call, const char *format, ...);
+
+/* fmi3Discard or fmi3Error with the core's message, logged in the category of the status. */
+fmi3Status fmi3_failed(Instance *instance, const char *call, fmi3Status status);
 
 /* fmi3OK, or the core's message when it has failed. */
 fmi3Status fmi3_outcome(Instance *instance, const char *call, int failed);

@@ -124,10 +124,8 @@ fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance instance, fmi3Float64 
     if (core_evaluate_outputs(&self->core) != 0)
         return fmi3_outcome(self, __func__, 1);
     memcpy(derivatives, self->core.dx, nContinuousStates * sizeof(double));
-    if (core_finite_derivatives(&self->core) != 0) {
-        fmi3_outcome(self, __func__, 1);
-        return fmi3Discard;
-    }
+    if (core_finite_derivatives(&self->core) != 0)
+        return fmi3_failed(self, __func__, fmi3Discard);
     return fmi3OK;
 }
 

@@ -1,19 +1,15 @@
 /* FMI 3.0 functions that every FMU has to export, for abilities that these FMUs do not have. */
 #include "fmi3.h"
 
-#include <string.h>
-
 fmi3Status fmi3SetDebugLogging(fmi3Instance instance, fmi3Boolean loggingOn, size_t nCategories,
                                const fmi3String categories[])
 {
     Instance *self = instance;
-    (void)loggingOn; /* errors are the only messages, and they are always given */
     if (!fmi3_allowed(self, __func__, ANY_PHASE) || !fmi3_present(self, __func__, categories, nCategories))
         return fmi3Error;
-    for (size_t i = 0; i < nCategories; i++)
-        if (categories[i] == NULL || strcmp(categories[i], "logStatusError") != 0)
-            return fmi3_refuse(self, __func__, "category '%s' is unknown; there is only 'logStatusError'",
-                               categories[i] != NULL ? categories[i] : "");
+    const char *unknown = log_switch(&self->core.categories, loggingOn, nCategories, categories);
+    if (unknown != NULL)
+        return fmi3_refuse(self, __func__, "category '%s' is unknown; there are " LOG_NAMES, unknown);
     return fmi3OK;
 }
 
@@ -26,8 +22,8 @@ fmi3Instance fmi3InstantiateScheduledExecution(fmi3String instanceName, fmi3Stri
 {
     (void)instanceName, (void)instantiationToken, (void)resourcePath, (void)visible, (void)loggingOn;
     (void)clockUpdate, (void)lockPreemption, (void)unlockPreemption;
-    Instance teller = {.environment = instanceEnvironment, .logger = logMessage};
-    fmi3_refuse(&teller, __func__, "this FMU supports co-simulation and model exchange only");
+    Importer importer = {instanceEnvironment, logMessage};
+    fmi3_tell(&importer, fmi3Error, LOG_ERROR, __func__, "this FMU supports co-simulation and model exchange only");
     return NULL;
 }
 

@@ -25,7 +25,8 @@ fmi3Status fmi3FreeFMUState(fmi3Instance instance, fmi3FMUState *FMUState)
     Instance *self = instance;
     if (!fmi3_allowed(self, __func__, ANY_PHASE) || !fmi3_present(self, __func__, FMUState, 1))
         return fmi3Error;
-    core_free_snapshot(*FMUState);
+    if (core_free_snapshot(&self->core, *FMUState) != 0)
+        return fmi3_failed(self, __func__, fmi3Error);
     *FMUState = NULL;
     return fmi3OK;
 }
@@ -36,6 +37,8 @@ fmi3Status fmi3SerializedFMUStateSize(fmi3Instance instance, fmi3FMUState FMUSta
     if (!fmi3_allowed(self, __func__, ANY_PHASE) || !fmi3_present(self, __func__, FMUState, 1) ||
         !fmi3_present(self, __func__, size, 1))
         return fmi3Error;
+    if (!core_owns(&self->core, FMUState))
+        return fmi3_failed(self, __func__, fmi3Error);
     *size = core_serialized_size(FMUState);
     return fmi3OK;
 }
@@ -47,6 +50,8 @@ fmi3Status fmi3SerializeFMUState(fmi3Instance instance, fmi3FMUState FMUState, f
     if (!fmi3_allowed(self, __func__, ANY_PHASE) || !fmi3_present(self, __func__, FMUState, 1) ||
         !fmi3_present(self, __func__, serializedState, size))
         return fmi3Error;
+    if (!core_owns(&self->core, FMUState))
+        return fmi3_failed(self, __func__, fmi3Error);
     size_t needed = core_serialized_size(FMUState);
     if (size < needed)
         return fmi3_refuse(self, __func__, "%zu bytes are too few; this state needs %zu", size, needed);

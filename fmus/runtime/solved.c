@@ -35,6 +35,7 @@ int core_check_derivatives(Core *core, double time, const double *x, const doubl
     core->arg[2] = core->u_now;
     core->arg[3] = core->d_now;
     core->arg[4] = core->state.p;
+    core->arg[5] = core->state.relations;
     core->res[0] = all_dx;
     core->res[1] = z;
     return core_call(core, model_rhs, "model equations") != 0 ? -1 : report(core, time, all_dx, z);

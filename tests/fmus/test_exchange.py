@@ -181,7 +181,11 @@ def test_a_state_continues_in_its_own_interface_type_only(fmus: dict[str, Path],
         exchanged.at(0.125)
         assert exchanged.get("late") == pytest.approx(0.5)
         assert stepping.call("fmi2SetFMUstate", saved) == ERROR
-        assert stepping.messages == ["fmi2SetFMUstate: the state is one of model exchange, this instance is not"]
+        assert stepping.call("fmi2SetFMUstate", stepping.from_bytes(exchanged.to_bytes(saved))) == ERROR
+        assert stepping.messages == [
+            "fmi2SetFMUstate: the pointer is not a state of this instance, or one that was freed",
+            "fmi2SetFMUstate: the state is one of model exchange, this instance is not",
+        ]
         exchanged.insist("fmi2FreeFMUstate", byref(saved))
 
 
