@@ -11,10 +11,18 @@ from fmus.model_description import model_description
 from fmus.model_description3 import build_description, model_description3
 from fmus.platforms import Platform
 from fmus.symbolic.system import SymbolicSystem
+from fmus.terminals import FILE as TERMINALS
+from fmus.terminals import terminals_xml
 
 
-def _nothing(header: Header) -> Mapping[str, bytes]:
+def _nothing(layout: Layout, header: Header) -> Mapping[str, bytes]:
     return {}
+
+
+def _parts3(layout: Layout, header: Header) -> Mapping[str, bytes]:
+    terminals = terminals_xml(array_variables(layout.scalars))
+    parts = {"sources/buildDescription.xml": build_description(header)}
+    return parts if terminals is None else {**parts, TERMINALS: terminals}
 
 
 def _no_headers(layout: Layout) -> Mapping[str, str]:
@@ -32,7 +40,7 @@ class FmiVersion:
     folder: Callable[[Platform], str]  # of the binary for another platform
     headers_of: Callable[[Layout], Mapping[str, str]] = _no_headers  # about one model, beside the common ones
     adjoint: bool = False  # whether the version has adjoint derivatives
-    build_files: Callable[[Header], Mapping[str, bytes]] = _nothing  # beside the sources
+    parts: Callable[[Layout, Header], Mapping[str, bytes]] = _nothing  # by archive path
 
     def has_runtime_file(self, name: str) -> bool:
         """Whether a file of the runtime belongs to this version: its own layer and all that knows no version."""
@@ -78,6 +86,6 @@ _VERSIONS = {
         folder=lambda platform: platform.name,
         headers_of=lambda layout: {"model_arrays.h": array_sizes(array_variables(layout.scalars))},
         adjoint=True,
-        build_files=lambda header: {"sources/buildDescription.xml": build_description(header)},
+        parts=_parts3,
     ),
 }

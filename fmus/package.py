@@ -67,7 +67,7 @@ def build_fmu(
         "modelDescription.xml": fmi.describe(system, header),
         **_binaries(fmi, header.identifier, sources, platforms),
         **{f"sources/{name}": content for name, content in _encoded(sources).items()},
-        **fmi.build_files(header),
+        **fmi.parts(Layout(system), header),
     }
     for name, content in extra_files.items():
         check_entry_name(name)

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from fmus.archive import extract_fmu
+from fmus.checks.terminals import check_terminals
 from fmus.checks.units import check_units
 
 TIME_LIMIT_S = 120.0
@@ -53,6 +54,7 @@ def _content_findings(folder: Path) -> list[str]:
                 f"platforms in the FMU: {platforms}"
             )
     findings += check_units(description)
+    findings += check_terminals(folder, description)
     return list(dict.fromkeys(findings))
 
 
