@@ -11,11 +11,10 @@ from pathlib import Path
 
 import pytest
 from fmpy import read_model_description  # type: ignore[import-untyped]
-from helpers_systems import lag, pendulum
 
 from fmus.archive import extract_fmu
 from fmus.build import SUFFIXES, Target, build_all
-from fmus.catalogue import built_in_models
+from fmus.catalogue import ModelicaModel, built_in_models
 from fmus.package import build_fmu
 from fmus.runtime.compiler import find_compiler
 
@@ -26,7 +25,7 @@ STRICT += ["-Wno-unused-parameter"]
 MEMORY = ["-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-fno-omit-frame-pointer"]
 RACES = ["-g", "-fsanitize=thread"]
 PLAIN = ["-g", "-O1"]
-LAG = [("lag", "2.0"), ("lag", "3.0")]  # with something of each kind: a delay, a parameter, a dependent one
+HYBRID = [("hybrid", version) for version in SUFFIXES]  # with something of each kind
 
 
 @pytest.fixture(scope="session")
@@ -36,9 +35,10 @@ def fmus(tmp_path_factory: pytest.TempPathFactory) -> dict[tuple[str, str], Path
     arm = Target(built_in_models()["arm"], "3.0", folder / "arm3.0.fmu")
     build_all([arm], workers=1)
     files = {("arm", "3.0"): arm.path}
-    for name, system in (("lag", lag()), ("pendulum", pendulum())):
-        for version in SUFFIXES:
-            files[name, version] = build_fmu(system, folder / f"{name}{version}.fmu", fmi_version=version)
+    hybrid = ModelicaModel("Hybrid", "Hybrid", DRIVER / "Hybrid.mo").compile()
+    for version in SUFFIXES:
+        path = folder / f"hybrid{version}.fmu"
+        files["hybrid", version] = build_fmu(hybrid, path, fmi_version=version, step_size=0.005)
     return {key: extract_fmu(path, path.with_suffix(".d")) for key, path in files.items()}
 
 
@@ -91,7 +91,7 @@ def _run(command: Sequence[str], **environment: str) -> list[str]:
     return done.stdout.split()
 
 
-@pytest.mark.parametrize(("model", "version"), [*LAG, ("pendulum", "2.0"), ("pendulum", "3.0")])
+@pytest.mark.parametrize(("model", "version"), HYBRID)
 def test_a_whole_life_is_clean_under_address_and_undefined_behaviour_sanitizers(
     model: str, version: str, fmus: dict[tuple[str, str], Path], tmp_path: Path
 ) -> None:
@@ -100,7 +100,7 @@ def test_a_whole_life_is_clean_under_address_and_undefined_behaviour_sanitizers(
     assert _run([str(program), *_arguments(fmu, 1)], ASAN_OPTIONS="detect_leaks=1", UBSAN_OPTIONS="print_stacktrace=1")
 
 
-@pytest.mark.parametrize(("model", "version"), [*LAG, ("arm", "3.0")])
+@pytest.mark.parametrize(("model", "version"), [*HYBRID, ("arm", "3.0")])
 def test_a_whole_life_leaks_nothing_under_valgrind(
     model: str, version: str, fmus: dict[tuple[str, str], Path], plain: Callable[[str, str], Path]
 ) -> None:
@@ -111,7 +111,7 @@ def test_a_whole_life_leaks_nothing_under_valgrind(
     assert _run(["valgrind", *checks, "--error-exitcode=99", *command])
 
 
-@pytest.mark.parametrize(("model", "version"), [*LAG, ("arm", "3.0")])
+@pytest.mark.parametrize(("model", "version"), [*HYBRID, ("arm", "3.0")])
 def test_instances_in_sixteen_threads_get_the_bits_they_get_alone(
     model: str, version: str, fmus: dict[tuple[str, str], Path], plain: Callable[[str, str], Path]
 ) -> None:
@@ -124,7 +124,7 @@ def test_instances_in_sixteen_threads_get_the_bits_they_get_alone(
 def test_threads_share_nothing_that_the_thread_sanitizer_sees(
     version: str, fmus: dict[tuple[str, str], Path], tmp_path: Path
 ) -> None:
-    fmu = fmus["lag", version]
+    fmu = fmus["hybrid", version]
     program = _compile(find_compiler(), RACES, fmu, version, tmp_path / "life")
     command = [str(program), *_arguments(fmu, 8)]
     # It places its memory at fixed addresses, which a randomised address space may have taken already.
@@ -142,6 +142,6 @@ def _compilers() -> list[list[str]]:
 def test_sources_are_plain_c99_without_a_warning(
     compiler: list[str], version: str, fmus: dict[tuple[str, str], Path], tmp_path: Path
 ) -> None:
-    fmu = fmus["lag", version]
+    fmu = fmus["hybrid", version]
     program = _compile(compiler, STRICT, fmu, version, tmp_path / "life")
     assert _run([str(program), *_arguments(fmu, 2)])
