@@ -6,15 +6,20 @@ Called as `python -m fmus.frontend.worker MODEL FILE ROOT...`; prints the DAE as
 import json
 import sys
 
+from fmus.flat.model import slim
+
 
 def main() -> int:
-    """Compile one class and print its DAE."""
+    """Compile one class and print its DAE, with its flat equations beside it."""
     import rumoca
 
     model, file, *roots = sys.argv[1:]
     try:
         compiled = rumoca.Session(roots=roots).load(file, model=model)
-        json.dump(compiled.to_dict("dae"), sys.stdout)
+        dae = compiled.to_dict("dae")
+        # The same equations from an earlier stage of the compiler, to check the translation against.
+        dae["flat"] = slim(compiled.to_dict("flat"))
+        json.dump(dae, sys.stdout)
     except Exception as error:  # the compiler's own exceptions share no useful base class
         print(error, file=sys.stderr)
         return 2

@@ -21,6 +21,7 @@ from fmus.symbolic.solution import Solution, Unknown
 from fmus.symbolic.structure import listed
 from fmus.symbolic.system import Relations, SymbolicSystem, Variable
 from fmus.symbolic.values import Value, scalars
+from fmus.symbolic.verify import verify
 
 
 def build_system(dae: Mapping[str, Any], name: str, description: str = "") -> SymbolicSystem:
@@ -33,18 +34,20 @@ def build_system(dae: Mapping[str, Any], name: str, description: str = "") -> Sy
     """
     arena = Arena(dae)
     refuse_unsupported(arena)
-    builder = _Builder(arena, name, description)
+    builder = _Builder(arena, dae, name, description)
     system = builder.build()
     if not builder.recorder.found:
         return system
-    return replace(system, relations=_Builder(arena, name, description, freeze=True).relations(system))
+    return replace(system, relations=_Builder(arena, dae, name, description, freeze=True).relations(system))
 
 
 class _Builder:
     """Collects what `build` needs from the front end's representation; used once."""
 
-    def __init__(self, arena: Arena, name: str, description: str, *, freeze: bool = False) -> None:
-        self.arena, self.name, self.description = arena, name, description
+    def __init__(
+        self, arena: Arena, source: Mapping[str, Any], name: str, description: str, *, freeze: bool = False
+    ) -> None:
+        self.arena, self.source, self.name, self.description = arena, source, name, description
         self.declared = Declarations(arena, name)
         self.evaluator = self.declared.evaluator
         self.recorder = RelationRecorder(arena, self.declared.parameters, freeze)
@@ -80,9 +83,12 @@ class _Builder:
             consistent=start.consistent,
             notes=(*self._choices(reduced), *start.notes),
         )
+        rates = [q.derivative for q in dae.quantities if q.derivative is not None]
+        check = solution.function("rates", arguments, [column(rates)])
+        unchecked = verify(system, check, [s.name() for s in rates], self.source, self.written)
         starts = np.array(system.start_of_states(ca.DM(parameters))).ravel()
         with_start = (replace(v, start=float(s)) for v, s in zip(system.states, starts, strict=True))
-        return replace(system, states=tuple(with_start))
+        return replace(system, states=tuple(with_start), notes=(*system.notes, *unchecked))
 
     @staticmethod
     def _solved(
@@ -137,7 +143,7 @@ class _Builder:
         equations = self._equations("continuous_equation_operations")
         self.evaluator.relations = None
         initial = self._equations("initialization_equation_operations")
-        declared = self.declared
+        declared, self.written = self.declared, len(equations)
         delays = column([s for value in declared.delays.values() for s in scalars(value)])
         knowns = Knowns(declared.time, column(declared.inputs), delays, column(declared.parameters))
         return Dae(knowns, with_guesses(declared.quantities), [*equations, *declared.equations], initial)

@@ -119,7 +119,7 @@ class SymbolicModel:
         """
         states = self.system.states
         parameters = self.compiled.parameters if parameters is None else parameters
-        start = self.system.initial(ca.DM(parameters)).full().ravel()
+        start = self.system.start_of_states(ca.DM(parameters)).full().ravel()
         low = np.array([-np.inf if v.minimum is None else v.minimum for v in states])
         high = np.array([np.inf if v.maximum is None else v.maximum for v in states])
         spread = np.full(len(states), np.inf)
@@ -160,7 +160,7 @@ class SymbolicModel:
         if not names:
             return {}
         time = np.linspace(0.0, SETTLING_S, 401)
-        first = self.hidden.system.initial(ca.DM(parameters)).full().ravel()
+        first = self.hidden.system.start_of_states(ca.DM(parameters)).full().ravel()
         run = self.hidden.run(time, np.tile(inputs, (len(time), 1)), parameters, first, substeps=4)
         return dict(zip(names, map(float, run.outputs[-1]), strict=True))
 

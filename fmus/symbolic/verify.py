@@ -1,0 +1,117 @@
+"""Check a translated model against its flat equations, evaluated in another way at random points."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from fmus.errors import ModelicaError
+from fmus.flat import compare
+from fmus.flat.compare import Failure, delayed
+from fmus.symbolic.system import SymbolicSystem, Variable
+
+TOLERANCE = 1e-9
+POINTS = 3
+# Some points lie where the equations have no solution; so many are tried.
+MOST_TRIES = 20
+
+
+def verify(
+    system: SymbolicSystem, rates: ca.Function, rate_names: Sequence[str], dae: Mapping[str, Any], equations: int
+) -> tuple[str, ...]:
+    """Compare a system with the front end's flat equations, if they are there.
+
+    Args:
+        system: the translated model.
+        rates: `(t, x, u, d, p) -> values` of all derivatives in the equations.
+        rate_names: their names, such as `der(x)`.
+        dae: the front end's representation with its `flat` equations.
+        equations: number of scalar equations of the model.
+
+    Returns:
+        Notes about what was not checked.
+
+    Raises:
+        ModelicaError: naming an equation that does not hold.
+    """
+    flat = dae.get("flat")
+    if flat is None:
+        return ()
+    points = list(_points(system, rates, rate_names))
+    if not points:
+        return ("the translation was not checked: at no random point do its equations have a finite solution",)
+    files = {entry[0]: (str(entry[1]), str(entry[2])) for entry in dae["source_map"]["files"]}
+    sources = [text for _, text in files.values()]
+    result = compare(flat, sources, points, [v.name for v in system.dependents], TOLERANCE)
+    if result.failure is not None:
+        raise ModelicaError(
+            f"{_place(result.failure, files)} does not hold in the translation (relative error "
+            f"{result.failure.error:.2g}); this is a fault of misfit, please report it with the model"
+        )
+    missing = equations - result.checked
+    if missing <= 0:
+        return ()
+    why = f": {'; '.join(result.reasons[:3])}" if result.reasons else ""
+    return (f"{missing} of {equations} equations were not checked independently{why}",)
+
+
+def _place(failure: Failure, files: Mapping[int, tuple[str, str]]) -> str:
+    """File, line and text of an equation."""
+    if failure.parameter is not None:
+        return f"the binding of parameter {failure.parameter}"
+    span = failure.equation.span
+    if span is None or span["source"] not in files:
+        return "an equation that the front end made"
+    path, text = files[span["source"]]
+    content = text.encode()
+    # Spans count bytes, not characters.
+    line = content[: span["start"]].count(b"\n") + 1
+    written = content[span["start"] : span["end"]].decode(errors="replace")
+    # Of a for-equation the span covers the iterator only.
+    written = " ".join((written if "=" in written else text.splitlines()[line - 1]).split())
+    return f"{path.rsplit('/', 1)[-1]}:{line}: the equation '{written}'"
+
+
+def _points(system: SymbolicSystem, rates: ca.Function, rate_names: Sequence[str]) -> Iterator[dict[str, float]]:
+    """Values of all scalars by name, where all of them are finite."""
+    random = np.random.default_rng(0)
+    found = 0
+    for attempt in range(MOST_TRIES):
+        spread = 0.3 / (1 + attempt // 4)
+        time = float(random.uniform(0.0, 1.0))
+        x, u = (_near(random, variables, spread) for variables in (system.states, system.inputs))
+        # One point has the parameters as declared, for conditions that hold for these only.
+        p = _near(random, system.parameters, 0.0 if attempt == 0 else 0.1 * spread)
+        source, delay = (np.array(part).ravel() for part in system.history(time, u, p))
+        d = [delayed(s, t) for s, t in zip(source, delay, strict=True)]
+        dx, z = (np.array(part).ravel() for part in system.rhs(time, x, u, d, p))
+        derivatives = np.array(rates(time, x, u, d, p)).ravel()
+        if not (np.isfinite(dx).all() and np.isfinite(z).all() and np.isfinite(derivatives).all()):
+            continue
+        values = {"time": time, **_named(system.states, x), **_named(system.inputs, u), **_named(system.parameters, p)}
+        values |= _named(system.algebraics, z) | _named(system.dependents, np.array(system.dependent(p)).ravel())
+        yield values | dict(zip(rate_names, map(float, derivatives), strict=True))
+        found += 1
+        if found == POINTS:
+            return
+
+
+def _named(variables: Sequence[Variable], values: Sequence[float] | np.ndarray) -> dict[str, float]:
+    return {v.name: float(value) for v, value in zip(variables, values, strict=True)}
+
+
+def _near(random: np.random.Generator, variables: Sequence[Variable], spread: float) -> list[float]:
+    """Values around the starts, within the bounds."""
+    found = []
+    for v in variables:
+        start = v.start or 0.0
+        low, high = (-np.inf if v.minimum is None else v.minimum), (np.inf if v.maximum is None else v.maximum)
+        share = float(random.uniform(-1.0, 1.0))
+        if np.isfinite(low) and np.isfinite(high) and spread >= 0.1:
+            start = 0.5 * (low + high)
+            width = 0.45 * (high - low)
+        else:
+            width = spread * max(abs(start), v.nominal or 1.0)
+        found.append(float(np.clip(start + share * width, low, high)))
+    return found
