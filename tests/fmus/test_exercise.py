@@ -22,6 +22,8 @@ DRIVER = Path(__file__).with_name("exercise")
 STRICT = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror"]
 # Generated functions have the parameters of CasADi's convention, whether they use them or not.
 STRICT += ["-Wno-unused-parameter"]
+# A header of the FMI 3.0 standard declares two callbacks without a prototype, which Clang mentions.
+STRICT += ["-Wno-strict-prototypes"]
 MEMORY = ["-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-fno-omit-frame-pointer"]
 RACES = ["-g", "-fsanitize=thread"]
 PLAIN = ["-g", "-O1"]
@@ -138,7 +140,7 @@ def _compilers() -> list[list[str]]:
 
 
 @pytest.mark.parametrize("version", SUFFIXES)
-@pytest.mark.parametrize("compiler", _compilers(), ids=lambda command: command[-1])
+@pytest.mark.parametrize("compiler", _compilers(), ids=lambda command: command[-2:][0])
 def test_sources_are_plain_c99_without_a_warning(
     compiler: list[str], version: str, fmus: dict[tuple[str, str], Path], tmp_path: Path
 ) -> None:
