@@ -13,6 +13,9 @@ from fmus.units import si_exponents
 # XML 1.0 has no way to write the other control characters.
 _NOT_XML = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\ufffe\uffff]")
 
+# What importers ask first; both are the standard's default too.
+NO_RESTRICTIONS = {"needsExecutionTool": "false", "canBeInstantiatedOnlyOncePerProcess": "false"}
+
 
 @dataclass(frozen=True)
 class Header:

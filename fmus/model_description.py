@@ -3,7 +3,7 @@
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence
 
-from fmus.description_parts import Header, common_parts, number_attributes, plain_text, to_bytes
+from fmus.description_parts import NO_RESTRICTIONS, Header, common_parts, number_attributes, plain_text, to_bytes
 from fmus.layout import Layout, Scalar
 from fmus.model_structure import model_structure
 from fmus.symbolic.system import SymbolicSystem
@@ -47,7 +47,7 @@ def _exchange_abilities(system: SymbolicSystem) -> dict[str, str]:
 def _interface(tag: str, header: Header, **abilities: str) -> ET.Element:
     element = ET.Element(
         tag,
-        abilities,
+        {**NO_RESTRICTIONS, **abilities},
         modelIdentifier=header.identifier,
         canNotUseMemoryManagementFunctions="true",
         canGetAndSetFMUstate="true",

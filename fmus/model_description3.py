@@ -4,7 +4,7 @@ import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence
 
 from fmus.arrays import ArrayVariable, array_variables, by_variable
-from fmus.description_parts import Header, common_parts, number_attributes, plain_text, to_bytes
+from fmus.description_parts import NO_RESTRICTIONS, Header, common_parts, number_attributes, plain_text, to_bytes
 from fmus.layout import Layout
 from fmus.model_structure import model_structure
 from fmus.symbolic.system import SymbolicSystem
@@ -31,7 +31,7 @@ def model_description3(system: SymbolicSystem, header: Header) -> bytes:
     # Only delay operators remember something at the end of a step.
     needs_steps = "true" if system.n_delays else "false"
     root.append(_interface("ModelExchange", header, needsCompletedIntegratorStep=needs_steps))
-    events = {"hasEventMode": "true"} if system.relations else {}
+    events = {"hasEventMode": "true", "mightReturnEarlyFromDoStep": "true"} if system.relations else {}
     root.append(_interface("CoSimulation", header, canHandleVariableCommunicationStepSize="true", **events))
     root.extend(common_parts(layout, header))
     ET.SubElement(root, "ModelVariables").extend(map(_variable, variables))
@@ -52,7 +52,7 @@ def build_description(header: Header) -> bytes:
 def _interface(tag: str, header: Header, **abilities: str) -> ET.Element:
     return ET.Element(
         tag,
-        abilities,
+        {**NO_RESTRICTIONS, **abilities},
         modelIdentifier=header.identifier,
         canGetAndSetFMUState="true",
         canSerializeFMUState="true",

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from orchestrator.cli.common import progress, show
+from orchestrator.cli.common import progress, result_options, show, write_json
 
 
 @click.command()
@@ -55,13 +55,24 @@ def build(names: tuple[str, ...], folder: str, workers: int, platforms: str | No
 
 @click.command()
 @click.argument("files", nargs=-1, required=True, metavar="FMU...")
-def validate(files: tuple[str, ...]) -> None:
+@result_options(html=False)
+def validate(files: tuple[str, ...], json_file: str | None, quiet: bool, workers: int) -> None:
     """Check FMUs; one line a finding, exit code 1 if there is any."""
+    from concurrent.futures import ThreadPoolExecutor
+
     from fmus.validate import validate_fmu
 
-    findings = [f"{name}: {finding}" for name in files for finding in validate_fmu(Path(name))]
-    for line in findings:
-        click.echo(line)
-    if findings:
+    with progress(quiet) as say, ThreadPoolExecutor(workers) as pool:
+        say(f"checking {len(files)} FMUs")
+        # Each is run in a process of its own; threads only wait for those.
+        found = dict(zip(files, pool.map(lambda name: validate_fmu(Path(name)), files), strict=True))
+    fmus = [{"file": name, "findings": findings} for name, findings in found.items()]
+    write_json(json_file, {"schema": "misfit.validate/1", "fmus": fmus})
+    lines = [f"{name}: {finding}" for name, findings in found.items() for finding in findings]
+    if json_file != "-":
+        for line in lines:
+            click.echo(line)
+    if lines:
         sys.exit(1)
-    click.echo(f"{len(files)} FMU{'s' if len(files) > 1 else ''} without findings")
+    if json_file != "-" and not quiet:
+        click.echo(f"{len(files)} FMU{'s' if len(files) > 1 else ''} without findings")

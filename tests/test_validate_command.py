@@ -1,0 +1,61 @@
+"""`misfit validate`: one line a finding, exit code 1 if there is any, and the same as JSON."""
+
+import json
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from fmus.archive import read_archive
+from fmus.catalogue import find_modelica_model
+from fmus.package import build_fmu
+
+
+def misfit(*arguments: object) -> "subprocess.CompletedProcess[str]":
+    return subprocess.run(
+        [sys.executable, "-m", "orchestrator.cli", *map(str, arguments)], capture_output=True, text=True
+    )
+
+
+@pytest.fixture(scope="module")
+def fmus(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    """A good FMU, and the same with a variable in a unit that it does not have."""
+    folder = tmp_path_factory.mktemp("fmus")
+    good = build_fmu(find_modelica_model("drive").compile(), folder / "good.fmu")
+    bad = folder / "bad.fmu"
+    with zipfile.ZipFile(bad, "w") as archive:
+        for name, content in read_archive(good).items():
+            archive.writestr(name, content.replace(b'kg="1" m="2" s="-2"', b'kg="1" m="1" s="-2"'))
+    return good, bad
+
+
+def test_a_good_fmu_ends_with_code_0_and_one_line(fmus: tuple[Path, Path]) -> None:
+    done = misfit("validate", fmus[0])
+    assert (done.returncode, done.stdout) == (0, "1 FMU without findings\n")
+
+
+def test_findings_end_with_code_1_and_name_the_file(fmus: tuple[Path, Path]) -> None:
+    done = misfit("validate", *fmus)
+    assert done.returncode == 1
+    assert "unit 'N.m' is defined as kg1.m1.s-2, but means kg1.m2.s-2" in done.stdout
+    assert all(line.startswith(f"{fmus[1]}: ") for line in done.stdout.splitlines())
+
+
+def test_json_holds_the_findings_of_every_file(fmus: tuple[Path, Path]) -> None:
+    done = misfit("validate", *fmus, "--json", "-")
+    document = json.loads(done.stdout)
+    assert done.returncode == 1
+    assert document["schema"] == "misfit.validate/1"
+    good, bad = document["fmus"]
+    assert good == {"file": str(fmus[0]), "findings": []}
+    assert bad["findings"]
+
+
+def test_a_file_that_is_no_fmu_ends_with_code_2(tmp_path: Path) -> None:
+    (tmp_path / "text.fmu").write_text("no archive")
+    done = misfit("validate", tmp_path / "text.fmu")
+    assert done.returncode == 2
+    assert "text.fmu is not an FMU" in done.stderr
+    assert len(done.stderr.splitlines()) == 1
