@@ -42,7 +42,8 @@ def discover(
 ) -> Discovery:
     """Diagnose a model, add the named effects one after another, and record every version in the folder's ledger.
 
-    Forces that no effect explains are written to the folder as drafts of effect cards.
+    Forces that no effect explains are written to the folder as drafts of effect cards, the inputs of the next experiment as
+    `next_experiment.csv`.
 
     Raises:
         MisfitError: for input that does not fit.
@@ -68,6 +69,8 @@ def discover(
         versions.append(version)
     for number, curve in enumerate(diagnosis.latent_forces, start=1):
         write_atomically(folder / f"draft_{number}.toml", curve.draft_card(number).encode())
+    if diagnosis.experiment_csv is not None:
+        write_atomically(folder / "next_experiment.csv", diagnosis.experiment_csv.encode())
     if versions:
         diagnosis = replace(diagnosis, patched_model=str(versions[-1].file))
     return Discovery(diagnosis, tuple(versions), tuple(entries))

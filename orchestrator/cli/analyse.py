@@ -37,11 +37,15 @@ def compare(model: str, data: str, json_file: str | None, html_file: str | None,
 @click.argument("model")
 @click.argument("data")
 @cards_option
+@click.option(
+    "--experiment", "experiment_file", metavar="F", help="Write the inputs of the next experiment to F (CSV)."
+)
 @result_options()
 def diagnose(
     model: str,
     data: str,
     card_folders: tuple[Path, ...],
+    experiment_file: str | None,
     json_file: str | None,
     html_file: str | None,
     quiet: bool,
@@ -62,5 +66,6 @@ def diagnose(
         result = run(load_source(model, measurements), measurements, cards=cards, workers=workers, progress=say)
         report = diagnosis_report(result) if html_file else None
     show(diagnosis_table(result), quiet)
+    write_file(experiment_file, result.experiment_csv)
     write_json(json_file, result.to_json())
     write_file(html_file, report)

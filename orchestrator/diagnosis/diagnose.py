@@ -13,7 +13,9 @@ from orchestrator.compare.result import Comparison
 from orchestrator.diagnosis.candidates import find_candidates, model_of
 from orchestrator.diagnosis.cards import EffectCard, effect_library
 from orchestrator.diagnosis.evidence import LearningData, Refit
+from orchestrator.diagnosis.next_experiment import plan
 from orchestrator.diagnosis.ranking import confusable_with, rank
+from orchestrator.diagnosis.remaining import remaining
 from orchestrator.diagnosis.result import Diagnosis, Estimate, HeldOut, NamedEffect, Step
 from orchestrator.diagnosis.search import Progress, Searcher, Trace
 from orchestrator.diagnosis.unexplained import unexplained_forces
@@ -78,6 +80,14 @@ def diagnose(
         progress("looking at what is left")
         best = accepted.refits[-1] if accepted.refits else None
         found = replace(found, latent_forces=unexplained_forces(searcher.nominal, best, searcher.learning))
+    if found.confusable or found.verdict == "cannot_tell":
+        progress("choosing the next experiment")
+        best = accepted.refits[-1] if accepted.refits else None
+        left = remaining(best, searcher.trace.refitted, found.confusable, searcher.nominal, searcher.learning)
+        chosen = plan(left, searcher.learning)
+        if chosen is not None:
+            card_says = {"card_says": found.next_experiment["do"]} if found.next_experiment else {}
+            found = replace(found, next_experiment={**chosen.to_json(), **card_says}, experiment_csv=chosen.csv())
     return replace(found, seconds=time.monotonic() - began)
 
 

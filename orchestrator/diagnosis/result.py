@@ -63,7 +63,8 @@ class HeldOut:
 class Diagnosis:
     """Verdict and evidence of `misfit diagnose`. `steps` begins with the model as given.
 
-    `latent_forces` are curves of what no effect explains, for the verdict "unknown".
+    `latent_forces` are curves of what no effect explains, for the verdict "unknown". `experiment_csv` is the table of inputs
+    of the next experiment.
     """
 
     model: str
@@ -81,6 +82,7 @@ class Diagnosis:
     seconds: float
     steps: tuple[Step, ...]
     latent_forces: tuple[LatentForce, ...] = ()
+    experiment_csv: str | None = None
 
     def to_json(self) -> dict[str, Any]:
         """Return the `misfit.diagnosis/1` document."""

@@ -1,0 +1,61 @@
+"""The explanations that remain after a search, for the choice of the next experiment."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from fmus.errors import ComponentError
+from orchestrator.diagnosis.evidence import LearningData, Refit
+from orchestrator.diagnosis.next_experiment import Explanation
+from orchestrator.models.symbolic import SymbolicModel
+
+
+def remaining(
+    best: Refit | None,
+    refitted: Sequence[Refit],
+    confusable: Sequence[Sequence[str]],
+    nominal: SymbolicModel,
+    learning: LearningData,
+) -> list[Explanation]:
+    """Return the explanations to tell apart.
+
+    With effects that cannot be told apart: the best set, and the best set for each of the others. Without (the data show
+    no effect, or too little): the model as given, and the sets that fit best with each of their effects at least of the
+    size that matters.
+    """
+    others = {name for group in confusable for name in group}
+    if best is not None and others:
+        own = set(best.ids)
+        rivals = [
+            r for r in refitted if len(r.ids) == len(best.ids) and set(r.ids) - own and set(r.ids) - own <= others
+        ]
+        return [_of(best), *(_of(r) for r in _best_of_each(rivals))]
+    try:
+        start = nominal.record(learning.trials[0]).start
+    except ComponentError:
+        return []
+    nothing = np.zeros(0)
+    singles = [r for r in refitted if len(r.ids) == 1]
+    return [
+        Explanation("nothing added", nominal, nothing, nothing, nothing, start),
+        *(_of(r, enlarged=True) for r in _best_of_each(singles)),
+    ]
+
+
+def _best_of_each(refits: Sequence[Refit]) -> list[Refit]:
+    """The best set of each combination of ids, best first."""
+    found: dict[tuple[str, ...], Refit] = {}
+    for refit in sorted(refits, key=lambda r: r.half_bic):
+        found.setdefault(tuple(sorted(refit.ids)), refit)
+    return list(found.values())
+
+
+def _of(refit: Refit, *, enlarged: bool = False) -> Explanation:
+    """A refit as an explanation, its parameters moved to meaningful sizes if they are smaller and `enlarged`."""
+    low, high = refit.effects.bounds()
+    values = refit.fit.values.copy()
+    for k, parameter in enumerate(refit.effects.card_parameters if enlarged else ()):
+        if np.isfinite(parameter.meaningful) and abs(values[k] - parameter.absent) < parameter.meaningful:
+            direction = 1.0 if values[k] >= parameter.absent else -1.0
+            values[k] = np.clip(parameter.absent + direction * parameter.meaningful, low[k], high[k])
+    return Explanation(" + ".join(refit.ids), refit.effects.model, values, low, high, refit.fit.starts[0])
