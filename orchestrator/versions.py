@@ -9,6 +9,7 @@ import numpy as np
 from fmus.catalogue import ModelicaModel
 from fmus.errors import MisfitError
 from fmus.package import build_fmu
+from fmus.reference_files import reference_files
 from orchestrator.blackbox.source import FmuSource
 from orchestrator.blackbox.system_file import write_system
 from orchestrator.diagnosis.candidates import Candidate, EffectSet, as_fmu, can_join, find_candidates
@@ -56,7 +57,10 @@ def add_effects(
         folder / f"{name}.fmu",
         stop_time=base.stop_time_s,
         step_size=base.step_size_s,
-        extra_files={f"resources/{name}.mo": source.file.read_bytes()},
+        extra_files={
+            f"resources/{name}.mo": source.file.read_bytes(),
+            **reference_files(system, base.stop_time_s, base.step_size_s),
+        },
     )
     return Version(source, SymbolicModel(source.name, system), file)
 
