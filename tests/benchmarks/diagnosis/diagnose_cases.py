@@ -2,6 +2,7 @@
 
 import json
 import os
+import resource
 import subprocess
 import sys
 import time
@@ -36,7 +37,7 @@ def diagnosis_of(wish: Wish, out: Path, timeout_s: float) -> dict[str, Any]:
 def _diagnose(model: str, folder: Path, timeout_s: float) -> dict[str, Any]:
     command = [sys.executable, "-m", "orchestrator.cli", "diagnose", model, str(folder)]
     environment = {**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
-    began = time.monotonic()
+    began, used = time.monotonic(), _children_cpu_s()
     try:
         done = subprocess.run(
             [*command, "--json", "-", "--quiet", "--workers", "1"],
@@ -50,7 +51,13 @@ def _diagnose(model: str, folder: Path, timeout_s: float) -> dict[str, Any]:
     seconds = time.monotonic() - began
     if done.returncode not in (0, 1):
         return {"failed": done.stderr.strip()[-2000:], "exit_code": done.returncode, "seconds": seconds}
-    return {**json.loads(done.stdout), "wall_seconds": seconds}
+    return {**json.loads(done.stdout), "wall_seconds": seconds, "cpu_seconds": _children_cpu_s() - used}
+
+
+def _children_cpu_s() -> float:
+    """Processor time of all child processes that have ended; this process runs one at a time."""
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime
 
 
 def write_json(file: Path, content: dict[str, Any]) -> None:

@@ -56,6 +56,7 @@ def judge(name: str, truth: Mapping[str, Any], result: Mapping[str, Any]) -> dic
         "probability_right": sorted(top.get("effects") or []) == sorted(true),
         **_held_out(truth, result.get("held_out") or {}),
         "seconds": result.get("wall_seconds", result.get("seconds")),
+        "cpu_seconds": result.get("cpu_seconds"),
         "failed": result.get("failed", ""),
     }
 

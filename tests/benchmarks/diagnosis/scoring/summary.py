@@ -55,8 +55,9 @@ def summary(rows: Sequence[Row]) -> list[tuple[str, str, str]]:
         ("expected calibration error of probabilities", "0.10 / 0.05", _number(_calibration(rows))),
         ("usefulness of an answer, mean (1: the truth, -0.5: misleading)", "", _mean([utility(r) for r in rows])),
         ("runs that failed", "0", str(Share.of(bool(r["failed"]) for r in rows))),
-        ("seconds a case, arm, median", "60 / 15 (2 cores)", _number(_seconds(rows, "arm"))),
-        ("seconds a case, other machines, median", "", _number(_seconds(rows, ""))),
+        ("seconds a case, arm, median", "60 / 15 (2 cores)", _number(_seconds(rows, True, "seconds"))),
+        ("the same, of processor time", "", _number(_seconds(rows, True, "cpu_seconds"))),
+        ("seconds of processor time, other machines, median", "", _number(_seconds(rows, False, "cpu_seconds"))),
     ]
 
 
@@ -95,8 +96,8 @@ def _mean(values: Sequence[float]) -> str:
     return f"{sum(values) / len(values):.2f}" if values else "-"
 
 
-def _seconds(rows: Sequence[Row], model: str) -> float | None:
-    return _middle([r["seconds"] for r in rows if (r["model"] == "arm") == (model == "arm")])
+def _seconds(rows: Sequence[Row], arm: bool, key: str) -> float | None:
+    return _middle([r[key] for r in rows if (r["model"] == "arm") == arm])
 
 
 def _calibration(rows: Sequence[Row], bins: int = 5) -> float | None:
