@@ -46,8 +46,11 @@ def targets_of(models: Iterable[ModelicaModel], folder: Path, platforms: tuple[P
     return list(targets.values())
 
 
-def build_all(targets: Sequence[Target], workers: int) -> None:
+def build_all(targets: Sequence[Target], workers: int) -> dict[str, tuple[str, ...]]:
     """Write all targets; what was built before from the same sources comes from the cache.
+
+    Returns:
+        What was assumed or not checked, by the names of the models that were built.
 
     Raises:
         MisfitError: if a model cannot be compiled or its FMU cannot be built or written.
@@ -58,21 +61,21 @@ def build_all(targets: Sequence[Target], workers: int) -> None:
     for target in missing:
         jobs.setdefault(target.model, []).append((target, kept[target]))
     if len(jobs) < 2 or workers < 2:
-        for model, files in jobs.items():
-            _build(model, files)
+        notes = [_build(model, files) for model, files in jobs.items()]
     else:
         # CasADi's reference counts are not safe in threads, and a fork would copy threads in the middle of their work.
         context = multiprocessing.get_context("spawn")
         with ProcessPoolExecutor(min(workers, len(jobs)), mp_context=context) as pool:
-            list(pool.map(_build, jobs.keys(), jobs.values()))
+            notes = list(pool.map(_build, jobs.keys(), jobs.values()))
     for target in targets:
         _deliver(kept[target].read_bytes(), target.path)
     for target, path in _kept(missing).items():
         if path != kept[target]:  # a source was edited during the build, so the file belongs to neither text
             kept[target].unlink(missing_ok=True)
+    return {model.name: found for model, found in zip(jobs, notes, strict=True) if found}
 
 
-def _build(model: ModelicaModel, files: Sequence[tuple[Target, Path]]) -> None:
+def _build(model: ModelicaModel, files: Sequence[tuple[Target, Path]]) -> tuple[str, ...]:
     system = model.compile()
     extra_files = reference_files(system, model.stop_time_s, model.step_size_s)
     for target, path in files:
@@ -85,6 +88,7 @@ def _build(model: ModelicaModel, files: Sequence[tuple[Target, Path]]) -> None:
             extra_files=extra_files,
             platforms=target.platforms,
         )
+    return system.notes
 
 
 def _deliver(content: bytes, path: Path) -> None:

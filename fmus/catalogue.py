@@ -53,7 +53,7 @@ class ModelicaModel:
 @cache
 def _translator() -> str:
     """Content hash of the translator's own code: another translator may give another system."""
-    sources = sorted((Path(__file__).parent / "symbolic").glob("*.py"))
+    sources = [path for part in ("symbolic", "flat") for path in sorted((Path(__file__).parent / part).glob("*.py"))]
     return hashlib.sha256(b"".join(path.read_bytes() for path in sources)).hexdigest()[:16]
 
 

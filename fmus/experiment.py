@@ -80,7 +80,7 @@ def _heights(system: SymbolicSystem, duration: float) -> list[float]:
 def _slopes(system: SymbolicSystem) -> Any:
     """Change of the derivatives by the inputs at the start, (n_states, n_inputs); 0 where it is not finite."""
     p = ca.DM([v.start or 0.0 for v in system.parameters])
-    x, u = system.initial(p), ca.DM([v.start or 0.0 for v in system.inputs])
+    x, u = system.start_of_states(p), ca.DM([v.start or 0.0 for v in system.inputs])
     source, _ = system.history(0.0, u, p)
     columns = []
     for j in range(len(system.inputs)):

@@ -77,7 +77,8 @@ class _Solver:
         breaks = sorted({*times, *late})
         results = np.full((len(times), len(self.columns)), np.nan)
         integrator = self._integrator(tolerance) if self.system.states else None
-        x, row = self.system.initial(self.p), 0
+        first = self._held(experiment, times[0])[: len(self.system.inputs)]
+        x, row = self.system.start_of_states(self.p, first, float(times[0])), 0
         for begin, end in zip(breaks, [*breaks[1:], None], strict=True):
             if begin == times[row]:
                 values = ca.vertcat(x, self.rhs(begin, x, self._held(experiment, begin))[1]).full().ravel()

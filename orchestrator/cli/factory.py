@@ -49,7 +49,10 @@ def build(names: tuple[str, ...], folder: str, workers: int, platforms: str | No
     targets = targets_of(models, Path(folder), find_platforms(platforms) if platforms else ())
     with progress(quiet) as say:
         say(f"building {len(targets)} FMUs")
-        build_all(targets, workers)
+        notes = build_all(targets, workers)
+    if not quiet:
+        for name, found in notes.items():
+            click.echo("\n".join(f"{name}: {note}" for note in found), err=True)
     show("\n".join(str(target.path) for target in targets), quiet)
 
 
