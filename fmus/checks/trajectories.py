@@ -41,7 +41,7 @@ def check_interfaces(subject: Subject) -> Iterator[str]:
     """Co-simulation and model exchange, integrated by CVODE, give the same outputs over the default experiment."""
     from fmpy import simulate_fmu  # type: ignore[import-untyped]
 
-    outputs = [n for n in subject.numbers_of("output") if not n.variable.dimensions]
+    outputs = subject.numbers_of("output")
     declared = getattr(subject.description.defaultExperiment, "tolerance", None)
     steps = min(MOST_STEPS, round((subject.stop - subject.start) / subject.step))
     if not outputs or not subject.description.numberOfContinuousStates or steps < 1:
@@ -64,13 +64,15 @@ def check_interfaces(subject: Subject) -> Iterator[str]:
             rows.append(instance.get(outputs))
     stepped = np.array(rows)[: len(exchanged)]
     share, window = (SHARE_WITH_TOLERANCE, 1) if declared else (SHARE, 1 + steps // 50)
-    for column, number in enumerate(outputs):
-        name = number.variable.name
-        other = np.asarray(exchanged[name])[: len(stepped)]
-        size = max(float(np.ptp(other)), abs(float(number.variable.nominal or 0.0)), 1e-9)
-        worst = _worst_distance(stepped[: len(other), column], other, window)
-        if not worst <= share * size:
-            yield f"{name!r} of co-simulation and of model exchange differ by {worst:.3g}; its range is {size:.3g}"
+    position = 0
+    for number in outputs:
+        recorded = np.asarray(exchanged[number.variable.name]).reshape(len(exchanged), number.size)[: len(stepped)]
+        for name, other in zip(number.names, recorded.T, strict=True):
+            size = max(float(np.ptp(other)), abs(float(number.variable.nominal or 0.0)), 1e-9)
+            worst = _worst_distance(stepped[: len(other), position], other, window)
+            if not worst <= share * size:
+                yield f"{name!r} of co-simulation and of model exchange differ by {worst:.3g}; its range is {size:.3g}"
+            position += 1
 
 
 def _worst_distance(values: NDArray[np.float64], other: NDArray[np.float64], window: int) -> float:
