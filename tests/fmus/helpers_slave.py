@@ -27,11 +27,15 @@ class Slave:
         identifier = description.coSimulation.modelIdentifier
         self.library = ctypes.CDLL(str(folder / f"binaries/{fmpy.platform}/{identifier}.so"))
         self.messages: list[str] = []
-        logger = fmi2CallbackLoggerTYPE(lambda *args: self.messages.append(args[4].decode()))
-        self.callbacks = fmi2CallbackFunctions(logger=logger)
+        self.logged: list[tuple[int, str]] = []  # status and category of each message
+        self.callbacks = fmi2CallbackFunctions(logger=fmi2CallbackLoggerTYPE(self._log))
         self.library.fmi2Instantiate.restype = c_void_p
         self.component = c_void_p(self.instantiate(description.guid, kind))
         self.time = 0.0
+
+    def _log(self, _: object, name: bytes, status: int, category: bytes, message: bytes) -> None:
+        self.logged.append((status, category.decode()))
+        self.messages.append(message.decode())
 
     def instantiate(self, guid: str, kind: int = CO_SIMULATION) -> int | None:
         address: int | None = self.library.fmi2Instantiate(
