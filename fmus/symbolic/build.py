@@ -21,7 +21,7 @@ from fmus.symbolic.solution import Solution, Unknown
 from fmus.symbolic.structure import listed
 from fmus.symbolic.system import Relations, SymbolicSystem, Variable
 from fmus.symbolic.values import Value, scalars
-from fmus.symbolic.verify import verify
+from fmus.symbolic.verify import verify, verify_relations
 
 
 def build_system(dae: Mapping[str, Any], name: str, description: str = "") -> SymbolicSystem:
@@ -38,7 +38,9 @@ def build_system(dae: Mapping[str, Any], name: str, description: str = "") -> Sy
     system = builder.build()
     if not builder.recorder.found:
         return system
-    return replace(system, relations=_Builder(arena, dae, name, description, freeze=True).relations(system))
+    system = replace(system, relations=_Builder(arena, dae, name, description, freeze=True).relations(system))
+    verify_relations(system)
+    return system
 
 
 class _Builder:

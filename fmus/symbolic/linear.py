@@ -46,7 +46,9 @@ class Elimination:
 def eliminate(matrix: ca.SX, right: ca.SX) -> Elimination:
     """Eliminate with constant pivots only, those of short rows first."""
     n = matrix.shape[0]
-    rows = [{j: matrix[i, j] for j in range(n) if matrix.sparsity().has_nz(i, j)} for i in range(n)]
+    rows: list[dict[int, ca.SX]] = [{} for _ in range(n)]
+    for k, (i, j) in enumerate(zip(*matrix.sparsity().get_triplet(), strict=True)):
+        rows[i][j] = matrix.nz[k]
     state = Elimination(rows, [right[i] for i in range(n)])
     open_rows = set(range(n))
     while open_rows:

@@ -14,7 +14,7 @@ from fmus.frontend import compile_class
 from fmus.frontend.lint.tokens import tokens_of
 from fmus.symbolic import operators
 from fmus.symbolic.build import build_system
-from fmus.symbolic.verify import verify
+from fmus.symbolic.verify import verify, verify_relations
 
 MODEL = """package P
   function climb
@@ -91,6 +91,20 @@ def test_a_corrupted_right_hand_side_is_found(tmp_path: Path) -> None:
     assert verify(system, rates, ["der(x)"], dae, 2) == ()
     with pytest.raises(ModelicaError, match=r"^probe\.mo:1: the equation '(y = 3\*x|der\(x\) = -y)' does not hold"):
         verify(replace(system, rhs=wrong), rates, ["der(x)"], dae, 2)
+
+
+def test_relations_that_keep_a_wrong_side_are_found(tmp_path: Path) -> None:
+    dae = compiled(
+        "model A Real x(start=1, fixed=true); equation der(x) = if x > 0 then 1 else 2; end A;", tmp_path, "A"
+    )
+    system = build_system(dae, "A")
+    assert system.relations is not None
+    t, x, u, d, p, c = (ca.SX.sym("s", n) for n in (1, 1, 0, 0, 0, 1))
+    wrong = ca.Function("rhs", [t, x, u, d, p, c], [ca.if_else(c, 2, 1), ca.SX(0, 1)])
+
+    verify_relations(system)
+    with pytest.raises(ModelicaError, match=r"'der\(x\)' is another"):
+        verify_relations(replace(system, relations=replace(system.relations, rhs=wrong)))
 
 
 def test_what_could_not_be_checked_is_counted(tmp_path: Path) -> None:
