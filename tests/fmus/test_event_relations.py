@@ -6,6 +6,7 @@ from pathlib import Path
 import fmpy  # type: ignore[import-untyped]
 import numpy as np
 import pytest
+from helpers_slave import Slave
 
 from fmus.catalogue import ModelicaModel
 from fmus.package import build_fmu
@@ -127,3 +128,73 @@ def test_a_relay_switches_at_the_time_of_the_closed_form(tmp_path: Path) -> None
     fmu = build_fmu(compiled(text, tmp_path), tmp_path / "probe.fmu", tolerance=1e-10)
     result = fmpy.simulate_fmu(str(fmu), stop_time=2.0, output_interval=0.5, record_events=False)
     assert result["s"][-1] == pytest.approx(math.log(2) + 1 / 3, abs=1e-9)
+
+
+DELAYED = (
+    "model Probe parameter Real T = 0.1; input Real u; output Real x(start=0, fixed=true); "
+    "equation der(x) = if delay(u, T) > 0.5 then 1 else 0; end Probe;"
+)
+
+
+def test_in_co_simulation_a_relation_of_a_delayed_input_switches_as_much_later(tmp_path: Path) -> None:
+    """A ramp u = t passes 0.5 at 0.5 s, its delayed copy at 0.6 s; a jump at 1.25 s counts at 1.35 s."""
+    fmu = build_fmu(compiled(DELAYED, tmp_path), tmp_path / "probe.fmu", tolerance=1e-10)
+    with Slave(fmu, tmp_path / "fmu").start() as slave:
+        for _ in range(5):
+            slave.slope(u=1.0)
+            slave.step(0.25)
+        slave.set(u=0.0)
+        slave.step(0.5)
+        assert slave.get("x") == pytest.approx(1.35 - 0.6, abs=1e-9)
+
+
+def test_in_model_exchange_a_relation_of_a_delayed_input_switches_as_much_later(tmp_path: Path) -> None:
+    fmu = build_fmu(compiled(DELAYED, tmp_path), tmp_path / "probe.fmu", tolerance=1e-10)
+    ramp = np.array([(0.0, 0.0), (1.25, 1.25), (1.25, 0.0), (2.0, 0.0)], dtype=[("time", float), ("u", float)])
+    result = fmpy.simulate_fmu(
+        str(fmu),
+        fmi_type="ModelExchange",
+        stop_time=2.0,
+        output_interval=0.125,
+        input=ramp,
+        relative_tolerance=1e-10,
+        record_events=False,
+    )
+    assert result["x"][-1] == pytest.approx(1.35 - 0.6, abs=1e-9)
+
+
+def test_relations_beside_equations_that_need_iteration(tmp_path: Path) -> None:
+    """`y + y^3 = k` with k = 10 (y = 2) until x = y x passes 1 at t = 0.5, then k = 2 (y = 1)."""
+    text = (
+        "model Probe Real x(start=0, fixed=true); output Real y(start=1); Real k; "
+        "equation k = if x < 1 then 10 else 2; y + y^3 = k; der(x) = y; end Probe;"
+    )
+    fmu = build_fmu(compiled(text, tmp_path), tmp_path / "probe.fmu", tolerance=1e-10)
+    result = fmpy.simulate_fmu(str(fmu), stop_time=1.0, output_interval=0.25, output=["x", "y"], record_events=False)
+    assert result["x"] == pytest.approx([0.0, 0.5, 1.0, 1.25, 1.5], abs=1e-9)
+    assert result["y"][[0, 1, 3, 4]] == pytest.approx([2.0, 2.0, 1.0, 1.0], abs=1e-9)
+
+
+@pytest.mark.parametrize("version", ["2.0", "3.0"])
+def test_directional_derivatives_are_those_of_the_side_taken(tmp_path: Path, version: str) -> None:
+    """`der(x) = if u > 1 then u^2 x else -x`: by x and u it has 4 and 12 at x = 3, u = 2, and -1 and 0 at u = 0."""
+    text = (
+        "model Probe input Real u; output Real x(start=3, fixed=true); "
+        "equation der(x) = if u > 1 then u^2*x else -x; end Probe;"
+    )
+    fmu = build_fmu(compiled(text, tmp_path), tmp_path / "probe.fmu", fmi_version=version)
+    description = fmpy.read_model_description(str(fmu))
+    reference = {v.name: v.valueReference for v in description.modelVariables}
+    slave = fmpy.instantiate_fmu(fmpy.extract(str(fmu), str(tmp_path / "fmu")), description, "CoSimulation")
+    slave.enterInitializationMode()
+    slave.exitInitializationMode()
+    unknowns, knowns = [reference["der(x)"]], [reference["x"], reference["u"]]
+    try:
+        for u, by_x, by_u in ((2.0, 4.0, 12.0), (0.0, -1.0, 0.0)):
+            (slave.setReal if version == "2.0" else slave.setFloat64)([reference["u"]], [u])
+            for seed, expected in (([1.0, 0.0], by_x), ([0.0, 1.0], by_u)):
+                assert list(slave.getDirectionalDerivative(unknowns, knowns, seed)) == [expected]
+            if version == "3.0":
+                assert list(slave.getAdjointDerivative(unknowns, knowns, [1.0], 2)) == [by_x, by_u]
+    finally:
+        slave.freeInstance()
