@@ -49,7 +49,8 @@ def summarise(
     """Arrange free runs that have been made into a comparison."""
     declared = {variable.name: variable.unit for variable in model.outputs}
     units = {name: declared[name] for name in data.output_names}
-    curves = tuple(_curves(trial, run, data.output_names) for trial, run in followed)
+    moving = _moving(data)
+    curves = tuple(_curves(trial, run, data.output_names, moving) for trial, run in followed)
     learning = [c for c in curves if c.set == "learning"]
     held_out = [c for c in curves if c.set == "held_out"]
     where = where_it_fails(learning or curves, units, floor)
@@ -69,13 +70,20 @@ def summarise(
     )
 
 
-def _curves(trial: BoundTrial, run: FittedTrial, names: Sequence[str]) -> TrialCurves:
+def _moving(data: BoundSet) -> dict[str, int]:
+    """Inputs that move in some trial, with their places."""
+    every = np.concatenate([t.inputs for t in data.trials])
+    return {name: i for i, name in enumerate(data.input_names) if np.ptp(every[:, i]) > 0}
+
+
+def _curves(trial: BoundTrial, run: FittedTrial, names: Sequence[str], inputs: Mapping[str, int]) -> TrialCurves:
     return TrialCurves(
         file=trial.name,
         set=trial.subset,
         time=trial.time,
         measured={name: trial.outputs[:, i] for i, name in enumerate(names)},
         modelled={name: run.outputs[:, i] for i, name in enumerate(names)},
+        inputs={name: trial.inputs[:, i] for name, i in inputs.items()},
     )
 
 

@@ -27,13 +27,17 @@ class SetErrors:
 
 @dataclass(frozen=True)
 class TrialCurves:
-    """Time series of one trial for figures: `time` in s, signals in their units, all of shape (n,)."""
+    """Time series of one trial for figures: `time` in s, signals in their units, all of shape (n,).
+
+    `inputs` are those that move.
+    """
 
     file: str
     set: str
     time: np.ndarray
     measured: Mapping[str, np.ndarray]
     modelled: Mapping[str, np.ndarray]
+    inputs: Mapping[str, np.ndarray] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

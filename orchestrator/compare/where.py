@@ -6,10 +6,11 @@ from typing import Any
 import numpy as np
 from scipy import signal
 
+from orchestrator.compare.maps import Coordinate, ErrorMap, coordinates_of, error_map, sentence
 from orchestrator.compare.result import TrialCurves
 
 WINDOWS = 10
-BINS = 8
+SHUFFLES = 39
 
 
 def where_it_fails(
@@ -19,10 +20,11 @@ def where_it_fails(
 
     Residuals are measured minus modelled. Speeds are central differences of the measured signals.
     """
+    maps = {name: state_maps(curves, units, name) for name in units}
     return {
-        "signal": [_by_signal(curves, name, units, floor) for name in units],
+        "signal": [{**_by_signal(curves, name, units, floor), "depends": sentence(name, maps[name])} for name in units],
         "time": [row for name in units for row in _by_time(curves, name)],
-        "state": [row for name in units for row in _by_state(curves, name, units)],
+        "state": [row for name in units for row in map_rows(maps[name], name)],
         "frequency": [row for name in units for row in _by_frequency(curves, name)],
     }
 
@@ -46,6 +48,8 @@ def findings(where: Mapping[str, list[dict[str, Any]]], floor: Mapping[str, floa
             text += f"; biased by {most['bias']:.2g} {row['unit']} where {most['against']} is "
             text += f"{most['from']:.3g} to {most['to']:.3g} {most['unit']}"
         sentences.append(text)
+        if "depends" in row:
+            sentences.append(row["depends"])
     return tuple(sentences)
 
 
@@ -71,61 +75,94 @@ def _by_signal(
 
 
 def _by_time(curves: Sequence[TrialCurves], name: str) -> list[dict[str, Any]]:
-    first, last = min(c.time[0] for c in curves), max(c.time[-1] for c in curves)
-    edges = np.linspace(first, last, WINDOWS + 1)
-    rows = []
-    for low, high in zip(edges[:-1], edges[1:], strict=True):
-        parts = [_residual(c, name)[(c.time >= low) & (c.time <= high)] for c in curves]
-        rows.append({"signal": name, "from_s": float(low), "to_s": float(high), "rmse": _rms(np.concatenate(parts))})
-    return rows
+    """Root mean square in windows of time, with the band of chance; a short record has no band."""
+    time = Coordinate("time", "s", tuple(c.time for c in curves))
+    found = error_map([_residual(c, name) for c in curves], time, _step(curves), bins=WINDOWS)
+    if found is None:
+        every = np.concatenate(time.values)
+        rms = _rms(np.concatenate([_residual(c, name) for c in curves]))
+        return [{"signal": name, "from_s": float(every.min()), "to_s": float(every.max()), "rmse": rms}]
+    return [
+        {
+            "signal": name,
+            "from_s": float(found.edges[k]),
+            "to_s": float(found.edges[k + 1]),
+            "rmse": float(found.rms[k]),
+            "low": float(found.low[k]),
+            "high": float(found.high[k]),
+        }
+        for k in range(len(found.rms))
+    ]
 
 
-def _by_state(curves: Sequence[TrialCurves], name: str, units: Mapping[str, str]) -> list[dict[str, Any]]:
-    residual = np.concatenate([_residual(c, name) for c in curves])
-    rows = []
-    for other, unit in units.items():
-        value = np.concatenate([c.measured[other] for c in curves])
-        speed = np.concatenate([np.gradient(c.measured[other], c.time) for c in curves])
-        rows += _binned(residual, name, value, other, unit)
-        rows += _binned(residual, name, speed, f"speed of {other}", f"{unit}/s")
-    return rows
+def _step(curves: Sequence[TrialCurves]) -> float:
+    return float(np.median(np.diff(curves[0].time))) if len(curves[0].time) > 1 else 1.0
 
 
-def _binned(residual: np.ndarray, name: str, against: np.ndarray, label: str, unit: str) -> list[dict[str, Any]]:
-    """Bias and rmse of a residual in bins of equal population of another quantity."""
-    edges = np.unique(np.quantile(against, np.linspace(0, 1, BINS + 1)))
-    rows = []
-    for low, high in zip(edges[:-1], edges[1:], strict=True):
-        inside = residual[(against >= low) & (against <= high)]
-        rows.append(
-            {
-                "signal": name,
-                "against": label,
-                "unit": unit,
-                "from": float(low),
-                "to": float(high),
-                "bias": float(np.mean(inside)),
-                "rmse": _rms(inside),
-                "count": int(inside.size),
-            }
-        )
-    return rows
+def state_maps(curves: Sequence[TrialCurves], units: Mapping[str, str], name: str) -> list[ErrorMap]:
+    """The residual of a signal over everything that was recorded, each with its permutation band."""
+    times = [c.time for c in curves]
+    signals = {other: [c.measured[other] for c in curves] for other in units}
+    inputs = {other: [c.inputs[other] for c in curves] for other in curves[0].inputs}
+    residual = [_residual(c, name) for c in curves]
+    found = coordinates_of(signals, units, inputs, {}, times)
+    maps = [error_map(residual, coordinate, _step(curves)) for coordinate in found]
+    return [m for m in maps if m is not None]
+
+
+def map_rows(maps: Sequence[ErrorMap], name: str) -> list[dict[str, Any]]:
+    """Bias and rmse of a residual in bins of equal population of other quantities, with the band of chance."""
+    return [
+        {
+            "signal": name,
+            "against": m.against,
+            "unit": m.unit,
+            "from": float(m.edges[k]),
+            "to": float(m.edges[k + 1]),
+            "bias": float(m.bias[k]),
+            "rmse": float(m.rms[k]),
+            "count": int(m.count[k]),
+            "low": float(m.low[k]),
+            "high": float(m.high[k]),
+            "p_value": m.p_value,
+            "strength": m.strength,
+        }
+        for m in maps
+        for k in range(len(m.rms))
+    ]
 
 
 def _by_frequency(curves: Sequence[TrialCurves], name: str) -> list[dict[str, Any]]:
-    """Root mean square of the residual in octave bands, from Welch spectra averaged over trials."""
-    step = float(np.median(np.diff(curves[0].time)))
+    """Root mean square of the residual in octave bands, from Welch spectra averaged over trials.
+
+    `low` and `high` hold 95 % of what the same samples give in random order, that is without any memory.
+    """
+    step = _step(curves)
     length = min(min(len(c.time) for c in curves), 1024)
-    spectra = [signal.welch(_residual(c, name), 1 / step, nperseg=length, detrend="constant") for c in curves]
-    frequency, power = spectra[0][0], np.mean([s[1] for s in spectra], axis=0)
+    series = [_residual(c, name) for c in curves]
+    frequency, power = _spectrum(series, step, length)
     width = frequency[1] - frequency[0]
     edges = [0.0, *(frequency[1] * 2.0 ** np.arange(1, 12))]
+    random = np.random.default_rng(0)
+    shuffled = [_spectrum([random.permutation(part) for part in series], step, length)[1] for _ in range(SHUFFLES)]
     rows = []
     for low, high in zip(edges[:-1], edges[1:], strict=True):
-        inside = power[(frequency >= low) & (frequency < high)]
-        if inside.size:
-            top = float(min(high, frequency[-1]))
+        inside = (frequency >= low) & (frequency < high)
+        if inside.any():
+            chance = [float(np.sqrt(other[inside].sum() * width)) for other in shuffled]
             rows.append(
-                {"signal": name, "from_hz": float(low), "to_hz": top, "rmse": float(np.sqrt(inside.sum() * width))}
+                {
+                    "signal": name,
+                    "from_hz": float(low),
+                    "to_hz": float(min(high, frequency[-1])),
+                    "rmse": float(np.sqrt(power[inside].sum() * width)),
+                    "low": float(np.quantile(chance, 0.025)),
+                    "high": float(np.quantile(chance, 0.975)),
+                }
             )
     return rows
+
+
+def _spectrum(series: Sequence[np.ndarray], step: float, length: int) -> tuple[np.ndarray, np.ndarray]:
+    spectra = [signal.welch(part, 1 / step, nperseg=length, detrend="constant") for part in series]
+    return spectra[0][0], np.mean([s[1] for s in spectra], axis=0)

@@ -18,7 +18,7 @@ from orchestrator.diagnosis.ranking import confusable_with, rank
 from orchestrator.diagnosis.remaining import remaining
 from orchestrator.diagnosis.result import Diagnosis, Estimate, HeldOut, NamedEffect, Step
 from orchestrator.diagnosis.search import Progress, Searcher, Trace
-from orchestrator.diagnosis.unexplained import unexplained_forces
+from orchestrator.diagnosis.unexplained import unexplained_forces, where_forces_lack
 from orchestrator.diagnosis.verdict import decide, improvement_p_value, reducible_removed
 from orchestrator.measurements import MeasurementSet, bind
 from orchestrator.models.estimation import Z90
@@ -76,6 +76,8 @@ def diagnose(
         path = searcher.run(nominal_cost)
     accepted = _referee(source, measurements, nominal, path, workers, progress)
     found = _conclude(source, nominal, accepted, searcher.trace, searcher, impossible, time.monotonic() - began)
+    where, findings = where_forces_lack(searcher.nominal, searcher.learning)
+    found = replace(found, where=tuple(where), findings=findings)
     if found.verdict == "unknown":
         progress("looking at what is left")
         best = accepted.refits[-1] if accepted.refits else None

@@ -64,7 +64,8 @@ class Diagnosis:
     """Verdict and evidence of `misfit diagnose`. `steps` begins with the model as given.
 
     `latent_forces` are curves of what no effect explains, for the verdict "unknown". `experiment_csv` is the table of inputs
-    of the next experiment.
+    of the next experiment. `where` maps the force that the model as given lacks (rows as in a comparison's "state"),
+    `findings` says the same.
     """
 
     model: str
@@ -83,6 +84,8 @@ class Diagnosis:
     steps: tuple[Step, ...]
     latent_forces: tuple[LatentForce, ...] = ()
     experiment_csv: str | None = None
+    where: tuple[Mapping[str, Any], ...] = ()
+    findings: tuple[str, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """Return the `misfit.diagnosis/1` document."""
@@ -101,5 +104,7 @@ class Diagnosis:
             "next_experiment": self.next_experiment,
             "patched_model": self.patched_model,
             "seconds": self.seconds,
+            "where": {"force": [dict(row) for row in self.where]},
+            "findings": list(self.findings),
             "latent_forces": [curve.to_json() for curve in self.latent_forces],
         }

@@ -1,10 +1,13 @@
 """What no effect of the library explains, as series along the learning trials: a residual, and what it may depend on."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
 from fmus.errors import ComponentError
+from orchestrator.compare.maps import Coordinate, coordinates_of, error_map, sentence
+from orchestrator.compare.where import map_rows
 from orchestrator.diagnosis.evidence import LearningData, Refit
 from orchestrator.diagnosis.latent import LatentForce, Series, latent_force
 from orchestrator.models.correction import PREFIX
@@ -26,6 +29,40 @@ def unexplained_forces(nominal: SymbolicModel, best: Refit | None, learning: Lea
     coordinates = [*_coordinates(model, learning.trials), *hidden]
     found = [curve for curve in (latent_force(series, coordinates) for series in residuals) if curve is not None]
     return tuple(sorted(found, key=lambda curve: -curve.explained[1]))
+
+
+def where_forces_lack(nominal: SymbolicModel, learning: LearningData) -> tuple[list[dict[str, Any]], tuple[str, ...]]:
+    """Maps of the correction residual of the model as given over everything recorded, and a sentence for each signal.
+
+    The residual is the force that is missing at each instant, so its maps show where an effect acts, which free runs blur.
+    Without a residual in the equations there is nothing to map.
+    """
+    if nominal.residual is None:
+        return [], ()
+    trials = learning.trials
+    try:
+        residuals, hidden = _residuals(nominal, np.zeros(0), trials, None)
+    except ComponentError:
+        return [], ()
+    times = [t.smoother.thin(t.time) for t in trials]
+    step = trials[0].smoother.step * trials[0].smoother.stride
+    units = {v.name: v.unit for v in (*nominal.inputs, *nominal.outputs)}
+    signals = {name: [t.smoother.thin(t.values)[:, m] for t in trials] for m, name in enumerate(nominal.signals)}
+    inputs = {
+        v.name: [t.smoother.thin(t.inputs)[:, i] for t in trials]
+        for i, v in enumerate(nominal.inputs)
+        if any(np.ptp(t.inputs[:, i]) > 0 for t in trials)
+    }
+    coordinates = coordinates_of(signals, units, inputs, units, times)
+    coordinates += [Coordinate(series.name, series.unit, series.values) for series in hidden]
+    rows: list[dict[str, Any]] = []
+    sentences = []
+    for residual in residuals:
+        maps = [m for m in (error_map(residual.values, c, step) for c in coordinates) if m is not None]
+        rows += [{**row, "force_unit": residual.unit} for row in map_rows(maps, residual.name)]
+        if maps:
+            sentences.append(f"missing force on {sentence(residual.name, maps)}")
+    return rows, tuple(sentences)
 
 
 def _residuals(

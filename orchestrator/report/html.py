@@ -1,9 +1,9 @@
 """Reports as single HTML files that need no network and no script."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from orchestrator.compare.result import Comparison, TrialCurves
 from orchestrator.diagnosis.result import Diagnosis
@@ -72,7 +72,7 @@ def _diagnosis_page(diagnosis: Diagnosis, entries: list[LedgerEntry]) -> Page:
             *((versions_table(entries),) if entries else ()),
             set_errors_table(final, f"Error (rms) of each set, {_subject(final is given)}"),
         ),
-        findings=given.findings,
+        findings=(*diagnosis.findings, *given.findings),
         where=where_tables(given.where, given.units, given.noise_floor),
         pictures=(
             *_ranking(diagnosis),
@@ -114,6 +114,18 @@ def _latent(diagnosis: Diagnosis) -> list[Picture]:
     return [Picture(figures.latent_curve(curve), f"{curve.sentence()}.") for curve in diagnosis.latent_forces]
 
 
+def _maps(rows: Sequence[Mapping[str, Any]], what: str) -> list[Picture]:
+    """A figure for each signal: the four coordinates on which it depends most."""
+    pictures = []
+    for name in dict.fromkeys(str(row["signal"]) for row in rows if "low" in row):
+        mine = [row for row in rows if row["signal"] == name]
+        caption = (
+            f"Where {what} is: {name} over the quantities it depends on most; grey is what chance alone gives (95 %)."
+        )
+        pictures.append(Picture(figures.error_maps(name, mine), caption))
+    return pictures
+
+
 def _trial_pictures(comparison: Comparison, changed: Mapping[tuple[str, str], TrialCurves]) -> list[Picture]:
     shown = "Measured and modelled curves of {}, with the residual (measured minus modelled) below."
     return [
@@ -129,6 +141,7 @@ def _residual_pictures(comparison: Comparison) -> list[Picture]:
     for name in figures.shown_signals(comparison):
         caption = f"Residual of {name} against each measured signal and its speed, all trials."
         pictures.append(Picture(figures.residual_against_state(comparison, name), caption))
+    pictures += _maps(comparison.where.get("state", []), "the error of free runs")
     caption = "Residual by frequency, all trials; the dashed line is the noise floor if it were white."
     return [*pictures, Picture(figures.residual_spectrum(comparison), caption)]
 

@@ -91,7 +91,8 @@ def diagnosis_table(diagnosis: Diagnosis) -> Group:
     left = len(diagnosis.ranking) - RANKING_ROWS
     if left > 0:
         table.caption = f"{left} more are in the JSON result"
-    left_over = [_plain(f"{curve.sentence()}.") for curve in diagnosis.latent_forces]
+    left_over = [_plain(f"{line}.") for line in diagnosis.findings]
+    left_over += [_plain(f"{curve.sentence()}.") for curve in diagnosis.latent_forces]
     return Group(_plain(verdict_sentence(diagnosis)), *left_over, table)
 
 

@@ -13,9 +13,17 @@ _CAPTIONS = {
     "state": "Against measured state",
     "frequency": "In frequency",
 }
-_HEADINGS = {"rmse": "error (rms)", "over_floor": "times the floor", "floor": "noise floor", "count": "samples"}
+_HEADINGS = {
+    "rmse": "error (rms)",
+    "over_floor": "times the floor",
+    "floor": "noise floor",
+    "count": "samples",
+    "low": "chance from",
+    "high": "chance to",
+    "p_value": "p",
+}
 _BOUNDS = {"from_s": "s", "to_s": "s", "from_hz": "Hz", "to_hz": "Hz"}
-_IN_SIGNAL_UNIT = frozenset({"rmse", "floor", "bias"})
+_IN_SIGNAL_UNIT = frozenset({"rmse", "floor", "bias", "low", "high"})
 
 
 def where_tables(
@@ -32,7 +40,9 @@ def _table(
     kind: str, rows: Sequence[Mapping[str, Any]], units: Mapping[str, str], floor: Mapping[str, float]
 ) -> PageTable:
     worst = sorted(rows, key=lambda row: -_severity(row, floor))[:ROWS]
-    keys = [key for key in dict.fromkeys(key for row in worst for key in row) if key != "unit"]
+    keys = [
+        key for key in dict.fromkeys(key for row in worst for key in row) if key not in ("unit", "depends", "strength")
+    ]
     caption = _CAPTIONS.get(kind, kind)
     if len(rows) > ROWS:
         caption += f": the worst {ROWS} of {len(rows)}"

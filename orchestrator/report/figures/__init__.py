@@ -3,11 +3,13 @@
 from orchestrator.report.figures._curves import shown_signals, shown_trials, trial_curves
 from orchestrator.report.figures._diagnosis import Version, falling_error, ranking
 from orchestrator.report.figures._latent import latent_curve
+from orchestrator.report.figures._maps import error_maps
 from orchestrator.report.figures._residuals import error_by_trial, residual_against_state, residual_spectrum
 
 __all__ = [
     "Version",
     "error_by_trial",
+    "error_maps",
     "falling_error",
     "latent_curve",
     "ranking",

@@ -1,0 +1,211 @@
+"""Maps of an error over a coordinate, each beside the band that chance alone would give.
+
+The band comes from block permutations: blocks of the residual, longer than its memory, are put into random order against
+the coordinate, which breaks any dependence between the two and keeps the residual's own correlation.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+BINS = 8
+PERMUTATIONS = 99
+BLOCK_S = 0.5
+# Time around a change of direction that counts as a reversal, and over which amplitude and history are taken.
+REVERSAL_S = 0.5
+MEMORY_S = 2.0
+
+
+@dataclass(frozen=True)
+class ErrorMap:
+    """Root mean square and bias of a residual in bins of equal population of a coordinate.
+
+    `edges` (b + 1,); `rms`, `bias`, `low`, `high` and `count` (b,): the band holds 95 % of the rms that permuted blocks
+    give. `p_value` tells how often permuted blocks show a dependence (in size or in bias) as strong as the data,
+    `strength` is the share of the residual's square that its mean in each bin and the change of its size explain.
+    """
+
+    against: str
+    unit: str
+    edges: np.ndarray
+    rms: np.ndarray
+    bias: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    count: np.ndarray
+    p_value: float
+    strength: float
+
+    @property
+    def depends(self) -> bool:
+        """Whether chance hardly ever gives such a map."""
+        return self.p_value <= 0.05
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """Something a residual may depend on, one array (n,) for each trial."""
+
+    name: str
+    unit: str
+    values: tuple[np.ndarray, ...]
+
+
+def error_map(
+    residual: Sequence[np.ndarray], coordinate: Coordinate, step: float, *, seed: int = 0, bins: int = BINS
+) -> ErrorMap | None:
+    """Map a residual, one array for each trial sampled every `step` s, over a coordinate.
+
+    Returns:
+        None if the coordinate does not vary or there are too few samples for two bins and ten blocks.
+    """
+    error, against = np.concatenate(residual), np.concatenate(coordinate.values)
+    good = np.isfinite(error) & np.isfinite(against)
+    error, against = error[good], against[good]
+    length = max(1, round(BLOCK_S / step))
+    edges = np.unique(np.quantile(against, np.linspace(0, 1, bins + 1))) if error.size else np.zeros(0)
+    if len(edges) < 3 or error.size < 10 * length:
+        return None
+    place = np.clip(np.searchsorted(edges, against, side="right") - 1, 0, len(edges) - 2)
+    count = np.bincount(place, minlength=len(edges) - 1)
+    total = float(np.mean(error**2)) or 1.0
+
+    def means(values: np.ndarray) -> np.ndarray:
+        return np.bincount(place, values, minlength=len(edges) - 1) / np.maximum(count, 1)
+
+    def spreads(bias: np.ndarray, square: np.ndarray) -> np.ndarray:
+        """How much bias and size vary over the bins, as shares of the square."""
+        shares = count / error.size
+        size = float(shares @ (square / total - 1.0) ** 2)
+        return np.array([float(shares @ bias**2) / total, size])
+
+    bias, square = means(error), means(error**2)
+    random = np.random.default_rng(seed)
+    permuted, shuffled = [], []
+    for _ in range(PERMUTATIONS):
+        series = _block_permuted(error, length, random)
+        other_bias, other_square = means(series), means(series**2)
+        permuted.append(np.sqrt(other_square))
+        shuffled.append(spreads(other_bias, other_square))
+    low, high = np.quantile(permuted, (0.025, 0.975), axis=0)
+    mine, chance = spreads(bias, square), np.array(shuffled)
+    p_values = [(1 + np.sum(chance[:, k] >= mine[k])) / (1 + PERMUTATIONS) for k in (0, 1)]
+    excess = mine - chance.mean(axis=0)
+    return ErrorMap(
+        coordinate.name,
+        coordinate.unit,
+        edges,
+        np.sqrt(square),
+        bias,
+        low,
+        high,
+        count,
+        float(min(1.0, 2 * min(p_values))),  # two looks at one map
+        float(max(excess[0], min(excess[1], 1.0), 0.0)),
+    )
+
+
+def coordinates_of(
+    signals: Mapping[str, Sequence[np.ndarray]],
+    units: Mapping[str, str],
+    inputs: Mapping[str, Sequence[np.ndarray]],
+    input_units: Mapping[str, str],
+    times: Sequence[np.ndarray],
+) -> list[Coordinate]:
+    """What an error may depend on: positions, speeds, reversals, amplitudes, inputs, their history, and time."""
+    found = []
+    for name, series in signals.items():
+        speeds = [np.gradient(_smooth(x, t, 0.05), t) for x, t in zip(series, times, strict=True)]
+        rate = f"{units.get(name) or '1'}/s"
+        found.append(Coordinate(name, units.get(name, ""), tuple(series)))
+        found.append(Coordinate(f"speed of {name}", rate, tuple(speeds)))
+        near = [_from_reversal(w, t) for w, t in zip(speeds, times, strict=True)]
+        found.append(Coordinate(f"time from a reversal of {name}", "s", tuple(near)))
+        sizes = [np.sqrt(_past((x - _past(x, t)) ** 2, t)) for x, t in zip(series, times, strict=True)]
+        found.append(Coordinate(f"amplitude of {name}", units.get(name, ""), tuple(sizes)))
+    for name, series in inputs.items():
+        unit = input_units.get(name, "")
+        found.append(Coordinate(name, unit, tuple(series)))
+        past = [_past(x, t) for x, t in zip(series, times, strict=True)]
+        found.append(Coordinate(f"history of {name}", unit, tuple(past)))
+    return [*found, Coordinate("time", "s", tuple(times))]
+
+
+def _block_permuted(series: np.ndarray, length: int, random: np.random.Generator) -> np.ndarray:
+    """Blocks in random order, from a random beginning, each forwards or backwards."""
+    turned = np.roll(series, int(random.integers(len(series))))
+    blocks = np.array_split(turned, max(2, len(series) // length))
+    order = random.permutation(len(blocks))
+    return np.concatenate([blocks[k][:: 1 if random.random() < 0.5 else -1] for k in order])
+
+
+def _from_reversal(speed: np.ndarray, time: np.ndarray) -> np.ndarray:
+    """Time to the nearest change of direction, at most `REVERSAL_S`."""
+    moving = np.abs(speed) > 0.02 * np.abs(speed).max(initial=0.0)
+    places = np.flatnonzero(moving)
+    signs = np.sign(speed[places])
+    turns = places[1:][signs[1:] != signs[:-1]]
+    if turns.size == 0:
+        return np.full(len(time), REVERSAL_S)
+    at = time[turns]
+    right = np.clip(np.searchsorted(at, time), 0, len(at) - 1)
+    left = np.clip(right - 1, 0, len(at) - 1)
+    return np.minimum(np.minimum(np.abs(at[right] - time), np.abs(at[left] - time)), REVERSAL_S)
+
+
+def _past(series: np.ndarray, time: np.ndarray) -> np.ndarray:
+    """Mean over the last `MEMORY_S` seconds, shorter at the beginning."""
+    total = np.concatenate([[0.0], np.cumsum(series)])
+    first = np.searchsorted(time, time - MEMORY_S)
+    here = np.arange(1, len(series) + 1)
+    return (total[here] - total[first]) / (here - first)
+
+
+def _smooth(series: np.ndarray, time: np.ndarray, width_s: float) -> np.ndarray:
+    """Moving mean over about `width_s`, so that differences of it are not mere noise."""
+    step = float(np.median(np.diff(time))) if len(time) > 1 else width_s
+    half = max(0, round(0.5 * width_s / step))
+    if half == 0 or len(series) <= 2 * half:
+        return series
+    padded = np.concatenate([np.full(half, series[0]), series, np.full(half, series[-1])])
+    return np.convolve(padded, np.ones(2 * half + 1) / (2 * half + 1), mode="valid")
+
+
+def sentence(name: str, maps: Sequence[ErrorMap]) -> str:
+    """Say what an error depends on, and what it does not, such as `q1: at reversals of q1; independent of q2, time`."""
+    telling = sorted((m for m in maps if m.depends), key=lambda m: -m.strength)
+    silent = [m.against for m in maps if m.p_value > 0.2 and m.against in _plain_names(maps)]
+    if not telling:
+        return f"{name}: the same everywhere, as far as these data show"
+    text = f"{name}: {_place(telling[0])}"
+    same = telling[0].against.split(" of ")[-1]
+    others = [
+        m.against
+        for m in telling[1:4]
+        if m.strength > 0.3 * telling[0].strength and not (text.endswith(same) and m.against.endswith(f" of {same}"))
+    ]
+    if others:
+        text += f", also with {' and '.join(others)}"
+    return text + (f"; independent of {', '.join(silent[:4])}" if silent else "")
+
+
+def _place(m: ErrorMap) -> str:
+    """Where the error of a map stands out."""
+    worst, moving = int(np.argmax(m.rms)), m.against.split(" of ")[-1]
+    turning = m.against.startswith("speed of ") and m.edges[worst] <= 0 <= m.edges[worst + 1]
+    if turning or (m.against.startswith("time from a reversal of ") and worst == 0):
+        return f"at reversals of {moving}"
+    unit = f" {m.unit}" if m.unit not in ("", "1") else ""
+    low, high = m.edges[worst], m.edges[worst + 1]
+    where = f"where {m.against} is {low:.3g} to {high:.3g}{unit}"
+    if np.sign(m.bias[0]) != np.sign(m.bias[-1]) and min(abs(m.bias[0]), abs(m.bias[-1])) > 0.3 * np.sqrt(
+        np.mean(m.rms**2)
+    ):
+        return f"with the sign of {m.against}, most {where}"
+    return where
+
+
+def _plain_names(maps: Sequence[ErrorMap]) -> set[str]:
+    """Coordinates that people think of first: no histories and amplitudes."""
+    return {m.against for m in maps if not m.against.startswith(("history", "amplitude", "time from"))}
