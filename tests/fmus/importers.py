@@ -111,7 +111,7 @@ def pathsim(job: Job) -> Rows:
     from pathsim.solvers import RKDP54
     from pathsim_fmi import ModelExchangeFMU
 
-    block = ModelExchangeFMU(job.fmu)
+    block = ModelExchangeFMU(job.fmu, start_values=job.inputs)
     sources = [Constant(value) for value in job.inputs.values()]
     simulation = Simulation(
         [block, *sources],
@@ -143,6 +143,7 @@ def _fmpy(fmu: str, job: Job, **options: Any) -> Rows:
         output_interval=job.step,
         start_values=job.inputs,
         output=job.outputs,
+        record_events=False,
         **options,
     )
     return [[float(row[name]) for name in job.outputs] for row in result[1:]]

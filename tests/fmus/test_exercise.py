@@ -11,11 +11,11 @@ from pathlib import Path
 
 import pytest
 from fmpy import read_model_description  # type: ignore[import-untyped]
+from helpers_hybrid import HYBRID
 
 from fmus.archive import extract_fmu
 from fmus.build import SUFFIXES, Target, build_all
-from fmus.catalogue import ModelicaModel, built_in_models
-from fmus.package import build_fmu
+from fmus.catalogue import built_in_models
 from fmus.runtime.compiler import find_compiler
 
 DRIVER = Path(__file__).with_name("exercise")
@@ -27,20 +27,17 @@ STRICT += ["-Wno-strict-prototypes"]
 MEMORY = ["-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-fno-omit-frame-pointer"]
 RACES = ["-g", "-fsanitize=thread"]
 PLAIN = ["-g", "-O1"]
-HYBRID = [("hybrid", version) for version in SUFFIXES]  # with something of each kind
+BOTH = [("hybrid", version) for version in SUFFIXES]
 
 
 @pytest.fixture(scope="session")
 def fmus(tmp_path_factory: pytest.TempPathFactory) -> dict[tuple[str, str], Path]:
     """Unpacked FMUs by model and FMI version."""
     folder = tmp_path_factory.mktemp("exercise")
-    arm = Target(built_in_models()["arm"], "3.0", folder / "arm3.0.fmu")
-    build_all([arm], workers=1)
-    files = {("arm", "3.0"): arm.path}
-    hybrid = ModelicaModel("Hybrid", "Hybrid", DRIVER / "Hybrid.mo").compile()
-    for version in SUFFIXES:
-        path = folder / f"hybrid{version}.fmu"
-        files["hybrid", version] = build_fmu(hybrid, path, fmi_version=version, step_size=0.005)
+    targets = [Target(HYBRID, version, folder / f"hybrid{version}.fmu") for version in SUFFIXES]
+    targets.append(Target(built_in_models()["arm"], "3.0", folder / "arm3.0.fmu"))
+    build_all(targets, workers=1)
+    files = {(target.model.name, target.fmi_version): target.path for target in targets}
     return {key: extract_fmu(path, path.with_suffix(".d")) for key, path in files.items()}
 
 
@@ -93,7 +90,7 @@ def _run(command: Sequence[str], **environment: str) -> list[str]:
     return done.stdout.split()
 
 
-@pytest.mark.parametrize(("model", "version"), HYBRID)
+@pytest.mark.parametrize(("model", "version"), BOTH)
 def test_a_whole_life_is_clean_under_address_and_undefined_behaviour_sanitizers(
     model: str, version: str, fmus: dict[tuple[str, str], Path], tmp_path: Path
 ) -> None:
@@ -102,7 +99,7 @@ def test_a_whole_life_is_clean_under_address_and_undefined_behaviour_sanitizers(
     assert _run([str(program), *_arguments(fmu, 1)], ASAN_OPTIONS="detect_leaks=1", UBSAN_OPTIONS="print_stacktrace=1")
 
 
-@pytest.mark.parametrize(("model", "version"), [*HYBRID, ("arm", "3.0")])
+@pytest.mark.parametrize(("model", "version"), [*BOTH, ("arm", "3.0")])
 def test_a_whole_life_leaks_nothing_under_valgrind(
     model: str, version: str, fmus: dict[tuple[str, str], Path], plain: Callable[[str, str], Path]
 ) -> None:
@@ -113,7 +110,7 @@ def test_a_whole_life_leaks_nothing_under_valgrind(
     assert _run(["valgrind", *checks, "--error-exitcode=99", *command])
 
 
-@pytest.mark.parametrize(("model", "version"), [*HYBRID, ("arm", "3.0")])
+@pytest.mark.parametrize(("model", "version"), [*BOTH, ("arm", "3.0")])
 def test_instances_in_sixteen_threads_get_the_bits_they_get_alone(
     model: str, version: str, fmus: dict[tuple[str, str], Path], plain: Callable[[str, str], Path]
 ) -> None:

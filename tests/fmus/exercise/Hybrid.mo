@@ -14,6 +14,6 @@ equation
   z + z^3 = x;
   der(r[1]) = if r[2] > 0.5 then 0.2 else 1;
   der(r[2]) = 1e5*(r[1] - r[2]);
-  y = z + r[1] + (if time > 0.05 then c else 0);
+  y = z + r[1] + (if time > 0.0512 then c else 0);
   late = delay(u, 0.02, 0.1);
 end Hybrid;
