@@ -21,7 +21,9 @@ from fmus.symbolic.solution import Solution, Unknown
 from fmus.symbolic.structure import listed
 from fmus.symbolic.system import Relations, SymbolicSystem, Variable
 from fmus.symbolic.values import Value, scalars
-from fmus.symbolic.verify import verify, verify_relations
+from fmus.symbolic.verify import TranslationError, verify, verify_relations
+
+REFINEMENTS = 2
 
 
 def build_system(dae: Mapping[str, Any], name: str, description: str = "") -> SymbolicSystem:
@@ -34,11 +36,19 @@ def build_system(dae: Mapping[str, Any], name: str, description: str = "") -> Sy
     """
     arena = Arena(dae)
     refuse_unsupported(arena)
-    builder = _Builder(arena, dae, name, description)
-    system = builder.build()
+    refinements = 0
+    try:
+        builder = _Builder(arena, dae, name, description)
+        system = builder.build()
+    except TranslationError:
+        # Long chains of gears magnify rounding; what is no fault of the translation disappears by refinement.
+        refinements = REFINEMENTS
+        builder = _Builder(arena, dae, name, description, refinements=refinements)
+        system = builder.build()
     if not builder.recorder.found:
         return system
-    system = replace(system, relations=_Builder(arena, dae, name, description, freeze=True).relations(system))
+    frozen = _Builder(arena, dae, name, description, freeze=True, refinements=refinements)
+    system = replace(system, relations=frozen.relations(system))
     verify_relations(system)
     return system
 
@@ -47,8 +57,16 @@ class _Builder:
     """Collects what `build` needs from the front end's representation; used once."""
 
     def __init__(
-        self, arena: Arena, source: Mapping[str, Any], name: str, description: str, *, freeze: bool = False
+        self,
+        arena: Arena,
+        source: Mapping[str, Any],
+        name: str,
+        description: str,
+        *,
+        freeze: bool = False,
+        refinements: int = 0,
     ) -> None:
+        self.refinements = refinements
         self.arena, self.source, self.name, self.description = arena, source, name, description
         self.declared = Declarations(arena, name)
         self.evaluator = self.declared.evaluator
@@ -92,9 +110,8 @@ class _Builder:
         with_start = (replace(v, start=float(s)) for v, s in zip(system.states, starts, strict=True))
         return replace(system, states=tuple(with_start), notes=(*system.notes, *unchecked))
 
-    @staticmethod
     def _solved(
-        reduced: Reduced, knowns: Knowns, sides: Sequence[ca.SX] = ()
+        self, reduced: Reduced, knowns: Knowns, sides: Sequence[ca.SX] = ()
     ) -> tuple[list[ca.SX], list[ca.SX], Solution]:
         """Arguments t, x, u, d, p; the derivatives of the states and the algebraic variables; what they follow from."""
         x, z = column([q.symbol for q in reduced.states]), column([q.symbol for q in reduced.algebraics])
@@ -104,7 +121,8 @@ class _Builder:
         unknowns = [Unknown(symbol, ca.SX(0)) for symbol in [*rates, *reduced.hidden]]
         unknowns += [Unknown(q.symbol, q.guess, q.nominal) for q in reduced.algebraics]
         arguments = [knowns.time, x, knowns.inputs, knowns.delays, knowns.parameters]
-        return arguments, [dx, z], solve_blocks(reduced.equations, unknowns, ca.vertcat(*arguments, *sides))
+        known = ca.vertcat(*arguments, *sides)
+        return arguments, [dx, z], solve_blocks(reduced.equations, unknowns, known, refinements=self.refinements)
 
     def relations(self, system: SymbolicSystem) -> Relations | None:
         """The model with relations that keep their side, for the variables of `system`."""

@@ -13,7 +13,12 @@ from fmus.symbolic.structure import place_of, singular_message
 
 
 def solve_blocks(
-    equations: Sequence[Equation], unknowns: Sequence[Unknown], knowns: ca.SX, name: str = "block"
+    equations: Sequence[Equation],
+    unknowns: Sequence[Unknown],
+    knowns: ca.SX,
+    name: str = "block",
+    *,
+    refinements: int = 0,
 ) -> Solution:
     """Express each unknown in terms of the known symbols (states, inputs, parameters, time).
 
@@ -26,6 +31,7 @@ def solve_blocks(
         unknowns: with their guesses in terms of `knowns`.
         knowns: column of all other symbols.
         name: prefix of the names of the solvers, a C identifier.
+        refinements: how often the solution of linear equations is improved by solving for what is left of them.
 
     Raises:
         ModelicaError: if counts differ or the system is structurally singular.
@@ -45,12 +51,17 @@ def solve_blocks(
     for block in range(count):
         chosen = [equations[i] for i in rows[row_ends[block] : row_ends[block + 1]]]
         sought = [unknowns[j] for j in columns[column_ends[block] : column_ends[block + 1]]]
-        _solve_block(solution, chosen, sought, known, f"{name}{len(solution.stages)}")
+        _solve_block(solution, chosen, sought, known, f"{name}{len(solution.stages)}", refinements)
     return solution
 
 
 def _solve_block(
-    solution: Solution, equations: list[Equation], unknowns: list[Unknown], known: list[ca.SX], name: str
+    solution: Solution,
+    equations: list[Equation],
+    unknowns: list[Unknown],
+    known: list[ca.SX],
+    name: str,
+    refinements: int,
 ) -> None:
     symbols = [u.symbol for u in unknowns]
     residuals, column = ca.vertcat(*[e.residual for e in equations]), ca.vertcat(*symbols)
@@ -75,7 +86,23 @@ def _solve_block(
         solution.stages.append(linear_stage(name, rest, rest_right, remaining, place))
         known.append(ca.vertcat(*[u.symbol for u in remaining]))
         values = [u.symbol for u in remaining]
-    found = dict(zip(left_over, values, strict=True))
-    for j, value in enumerate(elimination.back(found)):
+    found = elimination.back(dict(zip(left_over, values, strict=True)))
+    if len(unknowns) > 1 and len(remaining) <= MOST_BY_DETERMINANT:
+        for _ in range(refinements):
+            # Rounding of the residual must not be cancelled symbolically, so the solution gets symbols of its own.
+            before = [ca.SX.sym(f"{u.symbol.name()} before") for u in unknowns]
+            for symbol, value in zip(before, found, strict=True):
+                solution.assign(symbol, value)
+            change = _eliminated(matrix, right - ca.mtimes(matrix, ca.vertcat(*before)))
+            found = [b + c for b, c in zip(before, change, strict=True)]
+    for j, value in enumerate(found):
         if not value.is_symbolic() or not ca.is_equal(value, symbols[j]):
             solution.assign(symbols[j], value)
+
+
+def _eliminated(matrix: ca.SX, right: ca.SX) -> list[ca.SX]:
+    elimination = eliminate(matrix, right)
+    rest, rest_right = elimination.square()
+    _, left_over = elimination.left_over
+    values = by_determinants(rest, rest_right) if left_over else []
+    return elimination.back(dict(zip(left_over, values, strict=True)))

@@ -17,6 +17,10 @@ POINTS = 3
 MOST_TRIES = 20
 
 
+class TranslationError(ModelicaError):
+    """A translated model does not satisfy an equation of its source."""
+
+
 def verify(
     system: SymbolicSystem, rates: ca.Function, rate_names: Sequence[str], dae: Mapping[str, Any], equations: int
 ) -> tuple[str, ...]:
@@ -33,7 +37,7 @@ def verify(
         Notes about what was not checked.
 
     Raises:
-        ModelicaError: naming an equation that does not hold.
+        TranslationError: naming an equation that does not hold.
     """
     flat = dae.get("flat")
     if flat is None:
@@ -45,7 +49,7 @@ def verify(
     sources = [text for _, text in files.values()]
     result = compare(flat, sources, points, [v.name for v in system.dependents], TOLERANCE)
     if result.failure is not None:
-        raise ModelicaError(
+        raise TranslationError(
             f"{_place(result.failure, files)} does not hold in the translation (relative error "
             f"{result.failure.error:.2g}); either its solution magnifies rounding, as long chains of gears do, or this "
             "is a fault of misfit: please report it with the model"

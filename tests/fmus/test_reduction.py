@@ -139,3 +139,17 @@ def test_singular_equations_are_named_with_the_unknowns_that_are_left(tmp_path: 
     assert "no equation is left to determine" in message
     assert "probe.mo:18, probe.mo:19" in message
     assert "determine only x" in message
+
+
+def test_a_chain_of_gears_that_magnifies_rounding_is_refined(tmp_path: Path) -> None:
+    more = (
+        "model M input Real u; Torque t; Inertia i[5]; Gear g[4](each n=30); equation t.tau = u; connect(t.b, i[1].a);"
+        "for k in 1:4 loop connect(i[k].b, g[k].a); connect(g[k].b, i[k + 1].a); end for; end M;"
+    )
+    system = compiled(tmp_path, "M", more=more)
+    found = evaluated(system, dict.fromkeys(starts(system), 0.0), 2.0)
+
+    acceleration = 2.0 / sum(30.0 ** (-2 * k) for k in range(5))
+    assert found["der(i[1].w)"] == pytest.approx(acceleration, rel=1e-13)
+    # The last inertia turns 30^4 times more slowly, and its torque is what that needs.
+    assert found["i[5].a.tau"] == pytest.approx(acceleration / 30.0**4, rel=1e-9)
