@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from math import prod
 from typing import Any
 
 from fmus.flat.evaluate import Unknown
@@ -53,8 +54,28 @@ def slim(flat: Mapping[str, Any]) -> dict[str, Any]:
     variables = {
         name: {"binding": _without_places(v["binding"]), "dims": v["dims"]} for name, v in flat["variables"].items()
     }
-    equations = [{"residual": _without_places(e["residual"]), "span": e.get("span")} for e in flat["equations"]]
+    empty = _placeholders(flat)
+    equations = [
+        {"residual": _without_places(e["residual"]), "span": e.get("span")}
+        for k, e in enumerate(flat["equations"])
+        if k not in empty
+    ]
     return {"variables": variables, "equations": equations}
+
+
+def _placeholders(flat: Mapping[str, Any]) -> set[int]:
+    """Positions of equations that only say `left = 0.0`: of a regular loop the front end writes out the first points."""
+    found = set()
+    for family in flat.get("structured_equations", ()):
+        if family.get("interiors_materialized", True):
+            continue
+        points = prod((b["upper"] - b["lower"]) // b["step"] + 1 for b in family["domain"]["binders"])
+        first = family["first_equation_index"]
+        for k in range(first, first + points * family["equations_per_point"]):
+            right = flat["equations"][k]["residual"].get("Binary", {}).get("rhs", {})
+            if right.get("Literal", {}).get("value") == {"Real": 0.0}:
+                found.add(k)
+    return found
 
 
 def _without_places(node: Any) -> Any:

@@ -91,7 +91,8 @@ def fingerprint(model: str, file: Path | None = None) -> str:
 def _surroundings() -> str:
     """Content hash of library, compiler and linter, which stay the same while a process runs."""
     digest = hashlib.sha256(version("rumoca").encode())
-    own = (Path(__file__).with_name("worker.py"), *sorted((Path(__file__).parent / "lint").glob("*.py")))
+    here = Path(__file__).parent
+    own = (here / "worker.py", here.parent / "flat" / "model.py", *sorted((here / "lint").glob("*.py")))
     for path in (*sorted(library_root().rglob("*.mo")), *own):
         digest.update(path.name.encode() + path.read_bytes())
     return digest.hexdigest()
