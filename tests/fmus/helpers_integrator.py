@@ -13,6 +13,7 @@ from fmus.runtime.compiler import find_compiler
 
 SOURCES = ("integrator", "dormand_prince", "rosenbrock", "linear", "crossing")
 AUTOMATIC, EXPLICIT, IMPLICIT = 0, 1, 2
+EVENT = 1  # outcome of a run
 
 Rhs = Callable[[float, list[float]], Sequence[float]]
 ByState = Callable[[float, list[float]], np.ndarray]
@@ -66,7 +67,7 @@ def compiled_integrator(folder: Path) -> ctypes.CDLL:
 class Solver:
     """One problem; counts the evaluations of its right-hand side and of its Jacobian.
 
-    `by_time` is the derivative of the right-hand side by t, zero when not given.
+    `by_time` is the derivative of the right-hand side by t, zero when not given; an event is where `margin` gets to 0.
     """
 
     def __init__(
@@ -80,6 +81,7 @@ class Solver:
         choice: int = AUTOMATIC,
         by_time: Rhs | None = None,
         nominal: float = 1.0,
+        margin: Callable[[float, list[float]], float] | None = None,
     ) -> None:
         n = len(x)
         self.library, self.x, self.evaluations, self.jacobians = library, (c_double * n)(*x), 0, 0
@@ -99,11 +101,17 @@ class Solver:
                 time_part[i] = value  # type: ignore[index]
             return 0
 
+        def least(_: object, t: float, state: object, result: object) -> int:
+            assert margin is not None
+            result[0] = margin(t, state[:n])  # type: ignore[index]
+            return 0
+
         self.memory = StepMemory()
         self.run = Integration(
             n=n,
             derivatives=DERIVATIVES(derivatives),
             jacobian=JACOBIAN(jacobian),
+            margin=MARGIN(least) if margin else MARGIN(),
             choice=choice,
             tolerance=tolerance,
             nominal=(c_double * n)(*[nominal] * n),
@@ -116,6 +124,12 @@ class Solver:
         outcome = self.library.integrate(ctypes.byref(self.run), ctypes.byref(self.memory), t, t_end, self.x, 0)
         assert outcome == 0, (outcome, self.run.time)
         return list(self.x)
+
+    def event(self, t: float, t_end: float) -> float:
+        """Time of the first event."""
+        outcome = self.library.integrate(ctypes.byref(self.run), ctypes.byref(self.memory), t, t_end, self.x, 0)
+        assert outcome == EVENT, (outcome, self.run.time)
+        return float(self.run.time)
 
     def fixed(self, t_end: float, steps: int) -> list[float]:
         """The state at `t_end` after equal steps from 0, whatever their error."""

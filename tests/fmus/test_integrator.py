@@ -165,3 +165,34 @@ def test_a_run_in_short_pieces_costs_what_the_pieces_need(library: ctypes.CDLL) 
         solver.advance(k * 1e-3, (k + 1) * 1e-3)
     # Six stages, and the slope at the start, which the core keeps from step to step.
     assert solver.evaluations - before == 700
+
+
+@pytest.mark.parametrize("choice", [EXPLICIT, IMPLICIT])
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-10])
+def test_events_are_found_as_exactly_as_the_solution_is_known(
+    library: ctypes.CDLL, choice: int, tolerance: float
+) -> None:
+    """x = sin(t) passes 0.5 at pi/6, with a step as long as the interval to begin with."""
+    solver = Solver(
+        library,
+        lambda t, x: [x[1], -x[0]],
+        lambda t, x: np.array([[0.0, 1.0], [-1.0, 0.0]]),
+        [0.0, 1.0],
+        tolerance=tolerance,
+        choice=choice,
+        margin=lambda t, x: 0.5 - x[0],
+    )
+    assert solver.event(0.0, 3.0) == pytest.approx(math.pi / 6, abs=tolerance)
+    assert list(solver.x) == pytest.approx([0.5, math.sqrt(0.75)], abs=tolerance)
+
+
+def test_a_visit_shorter_than_a_step_is_seen(library: ctypes.CDLL) -> None:
+    """A throw of 10 m/s against 10 m/s2, for which any step is exact, is above 4.9 m from 0.859 s to 1.141 s."""
+    solver = Solver(
+        library,
+        lambda t, x: [x[1], -10.0],
+        lambda t, x: np.array([[0.0, 1.0], [0.0, 0.0]]),
+        [0.0, 10.0],
+        margin=lambda t, x: 4.9 - x[0],
+    )
+    assert solver.event(0.0, 2.0) == pytest.approx(1 - math.sqrt(0.02), abs=1e-9)
