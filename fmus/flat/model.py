@@ -1,8 +1,8 @@
 """The flat model of the front end: bindings and equations as trees."""
 
+import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from math import prod
 from typing import Any
 
 from fmus.flat.evaluate import Unknown
@@ -54,28 +54,36 @@ def slim(flat: Mapping[str, Any]) -> dict[str, Any]:
     variables = {
         name: {"binding": _without_places(v["binding"]), "dims": v["dims"]} for name, v in flat["variables"].items()
     }
-    empty = _placeholders(flat)
-    equations = [
-        {"residual": _without_places(e["residual"]), "span": e.get("span")}
-        for k, e in enumerate(flat["equations"])
-        if k not in empty
-    ]
+    equations = [{"residual": _without_places(e["residual"]), "span": e.get("span")} for e in flat["equations"]]
+    for family in flat["structured_equations"]:
+        if not family["interiors_materialized"]:
+            _write_out(family, equations)
     return {"variables": variables, "equations": equations}
 
 
-def _placeholders(flat: Mapping[str, Any]) -> set[int]:
-    """Positions of equations that only say `left = 0.0`: of a regular loop the front end writes out the first points."""
-    found = set()
-    for family in flat.get("structured_equations", ()):
-        if family.get("interiors_materialized", True):
-            continue
-        points = prod((b["upper"] - b["lower"]) // b["step"] + 1 for b in family["domain"]["binders"])
-        first = family["first_equation_index"]
-        for k in range(first, first + points * family["equations_per_point"]):
-            right = flat["equations"][k]["residual"].get("Binary", {}).get("rhs", {})
-            if right.get("Literal", {}).get("value") == {"Real": 0.0}:
-                found.add(k)
-    return found
+def _write_out(family: Mapping[str, Any], equations: list[dict[str, Any]]) -> None:
+    """Fill in the rows of a regular loop: the front end writes out the first ones only, the others as placeholders."""
+    binders = family["domain"]["binders"]
+    ranges = [range(b["lower"], b["upper"] + (1 if b["step"] > 0 else -1), b["step"]) for b in binders]
+    count = family["equations_per_point"]
+    body = _without_places((family["template"] or {}).get("body", []))
+    for number, point in enumerate(itertools.product(*ranges)):
+        values = dict(zip([b["display_name"] for b in binders], point, strict=True))
+        for k in range(count):
+            row = equations[family["first_equation_index"] + number * count + k]
+            row["residual"] = _with_values(body[k], values) if len(body) == count else {"for-equation": None}
+
+
+def _with_values(node: Any, values: Mapping[str, int]) -> Any:
+    """Replace iterators by their values."""
+    if isinstance(node, list):
+        return [_with_values(item, values) for item in node]
+    if not isinstance(node, dict):
+        return node
+    reference = node.get("VarRef")
+    if reference is not None and not reference["subscripts"] and reference["name"]["name"] in values:
+        return {"Literal": {"value": {"Integer": values[reference["name"]["name"]]}}}
+    return {key: _with_values(item, values) for key, item in node.items()}
 
 
 def _without_places(node: Any) -> Any:

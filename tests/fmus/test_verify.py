@@ -107,6 +107,20 @@ def test_relations_that_keep_a_wrong_side_are_found(tmp_path: Path) -> None:
         verify_relations(replace(system, relations=replace(system.relations, rhs=wrong)))
 
 
+def test_every_row_of_a_for_equation_is_checked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = (
+        "model A Real x[4](each start=1, each fixed=true); Real y[3, 2]; equation for i in 1:4 loop "
+        "der(x[i]) = noEvent(if i > 3 then cos(x[i]) else -x[i]*i); end for;"
+        "for i in 1:3, j in 1:2 loop y[i, j] = x[i]*j; end for; end A;"
+    )
+    dae = compiled(text, tmp_path, "A")
+
+    assert build_system(dae, "A").notes == ()
+    monkeypatch.setitem(operators.UNARY, "cos", ca.sin)  # in the last row only
+    with pytest.raises(ModelicaError, match="does not hold"):
+        build_system(dae, "A")
+
+
 def test_what_could_not_be_checked_is_counted(tmp_path: Path) -> None:
     text = "model A Real x(start=1, fixed=true), y; equation der(x) = -y; algorithm y := 3*x; end A;"
 
