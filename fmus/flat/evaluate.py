@@ -182,4 +182,6 @@ class Evaluator:
             return self.size(tree[2] if bool(self.value(tree[1])) else tree[3])
         if kind == "array":
             return np.array([self.size(item) for item in tree[1]], dtype=float)
+        if kind == "call" and tree[1] in ("abs", "sum", "noEvent"):
+            return np.sum(self.size(tree[2][0])) if tree[1] == "sum" else self.size(tree[2][0])
         return np.abs(self.value(tree))
