@@ -72,6 +72,10 @@ def _bindings(model: FlatModel, dependents: Sequence[str]) -> list[tuple[FlatEqu
     return [(FlatEquation(("name", n), model.bindings[n], None), n) for n in names if n in model.bindings]
 
 
+# Functions such as abs() hide that terms cancel; so this share of the largest value in an equation counts as a term.
+ROUNDING = 1e-5
+
+
 class _Point:
     """The flat names at one point."""
 
@@ -80,14 +84,17 @@ class _Point:
         self.evaluator = Evaluator(self._lookup, self._call)
         self.known: dict[str, Number] = {}
         self.shapes = _shapes(values)
+        self.largest = 0.0  # of the values looked up for the present equation
 
     def error(self, equation: FlatEquation) -> tuple[int, float]:
         """Number of scalar equations, and the largest error relative to the size of their terms."""
         with np.errstate(all="ignore"):
             if equation.left[0] == "outputs":
                 return self._outputs_error(equation)
+            self.largest = 0.0
             left, right = (self.evaluator.value(tree) for tree in (equation.left, equation.right))
-            return _largest(left, right, self.evaluator.size(equation.left) + self.evaluator.size(equation.right))
+            size = self.evaluator.size(equation.left) + self.evaluator.size(equation.right)
+            return _largest(left, right, size + ROUNDING * self.largest)
 
     def _outputs_error(self, equation: FlatEquation) -> tuple[int, float]:
         """`(a, b) = f(x)`."""
@@ -101,7 +108,10 @@ class _Point:
     def _lookup(self, name: str) -> Number:
         if name not in self.known:
             self.known[name] = self._find(name)
-        return self.known[name]
+        value = self.known[name]
+        if not isinstance(value, str):
+            self.largest = max(self.largest, float(np.max(np.abs(value), initial=0.0)))
+        return value
 
     def _find(self, name: str) -> Number:
         if name in self.values:

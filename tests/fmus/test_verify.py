@@ -121,6 +121,12 @@ def test_every_row_of_a_for_equation_is_checked(tmp_path: Path, monkeypatch: pyt
         build_system(dae, "A")
 
 
+def test_rounding_inside_a_function_is_no_fault(tmp_path: Path) -> None:
+    text = "model A Real x(start=1, fixed=true), y, e; equation der(x) = -x; y = x + 0.1; e = abs(y - x - 0.1); end A;"
+
+    assert build_system(compiled(text, tmp_path, "A"), "A").notes == ()
+
+
 def test_what_could_not_be_checked_is_counted(tmp_path: Path) -> None:
     text = "model A Real x(start=1, fixed=true), y; equation der(x) = -y; algorithm y := 3*x; end A;"
 
