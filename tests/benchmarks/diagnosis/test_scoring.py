@@ -104,6 +104,17 @@ def test_run_that_failed_is_wrong_and_is_an_alarm() -> None:
     assert scores["runs that failed"].startswith("1/1")
 
 
+def test_failed_run_stays_in_the_share_of_what_the_tool_tried() -> None:
+    rows = [
+        judge("a", truth("viscous_friction"), answer("viscous_friction")),
+        judge("b", truth("viscous_friction"), {"failed": "no result within 300 s", "seconds": 300.0}),
+        judge("c", truth("backlash"), answer("viscous_friction")),
+    ]
+    scores = {score: found for score, _, found in summary(rows)}
+
+    assert scores["single: name, where the tool tried the effect at all"].startswith("1/2")
+
+
 def test_scores_of_a_family_count_its_own_cases_only() -> None:
     rows = [
         judge("a", truth("viscous_friction"), answer("viscous_friction")),
