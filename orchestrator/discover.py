@@ -16,6 +16,7 @@ from orchestrator.diagnosis.cards import EffectCard, effect_library
 from orchestrator.diagnosis.diagnose import diagnose
 from orchestrator.diagnosis.result import Diagnosis, NamedEffect
 from orchestrator.diagnosis.search import Progress
+from orchestrator.diagnosis.work import Work
 from orchestrator.ledger import LedgerEntry
 from orchestrator.measurements import MeasurementSet
 from orchestrator.models.symbolic import SymbolicModel
@@ -39,6 +40,7 @@ def discover(
     cards: Sequence[EffectCard] | None = None,
     workers: int = 2,
     progress: Progress = lambda message: None,
+    work: Work | None = None,
 ) -> Discovery:
     """Diagnose a model, add the named effects one after another, and record every version in the folder's ledger.
 
@@ -50,7 +52,7 @@ def discover(
         ComponentError: if the model cannot be simulated.
     """
     cards = effect_library() if cards is None else cards
-    diagnosis = diagnose(source, measurements, cards=cards, workers=workers, progress=progress)
+    diagnosis = diagnose(source, measurements, cards=cards, workers=workers, progress=progress, work=work)
     nominal = diagnosis.steps[0].comparison
     given = model_of(source, source.compile())
     entries = [_record(folder, source.name, source, given, (), nominal, measurements)]

@@ -37,6 +37,10 @@ class FmuFile:
         object.__setattr__(self, "content_hash", hashlib.sha256(content).hexdigest())
         _ = self.description
 
+    def __reduce__(self) -> tuple[type["FmuFile"], tuple[Path, bool]]:
+        """Travel to another process as a path; the children stay here."""
+        return FmuFile, (self.path, self.stepped)
+
     @cached_property
     def description(self) -> Description:
         """What the FMU shows, with the start values that it really has."""

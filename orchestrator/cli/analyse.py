@@ -4,7 +4,15 @@ from pathlib import Path
 
 import click
 
-from orchestrator.cli.common import cards_option, progress, result_options, show, write_file, write_json
+from orchestrator.cli.common import (
+    cards_option,
+    progress,
+    result_options,
+    scheduler_option,
+    show,
+    write_file,
+    write_json,
+)
 
 
 @click.command()
@@ -37,6 +45,7 @@ def compare(model: str, data: str, json_file: str | None, html_file: str | None,
 @click.argument("model")
 @click.argument("data")
 @cards_option
+@scheduler_option
 @click.option(
     "--experiment", "experiment_file", metavar="F", help="Write the inputs of the next experiment to F (CSV)."
 )
@@ -45,6 +54,7 @@ def diagnose(
     model: str,
     data: str,
     card_folders: tuple[Path, ...],
+    scheduler: str | None,
     experiment_file: str | None,
     json_file: str | None,
     html_file: str | None,
@@ -54,6 +64,7 @@ def diagnose(
     """Name the physical effect that MODEL lacks to explain DATA."""
     from orchestrator.diagnosis.cards import effect_library
     from orchestrator.diagnosis.diagnose import diagnose as run
+    from orchestrator.diagnosis.work import resumable
     from orchestrator.measurements import load_measurements
     from orchestrator.models.load import load_source
     from orchestrator.report.html import diagnosis_report
@@ -63,7 +74,9 @@ def diagnose(
         say(f"reading {data}")
         cards = effect_library(card_folders)
         measurements = load_measurements(data)
-        result = run(load_source(model, measurements), measurements, cards=cards, workers=workers, progress=say)
+        source = load_source(model, measurements)
+        with resumable(f"{model} {measurements.content_hash}", scheduler) as work:
+            result = run(source, measurements, cards=cards, workers=workers, progress=say, work=work)
         report = diagnosis_report(result) if html_file else None
     show(diagnosis_table(result), quiet)
     write_file(experiment_file, result.experiment_csv)

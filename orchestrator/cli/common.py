@@ -48,6 +48,13 @@ def cards_option(command: Callable[..., None]) -> Callable[..., None]:
     )(command)
 
 
+def scheduler_option(command: Callable[..., None]) -> Callable[..., None]:
+    """Add `--scheduler`, the address of a Dask cluster."""
+    return click.option(
+        "--scheduler", metavar="ADDRESS", help="Refit on the Dask cluster at ADDRESS, such as tcp://host:8786."
+    )(command)
+
+
 @contextmanager
 def progress(quiet: bool) -> Iterator[Say]:
     """Show what is being done on a terminal; stay silent in a pipe."""

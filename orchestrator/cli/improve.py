@@ -8,7 +8,15 @@ from typing import Any
 import click
 
 from fmus.errors import MisfitError
-from orchestrator.cli.common import cards_option, progress, result_options, show, write_file, write_json
+from orchestrator.cli.common import (
+    cards_option,
+    progress,
+    result_options,
+    scheduler_option,
+    show,
+    write_file,
+    write_json,
+)
 
 RESULTS = "misfit-results"
 
@@ -101,12 +109,14 @@ def ledger(folder: str, json_file: str | None) -> None:
 @click.argument("data")
 @click.option("--out", "folder", default=RESULTS, show_default=True, metavar="DIR", help="Models, FMUs and the ledger.")
 @cards_option
+@scheduler_option
 @result_options()
 def discover(
     model: str,
     data: str,
     folder: str,
     card_folders: tuple[Path, ...],
+    scheduler: str | None,
     json_file: str | None,
     html_file: str | None,
     quiet: bool,
@@ -114,6 +124,7 @@ def discover(
 ) -> None:
     """Compare MODEL with DATA, name the missing effects, add them, and compare again."""
     from orchestrator.diagnosis.cards import effect_library
+    from orchestrator.diagnosis.work import resumable
     from orchestrator.discover import discover as run
     from orchestrator.measurements import load_measurements
     from orchestrator.models.load import load_source
@@ -124,9 +135,9 @@ def discover(
         say(f"reading {data}")
         cards = effect_library(card_folders)
         measurements = load_measurements(data)
-        found = run(
-            load_source(model, measurements), measurements, Path(folder), cards=cards, workers=workers, progress=say
-        )
+        source = load_source(model, measurements)
+        with resumable(f"{model} {measurements.content_hash}", scheduler) as work:
+            found = run(source, measurements, Path(folder), cards=cards, workers=workers, progress=say, work=work)
         report = discovery_report(found.diagnosis, list(found.entries)) if html_file else None
     show(diagnosis_table(found.diagnosis), quiet)
     show(ledger_table(list(found.entries)), quiet)

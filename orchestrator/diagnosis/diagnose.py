@@ -20,6 +20,7 @@ from orchestrator.diagnosis.result import Diagnosis, Estimate, HeldOut, NamedEff
 from orchestrator.diagnosis.search import Progress, Searcher, Trace
 from orchestrator.diagnosis.unexplained import unexplained_forces, where_forces_lack
 from orchestrator.diagnosis.verdict import decide, improvement_p_value, reducible_removed
+from orchestrator.diagnosis.work import Work
 from orchestrator.measurements import MeasurementSet, bind
 from orchestrator.models.estimation import Z90
 from orchestrator.models.patch import free_slots
@@ -43,8 +44,11 @@ def diagnose(
     cards: Sequence[EffectCard] | None = None,
     workers: int = 2,
     progress: Progress = lambda message: None,
+    work: Work | None = None,
 ) -> Diagnosis:
     """Find which effects of the library a model lacks, judged by learning trials and confirmed by held-out ones.
+
+    `work` says who screens and refits, by default this process; the result does not depend on it, nor on `workers`.
 
     Raises:
         MisfitError: if the data do not fit the model or hold no held-out trials.
@@ -69,6 +73,7 @@ def diagnose(
         learning=LearningData.of(data, nominal.noise_floor),
         workers=workers,
         progress=progress,
+        work=work,
     )
     nominal_cost = nominal.learning.over_floor**2
     # Two BLAS threads make the small factorisations of the fits about 100 times slower.

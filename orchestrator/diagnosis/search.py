@@ -11,8 +11,9 @@ import numpy as np
 from fmus.catalogue import ModelicaModel
 from fmus.errors import ComponentError
 from orchestrator.diagnosis.candidates import Candidate, EffectSet, can_join
-from orchestrator.diagnosis.evidence import LearningData, Refit, refit
+from orchestrator.diagnosis.evidence import LearningData, Refit
 from orchestrator.diagnosis.screening import Explanation, Screened, Screener
+from orchestrator.diagnosis.work import Here, ScreenTask, Work, done_by
 from orchestrator.models.symbolic import SymbolicModel
 
 MOST_EFFECTS = 3
@@ -53,7 +54,9 @@ class Searcher:
         learning: LearningData,
         workers: int,
         progress: Progress,
+        work: Work | None = None,
     ) -> None:
+        self.work: Work = Here() if work is None else work
         self.base, self.nominal, self.slots = base, nominal, tuple(slots)
         self.candidates, self.learning = tuple(candidates), learning
         self.workers, self.progress = workers, progress
@@ -92,7 +95,10 @@ class Searcher:
             self.progress(f"screening {group[0].card.id.replace('_', ' ')}")
             try:
                 if screener is not None:
-                    return screener.explain(group)
+                    if self.work.callers is None:
+                        return screener.explain(group)
+                    task = ScreenTask(self.base, self.nominal.signals, self.learning, tuple(group))
+                    return list(self.work.do(task))
             except ComponentError:
                 return []  # a candidate that cannot even be simulated explains nothing
             return [self._unscreened(candidate) for candidate in group]
@@ -134,14 +140,16 @@ class Searcher:
         def one(entry: Screened) -> Refit | None:
             self.progress(f"refitting {' + '.join(c.label for c in entry.candidates)}")
             try:
-                return refit(EffectSet(self.base, entry.candidates, self.nominal.signals), self.learning, entry.values)
+                return done_by(
+                    self.work, self.base, entry.candidates, self.nominal.signals, self.learning, entry.values
+                )
             except ComponentError:
                 return None
 
         return [r for r in self._side_by_side(one, [*unjudged, *passing[:REFITTED]]) if r is not None]
 
     def _side_by_side(self, work: Callable[[Item], Found], items: Sequence[Item]) -> list[Found]:
-        with ThreadPoolExecutor(self.workers) as pool:
+        with ThreadPoolExecutor(self.work.callers or self.workers) as pool:
             return list(pool.map(work, items))
 
     def _nested(self, path: list[Refit]) -> list[Refit]:
