@@ -147,3 +147,14 @@ def test_case_is_a_measurement_set_that_its_model_takes_and_is_the_same_every_ti
     assert (len(bound.learning), len(bound.held_out)) == (4, 2)
     assert set(MACHINES[name].outputs) <= set(bound.output_names)
     assert all(np.isfinite(value) for value in answer["true_model_rmse_heldout"].values())
+
+
+@pytest.mark.parametrize("name", [name for name, machine in MACHINES.items() if set(machine.inputs) - machine.commands])
+def test_idle_input_is_still_declared_with_a_noise_above_zero(name: str, tmp_path: Path) -> None:
+    """A declared 0 would be taken for no declaration, and the tool would assume a noise of its own."""
+    case = draw_case(Wish("I", name, 0, 3, seconds=1.0))
+    write_case(case, tmp_path)
+
+    sensors = load_measurements(tmp_path).sensors
+
+    assert all(value > 0 for key, value in sensors.items() if "noise_std" in key)

@@ -49,8 +49,8 @@ def judge(name: str, truth: Mapping[str, Any], result: Mapping[str, Any]) -> dic
         "class_size": 1 + len(wide) - len(set(said)),
         "extra": len(set(said) - set(true)),
         "top3": sorted(true) in ranking[:3],
-        # A run without a ranking, as one that failed, says nothing about its library and must not drop out of a share.
-        "offered": not ranking or set(true) <= {effect for entry in ranking for effect in entry},
+        # A run that failed says nothing about its library, and must not drop out of a share for that.
+        "offered": verdict == "failed" or set(true) <= {effect for entry in ranking for effect in entry},
         "advised": result.get("next_experiment") is not None,
         "parameters": _parameters(truth, effects, exact),
         "probability": top.get("probability"),

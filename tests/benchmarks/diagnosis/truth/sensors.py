@@ -39,6 +39,8 @@ class Recorder:
         """The recorder of a case, its input noise in proportion to the inputs of the nominal runs."""
         rms = np.sqrt(np.mean(np.concatenate([run.recorded for run in runs]) ** 2, axis=0))
         std = rms * (_INPUT_SHARE if machine.name == "tanks" else _MOTOR_SHARE)[level]
+        # A sensor is noisy while its input is idle, too; a declared noise of 0 would be no declaration.
+        std = np.maximum(std, 1e-3 * machine.torque * _MOTOR_SHARE[level] / _MOTOR_SHARE["hi"])
         for k, name in enumerate(machine.inputs):
             if name in machine.commands:
                 std[k] = 0.0
