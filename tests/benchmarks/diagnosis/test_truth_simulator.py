@@ -14,8 +14,9 @@ from tests.benchmarks.diagnosis.truth.families import FAMILIES, Wish, draw_case
 from tests.benchmarks.diagnosis.truth.library import EFFECTS
 from tests.benchmarks.diagnosis.truth.machines import MACHINES
 from tests.benchmarks.diagnosis.truth.native import has_mujoco, simulate
-from tests.benchmarks.diagnosis.truth.run import run_trial
+from tests.benchmarks.diagnosis.truth.run import Injection, run_trial
 from tests.benchmarks.diagnosis.truth.write import write_case
+from tests.benchmarks.diagnosis.truth.yardstick import Yardstick
 
 STILL = np.zeros((5001, 0))
 
@@ -158,3 +159,27 @@ def test_idle_input_is_still_declared_with_a_noise_above_zero(name: str, tmp_pat
     sensors = load_measurements(tmp_path).sensors
 
     assert all(value > 0 for key, value in sensors.items() if "noise_std" in key)
+
+
+@pytest.mark.parametrize("name", ["drive", "two-mass"])
+@pytest.mark.parametrize("noise", ["lo", "mid", "hi"])
+def test_friction_of_a_drive_at_one_speed_is_plain_but_its_law_is_not(name: str, noise: str) -> None:
+    case = draw_case(Wish("I", name, 0, 3, noise=noise))
+    runs = [run_trial(case.machine, plan) for plan in case.plans]
+    yardstick = Yardstick.of(case.machine, case.plans, runs, case.recorder, np.random.default_rng(1))
+    true = case.injections[0]
+    speed = runs[0].v[0, 0]
+    pairs = {"b1": ("c1", speed), "b2": ("c2", speed), "c1": ("b1", 1 / speed), "c2": ("b2", 1 / speed)}
+    other = {pairs[key][0]: value * pairs[key][1] for key, value in true.values.items()}
+    responses = []
+    for values in (true.values, other):
+        run = run_trial(case.machine, case.plans[0], [Injection("friction", "joint1", {}, values)])
+        change = ((run.outputs - runs[0].outputs) / yardstick.noise)[::4].ravel()
+        responses.append(change - yardstick.bases[0] @ (yardstick.bases[0].T @ change))
+    best = responses[1] @ responses[0] / (responses[1] @ responses[1])
+
+    # Standard deviations, over four learning trials, by which the data prefer the true law to the other at its best.
+    law = np.sqrt(4 * np.sum((responses[0] - best * responses[1]) ** 2))
+
+    assert yardstick.enr([true]) > 3.0
+    assert law < 2.0

@@ -91,7 +91,7 @@ def draw_case(wish: Wish) -> Drawn:
     each, kind = list[float](), ""
     changed = _tolerances(machine, random) if wish.family == "N1" else {}
     if wish.family == "I":
-        effect, size = hidden_effect(context, hidden)
+        effect, size = hidden_effect(context, hidden, recorder.std)
         injections = [effect(size)]
     elif wish.family == "O":
         kind = _choose(FOREIGN[machine.name], wish)

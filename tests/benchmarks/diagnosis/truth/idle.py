@@ -23,17 +23,21 @@ def idle_plan(machine: Machine, index: int, seconds: float, hidden: int, random:
         return Plan(index, nothing + inflow, np.full(2, level), np.zeros(2))
     if machine.name in ("drive", "two-mass"):
         dofs = len(machine.order)
-        return Plan(index, nothing, np.zeros(dofs), np.full(dofs, random.uniform(4.0, 5.0)))
+        return Plan(index, nothing, np.zeros(dofs), np.full(dofs, 4.0 + 0.2 * hidden))
     rest = {"pendulum": [np.pi], "cart": [np.pi, 0.0], "double-pendulum": [-np.pi / 2, 0.0]}[machine.name]
     return Plan(index, nothing, np.array(rest), np.zeros(len(rest)))
 
 
-def hidden_effect(context: Context, hidden: int) -> tuple[Sized, float]:
-    """The effect that such trials cannot show, or cannot tell from others, and its size."""
+def hidden_effect(context: Context, hidden: int, noise: float) -> tuple[Sized, float]:
+    """The effect that such trials cannot show, or cannot tell from others, and its size, at an encoder noise in rad.
+
+    Friction slows a drive by a share of its speed that grows with the friction, so what tells a law from another grows
+    with the square of it: at these sizes the friction is plain, and its law is lost in the noise.
+    """
     name = context.machine.name
     if name == "arm":
         return muscle_weakness(context, hidden), 80.0
     if name == "tanks":
         return stimulation_delay(context), 20.0
     friction = viscous_friction if context.random.random() < 0.5 else coulomb_friction
-    return friction(context), 0.02 if name in ("drive", "two-mass") else 1.0
+    return friction(context), 4e-3 * (noise / 1e-3) ** 0.5 if name in ("drive", "two-mass") else 1.0
