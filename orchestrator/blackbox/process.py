@@ -1,13 +1,18 @@
 """Child processes that run one FMU, shared by all who need runs of it."""
 
 import multiprocessing
+import os
 import queue
+import subprocess
+import sys
 import threading
+import weakref
+from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
 from fmus.errors import ComponentError
-from orchestrator.blackbox.worker import ProbeRequest, RunRequest, serve
+from orchestrator.blackbox.worker import ProbeRequest, RunRequest
 
 TIME_LIMIT_S = 300.0
 
@@ -53,28 +58,37 @@ class FmuProcesses:
 
 
 class _Child:
+    """One child; it is started as a program of its own, which the processes of a cluster may do too."""
+
     def __init__(self, path: Path, cosimulation: bool) -> None:
         self.name = path.name
-        context = multiprocessing.get_context("spawn")
-        self.connection, theirs = context.Pipe()
-        self.process = context.Process(target=serve, args=(path, cosimulation, theirs), daemon=True)
-        self.process.start()
+        self._connection, theirs = multiprocessing.Pipe()
+        command = [sys.executable, "-c", "from orchestrator.blackbox.worker import main; main()"]
+        arguments = [str(path.resolve()), str(int(cosimulation)), str(theirs.fileno())]
+        self._process = subprocess.Popen(
+            [*command, *arguments],
+            pass_fds=[theirs.fileno()],
+            stdin=subprocess.DEVNULL,
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(part for part in sys.path if part)},
+        )
         theirs.close()
+        self.close = weakref.finalize(self, _end, self._process, self._connection)
 
     def ask(self, request: RunRequest | ProbeRequest) -> Any:
         try:
-            self.connection.send(request)
-            if not self.connection.poll(TIME_LIMIT_S):
+            self._connection.send(request)
+            if not self._connection.poll(TIME_LIMIT_S):
                 raise ComponentError(f"FMU {self.name} gave no answer for {TIME_LIMIT_S:.0f} s and was stopped")
-            kind, answer = self.connection.recv()
+            kind, answer = self._connection.recv()
         except (EOFError, ConnectionError):
-            self.process.join()
-            raise ComponentError(f"FMU {self.name} crashed its process (exit code {self.process.exitcode})") from None
+            code = self._process.wait()
+            raise ComponentError(f"FMU {self.name} crashed its process (exit code {code})") from None
         if kind == "error":
             raise ComponentError(f"FMU {self.name} failed: {answer}")
         return answer
 
-    def close(self) -> None:
-        self.connection.close()
-        self.process.kill()
-        self.process.join()
+
+def _end(process: "subprocess.Popen[bytes]", connection: Connection) -> None:
+    connection.close()
+    process.kill()
+    process.wait()

@@ -2,6 +2,7 @@
 
 import ctypes
 import os
+import sys
 import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -279,3 +280,9 @@ def serve(path: Path, cosimulation: bool, connection: Connection) -> None:
                 connection.send(("ok", answer))
             except Exception as error:  # whatever native wrappers raise becomes a message for the host
                 connection.send(("error", " ".join(str(error).split()) or type(error).__name__))
+
+
+def main() -> None:
+    """Entry of the child: FMU's path, whether it is stepped, and the inherited end of a pipe."""
+    path, cosimulation, handle = sys.argv[1:]
+    serve(Path(path), cosimulation == "1", Connection(int(handle)))
