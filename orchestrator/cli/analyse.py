@@ -10,6 +10,7 @@ from orchestrator.cli.common import (
     result_options,
     scheduler_option,
     show,
+    tolerance_option,
     write_file,
     write_json,
 )
@@ -45,6 +46,7 @@ def compare(model: str, data: str, json_file: str | None, html_file: str | None,
 @click.argument("model")
 @click.argument("data")
 @cards_option
+@tolerance_option
 @scheduler_option
 @click.option(
     "--experiment", "experiment_file", metavar="F", help="Write the inputs of the next experiment to F (CSV)."
@@ -54,6 +56,7 @@ def diagnose(
     model: str,
     data: str,
     card_folders: tuple[Path, ...],
+    tolerances: dict[str, float],
     scheduler: str | None,
     experiment_file: str | None,
     json_file: str | None,
@@ -73,7 +76,7 @@ def diagnose(
     with progress(quiet) as say:
         say(f"reading {data}")
         cards = effect_library(card_folders)
-        measurements = load_measurements(data)
+        measurements = load_measurements(data).with_tolerances(tolerances)
         source = load_source(model, measurements)
         with resumable(f"{model} {measurements.content_hash}", scheduler) as work:
             result = run(source, measurements, cards=cards, workers=workers, progress=say, work=work)

@@ -55,6 +55,31 @@ def scheduler_option(command: Callable[..., None]) -> Callable[..., None]:
     )(command)
 
 
+def tolerance_option(command: Callable[..., None]) -> Callable[..., None]:
+    """Add `--tolerance`, how well the parameters of the model are known."""
+    return click.option(
+        "--tolerance",
+        "tolerances",
+        multiple=True,
+        metavar="[NAME=]SHARE",
+        callback=_tolerances,
+        help="Standard deviation of the model's parameters, such as 5% or linkage.m=2%; they are refitted within it.",
+    )(command)
+
+
+def _tolerances(context: click.Context, option: click.Parameter, given: tuple[str, ...]) -> dict[str, float]:
+    from orchestrator.measurements.case_file import relative
+
+    found = {}
+    for text in given:
+        name, _, share = text.rpartition("=")
+        value = relative(share)
+        if value is None:
+            raise MisfitError(f"--tolerance {text}: expected a share or a percentage, such as 5% or linkage.m=0.02")
+        found[name or "default"] = value
+    return found
+
+
 @contextmanager
 def progress(quiet: bool) -> Iterator[Say]:
     """Show what is being done on a terminal; stay silent in a pipe."""

@@ -1,40 +1,43 @@
 """Diagnose a model: compare it, search for the missing effects, let held-out trials referee, give a verdict."""
 
 import time
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
+import numpy as np
 from threadpoolctl import threadpool_limits
 
 from fmus.catalogue import ModelicaModel
-from fmus.errors import ComponentError, MisfitError
+from fmus.errors import MisfitError
 from orchestrator.compare.comparison import compare
 from orchestrator.compare.result import Comparison
-from orchestrator.diagnosis.candidates import find_candidates, model_of
+from orchestrator.diagnosis.calibration import SIGNIFICANT, Stage
+from orchestrator.diagnosis.candidates import EffectSet, find_candidates, model_of
 from orchestrator.diagnosis.cards import EffectCard, effect_library
-from orchestrator.diagnosis.evidence import LearningData, Refit
+from orchestrator.diagnosis.confusion import groups, rivals
+from orchestrator.diagnosis.evidence import LearningData, Refit, fit_nominal, smoothed
+from orchestrator.diagnosis.excitation import blind_sites
 from orchestrator.diagnosis.next_experiment import plan
-from orchestrator.diagnosis.ranking import confusable_with, rank
+from orchestrator.diagnosis.noise_model import metrics_of
+from orchestrator.diagnosis.nuisances import Nuisances, nuisances
+from orchestrator.diagnosis.ranking import rank
+from orchestrator.diagnosis.referee import Referee, Refereed, version_name
 from orchestrator.diagnosis.remaining import remaining
-from orchestrator.diagnosis.result import Diagnosis, Estimate, HeldOut, NamedEffect, Step
-from orchestrator.diagnosis.search import Progress, Searcher, Trace
+from orchestrator.diagnosis.response import Response
+from orchestrator.diagnosis.result import Diagnosis, Estimate, HeldOut, NamedEffect
+from orchestrator.diagnosis.search import Progress, Searcher
 from orchestrator.diagnosis.unexplained import unexplained_forces, where_forces_lack
-from orchestrator.diagnosis.verdict import decide, improvement_p_value, reducible_removed
+from orchestrator.diagnosis.verdict import NEAR, decide, reducible_removed
 from orchestrator.diagnosis.work import Work
-from orchestrator.measurements import MeasurementSet, bind
+from orchestrator.measurements import BoundSet, BoundTrial, MeasurementSet, bind
 from orchestrator.models.estimation import Z90
 from orchestrator.models.patch import free_slots
+from orchestrator.models.symbolic import SymbolicModel
 
-# Held-out error must fall by this share with each effect that is kept.
-HELD_OUT_GAIN = 0.05
+__all__ = ["diagnose", "named_effects", "version_name"]
 
-
-@dataclass(frozen=True)
-class _Refereed:
-    """The accepted path: the fits that held-out trials confirmed, and the comparison after each."""
-
-    refits: tuple[Refit, ...]
-    steps: tuple[Step, ...]
+# Clocks of inputs and outputs may differ by a sample: two standard deviations.
+CLOCK_SAMPLES = 0.5
 
 
 def diagnose(
@@ -65,32 +68,34 @@ def diagnose(
         )
     data = bind(measurements, model.inputs, model.outputs)
     candidates, impossible = find_candidates(source, system, effect_library() if cards is None else cards)
-    searcher = Searcher(
-        base=source,
-        nominal=model.restricted(data.output_names),
-        slots=free_slots(system),
-        candidates=tuple(candidates),
-        learning=LearningData.of(data, nominal.noise_floor),
-        workers=workers,
-        progress=progress,
-        work=work,
-    )
-    nominal_cost = nominal.learning.over_floor**2
     # Two BLAS threads make the small factorisations of the fits about 100 times slower.
     with threadpool_limits(limits=1, user_api="blas"):
-        path = searcher.run(nominal_cost)
-    accepted = _referee(source, measurements, nominal, path, workers, progress)
-    found = _conclude(source, nominal, accepted, searcher.trace, searcher, impossible, time.monotonic() - began)
-    where, findings = where_forces_lack(searcher.nominal, searcher.learning)
+        plain = model.restricted(data.output_names)
+        extra = nuisances(system, measurements.tolerances, _clock_std(data))
+        searcher = Searcher(
+            base=source,
+            nominal=plain,
+            slots=free_slots(system),
+            candidates=tuple(candidates),
+            learning=_in_metric(source, plain, data, data.learning, nominal.noise_floor, extra),
+            workers=workers,
+            progress=progress,
+            work=work,
+        )
+        path = searcher.run()
+        held_out = _in_metric(source, plain, data, data.held_out, nominal.noise_floor, extra)
+        referee = Referee(source, measurements, nominal, held_out, workers)
+        refereed = referee.judge(searcher.trace.stages[0].tangent.base, path, named_effects, progress)
+    found = _conclude(source, nominal, refereed, searcher, impossible)
+    best = refereed.accepted[-1].refit if refereed.accepted else None
+    where, findings = where_forces_lack(plain, searcher.learning)
     found = replace(found, where=tuple(where), findings=findings)
     if found.verdict == "unknown":
         progress("looking at what is left")
-        best = accepted.refits[-1] if accepted.refits else None
-        found = replace(found, latent_forces=unexplained_forces(searcher.nominal, best, searcher.learning))
+        found = replace(found, latent_forces=unexplained_forces(plain, best, searcher.learning))
     if found.confusable or found.verdict == "cannot_tell":
         progress("choosing the next experiment")
-        best = accepted.refits[-1] if accepted.refits else None
-        left = remaining(best, searcher.trace.refitted, found.confusable, searcher.nominal, searcher.learning)
+        left = remaining(best, searcher.trace.refitted, found.confusable, plain, searcher.learning)
         chosen = plan(left, searcher.learning)
         if chosen is not None:
             card_says = {"card_says": found.next_experiment["do"]} if found.next_experiment else {}
@@ -98,36 +103,35 @@ def diagnose(
     return replace(found, seconds=time.monotonic() - began)
 
 
-def _referee(
+def _clock_std(data: BoundSet) -> float:
+    """Standard deviation in s of a constant shift between inputs and outputs; 0 if no input is measured."""
+    if len(data.unconnected_inputs) == len(data.input_names):
+        return 0.0
+    return CLOCK_SAMPLES * float(np.median(np.diff(data.trials[0].time)))
+
+
+def _in_metric(
     source: ModelicaModel,
-    measurements: MeasurementSet,
-    nominal: Comparison,
-    path: Sequence[Refit],
-    workers: int,
-    progress: Progress,
-) -> _Refereed:
-    """Build each model of the path as Modelica and keep the path as long as held-out errors fall."""
-    steps, refits = [Step((), nominal)], list[Refit]()
-    for found in path:
-        progress(f"checking {' + '.join(found.ids)} on held-out trials")
-        model = found.effects.fixed(found.fit.values, version_name(source, len(found.ids)))
-        try:
-            after = compare(model, measurements, workers=workers, floor=nominal.noise_floor)
-        except ComponentError:
-            break  # what cannot even be simulated on held-out trials explains nothing
-        before = steps[-1].comparison
-        assert after.held_out is not None and before.held_out is not None
-        if after.held_out.over_floor > (1 - HELD_OUT_GAIN) * before.held_out.over_floor:
-            break
-        steps.append(Step(named_effects(found), after))
-        refits.append(found)
-    return _Refereed(tuple(refits), tuple(steps))
+    plain: SymbolicModel,
+    data: BoundSet,
+    trials: Sequence[BoundTrial],
+    floor: Mapping[str, float],
+    extra: Nuisances,
+) -> LearningData:
+    """Trials with the metric of the noise that is declared or shows in the record, carried through the model."""
+    noise = np.array([data.noise_std[name] for name in data.output_names])
+    inputs = np.array([data.noise_std.get(name, 0.0) for name in data.input_names])
+    shown = smoothed(trials, noise)
+    first = LearningData(shown, noise, nuisances=Nuisances(shift_std=extra.shift_std))
+    base = fit_nominal(EffectSet(source, (), data.output_names), plain, first)
+    metrics = metrics_of(Response(base, [t.smoother for t in shown]), noise, inputs)
+    return LearningData(shown, np.array([floor[name] for name in data.output_names]), tuple(metrics), extra)
 
 
 def named_effects(found: Refit) -> tuple[NamedEffect, ...]:
     """Effects of a fitted set with their parameters (named as in the effect's class) and 90 % intervals."""
     estimates: list[dict[str, Estimate]] = [{} for _ in found.effects.candidates]
-    rows = zip(found.effects.owners(), found.effects.variables, found.fit.values, found.fit.std, strict=True)
+    rows = zip(found.effects.owners(), found.effects.variables, found.values, found.std, strict=True)
     for owner, variable, value, std in rows:
         slot = found.effects.candidates[owner].slot
         interval = (float(value - Z90 * std), float(value + Z90 * std))
@@ -137,36 +141,40 @@ def named_effects(found: Refit) -> tuple[NamedEffect, ...]:
     )
 
 
-def version_name(source: ModelicaModel, number: int) -> str:
-    """Name of the class that extends a model with `number` effects: `Arm_1`, `Arm_2`, ..."""
-    return f"{source.class_name.rsplit('.', 1)[-1]}_{number}"
-
-
 def _conclude(
     source: ModelicaModel,
     nominal: Comparison,
-    accepted: _Refereed,
-    trace: Trace,
+    refereed: Refereed,
     searcher: Searcher,
     impossible: Sequence[str],
-    seconds: float,
 ) -> Diagnosis:
-    last = accepted.steps[-1].comparison
+    last, stages = refereed.steps[-1].comparison, searcher.trace.stages
     assert nominal.held_out is not None and last.held_out is not None
     before, after = nominal.held_out.over_floor, last.held_out.over_floor
-    verdict = decide(before, after, len(accepted.refits))
-    named = verdict == "named"
-    best = accepted.refits[-1] if accepted.refits else None
-    groups = confusable_with(best, trace) if named and best is not None else ()
+    best = refereed.accepted[-1].refit if refereed.accepted else None
+    # The test of what is left; if held-out trials have cut the path short, that of an earlier set.
+    stage = stages[min(len(refereed.accepted), len(stages) - 1)]
+    like = rivals(best, searcher.trace.refitted, stage.colour.scale) if best is not None else ()
+    blind = blind_sites(stages[0], searcher.candidates)
+    confusable = groups(like)
+    verdict = decide(
+        before,
+        after,
+        len(refereed.accepted),
+        structured=stage.is_structured,
+        ambiguous=bool(confusable),
+        blind=blind,
+    )
+    named = verdict in ("named", "ambiguous")
     experiments = {c.card.id: c.card.experiment for c in searcher.candidates}
     return Diagnosis(
         model=source.name,
         data=nominal.data,
         verdict=verdict,
-        effects=accepted.steps[-1].effects if named else (),
-        confusable=groups,
-        ranking=rank(trace, nominal.learning.over_floor**2, searcher.candidates, searcher.learning.samples),
-        p_value=improvement_p_value(nominal, last) if accepted.refits else None,
+        effects=refereed.steps[-1].effects if named else (),
+        confusable=confusable if named else (),
+        ranking=rank(searcher.trace, stages[0], searcher.candidates),
+        p_value=max(a.p_value for a in refereed.accepted) if refereed.accepted else stages[0].p_value,
         noise_floor=nominal.noise_floor,
         held_out=HeldOut(
             nominal.held_out.rmse,
@@ -174,35 +182,56 @@ def _conclude(
             nominal.noise_floor,
             reducible_removed(before, after) if named else 0.0,
         ),
-        warnings=tuple(_warnings(accepted, verdict, after, impossible)),
-        next_experiment={"effects": list(groups[0]), "do": experiments[groups[0][0]]} if groups else None,
+        warnings=tuple(
+            [
+                *_on_the_search(impossible, blind),
+                *_on_what_is_left(verdict, stage, after, best),
+                *(_on_parameters(best) if named and best is not None else ()),
+            ]
+        ),
+        next_experiment={"effects": list(confusable[0]), "do": experiments[confusable[0][0]]}
+        if named and confusable
+        else None,
         patched_model=None,
-        seconds=seconds,
-        steps=accepted.steps if named else accepted.steps[:1],
+        seconds=0.0,
+        steps=refereed.steps if named else refereed.steps[:1],
     )
 
 
-def _warnings(accepted: _Refereed, verdict: str, after: float, impossible: Sequence[str]) -> list[str]:
-    found = [reason for reason in impossible if " " in reason]  # an FMU tells why; a Modelica class lacks a slot
-    without_slot = [card_id for card_id in impossible if " " not in card_id]
-    if without_slot:
-        found.append(f"not tried, the model has no free slot for them: {', '.join(without_slot)}")
-    if verdict == "unknown" and accepted.refits:
-        ids = " + ".join(accepted.refits[-1].ids)
+def _on_the_search(impossible: Sequence[str], blind: Sequence[str]) -> list[str]:
+    found = []
+    if impossible:
+        found.append(f"not tried, the model has no free slot for them: {', '.join(impossible)}")
+    if blind:
+        found.append(f"the data would not show most effects at {', '.join(blind)}: excite them, or say nothing of them")
+    return found
+
+
+def _on_what_is_left(verdict: str, stage: Stage, after: float, best: Refit | None) -> list[str]:
+    found = []
+    if verdict == "unknown" and best is not None:
+        ids = " + ".join(best.ids)
         found.append(
             f"{ids} explains part of the error, but {after:.3g} times the floor is left that no effect explains"
         )
-    if verdict == "named" and after > 1.5:
-        found.append(f"a structured error of {after:.3g} times the noise floor is left on held-out trials")
-    if verdict == "named":
-        last = accepted.refits[-1]
-        for variable, value, std, bound in zip(
-            last.effects.variables, last.fit.values, last.fit.std, last.fit.at_bound, strict=True
-        ):
-            if bound:
-                found.append(
-                    f"{variable.name} = {value:.4g} {variable.unit} is at its bound; the data may not determine it"
-                )
-            elif std > 0.3 * abs(value):
-                found.append(f"{variable.name} = {value:.3g} {variable.unit} is uncertain by {std / abs(value):.0%}")
+    elif verdict != "unknown" and (stage.is_structured or after > NEAR):
+        found.append(f"a structured error is left: {after:.3g} times the noise floor on held-out trials")
+    elif verdict == "adequate" and stage.p_value <= SIGNIFICANT:
+        found.append(
+            f"something is left that noise would not do (p = {stage.p_value:.3g}), but it is only"
+            f" {stage.structured_share:.1%} of the error and no effect of meaningful size"
+        )
+    return found
+
+
+def _on_parameters(best: Refit) -> list[str]:
+    found = []
+    rows = zip(best.effects.variables, best.values, best.std, best.fit.at_bound[: best.size], strict=True)
+    for variable, value, std, bound in rows:
+        if bound:
+            found.append(
+                f"{variable.name} = {value:.4g} {variable.unit} is at its bound; the data may not determine it"
+            )
+        elif std > 0.3 * abs(value):
+            found.append(f"{variable.name} = {value:.3g} {variable.unit} is uncertain by {std / abs(value):.0%}")
     return found

@@ -1,126 +1,218 @@
 """What a set of effects explains in free runs of the learning trials."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from orchestrator.diagnosis.candidates import EffectSet
-from orchestrator.measurements import BoundSet
-from orchestrator.models.estimation import Fit, fit
+from orchestrator.diagnosis.candidates import Candidate, EffectSet, model_of
+from orchestrator.diagnosis.metric import Metric, stride_for, white_metric
+from orchestrator.diagnosis.nuisances import Nuisances
+from orchestrator.measurements import BoundSet, BoundTrial
+from orchestrator.models.estimation import Fit, Record, fit
 from orchestrator.models.smoothing import SmoothedTrial
+from orchestrator.models.symbolic import SymbolicModel
 
-# A residual of a moving arm forgets itself in about a second; trials are of the order of ten.
-SAMPLES_PER_TRIAL = 10
-# A set that leaves less than this share of the mean square error matters, however small its parameters are: the cards'
-# meaningful sizes are those of an arm.
-DECISIVE = 0.25
+# A fit ends when the misfit changes by less than this share: a hundredth of a unit for thousands of samples.
+TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True)
 class LearningData:
-    """The learning trials, smoothed, and the noise floor (ny,) of each signal in the order of the trials' columns."""
+    """Smoothed trials, the floor (ny,) of each signal, the metric of each trial's errors, and what is always refitted.
+
+    Without metrics of their own, errors count as white noise of the size of the floor.
+    """
 
     trials: tuple[SmoothedTrial, ...]
     floor: np.ndarray
+    metrics: tuple[Metric, ...] = ()
+    nuisances: Nuisances = field(default_factory=Nuisances)
 
-    @property
-    def samples(self) -> int:
-        """Rough number of independent samples of a residual in all trials and signals."""
-        return SAMPLES_PER_TRIAL * len(self.trials) * len(self.floor)
+    def __post_init__(self) -> None:
+        """Fill in the metrics that are left out."""
+        if not self.metrics:
+            white = tuple(white_metric(self.floor, stride_for(len(t.time), 1)) for t in self.trials)
+            object.__setattr__(self, "metrics", white)
 
     @staticmethod
     def of(data: BoundSet, floor: Mapping[str, float]) -> "LearningData":
         """Take the learning trials of a bound set."""
         noise = np.array([data.noise_std[name] for name in data.output_names])
-        trials = tuple(SmoothedTrial(t.time, t.inputs, t.outputs, noise) for t in data.learning)
-        return LearningData(trials, np.array([floor[name] for name in data.output_names]))
+        return LearningData(smoothed(data.learning, noise), np.array([floor[name] for name in data.output_names]))
 
 
 @dataclass(frozen=True)
 class Refit:
-    """A set of candidates fitted by free runs; `cost` is the mean square error over the floor's square, 1 = perfect."""
+    """A set of candidates fitted by free runs, with nuisances and start values; no candidates: the model as it is."""
 
     effects: EffectSet
+    model: SymbolicModel
+    records: tuple[Record, ...]
     fit: Fit
-    samples: int
+    substeps: int
+
+    @property
+    def size(self) -> int:
+        """Number of parameters of the effects."""
+        return len(self.effects.variables) if self.effects.candidates else 0
+
+    @property
+    def values(self) -> np.ndarray:
+        """Parameters of the effects, without nuisances."""
+        return self.fit.values[: self.size]
+
+    @property
+    def std(self) -> np.ndarray:
+        """Standard deviations of `values`."""
+        return self.fit.std[: self.size]
 
     @property
     def cost(self) -> float:
-        """Mean over samples and signals of (error / floor)^2."""
+        """Mean square error in the metric; 1 if only noise is left."""
         return self.fit.cost
 
     @property
     def half_bic(self) -> float:
-        """Half the Bayesian information criterion; of two sets the smaller value explains better."""
-        return half_bic(self.cost, len(self.fit.values), self.samples)
+        """Half the Bayesian information criterion, in units of the metric's noise; smaller is better."""
+        return 0.5 * (self.fit.misfit + self.size * float(np.log(self.fit.rows)))
 
     @property
     def ids(self) -> tuple[str, ...]:
         """Effect ids in the order of the set."""
         return tuple(candidate.card.id for candidate in self.effects.candidates)
 
-    def matters(self, before: float) -> bool:
-        """Tell whether the set takes most of a cost `before` away, or has effects of meaningful size."""
-        return self.is_present() and (self.cost < DECISIVE * before or self.is_meaningful())
+    @property
+    def labels(self) -> frozenset[str]:
+        """Effects with their sites, in no order."""
+        return frozenset(candidate.label for candidate in self.effects.candidates)
 
     def is_present(self) -> bool:
         """Tell whether the data distinguish each effect from its absence.
 
         An effect with states of its own can follow a trial by their start values alone, its parameters at rest.
         """
-        rows = zip(self.effects.owners(), self.effects.card_parameters, self.fit.values, self.fit.std, strict=True)
-        present = {
+        return len(self._present()) == len(self.effects.candidates)
+
+    def without_absent(self) -> list[tuple[Candidate, np.ndarray]]:
+        """The effects that the data distinguish from their absence, each with its parameters."""
+        owners = np.array(self.effects.owners())
+        return [(self.effects.candidates[k], self.values[owners == k]) for k in sorted(self._present())]
+
+    def _present(self) -> set[int]:
+        rows = zip(self.effects.owners(), self.effects.card_parameters, self.values, self.std, strict=True)
+        return {
             owner
             for owner, parameter, value, std in rows
             if np.isfinite(parameter.meaningful)
             and abs(value - parameter.absent) > max(2.0 * std, 1e-3 * abs(parameter.absent))
         }
-        return len(present) == len(self.effects.candidates)
 
     def is_meaningful(self) -> bool:
         """Tell whether each effect departs from its absence by a size that matters."""
         big: set[int] = set()
-        rows = zip(self.effects.owners(), self.effects.card_parameters, self.fit.values, strict=True)
+        rows = zip(self.effects.owners(), self.effects.card_parameters, self.values, strict=True)
         for owner, parameter, value in rows:
             if abs(value - parameter.absent) >= parameter.meaningful:
                 big.add(owner)
         return len(big) == len(self.effects.candidates)
 
 
-def refit(effects: EffectSet, learning: LearningData, first: np.ndarray | None = None) -> Refit:
-    """Fit a set's parameters, and the start values of all learning trials, by free runs."""
-    model, low, high = effects.model, *effects.bounds()
+def refit(
+    effects: EffectSet,
+    learning: LearningData,
+    first: np.ndarray,
+    nuisances: np.ndarray | None = None,
+    *,
+    tolerance: float = TOLERANCE,
+) -> Refit:
+    """Fit a set's parameters, the nuisances, and the start values of all trials, by free runs.
+
+    Args:
+        first: first values of the effects' parameters.
+        nuisances: first values of the nuisances, their nominal ones if left out.
+        tolerance: change of the misfit, as a share, at which the fit ends.
+    """
+    low, high = effects.bounds()
     span = high - low
-    guess = effects.first_guess() if first is None else first
     # A value at its bound starts inside; one that is only small against its range, as in a small plant, stays.
-    stuck = np.minimum(guess - low, high - guess) < 1e-6 * span
-    guess = np.where(stuck, np.clip(guess, low + 0.01 * span, high - 0.01 * span), guess)
-    found: Fit | None = None
+    stuck = np.minimum(first - low, high - first) < 1e-6 * span
+    guess = np.where(stuck, np.clip(first, low + 0.01 * span, high - 0.01 * span), first)
+    extra, model = learning.nuisances, with_nuisances(effects, learning)
+    guess = np.r_[guess, extra.mean if nuisances is None else nuisances]
+    return _fit(effects, model, learning, guess, np.r_[low, extra.low], np.r_[high, extra.high], tolerance)
+
+
+def with_nuisances(effects: EffectSet, learning: LearningData) -> SymbolicModel:
+    """The model of a set, its free parameters those of the effects and then the nuisances."""
+    model = effects.model
+    return model.restricted(model.signals, [*model.compiled.free, *learning.nuisances.names])
+
+
+def fit_nominal(effects: EffectSet, model: SymbolicModel, learning: LearningData) -> Refit:
+    """Fit nuisances and start values of a model without effects; `effects` is the empty set of that model."""
+    extra = learning.nuisances
+    model = model.restricted(model.signals, extra.names)
+    return _fit(effects, model, learning, extra.mean, extra.low, extra.high)
+
+
+def follow(found: Refit, learning: LearningData) -> Refit:
+    """The model with the values that a fit found, along other trials: only start values and clocks are fitted."""
+    model = model_of(found.effects.base, found.model.system, found.model.signals)
+    model.compiled.parameters = found.model.compiled.with_values(found.fit.values)
+    alone = LearningData(
+        learning.trials, learning.floor, learning.metrics, Nuisances(shift_std=learning.nuisances.shift_std)
+    )
+    nothing = np.zeros(0)
+    return _fit(EffectSet(found.effects.base, (), model.signals), model, alone, nothing, nothing, nothing)
+
+
+def _fit(
+    effects: EffectSet,
+    model: SymbolicModel,
+    learning: LearningData,
+    guess: np.ndarray,
+    low: np.ndarray,
+    high: np.ndarray,
+    tolerance: float = TOLERANCE,
+) -> Refit:
+    prior = learning.nuisances.prior(len(guess) - len(learning.nuisances.names))
+    found: Refit | None = None
     for _ in range(2):
         # Start values are bounded by what the encoders show, and what they show depends on a sensor error's size.
         parameters = model.compiled.with_values(guess)
-        records = [model.record(trial, parameters) for trial in learning.trials]
+        records = tuple(model.record(trial, parameters) for trial in learning.trials)
         steps = max(model.substeps(r.time, r.inputs, r.start) for r in records[:2])
-        again = fit(model.compiled, records, learning.floor, guess, low, high, substeps=steps, threads=1)
-        found = again if found is None or again.cost < found.cost else found
-        pressed = [
-            np.isclose(s, r.start_low).any() or np.isclose(s, r.start_high).any()
-            for s, r in zip(again.starts, records, strict=True)
-        ]
-        if not any(pressed) or not model.reads_through_parameters:
+        again = fit(
+            model.compiled,
+            records,
+            np.ones(len(model.signals)),
+            guess,
+            low,
+            high,
+            substeps=steps,
+            prior=prior,
+            reduce=learning.metrics,
+            tolerance=tolerance,
+            threads=1,
+        )
+        if found is None or again.misfit < found.fit.misfit:
+            found = Refit(effects, model, records, again, steps)
+        if not model.reads_through_parameters or not _pressed(again.starts, records):
             break
         guess = again.values
     assert found is not None
-    return Refit(effects, found, learning.samples)
+    return found
 
 
-def half_bic(cost: float, parameters: int, samples: int) -> float:
-    """Half of BIC = n log(cost) + k log(n) for k parameters and n independent samples.
+def _pressed(starts: Sequence[np.ndarray], records: Sequence[Record]) -> bool:
+    """Whether start values lie at their bounds."""
+    return any(
+        bool(np.isclose(s, r.start_low).any() or np.isclose(s, r.start_high).any())
+        for s, r in zip(starts, records, strict=True)
+    )
 
-    A cost below 1, which is the floor, counts as 1: being better than the noise explains nothing.
 
-    >>> half_bic(0.9, 5, 80) > half_bic(1.0, 2, 80)
-    True
-    """
-    return 0.5 * (samples * float(np.log(max(cost, 1.0))) + parameters * float(np.log(samples)))
+def smoothed(trials: Sequence[BoundTrial], noise: np.ndarray) -> tuple[SmoothedTrial, ...]:
+    """Trials with what their measurements show of motion; `noise` (ny,) is the standard deviation of each output."""
+    return tuple(SmoothedTrial(t.time, t.inputs, t.outputs, noise) for t in trials)

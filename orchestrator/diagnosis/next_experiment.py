@@ -200,7 +200,7 @@ def _imitated(target: Explanation, other: Explanation, experiment: Experiment, l
             other.low,
             other.high,
             substeps=2,
-            precise=False,
+            tolerance=1e-3,
             threads=1,
         )
     except ComponentError:

@@ -53,7 +53,7 @@ def _best_of_each(refits: Sequence[Refit]) -> list[Refit]:
 def _of(refit: Refit, *, enlarged: bool = False) -> Explanation:
     """A refit as an explanation, its parameters moved to meaningful sizes if they are smaller and `enlarged`."""
     low, high = refit.effects.bounds()
-    values = refit.fit.values.copy()
+    values = refit.values.copy()
     for k, parameter in enumerate(refit.effects.card_parameters if enlarged else ()):
         if np.isfinite(parameter.meaningful) and abs(values[k] - parameter.absent) < parameter.meaningful:
             direction = 1.0 if values[k] >= parameter.absent else -1.0

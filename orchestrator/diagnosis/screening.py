@@ -96,7 +96,7 @@ class Screener:
             high,
             substeps=1,
             reduce=self._weigh,
-            precise=False,
+            tolerance=1e-3,
             threads=1,
         )
         here = self._regressors(model, model.compiled.with_values(found.values), found.starts)
@@ -106,7 +106,7 @@ class Screener:
 
     def extend(self, current: Refit, placed: Iterable[tuple[Candidate, Explanation]]) -> list[Screened]:
         """Explain what a fitted set leaves, by each further candidate; gains count from what is left."""
-        here = self._regressors(current.effects.model, current.effects.model.compiled.with_values(current.fit.values))
+        here = self._regressors(current.effects.model, current.effects.model.compiled.with_values(current.values))
         _, own = _least_squares(here.residual, here.slopes)
         left = max((1.0 - own) * float(np.mean(here.residual**2)), np.finfo(float).tiny)
         found = []
@@ -117,7 +117,7 @@ class Screener:
             if explanation.linear:
                 value = np.array([parameter.absent for parameter in candidate.card.parameters]) + change[-len(value) :]
             after = (1.0 - gain) * float(np.mean(here.residual**2))
-            values = np.concatenate([current.fit.values, value])
+            values = np.concatenate([current.values, value])
             hopeful = np.nan if np.isnan(explanation.screened.gain) else 1.0 - after / left
             found.append(Screened((*current.effects.candidates, candidate), values, hopeful))
         return found

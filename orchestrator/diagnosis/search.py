@@ -1,33 +1,38 @@
-"""Search over sets of effects: screen many on the correction residual, refit a few by free runs."""
+"""Search over sets of effects: screen all, test whether noise alone would look like that, refit a few by free runs."""
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import dataclass, field
-from itertools import groupby
+from itertools import groupby, pairwise
 from typing import TypeVar
 
 import numpy as np
 
 from fmus.catalogue import ModelicaModel
 from fmus.errors import ComponentError
+from orchestrator.diagnosis.calibration import PRACTICAL, SIGNIFICANT, Stage
 from orchestrator.diagnosis.candidates import Candidate, EffectSet, can_join
-from orchestrator.diagnosis.evidence import LearningData, Refit
+from orchestrator.diagnosis.evidence import TOLERANCE, LearningData, Refit, fit_nominal
 from orchestrator.diagnosis.screening import Explanation, Screened, Screener
+from orchestrator.diagnosis.tangent import Tangent
 from orchestrator.diagnosis.work import Here, ScreenTask, Work, done_by
 from orchestrator.models.symbolic import SymbolicModel
 
 MOST_EFFECTS = 3
-# Refitted in a round: those that explain the most of the residual, and at least this share of it.
-REFITTED = 6
-LEAST_GAIN = 0.005
+MOST_ROUNDS = 5
+# A larger set must score this much more, a chance of 1 in 20, to be refitted as a whole.
+CLEARLY = 3.0
+# Refitted in a round: those that explain the most of the correction residual, and the most of the free runs' error.
+BY_RESIDUAL = 5
+BY_FREE_RUNS = 3
+# All are fitted roughly, the best few to the end.
+ROUGH = 1e-3
+POLISHED = 3
 # Sets that are extended in the next round.
 BEAM = 2
-# An error this close to the floor leaves nothing to explain.
-NEAR_FLOOR = 1.25
-# An effect must take this share off the mean square error of the smaller set to be worth its parameters.
+# An effect must take this share off the mean square error above the noise to be worth its parameters.
 WORTHWHILE = 0.2
-# An error this small a share of the nominal one is for the model's own parameters to explain, not for further effects.
-NEGLIGIBLE = 0.005
 
 Progress = Callable[[str], None]
 Item = TypeVar("Item")
@@ -36,10 +41,19 @@ Found = TypeVar("Found")
 
 @dataclass
 class Trace:
-    """Everything that was tried: screened sets and refitted sets."""
+    """Everything that was tried: screened sets, refitted sets, and the test of each set that was extended."""
 
     screened: list[Screened] = field(default_factory=list)
     refitted: list[Refit] = field(default_factory=list)
+    stages: list[Stage] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class Accepted:
+    """A set on the path, with the chance that noise alone would have made its last effect look so good."""
+
+    refit: Refit
+    p_value: float
 
 
 class Searcher:
@@ -62,15 +76,18 @@ class Searcher:
         self.workers, self.progress = workers, progress
         self.trace = Trace()
 
-    def run(self, nominal_cost: float) -> list[Refit]:
+    def run(self) -> list[Accepted]:
         """Return the path of accepted sets, growing by one effect each; `trace` keeps all that was tried.
 
-        The path is empty if no single effect is worth naming.
+        The path is empty if no single effect is worth naming. The last stage of `trace` tests the last set of the path.
         """
-        path: list[Refit] = []
-        beam: list[Refit] = []
-        cost, screener, singles = nominal_cost, None, list[Explanation]()
-        while len(path) < MOST_EFFECTS and cost > max(NEAR_FLOOR**2, NEGLIGIBLE**2 * nominal_cost):
+        base = fit_nominal(EffectSet(self.base, (), self.nominal.signals), self.nominal, self.learning)
+        beam: list[Refit] = [base]
+        screener, singles = None, list[Explanation]()
+        for _ in range(MOST_ROUNDS):
+            stage = self._stage(base, MOST_EFFECTS - len(base.ids))
+            if len(base.ids) == MOST_EFFECTS or stage.p_value > SIGNIFICANT or not stage.may_matter:
+                break
             if not singles:
                 screener = Screener(self.base, self.nominal, self.learning) if self.nominal.residual else None
                 singles = self._explain(screener)
@@ -78,14 +95,61 @@ class Searcher:
             else:
                 screened = self._extensions(screener, beam, singles)
             self.trace.screened += screened
-            found = sorted(self._refit(screened), key=lambda r: r.half_bic)
+            found = self._refit(screened, beam, stage, singles)
+            found = sorted([*found, *self._pruned(found)], key=lambda r: r.half_bic)
             self.trace.refitted += found
-            best = next((r for r in found if r.matters(cost)), None)
-            if best is None or best.cost > (1 - WORTHWHILE) * cost:
+            better = (r for r in found if r.half_bic < base.half_bic and r.is_present() and self._matters(r))
+            best = next(better, None)
+            if best is None:
                 break
-            path.append(best)
-            beam, cost = [r for r in found if r.is_present()][:BEAM], best.cost
-        return self._nested(path)
+            base, beam = best, [best, *(r for r in found if r.is_present() and r is not best)][:BEAM]
+        return self._nested(base)
+
+    def _tested_on(self, found: Refit) -> Stage:
+        """The test of the largest set that a set contains."""
+        inside = [s for s in self.trace.stages if s.tangent.base.labels < found.labels]
+        return max(inside, key=lambda s: len(s.tangent.base.ids))
+
+    def _p_value(self, found: Refit) -> float:
+        """Chance that noise alone would make what a set adds to the tested set inside it look so good."""
+        stage = self._tested_on(found)
+        before = stage.tangent.base
+        return stage.p_of_fit(found.fit.misfit, max(found.size - before.size, 1), len(found.ids) - len(before.ids))
+
+    def _matters(self, found: Refit) -> bool:
+        """Whether a set does more than noise would do, and what is large enough to care about."""
+        if self._p_value(found) > SIGNIFICANT:
+            return False
+        stage = self._tested_on(found)
+        before = stage.tangent.base
+        reducible = max(before.cost - min(stage.colour.level**2, 1.0), 1e-9)
+        if before.cost - found.cost < WORTHWHILE * reducible:
+            return False
+        return found.is_meaningful() or before.cost**0.5 - found.cost**0.5 > PRACTICAL * stage.nominal_rms
+
+    def _pruned(self, found: Sequence[Refit]) -> list[Refit]:
+        """Sets without the effects that the data do not show beside the others, as far as they were not tried."""
+        tried = {r.labels for r in (*self.trace.refitted, *found)}
+        smaller: dict[frozenset[str], Refit] = {}
+        for r in sorted(found, key=lambda r: r.half_bic)[:POLISHED]:
+            kept = r.without_absent()
+            labels = frozenset(c.label for c, _ in kept)
+            if kept and labels not in tried and labels not in smaller:
+                values = np.concatenate([v for _, v in kept])
+                with suppress(ComponentError):  # what fails without an effect is no explanation
+                    smaller[labels] = self._fitted([c for c, _ in kept], values, r.fit.values[r.size :])
+        return list(smaller.values())
+
+    def _stage(self, base: Refit, further: int) -> Stage:
+        """Test a fitted set on what it leaves."""
+        self.progress(f"testing what {' + '.join(base.ids) or 'the model'} leaves")
+        tangent = Tangent(base, self.nominal, self.learning)
+        calibrated = tangent.response.is_formula
+        blocks = tangent.blocks(self.candidates, self.slots, self._side_by_side) if calibrated else []
+        stages = self.trace.stages
+        stage = Stage(tangent, blocks, further, len(stages), stages[0] if stages else None)
+        stages.append(stage)
+        return stage
 
     def _explain(self, screener: Screener | None) -> list[Explanation]:
         """Screen every candidate alone; without a residual in the equations they go to the refit as they are."""
@@ -112,7 +176,10 @@ class Searcher:
     def _extensions(
         self, screener: Screener | None, beam: Sequence[Refit], singles: Sequence[Explanation]
     ) -> list[Screened]:
-        """Every set that adds one candidate to a set of the beam; each set once, whatever its order."""
+        """Every set that adds one candidate to a set of the beam; each set once, whatever its order.
+
+        Gains count from the cost of the best set, so that extensions of a poor set do not crowd out those of a good one.
+        """
         found: dict[frozenset[str], Screened] = {}
         for current in beam:
             inside = current.effects.candidates
@@ -125,44 +192,84 @@ class Searcher:
                     continue  # a set whose residual cannot be simulated with its fitted values leads nowhere
             else:
                 extended = [
-                    Screened((*inside, c), np.concatenate([current.fit.values, s.screened.values]), np.nan)
+                    Screened((*inside, c), np.concatenate([current.values, s.screened.values]), np.nan)
                     for c, s in possible
                 ]
             for entry in extended:
-                found.setdefault(frozenset(c.label for c in entry.candidates), entry)
+                gain = 1.0 - (1.0 - entry.gain) * current.cost / beam[0].cost
+                counted = Screened(entry.candidates, entry.values, gain)
+                found.setdefault(frozenset(c.label for c in entry.candidates), counted)
         return list(found.values())
 
-    def _refit(self, screened: Sequence[Screened]) -> list[Refit]:
-        """Refit the most promising sets; those that screening cannot judge (gain NaN) all go in."""
-        unjudged = [s for s in screened if np.isnan(s.gain)]
-        passing = sorted((s for s in screened if s.gain > LEAST_GAIN), key=lambda s: -s.gain)
+    def _refit(
+        self, screened: Sequence[Screened], beam: Sequence[Refit], stage: Stage, singles: Sequence[Explanation]
+    ) -> list[Refit]:
+        """Refit the most promising sets, by the correction residual and by free runs.
+
+        A pair or a triple that explains more than all its parts let expect is refitted as a whole.
+        """
+        judged = sorted((s for s in screened if s.gain > 0), key=lambda s: -s.gain)[:BY_RESIDUAL]
+        inside = stage.tangent.base.labels
+        wanted = {inside | {label} for label in stage.nominated(BY_FREE_RUNS)}
+        hidden = [s for s in screened if np.isnan(s.gain)] if not stage.blocks else []
+        by_labels = {frozenset(c.label for c in s.candidates): s for s in screened}
+        chosen = [*judged, *hidden, *(by_labels[labels] for labels in wanted if labels in by_labels)]
+        chosen += self._whole_sets(stage, singles)
+        unique = {frozenset(c.label for c in s.candidates): s for s in chosen}
+        ordered = [unique[labels] for labels in sorted(unique, key=sorted)]
 
         def one(entry: Screened) -> Refit | None:
             self.progress(f"refitting {' + '.join(c.label for c in entry.candidates)}")
             try:
-                return done_by(
-                    self.work, self.base, entry.candidates, self.nominal.signals, self.learning, entry.values
-                )
+                return self._fitted(entry.candidates, entry.values, beam[0].fit.values[beam[0].size :], ROUGH)
             except ComponentError:
                 return None
 
-        return [r for r in self._side_by_side(one, [*unjudged, *passing[:REFITTED]]) if r is not None]
+        def closer(found: Refit) -> Refit:
+            try:
+                return self._fitted(found.effects.candidates, found.values, found.fit.values[found.size :])
+            except ComponentError:
+                return found
+
+        rough = sorted((r for r in self._side_by_side(one, ordered) if r is not None), key=lambda r: r.half_bic)
+        return [*self._side_by_side(closer, rough[:POLISHED]), *rough[POLISHED:]]
+
+    def _fitted(
+        self, chosen: Sequence[Candidate], first: np.ndarray, nuisances: np.ndarray, tolerance: float = TOLERANCE
+    ) -> Refit:
+        signals = self.nominal.signals
+        return done_by(self.work, self.base, chosen, signals, self.learning, first, nuisances, tolerance)
+
+    def _whole_sets(self, stage: Stage, singles: Sequence[Explanation]) -> list[Screened]:
+        """The best sets of two and three further effects to first order, if they score clearly above smaller ones."""
+        values = {s.screened.candidates[0].label: s.screened.values for s in singles}
+        current, found = stage.tangent.base, list[Screened]()
+        for smaller, larger in pairwise(stage.best):
+            labels = [stage.blocks[k].candidate.label for k in larger.blocks]
+            if larger.score < smaller.score + CLEARLY or not all(label in values for label in labels):
+                continue
+            chosen, first = list(current.effects.candidates), [current.values]
+            for k, label in zip(larger.blocks, labels, strict=True):
+                placed = can_join(chosen, stage.blocks[k].candidate, self.slots)
+                if placed is not None:
+                    chosen.append(placed)
+                    first.append(values[label])
+            found.append(Screened(tuple(chosen), np.concatenate(first), np.nan))
+        return found
 
     def _side_by_side(self, work: Callable[[Item], Found], items: Sequence[Item]) -> list[Found]:
         with ThreadPoolExecutor(self.work.callers or self.workers) as pool:
             return list(pool.map(work, items))
 
-    def _nested(self, path: list[Refit]) -> list[Refit]:
-        """The path to the last set in which each step adds an effect to the one before."""
-        nested = path[-1:]
-        while nested and len(nested[0].effects.candidates) > 1:
-            labels = {c.label for c in nested[0].effects.candidates}
-            inside = [
-                r
-                for r in self.trace.refitted
-                if len(r.effects.candidates) == len(labels) - 1 and {c.label for c in r.effects.candidates} < labels
-            ]
+    def _nested(self, last: Refit) -> list[Accepted]:
+        """The path to the last set, in which each step adds an effect to the one before as far as that was tried."""
+        if not last.ids:
+            return []
+        nested = [last]
+        while len(nested[0].ids) > 1:
+            labels = nested[0].labels
+            inside = [r for r in self.trace.refitted if len(r.ids) == len(labels) - 1 and r.labels < labels]
             if not inside:
                 break
             nested.insert(0, min(inside, key=lambda r: r.half_bic))
-        return nested
+        return [Accepted(r, self._p_value(r)) for r in nested]

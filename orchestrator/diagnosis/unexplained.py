@@ -21,7 +21,7 @@ def unexplained_forces(nominal: SymbolicModel, best: Refit | None, learning: Lea
     Coordinates are positions, speeds, inputs, time, and states that are not measured (an activation, say). A model without
     a residual in its equations, such as an FMU, gives what the signal itself is off by in free runs.
     """
-    model, values = (nominal, np.zeros(0)) if best is None else (best.effects.model, best.fit.values)
+    model, values = (nominal, np.zeros(0)) if best is None else (best.effects.model, best.values)
     try:
         residuals, hidden = _residuals(model, values, learning.trials, best)
     except ComponentError:

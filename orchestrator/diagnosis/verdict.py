@@ -1,19 +1,12 @@
-"""The verdict and its figures, as pure functions of errors."""
+"""The verdict and its figures, as pure functions."""
 
 from collections.abc import Sequence
 
-import numpy as np
-from scipy import stats
-
-from orchestrator.compare.result import Comparison, TrialCurves
 from orchestrator.diagnosis.result import Verdict
 
-# A model this close to its noise floor leaves nothing to explain, given that the floor is itself an estimate.
-ADEQUATE = 1.5
 # A named set either removes most of the reducible error or ends near the floor.
 MOST = 0.7
 NEAR = 2.0
-BLOCKS = 10
 
 
 def reducible_removed(before: float, after: float) -> float:
@@ -25,38 +18,27 @@ def reducible_removed(before: float, after: float) -> float:
     return (before - after) / max(before - 1.0, 1e-9)
 
 
-def decide(before: float, after: float, named: int) -> Verdict:
-    """Decide from the held-out errors (multiples of the floor) before and after, and the number of effects accepted.
+def decide(
+    before: float, after: float, named: int, *, structured: bool, ambiguous: bool = False, blind: Sequence[str] = ()
+) -> Verdict:
+    """Decide on a verdict.
 
-    >>> decide(1.1, 1.1, 0), decide(16.0, 1.1, 1), decide(25.0, 20.0, 1), decide(25.0, 25.0, 0)
-    ('adequate', 'named', 'unknown', 'unknown')
+    Args:
+        before, after: held-out errors as multiples of the floor, without and with the accepted effects.
+        named: number of effects accepted.
+        structured: whether more than noise is left after them.
+        ambiguous: whether others explain the data as well as the accepted ones.
+        blind: sites at which the data show no effect, were there one.
+
+    >>> decide(1.1, 1.1, 0, structured=False), decide(16.0, 1.1, 1, structured=False)
+    ('adequate', 'named')
+    >>> decide(25.0, 20.0, 1, structured=True), decide(25.0, 25.0, 0, structured=True)
+    ('unknown', 'unknown')
     """
     if named == 0:
-        return "adequate" if before <= ADEQUATE else "unknown"
-    return "named" if after <= NEAR or reducible_removed(before, after) >= MOST else "unknown"
-
-
-def improvement_p_value(before: Comparison, after: Comparison) -> float:
-    """Probability of so large an improvement on held-out data if the added effects were useless.
-
-    One-sided t test of the logarithm of the error ratio over blocks of the held-out trials (a tenth of a trial and
-    signal each), which are longer than the residual's memory.
-    """
-    old, new = _block_errors(before), _block_errors(after)
-    if len(old) < 3:
-        return 1.0
-    result = stats.ttest_1samp(np.log(old / new), 0.0, alternative="greater")
-    return float(result.pvalue)
-
-
-def _block_errors(comparison: Comparison) -> np.ndarray:
-    held_out = [curve for curve in comparison.curves if curve.set == "held_out"]
-    return np.array([error for curve in held_out for error in _blocks(curve)])
-
-
-def _blocks(curve: TrialCurves) -> Sequence[float]:
-    errors = []
-    for name, measured in curve.measured.items():
-        for part in np.array_split(measured - curve.modelled[name], BLOCKS):
-            errors.append(float(np.sqrt(np.mean(part**2))) + 1e-300)
-    return errors
+        if structured:
+            return "unknown"
+        return "cannot_tell" if blind else "adequate"
+    if structured and after > NEAR and reducible_removed(before, after) < MOST:
+        return "unknown"
+    return "ambiguous" if ambiguous else "named"

@@ -21,9 +21,9 @@ from fmus.errors import MisfitError
 from fmus.files import cache_folder, write_atomically
 from fmus.frontend.compile import fingerprint
 from orchestrator.diagnosis.candidates import Candidate, EffectSet, as_fmu, model_of
-from orchestrator.diagnosis.evidence import LearningData, Refit, refit
+from orchestrator.diagnosis.evidence import TOLERANCE, LearningData, Refit, refit, with_nuisances
 from orchestrator.diagnosis.screening import Explanation, Screener
-from orchestrator.models.estimation import Fit
+from orchestrator.models.estimation import Fit, Record
 
 
 class Task(Protocol):
@@ -48,15 +48,20 @@ class RefitTask:
     signals: tuple[str, ...]
     learning: LearningData
     first: np.ndarray
+    nuisances: np.ndarray
+    tolerance: float
 
     @property
     def key(self) -> str:
         """Hash over model, effects, data, first values and program."""
-        return _digest(self.base, self.candidates, self.signals, self.learning, self.first.tobytes())
+        values = np.r_[self.first, self.nuisances, self.tolerance]
+        return _digest(self.base, self.candidates, self.signals, self.learning, values.tobytes())
 
-    def run(self) -> Fit:
-        """The fit."""
-        return refit(EffectSet(self.base, self.candidates, self.signals), self.learning, self.first).fit
+    def run(self) -> tuple[Fit, tuple[Record, ...], int]:
+        """The fit, the records as it saw them, and its integration steps in a sample."""
+        effects = EffectSet(self.base, self.candidates, self.signals)
+        found = refit(effects, self.learning, self.first, self.nuisances, tolerance=self.tolerance)
+        return found.fit, found.records, found.substeps
 
 
 @dataclass(frozen=True)
@@ -214,10 +219,15 @@ def done_by(
     signals: Sequence[str],
     learning: LearningData,
     first: np.ndarray,
+    nuisances: np.ndarray,
+    tolerance: float = TOLERANCE,
 ) -> Refit:
     """Refit a set of candidates, wherever the work is done."""
-    task = RefitTask(base, tuple(candidates), tuple(signals), learning, np.asarray(first, dtype=float))
-    return Refit(EffectSet(base, candidates, signals), work.do(task), learning.samples)
+    values = (np.asarray(first, dtype=float), np.asarray(nuisances, dtype=float))
+    task = RefitTask(base, tuple(candidates), tuple(signals), learning, *values, tolerance)
+    effects = EffectSet(base, candidates, signals)
+    found, records, substeps = work.do(task)
+    return Refit(effects, with_nuisances(effects, learning), records, found, substeps)
 
 
 def _digest(
@@ -232,6 +242,10 @@ def _digest(
     for trial in learning.trials:
         for part in (trial.time, trial.inputs, trial.measured, trial.noise):
             digest.update(repr(part.shape).encode() + np.ascontiguousarray(part).tobytes())
+    extra = learning.nuisances
+    digest.update(repr((extra.names, extra.shift_std)).encode() + extra.mean.tobytes() + extra.std.tobytes())
+    for metric in learning.metrics:
+        digest.update(repr(metric.stride).encode() + metric.whitener.tobytes())
     return digest.hexdigest()
 
 

@@ -24,6 +24,7 @@ _KNOWN_KEYS = (
     "columns",
     "variables",
     "sensors",
+    "tolerances",
     "initial_conditions",
 )
 # Free text for people, which needs no remark.
@@ -35,7 +36,7 @@ class CaseFile:
     """A measurement set as described, before any data file is read.
 
     `units` maps a column to its unit, `variables` a column to a model variable, `sensors` a key of
-    [sensors] to its number. `rate_hz` is None when no rate was given.
+    [sensors] to its number, `tolerances` a model parameter to its relative standard deviation. `rate_hz` is None when no rate was given.
     """
 
     files: tuple[str, ...]
@@ -46,6 +47,7 @@ class CaseFile:
     rate_hz: float | None = None
     initial_conditions_given: bool = False
     notes: tuple[str, ...] = ()
+    tolerances: Mapping[str, float] = field(default_factory=dict)
 
 
 def read_case_file(path: Path, content: bytes, files_found: tuple[str, ...]) -> CaseFile:
@@ -71,6 +73,7 @@ def read_case_file(path: Path, content: bytes, files_found: tuple[str, ...]) -> 
         rate_hz=table.get_table("sampling").get_positive("rate_hz"),
         initial_conditions_given=bool(table.get_table("initial_conditions").get_flag("given")),
         notes=(*_unknown_keys(table), *sensor_notes),
+        tolerances=_tolerances(table.get_table("tolerances")),
     )
 
 
@@ -125,6 +128,35 @@ def _sensors(table: TomlTable) -> tuple[dict[str, float], tuple[str, ...]]:
             _require_unit(table, key)
             sensors[key] = converted
     return sensors, tuple(notes)
+
+
+def _tolerances(table: TomlTable) -> dict[str, float]:
+    """Relative standard deviations; a percentage may be written as text."""
+    tolerances: dict[str, float] = {}
+    for key, value in table.values.items():
+        found = relative(value)
+        if found is None:
+            raise table.wrong(key, 'a share between 0 and 1 or a percentage, such as 0.05 or "5%"')
+        tolerances[key] = found
+    return tolerances
+
+
+def relative(value: object) -> float | None:
+    """A share between 0 and 1, from a number or from text such as "5%"; None if it is neither.
+
+    >>> relative("5%"), relative(0.02), relative("much")
+    (0.05, 0.02, None)
+    """
+    scale = 1.0
+    if isinstance(value, str):
+        text = value.strip()
+        scale = 0.01 if text.endswith("%") else 1.0
+        try:
+            value = float(text.removesuffix("%"))
+        except ValueError:
+            return None
+    found = number(value)
+    return found * scale if found is not None and 0.0 <= found * scale < 1.0 else None
 
 
 def _require_unit(table: TomlTable, key: str) -> None:

@@ -45,6 +45,7 @@ def load_measurements(path: str | Path) -> MeasurementSet:
         sensors=case.sensors,
         variables=case.variables,
         initial_conditions_given=case.initial_conditions_given,
+        tolerances=case.tolerances,
         notes=tuple(notes),
         content_hash=digest.hexdigest(),
     )

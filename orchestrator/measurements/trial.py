@@ -1,7 +1,7 @@
 """A recorded trial and a set of them, in the units of the files (time alone is always in s)."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
@@ -58,8 +58,8 @@ class Record:
 class MeasurementSet:
     """The trials of one case and what its case.toml says about them.
 
-    `sensors` holds the numbers of [sensors], `variables` maps a column to a model variable where the
-    names differ. `notes` lists what was assumed. `content_hash` is the sha256 of case.toml and all
+    `sensors` holds the numbers of [sensors], `tolerances` the relative standard deviations of
+    [tolerances] by parameter, `variables` maps a column to a model variable where the names differ. `notes` lists what was assumed. `content_hash` is the sha256 of case.toml and all
     data files, in hex: equal hashes mean equal data.
     """
 
@@ -70,6 +70,11 @@ class MeasurementSet:
     initial_conditions_given: bool
     notes: tuple[str, ...]
     content_hash: str
+    tolerances: Mapping[str, float] = field(default_factory=dict)
+
+    def with_tolerances(self, tolerances: Mapping[str, float]) -> "MeasurementSet":
+        """Return the same set with further tolerances, which go before those of its file."""
+        return replace(self, tolerances={**self.tolerances, **tolerances})
 
     @property
     def learning(self) -> tuple[Trial, ...]:

@@ -17,6 +17,8 @@ STEEPEST = 1e30
 FAILED = 1e6
 Z90 = 1.6449
 
+Reduce = Callable[[np.ndarray], np.ndarray]
+
 
 @dataclass(frozen=True)
 class Record:
@@ -36,10 +38,25 @@ class Record:
 
 
 @dataclass(frozen=True)
+class Prior:
+    """What is known before a fit: free parameters lie within `std` (n_free,) of `mean`, infinite where nothing is known.
+
+    Outputs were sampled later than inputs by a constant of zero mean and standard deviation `shift_std` s, and at most
+    twice that; 0 if the clocks agree.
+    """
+
+    mean: np.ndarray
+    std: np.ndarray
+    shift_std: float = 0.0
+
+
+@dataclass(frozen=True)
 class Fit:
     """Result of a fit: parameter values with standard deviations (n_free,), and start values of each trial.
 
-    `cost` is the mean square of the weighted residuals; `at_bound` tells which parameters ended at a bound.
+    `cost` is the mean square of the weighted residuals over all `rows` of them, `prior_cost` the sum of squares of the
+    departures from priors; `at_bound` tells which parameters ended at a bound; `shift` is by how many seconds the
+    outputs are late.
     """
 
     values: np.ndarray
@@ -47,6 +64,14 @@ class Fit:
     starts: tuple[np.ndarray, ...]
     cost: float
     at_bound: np.ndarray
+    rows: int
+    prior_cost: float = 0.0
+    shift: float = 0.0
+
+    @property
+    def misfit(self) -> float:
+        """Sum of squares of weighted residuals and of departures from priors: minus twice the log likelihood."""
+        return self.cost * self.rows + self.prior_cost
 
 
 def fit(
@@ -58,8 +83,9 @@ def fit(
     high: ArrayLike,
     *,
     substeps: int,
-    reduce: Callable[[np.ndarray], np.ndarray] = lambda series: series,
-    precise: bool = True,
+    prior: Prior | None = None,
+    reduce: Reduce | Sequence[Reduce] = lambda series: series,
+    tolerance: float = 1e-7,
     threads: int = 2,
 ) -> Fit:
     """Fit the model's free parameters and every trial's start values.
@@ -71,36 +97,46 @@ def fit(
     Args:
         noise: (ny,) weight of each output, in its unit.
         first, low, high: start value and bounds of each free parameter.
-        reduce: linear map along the first axis, such as a filter; applied to residuals and gradients alike.
-        precise: iterate to full accuracy, else until the cost changes by less than 0.1 %.
+        prior: what is known about parameters and clocks; nothing if left out.
+        reduce: linear map along the first axis, such as a filter, applied to residuals and gradients alike; one for all
+            trials, or one for each.
+        tolerance: iterate until the cost changes by less than this share.
 
     Raises:
         ComponentError: if the model fails already at the first guess.
     """
-    problem = _Problem(model, records, noise, substeps, reduce, threads)
     first, low, high = (np.asarray(part, dtype=float) for part in (first, low, high))
+    prior = Prior(np.zeros(len(first)), np.full(len(first), np.inf)) if prior is None else prior
+    problem = _Problem(model, records, noise, substeps, reduce, threads, prior)
     scale = np.maximum(np.abs(first), 1e-3 * (high - low))
-    bounds = problem.join(low, [r.start_low for r in records]), problem.join(high, [r.start_high for r in records])
-    guess = np.clip(problem.join(first, [r.start for r in records]), *bounds)
+    scale = np.where(np.isfinite(prior.std), prior.std, scale)
+    reach = 2 * prior.shift_std
+    bounds = (
+        problem.join(low, -reach, [r.start_low for r in records]),
+        problem.join(high, reach, [r.start_high for r in records]),
+    )
+    guess = np.clip(problem.join(first, 0.0, [r.start for r in records]), *bounds)
     residual, jacobian = problem.evaluate(guess, strict=guess.size > 0)
-    if not jacobian.any():  # nothing to fit, or nothing that the data depend on
-        values, starts = problem.split(guess)
+    if not jacobian[: problem.data_rows].any():  # nothing to fit, or nothing that the data depend on
+        values, _, starts = problem.split(guess)
         cost = float(np.mean(residual[: problem.data_rows] ** 2))
-        return Fit(values, np.full(len(values), np.inf), starts, cost, np.zeros(len(values), bool))
-    tolerance = 1e-7 if precise else 1e-3
+        blind = np.where(np.isfinite(prior.std), prior.std, np.inf)
+        return Fit(values, blind, starts, cost, np.zeros(len(values), bool), problem.data_rows)
     with np.errstate(all="ignore"):  # a step into a region where the run fails overflows and is rejected
         found = least_squares(
             problem.residual,
             guess,
             problem.jacobian,
             bounds=bounds,
-            x_scale=problem.join(scale, [np.where(np.isfinite(r.start_std), r.start_std, 0.1) for r in records]),
+            x_scale=problem.join(
+                scale, prior.shift_std, [np.where(np.isfinite(r.start_std), r.start_std, 0.1) for r in records]
+            ),
             ftol=tolerance,
-            xtol=1e-9 if precise else 1e-4,
+            xtol=0.01 * tolerance,
             gtol=None,
-            max_nfev=60 if precise else 25,
+            max_nfev=60 if tolerance < 1e-3 else 25,
         )
-    values, starts = problem.split(found.x)
+    values, shift, starts = problem.split(found.x)
     residual, jacobian = problem.evaluate(found.x)
     n_data = problem.data_rows
     std = _sandwich_std(residual, jacobian, problem.block_edges, len(values))
@@ -113,11 +149,32 @@ def fit(
         starts,
         float(np.mean(residual[:n_data] ** 2)),
         at_bound,
+        n_data,
+        float(np.sum(residual[n_data:] ** 2)),
+        shift,
     )
 
 
+def linearise(
+    model: CompiledModel,
+    records: Sequence[Record],
+    noise: np.ndarray,
+    found: Fit,
+    *,
+    substeps: int,
+    prior: Prior,
+    reduce: Reduce | Sequence[Reduce],
+) -> tuple[np.ndarray, np.ndarray]:
+    """Weighted residuals of a fit, of data and then of priors, and their slopes in all that was fitted.
+
+    The columns are the free parameters, the shift if there is one, and the start values of trial 1, 2, ...
+    """
+    problem = _Problem(model, records, noise, substeps, reduce, 1, prior)
+    return problem.evaluate(problem.join(found.values, found.shift, found.starts), strict=True)
+
+
 class _Problem:
-    """Residuals and Jacobian as functions of one vector [free parameters, start values of trial 1, 2, ...]."""
+    """Residuals and Jacobian as functions of one vector [free parameters, shift if any, start values of trial 1, ...]."""
 
     def __init__(
         self,
@@ -125,22 +182,27 @@ class _Problem:
         records: Sequence[Record],
         noise: np.ndarray,
         substeps: int,
-        reduce: Callable[[np.ndarray], np.ndarray],
+        reduce: Reduce | Sequence[Reduce],
         threads: int,
+        prior: Prior,
     ) -> None:
         self.model, self.records, self.noise, self.substeps = model, records, noise, substeps
-        self.reduce, self.threads = reduce, threads
+        self.reduces = [reduce] * len(records) if callable(reduce) else list(reduce)
+        self.threads = threads
         self.n_free, self.nx = len(model.free), len(model.system.states)
+        self.prior, self.known = prior, [int(k) for k in np.flatnonzero(np.isfinite(prior.std))]
+        self.n_shared = self.n_free + int(prior.shift_std > 0)
         self.data_rows = 0
         self.block_edges: list[int] = []
         self._last: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
 
-    def join(self, free: np.ndarray, starts: Sequence[np.ndarray]) -> np.ndarray:
-        return np.concatenate([free, *starts])
+    def join(self, free: np.ndarray, shift: float, starts: Sequence[np.ndarray]) -> np.ndarray:
+        return np.concatenate([free, np.full(self.n_shared - self.n_free, shift), *starts])
 
-    def split(self, vector: np.ndarray) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
-        starts = vector[self.n_free :].reshape(len(self.records), self.nx)
-        return vector[: self.n_free], tuple(starts)
+    def split(self, vector: np.ndarray) -> tuple[np.ndarray, float, tuple[np.ndarray, ...]]:
+        starts = vector[self.n_shared :].reshape(len(self.records), self.nx)
+        shift = float(vector[self.n_free]) if self.n_shared > self.n_free else 0.0
+        return vector[: self.n_free], shift, tuple(starts)
 
     def residual(self, vector: np.ndarray) -> np.ndarray:
         return self.evaluate(vector)[0]
@@ -152,20 +214,28 @@ class _Problem:
         """Weighted residuals (data of all trials, then priors) and their Jacobian; kept for the last vector."""
         if self._last is not None and np.array_equal(self._last[0], vector):
             return self._last[1], self._last[2]
-        free, starts = self.split(vector)
+        free, shift, starts = self.split(vector)
         parameters = self.model.with_values(free)
         with ThreadPoolExecutor(self.threads) as pool:  # the compiled model runs without the interpreter's lock
             jobs = [
-                pool.submit(self._trial, r, parameters, s, strict) for r, s in zip(self.records, starts, strict=True)
+                pool.submit(self._trial, r, reduce, parameters, s, shift, strict)
+                for r, reduce, s in zip(self.records, self.reduces, starts, strict=True)
             ]
             parts = [job.result() for job in jobs]
-        residuals, jacobian = self._assemble(parts, starts, len(vector))
+        residuals, jacobian = self._assemble(parts, vector)
         self._last = (vector.copy(), residuals, jacobian)
         return residuals, jacobian
 
     def _trial(
-        self, record: Record, parameters: np.ndarray, start: np.ndarray, strict: bool
+        self,
+        record: Record,
+        reduce: Reduce,
+        parameters: np.ndarray,
+        start: np.ndarray,
+        shift: float,
+        strict: bool,
     ) -> tuple[np.ndarray, np.ndarray]:
+        """Weighted residual of a trial, and its slopes in [start values, free parameters, shift]."""
         ny = len(self.model.outputs)
         try:
             run = self.model.run(
@@ -177,29 +247,42 @@ class _Problem:
         except ComponentError:
             if strict:
                 raise
-            rows = self.reduce(np.zeros((len(record.time), ny))).size
-            return np.full(rows, FAILED), np.zeros((rows, self.nx + self.n_free))
-        residual = self.reduce((run.outputs - record.measured) / self.noise)
-        slopes = self.reduce(run.sensitivities / self.noise[None, :, None])
-        return residual.ravel(), slopes.reshape(residual.size, -1)
+            rows = reduce(np.zeros((len(record.time), ny))).size
+            return np.full(rows, FAILED), np.zeros((rows, self.nx + self.n_shared))
+        outputs, slopes = run.outputs, run.sensitivities
+        if self.n_shared > self.n_free:
+            rate = np.gradient(outputs, record.time, axis=0)
+            outputs = outputs - shift * rate
+            slopes = np.concatenate([slopes, -rate[:, :, None]], axis=2)
+        residual = reduce((outputs - record.measured) / self.noise)
+        return residual.ravel(), reduce(slopes / self.noise[None, :, None]).reshape(residual.size, -1)
 
     def _assemble(
-        self, parts: list[tuple[np.ndarray, np.ndarray]], starts: tuple[np.ndarray, ...], width: int
+        self, parts: list[tuple[np.ndarray, np.ndarray]], vector: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
+        free, shift, starts = self.split(vector)
         self.data_rows = sum(len(residual) for residual, _ in parts)
-        prior_rows = self.nx * len(parts)
-        residuals, jacobian = np.zeros(self.data_rows + prior_rows), np.zeros((self.data_rows + prior_rows, width))
+        known = [
+            (k, float((free[k] - self.prior.mean[k]) / self.prior.std[k]), float(1 / self.prior.std[k]))
+            for k in self.known
+        ]
+        if self.n_shared > self.n_free:
+            known.append((self.n_free, shift / self.prior.shift_std, 1 / self.prior.shift_std))
+        size = self.data_rows + self.nx * len(parts) + len(known)
+        residuals, jacobian = np.zeros(size), np.zeros((size, len(vector)))
         row, self.block_edges = 0, [0]
         for k, (residual, slopes) in enumerate(parts):
-            columns = slice(self.n_free + k * self.nx, self.n_free + (k + 1) * self.nx)
+            columns = slice(self.n_shared + k * self.nx, self.n_shared + (k + 1) * self.nx)
             rows = slice(row, row + len(residual))
             residuals[rows] = residual
-            jacobian[rows, columns], jacobian[rows, : self.n_free] = slopes[:, : self.nx], slopes[:, self.nx :]
+            jacobian[rows, columns], jacobian[rows, : self.n_shared] = slopes[:, : self.nx], slopes[:, self.nx :]
             self.block_edges += [row + int(e) for e in np.linspace(0, len(residual), 21)[1:]]
             row += len(residual)
             prior = slice(self.data_rows + k * self.nx, self.data_rows + (k + 1) * self.nx)
             residuals[prior] = (starts[k] - self.records[k].start) / self.records[k].start_std
             jacobian[prior, columns] = np.diag(1 / self.records[k].start_std)
+        for row, (column, departure, slope) in enumerate(known, start=size - len(known)):
+            residuals[row], jacobian[row, column] = departure, slope
         return residuals, jacobian
 
 
@@ -207,12 +290,21 @@ def _sandwich_std(residual: np.ndarray, jacobian: np.ndarray, edges: Sequence[in
     """Standard deviations of the first `n_free` unknowns.
 
     H^-1 (sum of g_b g_b') H^-1 over blocks b of samples, times B/(B - k) for B blocks and k unknowns, which a fit has
-    drawn towards the data; never less than for white residuals, as few blocks can agree by chance.
+    drawn towards the data; never less than for white residuals, as few blocks can agree by chance. Residuals larger than
+    declared make the data weigh less, but not what is known beforehand.
     """
-    inverse = np.linalg.pinv(jacobian.T @ jacobian, hermitian=True)
+    data = edges[-1]
+    rms = max(float(np.sqrt(np.mean(residual[:data] ** 2))), 1e-300)
+    known = jacobian[data:] if data < len(jacobian) else np.zeros((0, jacobian.shape[1]))
+    weighted = np.vstack([jacobian[:data] / rms, known])
+    length = np.linalg.norm(weighted, axis=0)  # columns of very different size would be cut off as dependent ones
+    weighted /= np.where(length > 0, length, 1.0)
+    inverse = np.linalg.pinv(weighted.T @ weighted, hermitian=True)
     blocks = list(zip(edges[:-1], edges[1:], strict=True))
-    gradients = np.array([jacobian[a:b].T @ residual[a:b] for a, b in blocks])
+    gradients = np.array([weighted[a:b].T @ residual[a:b] / rms for a, b in blocks])
     used = len(blocks) / max(len(blocks) - jacobian.shape[1], 1)
-    correlated = used * np.diag(inverse @ (gradients.T @ gradients) @ inverse)
-    white = np.diag(inverse) * float(np.mean(residual[: edges[-1]] ** 2))
-    return np.sqrt(np.maximum(correlated, white)[:n_free])
+    spread = used * gradients.T @ gradients + weighted[data:].T @ weighted[data:]
+    correlated = np.diag(inverse @ spread @ inverse)
+    variance = np.maximum(correlated, np.diag(inverse))[:n_free]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(np.where(length[:n_free] > 0, np.sqrt(variance) / length[:n_free], np.inf))

@@ -1,0 +1,55 @@
+"""Which effects the data cannot tell from the named ones: the same data, another explanation, its odds."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from orchestrator.diagnosis.evidence import Refit
+
+# Odds below which one explanation is not preferred to another: 1 to 20.
+DECISIVE = 20.0
+
+
+@dataclass(frozen=True)
+class Rival:
+    """An explanation with one effect in place of another of the best set, and the odds of the best set against it."""
+
+    refit: Refit
+    replaced: str
+    by: str
+    odds: float
+
+
+def rivals(best: Refit, tried: Sequence[Refit], scale: float) -> tuple[Rival, ...]:
+    """Sets of equal size that differ from the best one in one effect and that the data do not rule out.
+
+    The odds are exp(difference of BIC / 2), the misfit counted in units of `scale`, by which what is left differs from
+    white noise of the declared level. Several sites of one effect count once.
+    """
+    found: dict[tuple[str, str], Rival] = {}
+    own = {c.label: c.card.id for c in best.effects.candidates}
+    for other in tried:
+        new = {c.label: c.card.id for c in other.effects.candidates}
+        gone, come = set(own) - set(new), set(new) - set(own)
+        if len(other.ids) != len(best.ids) or len(come) != 1 or not other.is_present():
+            continue
+        pair = (own[gone.pop()], new[come.pop()])
+        odds = float(np.exp(np.clip(half_bic(other, scale) - half_bic(best, scale), -50, 50)))
+        if odds < DECISIVE and (pair not in found or odds < found[pair].odds):
+            found[pair] = Rival(other, *pair, odds)
+    return tuple(sorted(found.values(), key=lambda rival: rival.odds))
+
+
+def half_bic(found: Refit, scale: float) -> float:
+    """Half the Bayesian information criterion for noise of power `scale` in the metric."""
+    return 0.5 * (found.fit.misfit / scale + found.size * float(np.log(found.fit.rows)))
+
+
+def groups(found: Sequence[Rival]) -> tuple[tuple[str, ...], ...]:
+    """Groups of effect ids that cannot be told apart, each led by the named one."""
+    members: dict[str, list[str]] = {}
+    for rival in found:
+        if rival.by != rival.replaced:
+            members.setdefault(rival.replaced, []).append(rival.by)
+    return tuple((named, *dict.fromkeys(others)) for named, others in members.items())

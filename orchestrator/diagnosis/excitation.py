@@ -1,0 +1,46 @@
+"""Which sites of a model the data say nothing about: an effect of typical size there would stay within the noise."""
+
+import re
+from collections.abc import Sequence
+
+import numpy as np
+
+from orchestrator.diagnosis.calibration import Stage
+from orchestrator.diagnosis.candidates import Candidate
+
+# Drop of the misfit, in units of the noise, by which an effect is found with near certainty among a hundred candidates.
+FOUND = 36.0
+# A site is blind if the data would show less than this share of its effects.
+SHOWN = 0.5
+# These act only beyond a level; a range that was never entered says nothing against the data.
+BEYOND_A_LEVEL = ("end_stop", "saturation", "recruitment_curve", "backlash", "tremor")
+
+
+def blind_sites(stage: Stage, candidates: Sequence[Candidate]) -> tuple[str, ...]:
+    """Sites at which most effects of the library, at their typical sizes, would not be found in this record."""
+    noise = stage.colour.level**2
+    shown: dict[tuple[str, str], bool] = {}
+    for candidate in candidates:
+        if candidate.card.id not in BEYOND_A_LEVEL and "+" not in candidate.site:
+            shown[candidate.site, candidate.card.id] = False
+    for block in stage.blocks:
+        candidate = block.candidate
+        if candidate.card.id in BEYOND_A_LEVEL:
+            continue
+        for k, name in enumerate(block.names):
+            if not name or not np.isfinite(block.sizes[k]):
+                continue
+            key = (_site(candidate, name), candidate.card.id)
+            power = float(np.sum((block.columns[:, k] * block.sizes[k]) ** 2))
+            shown[key] = shown.get(key, False) or power > FOUND * noise
+    sites = dict.fromkeys(site for site, _ in shown)
+    share = {site: np.mean([seen for (place, _), seen in shown.items() if place == site]) for site in sites}
+    return tuple(site for site in sites if share[site] < SHOWN)
+
+
+def _site(candidate: Candidate, parameter: str) -> str:
+    """The site of one element of an effect that acts at several: `joint2` for `b[2]`."""
+    match = re.search(r"\[(\d+)\]$", parameter)
+    if "+" not in candidate.site or match is None:
+        return candidate.site
+    return candidate.site.split("+")[int(match[1]) - 1]

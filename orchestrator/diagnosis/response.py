@@ -1,0 +1,154 @@
+"""How the outputs of a fitted model answer to small changes of its inputs: free runs, linearised along their motion."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+from scipy import linalg
+
+from orchestrator.diagnosis.evidence import Refit
+from orchestrator.models.compiled import CompiledModel
+from orchestrator.models.correction import PREFIX
+from orchestrator.models.smoothing import Smoother, second_difference
+
+
+@dataclass(frozen=True, eq=False)
+class SimulatedTrial:
+    """A trial as a model runs it, in the form that residual systems take; see SmoothedTrial."""
+
+    time: np.ndarray
+    inputs: np.ndarray
+    values: np.ndarray
+    smoother: Smoother
+
+    @property
+    def measured(self) -> np.ndarray:
+        """The outputs themselves."""
+        return self.values
+
+    @cached_property
+    def speeds(self) -> np.ndarray:
+        """First derivatives."""
+        return np.gradient(self.values, self.time, axis=0)
+
+    @cached_property
+    def accelerations(self) -> np.ndarray:
+        """Second derivatives."""
+        return second_difference(self.values, self.smoother.step)
+
+
+@dataclass(frozen=True)
+class _Linear:
+    """x(k+1) = step x(k) + (push(k) u(k) step + push(k+1) u(k+1)) h/2, y = show x + direct u, along a trial."""
+
+    step: np.ndarray
+    push: np.ndarray
+    show: np.ndarray
+    direct: np.ndarray
+
+
+class Response:
+    """The free runs of one fitted model along its trials, and their answers to small inputs."""
+
+    def __init__(self, base: Refit, smoothers: Sequence[Smoother]) -> None:
+        self.base, self.model = base, base.model
+        names = [v.name for v in self.model.inputs]
+        wanted = [PREFIX + signal for signal in self.model.signals]
+        # An FMU, and equations that are solved by iteration, have no formula to differentiate.
+        self.is_formula = self.model.system.rhs.is_a("SXFunction") and self.model.system.rhs.n_in() == 5
+        self.has_forces = self.is_formula and all(name in names for name in wanted)
+        self._forces = [names.index(name) for name in wanted] if self.has_forces else []
+        self.parameters = self.model.compiled.with_values(base.fit.values)
+        runs = [self._run(k) for k in range(len(base.records))]
+        self.outputs = [run[:, : len(self.model.signals)] for run in runs]
+        self._states = [run[:, len(self.model.signals) :] for run in runs]
+        self.trials = [
+            SimulatedTrial(r.time, r.inputs, self._positions(y), smoother)
+            for r, y, smoother in zip(base.records, self.outputs, smoothers, strict=True)
+        ]
+        self._kept: dict[int, _Linear] = {}
+
+    def to_forces(self, trial: int, forces: np.ndarray) -> np.ndarray:
+        """Change of the outputs (n, ny, k) by k small force histories (n, ny, k) on the correction inputs."""
+        return self._answer(trial, forces, self._forces)
+
+    def to_input(self, trial: int, column: int, changes: np.ndarray) -> np.ndarray:
+        """Change of the outputs (n, ny, k) by k small histories (n, k) of one input."""
+        return self._answer(trial, changes[:, None, :], [column])
+
+    def _answer(self, trial: int, changes: np.ndarray, columns: Sequence[int]) -> np.ndarray:
+        linear, time = self._linear(trial), self.base.records[trial].time
+        direct = linear.direct[:, :, columns] @ changes
+        if not linear.step.size:
+            return np.asarray(direct)
+        pushed = linear.push[:, :, columns] @ changes
+        half = 0.5 * np.diff(time)[:, None, None]
+        added = half * (linear.step @ pushed[:-1] + pushed[1:])
+        state = np.zeros((len(time), linear.step.shape[1], changes.shape[2]))
+        for k, step in enumerate(linear.step):
+            state[k + 1] = step @ state[k] + added[k]
+        return np.asarray(linear.show @ state + direct)
+
+    def _linear(self, trial: int) -> _Linear:
+        if trial not in self._kept:
+            record, states = self.base.records[trial], self._states[trial]
+            n, nx, nu, ny = len(record.time), states.shape[1], record.inputs.shape[1], len(self.model.signals)
+            arguments = [record.time[None, :], states.T, record.inputs.T, self._delayed(trial), self.parameters]
+            values = [part.full().reshape(-1, n, order="F").T for part in self._derivatives(*arguments)]
+            shapes = [(nx, nx), (nx, nu), (ny, nx), (ny, nu)]
+            # casadi stacks matrices column by column
+            a, b, c, d = (
+                v.reshape(n, *shape[::-1]).transpose(0, 2, 1) for v, shape in zip(values, shapes, strict=True)
+            )
+            middle = 0.5 * (a[1:] + a[:-1]) * np.diff(record.time)[:, None, None]
+            step = linalg.expm(middle) if nx else np.zeros((n - 1, 0, 0))
+            self._kept[trial] = _Linear(step, b, c, d)
+        return self._kept[trial]
+
+    @cached_property
+    def _derivatives(self) -> ca.Function:
+        """Jacobians of the states' rates and of the outputs, each stacked into a column."""
+        system = self.model.system
+        t, p = ca.SX.sym("t"), ca.SX.sym("p", len(system.parameters))
+        x, u = ca.SX.sym("x", len(system.states)), ca.SX.sym("u", len(system.inputs))
+        delayed = ca.SX.sym("d", system.n_delays)
+        dx, z = system.rhs(t, x, u, delayed, p)
+        named = {v.name: x[i] for i, v in enumerate(system.states)}
+        named |= {v.name: z[i] for i, v in enumerate(system.algebraics)}
+        y = ca.vertcat(*[named[name] for name in self.model.signals])
+        parts = [ca.jacobian(value, by) for value in (dx, y) for by in (x, u)]
+        return ca.Function("derivatives", [t, x, u, delayed, p], [ca.densify(ca.vec(part)) for part in parts])
+
+    def _delayed(self, trial: int) -> np.ndarray:
+        """Delayed quantities at the samples, by interpolation of their histories."""
+        record, system = self.base.records[trial], self.model.system
+        if not system.n_delays:
+            return np.zeros((0, len(record.time)))
+        source, delay = system.history(record.time[None, :], record.inputs.T, ca.DM(self.parameters))
+        rows = zip(source.full(), delay.full()[:, 0], strict=True)
+        return np.array([np.interp(record.time - late, record.time, values) for values, late in rows])
+
+    def _run(self, trial: int) -> np.ndarray:
+        """Outputs of a free run, then states if the model is a formula: (n, ny + nx)."""
+        record, start = self.base.records[trial], self.base.fit.starts[trial]
+        run = (self._observed if self.is_formula else self.model.compiled).run(
+            record.time, record.inputs, self.parameters, start, substeps=self.base.substeps
+        )
+        return run.outputs
+
+    @cached_property
+    def _observed(self) -> CompiledModel:
+        return CompiledModel(self.model.system, [*self.model.signals, *(v.name for v in self.model.system.states)])
+
+    def _positions(self, outputs: np.ndarray) -> np.ndarray:
+        """The outputs as a perfect sensor would show them."""
+        if self.model.residual is None:
+            return outputs
+        result = outputs.copy()
+        for name, position in self.model.residual.positions.items():
+            k = self.model.signals.index(name)
+            scale, offset = (float(part(self.parameters)) for part in (position.scale, position.offset))
+            result[:, k] = (outputs[:, k] - offset) / scale
+        return result

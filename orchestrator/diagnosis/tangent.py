@@ -1,0 +1,229 @@
+"""What each candidate would do to the free runs of a fitted model, to first order, in the metric of the diagnosis."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from typing import Protocol, TypeVar
+
+import numpy as np
+
+from fmus.errors import ComponentError
+from orchestrator.diagnosis.candidates import Candidate, EffectSet, can_join
+from orchestrator.diagnosis.evidence import LearningData, Refit
+from orchestrator.diagnosis.metric import concatenate
+from orchestrator.diagnosis.response import Response
+from orchestrator.models.estimation import linearise
+from orchestrator.models.symbolic import SymbolicModel
+
+# A shape parameter without a grid of its own (a Stribeck speed, say) is tried at these multiples of its first value.
+SHAPES = (0.3, 1.0, 3.0)
+# Columns of a block that are combinations of the others to this accuracy do not count.
+RANK = 1e-6
+
+Item = TypeVar("Item")
+Found = TypeVar("Found")
+
+
+class SideBySide(Protocol):
+    """Does work on items at the same time and returns the results in the order of the items."""
+
+    def __call__(self, work: Callable[[Item], Found], items: Sequence[Item]) -> list[Found]: ...
+
+
+@dataclass(frozen=True)
+class Block:
+    """A candidate at one point of its parameters: columns (m, k) that its parameters span, in the metric.
+
+    `sizes` (k,) are the typical sizes of the columns' parameters (their first guesses less their absence); a column
+    times its size is what the effect does when it is of typical size. `names` are the parameters of the columns.
+    """
+
+    candidate: Candidate
+    columns: np.ndarray
+    sizes: np.ndarray
+    meaningful: np.ndarray
+    names: tuple[str, ...]
+
+    def is_meaningful(self, error: np.ndarray) -> bool:
+        """Whether the block, fitted to an error to first order, has a parameter of meaningful size."""
+        if self.names[0] == "":  # a share of the step from absence to the first guess
+            share = float(self.columns[:, 0] @ error / (self.columns[:, 0] @ self.columns[:, 0]))
+            return bool(np.any(np.abs(share * self.sizes[1:]) >= self.meaningful[1:]))
+        found, *_ = np.linalg.lstsq(self.columns, error, rcond=1e-6)
+        return bool(np.any(np.abs(found) >= self.meaningful))
+
+
+class Tangent:
+    """A fitted model, linearised: its error (m,), an orthonormal basis of its nuisances, and blocks of candidates.
+
+    Rows are the samples of all trials in the metric, then one row for each prior. Nuisances are start values, clocks,
+    parameters with tolerances and the parameters of effects that are in the model already.
+    """
+
+    def __init__(self, base: Refit, nominal: SymbolicModel, learning: LearningData) -> None:
+        self.base, self.nominal, self.learning = base, nominal, learning
+        self.response = Response(base, [t.smoother for t in learning.trials])
+        residual, jacobian = linearise(
+            base.model.compiled,
+            base.records,
+            np.ones(len(base.model.signals)),
+            base.fit,
+            substeps=base.substeps,
+            prior=learning.nuisances.prior(base.size),
+            reduce=learning.metrics,
+        )
+        self.data_rows = base.fit.rows
+        self.prior_rows = len(residual) - self.data_rows
+        self.basis = orthonormal(jacobian, 1e-9)
+        self.error = self.project(-residual)
+
+    def project(self, columns: np.ndarray) -> np.ndarray:
+        """Take away what nuisances explain; rows as in `error`."""
+        return columns - self.basis @ (self.basis.T @ columns)
+
+    def in_metric(self, per_trial: Sequence[np.ndarray]) -> np.ndarray:
+        """Outputs (n, ny, k) of each trial as projected columns (m, k)."""
+        data = concatenate(self.learning.metrics, per_trial)
+        return self.project(np.concatenate([data, np.zeros((self.prior_rows, data.shape[1]))]))
+
+    def blocks(self, candidates: Sequence[Candidate], slots: Sequence[str], side_by_side: SideBySide) -> list[Block]:
+        """Blocks of all candidates that can join the effects of the model; those that cannot run have none."""
+        inside = self.base.effects.candidates
+        free = [c for c in candidates if can_join(inside, c, slots) is not None]
+        groups = [list(group) for _, group in groupby(free, key=lambda c: (c.card.id, c.card.variant))]
+
+        def one(group: list[Candidate]) -> list[Block]:
+            try:
+                return list(self._of_card(group, slots))
+            except ComponentError:
+                return []
+
+        return [block for part in side_by_side(one, groups) for block in part]
+
+    def _of_card(self, group: Sequence[Candidate], slots: Sequence[str]) -> Iterator[Block]:
+        """Blocks of one card: candidates that differ only in their element share one model."""
+        together = len(group) > 1 and len(group[0].card.parameters) == 1
+        for part in [list(group)] if together else [[candidate] for candidate in group]:
+            effects = EffectSet(self.base.effects.base, part, self.base.model.signals)
+            through_forces = self.response.has_forces and effects.model.residual is not None
+            slopes = self._by_forces if through_forces else self._by_runs(part, slots)
+            for values, difference in points(effects):
+                yield from self._blocks_at(effects, slopes(effects, values, difference), difference)
+
+    def _blocks_at(self, effects: EffectSet, columns: np.ndarray, difference: bool) -> Iterator[Block]:
+        absent, start = (np.array([getattr(p, name) for p in effects.card_parameters]) for name in ("absent", "start"))
+        meaningful = np.array([p.meaningful for p in effects.card_parameters])
+        names = [v.name for v in effects.variables]
+        owners = np.array(effects.owners())
+        sizes = start - absent
+        for k, candidate in enumerate(effects.candidates):
+            own = np.flatnonzero(owners == k)
+            if not columns[:, own].any():
+                continue
+            chosen, size, least = columns[:, own], sizes[own], meaningful[own]
+            labels = [names[i] for i in own]
+            if difference and len(effects.candidates) == 1:
+                chosen, labels = np.column_stack([columns[:, -1], chosen]), ["", *labels]
+                size, least = np.r_[1.0, size], np.r_[np.inf, least]
+            yield Block(candidate, chosen, size, least, tuple(labels))
+
+    def _by_forces(self, effects: EffectSet, values: np.ndarray, difference: bool) -> np.ndarray:
+        """Columns of an effect as the answer to the forces that it is equivalent to along the model's own motion."""
+        model = effects.model
+        parameters = self._with_nuisances(model, values)
+        per_trial = []
+        for k, (trial, measured) in enumerate(zip(self.response.trials, self.learning.trials, strict=True)):
+            forces = _forces(model, parameters, trial, model.record(measured, parameters).start)
+            if difference:
+                plain, own = self.nominal, self._with_nuisances(self.nominal, np.zeros(0))
+                nothing = _forces(plain, own, trial, plain.record(measured, own).start)
+                forces = np.concatenate([forces[:, :, 1:], forces[:, :, :1] - nothing[:, :, :1]], axis=2)
+            else:
+                forces = forces[:, :, 1:]
+            per_trial.append(self.response.to_forces(k, -forces))
+        return self.in_metric(per_trial)
+
+    def _with_nuisances(self, model: SymbolicModel, values: np.ndarray) -> np.ndarray:
+        """All parameters of a model with effect parameters `values` and the fitted nuisances."""
+        parameters = model.compiled.with_values(values)
+        names = [v.name for v in model.system.parameters]
+        for name, value in zip(self.learning.nuisances.names, self.base.fit.values[self.base.size :], strict=True):
+            parameters[names.index(name)] = value
+        return parameters
+
+    def _by_runs(
+        self, group: Sequence[Candidate], slots: Sequence[str]
+    ) -> Callable[[EffectSet, np.ndarray, bool], np.ndarray]:
+        """Columns from free runs of the model with the candidates in it, where they are no force."""
+        inside = self.base.effects.candidates
+        placed = [can_join(inside, candidate, slots) for candidate in group]
+        joined = EffectSet(self.base.effects.base, [*inside, *(c for c in placed if c)], self.base.model.signals)
+
+        def columns(effects: EffectSet, values: np.ndarray, difference: bool) -> np.ndarray:
+            model, known = joined.model, self.base.values
+            parameters = self._with_nuisances(model, np.r_[known, values])
+            states = [v.name for v in self.base.model.system.states]
+            per_trial = []
+            for record, trial, start, plain in zip(
+                self.base.records, self.learning.trials, self.base.fit.starts, self.response.outputs, strict=True
+            ):
+                own = model.record(trial, parameters)
+                first = dict(zip(states, start, strict=True))
+                begin = np.array([first.get(v.name, own.start[i]) for i, v in enumerate(model.system.states)])
+                run = model.compiled.run(
+                    record.time, record.inputs, parameters, begin, substeps=self.base.substeps, sensitivities=True
+                )
+                assert run.sensitivities is not None
+                slopes = run.sensitivities[:, :, len(begin) + len(known) :]
+                parts = [slopes, (run.outputs - plain)[:, :, None]] if difference else [slopes]
+                per_trial.append(np.concatenate(parts, axis=2))
+            return self.in_metric(per_trial)
+
+        return columns
+
+
+def points(effects: EffectSet) -> Iterator[tuple[np.ndarray, bool]]:
+    """Points at which a card is linearised, each with whether the step from absence to it is a column of its own.
+
+    A card is taken at its absence where it starts to act there in proportion to its parameters. Where it does not (a
+    time constant at zero, a yield angle at zero), it is taken at its first guess, with variations of its shape.
+    """
+    parameters = effects.card_parameters
+    absent = np.array([p.absent for p in parameters])
+    low, high = effects.bounds()
+    first = np.clip(effects.first_guess(), low, high)
+    grids = [(i, p.grid) for i, p in enumerate(parameters) if p.grid]
+    if grids:
+        position, grid = grids[0]
+        for value in grid:
+            yield np.where(np.arange(len(absent)) == position, value, absent), False
+        return
+    if len(effects.candidates) > 1 or (len({p.name for p in parameters}) == 1 and np.all((absent > low) | (low == 0))):
+        yield np.clip(absent, low, high), False
+        return
+    shape = parameters[-1].name
+    for factor in SHAPES:
+        scaled = np.array([v * factor if p.name == shape else v for p, v in zip(parameters, first, strict=True)])
+        yield np.clip(scaled, low, high), True
+
+
+def _forces(model: SymbolicModel, parameters: np.ndarray, trial: object, start: np.ndarray) -> np.ndarray:
+    """Correction residual along a trial, then its slopes in the free parameters: (n, ny, 1 + n_free)."""
+    assert model.residual is not None
+    names = [v.name for v in model.system.states]
+    hidden = [names.index(v.name) for v in model.residual.system.states]
+    inputs = model.residual_inputs(trial)  # type: ignore[arg-type]
+    compiled = model.compiled_residual
+    run = compiled.run(trial.time, inputs, parameters, start[hidden], sensitivities=True)  # type: ignore[attr-defined]
+    assert run.sensitivities is not None
+    return np.concatenate([run.outputs[:, :, None], run.sensitivities[:, :, len(hidden) :]], axis=2)
+
+
+def orthonormal(columns: np.ndarray, tolerance: float = RANK) -> np.ndarray:
+    """Orthonormal basis of the space of columns, each scaled to length 1 before the rank is judged."""
+    length = np.linalg.norm(columns, axis=0)
+    kept = columns[:, length > 0] / length[length > 0]
+    if kept.shape[1] == 0:
+        return np.zeros((len(columns), 0))
+    left, singular, _ = np.linalg.svd(kept, full_matrices=False)
+    return left[:, singular > tolerance * singular[0]]
