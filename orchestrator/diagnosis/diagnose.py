@@ -26,6 +26,7 @@ from orchestrator.diagnosis.remaining import remaining
 from orchestrator.diagnosis.response import Response
 from orchestrator.diagnosis.result import Diagnosis, Estimate, HeldOut, NamedEffect
 from orchestrator.diagnosis.search import Progress, Searcher
+from orchestrator.diagnosis.tried import tried
 from orchestrator.diagnosis.unexplained import unexplained_forces, where_forces_lack
 from orchestrator.diagnosis.verdict import NEAR, decide, reducible_removed
 from orchestrator.diagnosis.work import Work
@@ -89,7 +90,9 @@ def diagnose(
     found = _conclude(source, nominal, refereed, searcher, impossible)
     best = refereed.accepted[-1].refit if refereed.accepted else None
     where, findings = where_forces_lack(plain, searcher.learning)
-    found = replace(found, where=tuple(where), findings=findings)
+    named = best if found.verdict in ("named", "ambiguous") else None
+    outcomes = tried(found.ranking, searcher.trace, named, [entry.refit for entry in refereed.accepted])
+    found = replace(found, where=tuple(where), findings=findings, tried=outcomes)
     if found.verdict == "unknown":
         progress("looking at what is left")
         found = replace(found, latent_forces=unexplained_forces(plain, best, searcher.learning))

@@ -7,6 +7,8 @@ from typing import Any, Literal
 from orchestrator.compare.result import Comparison
 from orchestrator.diagnosis.latent import LatentForce
 
+CURVE_SAMPLES = 400
+
 Verdict = Literal["adequate", "named", "ambiguous", "unknown", "cannot_tell"]
 
 
@@ -39,6 +41,15 @@ class RankedSet:
 
 
 @dataclass(frozen=True)
+class Tried:
+    """A set of effects that was tried, and what became of it in words."""
+
+    effects: tuple[str, ...]
+    sites: tuple[str, ...]
+    outcome: str
+
+
+@dataclass(frozen=True)
 class Step:
     """One model on the way from the nominal to the named one, with its comparison."""
 
@@ -65,7 +76,7 @@ class Diagnosis:
 
     `latent_forces` are curves of what no effect explains, for the verdict "unknown". `experiment_csv` is the table of inputs
     of the next experiment. `where` maps the force that the model as given lacks (rows as in a comparison's "state"),
-    `findings` says the same.
+    `findings` says the same. `tried` tells what became of each set of the ranking.
     """
 
     model: str
@@ -86,6 +97,7 @@ class Diagnosis:
     experiment_csv: str | None = None
     where: tuple[Mapping[str, Any], ...] = ()
     findings: tuple[str, ...] = ()
+    tried: tuple[Tried, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """Return the `misfit.diagnosis/1` document."""
@@ -106,5 +118,30 @@ class Diagnosis:
             "seconds": self.seconds,
             "where": {"force": [dict(row) for row in self.where]},
             "findings": list(self.findings),
+            "tried": [asdict(entry) for entry in self.tried],
+            "curves": [curve for step in self.steps[-1:] for curve in _held_out_curves(self.steps[0], step)],
             "latent_forces": [curve.to_json() for curve in self.latent_forces],
         }
+
+
+def _held_out_curves(given: Step, final: Step) -> list[dict[str, Any]]:
+    """Measured and modelled curves of the held-out trials, before and after, at most `CURVE_SAMPLES` samples each."""
+    after = {(c.file, c.set): c for c in final.comparison.curves}
+    found = []
+    for curve in given.comparison.curves:
+        if curve.set != "held_out" or (curve.file, curve.set) not in after:
+            continue
+        part = slice(None, None, max(1, -(-len(curve.time) // CURVE_SAMPLES)))
+        then = after[curve.file, curve.set]
+        signals = {
+            name: {
+                "unit": given.comparison.units[name],
+                "noise_floor": given.comparison.noise_floor[name],
+                "measured": curve.measured[name][part].tolist(),
+                "before": curve.modelled[name][part].tolist(),
+                "after": then.modelled[name][part].tolist(),
+            }
+            for name in curve.measured
+        }
+        found.append({"file": curve.file, "time_s": curve.time[part].tolist(), "signals": signals})
+    return found

@@ -18,6 +18,7 @@ from orchestrator.report.page import (
     held_out_table,
     set_errors_table,
     trial_errors_table,
+    tried_table,
     versions_table,
 )
 from orchestrator.report.provenance import ledger_provenance, provenance
@@ -70,6 +71,7 @@ def _diagnosis_page(diagnosis: Diagnosis, entries: list[LedgerEntry]) -> Page:
             *effects_table(effects),
             *held_out_table(diagnosis.held_out, given.units),
             *((versions_table(entries),) if entries else ()),
+            *tried_table(diagnosis.tried),
             set_errors_table(final, f"Error (rms) of each set, {_subject(final is given)}"),
         ),
         findings=(*diagnosis.findings, *given.findings),
@@ -77,6 +79,7 @@ def _diagnosis_page(diagnosis: Diagnosis, entries: list[LedgerEntry]) -> Page:
         pictures=(
             *_ranking(diagnosis),
             *_latent(diagnosis),
+            *_maps(diagnosis.where, "the missing force"),
             *_trial_pictures(given, changed),
             *_residual_pictures(given),
         ),

@@ -5,12 +5,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from orchestrator.compare.result import Comparison
-from orchestrator.diagnosis.result import HeldOut, NamedEffect
+from orchestrator.diagnosis.result import HeldOut, NamedEffect, RankedSet, Tried
 from orchestrator.ledger import LedgerEntry
 from orchestrator.report.numbers import digits, estimate_parts, percent, quantity
-from orchestrator.report.sentences import effect_name, errors
+from orchestrator.report.sentences import effect_name, errors, ranked_name
 
 MAX_TRIALS = 40
+MAX_TRIED = 40
 
 
 @dataclass(frozen=True)
@@ -111,6 +112,14 @@ def versions_table(entries: Sequence[LedgerEntry]) -> PageTable:
         rows.append((str(entry.version), entry.name, effects, learning, held_out, digits(decisive.over_floor)))
     headings = ("version", "name", "effects in it", "learning error", "held-out error", "times the floor")
     return PageTable("Versions of the model", headings, tuple(rows))
+
+
+def tried_table(tried: Sequence[Tried]) -> tuple[PageTable, ...]:
+    """Return what was tried and what became of it, one set a row; nothing if nothing was tried."""
+    rows = tuple((ranked_name(RankedSet(t.effects, t.sites, 0.0, 0.0)), t.outcome) for t in tried[:MAX_TRIED])
+    left = len(tried) - MAX_TRIED
+    caption = "What was tried, best first" + (f"; {left} more are in the JSON result" if left > 0 else "")
+    return (PageTable(caption, ("added to the model", "what became of it"), rows),) if rows else ()
 
 
 def experiment_rows(experiment: Mapping[str, Any] | None) -> tuple[tuple[str, str], ...]:

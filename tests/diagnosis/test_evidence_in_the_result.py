@@ -1,0 +1,66 @@
+"""A diagnosis carries its evidence: what was tried, where the model fails, and curves, in the page and in JSON alike."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fmus.catalogue import find_modelica_model
+from orchestrator.diagnosis.cards import effect_library
+from orchestrator.diagnosis.diagnose import diagnose
+from orchestrator.diagnosis.result import Diagnosis
+from orchestrator.measurements import load_measurements
+from orchestrator.report.html import diagnosis_report
+
+PENDULUM = Path(__file__).parents[1] / "cases" / "pendulum"
+IDS = ("viscous_friction", "coulomb_friction", "passive_stiffness")
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory: pytest.TempPathFactory) -> Diagnosis:
+    """The real pendulum, thinned to 100 Hz, with a library of three effects."""
+    folder = tmp_path_factory.mktemp("swings")
+    rows = np.genfromtxt(next(PENDULUM.glob("*.csv")), delimiter=",", names=True)
+    table = np.column_stack([rows["time_s"], rows["theta_rad"]])[::10]
+    np.savetxt(folder / "swing.csv", table, delimiter=",", header="time_s,theta", comments="")
+    cards = [card for card in effect_library() if card.id in IDS]
+    return diagnose(find_modelica_model("pendulum"), load_measurements(folder), cards=cards)
+
+
+def test_every_set_that_was_tried_has_its_outcome_in_words(found: Diagnosis) -> None:
+    outcomes = {entry.effects: entry.outcome for entry in found.tried}
+
+    assert [entry.effects for entry in found.tried] == [entry.effects for entry in found.ranking]
+    assert outcomes[("viscous_friction",)] == "named: held-out trials confirm it"
+    assert "BIC/2 behind by" in outcomes[("coulomb_friction",)]
+    assert all(outcome for outcome in outcomes.values())
+
+
+def test_missing_force_of_the_pendulum_goes_with_the_sign_of_its_speed(found: Diagnosis) -> None:
+    """Its friction is viscous, so the missing torque is in proportion to speed."""
+    (sentence,) = found.findings
+
+    assert sentence.startswith("missing force on theta: with the sign of speed of theta")
+    rows = [row for row in found.where if row["against"] == "speed of theta"]
+    middles = [0.5 * (row["from"] + row["to"]) for row in rows]
+    assert np.corrcoef(middles, [row["bias"] for row in rows])[0, 1] < -0.95
+
+
+def test_json_holds_curves_before_and_after_on_held_out_data_and_their_floor(found: Diagnosis) -> None:
+    (curve,) = found.to_json()["curves"]
+    theta = curve["signals"]["theta"]
+
+    measured, before, after = (np.array(theta[key]) for key in ("measured", "before", "after"))
+    assert len(curve["time_s"]) == len(measured) <= 400
+    assert np.std(measured - after) < 0.3 * np.std(measured - before)
+    assert theta["noise_floor"] == found.noise_floor["theta"]
+
+
+def test_page_tells_verdict_first_then_what_was_tried_and_shows_the_maps(found: Diagnosis) -> None:
+    page = diagnosis_report(found)
+
+    places = [page.index(text) for text in ('class="verdict"', "What was tried", "Where the missing force is")]
+    assert places == sorted(places)
+    for entry in found.tried:
+        assert entry.outcome.split(":")[0].split(" (")[0] in page
+    assert found.findings[0] in page
