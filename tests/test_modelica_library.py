@@ -75,3 +75,15 @@ def test_every_law_has_a_model_with_a_known_answer() -> None:
     }:
         reached |= more
     assert laws - reached == set()
+
+
+@pytest.mark.parametrize(
+    "order",
+    sorted((library_root() / "FESArm").rglob("package.order")),
+    ids=lambda path: str(path.parent.relative_to(library_root())),
+)
+def test_package_order_names_every_class_of_its_folder_once(order: Path) -> None:
+    files = {path.stem for path in order.parent.glob("*.mo")} - {"package"}
+    folders = {path.parent.name for path in order.parent.glob("*/package.mo")}
+
+    assert sorted(order.read_text().split()) == sorted(files | folders)
