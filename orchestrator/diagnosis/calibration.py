@@ -76,7 +76,8 @@ class Stage:
         if not response.has_forces:
             return np.zeros((len(self.tangent.error), 0))
         forces = flexible_forces(response.trials)
-        return orthonormal(self.tangent.in_metric([response.to_forces(k, f) for k, f in enumerate(forces)]), 1e-3)
+        answers = self.tangent.in_metric([response.to_forces(k, f) for k, f in enumerate(forces)])
+        return orthonormal(self.tangent.project(answers), 1e-3)
 
     @cached_property
     def colour(self) -> Colour:

@@ -10,14 +10,17 @@ from orchestrator.diagnosis.candidates import Candidate
 
 # Drop of the misfit, in units of the noise, by which an effect is found with near certainty among a hundred candidates.
 FOUND = 36.0
-# A site is blind if the data would show less than this share of its effects.
+# A site is blind if the data would show no more than this share of its effects.
 SHOWN = 0.5
 # These act only beyond a level; a range that was never entered says nothing against the data.
 BEYOND_A_LEVEL = ("end_stop", "saturation", "recruitment_curve", "backlash", "tremor")
 
 
 def blind_sites(stage: Stage, candidates: Sequence[Candidate]) -> tuple[str, ...]:
-    """Sites at which most effects of the library, at their typical sizes, would not be found in this record."""
+    """Sites at which most effects of the library, at their typical sizes, would not be found in this record.
+
+    That a stated tolerance would hide an effect says nothing against the record.
+    """
     noise = stage.colour.level**2
     shown: dict[tuple[str, str], bool] = {}
     for candidate in candidates:
@@ -31,11 +34,11 @@ def blind_sites(stage: Stage, candidates: Sequence[Candidate]) -> tuple[str, ...
             if not name or not np.isfinite(block.sizes[k]):
                 continue
             key = (_site(candidate, name), candidate.card.id)
-            power = float(np.sum((block.columns[:, k] * block.sizes[k]) ** 2))
+            power = float(block.powers[k] * block.sizes[k] ** 2)
             shown[key] = shown.get(key, False) or power > FOUND * noise
     sites = dict.fromkeys(site for site, _ in shown)
     share = {site: np.mean([seen for (place, _), seen in shown.items() if place == site]) for site in sites}
-    return tuple(site for site in sites if share[site] < SHOWN)
+    return tuple(site for site in sites if share[site] <= SHOWN)
 
 
 def _site(candidate: Candidate, parameter: str) -> str:

@@ -13,6 +13,7 @@ from fmus.catalogue import ModelicaModel
 from fmus.errors import ComponentError
 from orchestrator.diagnosis.calibration import PRACTICAL, SIGNIFICANT, Stage
 from orchestrator.diagnosis.candidates import Candidate, EffectSet, can_join
+from orchestrator.diagnosis.confusion import half_bic
 from orchestrator.diagnosis.evidence import TOLERANCE, LearningData, Refit, fit_nominal
 from orchestrator.diagnosis.screening import Explanation, Screened, Screener
 from orchestrator.diagnosis.tangent import Tangent
@@ -96,10 +97,11 @@ class Searcher:
                 screened = self._extensions(screener, beam, singles)
             self.trace.screened += screened
             found = self._refit(screened, beam, stage, singles)
-            found = sorted([*found, *self._pruned(found)], key=lambda r: r.half_bic)
+            noise = stage.colour.level**2
+            found = sorted([*found, *self._pruned(found)], key=lambda r: half_bic(r, noise))
             self.trace.refitted += found
-            better = (r for r in found if r.half_bic < base.half_bic and r.is_present() and self._matters(r))
-            best = next(better, None)
+            better = [r for r in found if half_bic(r, noise) < half_bic(base, noise)]
+            best = next((r for r in better if r.is_present() and self._matters(r)), None)
             if best is None:
                 break
             base, beam = best, [best, *(r for r in found if r.is_present() and r is not best)][:BEAM]

@@ -35,7 +35,8 @@ class Block:
     """A candidate at one point of its parameters: columns (m, k) that its parameters span, in the metric.
 
     `sizes` (k,) are the typical sizes of the columns' parameters (their first guesses less their absence); a column
-    times its size is what the effect does when it is of typical size. `names` are the parameters of the columns.
+    times its size is what the effect does when it is of typical size. `names` are the parameters of the columns, `powers`
+    (k,) the sums of squares of what they do beyond start values and clocks, were the model's parameters known exactly.
     """
 
     candidate: Candidate
@@ -43,6 +44,7 @@ class Block:
     sizes: np.ndarray
     meaningful: np.ndarray
     names: tuple[str, ...]
+    powers: np.ndarray
 
     def is_meaningful(self, error: np.ndarray) -> bool:
         """Whether the block, fitted to an error to first order, has a parameter of meaningful size."""
@@ -75,6 +77,8 @@ class Tangent:
         self.data_rows = base.fit.rows
         self.prior_rows = len(residual) - self.data_rows
         self.basis = orthonormal(jacobian, 1e-9)
+        tolerances = range(base.size, base.size + len(learning.nuisances.names))
+        self._exact = orthonormal(np.delete(jacobian, tolerances, axis=1), 1e-9) if tolerances else self.basis
         self.error = self.project(-residual)
 
     def project(self, columns: np.ndarray) -> np.ndarray:
@@ -82,9 +86,9 @@ class Tangent:
         return columns - self.basis @ (self.basis.T @ columns)
 
     def in_metric(self, per_trial: Sequence[np.ndarray]) -> np.ndarray:
-        """Outputs (n, ny, k) of each trial as projected columns (m, k)."""
+        """Outputs (n, ny, k) of each trial as columns (m, k), before nuisances are taken away."""
         data = concatenate(self.learning.metrics, per_trial)
-        return self.project(np.concatenate([data, np.zeros((self.prior_rows, data.shape[1]))]))
+        return np.concatenate([data, np.zeros((self.prior_rows, data.shape[1]))])
 
     def blocks(self, candidates: Sequence[Candidate], slots: Sequence[str], side_by_side: SideBySide) -> list[Block]:
         """Blocks of all candidates that can join the effects of the model; those that cannot run have none."""
@@ -115,17 +119,19 @@ class Tangent:
         meaningful = np.array([p.meaningful for p in effects.card_parameters])
         names = [v.name for v in effects.variables]
         owners = np.array(effects.owners())
+        powers = np.sum((columns - self._exact @ (self._exact.T @ columns)) ** 2, axis=0)
+        columns = self.project(columns)
         sizes = start - absent
         for k, candidate in enumerate(effects.candidates):
             own = np.flatnonzero(owners == k)
             if not columns[:, own].any():
                 continue
             chosen, size, least = columns[:, own], sizes[own], meaningful[own]
-            labels = [names[i] for i in own]
+            labels, power = [names[i] for i in own], powers[own]
             if difference and len(effects.candidates) == 1:
                 chosen, labels = np.column_stack([columns[:, -1], chosen]), ["", *labels]
-                size, least = np.r_[1.0, size], np.r_[np.inf, least]
-            yield Block(candidate, chosen, size, least, tuple(labels))
+                size, least, power = np.r_[1.0, size], np.r_[np.inf, least], np.r_[powers[-1], power]
+            yield Block(candidate, chosen, size, least, tuple(labels), power)
 
     def _by_forces(self, effects: EffectSet, values: np.ndarray, difference: bool) -> np.ndarray:
         """Columns of an effect as the answer to the forces that it is equivalent to along the model's own motion."""
