@@ -9,6 +9,8 @@ from orchestrator.diagnosis.evidence import Refit
 
 # Odds below which one explanation is not preferred to another: 1 to 20.
 DECISIVE = 20.0
+# A rival with more parameters often contains the simpler law, which then needs no more than substantial odds.
+PARSIMONIOUS = 3.0
 
 
 @dataclass(frozen=True)
@@ -36,7 +38,8 @@ def rivals(best: Refit, tried: Sequence[Refit], scale: float) -> tuple[Rival, ..
             continue
         pair = (own[gone.pop()], new[come.pop()])
         odds = float(np.exp(np.clip(half_bic(other, scale) - half_bic(best, scale), -50, 50)))
-        if odds < DECISIVE and (pair not in found or odds < found[pair].odds):
+        limit = DECISIVE if other.size <= best.size else PARSIMONIOUS
+        if odds < limit and (pair not in found or odds < found[pair].odds):
             found[pair] = Rival(other, *pair, odds)
     return tuple(sorted(found.values(), key=lambda rival: rival.odds))
 
