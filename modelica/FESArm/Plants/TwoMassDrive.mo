@@ -2,6 +2,7 @@ within FESArm.Plants;
 model TwoMassDrive "Motor and load on a flexible shaft"
   import SI = FESArm.Units;
   import FESArm.Effects.JointTorque;
+  import FESArm.Effects.Shaft;
   parameter SI.Inertia JMotor = 0.002 "Inertia of the motor";
   parameter SI.Inertia JLoad = 0.005 "Inertia of the load";
   parameter SI.RotationalStiffness k = 20 "Stiffness of the shaft";
@@ -19,6 +20,8 @@ model TwoMassDrive "Motor and load on a flexible shaft"
   JointTorque2 jointTorque2(n=2);
   replaceable model JointTorque3 = JointTorque.NoJointTorque constrainedby JointTorque.PartialJointTorque;
   JointTorque3 jointTorque3(n=2);
+  replaceable model Shaft1 = Shaft.TightShaft constrainedby Shaft.PartialShaft;
+  Shaft1 shaft1;
 protected
   SI.AngularAcceleration wMotorDot "= der(wMotor)";
   SI.AngularAcceleration wLoadDot "= der(wLoad)";
@@ -33,7 +36,9 @@ equation
   jointTorque3.q = {phiMotor, phiLoad};
   jointTorque3.w = {wMotor, wLoad};
   jointTorque3.a = {wMotorDot, wLoadDot};
-  shaft = k*(phiMotor - phiLoad) + d*(wMotor - wLoad);
+  shaft1.twist = phiMotor - phiLoad;
+  shaft1.rate = wMotor - wLoad;
+  shaft = k*shaft1.stretch + d*shaft1.stretchRate;
   der(phiMotor) = wMotor;
   der(phiLoad) = wLoad;
   der(wMotor) = wMotorDot;
@@ -44,7 +49,7 @@ equation
     + correction_phiLoad;
   annotation (Documentation(info="<html>
 <p>JMotor der(wMotor) = torque - shaft and JLoad der(wLoad) = shaft with shaft = k (phiMotor - phiLoad) + d (wMotor - wLoad).
-A shaft without mass and without play; the first element of an effect acts on the motor, the second on the load. Data:
+A shaft without mass; play is an effect in its slot; the first element of an effect acts on the motor, the second on the load. Data:
 a small servo axis with a resonance near 19 Hz, chosen for this project.</p>
 </html>"));
 end TwoMassDrive;

@@ -1,0 +1,7 @@
+within FESArm.Effects.Shaft;
+model TightShaft "Absent effect: the spring is twisted as far as the ends"
+  extends PartialShaft(present=false);
+equation
+  stretch = twist;
+  stretchRate = rate;
+end TightShaft;
