@@ -137,6 +137,17 @@ int core_complete_step(Core *core);
 int core_update_events(Core *core, double *next);
 int core_leave_events(Core *core);
 
+/* Passes the arguments that all functions of the equations begin with; inputs and delayed values are u_now and d_now. */
+static inline void core_pass(Core *core, const double *time, const double *x)
+{
+    core->arg[0] = time;
+    core->arg[1] = x;
+    core->arg[2] = core->u_now;
+    core->arg[3] = core->d_now;
+    core->arg[4] = core->state.p;
+    core->arg[5] = core->state.relations;
+}
+
 int core_call(Core *core, ModelFunction *function, const char *what);
 int core_evaluate_starts(Core *core);
 int core_evaluate_outputs(Core *core);    /* dx, and what the delay operators give */

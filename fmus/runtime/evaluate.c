@@ -79,12 +79,7 @@ int core_evaluate_sources(Core *core, double time, const double *u, double *sour
 
 int core_evaluate_derivatives(Core *core, double time, const double *x, double *dx)
 {
-    core->arg[0] = &time;
-    core->arg[1] = x;
-    core->arg[2] = core->u_now;
-    core->arg[3] = core->d_now;
-    core->arg[4] = core->state.p;
-    core->arg[5] = core->state.relations;
+    core_pass(core, &time, x);
     core->res[0] = dx;
     return core_call(core, model_derivatives, "model equations");
 }
@@ -95,12 +90,7 @@ int core_evaluate_jacobian(Core *core, double time, const double *x, double *by_
     double d_slope[N_DELAYS + 1];
     for (int i = 0; i < N_DELAYS; i++)
         d_slope[i] = core->pieces[i].slope;
-    core->arg[0] = &time;
-    core->arg[1] = x;
-    core->arg[2] = core->u_now;
-    core->arg[3] = core->d_now;
-    core->arg[4] = core->state.p;
-    core->arg[5] = core->state.relations;
+    core_pass(core, &time, x);
     core->res[0] = by_x;
     if (core_call(core, model_jacobian, "Jacobian of the model equations") != 0)
         return -1;
@@ -185,12 +175,7 @@ int core_evaluate_algebraics(Core *core)
         return -1;
     if (core->algebraics_valid)
         return 0;
-    core->arg[0] = &core->state.time;
-    core->arg[1] = core->state.x;
-    core->arg[2] = core->state.u;
-    core->arg[3] = core->d_now;
-    core->arg[4] = core->state.p;
-    core->arg[5] = core->state.relations;
+    core_pass(core, &core->state.time, core->state.x);
     core->res[0] = NULL;
     core->res[1] = core->z;
     if (core_call(core, model_rhs, "model equations") != 0)

@@ -23,12 +23,7 @@ static double margin_of(const Core *core, int i)
 
 static int evaluate(Core *core, double time, const double *x)
 {
-    core->arg[0] = &time;
-    core->arg[1] = x;
-    core->arg[2] = core->u_now;
-    core->arg[3] = core->d_now;
-    core->arg[4] = core->state.p;
-    core->arg[5] = core->state.relations;
+    core_pass(core, &time, x);
     core->res[0] = core->indicators;
     core->res[1] = core->indicator_sizes;
     if (core_call(core, model_indicators, "relations") != 0)

@@ -49,12 +49,7 @@ static void add(double *sum, const double *more, int n)
 static int through_equations(Core *core, Weights *weights)
 {
     Weights share;
-    core->arg[0] = &core->state.time;
-    core->arg[1] = core->state.x;
-    core->arg[2] = core->state.u;
-    core->arg[3] = core->d_now;
-    core->arg[4] = core->state.p;
-    core->arg[5] = core->state.relations;
+    core_pass(core, &core->state.time, core->state.x);
     core->arg[6] = weights->dx;
     core->arg[7] = weights->z;
     core->res[0] = &weights->time;

@@ -30,12 +30,7 @@ int core_check_derivatives(Core *core, double time, const double *x, const doubl
         finite = finite && isfinite(dx[i]);
     if (N_SOLVED == 0 || finite)
         return 0;
-    core->arg[0] = &time;
-    core->arg[1] = x;
-    core->arg[2] = core->u_now;
-    core->arg[3] = core->d_now;
-    core->arg[4] = core->state.p;
-    core->arg[5] = core->state.relations;
+    core_pass(core, &time, x);
     core->res[0] = all_dx;
     core->res[1] = z;
     return core_call(core, model_rhs, "model equations") != 0 ? -1 : report(core, time, all_dx, z);

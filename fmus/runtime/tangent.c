@@ -91,12 +91,7 @@ static int change_delayed(Core *core, Change *change)
 static void pass_change(Core *core, const Change *change)
 {
     static const double none[N_RELATIONS + 1];
-    core->arg[0] = &core->state.time;
-    core->arg[1] = core->state.x;
-    core->arg[2] = core->state.u;
-    core->arg[3] = core->d_now;
-    core->arg[4] = core->state.p;
-    core->arg[5] = core->state.relations;
+    core_pass(core, &core->state.time, core->state.x);
     core->arg[6] = &change->time;
     core->arg[7] = change->x;
     core->arg[8] = change->u;

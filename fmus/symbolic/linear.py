@@ -1,6 +1,6 @@
 """Linear equations with symbolic coefficients: elimination by pivots that cannot vanish, then determinants."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import casadi as ca
@@ -91,19 +91,16 @@ def by_determinants(matrix: ca.SX, right: ca.SX) -> list[ca.SX]:
 
 def determinant(matrix: ca.SX) -> ca.SX:
     """Determinant by expansion along the first row; meant for small matrices."""
-    n = matrix.shape[0]
-    if n == 0:
-        return ca.SX(1)
-    total = ca.SX(0)
-    for j in range(n):
-        if matrix.sparsity().has_nz(0, j):
-            others = [k for k in range(n) if k != j]
-            total += (-1) ** j * matrix[0, j] * determinant(matrix[1:, others] if others else ca.SX(0, 0))
-    return total
+    return _expansion(matrix, lambda entry, column: (-1) ** column * entry)
 
 
 def magnitude(matrix: ca.SX) -> ca.SX:
     """The determinant with all its terms positive: what rounding of the determinant is relative to."""
+    return _expansion(matrix, lambda entry, column: ca.fabs(entry))
+
+
+def _expansion(matrix: ca.SX, weight: Callable[[ca.SX, int], ca.SX]) -> ca.SX:
+    """Sum over the first row of the weight of each entry times the same expansion of what is left without it."""
     n = matrix.shape[0]
     if n == 0:
         return ca.SX(1)
@@ -111,7 +108,7 @@ def magnitude(matrix: ca.SX) -> ca.SX:
     for j in range(n):
         if matrix.sparsity().has_nz(0, j):
             others = [k for k in range(n) if k != j]
-            total += ca.fabs(matrix[0, j]) * magnitude(matrix[1:, others] if others else ca.SX(0, 0))
+            total += weight(matrix[0, j], j) * _expansion(matrix[1:, others] if others else ca.SX(0, 0), weight)
     return total
 
 
