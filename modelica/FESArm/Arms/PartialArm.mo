@@ -6,6 +6,7 @@ partial model PartialArm "Two links, six muscles, slots for effects"
   import FESArm.Effects.StimulationPath;
   import FESArm.Effects.MuscleStrength;
   import FESArm.Effects.MomentArm;
+  import FESArm.Effects.Tendon;
   import FESArm.Effects.Field;
   import FESArm.Effects.JointSensor;
   import FESArm.Effects.ForceSensor;
@@ -59,6 +60,8 @@ partial model PartialArm "Two links, six muscles, slots for effects"
   WristLoad2 wristLoad2;
   replaceable model MomentArm1 = MomentArm.NominalMomentArm constrainedby MomentArm.PartialMomentArm;
   MomentArm1 momentArm1;
+  replaceable model Tendon1 = Tendon.RigidTendon constrainedby Tendon.PartialTendon;
+  Tendon1 tendon1(Fmax=Fmax, Lslack=Lslack, Lopt=Lopt, Vmax=Vmax, Kp=Kp);
   replaceable model Reflex1 = Reflex.NoReflex constrainedby Reflex.PartialReflex;
   Reflex1 reflex1;
   replaceable model Field1 = Field.NoField constrainedby Field.PartialField;
@@ -87,18 +90,22 @@ equation
   muscleStrength1.alpha = stimulationPath3.y;
   muscleStrength2.alpha = stimulationPath3.y;
   for i in 1:6 loop
-    reflex1.v[i] = muscle[i].V/Lopt[i];
+    reflex1.v[i] = tendon1.V[i]/Lopt[i];
     muscle[i].alpha = stimulationPath3.y[i] + reflex1.added[i];
     muscle[i].strength = muscleStrength1.strength[i]*muscleStrength2.strength[i];
     r1[i] = momentArm1.factor[i]*d1[i];
     r2[i] = momentArm1.factor[i]*d2[i];
-    muscle[i].L = a0[i] - r1[i]*linkage.q[1] - r2[i]*linkage.q[2];
-    muscle[i].V = -r1[i]*linkage.w[1] - r2[i]*linkage.w[2];
+    tendon1.active[i] = muscle[i].alpha*muscle[i].strength;
+    tendon1.L[i] = a0[i] - r1[i]*linkage.q[1] - r2[i]*linkage.q[2];
+    tendon1.V[i] = -r1[i]*linkage.w[1] - r2[i]*linkage.w[2];
+    tendon1.Frigid[i] = muscle[i].F;
+    muscle[i].L = tendon1.Lfree[i];
+    muscle[i].V = tendon1.Vfree[i];
   end for;
-  tauMuscle[1] = r1[1]*muscle[1].F + r1[2]*muscle[2].F + r1[3]*muscle[3].F + r1[4]*muscle[4].F + r1[5]*muscle[5].F
-    + r1[6]*muscle[6].F;
-  tauMuscle[2] = r2[1]*muscle[1].F + r2[2]*muscle[2].F + r2[3]*muscle[3].F + r2[4]*muscle[4].F + r2[5]*muscle[5].F
-    + r2[6]*muscle[6].F;
+  tauMuscle[1] = r1[1]*tendon1.F[1] + r1[2]*tendon1.F[2] + r1[3]*tendon1.F[3]
+    + r1[4]*tendon1.F[4] + r1[5]*tendon1.F[5] + r1[6]*tendon1.F[6];
+  tauMuscle[2] = r2[1]*tendon1.F[1] + r2[2]*tendon1.F[2] + r2[3]*tendon1.F[3]
+    + r2[4]*tendon1.F[4] + r2[5]*tendon1.F[5] + r2[6]*tendon1.F[6];
 
   jointTorque1.q = linkage.q;
   jointTorque1.w = linkage.w;

@@ -16,5 +16,10 @@ equation
   arm.fy = 0;
   arm.correction_q1 = 0;
   arm.correction_q2 = 0;
-  annotation (experiment(StopTime=5));
+  annotation (experiment(StopTime=5), Documentation(info="<html>
+<p><code>PushedArm</code> with -b w and -tauC tanh(w/wSharp) added at both joints, b = 0.5 N.m.s/rad and tauC = 0.2
+N.m, each in a slot of its own: torques of slots add. Equations, assumptions and sources stand in
+<code>ViscousFriction</code> and <code>CoulombFriction</code>. The values are chosen for this example, so that the
+friction is plain to see.</p>
+</html>"));
 end FrictionArm;

@@ -12,5 +12,9 @@ equation
   arm.fy = 0;
   arm.correction_q1 = 0;
   arm.correction_q2 = 0;
-  annotation (experiment(StopTime=5));
+  annotation (experiment(StopTime=5), Documentation(info="<html>
+<p>M(q) a + h(q, w) + b w = torques of the muscles + J(q)' f with constant activations and a push f = (2 N, 0). Both
+joints come to rest where these torques balance; the antagonists' force-length curves make the arm stiff enough for
+that. Arm, data and assumptions are those of <code>FESArm.Arms.Arm</code>.</p>
+</html>"));
 end PushedArm;

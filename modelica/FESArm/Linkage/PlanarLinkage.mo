@@ -19,10 +19,10 @@ protected
   SI.Inertia M[2, 2] "Mass matrix";
   SI.Torque h[2] "Centripetal and Coriolis torques";
   SI.Length J[2, 2] "Jacobian of the wrist position";
-  Real s1, c1 "Sine and cosine of the upper arm's direction";
-  Real sElbow, cElbow "Sine and cosine of the elbow angle";
-  Real s12, c12 "Sine and cosine of the forearm's direction";
-  Real w12(unit="rad/s");
+  SI.Factor s1, c1 "Sine and cosine of the upper arm's direction";
+  SI.Factor sElbow, cElbow "Sine and cosine of the elbow angle";
+  SI.Factor s12, c12 "Sine and cosine of the forearm's direction";
+  SI.AngularVelocity w12 "Speed of the forearm's direction";
 equation
   s1 = sin(q[1]);
   c1 = cos(q[1]);

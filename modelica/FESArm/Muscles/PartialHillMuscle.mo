@@ -16,4 +16,11 @@ protected
   SI.Force Fpassive "Force without activation";
 equation
   F = alpha*strength*Fmax*forceLength(Lf, Lopt)*forceVelocity(V, Vmax) + Fpassive;
+  annotation (Documentation(info="<html>
+<p>F = alpha strength Fmax fL(Lf) fV(V) + Fpassive(Lf): Hill's muscle (Hill 1938, Proceedings of the Royal Society B
+126, 136-195) in the product form of Zajac 1989 (Critical Reviews in Biomedical Engineering 17, 359-411). Activation,
+length and speed act independently of one another, there is no pennation, and the fibre's speed is that of the whole
+muscle: the tendon does not stretch. A law states the fibre length Lf and the passive force. Data are the study's
+table.</p>
+</html>"));
 end PartialHillMuscle;

@@ -4,8 +4,8 @@ function forceVelocity "Share of the isometric force at a lengthening speed"
   input Real Vmax(unit="m/s") "Shortening speed at which no force is left";
   output Real gV(unit="1");
 protected
-  constant Real A = 0.25 "Shape of Hill's hyperbola";
-  constant Real gmax = 1.5 "Force at fast lengthening over isometric force";
+  constant Real A(unit="1") = 0.25 "Shape of Hill's hyperbola";
+  constant Real gmax(unit="1") = 1.5 "Force at fast lengthening over isometric force";
   Real c(unit="m/s") "Makes the lengthening branch level off at gmax";
 algorithm
   c := Vmax*A*(gmax - 1)/(A + 1);

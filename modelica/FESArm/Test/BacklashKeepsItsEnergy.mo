@@ -33,7 +33,7 @@ equation
   contactError = abs(up.stretch - time - 0.99) + abs(down.stretch + time + 0.99) + abs(middle.stretch)
     + abs(none.stretch - time);
   rateError = abs(up.stretchRate - 1) + abs(down.stretchRate + 1) + abs(none.stretchRate - 1)
-    + abs(middle.stretchRate - (1 - 0.01/sqrt(1e-4 + 1e-8)));
+    + abs(middle.stretchRate - (1 - 0.01/sqrt(1e-4 + 4e-10)));
   annotation (experiment(StopTime=1), Documentation(info="<html>
 <p>Far from the edges the rounding is below onset^2. In the rounded dead zone the integral of sqrt(x^2 + onset^2) is
 (x sqrt(x^2 + onset^2) + onset^2 asinh(x/onset))/2, of which two make the potential energy.</p></html>"));

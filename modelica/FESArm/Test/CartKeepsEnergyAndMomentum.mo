@@ -14,5 +14,9 @@ equation
   energyError = cart.M*(cart.v^2 - 0.2^2)/2 + cart.m*(vx^2 + vy^2 - 0.2^2)/2 + cart.I*cart.w^2/2
     + cart.m*cart.g*cart.l*(cos(cart.theta) - cos(1.0));
   momentumError = cart.M*cart.v + cart.m*vx - (cart.M + cart.m)*0.2;
-  annotation (experiment(StopTime=5));
+  annotation (experiment(StopTime=5), Documentation(info="<html>
+<p>No force along the rail: the momentum M v + m vx is constant. No friction: the energy M v^2/2 + m (vx^2 + vy^2)/2 +
+I w^2/2 + m g l cos(theta) is constant. (vx, vy) is the derivative of the position (x + l sin(theta), l cos(theta)) of
+the pole's centre of mass. Start: v = 0.2 m/s, w = 0, theta = 1 rad.</p>
+</html>"));
 end CartKeepsEnergyAndMomentum;

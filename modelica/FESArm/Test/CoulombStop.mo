@@ -8,7 +8,7 @@ model CoulombStop "Speed of an inertia under Coulomb friction alone falls linear
   SI.AngularVelocity w(start=w0, fixed=true) "Speed";
   output SI.AngularVelocity wError "Zero when the law is right";
 protected
-  Real z "sinh(w/wSharp)";
+  SI.Factor z "sinh(w/wSharp)";
 equation
   der(q) = w;
   friction.q = {q};

@@ -6,5 +6,7 @@ model DelayOfARamp "A delayed ramp is the same ramp, later; before that it holds
 equation
   late.u = {slope*time};
   yError = late.y[1] - max(0, slope*(time - late.T));
-  annotation (experiment(StopTime=0.3));
+  annotation (experiment(StopTime=0.3), Documentation(info="<html>
+<p>u = s t for t &ge; 0 and 0 before has u(t - T) = max(0, s (t - T)).</p>
+</html>"));
 end DelayOfARamp;

@@ -13,5 +13,8 @@ equation
   braked.correction_phi = 0;
   phiError = drive.phi - 0.03/drive.J*time^2/2;
   brakedError = braked.w - 0.03/0.1*(1 - exp(-0.1/braked.J*time));
-  annotation (experiment(StopTime=2));
+  annotation (experiment(StopTime=2), Documentation(info="<html>
+<p>J der(w) = T from rest has phi = T t^2/(2 J). With friction, J der(w) = T - b w has w = T/b (1 - exp(-b t/J)),
+which tends to T/b.</p>
+</html>"));
 end DriveUnderConstantTorque;

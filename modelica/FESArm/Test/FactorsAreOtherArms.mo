@@ -32,5 +32,9 @@ equation
   other.correction_q2 = 0;
   q1Error = wrong.q1 - other.q1;
   q2Error = wrong.q2 - other.q2;
-  annotation (experiment(StopTime=1));
+  annotation (experiment(StopTime=1), Documentation(info="<html>
+<p>The active force is alpha strength Fmax fL fV, so strength 0.5 at the command 0.25 is strength 1 at 0.125. A factor
+0.8 on the moment arms d of a muscle, in torque and in length, is the arm whose d is 0.8 times as long: 0.8 * 0.03 m =
+0.024 m. Both arms then obey the same equations and move alike.</p>
+</html>"));
 end FactorsAreOtherArms;

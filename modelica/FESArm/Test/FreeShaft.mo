@@ -16,5 +16,9 @@ equation
   omega = sqrt(drive.k*(1/drive.JMotor + 1/drive.JLoad));
   twistError = drive.phiMotor - drive.phiLoad - 0.1*cos(omega*time);
   momentumError = drive.JMotor*(drive.wMotor - 2) + drive.JLoad*(drive.wLoad - 2);
-  annotation (experiment(StopTime=1));
+  annotation (experiment(StopTime=1), Documentation(info="<html>
+<p>JMotor der(wMotor) = -k twist and JLoad der(wLoad) = k twist. Their sum is zero: the angular momentum is constant.
+Divided by the inertias and subtracted: der(der(twist)) = -k (1/JMotor + 1/JLoad) twist, from rest at 0.1 rad twist =
+0.1 cos(omega t).</p>
+</html>"));
 end FreeShaft;

@@ -9,5 +9,7 @@ equation
   down.u = {0};
   upError = up.y[1] - (1 - exp(-time/up.tauUp));
   downError = down.y[1] - exp(-time/down.tauDown);
-  annotation (experiment(StopTime=0.3));
+  annotation (experiment(StopTime=0.3), Documentation(info="<html>
+<p>tau der(a) = u - a. For u = 1, a(0) = 0: a = 1 - exp(-t/tauUp). For u = 0, a(0) = 1: a = exp(-t/tauDown).</p>
+</html>"));
 end LagOfAStep;

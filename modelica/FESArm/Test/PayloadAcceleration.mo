@@ -16,5 +16,7 @@ equation
   payload.vdot = {a, 0};
   body*a = push + payload.f[1];
   xError = x - push/(body + payload.mass)*time^2/2;
-  annotation (experiment(StopTime=2));
+  annotation (experiment(StopTime=2), Documentation(info="<html>
+<p>body a = push - mass a, so that a = push/(body + mass) and, from rest, x = a t^2/2.</p>
+</html>"));
 end PayloadAcceleration;

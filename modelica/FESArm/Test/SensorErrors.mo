@@ -21,5 +21,9 @@ equation
   gainError = abs(gain.f[1] - 4) + abs(gain.f[2] + 2);
   zeroError = abs(zero.f[1] - 4.5) + abs(zero.f[2] + 2.25);
   lateRamp = time - 0.05*(1 - exp(-time/0.05));
-  annotation (experiment(StopTime=0.5));
+  annotation (experiment(StopTime=0.5), Documentation(info="<html>
+<p>At the steady speeds 1 and 2 rad/s: q = t and 2 t. Offset: y = q + offset. Scale: y = scale q. Lag: tau der(y) = q
+- y with y(0) = 0 and q = s t has y = s (t - tau (1 - exp(-t/tau))). Force sensors are inverted: 5 N read with gain
+1.25 are 4 N, and 5 N read with an offset of 0.5 N are 4.5 N. Derived here.</p>
+</html>"));
 end SensorErrors;

@@ -14,5 +14,7 @@ equation
   friction.a = {der(w)};
   J*der(w) = friction.tau[1];
   wError = w - w0*exp(-friction.b[1]*time/J);
-  annotation (experiment(StopTime=2));
+  annotation (experiment(StopTime=2), Documentation(info="<html>
+<p>J der(w) = -b w, w(0) = w0 has w = w0 exp(-b t/J).</p>
+</html>"));
 end ViscousDecay;

@@ -6,7 +6,7 @@ model Tremor "Periodic torque of one frequency at the joints"
   parameter SI.Frequency frequency(min=0.3, max=20) = 4 "Frequency";
   Real phase[2](each unit="1", start={0, 1}, each fixed=true, each min=-1.5, each max=1.5) "Sine and cosine of the phase";
 protected
-  constant Real pi = 3.14159265358979323846;
+  constant SI.Factor pi = 3.14159265358979323846 "Half a turn in rad";
 equation
   der(phase[1]) = 2*pi*frequency*phase[2];
   der(phase[2]) = -2*pi*frequency*phase[1];
