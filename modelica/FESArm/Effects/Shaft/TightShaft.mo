@@ -4,4 +4,6 @@ model TightShaft "Absent effect: the spring is twisted as far as the ends"
 equation
   stretch = twist;
   stretchRate = rate;
+  annotation (Documentation(info="<html>
+<p>No play: stretch = twist and stretchRate = rate.</p></html>"));
 end TightShaft;
