@@ -9,6 +9,8 @@ import pytest
 
 from fmus.build import Target, build_all
 from fmus.catalogue import ModelicaModel
+from fmus.frontend.lint.parser import parse
+from fmus.frontend.lint.tree import ClassDef, Component, Extends
 from fmus.library import library_root
 
 FOLDER = library_root() / "FESArm"
@@ -87,3 +89,54 @@ def test_package_order_names_every_class_of_its_folder_once(order: Path) -> None
     folders = {path.parent.name for path in order.parent.glob("*/package.mo")}
 
     assert sorted(order.read_text().split()) == sorted(files | folders)
+
+
+CLASS_FILES = sorted(FOLDER.rglob("*.mo"))
+
+
+def _name(path: Path) -> str:
+    return str(path.relative_to(FOLDER).with_suffix(""))
+
+
+@pytest.mark.parametrize("path", CLASS_FILES, ids=_name)
+def test_every_class_says_what_it_is(path: Path) -> None:
+    found = re.search(r'annotation\s*\((?s:.*)Documentation\(info="<html>\s*<p>((?s:.*?))</p>', path.read_text())
+
+    assert found, "there is no Documentation"
+    assert len(found.group(1).split()) > 2
+
+
+def _without_unit(definition: ClassDef) -> list[str]:
+    """Names of the Real variables and types of a class and of the classes in it that state no unit."""
+
+    def is_bare(declared: Component | Extends) -> bool:
+        units = [m.value for m in declared.modifiers if m.name == ("unit",)]
+        return declared.type_name == ("Real",) and not any(
+            value is not None and value.text.strip('"') for value in units
+        )
+
+    found = [component.name for component in definition.components.values() if is_bare(component)]
+    found += [definition.name] if definition.short is not None and is_bare(definition.short) else []
+    return found + [name for nested in definition.classes.values() for name in _without_unit(nested)]
+
+
+def test_a_real_variable_or_type_without_unit_is_found() -> None:
+    (definition,) = parse(
+        """model M
+          type Bare = Real(min=0);
+          type Length = Real(final unit="m");
+          parameter Real a = 1;
+          Real b[2](each unit="1"), c(unit="") "Empty";
+          Length d;
+          Integer n;
+        end M;""",
+        "M.mo",
+    )
+    assert _without_unit(definition) == ["a", "c", "Bare"]
+
+
+@pytest.mark.parametrize("path", CLASS_FILES, ids=_name)
+def test_every_variable_of_the_library_has_a_unit(path: Path) -> None:
+    (definition,) = parse(path.read_text(), path.name)
+
+    assert _without_unit(definition) == []
