@@ -2,6 +2,7 @@ within FESArm.Plants;
 model Drive "Inertia driven by a torque"
   import SI = FESArm.Units;
   import FESArm.Effects.JointTorque;
+  import FESArm.Effects.Transmission;
   parameter SI.Inertia J = 0.02 "Inertia of rotor and load";
   input SI.Torque torque(start=0) "Torque of the motor";
   input SI.Torque correction_phi(start=0) "Torque beside the model's own";
@@ -13,6 +14,8 @@ model Drive "Inertia driven by a torque"
   JointTorque2 jointTorque2(n=1);
   replaceable model JointTorque3 = JointTorque.NoJointTorque constrainedby JointTorque.PartialJointTorque;
   JointTorque3 jointTorque3(n=1);
+  replaceable model Transmission1 = Transmission.RigidTransmission constrainedby Transmission.PartialTransmission;
+  Transmission1 transmission1;
 protected
   SI.AngularAcceleration wdot "= der(w)";
 equation
@@ -27,7 +30,10 @@ equation
   jointTorque3.a = {wdot};
   der(phi) = w;
   der(w) = wdot;
-  J*wdot = torque + jointTorque1.tau[1] + jointTorque2.tau[1] + jointTorque3.tau[1] + correction_phi;
+  transmission1.J = J;
+  transmission1.a = wdot;
+  transmission1.JMotor*wdot = torque + transmission1.tau + jointTorque1.tau[1] + jointTorque2.tau[1]
+    + jointTorque3.tau[1] + correction_phi;
   annotation (Documentation(info="<html>
 <p>J der(w) = torque + torques of the effects: one degree of freedom, the rotational twin of a mass under a force. Friction,
 springs, cogging and end stops are effects in the slots. The inertia is that of a small servo axis, chosen for this
