@@ -197,15 +197,6 @@ class Stage:
             found[block.candidate.label] = max(gain, found.get(block.candidate.label, 0.0))
         return found
 
-    def likeness(self, block_of: str, direction: np.ndarray) -> float:
-        """Cosine between what an effect does, a vector like `error`, and the nearest that a candidate could do."""
-        found = [
-            float(np.linalg.norm(basis.T @ direction))
-            for block, basis in zip(self.blocks, self._bases, strict=True)
-            if block.candidate.label == block_of
-        ]
-        return max(found, default=0.0) / float(np.linalg.norm(direction))
-
     def nominated(self, count: int) -> list[str]:
         """Candidates that explain the most alone, and those of the best sets."""
         singles: dict[str, float] = {}

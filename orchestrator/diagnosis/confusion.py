@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from orchestrator.diagnosis.evidence import Refit
+from orchestrator.diagnosis.subsets import log_sets
 
 # Odds below which one explanation is not preferred to another: 1 to 20.
 DECISIVE = 20.0
@@ -37,16 +38,23 @@ def rivals(best: Refit, tried: Sequence[Refit], scale: float) -> tuple[Rival, ..
         if len(other.ids) != len(best.ids) or len(come) != 1 or not other.is_present():
             continue
         pair = (own[gone.pop()], new[come.pop()])
-        odds = float(np.exp(np.clip(half_bic(other, scale) - half_bic(best, scale), -50, 50)))
+        # Of equal size, they pay the same for the number of sets.
+        behind = half_bic(other, scale, len(own)) - half_bic(best, scale, len(own))
+        odds = float(np.exp(np.clip(behind, -50, 50)))
         limit = DECISIVE if other.size <= best.size else PARSIMONIOUS
         if odds < limit and (pair not in found or odds < found[pair].odds):
             found[pair] = Rival(other, *pair, odds)
     return tuple(sorted(found.values(), key=lambda rival: rival.odds))
 
 
-def half_bic(found: Refit, scale: float) -> float:
-    """Half the Bayesian information criterion for noise of power `scale` in the metric."""
-    return 0.5 * (found.fit.misfit / scale + found.size * float(np.log(found.fit.rows)))
+def half_bic(found: Refit, scale: float, choices: int) -> float:
+    """Half the extended Bayesian information criterion for noise of power `scale` in the metric.
+
+    A set of k effects also pays log(number of such sets among `choices` candidates): the best of many sets fits noise
+    better than one that was given (Chen and Chen, Biometrika 95, 2008, with gamma = 1).
+    """
+    parameters = found.size * float(np.log(found.fit.rows))
+    return 0.5 * (found.fit.misfit / scale + parameters) + log_sets(choices, len(found.ids))
 
 
 def groups(found: Sequence[Rival]) -> tuple[tuple[str, ...], ...]:

@@ -13,7 +13,9 @@ DRAWS = 8
 def metrics_of(response: Response, output_std: np.ndarray, input_std: np.ndarray, seed: int = 0) -> list[Metric]:
     """The metric of each trial of a response, for noise `output_std` (ny,) and `input_std` (nu,) in each sample.
 
-    Slow noise of inputs is carried as hat functions of time; what is faster than they are counts as white. A model that
+    Slow noise of inputs is carried as hat functions of time; what is left of it when hats are fitted to it is faster, and
+    what it does counts as white. (Powers of all noise less that of the hats would not do: where a model integrates its
+    inputs, they are large and hardly differ.) A model that
     is no formula, such as an FMU, would take a run for each of them: its inputs count as exact.
     """
     if not response.is_formula:
@@ -24,16 +26,20 @@ def metrics_of(response: Response, output_std: np.ndarray, input_std: np.ndarray
         stride, shapes = stride_for(len(record.time), 1), hats(record.time)
         carried, rest = list[np.ndarray](), np.zeros(len(output_std))
         for i in map(int, np.flatnonzero(input_std)):
-            draws = response.to_input(k, i, input_std[i] * random.standard_normal((len(record.time), DRAWS)))
-            power = np.mean(draws**2, axis=(0, 2))
-            if np.all(power < (NOTICED * output_std) ** 2):
+            draws = input_std[i] * random.standard_normal((len(record.time), DRAWS))
+            if np.all(_power(response.to_input(k, i, draws)) < (NOTICED * output_std) ** 2):
                 continue
-            slow = response.to_input(k, i, input_std[i] * shapes)
-            rest += np.clip(power - np.mean(np.sum(slow**2, axis=2), axis=0), 0.0, None)
-            carried.append(slow)
+            fitted, *_ = np.linalg.lstsq(shapes, draws, rcond=None)
+            rest += _power(response.to_input(k, i, draws - shapes @ fitted))
+            carried.append(response.to_input(k, i, input_std[i] * shapes))
         if carried:
             std = np.sqrt(output_std**2 + rest)
             found.append(coloured_metric(std, stride, np.concatenate(carried, axis=2)))
         else:
             found.append(white_metric(output_std, stride))
     return found
+
+
+def _power(answers: np.ndarray) -> np.ndarray:
+    """Mean square (ny,) of answers (n, ny, k)."""
+    return np.asarray(np.mean(answers**2, axis=(0, 2)))

@@ -6,36 +6,38 @@ import numpy as np
 
 from orchestrator.diagnosis.calibration import Stage
 from orchestrator.diagnosis.candidates import Candidate
-from orchestrator.diagnosis.confusion import half_bic
 from orchestrator.diagnosis.result import RankedSet
 from orchestrator.diagnosis.search import Trace
+from orchestrator.diagnosis.subsets import log_sets
 
 
 def rank(trace: Trace, nominal: Stage, candidates: Sequence[Candidate]) -> tuple[RankedSet, ...]:
-    """Rank all sets tried by BIC, with the misfit in units of the noise that the best of them leaves.
+    """Rank all sets tried by extended BIC, with the misfit in units of the noise that the best of them leaves.
 
     `score` is the share of the reducible error (root mean square in the metric) that a set removes on the learning
     trials; `probability` is proportional to exp(-BIC/2), the nominal model being one of the choices. Candidates that were
     not refitted are taken to do what they do to first order, never better than the refitted ones.
     """
     base = nominal.tangent.base
+    nothing = trace.half_bic(base)
     scale = min(stage.colour.scale for stage in trace.stages)
     refits = [r for r in trace.refitted if r.is_present()]
-    criteria = [half_bic(r, scale) for r in refits]
+    criteria = [trace.half_bic(r) for r in refits]
     chosen: list[tuple[Candidate, ...]] = [r.effects.candidates for r in refits]
     errors = [r.cost**0.5 for r in refits]
     tried = {r.labels for r in trace.refitted}
     for candidate, gain in _untried(nominal, candidates, tried).items():
         rest = max(base.cost - gain / base.fit.rows, min([*(r.cost for r in refits), base.cost]))
         errors.append(rest**0.5)
-        criteria.append(half_bic(base, scale) + 0.5 * ((rest - base.cost) * base.fit.rows / scale + 20.0))
+        drop = (rest - base.cost) * base.fit.rows / scale
+        criteria.append(nothing + 0.5 * (drop + 20.0) + log_sets(trace.choices, 1))
         chosen.append((candidate,))
     for failed in trace.refitted:
         if not failed.is_present():
             chosen.append(failed.effects.candidates)
             errors.append(base.cost**0.5)
-            criteria.append(half_bic(base, scale) + 10.0 * failed.size)
-    half = np.array([half_bic(base, scale), *criteria])
+            criteria.append(nothing + 10.0 * failed.size + log_sets(trace.choices, len(failed.ids)))
+    half = np.array([nothing, *criteria])
     weights = np.exp(half.min() - half)
     probabilities = (weights / weights.sum())[1:]
     before, floor = base.cost**0.5, min(1.0, base.cost**0.5)

@@ -22,6 +22,20 @@ class Estimate:
 
 
 @dataclass(frozen=True)
+class Adjusted:
+    """A parameter of the model that was fitted within its stated tolerance: `nominal` and fitted, in `unit`."""
+
+    name: str
+    nominal: float
+    fitted: Estimate
+
+    def __str__(self) -> str:
+        """Name, change as a share, fitted value with unit."""
+        share = self.fitted.value / self.nominal - 1.0
+        return f"{self.name} {share:+.2%} to {self.fitted.value:.4g} {self.fitted.unit}".rstrip()
+
+
+@dataclass(frozen=True)
 class NamedEffect:
     """An effect at a site, with its fitted parameters by name."""
 
@@ -76,7 +90,9 @@ class Diagnosis:
 
     `latent_forces` are curves of what no effect explains, for the verdict "unknown". `experiment_csv` is the table of inputs
     of the next experiment. `where` maps the force that the model as given lacks (rows as in a comparison's "state"),
-    `findings` says the same. `tried` tells what became of each set of the ranking.
+    `findings` says the same. `tried` tells what became of each set of the ranking. `adjusted` are the parameters fitted
+    within their tolerances and `clock_shift_s` by how much outputs were late; errors count with both, the patched model
+    has neither.
     """
 
     model: str
@@ -98,6 +114,8 @@ class Diagnosis:
     where: tuple[Mapping[str, Any], ...] = ()
     findings: tuple[str, ...] = ()
     tried: tuple[Tried, ...] = ()
+    adjusted: tuple[Adjusted, ...] = ()
+    clock_shift_s: float = 0.0
 
     def to_json(self) -> dict[str, Any]:
         """Return the `misfit.diagnosis/1` document."""
@@ -112,6 +130,11 @@ class Diagnosis:
             "p_value": self.p_value,
             "noise_floor": dict(self.noise_floor),
             "held_out": asdict(self.held_out),
+            "nuisances": {
+                "parameters": [asdict(entry) for entry in self.adjusted],
+                "clock_shift_s": self.clock_shift_s,
+                "in_patched_model": False,
+            },
             "warnings": list(self.warnings),
             "next_experiment": self.next_experiment,
             "patched_model": self.patched_model,

@@ -42,11 +42,19 @@ Found = TypeVar("Found")
 
 @dataclass
 class Trace:
-    """Everything that was tried: screened sets, refitted sets, and the test of each set that was extended."""
+    """Everything that was tried: screened sets, refitted sets, and the test of each set that was extended.
 
+    `choices` is the number of candidates that sets were chosen from.
+    """
+
+    choices: int = 1
     screened: list[Screened] = field(default_factory=list)
     refitted: list[Refit] = field(default_factory=list)
     stages: list[Stage] = field(default_factory=list)
+
+    def half_bic(self, found: Refit) -> float:
+        """Half the extended BIC of a set, in units of the least noise that any of the tested sets leaves."""
+        return half_bic(found, min(stage.colour.scale for stage in self.stages), self.choices)
 
 
 @dataclass(frozen=True)
@@ -75,7 +83,7 @@ class Searcher:
         self.base, self.nominal, self.slots = base, nominal, tuple(slots)
         self.candidates, self.learning = tuple(candidates), learning
         self.workers, self.progress = workers, progress
-        self.trace = Trace()
+        self.trace = Trace(len({c.label for c in candidates}))
 
     def run(self) -> list[Accepted]:
         """Return the path of accepted sets, growing by one effect each; `trace` keeps all that was tried.
@@ -98,9 +106,10 @@ class Searcher:
             self.trace.screened += screened
             found = self._refit(screened, beam, stage, singles)
             noise = stage.colour.level**2
-            found = sorted([*found, *self._pruned(found)], key=lambda r: half_bic(r, noise))
+            found = sorted([*found, *self._pruned(found)], key=lambda r: half_bic(r, noise, self.trace.choices))
             self.trace.refitted += found
-            better = [r for r in found if half_bic(r, noise) < half_bic(base, noise)]
+            bound = half_bic(base, noise, self.trace.choices)
+            better = [r for r in found if half_bic(r, noise, self.trace.choices) < bound]
             best = next((r for r in better if r.is_present() and self._matters(r)), None)
             if best is None:
                 break

@@ -116,8 +116,17 @@ class _Extension:
 
 def score(gain: float, parameters: int, candidates: int, effects: int) -> float:
     """Minus log(chance of a chi-squared drop >= `gain` with `parameters`) minus log(number of sets of `effects`)."""
-    sets = special.gammaln(candidates + 1) - special.gammaln(effects + 1) - special.gammaln(candidates - effects + 1)
-    return -log_tail(gain, parameters) - float(sets)
+    return -log_tail(gain, parameters) - log_sets(candidates, effects)
+
+
+def log_sets(candidates: int, effects: int) -> float:
+    """Logarithm of the number of sets of `effects` among at least as many `candidates`.
+
+    >>> round(np.exp(log_sets(5, 2)), 6).item()
+    10.0
+    """
+    n, k = max(candidates, effects), effects
+    return float(special.gammaln(n + 1) - special.gammaln(k + 1) - special.gammaln(n - k + 1))
 
 
 def log_tail(gain: float, parameters: int) -> float:

@@ -23,7 +23,7 @@ def tried(
         _key(tuple(c.card.id for c in s.candidates), tuple(c.site for c in s.candidates)): s.gain
         for s in trace.screened
     }
-    best = min((r.half_bic for r in trace.refitted), default=np.inf)
+    best = min((trace.half_bic(r) for r in trace.refitted), default=np.inf)
     steps = {_key(r.ids, tuple(c.site for c in r.effects.candidates)) for r in accepted}
     final = None if named is None else _key(named.ids, tuple(c.site for c in named.effects.candidates))
     found = []
@@ -35,7 +35,7 @@ def tried(
         elif key in steps:
             outcome = "a step on the way: held-out trials confirm it, a larger set explains more"
         elif refit is not None:
-            outcome = _refitted(refit, entry, best)
+            outcome = _refitted(refit, trace.half_bic(refit) - best)
         elif gain is None:
             outcome = "not tried: it could not be simulated"
         elif np.isnan(gain):
@@ -48,14 +48,13 @@ def tried(
     return tuple(found)
 
 
-def _refitted(refit: Refit, entry: RankedSet, best: float) -> str:
+def _refitted(refit: Refit, behind: float) -> str:
     """Why a set that was refitted by free runs was not named."""
     error = f"error {refit.cost**0.5:.3g} times the floor"
     if not refit.is_present():
         return f"{error}: the data do not tell {_plural(refit)} from absence"
-    behind = refit.half_bic - best
     if behind > 0:
-        return f"{error}: explains less than the best set for its parameters (BIC/2 behind by {behind:.3g})"
+        return f"{error}: explains less than the best set for its size (BIC/2 behind by {behind:.3g})"
     if not refit.is_meaningful():
         return f"{error}: fitted to a size that does not matter"
     return f"{error}: the best fit of the learning trials, but held-out trials do not confirm it"

@@ -106,7 +106,7 @@ def _case_toml(case: Drawn) -> str:
             lines.append(f'"{name}_noise_std_{unit.replace("/", "_per_")}" = {std:.3e}')
     lines += ["", "[initial_conditions]", "given = false", ""]
     if case.changed:
-        lines += ["[parameter_tolerance]  # relative, of the model's own values"]
+        lines += ["[tolerances]  # relative, of the model's own values"]
         lines += [f'"{parameter}" = {TOLERANCE}' for parameter in machine.tolerances.values()]
         lines += [""]
     return "\n".join(lines)
