@@ -234,6 +234,7 @@ def test_models_lists_every_built_in() -> None:
         "rat-muscle",
         "pendulum",
         "drive",
+        "linear-drive",
         "cart",
         "two-mass",
         "double-pendulum",

@@ -88,6 +88,15 @@ PLANTS = {
     "drive": Mechanism(
         1, np.zeros(1), np.array([0.02]), flat, lambda q: q, lambda q: 0.0, lambda q, w, u: u[:1] + u[1:]
     ),
+    "linear-drive": Mechanism(
+        1,
+        np.array([1.5]),
+        np.zeros(1),
+        lambda q: np.array([[q[0], 0.0]]),
+        lambda q: np.zeros(1),
+        lambda q: 0.0,
+        lambda q, w, u: u[:1] + u[1:],
+    ),
     "cart": Mechanism(
         2,
         np.array([0.5, POLE_M]),
@@ -141,11 +150,11 @@ def test_tanks_follow_torricelli_and_keep_still_when_empty() -> None:
         h, inflow = random.uniform(0.05, 0.5, 2), random.uniform(0, 3e-4)
         flows = 5e-5 * np.sqrt(2 * 9.81 * h)
 
-        dh = system.rhs(0, h, [inflow], [], p)[0].full().ravel()
+        dh = system.rhs(0, h, [inflow, 0, 0, 0], [], p)[0].full().ravel()
 
         # The outflow is off by (1e-4/h)^2/4 of itself, at most 1e-6.
         np.testing.assert_allclose(0.015 * dh, [inflow - flows[0], flows[0] - flows[1]], atol=2e-6 * flows.max())
-    assert np.all(system.rhs(0, [0, 0], [0], [], p)[0].full() == 0)
+    assert np.all(system.rhs(0, [0, 0], [0] * 4, [], p)[0].full() == 0)
 
 
 @pytest.mark.parametrize("name", [*PLANTS, "tanks"])

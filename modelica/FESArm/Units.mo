@@ -10,6 +10,7 @@ package Units "SI types of this library, so that it needs no other library"
   type Inertia = Real(final quantity="MomentOfInertia", final unit="kg.m2", min=0);
   type Force = Real(final quantity="Force", final unit="N");
   type Torque = Real(final quantity="Torque", final unit="N.m");
+  type Damping = Real(final quantity="DampingConstant", final unit="N.s/m");
   type RotationalDamping = Real(final quantity="RotationalDampingConstant", final unit="N.m.s/rad");
   type RotationalStiffness = Real(final quantity="RotationalSpringConstant", final unit="N.m/rad");
   type QuadraticDrag = Real(final unit="N.s2/m2") "Force over squared speed";

@@ -1,8 +1,9 @@
 """Correction residuals: the generalised force that would make a model follow a measurement.
 
 A model offers an input `correction_<output>` for each output. Where the output reads a position, the residual is the
-force that gives the measured acceleration; where the force acts on the output itself, it is the difference. States
-that are not measured (an activation, say) are simulated along the measured ones.
+force that gives the measured acceleration; where it reads a state that the correction moves directly (a level, moved by
+a flow), it is the flow that gives the measured rate; where the correction acts on the output itself, it is the
+difference. States that are not measured (an activation, say) are simulated along the measured ones.
 """
 
 from collections.abc import Mapping, Sequence
@@ -17,13 +18,14 @@ PREFIX = "correction_"
 
 @dataclass(frozen=True)
 class Position:
-    """A signal that reads a state: signal = scale * state + offset, and der(state) is the state `speed`.
+    """A signal that reads a state: signal = scale * state + offset.
 
-    `scale` and `offset` are functions of all parameters; they differ from 1 and 0 if a sensor error is in the model.
+    Of a position, der(state) is the state `speed`. Of a state of first order, `speed` is None: its correction acts on
+    der(state) itself. `scale` and `offset` are functions of all parameters; they differ from 1 and 0 if a sensor error is in the model.
     """
 
     state: str
-    speed: str
+    speed: str | None
     scale: ca.Function
     offset: ca.Function
 
@@ -32,9 +34,9 @@ class Position:
 class ResidualSystem:
     """The residual as a system of its own.
 
-    Its inputs are the model's, without corrections; then `measured:<signal>` and `speed:<signal>` (first derivative) of
-    each position; then `target:<signal>`: the measured second derivative of a position, the measured value of another
-    signal. Its states are the model's states that are not measured; its outputs are `residual:<signal>`.
+    Its inputs are the model's, without corrections; then `measured:<signal>` of each signal that reads a state, and
+    `speed:<signal>` (first derivative) if that is a position; then `target:<signal>`: the measured second derivative of
+    a position, the first derivative of a state of first order, the measured value of another signal. Its states are the model's states that are not measured; its outputs are `residual:<signal>`.
     """
 
     system: SymbolicSystem
@@ -46,24 +48,25 @@ def residual_system(system: SymbolicSystem, signals: Sequence[str]) -> ResidualS
     """Derive the correction residual of a model from its equations.
 
     With accelerations dw = f(x, u) + G c of the measured positions under corrections c, the residual is
-    c = G^-1 (measured acceleration - f); for a signal y = h(x, u) + c it is measured - h. Without inputs
-    `correction_<signal>` the residual is the difference itself, an acceleration for positions.
+    c = G^-1 (measured acceleration - f); with dx = f(x, u) + G c of measured states of first order it is
+    G^-1 (measured rate - f); for a signal y = h(x, u) + c it is measured - h. Without inputs `correction_<signal>` the
+    residual is the difference itself, an acceleration for positions.
 
     Returns:
-        None if some signal is neither a position nor directly under a correction, or if equations of the model are
+        None if some signal is neither a position nor directly under a correction, itself or its rate, or if equations of the model are
         solved by iteration, whose results have no formula to read positions and forces from.
     """
     if not system.rhs.is_a("SXFunction"):
         return None
     symbols = _Symbols(system)
-    positions = {name: found for name in signals if (found := symbols.position(name)) is not None}
+    positions = {name: found for name in signals if (found := symbols.reading(name)) is not None}
     targets = {name: ca.SX.sym(f"target:{name}") for name in signals}
     balance = []
     for name in signals:
         force = symbols.inputs.get(PREFIX + name)
         if name in positions:
-            scale = positions[name].scale(symbols.parameters)
-            balance.append(symbols.derivatives[positions[name].speed] - targets[name] / scale)
+            scale, moved = positions[name].scale(symbols.parameters), positions[name].speed or positions[name].state
+            balance.append(symbols.derivatives[moved] - targets[name] / scale)
         elif force is not None and ca.depends_on(symbols.values[name], force):
             balance.append(symbols.values[name] - targets[name])
         else:
@@ -86,8 +89,8 @@ class _Symbols:
         self.states = {v.name: self.x[i] for i, v in enumerate(system.states)}
         self.values = self.states | {v.name: z[i] for i, v in enumerate(system.algebraics)}
 
-    def position(self, signal: str) -> Position | None:
-        """Find the state that a signal reads, if its derivative is a state too; else None."""
+    def reading(self, signal: str) -> Position | None:
+        """Find the state that a signal reads, if its derivative is a state too or under the signal's correction; else None."""
         value = self.values[signal]
         others = ca.vertcat(self.time, self.u, self.delayed)
         for state, symbol in self.states.items():
@@ -95,10 +98,11 @@ class _Symbols:
             free = ca.vertcat(scale, offset)
             if scale.is_zero() or ca.depends_on(free, self.x) or ca.depends_on(free, others):
                 continue
-            for speed, candidate in self.states.items():
-                if ca.is_equal(self.derivatives[state], candidate):
-                    functions = (ca.Function("map", [self.parameters], [part]) for part in (scale, offset))
-                    return Position(state, speed, *functions)
+            speeds = [name for name, v in self.states.items() if ca.is_equal(self.derivatives[state], v)]
+            force = self.inputs.get(PREFIX + signal)
+            if speeds or (force is not None and ca.depends_on(self.derivatives[state], force)):
+                functions = (ca.Function("map", [self.parameters], [part]) for part in (scale, offset))
+                return Position(state, speeds[0] if speeds else None, *functions)
         return None
 
 
@@ -114,10 +118,14 @@ def _reduced(
     ]
     for name, position in positions.items():
         value, speed = ca.SX.sym(f"measured:{name}"), ca.SX.sym(f"speed:{name}")
-        inputs += [(Variable(value.name()), value), (Variable(speed.name()), speed)]
         scale, offset = position.scale(p), position.offset(p)
-        old += [symbols.states[position.state], symbols.states[position.speed]]
-        new += [(value - offset) / scale, speed / scale]
+        inputs.append((Variable(value.name()), value))
+        old.append(symbols.states[position.state])
+        new.append((value - offset) / scale)
+        if position.speed is not None:
+            inputs.append((Variable(speed.name()), speed))
+            old.append(symbols.states[position.speed])
+            new.append(speed / scale)
     inputs += [(Variable(target.name()), target) for target in targets.values()]
     corrections = [symbols.inputs[v.name] for v in system.inputs if v.name.startswith(PREFIX)]
     old, new = old + corrections, new + [ca.SX(0)] * len(corrections)

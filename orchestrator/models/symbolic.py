@@ -145,7 +145,8 @@ class SymbolicModel:
             scale, offset = (float(part(parameters)) for part in (position.scale, position.offset))
             std = float(trial.start_std[k]) / abs(scale)
             found[position.state] = ((float(trial.values[0, k]) - offset) / scale, std)
-            found[position.speed] = (float(trial.speeds[0, k]) / scale, rate * std)
+            if position.speed is not None:
+                found[position.speed] = (float(trial.speeds[0, k]) / scale, rate * std)
         return found
 
     @cached_property
@@ -169,10 +170,11 @@ class SymbolicModel:
         assert self.residual is not None
         series = {v.name: trial.inputs[:, i] for i, v in enumerate(self.system.inputs)}
         for k, name in enumerate(self.signals):
-            if name in self.residual.positions:
-                series[f"measured:{name}"] = trial.values[:, k]
-                series[f"speed:{name}"] = trial.speeds[:, k]
-                series[f"target:{name}"] = trial.accelerations[:, k]
-            else:
+            position = self.residual.positions.get(name)
+            if position is None:
                 series[f"target:{name}"] = trial.measured[:, k]
+                continue
+            series[f"measured:{name}"] = trial.values[:, k]
+            series[f"speed:{name}"] = trial.speeds[:, k]
+            series[f"target:{name}"] = trial.speeds[:, k] if position.speed is None else trial.accelerations[:, k]
         return np.column_stack([series[v.name] for v in self.residual.system.inputs])

@@ -2,11 +2,12 @@ within FESArm.Plants;
 model DoublePendulum "Two links that swing under gravity"
   import SI = FESArm.Units;
   import FESArm.Effects.JointTorque;
+  import FESArm.Effects.JointSensor;
   parameter SI.Acceleration g = 9.81 "Gravity, against the y axis";
   input SI.Torque correction_q1(start=0) "Torque at the first joint beside the model's own";
   input SI.Torque correction_q2(start=0) "Torque at the second joint beside the model's own";
-  output SI.Angle q1 "First link from the horizontal x axis: -pi/2 when hanging";
-  output SI.Angle q2 "Second link relative to the first";
+  output SI.Angle q1 "Reading: first link from the horizontal x axis: -pi/2 when hanging";
+  output SI.Angle q2 "Reading: second link relative to the first";
   FESArm.Linkage.PlanarLinkage linkage(
     l={0.25, 0.25},
     m={0.20, 0.15},
@@ -20,6 +21,10 @@ model DoublePendulum "Two links that swing under gravity"
   JointTorque2 jointTorque2(n=2);
   replaceable model JointTorque3 = JointTorque.NoJointTorque constrainedby JointTorque.PartialJointTorque;
   JointTorque3 jointTorque3(n=2);
+  replaceable model JointSensor1 = JointSensor.TrueJointSensor constrainedby JointSensor.PartialJointSensor;
+  JointSensor1 jointSensor1(n=2);
+  replaceable model JointSensor2 = JointSensor.TrueJointSensor constrainedby JointSensor.PartialJointSensor;
+  JointSensor2 jointSensor2(n=2);
 equation
   jointTorque1.q = linkage.q;
   jointTorque1.w = linkage.w;
@@ -30,8 +35,10 @@ equation
   jointTorque3.q = linkage.q;
   jointTorque3.w = linkage.w;
   jointTorque3.a = linkage.a;
-  q1 = linkage.q[1];
-  q2 = linkage.q[2];
+  jointSensor1.q = linkage.q;
+  jointSensor2.q = jointSensor1.y;
+  q1 = jointSensor2.y[1];
+  q2 = jointSensor2.y[2];
   linkage.tau = jointTorque1.tau + jointTorque2.tau + jointTorque3.tau + {correction_q1, correction_q2};
   linkage.f = {0, 0};
   linkage.g = {0, -g};

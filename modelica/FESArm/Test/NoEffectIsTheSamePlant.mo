@@ -9,6 +9,11 @@ model NoEffectIsTheSamePlant "Absent effects add nothing: their outputs are zero
   FESArm.Effects.Field.NoField field;
   FESArm.Effects.JointSensor.TrueJointSensor jointSensor;
   FESArm.Effects.ForceSensor.TrueForceSensor forceSensor;
+  FESArm.Effects.Force.NoForce noForce;
+  FESArm.Effects.LengthSensor.TrueLengthSensor lengthSensor;
+  FESArm.Effects.Actuator.IdealActuator actuator;
+  FESArm.Effects.Inflow.IdealInflow pump;
+  FESArm.Effects.TankFlow.NoTankFlow tankFlow;
   output Real torqueError(unit="N.m") "Zero when no torque is added";
   output Real forceError(unit="N") "Zero when no force is added";
   output Real pathError(unit="1") "Zero when the activation is the command";
@@ -16,6 +21,8 @@ model NoEffectIsTheSamePlant "Absent effects add nothing: their outputs are zero
   output Real reflexError(unit="1") "Zero when no activation is added";
   output Real fieldError(unit="m/s2") "Zero when no field is added";
   output Real angleError(unit="rad"), readingError(unit="N") "Zero when the readings are the truth";
+  output Real slideError(unit="N"), lengthError(unit="m") "Zero when nothing is added on a slide";
+  output Real commandError(unit="1"), flowError(unit="m3/s") "Zero when drives and tanks do as they are told";
 equation
   torque.q = {time, 2*time};
   torque.w = {1, 2};
@@ -36,6 +43,18 @@ equation
   angleError = sum(abs(jointSensor.y - jointSensor.q));
   forceSensor.u = {3*time, 4};
   readingError = sum(abs(forceSensor.f - forceSensor.u));
+  noForce.x = {time};
+  noForce.v = {1};
+  noForce.a = {0};
+  slideError = abs(noForce.f[1]);
+  lengthSensor.x = {2*time};
+  lengthError = abs(lengthSensor.y[1] - lengthSensor.x[1]);
+  actuator.u = 3*time;
+  commandError = abs(actuator.y - actuator.u);
+  pump.u = 2*time;
+  tankFlow.h = {time, time};
+  tankFlow.u = {1, 2};
+  flowError = abs(pump.y - pump.u) + sum(abs(tankFlow.outlet)) + sum(abs(tankFlow.lost));
   annotation (experiment(StopTime=1), Documentation(info="<html>
 <p>Closed form: torques, forces, field and added activation are 0, factors are 1, and activations, angles and readings
 pass unchanged, whatever comes in.</p>

@@ -1,6 +1,6 @@
 within FESArm.Test;
 model PendulumSmallSwing "A pendulum swings like a cosine if it hardly swings"
-  FESArm.Plants.Pendulum pendulum(theta(start=3.14159265358979323846 + 1e-3));
+  FESArm.Plants.Pendulum pendulum(q(start=3.14159265358979323846 + 1e-3));
   output Real thetaError(unit="rad") "Zero when the period is right";
 protected
   Real omega(unit="rad/s") "Angular frequency of small swings";

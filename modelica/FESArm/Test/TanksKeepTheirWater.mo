@@ -4,6 +4,9 @@ model TanksKeepTheirWater "Water in the tanks and water that left them is what w
   output Real volumeError(unit="m3") "Zero when no water is lost";
   FESArm.Units.Volume left(start=0, fixed=true) "Water that has left the lower tank";
 equation
+  tanks.correction_h1 = 0;
+  tanks.correction_h2 = 0;
+  tanks.correction_outflow = 0;
   tanks.inflow = 1e-4;
   der(left) = tanks.outflow;
   volumeError = tanks.A1*(tanks.h1 - 0.3) + tanks.A2*(tanks.h2 - 0.1) + left - 1e-4*time;

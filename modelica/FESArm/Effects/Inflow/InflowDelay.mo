@@ -1,0 +1,10 @@
+within FESArm.Effects.Inflow;
+model InflowDelay "Pure delay of the flow"
+  import SI = FESArm.Units;
+  extends PartialInflow;
+  parameter SI.Time T(min=0, max=60) = 1 "Delay";
+equation
+  y = delay(u, T, 60.0);
+  annotation (Documentation(info="<html>
+<p>y(t) = u(t - T): the flow runs along a channel before it arrives.</p></html>"));
+end InflowDelay;

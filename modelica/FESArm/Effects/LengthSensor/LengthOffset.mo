@@ -1,0 +1,10 @@
+within FESArm.Effects.LengthSensor;
+model LengthOffset "Zero error of a sensor of length"
+  import SI = FESArm.Units;
+  extends PartialLengthSensor;
+  parameter SI.Length offset[n](each min=-0.5, each max=0.5) = zeros(n) "Reading minus true length";
+equation
+  y = x + offset;
+  annotation (Documentation(info="<html>
+<p>y = x + offset: a zero that was set at the wrong place.</p></html>"));
+end LengthOffset;

@@ -1,0 +1,12 @@
+within FESArm.Effects.LengthSensor;
+model LengthScale "Scale error of a sensor of length"
+  import SI = FESArm.Units;
+  extends PartialLengthSensor;
+  parameter SI.Factor scale[n](each min=0.5, each max=2) = ones(n) "Reading over true length";
+equation
+  for i in 1:n loop
+    y[i] = scale[i]*x[i];
+  end for;
+  annotation (Documentation(info="<html>
+<p>y = scale x: a wrong number of counts for a length.</p></html>"));
+end LengthScale;
