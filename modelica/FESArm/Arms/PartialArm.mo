@@ -133,5 +133,8 @@ equation
 <p>Muscle length L = a0 - d1 q1 - d2 q2, joint torque d F: a flexor has a positive moment arm. Muscles in the order
 anterior deltoid, posterior deltoid, biceps, triceps long head, triceps short head, brachialis. Muscle data are the
 study's table.</p>
+<p>Equations: those of <code>PlanarLinkage</code> and of the muscles; moment arms are constant, tendons run without
+friction, activations and torques of all slots compose. Torque d F follows from the length by virtual work, F dL =
+-tau dq.</p>
 </html>"));
 end PartialArm;

@@ -54,7 +54,10 @@ equation
   vdot[1] = J[1, 1]*a[1] + J[1, 2]*a[2] - l[1]*c1*w[1]^2 - l[2]*c12*w12^2;
   vdot[2] = J[2, 1]*a[1] + J[2, 2]*a[2] - l[1]*s1*w[1]^2 - l[2]*s12*w12^2;
   annotation (Documentation(info="<html>
-<p>M(q) a + h(q, w) + b w = tau + J(q)' f + weights in the field g, which is zero in a level plane. Angles are flexion positive. The link data are the nominal
-ones of this project; the study does not print any.</p>
+<p>M(q) a + h(q, w) + b w = tau + J(q)' f + weights in the field g, which is zero in a level plane. Angles are flexion
+positive. The link data are the nominal ones of this project; the study does not print any.</p>
+<p>Rigid links in one plane, viscous damping at the joints, no friction otherwise. Source: Lagrange's equations of the
+planar elbow manipulator, Spong, Hutchinson, Vidyasagar, Robot Modeling and Control (2006), chapter 7, with the second
+angle relative to the first link.</p>
 </html>"));
 end PlanarLinkage;

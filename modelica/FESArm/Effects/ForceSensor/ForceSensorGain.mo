@@ -5,5 +5,9 @@ model ForceSensorGain "Scale error of the force sensor"
   parameter SI.Factor gain(min=0.2, max=5) = 1.05 "Reading over true force";
 equation
   f = u/gain;
-  annotation (Documentation(info="<html><p>reading = gain * force.</p></html>"));
+  annotation (Documentation(info="<html>
+<p>reading = gain * force.</p>
+<p>The same for both axes, no lag, no cross-talk between the axes. Linear sensor model of textbooks, for example
+Doebelin, Measurement Systems (2004), chapter 3.</p>
+</html>"));
 end ForceSensorGain;

@@ -5,5 +5,9 @@ model ForceSensorOffset "Zero error of the force sensor"
   parameter SI.Force offset[2](each min=-50, each max=50) = {0.1, 0.1} "Reading minus true force, world axes";
 equation
   f = u - offset;
-  annotation (Documentation(info="<html><p>reading = force + offset.</p></html>"));
+  annotation (Documentation(info="<html>
+<p>reading = force + offset.</p>
+<p>Constant within a run: drift is left out. Linear sensor model of textbooks, for example Doebelin, Measurement
+Systems (2004), chapter 3.</p>
+</html>"));
 end ForceSensorOffset;

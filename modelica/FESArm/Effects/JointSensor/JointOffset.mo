@@ -5,5 +5,9 @@ model JointOffset "Zero error of an encoder"
   parameter SI.Angle offset[n](each min=-0.5, each max=0.5) = zeros(n) "Reading minus true angle";
 equation
   y = q + offset;
-  annotation (Documentation(info="<html><p>y = q + offset.</p></html>"));
+  annotation (Documentation(info="<html>
+<p>y = q + offset.</p>
+<p>Constant: the encoder was zeroed in another posture. Linear sensor model of textbooks, for example Doebelin,
+Measurement Systems (2004), chapter 3.</p>
+</html>"));
 end JointOffset;

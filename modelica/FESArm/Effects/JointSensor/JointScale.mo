@@ -7,5 +7,9 @@ equation
   for i in 1:n loop
     y[i] = scale[i]*q[i];
   end for;
-  annotation (Documentation(info="<html><p>y = scale q.</p></html>"));
+  annotation (Documentation(info="<html>
+<p>y = scale q.</p>
+<p>A wrong count per turn or a wrong gear ratio: zero stays zero. Linear sensor model of textbooks, for example
+Doebelin, Measurement Systems (2004), chapter 3.</p>
+</html>"));
 end JointScale;

@@ -9,5 +9,9 @@ equation
     der(r[i]) = (q[i] - r[i])/tau;
     y[i] = r[i];
   end for;
-  annotation (Documentation(info="<html><p>der(y) = (q - y)/tau.</p></html>"));
+  annotation (Documentation(info="<html>
+<p>der(y) = (q - y)/tau.</p>
+<p>A filter of first order, the same for all joints; below 1/(2 pi tau) it acts as a delay of tau. First-order
+instrument of Doebelin, Measurement Systems (2004), chapter 3.</p>
+</html>"));
 end SensorLag;

@@ -9,5 +9,10 @@ equation
   for i in 1:n loop
     tau[i] = sine[i]*sin(periods*q[i]) + cosine[i]*cos(periods*q[i]);
   end for;
-  annotation (Documentation(info="<html><p>tau = sine sin(N q) + cosine cos(N q), with N = periods for all joints.</p></html>"));
+  annotation (Documentation(info="<html>
+<p>tau = sine sin(N q) + cosine cos(N q), with N = periods for all joints.</p>
+<p>It gives and takes the same energy over a period: a conservative torque. Higher harmonics are left out. Source:
+Fourier's first harmonic of the cogging torque of permanent-magnet machines, for example Gieras, Permanent Magnet
+Motor Technology (2009).</p>
+</html>"));
 end Cogging;

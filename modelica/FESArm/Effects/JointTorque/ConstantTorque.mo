@@ -5,5 +5,9 @@ model ConstantTorque "Steady torque at the joints"
   parameter SI.Torque tau0[n](each min=-20, each max=20) = fill(0.05, n) "Torque, positive in the direction of q";
 equation
   tau = tau0;
-  annotation (Documentation(info="<html><p>tau = tau0.</p></html>"));
+  annotation (Documentation(info="<html>
+<p>tau = tau0.</p>
+<p>Neither posture nor motion matters. Derived here: the simplest torque that is left when all else balances, such as
+a bias of a drive's current.</p>
+</html>"));
 end ConstantTorque;

@@ -11,5 +11,8 @@ equation
   annotation (Documentation(info="<html>
 <p>tau = -tauC tanh(w/wSharp), smooth by construction. Limit: a loaded joint at rest creeps, at most at the speed
 wSharp artanh(load/tauC), instead of sticking.</p>
+<p>Coulomb's law tau = -tauC sign(w), independent of load and speed, with a smoothing chosen here. Source of the law:
+Armstrong-Helouvry, Dupont, Canudas de Wit, A survey of models, analysis tools and compensation methods for the
+control of machines with friction, Automatica 30 (1994).</p>
 </html>"));
 end CoulombFriction;

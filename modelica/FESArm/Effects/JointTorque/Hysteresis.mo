@@ -12,5 +12,9 @@ equation
     tau[i] = -H[i]*z[i];
   end for;
   annotation (Documentation(info="<html>
-<p>tau = -H z with xYield der(z) = w - sigma |w| z - (1 - sigma) w |z|, the Bouc-Wen law with exponent 1.</p></html>"));
+<p>tau = -H z with xYield der(z) = w - sigma |w| z - (1 - sigma) w |z|, the Bouc-Wen law with exponent 1.</p>
+<p>For sigma &ge; 0.5 the loop only takes energy. The torque does not depend on the speed, only on the path. Source:
+Wen, Method for random vibration of hysteretic systems, Journal of the Engineering Mechanics Division 102 (1976), in
+the normalised form of Ikhouane and Rodellar, Systems with Hysteresis (2007).</p>
+</html>"));
 end Hysteresis;

@@ -9,5 +9,9 @@ equation
   for i in 1:n loop
     tau[i] = -side*k[i]*max(0, side*(q[i] - qStop[i]));
   end for;
-  annotation (Documentation(info="<html><p>tau = -k (q - qStop) beyond the stop, zero before it.</p></html>"));
+  annotation (Documentation(info="<html>
+<p>tau = -k (q - qStop) beyond the stop, zero before it.</p>
+<p>A spring that only pushes, without damping; the torque grows from zero. Derived here: the one-sided case of a
+dead-zone spring.</p>
+</html>"));
 end PartialEndStop;

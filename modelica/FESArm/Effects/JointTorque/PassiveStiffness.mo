@@ -10,5 +10,9 @@ equation
   end for;
   annotation (Documentation(info="<html>
 <p>tau = tau0 - k q, which is -k (q - qRef) with the rest posture qRef = tau0/k. Written so that both parameters enter
-linearly.</p></html>"));
+linearly.</p>
+<p>Linear about one posture, no coupling between the joints, no loss. Source: Hooke's law; passive joint torques of
+people are linear only within the middle of the range (Riener and Edrich, Identification of passive elastic joint
+moments in the lower extremities, Journal of Biomechanics 32 (1999)).</p>
+</html>"));
 end PassiveStiffness;

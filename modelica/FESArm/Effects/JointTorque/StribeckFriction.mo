@@ -11,6 +11,10 @@ equation
     tau[i] = -(tauC[i] + tauExtra[i]*exp(-(w[i]/vS)^2))*tanh(w[i]/wSharp);
   end for;
   annotation (Documentation(info="<html>
-<p>tau = -(tauC + tauExtra exp(-(w/vS)^2)) tanh(w/wSharp), smooth by construction; see CoulombFriction for its limit at
-rest.</p></html>"));
+<p>tau = -(tauC + tauExtra exp(-(w/vS)^2)) tanh(w/wSharp), smooth by construction; see CoulombFriction for its limit
+at rest.</p>
+<p>The extra part falls like a Gaussian. Source: Armstrong-Helouvry, Dupont, Canudas de Wit, A survey of models,
+analysis tools and compensation methods for the control of machines with friction, Automatica 30 (1994), without its
+memory and its rising static part.</p>
+</html>"));
 end StribeckFriction;

@@ -14,5 +14,9 @@ equation
     tau[i] = amplitude[i]*phase[1];
   end for;
   annotation (Documentation(info="<html>
-<p>tau = amplitude sin(2 pi frequency t + phase), as an oscillator whose start values carry the phase of a trial.</p></html>"));
+<p>tau = amplitude sin(2 pi frequency t + phase), as an oscillator whose start values carry the phase of a trial.</p>
+<p>d/dt (sine, cosine) = 2 pi frequency (cosine, -sine), whose length never changes: sine = sin(2 pi frequency t +
+phase). One frequency for both joints, in phase; real tremor wanders in amplitude and frequency (Elble and Koller,
+Tremor, 1990).</p>
+</html>"));
 end Tremor;

@@ -7,5 +7,10 @@ equation
   for i in 1:n loop
     tau[i] = -b[i]*w[i];
   end for;
-  annotation (Documentation(info="<html><p>tau = -b w at each joint. Dissipates for b &gt; 0.</p></html>"));
+  annotation (Documentation(info="<html>
+<p>tau = -b w at each joint. Dissipates for b &gt; 0.</p>
+<p>Linear and without coupling between the joints, as of a film of oil. Source: Armstrong-Helouvry, Dupont, Canudas de
+Wit, A survey of models, analysis tools and compensation methods for the control of machines with friction, Automatica
+30 (1994).</p>
+</html>"));
 end ViscousFriction;

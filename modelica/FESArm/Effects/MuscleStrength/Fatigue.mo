@@ -11,5 +11,11 @@ equation
     strength[i] = capacity[i];
   end for;
   annotation (Documentation(info="<html>
-<p>der(c) = -alpha c/TFatigue + (1 - alpha) (1 - c)/TRecovery for every muscle.</p></html>"));
+<p>der(c) = -alpha c/TFatigue + (1 - alpha) (1 - c)/TRecovery for every muscle.</p>
+<p>alpha = 1 drives the capacity to 0, alpha = 0 back to 1, each as an exponential; in between it settles at TFatigue
+(1 - alpha)/(TFatigue (1 - alpha) + TRecovery alpha). The passive force does not tire, and the muscle's speed does not
+slow down. Source: a first-order capacity as in Riener, Quintern and Schmidt, Biomechanical model of the human knee
+evaluated by neuromuscular stimulation, Journal of Biomechanics 29 (1996), with activation and rest as the two drives
+and no floor.</p>
+</html>"));
 end Fatigue;

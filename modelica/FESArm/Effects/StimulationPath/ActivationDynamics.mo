@@ -11,7 +11,10 @@ equation
     y[i] = a[i];
   end for;
   annotation (Documentation(info="<html>
-<p>der(a) = (u - a)/tau with tau = tauUp for u &gt; a, else tauDown. The right-hand side is continuous where the branches
-meet.</p>
+<p>der(a) = (u - a)/tau with tau = tauUp for u &gt; a, else tauDown. The right-hand side is continuous where the
+branches meet.</p>
+<p>The activation itself is the state; its rate does not depend on it otherwise. Source: Zajac, Muscle and tendon,
+Critical Reviews in Biomedical Engineering 17 (1989), whose time constant also depends on the command, taken as
+piecewise constant here.</p>
 </html>"));
 end ActivationDynamics;

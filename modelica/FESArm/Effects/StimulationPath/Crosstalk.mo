@@ -10,5 +10,9 @@ equation
   for j in 1:n loop
     y[j] = noEvent(min(1, sent[j]));
   end for;
-  annotation (Documentation(info="<html><p>y_j = u_j + sum_i gain_ij u_i, at most 1.</p></html>"));
+  annotation (Documentation(info="<html>
+<p>y_j = u_j + sum_i gain_ij u_i, at most 1.</p>
+<p>The current of one electrode recruits another muscle in proportion, and shares add up. Negative shares stand for
+inhibition. Derived here: the first-order term of a mixing matrix I + gain'.</p>
+</html>"));
 end Crosstalk;

@@ -8,5 +8,10 @@ equation
   for i in 1:n loop
     y[i] = noEvent(min(1, max(0, (u[i] - threshold)/(full - threshold))));
   end for;
-  annotation (Documentation(info="<html><p>y = (u - threshold)/(full - threshold), kept within 0 and 1.</p></html>"));
+  annotation (Documentation(info="<html>
+<p>y = (u - threshold)/(full - threshold), kept within 0 and 1.</p>
+<p>Static, monotone, the same for every channel. Source: dead zone, linear range and saturation of the isometric
+recruitment curve of Durfee and MacLean, Methods for estimating isometric recruitment curves of electrically
+stimulated muscle, IEEE Transactions on Biomedical Engineering 36 (1989).</p>
+</html>"));
 end RecruitmentCurve;

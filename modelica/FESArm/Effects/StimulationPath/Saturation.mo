@@ -7,5 +7,9 @@ equation
   for i in 1:n loop
     y[i] = noEvent(min(u[i], ceiling));
   end for;
-  annotation (Documentation(info="<html><p>y = min(u, ceiling).</p></html>"));
+  annotation (Documentation(info="<html>
+<p>y = min(u, ceiling).</p>
+<p>Static, the same for every channel; below the ceiling nothing changes. Derived here: the upper half of
+<code>RecruitmentCurve</code>.</p>
+</html>"));
 end Saturation;

@@ -7,5 +7,9 @@ model StimulationDelay "Pure delay of the commands"
 equation
   channel.u = u;
   y = channel.y;
-  annotation (Documentation(info="<html><p>y(t) = u(t - T), exact transport, no approximation by a lag.</p></html>"));
+  annotation (Documentation(info="<html>
+<p>y(t) = u(t - T), exact transport, no approximation by a lag.</p>
+<p>Before t = T the activation is the first command. One delay for all channels, which does not change within a run.
+Derived here: conduction and the period of the pulses as one transport time.</p>
+</html>"));
 end StimulationDelay;

@@ -6,8 +6,8 @@ function fibreSpeed "Speed at which a fibre with a light damper beside it pulls 
   input Real Vmax(unit="m/s") "Largest shortening speed";
   output Real v(unit="m/s") "Lengthening speed";
 protected
-  constant Real A = 0.25 "Shape of Hill's hyperbola, as in forceVelocity";
-  constant Real gmax = 1.5 "Force at fast lengthening over isometric force, as in forceVelocity";
+  constant Real A(unit="1") = 0.25 "Shape of Hill's hyperbola, as in forceVelocity";
+  constant Real gmax(unit="1") = 1.5 "Force at fast lengthening over isometric force, as in forceVelocity";
   Real c(unit="m/s") "Makes the lengthening branch level off at gmax";
   Real up(unit="N"), down(unit="N") "Surplus of the pull over the isometric force, and the reverse, not negative";
   Real b(unit="N") "Middle coefficient of the quadratic of the branch";
