@@ -3,8 +3,11 @@
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+import pytest
 
 from fmus.catalogue import find_modelica_model
+from orchestrator.diagnosis.candidates import EffectSet, find_candidates
+from orchestrator.diagnosis.cards import effect_library
 from orchestrator.models.patch import Attachment, check_attached, patched_model
 from orchestrator.models.symbolic import SymbolicModel
 from tests.benchmarks.diagnosis.truth.machines import MACHINES
@@ -19,7 +22,7 @@ FINE = np.arange(2000 * PARTS + 1) * 1e-3 / PARTS
 def _true(name: str, values: Mapping[str, float], u: np.ndarray, start: Sequence[float]) -> np.ndarray:
     """Positions (n, dofs) at `TIME` from rest; commands (n, nu) are straight between the samples."""
     fine = np.column_stack([np.interp(FINE, TIME, column) for column in u.T])
-    q, _ = simulate(name, values, fine, start, np.zeros(2), step=1e-3 / PARTS)
+    q, _ = simulate(name, values, fine, start, np.zeros(len(start)), step=1e-3 / PARTS)
     return q[::PARTS]
 
 
@@ -63,3 +66,39 @@ def test_arm_on_elastic_tendons_moves_as_in_the_truth() -> None:
     assert np.abs(rigid - truth).max(axis=0).min() > 0.1
     # The tendon's own damping, which the truth lacks, delays forces by half a millisecond.
     np.testing.assert_allclose(modelled, truth, atol=5e-4)
+
+
+def test_drive_with_an_elastic_joint_moves_as_in_the_truth() -> None:
+    """At a step the twist rings at its resonance of 7 Hz; the encoder sits on the motor."""
+    inertia = MACHINES["drive"].values["J"]
+    u = np.where(TIME < 1.0, 0.05, -0.02)[:, None]
+    values = {"JMotor": 0.4 * inertia, "JLoad": 0.6 * inertia, "k": 10.0, "d": 0.02}
+    truth = _true("two-mass", values, u, [0.0, 0.0])[:, :1]
+    rigid = _true("drive", {"J": inertia}, u, [0.0])
+    effect = Attachment(
+        "transmission1", "FESArm.Effects.Transmission.JointElasticity", {"k": 10.0, "d": 0.02, "share": 0.4}
+    )
+
+    modelled = _modelled("drive", [effect], u, {})
+
+    assert np.abs(rigid - truth).max() > 1e-3
+    np.testing.assert_allclose(modelled, truth, atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("name", "effect"), [("two-mass", "backlash"), ("arm", "series_elasticity"), ("drive", "joint_elasticity")]
+)
+def test_diagnosis_can_put_the_effect_into_its_machine(name: str, effect: str) -> None:
+    base = find_modelica_model(name)
+    system = base.compile()
+    cards = [card for card in effect_library() if card.id == effect]
+
+    (candidate,) = find_candidates(base, system, cards)[0]
+
+    added = EffectSet(base, [candidate], system.outputs)
+    low, high = added.bounds()
+    assert np.all((low <= added.first_guess()) & (added.first_guess() <= high))
+    assert np.all(np.isfinite(high))
+    # Without the effect the model has neither its states nor its parameters.
+    assert {v.name for v in system.states} <= {v.name for v in added.system.states}
+    assert not [v.name for v in system.parameters if v.name.startswith(f"{candidate.slot}.")]
