@@ -13,9 +13,9 @@ DRAWS = 8
 def metrics_of(response: Response, output_std: np.ndarray, input_std: np.ndarray, seed: int = 0) -> list[Metric]:
     """The metric of each trial of a response, for noise `output_std` (ny,) and `input_std` (nu,) in each sample.
 
-    Slow noise of inputs is carried as hat functions of time; what is left of it when hats are fitted to it is faster, and
-    what it does counts as white. (Powers of all noise less that of the hats would not do: where a model integrates its
-    inputs, they are large and hardly differ.) A model that
+    Slow noise of inputs is carried as hat functions of time. What no hats can follow, in the noise and in what it does,
+    counts as white. (Powers of all noise less that of the hats would not do: where a model integrates its inputs, they
+    are large and hardly differ.) A model that
     is no formula, such as an FMU, would take a run for each of them: its inputs count as exact.
     """
     if not response.is_formula:
@@ -29,8 +29,8 @@ def metrics_of(response: Response, output_std: np.ndarray, input_std: np.ndarray
             draws = input_std[i] * random.standard_normal((len(record.time), DRAWS))
             if np.all(_power(response.to_input(k, i, draws)) < (NOTICED * output_std) ** 2):
                 continue
-            fitted, *_ = np.linalg.lstsq(shapes, draws, rcond=None)
-            rest += _power(response.to_input(k, i, draws - shapes @ fitted))
+            answers = response.to_input(k, i, _fast(draws, shapes))
+            rest += _power(_fast(answers.reshape(len(shapes), -1), shapes).reshape(answers.shape))
             carried.append(response.to_input(k, i, input_std[i] * shapes))
         if carried:
             std = np.sqrt(output_std**2 + rest)
@@ -38,6 +38,12 @@ def metrics_of(response: Response, output_std: np.ndarray, input_std: np.ndarray
         else:
             found.append(white_metric(output_std, stride))
     return found
+
+
+def _fast(series: np.ndarray, shapes: np.ndarray) -> np.ndarray:
+    """What is left of series (n, k) when shapes (n, h) are fitted to them."""
+    fitted, *_ = np.linalg.lstsq(shapes, series, rcond=None)
+    return np.asarray(series - shapes @ fitted)
 
 
 def _power(answers: np.ndarray) -> np.ndarray:
