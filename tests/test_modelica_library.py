@@ -106,6 +106,22 @@ def test_every_class_says_what_it_is(path: Path) -> None:
     assert len(found.group(1).split()) > 2
 
 
+def _is_effect_law(path: Path) -> bool:
+    contract = re.compile(r"^\s*(partial model|package) |present=false", re.MULTILINE)
+    return "Effects" in path.parts and not contract.search(path.read_text())
+
+
+@pytest.mark.parametrize("path", filter(_is_effect_law, CLASS_FILES), ids=_name)
+def test_every_law_of_an_effect_states_its_equation_and_where_it_comes_from(path: Path) -> None:
+    text = path.read_text()
+    information = text[text.index("Documentation(") :]
+
+    words = re.sub(r"Documentation\(info=|<[^>]*>", "", information)
+
+    assert " = " in words
+    assert re.search(r"\b[Ss]ource\b|\bDerived here\b", words)
+
+
 def _without_unit(definition: ClassDef) -> list[str]:
     """Names of the Real variables and types of a class and of the classes in it that state no unit."""
 

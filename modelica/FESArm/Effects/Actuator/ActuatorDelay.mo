@@ -6,5 +6,8 @@ model ActuatorDelay "Pure delay of the command"
 equation
   y = delay(u, T, 0.2);
   annotation (Documentation(info="<html>
-<p>y(t) = u(t - T), exact transport, no approximation by a lag.</p></html>"));
+<p>y(t) = u(t - T), exact transport, no approximation by a lag.</p>
+<p>Before t = T the first command holds. Constant within a run. Derived here: bus and controller as one transport
+time.</p>
+</html>"));
 end ActuatorDelay;

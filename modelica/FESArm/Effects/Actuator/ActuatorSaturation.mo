@@ -6,5 +6,8 @@ model ActuatorSaturation "Largest torque or force of either sign"
 equation
   y = noEvent(max(-ceiling, min(u, ceiling)));
   annotation (Documentation(info="<html>
-<p>y = u, cut off at -ceiling and at ceiling. The kinks are continuous and make no events.</p></html>"));
+<p>y = u, cut off at -ceiling and at ceiling. The kinks are continuous and make no events.</p>
+<p>The same limit on both sides, at any speed. Source: the saturation of textbooks, for example Khalil, Nonlinear
+Systems (2002), section 1.2.</p>
+</html>"));
 end ActuatorSaturation;

@@ -8,5 +8,8 @@ equation
     f[i] = -c[i]*abs(v[i])*v[i];
   end for;
   annotation (Documentation(info="<html>
-<p>f = -c |v| v. Dissipates for c &gt; 0; its slope is continuous through rest.</p></html>"));
+<p>f = -c |v| v. Dissipates for c &gt; 0; its slope is continuous through rest.</p>
+<p>A body in a wide stream at large Reynolds numbers, c = rho Cd A/2. Source: Batchelor, An Introduction to Fluid
+Dynamics (1967), chapter 5.</p>
+</html>"));
 end LinearDrag;

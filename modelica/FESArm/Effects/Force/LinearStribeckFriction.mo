@@ -11,7 +11,10 @@ equation
     f[i] = -(fC[i] + fExtra[i]*exp(-(v[i]/vS)^2))*tanh(v[i]/vSharp);
   end for;
   annotation (Documentation(info="<html>
-<p>f = -(fC + fExtra exp(-(v/vS)^2)) tanh(v/vSharp), smooth by construction; see LinearCoulombFriction for its limit at
-rest.</p>
+<p>f = -(fC + fExtra exp(-(v/vS)^2)) tanh(v/vSharp), smooth by construction; see LinearCoulombFriction for its limit
+at rest.</p>
+<p>The extra part falls like a Gaussian. Source: Armstrong-Helouvry, Dupont, Canudas de Wit, A survey of models,
+analysis tools and compensation methods for the control of machines with friction, Automatica 30 (1994), without its
+memory and its rising static part.</p>
 </html>"));
 end LinearStribeckFriction;

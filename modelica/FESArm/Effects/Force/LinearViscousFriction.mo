@@ -8,5 +8,8 @@ equation
     f[i] = -b[i]*v[i];
   end for;
   annotation (Documentation(info="<html>
-<p>f = -b v. Dissipates for b &gt; 0. The sliding twin of <code>JointTorque.ViscousFriction</code>.</p></html>"));
+<p>f = -b v. Dissipates for b &gt; 0. The sliding twin of <code>JointTorque.ViscousFriction</code>.</p>
+<p>Linear, as of a film of oil. Source: Armstrong-Helouvry, Dupont, Canudas de Wit, A survey of models, analysis tools
+and compensation methods for the control of machines with friction, Automatica 30 (1994).</p>
+</html>"));
 end LinearViscousFriction;

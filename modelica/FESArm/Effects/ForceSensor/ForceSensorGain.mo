@@ -7,7 +7,7 @@ equation
   f = u/gain;
   annotation (Documentation(info="<html>
 <p>reading = gain * force.</p>
-<p>The same for both axes, no lag, no cross-talk between the axes. Linear sensor model of textbooks, for example
-Doebelin, Measurement Systems (2004), chapter 3.</p>
+<p>The same for both axes, no lag, no cross-talk between the axes. Source: the linear sensor model of textbooks, for
+example Doebelin, Measurement Systems (2004), chapter 3.</p>
 </html>"));
 end ForceSensorGain;

@@ -7,7 +7,7 @@ equation
   f = u - offset;
   annotation (Documentation(info="<html>
 <p>reading = force + offset.</p>
-<p>Constant within a run: drift is left out. Linear sensor model of textbooks, for example Doebelin, Measurement
-Systems (2004), chapter 3.</p>
+<p>Constant within a run: drift is left out. Source: the linear sensor model of textbooks, for example Doebelin,
+Measurement Systems (2004), chapter 3.</p>
 </html>"));
 end ForceSensorOffset;

@@ -6,5 +6,7 @@ model InflowCeiling "Largest flow of a pump"
 equation
   y = noEvent(min(u, ceiling));
   annotation (Documentation(info="<html>
-<p>y = min(u, ceiling). The kink is continuous and makes no event.</p></html>"));
+<p>y = min(u, ceiling). The kink is continuous and makes no event.</p>
+<p>The pump follows at once below its limit. Derived here: the largest flow of a pump at constant pressure.</p>
+</html>"));
 end InflowCeiling;

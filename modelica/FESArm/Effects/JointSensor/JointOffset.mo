@@ -7,7 +7,7 @@ equation
   y = q + offset;
   annotation (Documentation(info="<html>
 <p>y = q + offset.</p>
-<p>Constant: the encoder was zeroed in another posture. Linear sensor model of textbooks, for example Doebelin,
-Measurement Systems (2004), chapter 3.</p>
+<p>Constant: the encoder was zeroed in another posture. Source: the linear sensor model of textbooks, for example
+Doebelin, Measurement Systems (2004), chapter 3.</p>
 </html>"));
 end JointOffset;

@@ -9,7 +9,7 @@ equation
   end for;
   annotation (Documentation(info="<html>
 <p>y = scale q.</p>
-<p>A wrong count per turn or a wrong gear ratio: zero stays zero. Linear sensor model of textbooks, for example
-Doebelin, Measurement Systems (2004), chapter 3.</p>
+<p>A wrong count per turn or a wrong gear ratio: zero stays zero. Source: the linear sensor model of textbooks, for
+example Doebelin, Measurement Systems (2004), chapter 3.</p>
 </html>"));
 end JointScale;

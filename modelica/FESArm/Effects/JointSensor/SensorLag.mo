@@ -11,7 +11,7 @@ equation
   end for;
   annotation (Documentation(info="<html>
 <p>der(y) = (q - y)/tau.</p>
-<p>A filter of first order, the same for all joints; below 1/(2 pi tau) it acts as a delay of tau. First-order
-instrument of Doebelin, Measurement Systems (2004), chapter 3.</p>
+<p>A filter of first order, the same for all joints; below 1/(2 pi tau) it acts as a delay of tau. Source: the
+first-order instrument of Doebelin, Measurement Systems (2004), chapter 3.</p>
 </html>"));
 end SensorLag;

@@ -16,7 +16,7 @@ equation
   annotation (Documentation(info="<html>
 <p>tau = amplitude sin(2 pi frequency t + phase), as an oscillator whose start values carry the phase of a trial.</p>
 <p>d/dt (sine, cosine) = 2 pi frequency (cosine, -sine), whose length never changes: sine = sin(2 pi frequency t +
-phase). One frequency for both joints, in phase; real tremor wanders in amplitude and frequency (Elble and Koller,
-Tremor, 1990).</p>
+phase). One frequency for both joints, in phase. Derived here; a measured tremor wanders in amplitude and frequency
+(Elble and Koller, Tremor, 1990).</p>
 </html>"));
 end Tremor;

@@ -10,5 +10,7 @@ equation
     y[i] = r[i];
   end for;
   annotation (Documentation(info="<html>
-<p>der(y) = (x - y)/tau: a position encoder behind a filter, or the damped float of a level sensor.</p></html>"));
+<p>der(y) = (x - y)/tau: a position encoder behind a filter, or the damped float of a level sensor.</p>
+<p>A filter of first order. Source: the first-order instrument of Doebelin, Measurement Systems (2004), chapter 3.</p>
+</html>"));
 end LengthLag;

@@ -6,5 +6,8 @@ model LengthOffset "Zero error of a sensor of length"
 equation
   y = x + offset;
   annotation (Documentation(info="<html>
-<p>y = x + offset: a zero that was set at the wrong place.</p></html>"));
+<p>y = x + offset: a zero that was set at the wrong place.</p>
+<p>Constant: a wrong zero. Source: the linear sensor model of textbooks, for example Doebelin, Measurement Systems
+(2004), chapter 3.</p>
+</html>"));
 end LengthOffset;

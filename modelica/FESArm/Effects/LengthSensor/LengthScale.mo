@@ -8,5 +8,8 @@ equation
     y[i] = scale[i]*x[i];
   end for;
   annotation (Documentation(info="<html>
-<p>y = scale x: a wrong number of counts for a length.</p></html>"));
+<p>y = scale x: a wrong number of counts for a length.</p>
+<p>Zero stays zero. Source: the linear sensor model of textbooks, for example Doebelin, Measurement Systems (2004),
+chapter 3.</p>
+</html>"));
 end LengthScale;

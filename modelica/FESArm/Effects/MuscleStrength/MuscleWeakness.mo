@@ -6,7 +6,7 @@ model MuscleWeakness "The strength of a muscle is off by a factor"
 equation
   strength = factor;
   annotation (Documentation(info="<html>
-<p>Below 1 the muscle is weak, above 1 stronger than nominal.</p>
+<p>strength = factor. Below 1 the muscle is weak, above 1 stronger than nominal.</p>
 <p>Constant within a run; the passive force stays. Derived here: the factor multiplies Fmax of the active force.</p>
 </html>"));
 end MuscleWeakness;

@@ -7,8 +7,8 @@ model ChannelDelay "Pure delay of one signal"
 equation
   y = delay(u, T, 0.2);
   annotation (Documentation(info="<html>
-<p>y(t) = u(t - T), for t &lt; T the first value of u: Modelica's <code>delay(u, T, Tmax)</code> (Modelica Language
-Specification 3.6, chapter 3) with Tmax = 0.2 s. T may be changed between runs, not within one. A pure transport
-delay, such as that of pulse period and conduction; there is no lag in it.</p>
+<p>y(t) = u(t - T), for t &lt; T the first value of u: Modelica's <code>delay(u, T, Tmax)</code> (source: Modelica
+Language Specification 3.6, chapter 3) with Tmax = 0.2 s. T may be changed between runs, not within one. A pure
+transport delay, such as that of pulse period and conduction; there is no lag in it.</p>
 </html>"));
 end ChannelDelay;

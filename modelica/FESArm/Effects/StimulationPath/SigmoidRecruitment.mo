@@ -16,8 +16,8 @@ equation
   annotation (Documentation(info="<html>
 <p>A logistic curve, scaled so that commands 0 and 1 stay 0 and 1.</p>
 <p>y = (s(u) - s(0))/(s(1) - s(0)) with s(u) = 1/(1 + exp(-steepness (u - centre))). Static, monotone, the same for
-every channel. The logistic form is chosen here; that recruitment curves are S-shaped is measured in Durfee and
-MacLean, Methods for estimating isometric recruitment curves of electrically stimulated muscle, IEEE Transactions on
-Biomedical Engineering 36 (1989).</p>
+every channel. The logistic form is chosen here; source of the S shape: Durfee and MacLean, Methods for estimating
+isometric recruitment curves of electrically stimulated muscle, IEEE Transactions on Biomedical Engineering 36
+(1989).</p>
 </html>"));
 end SigmoidRecruitment;

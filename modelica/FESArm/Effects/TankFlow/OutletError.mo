@@ -9,5 +9,7 @@ equation
   end for;
   lost = zeros(n);
   annotation (Documentation(info="<html>
-<p>outlet = (factor - 1) u, so that factor u flows in all.</p></html>"));
+<p>outlet = (factor - 1) u, so that factor u flows in all.</p>
+<p>Derived here: Torricelli's outflow is proportional to the effective area of the outlet.</p>
+</html>"));
 end OutletError;

@@ -11,7 +11,8 @@ equation
     lost[i] = leak[i]*sqrt(2*g)*h[i]/sqrt(sqrt(h[i]^2 + hSmall^2));
   end for;
   annotation (Documentation(info="<html>
-<p>lost = leak sqrt(2 g h) by Torricelli, regularised as in <code>Plants.TwoTanks</code>. What leaks does not arrive in
-another tank.</p>
+<p>lost = leak sqrt(2 g h) by Torricelli, regularised as in <code>Plants.TwoTanks</code>. What leaks does not arrive
+in another tank.</p>
+<p>Source: Torricelli's law, for example Batchelor, An Introduction to Fluid Dynamics (1967), chapter 6.</p>
 </html>"));
 end TankLeak;

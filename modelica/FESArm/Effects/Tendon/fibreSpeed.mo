@@ -21,5 +21,7 @@ algorithm
   annotation (Documentation(info="<html>
 <p>Solves active g(v) + B v = P for v, where g is <code>Muscles.forceVelocity</code>. On each branch of g this is a
 quadratic; its root is written so that nothing cancels near v = 0. Beyond the largest shortening speed g is zero.</p>
+<p>The damper makes the speed unique at any activation. Derived here: with c = Vmax A (gmax - 1)/(A + 1) the
+lengthening branch is B v^2 + (B c + gmax active - P) v + c (active - P) = 0.</p>
 </html>"));
 end fibreSpeed;
