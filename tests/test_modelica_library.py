@@ -111,7 +111,7 @@ def _is_effect_law(path: Path) -> bool:
     return "Effects" in path.parts and not contract.search(path.read_text())
 
 
-@pytest.mark.parametrize("path", filter(_is_effect_law, CLASS_FILES), ids=_name)
+@pytest.mark.parametrize("path", [path for path in CLASS_FILES if _is_effect_law(path)], ids=_name)
 def test_every_law_of_an_effect_states_its_equation_and_where_it_comes_from(path: Path) -> None:
     text = path.read_text()
     information = text[text.index("Documentation(") :]
