@@ -166,7 +166,8 @@ def find_candidates(
             tried = EffectSet(base, placed[:1], system.outputs)
             check_class(card, slot, lambda tried=tried: tried.system.parameters)  # type: ignore[misc]
         found += placed
-    return found, impossible
+    attached = {candidate.card.id for candidate in found}
+    return found, [name for name in dict.fromkeys(impossible) if name not in attached]
 
 
 def _at_all_sites(card: EffectCard, slot: str, size: float | str | None) -> list[Candidate]:

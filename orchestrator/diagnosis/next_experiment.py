@@ -143,7 +143,8 @@ def _start(member: Explanation, experiment: Experiment, learning: LearningData) 
         middle = float(np.mean(np.concatenate([t.values[:, m] for t in learning.trials])))
         place = names.index(position.state)
         start[place] = middle + experiment.start_scale * (start[place] - middle)
-        start[names.index(position.speed)] = 0.0
+        if position.speed is not None:
+            start[names.index(position.speed)] = 0.0
     return start
 
 

@@ -54,7 +54,9 @@ class Screener:
         assert nominal.residual is not None
         self.base, self.nominal, self.learning = base, nominal, learning
         self._smoother = learning.trials[0].smoother
-        self._positions = [name in nominal.residual.positions for name in nominal.signals]
+        # Only second differences need their noise taken back; those of first-order states are smoothed as they are.
+        read = nominal.residual.positions
+        self._positions = [name in read and read[name].speed is not None for name in nominal.signals]
         self._size = np.ones(len(nominal.signals))
         plain = self._regressors(nominal, nominal.compiled.parameters).residual
         self._size = np.sqrt(np.mean(plain.reshape(-1, len(nominal.signals)) ** 2, axis=0))

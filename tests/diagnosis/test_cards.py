@@ -1,11 +1,11 @@
-"""Every card of the library, on the arm: it attaches, compiles, and its values arrive in the written class."""
+"""Every card of the library, on the arm or else a plant: it attaches, compiles, and its values arrive in the written class."""
 
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from fmus.catalogue import find_modelica_model
+from fmus.catalogue import ModelicaModel, find_modelica_model
 from fmus.errors import MisfitError
 from orchestrator.diagnosis.candidates import EffectSet, can_join, find_candidates
 from orchestrator.diagnosis.cards import EffectCard, effect_library, read_card
@@ -13,19 +13,26 @@ from orchestrator.models.patch import free_slots, patched_model
 
 CARDS = effect_library()
 ARM = find_modelica_model("arm")
+PLANTS = [find_modelica_model(name) for name in ("drive", "two-mass", "linear-drive", "tanks")]
+
+
+def host_of(card: EffectCard) -> ModelicaModel:
+    """The first model that can hold the card."""
+    return next(model for model in (ARM, *PLANTS) if find_candidates(model, model.compile(), [card])[0])
 
 
 @pytest.mark.parametrize("card", CARDS, ids=lambda card: f"{card.id}{card.variant}")
-def test_card_attaches_to_the_arm_and_its_values_arrive_in_modelica(card: EffectCard) -> None:
-    candidates, impossible = find_candidates(ARM, ARM.compile(), [card])
+def test_card_attaches_to_a_model_and_its_values_arrive_in_modelica(card: EffectCard) -> None:
+    host = host_of(card)
+    candidates, impossible = find_candidates(host, host.compile(), [card])
     assert candidates
     assert not impossible
-    effects = EffectSet(ARM, [candidates[-1]], ["q1", "q2"])
+    effects = EffectSet(host, [candidates[-1]], host.compile().outputs)
     low, high = effects.bounds()
     assert np.all(low < high)
     values = 0.5 * np.clip(effects.first_guess(), low, high) + 0.5 * np.clip(0.3 * high + 0.7 * low, low, high)
 
-    written = patched_model(ARM, "Written", effects.attachments(values)).compile()
+    written = patched_model(host, "Written", effects.attachments(values)).compile()
 
     arrived = {v.name: v.start for v in written.parameters}
     np.testing.assert_allclose([arrived[v.name] for v in effects.variables], values, rtol=1e-12)
@@ -33,21 +40,26 @@ def test_card_attaches_to_the_arm_and_its_values_arrive_in_modelica(card: Effect
 
 
 @pytest.mark.parametrize("card", CARDS, ids=lambda card: f"{card.id}{card.variant}")
-def test_absent_values_leave_the_arm_as_it_was(card: EffectCard) -> None:
+def test_absent_values_leave_the_model_as_it_was(card: EffectCard) -> None:
     """At the card's `absent` values the right-hand side is the nominal one, where such values are finite and inside."""
-    candidates, _ = find_candidates(ARM, ARM.compile(), [card])
-    effects = EffectSet(ARM, [candidates[0]], ["q1", "q2"])
+    host = host_of(card)
+    nominal = host.compile()
+    candidates, _ = find_candidates(host, nominal, [card])
+    effects = EffectSet(host, [candidates[0]], nominal.outputs)
     absent = np.array([parameter.absent for parameter in effects.card_parameters])
     low, high = effects.bounds()
     system = effects.model.system
-    if np.any(absent < low) or np.any(absent > high) or len(system.states) > 4 or card.id == "recruitment_curve":
+    more_states = len(system.states) > len(nominal.states)
+    if np.any(absent < low) or np.any(absent > high) or more_states or card.id == "recruitment_curve":
         pytest.skip("the effect vanishes only in a limit")
     x, u = [0.7, 1.2, 0.4, -0.6], [0.3, 0.2, 0.4, 0.1, 0.5, 0.25, 1.5, -2.0, 0.0, 0.0]
-    delayed = u[:6] if system.n_delays else []
+    x, u = x[: len(nominal.states)], u[: len(nominal.inputs)]
+    if host.name == "tanks":  # flows in m3/s
+        u = [1e-4, 0.0, 0.0, 0.0]
+    delayed = u[: system.n_delays]
 
     with_effect = system.rhs(0, x, u, delayed, effects.model.compiled.with_values(absent))[0]
 
-    nominal = ARM.compile()
     plain = nominal.rhs(0, x, u, [], [v.start for v in nominal.parameters])[0]
     np.testing.assert_allclose(with_effect.full(), plain.full(), rtol=1e-10)
 
