@@ -11,7 +11,7 @@ model Cart "Cart on a rail with a pole hinged to it"
   parameter SI.Length l = 0.147755 "Distance of the pole's centre of mass from the hinge";
   parameter SI.Inertia I = 1.0912e-4 "Inertia of the pole about its centre of mass";
   parameter SI.Acceleration g = 9.81 "Gravity";
-  parameter SI.Force fRef = 1 "Reference of the actuator's command";
+  constant SI.Force fRef = 1 "Reference of the actuator's command";
   input SI.Force force(start=0) "Force on the cart, along x";
   input SI.Force correction_x(start=0) "Force on the cart beside the model's own";
   input SI.Torque correction_theta(start=0) "Torque at the hinge beside the model's own";

@@ -6,7 +6,7 @@ model Drive "Inertia driven by a torque"
   import FESArm.Effects.Actuator;
   import FESArm.Effects.Transmission;
   parameter SI.Inertia J = 0.02 "Inertia of rotor and load";
-  parameter SI.Torque tauRef = 1 "Reference of the actuator's command";
+  constant SI.Torque tauRef = 1 "Reference of the actuator's command";
   input SI.Torque torque(start=0) "Torque of the motor";
   input SI.Torque correction_phi(start=0) "Torque beside the model's own";
   output SI.Angle phi "Reading of the angle of the shaft";

@@ -5,7 +5,7 @@ model LinearDrive "Mass driven by a force along a slide"
   import FESArm.Effects.LengthSensor;
   import FESArm.Effects.Actuator;
   parameter SI.Mass m = 1.5 "Moving mass";
-  parameter SI.Force fRef = 1 "Reference of the actuator's command";
+  constant SI.Force fRef = 1 "Reference of the actuator's command";
   input SI.Force force(start=0) "Force of the motor";
   input SI.Force correction_x(start=0) "Force beside the model's own";
   output SI.Length x "Reading of the position";
