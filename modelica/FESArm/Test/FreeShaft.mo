@@ -2,7 +2,7 @@ within FESArm.Test;
 model FreeShaft "A twisted free shaft swings like a cosine about a common speed that never changes"
   FESArm.Plants.TwoMassDrive drive(
     d=0,
-    phiMotor(start=0.1),
+    qMotor(start=0.1),
     wMotor(start=2),
     wLoad(start=2));
   output Real twistError(unit="rad") "Zero when the beat of the shaft is right";
