@@ -18,6 +18,9 @@ _MEDIAN_OF_UNIT_NORMAL = 0.6744897501960817
 _UNIFORM_STD = 1.0 / math.sqrt(12.0)
 # Steps below this share of the signal are rounding of the arithmetic, not of the sensor.
 _ROUNDING = 1e-12
+# Steps are multiples of a resolution if most are to within this share of it.
+_GRID = 0.1
+_MOST = 0.9
 # Noise taken for a column that never changes, as a share of its value.
 _CONSTANT_SHARE = 1e-3
 
@@ -84,8 +87,8 @@ def measurement_noise(column: str, unit: str, records: Sequence[Array], sensors:
 
     Returns:
         A level above 0. A declared resolution without a declared noise is a lower limit of the
-        estimate. A column that never changes is given 0.1 % of its value (or 0.001), and the note
-        asks for a declaration.
+        estimate. A column that never changes, or only in steps of any size, is given 0.1 % of its value
+        (or 0.001), and the note asks for a declaration.
     """
     stated = declared_noise(sensors, unit, column)
     if stated and declared(sensors, "noise_std", unit, column) is not None:
@@ -96,14 +99,20 @@ def measurement_noise(column: str, unit: str, records: Sequence[Array], sensors:
         std = max(float(np.median(changing)) if changing else 0.0, stated or 0.0)
         return NoiseLevel(std, _note(column, std, unit, "estimated from the record"))
     std = _CONSTANT_SHARE * (max(float(np.max(np.abs(v))) for v in records) or 1.0)
-    reason = "assumed, because the column never changes; declare it in [sensors]"
+    how = "changes only in steps" if any(np.ptp(values) > 0 for values in records) else "never changes"
+    reason = f"assumed, because the column {how}; declare it in [sensors]"
     return NoiseLevel(std, _note(column, std, unit, reason))
 
 
 def _finest_step(values: Array) -> float:
     steps = np.abs(np.diff(values))
     real = steps[steps > _ROUNDING * np.max(np.abs(values))]
-    return float(np.min(real)) if real.size else 0.0
+    if not real.size:
+        return 0.0
+    finest = float(np.min(real))
+    # A resolution divides every step; the steps of an exact command are of any size.
+    share = np.mean(np.abs(real / finest - np.round(real / finest)) < _GRID)
+    return finest if share > _MOST else 0.0
 
 
 def _note(column: str, std: float, unit: str, origin: str) -> str:

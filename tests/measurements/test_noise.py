@@ -112,3 +112,10 @@ def test_a_column_that_never_changes_gets_an_assumed_level_and_says_so(value: fl
     level = measurement_noise("q", "rad", [np.full(50, value)], {})
     assert level.std == pytest.approx(expected)
     assert "never changes; declare it in [sensors]" in level.note
+
+
+def test_steps_of_any_size_are_a_command_and_no_resolution() -> None:
+    steps = np.repeat([0.1, 0.43, 0.17, 0.29, 0.36], 50)
+
+    assert estimated_noise(steps) == 0.0
+    assert estimated_noise(np.round(steps, 1)) == pytest.approx(0.1 / np.sqrt(12))
