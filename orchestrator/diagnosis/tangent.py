@@ -12,7 +12,7 @@ from orchestrator.diagnosis.candidates import Candidate, EffectSet, can_join
 from orchestrator.diagnosis.evidence import LearningData, Refit
 from orchestrator.diagnosis.metric import concatenate
 from orchestrator.diagnosis.response import Response
-from orchestrator.models.estimation import linearise
+from orchestrator.models.estimation import STEEPEST, linearise
 from orchestrator.models.symbolic import SymbolicModel
 
 # A shape parameter without a grid of its own (a Stribeck speed, say) is tried at these multiples of its first value.
@@ -117,6 +117,8 @@ class Tangent:
     def _blocks_at(self, effects: EffectSet, columns: np.ndarray, difference: bool) -> Iterator[Block]:
         absent, start = (np.array([getattr(p, name) for p in effects.card_parameters]) for name in ("absent", "start"))
         meaningful = np.array([p.meaningful for p in effects.card_parameters])
+        # What a diverging linearisation says of an effect, a fit by free runs has to find.
+        columns = np.where(np.all(np.abs(columns) < STEEPEST, axis=0), columns, 0.0)
         names = [v.name for v in effects.variables]
         owners = np.array(effects.owners())
         powers = np.sum((columns - self._exact @ (self._exact.T @ columns)) ** 2, axis=0)
