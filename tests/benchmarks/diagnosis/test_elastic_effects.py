@@ -59,7 +59,7 @@ def test_arm_on_elastic_tendons_moves_as_in_the_truth() -> None:
     values = MACHINES["arm"].values
     truth = _true("arm", {**values, "strain": 0.06}, u, start)
     rigid = _true("arm", values, u, start)
-    effect = Attachment("tendon1", "FESArm.Effects.Tendon.SeriesElasticity", {"strain": 0.06})
+    effect = Attachment("tendon1", "FESArm.Effects.Tendon.SeriesElasticity", {"strain": 0.06, "creep": 5e-4})
 
     modelled = _modelled("arm", [effect], u, {"linkage.q[1]": start[0], "linkage.q[2]": start[1]})
 

@@ -4,7 +4,7 @@ model SeriesElasticity "Tendons that stretch with their force"
   extends PartialTendon;
   parameter SI.Factor strain(min=0.002, max=0.2) = 0.03 "Stretch over slack length at the largest isometric force";
   parameter SI.Factor damping(min=0.01, max=1) = 0.05 "Force of the damper beside the fibre at Vmax over Fmax";
-  parameter SI.Time creep(min=0, max=0.01) = 5e-4 "Time constant of the tendon's own damping";
+  parameter SI.Time creep(min=0, max=0.01) = 2e-3 "Time constant of the tendon's own damping";
   SI.Length stretch[n](each start=0, each fixed=true, each min=-0.01, each max=0.02) "Stretches; negative when slack";
 protected
   Real k[n](each unit="N/m") "Stiffness of a tendon, zero when slack";
@@ -32,8 +32,8 @@ equation
 <p>Tendon force = k (s + creep der(s)) with k = Fmax/(strain Lslack) while it is stretched by s &gt; 0, never
 negative, and zero when slack. The fibre's speed v = V - der(s) is the one at which fibre, passive force and a damper
 damping Fmax/Vmax beside the fibre pull as hard as the tendon. The damper keeps the speed finite without
-activation; the tendon's own damping limits how stiff the equations are, to rates of 1/creep, and delays the
-force by as much. The law of the fibre is that of <code>RigidTendonMuscle</code>. No pennation, no toe region. Source: Zajac,
+activation; the tendon's own damping limits how stiff the equations are, to rates of 1/creep that steps of
+4 ms follow, and delays the force by as much. The law of the fibre is that of <code>RigidTendonMuscle</code>. No pennation, no toe region. Source: Zajac,
 Muscle and tendon, CRC Critical Reviews in Biomedical Engineering 17 (1989), which gives a strain of 0.033 at the
 largest force.</p></html>"));
 end SeriesElasticity;
