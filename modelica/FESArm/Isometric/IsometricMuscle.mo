@@ -30,6 +30,9 @@ equation
   force = correction_force + equilibriumForce(stimulationPath3.y[1]*muscleStrength1.strength[1], length, Fmax, Lopt, width,
     kSeries, Lslack, kParallel, Lparallel);
   annotation (Documentation(info="<html>
+<p>kSeries e^2 = q Fmax (1 - ((Lf - Lopt)/(width Lopt))^2) + kParallel max(0, Lf - Lparallel)^2 with Lf = length - Lslack
+- e and the stimulation times the strength as q; solved in closed form by equilibriumForce. Assumption: equilibrium at
+every instant.</p>
 <p>Static part of a Hill muscle: force-length parabola, quadratic tendon, quadratic parallel elasticity, and activation
 equal to the excitation. Lags found on top of it therefore lump activation with the fibre's shortening against its
 tendon.</p>

@@ -4,5 +4,10 @@ model RigidTendonMuscle "Muscle on a tendon that does not stretch"
 equation
   Lf = L - Lslack;
   Fpassive = Kp*max(0, Lf - Lopt)^2;
-  annotation (Documentation(info="<html><p>Used wherever the arm moves. Passive force only beyond the optimum length.</p></html>"));
+  annotation (Documentation(info="<html>
+<p>Lf = L - Lslack; Fpassive = Kp max(0, Lf - Lopt)^2.</p>
+<p>Assumptions: the tendon keeps its slack length, so the fibre takes up the whole change of length; passive force only
+beyond the optimum length. Used wherever the arm moves. Source: Zajac, Muscle and tendon, Critical Reviews in Biomedical
+Engineering 17 (1989), for the stiff tendon.</p>
+</html>"));
 end RigidTendonMuscle;

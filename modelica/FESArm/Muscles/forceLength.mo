@@ -5,5 +5,8 @@ function forceLength "Share of the largest isometric force at a fibre length"
   output Real fL(unit="1");
 algorithm
   fL := exp(-((L - Lopt)/(0.65*Lopt))^2);
-  annotation (Documentation(info="<html><p>Bell curve of the study's muscle model, width 0.65 of the optimum length.</p></html>"));
+  annotation (Documentation(info="<html>
+<p>fL = exp(-((L - Lopt)/(0.65 Lopt))^2), the bell curve of the study's muscle model. Assumption: the same shape at every
+activation.</p>
+</html>"));
 end forceLength;

@@ -11,7 +11,10 @@ algorithm
   c := Vmax*A*(gmax - 1)/(A + 1);
   gV := noEvent(if V <= 0 then max(0, (Vmax + min(V, 0))/(Vmax - min(V, 0)/A)) else (gmax*max(V, 0) + c)/(max(V, 0) + c));
   annotation (Documentation(info="<html>
-<p>Hill's hyperbola for shortening, continued by a second hyperbola for lengthening; never negative. The inner
+<p>Shortening (V &lt;= 0): gV = (Vmax + V)/(Vmax - V/A). Lengthening: gV = (gmax V + c)/(V + c) with
+c = Vmax A (gmax - 1)/(A + 1), which makes the slope continuous at V = 0.</p>
+<p>Source: Hill, The heat of shortening and the dynamic constants of muscle, Proceedings of the Royal Society B 126 (1938),
+for shortening. Hill's hyperbola is continued by a second hyperbola for lengthening; never negative. The inner
 min and max keep each branch finite where it does not apply.</p>
 </html>"));
 end forceVelocity;
