@@ -56,7 +56,8 @@ def _worst(jobs: list[Job], rows: list[Rows], expected: list[Rows]) -> dict[str,
     for job, mine, other in zip(jobs, rows, expected, strict=True):
         reference = np.array(other)
         assert np.shape(mine) == reference.shape == (STEPS, len(job.outputs))
-        assert np.abs(reference).max() > 0.01, f"nothing happens in {job.fmu}"
+        # The least of them, the linear drive, moves 1.5 mm in the time: f t^2 / (2 m).
+        assert np.abs(reference).max() > 1e-3, f"nothing happens in {job.fmu}"
         scale = np.abs(reference).max(axis=0) + 1e-9
         worst[Path(job.fmu).name] = float((np.abs(np.array(mine) - reference) / scale).max())
     return worst
