@@ -33,10 +33,13 @@ def expected(jobs: list[Job], tmp_path_factory: pytest.TempPathFactory) -> list[
 
 def _job(fmu: Path) -> Job:
     description = read_model_description(str(fmu))
-    inputs = [v.name for v in description.modelVariables if v.causality == "input"]
+    inputs = [v for v in description.modelVariables if v.causality == "input"]
     outputs = [v.name for v in description.modelVariables if v.causality == "output" and not v.dimensions]
     step = float(description.defaultExperiment.stepSize)
-    return Job(str(fmu), step, STEPS, {name: 0.2 + 0.05 * i for i, name in enumerate(inputs)}, outputs)
+    # A newton moves the kilograms of the plants by too little in so short a time.
+    sizes = [10.0 if v.unit == "N" else 1.0 for v in inputs]
+    values = {v.name: size * (0.2 + 0.05 * i) for i, (v, size) in enumerate(zip(inputs, sizes, strict=True))}
+    return Job(str(fmu), step, STEPS, values, outputs)
 
 
 def _run(importer: str, jobs: list[Job], folder: Path) -> list[Rows]:
@@ -56,8 +59,7 @@ def _worst(jobs: list[Job], rows: list[Rows], expected: list[Rows]) -> dict[str,
     for job, mine, other in zip(jobs, rows, expected, strict=True):
         reference = np.array(other)
         assert np.shape(mine) == reference.shape == (STEPS, len(job.outputs))
-        # The least of them, the linear drive, moves 1.5 mm in the time: f t^2 / (2 m).
-        assert np.abs(reference).max() > 1e-3, f"nothing happens in {job.fmu}"
+        assert np.abs(reference).max() > 0.01, f"nothing happens in {job.fmu}"
         scale = np.abs(reference).max(axis=0) + 1e-9
         worst[Path(job.fmu).name] = float((np.abs(np.array(mine) - reference) / scale).max())
     return worst
