@@ -1,0 +1,1 @@
+"""Frames to numbers and back: pure functions, no bus and no clock."""

@@ -1,0 +1,40 @@
+"""A CAN frame as the codecs see it."""
+
+from typing import NamedTuple
+
+from hil.errors import FrameError
+
+# Standard identifiers have 11 bits, classic frames carry 8 bytes.
+LAST_IDENTIFIER = 0x7FF
+MOST_BYTES = 8
+
+
+class Frame(NamedTuple):
+    """Identifier (11 bits) and data (0 to 8 bytes) of a classic CAN frame."""
+
+    identifier: int
+    data: bytes
+
+    def __str__(self) -> str:
+        """The notation of candump, such as `401#AA0004002000C004`."""
+        return f"{self.identifier:03X}#{self.data.hex().upper()}"
+
+
+def parse_frame(text: str) -> Frame:
+    """Read the notation of candump.
+
+    Raises:
+        FrameError: if the text is no standard data frame.
+
+    Example:
+        >>> parse_frame("423#0003E8")
+        Frame(identifier=1059, data=b'\\x00\\x03\\xe8')
+    """
+    head, separator, tail = text.strip().partition("#")
+    try:
+        frame = Frame(int(head, 16), bytes.fromhex(tail))
+    except ValueError as error:
+        raise FrameError(f"{text!r} is no CAN frame; write identifier#data in hexadecimal, as 401#AA00") from error
+    if not separator or not 0 <= frame.identifier <= LAST_IDENTIFIER or len(frame.data) > MOST_BYTES:
+        raise FrameError(f"{text!r} is no standard CAN frame: identifier up to 7FF, then #, then up to 8 bytes")
+    return frame

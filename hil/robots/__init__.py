@@ -1,0 +1,1 @@
+"""Robots that sessions know: their transmission, kinematics and limits."""
