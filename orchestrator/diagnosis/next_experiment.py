@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import norm
 
-from fmus.errors import ComponentError
+from fmus.errors import MisfitError
 from orchestrator.diagnosis.evidence import LearningData
 from orchestrator.diagnosis.menu import Experiment, menu
 from orchestrator.models.estimation import Record, fit
@@ -165,7 +165,7 @@ def _predictions(
     for member in members:
         try:
             run = _run(member, experiment, learning)
-        except ComponentError:
+        except MisfitError:
             return None
         if limited and (np.any(run < low - reach) or np.any(run > high + reach)):
             return None
@@ -204,7 +204,7 @@ def _imitated(target: Explanation, other: Explanation, experiment: Experiment, l
             tolerance=1e-3,
             threads=1,
         )
-    except ComponentError:
+    except MisfitError:
         return 0.0
     return found.cost
 

@@ -1,14 +1,18 @@
 """Order everything that was tried, from the best explanation to the worst."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from orchestrator.diagnosis.calibration import Stage
 from orchestrator.diagnosis.candidates import Candidate
 from orchestrator.diagnosis.result import RankedSet
-from orchestrator.diagnosis.search import Trace
 from orchestrator.diagnosis.subsets import log_sets
+from orchestrator.diagnosis.trace import Trace
+
+# What a parameter that was never fitted is charged: half of log(1e9) samples, so that it never beats one that was.
+UNFITTED = 10.0
 
 
 def rank(trace: Trace, nominal: Stage, candidates: Sequence[Candidate]) -> tuple[RankedSet, ...]:
@@ -16,44 +20,48 @@ def rank(trace: Trace, nominal: Stage, candidates: Sequence[Candidate]) -> tuple
 
     `score` is the share of the reducible error (root mean square in the metric) that a set removes on the learning
     trials; `probability` is proportional to exp(-BIC/2), the nominal model being one of the choices. Candidates that were
-    not refitted are taken to do what they do to first order, never better than the refitted ones.
+    not refitted are taken to do what they do to first order, never better than the refitted ones. Variants of an effect
+    at one site are one row: its score is that of the best, its probability their sum.
     """
     base = nominal.tangent.base
     nothing = trace.half_bic(base)
     scale = min(stage.colour.scale for stage in trace.stages)
-    refits = [r for r in trace.refitted if r.is_present()]
-    criteria = [trace.half_bic(r) for r in refits]
-    chosen: list[tuple[Candidate, ...]] = [r.effects.candidates for r in refits]
-    errors = [r.cost**0.5 for r in refits]
+    found: list[tuple[tuple[Candidate, ...], float, float]] = []
+    least = base.cost
+    for r in trace.refitted:
+        if r.is_present():
+            found.append((r.effects.candidates, r.cost, trace.half_bic(r)))
+            least = min(least, r.cost)
+        else:
+            pays = UNFITTED * r.size + log_sets(trace.choices, len(r.ids))
+            found.append((r.effects.candidates, base.cost, nothing + pays))
     tried = {r.labels for r in trace.refitted}
-    for candidate, gain in _untried(nominal, candidates, tried).items():
-        rest = max(base.cost - gain / base.fit.rows, min([*(r.cost for r in refits), base.cost]))
-        errors.append(rest**0.5)
-        drop = (rest - base.cost) * base.fit.rows / scale
-        criteria.append(nothing + 0.5 * (drop + 20.0) + log_sets(trace.choices, 1))
-        chosen.append((candidate,))
-    for failed in trace.refitted:
-        if not failed.is_present():
-            chosen.append(failed.effects.candidates)
-            errors.append(base.cost**0.5)
-            criteria.append(nothing + 10.0 * failed.size + log_sets(trace.choices, len(failed.ids)))
-    half = np.array([nothing, *criteria])
+    for candidate in candidates:
+        if frozenset({candidate.label}) not in tried:
+            rest = max(base.cost - nominal.gains.get(candidate.label, 0.0) / base.fit.rows, least)
+            drop = 0.5 * (base.cost - rest) * base.fit.rows / scale
+            found.append(((candidate,), rest, nothing - drop + UNFITTED + log_sets(trace.choices, 1)))
+    half = np.array([nothing, *(criterion for _, _, criterion in found)])
     weights = np.exp(half.min() - half)
     probabilities = (weights / weights.sum())[1:]
-    before, floor = base.cost**0.5, min(1.0, base.cost**0.5)
-    ranked = [
-        RankedSet(
-            effects=tuple(c.card.id for c in entry),
-            sites=tuple(c.site for c in entry),
-            score=float((before - error) / max(before - floor, 1e-9)) if before > 1.0 else 0.0,
-            probability=float(weight),
+    rows: dict[tuple[tuple[str, str], ...], RankedSet] = {}
+    for i in map(int, np.argsort(half[1:], kind="stable")):
+        chosen, cost, _ = found[i]
+        key = tuple(sorted((c.card.id, c.site) for c in chosen))
+        if key in rows:
+            rows[key] = replace(rows[key], probability=rows[key].probability + float(probabilities[i]))
+            continue
+        rows[key] = RankedSet(
+            effects=tuple(c.card.id for c in chosen),
+            sites=tuple(c.site for c in chosen),
+            score=_removed(base.cost, cost),
+            probability=float(probabilities[i]),
         )
-        for entry, error, weight in zip(chosen, errors, probabilities, strict=True)
-    ]
-    return tuple(ranked[i] for i in np.argsort(half[1:], kind="stable"))
+    return tuple(rows.values())
 
 
-def _untried(nominal: Stage, candidates: Sequence[Candidate], tried: set[frozenset[str]]) -> dict[Candidate, float]:
-    """Candidates that were never refitted alone, with what they explain of the nominal misfit to first order."""
-    gains = nominal.gains
-    return {c: gains.get(c.label, 0.0) for c in candidates if frozenset({c.label}) not in tried}
+def _removed(before: float, after: float) -> float:
+    """Share of the reducible error that is gone; mean squares in the metric, where noise has 1."""
+    if before <= 1.0:
+        return 0.0
+    return float((before**0.5 - after**0.5) / max(before**0.5 - 1.0, 1e-9))

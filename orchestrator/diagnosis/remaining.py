@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fmus.errors import ComponentError
+from fmus.errors import MisfitError
 from orchestrator.diagnosis.evidence import LearningData, Refit
 from orchestrator.diagnosis.next_experiment import Explanation
 from orchestrator.models.symbolic import SymbolicModel
@@ -32,7 +32,7 @@ def remaining(
         return [_of(best), *(_of(r) for r in _best_of_each(rivals))]
     try:
         start = nominal.record(learning.trials[0]).start
-    except ComponentError:
+    except MisfitError:
         return []
     nothing = np.zeros(0)
     singles = [r for r in refitted if len(r.ids) == 1]

@@ -2,21 +2,20 @@
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import suppress
-from dataclasses import dataclass, field
 from itertools import groupby, pairwise
 from typing import TypeVar
 
 import numpy as np
 
 from fmus.catalogue import ModelicaModel
-from fmus.errors import ComponentError
-from orchestrator.diagnosis.calibration import PRACTICAL, SIGNIFICANT, Stage
+from fmus.errors import ComponentError, MisfitError
+from orchestrator.diagnosis.calibration import SIGNIFICANT, Stage
 from orchestrator.diagnosis.candidates import Candidate, EffectSet, can_join
 from orchestrator.diagnosis.confusion import half_bic
 from orchestrator.diagnosis.evidence import TOLERANCE, LearningData, Refit, fit_nominal
 from orchestrator.diagnosis.screening import Explanation, Screened, Screener
 from orchestrator.diagnosis.tangent import Tangent
+from orchestrator.diagnosis.trace import Accepted, Trace
 from orchestrator.diagnosis.work import Here, ScreenTask, Work, done_by
 from orchestrator.models.symbolic import SymbolicModel
 
@@ -32,37 +31,10 @@ ROUGH = 1e-3
 POLISHED = 3
 # Sets that are extended in the next round.
 BEAM = 2
-# An effect must take this share off the mean square error above the noise to be worth its parameters.
-WORTHWHILE = 0.2
 
 Progress = Callable[[str], None]
 Item = TypeVar("Item")
 Found = TypeVar("Found")
-
-
-@dataclass
-class Trace:
-    """Everything that was tried: screened sets, refitted sets, and the test of each set that was extended.
-
-    `choices` is the number of candidates that sets were chosen from.
-    """
-
-    choices: int = 1
-    screened: list[Screened] = field(default_factory=list)
-    refitted: list[Refit] = field(default_factory=list)
-    stages: list[Stage] = field(default_factory=list)
-
-    def half_bic(self, found: Refit) -> float:
-        """Half the extended BIC of a set, in units of the least noise that any of the tested sets leaves."""
-        return half_bic(found, min(stage.colour.scale for stage in self.stages), self.choices)
-
-
-@dataclass(frozen=True)
-class Accepted:
-    """A set on the path, with the chance that noise alone would have made its last effect look so good."""
-
-    refit: Refit
-    p_value: float
 
 
 class Searcher:
@@ -98,7 +70,7 @@ class Searcher:
             if len(base.ids) == MOST_EFFECTS or stage.p_value > SIGNIFICANT or not stage.may_matter:
                 break
             if not singles:
-                screener = Screener(self.base, self.nominal, self.learning) if self.nominal.residual else None
+                screener = self._screener()
                 singles = self._explain(screener)
                 screened = [single.screened for single in singles]
             else:
@@ -110,33 +82,11 @@ class Searcher:
             self.trace.refitted += found
             bound = half_bic(base, noise, self.trace.choices)
             better = [r for r in found if half_bic(r, noise, self.trace.choices) < bound]
-            best = next((r for r in better if r.is_present() and self._matters(r)), None)
+            best = next((r for r in better if r.is_present() and not self.trace.objection(r)), None)
             if best is None:
                 break
             base, beam = best, [best, *(r for r in found if r.is_present() and r is not best)][:BEAM]
         return self._nested(base)
-
-    def _tested_on(self, found: Refit) -> Stage:
-        """The test of the largest set that a set contains."""
-        inside = [s for s in self.trace.stages if s.tangent.base.labels < found.labels]
-        return max(inside, key=lambda s: len(s.tangent.base.ids))
-
-    def _p_value(self, found: Refit) -> float:
-        """Chance that noise alone would make what a set adds to the tested set inside it look so good."""
-        stage = self._tested_on(found)
-        before = stage.tangent.base
-        return stage.p_of_fit(found.fit.misfit, max(found.size - before.size, 1), len(found.ids) - len(before.ids))
-
-    def _matters(self, found: Refit) -> bool:
-        """Whether a set does more than noise would do, and what is large enough to care about."""
-        if self._p_value(found) > SIGNIFICANT:
-            return False
-        stage = self._tested_on(found)
-        before = stage.tangent.base
-        reducible = max(before.cost - min(stage.colour.level**2, 1.0), 1e-9)
-        if before.cost - found.cost < WORTHWHILE * reducible:
-            return False
-        return found.is_meaningful() or before.cost**0.5 - found.cost**0.5 > PRACTICAL * stage.nominal_rms
 
     def _pruned(self, found: Sequence[Refit]) -> list[Refit]:
         """Sets without the effects that the data do not show beside the others, as far as they were not tried."""
@@ -147,8 +97,9 @@ class Searcher:
             labels = frozenset(c.label for c, _ in kept)
             if kept and labels not in tried and labels not in smaller:
                 values = np.concatenate([v for _, v in kept])
-                with suppress(ComponentError):  # what fails without an effect is no explanation
-                    smaller[labels] = self._fitted([c for c, _ in kept], values, r.fit.values[r.size :])
+                fitted = self._attempted([c for c, _ in kept], values, r.fit.values[r.size :])
+                if fitted is not None:
+                    smaller[labels] = fitted
         return list(smaller.values())
 
     def _stage(self, base: Refit, further: int) -> Stage:
@@ -162,26 +113,39 @@ class Searcher:
         stages.append(stage)
         return stage
 
+    def _screener(self) -> Screener | None:
+        """None if the equations have no residual, or none that can be simulated along the measurements."""
+        try:
+            return Screener(self.base, self.nominal, self.learning) if self.nominal.residual else None
+        except MisfitError:
+            return None
+
     def _explain(self, screener: Screener | None) -> list[Explanation]:
         """Screen every candidate alone; without a residual in the equations they go to the refit as they are."""
         groups = [list(group) for _, group in groupby(self.candidates, key=lambda c: (c.card.id, c.card.variant))]
 
         def one(group: list[Candidate]) -> list[Explanation]:
             self.progress(f"screening {group[0].card.id.replace('_', ' ')}")
-            try:
-                if screener is not None:
+            if screener is not None:
+                try:
                     if self.work.callers is None:
                         return screener.explain(group)
                     task = ScreenTask(self.base, self.nominal.signals, self.learning, tuple(group))
                     return list(self.work.do(task))
-            except ComponentError:
-                return []  # a candidate that cannot even be simulated explains nothing
-            return [self._unscreened(candidate) for candidate in group]
+                except MisfitError as error:
+                    for candidate in group:
+                        self.trace.fail([candidate], error)
+            return [e for e in map(self._unscreened, group) if e is not None]
 
         return [explanation for part in self._side_by_side(one, groups) for explanation in part]
 
-    def _unscreened(self, candidate: Candidate) -> Explanation:
-        guess = EffectSet(self.base, [candidate], self.nominal.signals).first_guess()
+    def _unscreened(self, candidate: Candidate) -> Explanation | None:
+        """A candidate as only free runs can judge it; None if not even its model can be built."""
+        try:
+            guess = EffectSet(self.base, [candidate], self.nominal.signals).first_guess()
+        except MisfitError as error:
+            self.trace.fail([candidate], error)
+            return None
         return Explanation(Screened((candidate,), guess, np.nan), np.zeros((0, 0)), False)
 
     def _extensions(
@@ -199,7 +163,7 @@ class Searcher:
             if screener is not None and current.effects.model.residual is not None:
                 try:
                     extended = screener.extend(current, possible)
-                except ComponentError:
+                except MisfitError:
                     continue  # a set whose residual cannot be simulated with its fitted values leads nowhere
             else:
                 extended = [
@@ -231,25 +195,33 @@ class Searcher:
 
         def one(entry: Screened) -> Refit | None:
             self.progress(f"refitting {' + '.join(c.label for c in entry.candidates)}")
-            try:
-                return self._fitted(entry.candidates, entry.values, beam[0].fit.values[beam[0].size :], ROUGH)
-            except ComponentError:
-                return None
+            return self._attempted(entry.candidates, entry.values, beam[0].fit.values[beam[0].size :], ROUGH)
 
         def closer(found: Refit) -> Refit:
-            try:
-                return self._fitted(found.effects.candidates, found.values, found.fit.values[found.size :])
-            except ComponentError:
-                return found
+            better = self._attempted(found.effects.candidates, found.values, found.fit.values[found.size :])
+            return found if better is None else better
 
         rough = sorted((r for r in self._side_by_side(one, ordered) if r is not None), key=lambda r: r.half_bic)
         return [*self._side_by_side(closer, rough[:POLISHED]), *rough[POLISHED:]]
+
+    def _attempted(
+        self, chosen: Sequence[Candidate], first: np.ndarray, nuisances: np.ndarray, tolerance: float = TOLERANCE
+    ) -> Refit | None:
+        """Refit a set; None, and the reason in the trace, if it cannot be built, simulated or fitted."""
+        try:
+            return self._fitted(chosen, first, nuisances, tolerance)
+        except MisfitError as error:
+            self.trace.fail(chosen, error)
+            return None
 
     def _fitted(
         self, chosen: Sequence[Candidate], first: np.ndarray, nuisances: np.ndarray, tolerance: float = TOLERANCE
     ) -> Refit:
         signals = self.nominal.signals
-        return done_by(self.work, self.base, chosen, signals, self.learning, first, nuisances, tolerance)
+        try:
+            return done_by(self.work, self.base, chosen, signals, self.learning, first, nuisances, tolerance)
+        except ValueError as error:  # bounds that exclude each other, numbers that overflow
+            raise ComponentError(f"{' + '.join(c.label for c in chosen)} cannot be fitted: {error}") from error
 
     def _whole_sets(self, stage: Stage, singles: Sequence[Explanation]) -> list[Screened]:
         """The best sets of two and three further effects to first order, if they score clearly above smaller ones."""
@@ -283,4 +255,4 @@ class Searcher:
             if not inside:
                 break
             nested.insert(0, min(inside, key=lambda r: r.half_bic))
-        return [Accepted(r, self._p_value(r)) for r in nested]
+        return [Accepted(r, self.trace.p_value(r)) for r in nested]

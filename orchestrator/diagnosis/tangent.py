@@ -7,7 +7,7 @@ from typing import Protocol, TypeVar
 
 import numpy as np
 
-from fmus.errors import ComponentError
+from fmus.errors import MisfitError
 from orchestrator.diagnosis.candidates import Candidate, EffectSet, can_join
 from orchestrator.diagnosis.evidence import LearningData, Refit
 from orchestrator.diagnosis.metric import concatenate
@@ -99,7 +99,7 @@ class Tangent:
         def one(group: list[Candidate]) -> list[Block]:
             try:
                 return list(self._of_card(group, slots))
-            except ComponentError:
+            except MisfitError:
                 return []
 
         return [block for part in side_by_side(one, groups) for block in part]

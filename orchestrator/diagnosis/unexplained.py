@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from fmus.errors import ComponentError
+from fmus.errors import MisfitError
 from orchestrator.compare.maps import Coordinate, coordinates_of, error_map, sentence
 from orchestrator.compare.where import map_rows
 from orchestrator.diagnosis.evidence import LearningData, Refit
@@ -24,7 +24,7 @@ def unexplained_forces(nominal: SymbolicModel, best: Refit | None, learning: Lea
     model, values = (nominal, np.zeros(0)) if best is None else (best.effects.model, best.values)
     try:
         residuals, hidden = _residuals(model, values, learning.trials, best)
-    except ComponentError:
+    except MisfitError:
         return ()
     coordinates = [*_coordinates(model, learning.trials), *hidden]
     found = [curve for curve in (latent_force(series, coordinates) for series in residuals) if curve is not None]
@@ -42,7 +42,7 @@ def where_forces_lack(nominal: SymbolicModel, learning: LearningData) -> tuple[l
     trials = learning.trials
     try:
         residuals, hidden = _residuals(nominal, np.zeros(0), trials, None)
-    except ComponentError:
+    except MisfitError:
         return [], ()
     times = [t.smoother.thin(t.time) for t in trials]
     step = trials[0].smoother.step * trials[0].smoother.stride

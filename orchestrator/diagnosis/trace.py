@@ -1,0 +1,69 @@
+"""What a search has tried: screened, refitted and failed sets, and why a set was not taken."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from orchestrator.diagnosis.calibration import PRACTICAL, SIGNIFICANT, Stage
+from orchestrator.diagnosis.candidates import Candidate
+from orchestrator.diagnosis.confusion import half_bic
+from orchestrator.diagnosis.evidence import Refit
+from orchestrator.diagnosis.screening import Screened
+
+# An effect must take this share off the mean square error above the noise to be worth its parameters.
+WORTHWHILE = 0.2
+
+
+@dataclass(frozen=True)
+class Accepted:
+    """A set on the path, with the chance that noise alone would have made its last effect look so good."""
+
+    refit: Refit
+    p_value: float
+
+
+@dataclass
+class Trace:
+    """Everything that was tried: screened sets, refitted sets, and the test of each set that was extended.
+
+    `choices` is the number of candidates that sets were chosen from. `failed` says of sets that could not be built,
+    simulated or fitted, why.
+    """
+
+    choices: int = 1
+    screened: list[Screened] = field(default_factory=list)
+    refitted: list[Refit] = field(default_factory=list)
+    stages: list[Stage] = field(default_factory=list)
+    failed: dict[tuple[Candidate, ...], str] = field(default_factory=dict)
+
+    def fail(self, chosen: Sequence[Candidate], error: Exception) -> None:
+        """Keep the reason why candidates could not be tried together."""
+        self.failed[tuple(chosen)] = str(error)
+
+    def half_bic(self, found: Refit) -> float:
+        """Half the extended BIC of a set, in units of the least noise that any of the tested sets leaves."""
+        return half_bic(found, min(stage.colour.scale for stage in self.stages), self.choices)
+
+    def tested_on(self, found: Refit) -> Stage:
+        """The test of the largest set that a set contains."""
+        inside = [s for s in self.stages if s.tangent.base.labels < found.labels]
+        return max(inside, key=lambda s: len(s.tangent.base.ids))
+
+    def p_value(self, found: Refit) -> float:
+        """Chance that noise alone would make what a set adds to the tested set inside it look so good."""
+        stage = self.tested_on(found)
+        before = stage.tangent.base
+        return stage.p_of_fit(found.fit.misfit, max(found.size - before.size, 1), len(found.ids) - len(before.ids))
+
+    def objection(self, found: Refit) -> str:
+        """What speaks against a set that fits best: that noise would do as well, or that it is too small to matter."""
+        p = self.p_value(found)
+        if p > SIGNIFICANT:
+            return f"noise alone would do as well (p = {p:.2g})"
+        stage = self.tested_on(found)
+        before = stage.tangent.base
+        reducible = max(before.cost - min(stage.colour.level**2, 1.0), 1e-9)
+        if before.cost - found.cost < WORTHWHILE * reducible:
+            return f"takes less than {WORTHWHILE:.0%} of what exceeds the noise"
+        if found.is_meaningful() or before.cost**0.5 - found.cost**0.5 > PRACTICAL * stage.nominal_rms:
+            return ""
+        return "is of a size that does not matter"
