@@ -6,14 +6,18 @@ import numpy as np
 import pytest
 
 from fmus.catalogue import find_modelica_model
+from orchestrator.diagnosis.candidates import find_candidates
+from orchestrator.diagnosis.cards import effect_library
 from orchestrator.measurements import bind, load_measurements
 from orchestrator.models.compiled import CompiledModel
 from orchestrator.models.symbolic import SymbolicModel
+from tests.benchmarks.diagnosis.scoring.sites import same_site, site_parts
+from tests.benchmarks.diagnosis.truth.context import Context
 from tests.benchmarks.diagnosis.truth.excitation import plan_trial
 from tests.benchmarks.diagnosis.truth.families import FAMILIES, Wish, draw_case
 from tests.benchmarks.diagnosis.truth.library import EFFECTS
 from tests.benchmarks.diagnosis.truth.machines import MACHINES
-from tests.benchmarks.diagnosis.truth.native import has_mujoco, simulate
+from tests.benchmarks.diagnosis.truth.native import has_mujoco, simulate, simulate_tanks
 from tests.benchmarks.diagnosis.truth.run import Injection, run_trial
 from tests.benchmarks.diagnosis.truth.write import write_case
 from tests.benchmarks.diagnosis.truth.yardstick import Yardstick
@@ -103,6 +107,32 @@ def test_stuck_joint_breaks_away_when_the_load_exceeds_breakaway_not_before() ->
     assert moving == pytest.approx(2.0, abs=0.01)
 
 
+def test_play_is_the_same_in_steps_that_are_four_times_finer() -> None:
+    values = {**MACHINES["two-mass"].values, "gap": 0.02, "b1": 0.02, "b2": 0.02}
+    u = 0.02 * np.sin(2 * np.pi * np.arange(3001) * 1e-3)[:, None]
+    fine = np.interp(np.arange(12001) / 4, np.arange(3001), u[:, 0])[:, None]
+
+    q, _ = simulate("two-mass", values, u, [0.0, 0.0], [0.0, 0.0])
+    finer, _ = simulate("two-mass", values, fine, [0.0, 0.0], [0.0, 0.0], step=2.5e-4)
+
+    np.testing.assert_allclose(q, finer[::4], atol=1e-8)
+
+
+def test_leaks_outlets_and_inflow_balance_the_content_of_the_tanks() -> None:
+    values = {**MACHINES["tanks"].values, "leak1": 2e-6, "leak2": 3e-6, "clog": 0.4, "clogtime": 100.0}
+    time = np.arange(2401) * 0.25
+    inflow = 1e-4 * (1 + np.sin(time / 40))
+
+    found = simulate_tanks(values, inflow, np.array([0.3, 0.2]), step=0.25)
+
+    lost = np.sqrt(2 * values["g"] * found[:, :2]) @ [values["leak1"], values["leak2"]]
+    content = found[:, :2] @ [values["A1"], values["A2"]]
+    flows = inflow - lost - found[:, 2]
+    gained = np.concatenate([[0.0], np.cumsum(0.125 * (flows[1:] + flows[:-1]))])
+    assert np.ptp(content) > 1e-3
+    np.testing.assert_allclose(content - content[0], gained, atol=1e-6)
+
+
 def test_backlash_leaves_the_load_alone_until_the_play_is_used_up() -> None:
     values = {**MACHINES["two-mass"].values, "gap": 0.02}
     u = np.full((2001, 1), 1e-4)
@@ -126,6 +156,35 @@ def test_effect_reaches_the_wanted_size_against_the_noise(machine: str, effect: 
 
     assert case.injections[0].id == effect
     assert case.enr_each[0] == pytest.approx(5.0, rel=0.15)
+
+
+# Laws that the contract names and the truth has, but no slot of that model takes.
+NOT_OFFERED = {("quadratic_drag", "joint"), ("constant_force", "joint")}
+
+
+@pytest.mark.parametrize("machine", EFFECTS)
+def test_truth_names_effects_sites_and_parameters_as_the_cards_do(machine: str) -> None:
+    model = find_modelica_model(machine)
+    candidates, _ = find_candidates(model, model.compile(), effect_library())
+    context = _context(machine)
+
+    for name, draw in EFFECTS[machine].items():
+        for _ in range(4):  # sites are drawn
+            true = draw(context)(1.0)
+            alike = [c for c in candidates if c.card.id == true.id and same_site(true.site, c.site, machine)]
+            # Elements that share a card are fitted one at a time: each part of the truth's site is one of them.
+            parts = {part for c in candidates if c.card.id == true.id for part in site_parts(c.site, machine)}
+            if not alike and not site_parts(true.site, machine) <= parts:
+                assert (name, "joint") in NOT_OFFERED and "joint" in true.site
+                continue
+            known = {p.name for c in candidates if c.card.id == true.id for p in c.card.parameters}
+            assert {key.split("[")[0] for key in true.parameters} <= known
+
+
+def _context(name: str) -> Context:
+    machine, random = MACHINES[name], np.random.default_rng(1)
+    plan = plan_trial(machine, 0, 2.0, random)
+    return Context(machine, random, (run_trial(machine, plan),))
 
 
 def test_library_holds_every_kind_of_effect_that_a_diagnosis_may_name() -> None:

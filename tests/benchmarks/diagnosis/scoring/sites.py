@@ -1,6 +1,7 @@
 """Sites and parameters of truth and diagnosis, made comparable."""
 
 from collections.abc import Mapping
+from functools import cache
 from typing import Any
 
 from tests.benchmarks.diagnosis.truth.machines import MACHINES
@@ -10,20 +11,35 @@ _ABSENT = {"factor": 1.0, "ratio": 1.0, "scale": 1.0}
 
 
 def site_parts(site: str, model: str) -> set[str]:
-    """Parts of a site; joints may be named by number or by the model's own variable.
+    """Parts of a site by the model's own variables, whether a part is called by its number or by its variable.
 
     >>> sorted(site_parts("joint1+joint2", "arm")), site_parts("phiLoad", "two-mass")
-    (['joint1', 'joint2'], {'joint2'})
+    (['q1', 'q2'], {'phiLoad'})
+    >>> site_parts("sensor:q1", "cart"), site_parts("slide1", "cart"), site_parts("tank2", "tanks")
+    ({'sensor:theta'}, {'x'}, {'h2'})
     """
-    names = {name: f"joint{k}" for k, name in enumerate(MACHINES[model].outputs, 1)}
+    numbers = _numbers(model)
+    found = set()
+    for part in site.split("+"):
+        kind, _, name = part.rpartition(":")
+        found.add(f"{kind}:{numbers.get(name, name)}" if kind else numbers.get(name, name))
+    return found
+
+
+@cache
+def _numbers(model: str) -> dict[str, str]:
+    """The model's variable for each name that counts places."""
+    machine = MACHINES[model]
+    command = dict.fromkeys(["command"], next(iter(machine.inputs), ""))
     if model == "cart":
-        names = {"theta": "joint1"}
-    return {names.get(part.removeprefix("sensor:"), part) for part in site.split("+")}
+        return {"joint1": "theta", "q1": "theta", "slide1": "x", "x1": "x", **command}
+    names = {f"{kind}{k}": name for k, name in enumerate(machine.outputs, 1) for kind in ("joint", "q", "tank")}
+    return names if model == "arm" else {**names, **command}
 
 
 def same_site(true: str, said: str, model: str) -> bool:
     """Tell whether a diagnosis points at the place; it may fit an effect at more joints than those that have it."""
-    return site_parts(true, model) <= site_parts(said, model) or true == "sensor"
+    return site_parts(true, model) <= site_parts(said, model)
 
 
 def parameter_errors(true: Mapping[str, Any], said: Mapping[str, Any]) -> list[tuple[float, bool]]:

@@ -38,14 +38,16 @@ def warming_friction(context: Context) -> Sized:
     return lambda s: Injection("unknown", "joint1", {}, {"b1": s * size, "warm": 0.9, "warmtime": 2.0})
 
 
-def rail_friction(context: Context) -> Sized:
-    """Friction of the cart's wheels, where the model has no place for an effect."""
-    return lambda s: Injection("unknown", "rail", {}, {"rail": 0.02 * s})
+def uneven_rail(context: Context) -> Sized:
+    """Dry friction of the cart's wheels that changes with its place on the rail."""
+    wave = context.random.uniform(3, 8) / max(context.speed(1), 0.1)
+    return lambda s: Injection("unknown", "slide1", {}, {"c2": 0.01 * s, "fpos": 0.95, "fwave": wave})
 
 
-def leak(context: Context) -> Sized:
-    """The upper tank leaks."""
-    return lambda s: Injection("unknown", "tank1", {}, {"leak": 1e-7 * s})
+def clogging_outlet(context: Context) -> Sized:
+    """The upper tank's outlet closes slowly in each trial, down to half its area."""
+    length = context.runs[0].time[-1]
+    return lambda s: Injection("unknown", "outlet1", {}, {"clog": 0.5 * s / (s + 50), "clogtime": length / 2})
 
 
 def overflow(context: Context) -> Sized:

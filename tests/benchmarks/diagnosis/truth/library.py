@@ -2,7 +2,14 @@
 
 from collections.abc import Callable
 
-from tests.benchmarks.diagnosis.truth import arm_effects, foreign_effects, joint_effects, signal_effects
+from tests.benchmarks.diagnosis.truth import (
+    arm_effects,
+    foreign_effects,
+    joint_effects,
+    rail_effects,
+    signal_effects,
+    tank_effects,
+)
 from tests.benchmarks.diagnosis.truth.context import Context, Sized
 from tests.benchmarks.diagnosis.truth.machines import Machine
 
@@ -20,6 +27,16 @@ _JOINT: dict[str, Draw] = {
     "end_stop": joint_effects.end_stop,
     "tremor": joint_effects.tremor,
     "constant_force": joint_effects.constant_torque,
+}
+# The cart's friction may sit at the pole's hinge or under its wheels.
+_RAIL: dict[str, Draw] = {
+    name: rail_effects.hinge_or_rail(_JOINT[name], on_rail)
+    for name, on_rail in (
+        ("viscous_friction", rail_effects.viscous_friction),
+        ("coulomb_friction", rail_effects.coulomb_friction),
+        ("stribeck_friction", rail_effects.stribeck_friction),
+        ("quadratic_drag", rail_effects.drag),
+    )
 }
 _SENSOR: dict[str, Draw] = {
     "joint_offset": signal_effects.joint_offset,
@@ -52,9 +69,9 @@ EFFECTS: dict[str, dict[str, Draw]] = {
     "pendulum": {**_JOINT, **_SENSOR},
     "drive": {**_JOINT, **_COMMAND, **_SENSOR, "joint_elasticity": joint_effects.joint_elasticity},
     "two-mass": {**_JOINT, **_COMMAND, **_SENSOR, "backlash": joint_effects.backlash},
-    "cart": {**_JOINT, **_COMMAND, **_SENSOR},
+    "cart": {**_JOINT, **_RAIL, **_COMMAND, **_SENSOR},
     "double-pendulum": {**_JOINT, **_SENSOR},
-    "tanks": {**_COMMAND, **_SENSOR},
+    "tanks": {**_COMMAND, **_SENSOR, "leak": tank_effects.leak, "outlet_error": tank_effects.outlet_error},
 }
 # A turn of the encoder's zero changes nothing on a drive that has no preferred angle.
 del EFFECTS["drive"]["joint_offset"]
@@ -70,9 +87,9 @@ FOREIGN: dict[str, dict[str, Draw]] = {
     "pendulum": _FOREIGN_ONE,
     "drive": _FOREIGN_ONE,
     "two-mass": _FOREIGN_TWO,
-    "cart": {"rail_friction": foreign_effects.rail_friction, **_FOREIGN_ONE},
+    "cart": {**_FOREIGN_ONE, "uneven_rail": foreign_effects.uneven_rail},
     "double-pendulum": {**_FOREIGN_TWO, "external_push": foreign_effects.external_push},
-    "tanks": {"leak": foreign_effects.leak, "overflow": foreign_effects.overflow},
+    "tanks": {"clogging_outlet": foreign_effects.clogging_outlet, "overflow": foreign_effects.overflow},
 }
 
 # Pairs that are easily taken for each other or hide each other.
@@ -89,6 +106,7 @@ CONFUSABLE = (
     ("passive_stiffness", "end_stop"),
     ("joint_offset", "joint_scale"),
     ("sensor_lag", "stimulation_delay"),
+    ("leak", "outlet_error"),
 )
 
 

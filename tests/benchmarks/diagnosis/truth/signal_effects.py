@@ -1,5 +1,7 @@
 """Effects on commands and sensors: what acts is not what was commanded, what is read is not what is."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from tests.benchmarks.diagnosis.truth.context import Context, Sized
@@ -51,48 +53,49 @@ def saturation(context: Context) -> Sized:
 
 def joint_offset(context: Context) -> Sized:
     """Zero error of one encoder or level sensor."""
-    joint, sign = _output(context), context.random.choice([-1.0, 1.0])
-    unit = 1e-3
+    # Where a cart's rail begins changes nothing.
+    sensor, sign = _sensor(context, rail=False), context.random.choice([-1.0, 1.0])
 
     def sized(s: float) -> Injection:
         shift = np.zeros(len(context.machine.outputs))
-        shift[joint] = sign * unit * s
-        return Injection(
-            "joint_offset",
-            f"joint{joint + 1}",
-            {f"offset[{joint + 1}]": sign * unit * s},
-            sensor=lambda t, y: y + shift,
-        )
+        shift[sensor.column] = sign * 1e-3 * s
+        name = f"offset[{sensor.number}]"
+        return Injection("joint_offset", sensor.site, {name: sign * 1e-3 * s}, sensor=lambda t, y: y + shift)
 
     return sized
 
 
 def joint_scale(context: Context) -> Sized:
     """Scale error of one encoder or level sensor."""
-    joint, sign = _output(context), context.random.choice([-1.0, 1.0])
+    sensor, sign = _sensor(context), context.random.choice([-1.0, 1.0])
 
     def sized(s: float) -> Injection:
         scale = np.ones(len(context.machine.outputs))
-        scale[joint] = 1 + sign * 1e-3 * s
-        return Injection(
-            "joint_scale",
-            f"joint{joint + 1}",
-            {f"scale[{joint + 1}]": float(scale[joint])},
-            sensor=lambda t, y: y * scale,
-        )
+        scale[sensor.column] = 1 + sign * 1e-3 * s
+        named = {f"scale[{sensor.number}]": float(scale[sensor.column])}
+        return Injection("joint_scale", sensor.site, named, sensor=lambda t, y: y * scale)
 
     return sized
 
 
 def sensor_lag(context: Context) -> Sized:
-    """Readings that follow the motion with a first-order lag."""
-    slow = context.machine.slow
+    """Readings that follow the motion with a first-order lag: of all sensors that are alike."""
+    machine = context.machine
+    sensor = _sensor(context)
+    alike = [sensor.column] if machine.name == "cart" else list(range(len(machine.outputs)))
+    site = "+".join(f"sensor:{list(machine.outputs)[k]}" for k in alike)
 
-    def sized(s: float) -> Injection:
-        lag = 0.002 * slow * s
-        return Injection("sensor_lag", "sensor", {"tau": lag}, sensor=lambda t, y: lagged(t, y, lag, lag))
+    def late(by: float) -> Series:
+        def reading(time: np.ndarray, y: np.ndarray) -> np.ndarray:
+            read = y.copy()
+            read[:, alike] = lagged(time, y[:, alike], by, by)
+            return read
 
-    return sized
+        return reading
+
+    return lambda s: Injection(
+        "sensor_lag", site, {"tau": 0.002 * machine.slow * s}, sensor=late(0.002 * machine.slow * s)
+    )
 
 
 def lagged(time: np.ndarray, signal: np.ndarray, rising: float, falling: float) -> np.ndarray:
@@ -110,10 +113,22 @@ def lagged(time: np.ndarray, signal: np.ndarray, rising: float, falling: float) 
     return result
 
 
-def _output(context: Context) -> int:
-    if context.machine.name == "cart":
-        return 1  # the rail is the same everywhere, and so is its motion in any scale but for the pole
-    return int(context.random.integers(len(context.machine.outputs)))
+@dataclass(frozen=True)
+class _Sensor:
+    """One sensor: its place among the outputs, its number among those of its kind, and its site."""
+
+    column: int
+    number: int
+    site: str
+
+
+def _sensor(context: Context, *, rail: bool = True) -> _Sensor:
+    names = list(context.machine.outputs)
+    column = int(context.random.integers(len(names)))
+    if context.machine.name != "cart":
+        return _Sensor(column, column + 1, f"sensor:{names[column]}")
+    column = column if rail else names.index("theta")
+    return _Sensor(column, 1, f"sensor:{names[column]}")
 
 
 def _path(context: Context) -> str:

@@ -30,7 +30,7 @@ static void motion(Case *c, double t, const double *q, const double *v, const do
       mass[1] = mass[2] = s * cos(q[0]);
       mass[3] = p[V_M] + p[V_m];
       rhs[0] = s * p[V_g] * sin(q[0]);
-      rhs[1] = u[0] + s * sin(q[0]) * v[0] * v[0] - p[V_rail] * v[1];
+      rhs[1] = u[0] + s * sin(q[0]) * v[0] * v[0];
       break;
     }
     case DRIVE:
@@ -38,11 +38,8 @@ static void motion(Case *c, double t, const double *q, const double *v, const do
       rhs[0] = u[0];
       break;
     case TWO_MASS: {
-      double twist = q[0] - q[1], half = 0.5 * p[V_gap], shaft = 0;
-      if (twist > half) twist -= half;
-      else if (twist < -half) twist += half;
-      else twist = 0;
-      if (half == 0 || twist != 0) shaft = p[V_k] * twist + p[V_d] * (v[0] - v[1]);
+      double twist = q[0] - q[1] - 0.5 * c->contact * p[V_gap], shaft = 0;
+      if (p[V_gap] == 0 || c->contact) shaft = p[V_k] * twist + p[V_d] * (v[0] - v[1]);
       mass[0] = p[V_JMotor];
       mass[3] = p[V_JLoad];
       rhs[0] = u[0] - shaft;

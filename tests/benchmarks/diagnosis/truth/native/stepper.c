@@ -1,4 +1,4 @@
-/* Runge-Kutta steps of fourth order between the events of dry friction: stopping, sticking, breaking away. */
+/* Runge-Kutta steps of fourth order between the events of dry friction (stopping, sticking, breaking away) and of play. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -56,6 +56,25 @@ static void choose_modes(Case *c, const Inputs *in, double t, const State *s, in
   }
 }
 
+/* Side on which a shaft with play touches. */
+static int touching(const Case *c, const State *s) {
+  double twist = s->q[0] - s->q[1], half = 0.5 * c->val[V_gap];
+  return c->kind == TWO_MASS && half > 0 ? (twist > half) - (twist < -half) : 0;
+}
+
+/* Share of a step after which the shaft first touches or lets go, by bisection; 1 if it does neither. */
+static double until_contact(Case *c, const Inputs *in, double t, double h, const State *s, const int *mode, const State *end) {
+  if (touching(c, end) == c->contact) return 1;
+  double low = 0, high = 1;
+  for (int i = 0; i < 45; i++) {
+    double mid = 0.5 * (low + high);
+    State there = runge_kutta(c, in, t, mid * h, s, mode);
+    if (touching(c, &there) == c->contact) low = mid;
+    else high = mid;
+  }
+  return high;
+}
+
 static State advance(Case *c, const Inputs *in, double t, double h, State s, int *mode) {
   double done = 0;
   for (int event = 0; event < 12 && h - done > 1e-12; event++) {
@@ -67,6 +86,13 @@ static State advance(Case *c, const Inputs *in, double t, double h, State s, int
       if (c->level[j] <= 0 || mode[j] == 0 || mode[j] * next.v[j] >= 0) continue;
       double before = mode[j] * s.v[j], share = before > 0 ? before / (before - mode[j] * next.v[j]) : 0;
       if (share < first) first = share, which = j;
+    }
+    double meeting = until_contact(c, in, t + done, h - done, &s, mode, &next);
+    if (meeting < first) {
+      s = runge_kutta(c, in, t + done, meeting * (h - done), &s, mode);
+      c->contact = touching(c, &s);
+      done += meeting * (h - done);
+      continue;
     }
     if (which < 0) return next;
     double part = first * (h - done);
@@ -91,7 +117,7 @@ const char *value_name(int i) { return NAMES[i]; }
    (steps + 1, 2 dofs) positions and speeds. Returns 0, or the step at which the motion left all bounds. */
 int simulate(int kind, int use_mujoco, const double *val, double start, double h, int steps, int width, const double *u,
              double *q0, double *v0, double *out) {
-  Case c = {kind, kind == PENDULUM || kind == DRIVE ? 1 : 2, use_mujoco, val, NULL, 0, h, {0, 0}, {0, 0}};
+  Case c = {kind, kind == PENDULUM || kind == DRIVE ? 1 : 2, use_mujoco, val, NULL, 0, h, {0, 0}, {0, 0}, 0};
   Inputs in = {u, steps + 1, width, h};
   double *speeds = malloc(sizeof(double) * 2 * (steps + 1)), *shifted_val = malloc(sizeof(double) * N_VALUES);
   int mode[2] = {0, 0}, failed = 0;
@@ -102,8 +128,9 @@ int simulate(int kind, int use_mujoco, const double *val, double start, double h
   c.val = shifted_val;
   c.speeds = speeds;
   for (int j = 0; j < c.dofs; j++) s.q[j] = q0[j], s.v[j] = v0[j], mode[j] = (s.v[j] > 0) - (s.v[j] < 0);
+  c.contact = touching(&c, &s);
   if (kind == ARM) tendon_start(&c, s.q, u, s.z);
-  int parts = val[V_strain] > 0 ? 4 : 1; /* tendons are stiff */
+  int parts = val[V_strain] > 0 || val[V_gap] > 0 ? 4 : 1; /* tendons are stiff, and play repeats errors of a step */
   for (int n = 0; n <= steps && !failed; n++) {
     for (int j = 0; j < c.dofs; j++) {
       out[n * 2 * c.dofs + j] = s.q[j];

@@ -16,11 +16,11 @@
   /* wrist: point mass, square drag, constant force, unknown pushes (size, direction, period, length) */ \
   X(mw) X(dw) X(fx0) X(fy0) X(push) X(pushangle) X(pushevery) X(pushlength) \
   /* friction outside the library: varying with position, with the other joint's speed, warming up */ \
-  X(fpos) X(fwave) X(fother) X(warm) X(warmtime) X(rail) \
+  X(fpos) X(fwave) X(fother) X(warm) X(warmtime) \
   /* muscles: factors on moment arms, stretch reflex, tendon strain at the largest force (0: rigid) */ \
   X(ma1) X(ma2) X(ma3) X(ma4) X(ma5) X(ma6) X(rgain) X(rdelay) X(strain) \
-  /* tanks: cross sections, outlets, leak, height of an overflow */ \
-  X(A1) X(A2) X(a1) X(a2) X(leak) X(overflow)
+  /* tanks: cross sections, outlets, leaks, height of an overflow, share of the first outlet that clogs and its time */ \
+  X(A1) X(A2) X(a1) X(a2) X(leak1) X(leak2) X(overflow) X(clog) X(clogtime)
 
 #define NAME(name) V_##name,
 enum { VALUES(NAME) N_VALUES };
@@ -38,6 +38,7 @@ typedef struct {
   double h;                /* step, s */
   double need[2];          /* friction torque that would hold a stuck joint, set by accelerations() */
   double level[2];         /* size of the dry friction of each joint, set by accelerations() */
+  int contact;             /* side on which a shaft with play pulls: 1, -1, or 0 within the play */
 } Case;
 
 /* Accelerations `a` and rates `dz` of hidden states; mode[j] is the sign of motion against dry friction, 0: stuck. */
