@@ -1,0 +1,65 @@
+"""A result in memory: time, columns with units, and where it comes from."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmus.errors import MisfitError
+from fmus.units import conversion
+from orchestrator.cosim.results.column import Column
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """What a run recorded: `time` (n,) in s, and one array (n,) for each of the `columns`, in the column's unit.
+
+    `provenance` is what `Simulation` wrote at the start (components with hashes, versions, settings, seed); `failure` says why a
+    run ended early, "" if it did not; `complete` is False for a run that is still going on or was killed.
+    """
+
+    time: NDArray[np.float64]
+    columns: tuple[Column, ...]
+    arrays: Mapping[str, NDArray[Any]]
+    provenance: Mapping[str, Any] = field(default_factory=dict)
+    failure: str = ""
+    complete: bool = True
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the columns, without time."""
+        return tuple(column.name for column in self.columns)
+
+    def __contains__(self, name: str) -> bool:
+        return name in self.arrays
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        """Values of a column, (n,), in its unit.
+
+        Raises:
+            MisfitError: if there is no such column; names similar ones.
+        """
+        if name not in self.arrays:
+            near = get_close_matches(name, self.names, n=3) or list(self.names[:5])
+            raise MisfitError(f"the result has no column {name!r}; there are, for example, {', '.join(near)}")
+        return self.arrays[name]
+
+    def column(self, name: str) -> Column:
+        """Unit, type and description of a column.
+
+        Raises:
+            MisfitError: if there is no such column.
+        """
+        self[name]
+        return next(column for column in self.columns if column.name == name)
+
+    def values_in(self, name: str, unit: str) -> NDArray[np.float64]:
+        """Values of a column, (n,), converted to a unit.
+
+        Raises:
+            MisfitError: if there is no such column, or its dimension differs.
+        """
+        return np.asarray(self[name], dtype=float) * conversion(self.column(name).unit, unit)
