@@ -59,7 +59,7 @@ def discover(
     versions = []
     for step in diagnosis.steps[1:]:
         progress(f"building the model with {' + '.join(effect.id for effect in step.effects)}")
-        version = add_effects(source, step.effects, folder, cards)
+        version = add_effects(source, step.effects, folder, cards, step.adjusted)
         again = compare(
             version.model,
             measurements,

@@ -12,10 +12,11 @@ from fmus.package import build_fmu
 from fmus.reference_files import reference_files
 from orchestrator.blackbox.source import FmuSource
 from orchestrator.blackbox.system_file import write_system
+from orchestrator.diagnosis.adjusted import with_neighbours
 from orchestrator.diagnosis.candidates import Candidate, EffectSet, as_fmu, can_join, find_candidates
 from orchestrator.diagnosis.cards import EffectCard, effect_library
-from orchestrator.diagnosis.result import Estimate, NamedEffect
-from orchestrator.models.patch import check_attached, free_slots, patched_model, patched_source
+from orchestrator.diagnosis.result import Adjusted, Estimate, NamedEffect
+from orchestrator.models.patch import check_adjusted, check_attached, free_slots, patched_model, patched_source
 from orchestrator.models.symbolic import SymbolicModel
 
 
@@ -29,12 +30,16 @@ class Version:
 
 
 def add_effects(
-    base: ModelicaModel, effects: Sequence[NamedEffect], folder: Path, cards: Sequence[EffectCard] | None = None
+    base: ModelicaModel,
+    effects: Sequence[NamedEffect],
+    folder: Path,
+    cards: Sequence[EffectCard] | None = None,
+    adjusted: Sequence[Adjusted] = (),
 ) -> Version:
     """Write `NAME.mo` and `NAME.fmu` to a folder, with NAME the base's name and the next free number; of an FMU a system.
 
     The same effects with the same values give the same name again. `cards` are the effects known, by default the shipped
-    ones.
+    ones. `adjusted` are parameters of the base that get the values that were fitted within their tolerances.
 
     Raises:
         MisfitError: if an effect is unknown or the model has no slot for it.
@@ -46,11 +51,15 @@ def add_effects(
     if fmu is not None:
         return _system_of_fmus(fmu, effect_set, values, effects, folder)
     attachments = effect_set.attachments(values)
+    changed = with_neighbours(base.compile(), adjusted)
     comment = f"{base.class_name} with {', '.join(effect.id for effect in effects)}"
-    name = _free_name(base, folder, lambda n: patched_source(base, n, attachments, comment))
-    source = patched_model(base, name, attachments, comment=comment, folder=folder)
+    if adjusted:
+        comment += f"; adjusted within tolerances: {', '.join(map(str, adjusted))}"
+    name = _free_name(base, folder, lambda n: patched_source(base, n, attachments, comment, changed))
+    source = patched_model(base, name, attachments, adjusted=changed, comment=comment, folder=folder)
     system = source.compile()
     check_attached(system, attachments)
+    check_adjusted(system, changed)
     assert source.file is not None
     file = build_fmu(
         system,

@@ -44,12 +44,14 @@ def add(diagnosis_or_effect: str, model: str | None, folder: str, card_folders: 
         document = _read_diagnosis(Path(diagnosis_or_effect))
         base = _base(model or document["model"], document["data"])
         effects = _named_effects(document, diagnosis_or_effect)
+        # Tolerances were fitted for the diagnosed model; another one has parameters of its own.
+        adjusted = _adjusted(document) if model in (None, document["model"]) else []
     else:
         if model is None:
             raise click.UsageError(f"name the model that gets {diagnosis_or_effect} with --to MODEL")
         base = load_modelica(model)
-        effects = [default_effect(base, diagnosis_or_effect, cards)]
-    version = add_effects(base, effects, Path(folder), cards)
+        effects, adjusted = [default_effect(base, diagnosis_or_effect, cards)], []
+    version = add_effects(base, effects, Path(folder), cards, adjusted)
     written = (
         [version.file] if version.source.file is None or as_fmu(version.source) else [version.source.file, version.file]
     )
@@ -77,7 +79,7 @@ def _read_diagnosis(path: Path) -> dict[str, Any]:
 
 
 def _named_effects(document: dict[str, Any], where: str) -> list[Any]:
-    from orchestrator.diagnosis.result import Estimate, NamedEffect
+    from orchestrator.diagnosis.result import NamedEffect
 
     if not document["effects"]:
         raise MisfitError(f"{where} names no effect (verdict: {document['verdict']}), so there is nothing to add")
@@ -85,10 +87,23 @@ def _named_effects(document: dict[str, Any], where: str) -> list[Any]:
         NamedEffect(
             entry["id"],
             entry["site"],
-            {name: Estimate(p["value"], p["unit"], tuple(p["ci90"])) for name, p in entry["parameters"].items()},
+            {name: _estimate(p) for name, p in entry["parameters"].items()},
         )
         for entry in document["effects"]
     ]
+
+
+def _adjusted(document: dict[str, Any]) -> list[Any]:
+    from orchestrator.diagnosis.result import Adjusted
+
+    entries = document.get("nuisances", {}).get("parameters", [])
+    return [Adjusted(entry["name"], entry["nominal"], _estimate(entry["fitted"])) for entry in entries]
+
+
+def _estimate(entry: dict[str, Any]) -> Any:
+    from orchestrator.diagnosis.result import Estimate
+
+    return Estimate(entry["value"], entry["unit"], tuple(entry["ci90"]))
 
 
 @click.command()

@@ -11,6 +11,7 @@ from fmus.catalogue import ModelicaModel
 from fmus.errors import MisfitError
 from orchestrator.compare.comparison import compare
 from orchestrator.compare.result import Comparison
+from orchestrator.diagnosis.adjusted import adjusted_parameters
 from orchestrator.diagnosis.calibration import SIGNIFICANT, Stage
 from orchestrator.diagnosis.candidates import EffectSet, find_candidates, model_of
 from orchestrator.diagnosis.cards import EffectCard, effect_library
@@ -24,7 +25,7 @@ from orchestrator.diagnosis.ranking import rank
 from orchestrator.diagnosis.referee import Referee, Refereed, version_name
 from orchestrator.diagnosis.remaining import remaining
 from orchestrator.diagnosis.response import Response
-from orchestrator.diagnosis.result import Adjusted, Diagnosis, Estimate, HeldOut, NamedEffect
+from orchestrator.diagnosis.result import Diagnosis, Estimate, HeldOut, NamedEffect
 from orchestrator.diagnosis.search import Progress, Searcher
 from orchestrator.diagnosis.tried import tried
 from orchestrator.diagnosis.unexplained import unexplained_forces, where_forces_lack
@@ -94,7 +95,7 @@ def diagnose(
     )
     adjusted = adjusted_parameters(fitted)
     if adjusted:
-        note = f"fitted within stated tolerances and not in the patched model: {', '.join(map(str, adjusted))}"
+        note = f"fitted within stated tolerances, and so in a patched model: {', '.join(map(str, adjusted))}"
         found = replace(found, warnings=(*found.warnings, note))
     found = replace(found, adjusted=adjusted, clock_shift_s=fitted.fit.shift)
     where, findings = where_forces_lack(plain, searcher.learning)
@@ -149,25 +150,6 @@ def named_effects(found: Refit) -> tuple[NamedEffect, ...]:
         estimates[owner][variable.name.removeprefix(f"{slot}.")] = Estimate(float(value), variable.unit, interval)
     return tuple(
         NamedEffect(c.card.id, c.site, own) for c, own in zip(found.effects.candidates, estimates, strict=True)
-    )
-
-
-def adjusted_parameters(found: Refit) -> tuple[Adjusted, ...]:
-    """Parameters of the model that a fit moved within their tolerances, with 90 % intervals."""
-    parameters = {v.name: v for v in found.model.system.parameters}
-    rows = zip(
-        found.model.compiled.free[found.size :],
-        found.fit.values[found.size :],
-        found.fit.std[found.size :],
-        strict=True,
-    )
-    return tuple(
-        Adjusted(
-            name,
-            float(parameters[name].start or 0.0),
-            Estimate(float(value), parameters[name].unit, (float(value - Z90 * std), float(value + Z90 * std))),
-        )
-        for name, value, std in rows
     )
 
 

@@ -4,14 +4,15 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from fmus.catalogue import ModelicaModel
-from fmus.errors import ComponentError
+from fmus.errors import MisfitError
 from orchestrator.compare.comparison import compare
 from orchestrator.compare.result import Comparison
+from orchestrator.diagnosis.adjusted import adjusted_parameters
 from orchestrator.diagnosis.calibration import PRACTICAL
 from orchestrator.diagnosis.candidates import model_of
 from orchestrator.diagnosis.evidence import LearningData, Refit, follow
 from orchestrator.diagnosis.result import NamedEffect, Step
-from orchestrator.diagnosis.search import Accepted
+from orchestrator.diagnosis.trace import Accepted
 from orchestrator.measurements import MeasurementSet
 from orchestrator.models.symbolic import SymbolicModel
 
@@ -60,13 +61,13 @@ class Referee:
             try:
                 model = found.effects.fixed(found.values, version_name(self.source, len(found.ids)))
                 after, now = self._compared(found, model), follow(found, self.held_out).fit.misfit
-            except ComponentError:
+            except MisfitError:
                 break  # what cannot even be simulated on held-out trials explains nothing
             assert after.held_out is not None and previous.held_out is not None
             falls = after.held_out.over_floor < (1 - PRACTICAL) * previous.held_out.over_floor
             if not (now < misfit and (falls or found.is_meaningful())):
                 break
-            steps.append(Step(effects_of(found), after))
+            steps.append(Step(effects_of(found), after, adjusted_parameters(found)))
             kept.append(entry)
             previous, misfit = after, now
         return Refereed(tuple(kept), tuple(steps))

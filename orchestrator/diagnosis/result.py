@@ -65,10 +65,14 @@ class Tried:
 
 @dataclass(frozen=True)
 class Step:
-    """One model on the way from the nominal to the named one, with its comparison."""
+    """One model on the way from the nominal to the named one, with its comparison.
+
+    `adjusted` are the parameters of the model itself that were fitted within stated tolerances together with the effects.
+    """
 
     effects: tuple[NamedEffect, ...]
     comparison: Comparison
+    adjusted: tuple[Adjusted, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -133,7 +137,7 @@ class Diagnosis:
             "nuisances": {
                 "parameters": [asdict(entry) for entry in self.adjusted],
                 "clock_shift_s": self.clock_shift_s,
-                "in_patched_model": False,
+                "in_patched_model": bool(self.effects),
             },
             "warnings": list(self.warnings),
             "next_experiment": self.next_experiment,

@@ -5,6 +5,8 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import MappingProxyType
+from typing import Any
 
 from fmus.catalogue import ModelicaModel
 from fmus.errors import ModelicaError
@@ -37,18 +39,27 @@ def free_slots(system: SymbolicSystem) -> tuple[str, ...]:
     )
 
 
-def patched_source(base: ModelicaModel, name: str, attachments: Sequence[Attachment], comment: str) -> str:
+def patched_source(
+    base: ModelicaModel,
+    name: str,
+    attachments: Sequence[Attachment],
+    comment: str,
+    adjusted: Mapping[str, float] = MappingProxyType({}),
+) -> str:
     """Return Modelica text of a class `name` that extends `base` with effects.
 
     The text contains, in front, the base's own file and those of the effects if they are not classes of the library, so
     it stands alone.
+
+    Args:
+        adjusted: values of the base's own parameters by full name, such as `linkage.m[1]`; of an array all elements. They
+            are marked as adjusted within their tolerances.
     """
-    items = []
+    tree = _tree(adjusted)
     for part in attachments:
-        slot_class = part.slot[0].upper() + part.slot[1:]
-        items.append(f"redeclare model {slot_class} = {part.class_name}")
-        modifiers = ", ".join(f"{key}={_literal(value)}" for key, value in part.values.items())
-        items.append(f"{part.slot}({modifiers})")
+        tree.setdefault(part.slot, {}).update({key: _literal(value) for key, value in part.values.items()})
+    redeclared = [f"redeclare model {p.slot[0].upper()}{p.slot[1:]} = {p.class_name}" for p in attachments]
+    items = [*redeclared, *_written(tree)]
     extended = f"  extends {base.class_name}(\n    " + ",\n    ".join(items) + ");\n"
     own = f'model {name} "{_comment(comment)}"\n{extended}end {name};\n'
     parts = [] if base.file is None else [base.file.read_text()]
@@ -57,7 +68,13 @@ def patched_source(base: ModelicaModel, name: str, attachments: Sequence[Attachm
 
 
 def patched_model(
-    base: ModelicaModel, name: str, attachments: Sequence[Attachment], *, comment: str = "", folder: Path | None = None
+    base: ModelicaModel,
+    name: str,
+    attachments: Sequence[Attachment],
+    *,
+    adjusted: Mapping[str, float] = MappingProxyType({}),
+    comment: str = "",
+    folder: Path | None = None,
 ) -> ModelicaModel:
     """Write the extended class to `folder` (default: the cache) and return it as a model.
 
@@ -68,7 +85,7 @@ def patched_model(
         raise ModelicaError(
             f"{base.file.name} is part of a package; put {base.class_name} into a file of its own to extend it"
         )
-    text = patched_source(base, name, attachments, comment)
+    text = patched_source(base, name, attachments, comment, adjusted)
     if folder is None:
         folder = cache_folder("patched") / hashlib.sha256(text.encode()).hexdigest()
     file = folder / f"{name}.mo"
@@ -88,15 +105,46 @@ def check_attached(system: SymbolicSystem, attachments: Sequence[Attachment]) ->
             raise ModelicaError(f"{part.class_name} did not arrive in slot {part.slot} of {system.name}")
 
 
+def check_adjusted(system: SymbolicSystem, adjusted: Mapping[str, float]) -> None:
+    """Make sure that the compiled class has the adjusted values.
+
+    Raises:
+        ModelicaError: naming the first parameter that kept another value.
+    """
+    values = {v.name: v.start for v in system.parameters}
+    for name, value in adjusted.items():
+        if values.get(name) != value:
+            raise ModelicaError(f"{name} = {value:g} did not arrive in {system.name}, which has {values.get(name)}")
+
+
+def _tree(adjusted: Mapping[str, float]) -> dict[str, Any]:
+    """`{"linkage.m[1]": 1.9, "linkage.m[2]": 1.5}` -> `{"linkage": {"m": '{1.9, 1.5} "adjusted within its tolerance"'}}`."""
+    arrays: dict[str, dict[str, float]] = {}
+    for full, value in adjusted.items():
+        arrays.setdefault(re.sub(r"\[[\d,]+\]", "", full), {})[full] = value
+    tree: dict[str, Any] = {}
+    for path, elements in arrays.items():
+        *parts, last = path.split(".")
+        place = tree
+        for part in parts:
+            place = place.setdefault(part, {})
+        place[last] = f'{_literal(elements)} "adjusted within its tolerance"'
+    return tree
+
+
+def _written(tree: Mapping[str, Any]) -> list[str]:
+    """Modifiers of a class, nested ones in brackets."""
+    return [f"{k}({', '.join(_written(v))})" if isinstance(v, dict) else f"{k}={v}" for k, v in tree.items()]
+
+
 def _literal(value: float | Mapping[str, float]) -> str:
-    """Modelica literal of a number, a vector or a matrix."""
+    """Modelica literal of a number, or of an array by its elements' full names, such as `m[1,2]` or `part[1].m[2]`."""
     if isinstance(value, int | float):
         return repr(float(value))
     numbers = [repr(float(item)) for item in value.values()]
-    last = list(value)[-1]
-    if not last.endswith("]"):
+    shape = [int(part) for part in re.findall(r"[\[,](\d+)", list(value)[-1])]
+    if not shape:
         return numbers[0]
-    shape = [int(part) for part in last[last.rindex("[") + 1 : -1].split(",")]
     for length in reversed(shape[1:]):
         numbers = ["{" + ", ".join(numbers[k : k + length]) + "}" for k in range(0, len(numbers), length)]
     return "{" + ", ".join(numbers) + "}"
