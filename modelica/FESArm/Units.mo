@@ -13,6 +13,7 @@ package Units "SI types of this library, so that it needs no other library"
   type Damping = Real(final quantity="DampingConstant", final unit="N.s/m");
   type RotationalDamping = Real(final quantity="RotationalDampingConstant", final unit="N.m.s/rad");
   type RotationalStiffness = Real(final quantity="RotationalSpringConstant", final unit="N.m/rad");
+  type RotationalDrag = Real(final unit="N.m.s2/rad2") "Torque over squared angular velocity";
   type QuadraticDrag = Real(final unit="N.s2/m2") "Force over squared speed";
   type QuadraticStiffness = Real(final unit="N/m2") "Force over squared stretch";
   type FirstMoment = Real(final quantity="FirstMoment", final unit="kg.m");
