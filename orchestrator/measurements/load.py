@@ -6,18 +6,18 @@ from pathlib import Path
 from fmus.errors import MisfitError
 from orchestrator.measurements.case_file import CaseFile, read_case_file
 from orchestrator.measurements.record import rate_notes, read_record
-from orchestrator.measurements.table import read_table
+from orchestrator.measurements.table import Table, read_table
 from orchestrator.measurements.trial import MeasurementSet
 from orchestrator.measurements.wording import listed
 
-_LATER_ENDINGS = (".parquet", ".mf4", ".mdf")
+_ENDINGS = (".csv", ".parquet", ".mf4", ".mdf", ".h5", ".hdf5")
 
 
 def load_measurements(path: str | Path) -> MeasurementSet:
-    """Load the measurement set at a folder, a case.toml or a single csv file.
+    """Load the measurement set at a folder, a case.toml or a single csv, parquet, mf4 or h5 file.
 
-    Without a case.toml, every `*.csv` of the folder is a trial (in the order of the names), units are
-    unknown, and the last third is held out: of the trials, or of a single record's time.
+    Without a case.toml, every such file of the folder is a trial (in the order of the names), units are
+    those that the files say, and the last third is held out: of the trials, or of a single record's time.
 
     Returns:
         Time in s, everything else in the units of the files; what was assumed stands in `notes`.
@@ -31,11 +31,11 @@ def load_measurements(path: str | Path) -> MeasurementSet:
     records = []
     for name in case.files:
         file = folder / name
-        _require_csv(file)
+        _require_known_ending(file)
         content = _read(file)
         digest.update(f"{name}\0{len(content)}\0".encode(errors="surrogateescape"))
         digest.update(content)
-        records.append(read_record(name, read_table(file, content), case))
+        records.append(read_record(name, _table(file, content), case))
     notes = [*case.notes, *case.split.notes(records)]
     for record in records:
         notes.extend(rate_notes(record, case.rate_hz))
@@ -55,15 +55,15 @@ def _described(path: Path) -> "tuple[Path, CaseFile, hashlib._Hash]":
     """Find out which folder holds which files, and begin the hash with the case.toml if there is one."""
     folder, case_path = _located(path)
     if case_path is None:
-        files = _csv_names(path) if path.is_dir() else (path.name,)
+        files = _data_names(path) if path.is_dir() else (path.name,)
         if not files:
             raise MisfitError(
-                f"{path}: no case.toml and no *.csv file in this folder; expected recorded trials as csv files"
+                f"{path}: no case.toml and no *.csv file in this folder; expected recorded trials as csv, parquet or mf4 files"
             )
-        note = f"{path}: no case.toml is used, so units are unknown and columns are matched by name"
+        note = f"{path}: no case.toml is used, so units are those of the file, if any, and columns are matched by name"
         return folder, CaseFile(files, notes=(note,)), hashlib.sha256()
     content = _read(case_path)
-    case = read_case_file(case_path, content, _csv_names(folder))
+    case = read_case_file(case_path, content, _data_names(folder))
     return folder, case, hashlib.sha256(content)
 
 
@@ -77,36 +77,46 @@ def _located(path: Path) -> tuple[Path, Path | None]:
     except (OSError, ValueError) as error:
         raise MisfitError(f"{str(path)!r}: not a usable path ({error})") from error
     if not exists:
-        raise MisfitError(f"{path}: does not exist; expected a folder with case.toml, a case.toml or a csv file")
+        raise MisfitError(
+            f"{path}: does not exist; expected a folder with case.toml, a case.toml or a csv, parquet or mf4 file"
+        )
     if path.suffix.lower() == ".toml":
         return path.parent, path
-    _require_csv(path)
+    _require_known_ending(path)
     return path.parent, None
 
 
-def _csv_names(folder: Path) -> tuple[str, ...]:
+def _data_names(folder: Path) -> tuple[str, ...]:
     try:
-        names = [file.name for file in folder.iterdir()]
+        names = [file.name for file in folder.iterdir() if not file.name.startswith(".")]
     except OSError as error:
         raise MisfitError(f"{folder}: cannot be read ({error.strerror})") from error
-    return tuple(sorted(name for name in names if name.lower().endswith(".csv")))
+    return tuple(sorted(name for name in names if name.lower().endswith(_ENDINGS)))
 
 
-def _require_csv(file: Path) -> None:
+def _require_known_ending(file: Path) -> None:
     ending = file.suffix.lower()
-    if ending in _LATER_ENDINGS:
-        raise MisfitError(f"{file}: {ending} files cannot be read yet, only csv; export the trial as csv")
-    if ending != ".csv":
-        raise MisfitError(f"{file}: ending {ending!r}, expected a folder with case.toml, a case.toml or a csv file")
+    if ending not in _ENDINGS:
+        raise MisfitError(
+            f"{file}: ending {ending!r}, expected a folder with case.toml, a case.toml or a csv, parquet or mf4 file"
+        )
+
+
+def _table(file: Path, content: bytes) -> Table:
+    if file.suffix.lower() == ".csv":
+        return read_table(file, content)
+    from orchestrator.measurements.typed_table import read_typed_table
+
+    return read_typed_table(file)
 
 
 def _read(file: Path) -> bytes:
     try:
         return file.read_bytes()
     except FileNotFoundError as error:
-        beside = listed(_csv_names(file.parent)) if file.parent.is_dir() else "none"
+        beside = listed(_data_names(file.parent)) if file.parent.is_dir() else "none"
         raise MisfitError(
-            f"{file}: does not exist, but case.toml names it; csv files in that folder: {beside}"
+            f"{file}: does not exist, but case.toml names it; data files in that folder: {beside}"
         ) from error
     except (OSError, ValueError) as error:
         raise MisfitError(f"{file}: cannot be read ({error})") from error

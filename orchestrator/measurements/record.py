@@ -35,7 +35,7 @@ def read_record(name: str, table: Table, case: CaseFile) -> Record:
         time = _counted_time(table, case)
     else:
         time = _recorded_time(table, time_name, case, columns.pop(time_name))
-    units = {column: case.units.get(column, "") for column in columns}
+    units = {column: case.units.get(column) or table.units.get(column, "") for column in columns}
     return Record(name, time, columns, units)
 
 
@@ -83,7 +83,7 @@ def _counted_time(table: Table, case: CaseFile) -> Array:
 
 
 def _recorded_time(table: Table, name: str, case: CaseFile, values: Array) -> Array:
-    unit = case.units.get(name) or "s"
+    unit = case.units.get(name) or table.units.get(name) or "s"
     try:
         time: Array = values * conversion(unit, "s")
     except MisfitError as error:

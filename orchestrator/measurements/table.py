@@ -1,7 +1,8 @@
 """A csv file as numbers under column names, or the line on which it is none."""
 
 import csv
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -16,12 +17,16 @@ _LARGEST = 1e100
 
 @dataclass(frozen=True, eq=False)
 class Table:
-    """Cells of a csv file: `values` has shape (n_rows, n_names); row i stands on line `lines[i]`."""
+    """Cells of a file: `values` has shape (n_rows, n_names); row i stands on line `lines[i]`.
+
+    `units` holds what the file itself says, which a csv file does not.
+    """
 
     path: Path
     names: tuple[str, ...]
     values: Array
     lines: tuple[int, ...]
+    units: Mapping[str, str] = field(default_factory=dict)
 
 
 def read_table(path: Path, content: bytes) -> Table:
@@ -50,7 +55,7 @@ def read_table(path: Path, content: bytes) -> Table:
             f"{path}, line {filled[0][0]}: column names but no rows of numbers follow; record the trial again or remove the file"
         )
     values = _numbers(path, names, lines, rows)
-    _require_finite(path, names, lines, values)
+    require_finite(path, names, lines, values)
     return Table(path, names, values, tuple(lines))
 
 
@@ -131,7 +136,8 @@ def _is_number(cell: str) -> bool:
     return "_" not in cell
 
 
-def _require_finite(path: Path, names: tuple[str, ...], lines: list[int], values: Array) -> None:
+def require_finite(path: Path, names: Sequence[str], lines: Sequence[int], values: Array) -> None:
+    """Raise MisfitError for the first cell that is no finite number, or too large to be one."""
     # Written so that NaN, which is never smaller than anything, counts as bad.
     bad = np.argwhere(~(np.abs(values) < _LARGEST))
     if bad.size:

@@ -69,8 +69,7 @@ BAD_CASE = {
     "same file, other path": ('files = ["a.csv", "./a.csv"]', "twice"),
     "no file": ("files = []", "no data files"),
     "files is text": ('files = "a.csv"', "expected a list of strings"),
-    "parquet": ('files = ["a.parquet"]', ".parquet files cannot be read yet, only csv"),
-    "mf4": ('files = ["a.mf4"]', ".mf4 files cannot be read yet, only csv"),
+    "missing parquet": ('files = ["a.parquet"]', "a.parquet: does not exist"),
     "other ending": ('files = ["a.dat"]', "ending '.dat'"),
     "missing column": (
         '[columns]\nw = "rad/s"',
@@ -111,9 +110,10 @@ def test_a_folder_without_data_says_what_was_expected(tmp_path: Path) -> None:
     assert "no case.toml and no *.csv file" in message_of(tmp_path)
 
 
-def test_a_parquet_file_is_refused_by_its_ending(write_case: WriteCase) -> None:
-    message = message_of(write_case({"a.parquet": b"PAR1"}) / "a.parquet")
-    assert "only csv" in message
+@pytest.mark.parametrize(("ending", "words"), [("parquet", "Parquet"), ("mf4", "MF4"), ("h5", "HDF5")])
+def test_a_damaged_typed_file_is_named(write_case: WriteCase, ending: str, words: str) -> None:
+    message = message_of(write_case({f"a.{ending}": b"PAR1"}) / f"a.{ending}")
+    assert f"a.{ending} cannot be read as {words}" in message
 
 
 def test_a_folder_in_the_place_of_a_file_is_refused(tmp_path: Path) -> None:
