@@ -45,8 +45,8 @@ def test_a_typed_file_gives_its_numbers_and_units(ending: str, write, tmp_path: 
         f'files = ["swing.{ending}"]\nlearning_window_s = [0.0, 0.5]\nheld_out_window_s = [0.6, 0.9]\n'
     )
     trial = load_measurements(tmp_path).trials[0]
-    assert np.array_equal(trial.time, TIME[TIME <= 0.5])
-    assert np.array_equal(trial.columns["q"], Q.astype(np.float32)[TIME <= 0.5])
+    assert np.array_equal(trial.time, TIME[TIME < 0.5])
+    assert np.array_equal(trial.columns["q"], Q.astype(np.float32)[TIME < 0.5])
     assert trial.units["q"] == "deg"
 
 
