@@ -14,6 +14,7 @@ from orchestrator.cli.common import (
     result_options,
     scheduler_option,
     show,
+    tolerance_option,
     write_file,
     write_json,
 )
@@ -124,6 +125,7 @@ def ledger(folder: str, json_file: str | None) -> None:
 @click.argument("data")
 @click.option("--out", "folder", default=RESULTS, show_default=True, metavar="DIR", help="Models, FMUs and the ledger.")
 @cards_option
+@tolerance_option
 @scheduler_option
 @result_options()
 def discover(
@@ -131,6 +133,7 @@ def discover(
     data: str,
     folder: str,
     card_folders: tuple[Path, ...],
+    tolerances: dict[str, float],
     scheduler: str | None,
     json_file: str | None,
     html_file: str | None,
@@ -149,7 +152,7 @@ def discover(
     with progress(quiet) as say:
         say(f"reading {data}")
         cards = effect_library(card_folders)
-        measurements = load_measurements(data)
+        measurements = load_measurements(data).with_tolerances(tolerances)
         source = load_source(model, measurements)
         with resumable(f"{model} {measurements.content_hash}", scheduler) as work:
             found = run(source, measurements, Path(folder), cards=cards, workers=workers, progress=say, work=work)
