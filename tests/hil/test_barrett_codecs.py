@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fmus.errors import MisfitError
 from hil.codecs.barrett import force_torque, safety_module
 from hil.codecs.barrett.force_torque import Reading, Status, pack_reading, unpack_reading
 from hil.codecs.barrett.identifiers import Address, Group, Node, address_of, answer_of, to_group, to_node
@@ -15,7 +16,7 @@ from hil.codecs.barrett.safety_module import Button, Level, Mode, Pendant, decod
 from hil.codecs.barrett.tables import MONITOR, Kind, kind_of, properties
 from hil.codecs.barrett.torques import MOST, pack_torques, saturated, unpack_torques
 from hil.codecs.frame import Frame, parse_frame
-from hil.errors import FrameError, MisfitError, ValueRangeError
+from hil.errors import FrameError, ValueRangeError
 
 MOTOR, SAFETY, FORCE = (properties(kind, 200) for kind in Kind)
 DATA = st.binary(max_size=8)

@@ -6,7 +6,8 @@ Firmware before version 61 numbers its properties otherwise and is refused.
 from collections.abc import Mapping
 from enum import Enum
 
-from hil.errors import FrameError, MisfitError
+from fmus.errors import MisfitError
+from hil.errors import FrameError
 
 OLDEST_FIRMWARE = 61
 # From this version on the whole table of motors is known.

@@ -1,0 +1,140 @@
+"""One cycle of the safety core: which torques may be sent, and why not others."""
+
+import math
+from dataclasses import replace
+
+from hil.safety.cycle import Module, Motion, Outcome, Reaction, Seen, State, Vector
+from hil.safety.limiters import LIMITERS, Limiter
+from hil.safety.limits import Limits
+from hil.safety.motion import at_rest, follow
+from hil.safety.rules import RULES, Rule, is_late
+
+SECOND_NS = 1_000_000_000
+
+
+def begin(limits: Limits, time_ns: int, positions: Vector) -> State:
+    """The state before the first cycle: not armed, at rest."""
+    zeros = (0.0,) * len(limits.joints)
+    return State(time_ns, at_rest(positions), zeros, zeros, zeros, flips=((),) * len(limits.joints), swing=zeros)
+
+
+def step(
+    limits: Limits,
+    state: State,
+    seen: Seen,
+    *,
+    rules: tuple[Rule, ...] = RULES,
+    limiters: tuple[Limiter, ...] = LIMITERS,
+) -> tuple[State, Outcome]:
+    """Decide what a cycle may send.
+
+    A pure function: the same limits, state and cycle always give the same outcome. Torques are within their limits
+    whatever is asked for; a trip from `COMPLY` on stays until the arm is armed anew.
+
+    Args:
+        rules, limiters: all of them; tests leave one out to show that it is needed.
+    """
+    motion = follow(limits, state, seen)
+    state = _armed(limits, state, motion, seen, rules)
+    trips = tuple(trip for rule in rules if (trip := rule(limits, state, motion, seen)) is not None)
+    worst = max(trips, key=lambda trip: trip.reaction, default=None)
+    stopped, reaction = state.stopped, worst.reaction if worst is not None else Reaction.PASS
+    if worst is not None and reaction >= Reaction.COMPLY and (stopped is None or reaction > stopped.reaction):
+        stopped = worst
+    if stopped is not None:
+        reaction = max(reaction, stopped.reaction)
+    fading = _fading(limits, state, motion, reaction)
+    wanted = _wanted(limits, state, motion, seen, reaction, fading)
+    sent, limited = _limited(limits, limiters, motion, state.torques, wanted)
+    if state.armed_ns is None or reaction >= Reaction.RELEASE:
+        sent, limited = (0.0,) * len(limits.joints), ()
+    after = _remember(limits, state, motion, seen, sent)
+    # While the arm gives way it follows what was asked before: what is asked now may be what went wrong.
+    asked = seen.asked if reaction < Reaction.COMPLY else state.asked
+    after = replace(after, asked=asked, stopped=stopped, reaction=reaction, fading=fading)
+    released = reaction >= Reaction.RELEASE and state.armed_ns is not None
+    silent = reaction is Reaction.SILENCE
+    return after, Outcome(None if silent else sent, released and not silent, reaction, trips, limited)
+
+
+def _armed(limits: Limits, state: State, motion: Motion, seen: Seen, rules: tuple[Rule, ...]) -> State:
+    """Arm if the operator says so, the module allows it, and nothing is wrong now; whatever was stored is forgotten."""
+    if not seen.arm or seen.abort or seen.module is not Module.ACTIVE:
+        return state
+    zeros = (0.0,) * len(limits.joints)
+    fresh = begin(limits, state.time_ns, motion.positions)
+    fresh = replace(fresh, motion=state.motion, torques=zeros, armed_ns=seen.time_ns, late=state.late)
+    if any(rule(limits, fresh, motion, seen) is not None for rule in rules):
+        return state
+    return fresh
+
+
+def _fading(limits: Limits, state: State, motion: Motion, reaction: Reaction) -> float:
+    """Share of the controller's torque that is left."""
+    if reaction < Reaction.COMPLY:
+        return state.fading
+    if reaction > Reaction.COMPLY:
+        return 0.0
+    passed = max(motion.seconds, limits.period_ns * 1e-9)
+    return max(state.fading - passed / limits.ramp_s, 0.0)
+
+
+def _wanted(limits: Limits, state: State, motion: Motion, seen: Seen, reaction: Reaction, fading: float) -> Vector:
+    """The torque before it is limited: the arm's weight, and what is left of the controller's part."""
+    support = _support(limits, seen)
+    if state.armed_ns is None or reaction >= Reaction.SUPPORT:
+        return support
+    up = min((seen.time_ns - state.armed_ns) * 1e-9 / limits.ramp_s, 1.0)
+    share = max(up, 0.0) * fading * (limits.reduced if reaction is Reaction.REDUCE else 1.0)
+    asked = state.asked if reaction is Reaction.COMPLY else seen.asked
+    damping = limits.damping if reaction is Reaction.COMPLY else 0.0
+    return tuple(s + share * a - damping * w for s, a, w in zip(support, asked, motion.speeds, strict=True))
+
+
+def _support(limits: Limits, seen: Seen) -> Vector:
+    """The torque that holds the weight, one finite number for each joint whatever was given."""
+    given = (*seen.support, *(0.0 for _ in limits.joints))[: len(limits.joints)]
+    return tuple(t if math.isfinite(t) else 0.0 for t in given)
+
+
+def _limited(
+    limits: Limits, limiters: tuple[Limiter, ...], motion: Motion, last: Vector, wanted: Vector
+) -> tuple[Vector, tuple[str, ...]]:
+    """Torques after all limiters, and the names of those that cut."""
+    cut = []
+    for limiter in limiters:
+        kept = limiter(limits, motion, last, wanted)
+        if kept != wanted:
+            cut.append(limiter.__name__)
+        wanted = kept
+    return wanted, tuple(cut)
+
+
+def _remember(limits: Limits, state: State, motion: Motion, seen: Seen, sent: Vector) -> State:
+    """The state after a cycle, but for the reaction."""
+    # What was sent last has acted since then; holding the weight is no gift to anybody who lifts the arm.
+    given = sum(t * w for t, w in zip(state.active, motion.speeds, strict=True)) * motion.seconds
+    flips, swing = [], []
+    for joint, before, history, t in zip(limits.joints, state.swing, state.flips, sent, strict=True):
+        large = abs(t) > 0.5 * joint.torque
+        flips.append(
+            tuple(at for at in (*history, seen.time_ns) if seen.time_ns - at < SECOND_NS)
+            if large and t * before < 0
+            else tuple(at for at in history if seen.time_ns - at < SECOND_NS)
+        )
+        swing.append(t if large else before)
+    same = seen.force is not None and seen.force == state.force
+    return State(
+        time_ns=max(seen.time_ns, state.time_ns),
+        motion=motion,
+        torques=sent,
+        active=tuple(t - s for t, s in zip(sent, _support(limits, seen), strict=True)),
+        asked=state.asked,
+        armed_ns=state.armed_ns,
+        energy=max(state.energy + given - limits.leak * motion.seconds, 0.0),
+        late=state.late + 1 if is_late(limits, state, seen) else 0,
+        force=seen.force,
+        force_still=state.force_still + 1 if same else 0,
+        flips=tuple(flips),
+        swing=tuple(swing),
+    )

@@ -1,0 +1,47 @@
+"""Where the arm is and how fast it moves, as far as its encoders can be believed."""
+
+from hil.safety.cycle import Motion, Seen, State, Vector
+from hil.safety.limits import Limits
+
+# No joint is believed to move faster than this times its limit of speed.
+FASTEST = 4.0
+
+
+def seconds_since(state: State, seen: Seen) -> float:
+    """Time in s since the last cycle; 0 if the clock stood still or went back."""
+    return max(seen.time_ns - state.time_ns, 0) * 1e-9
+
+
+def follow(limits: Limits, state: State, seen: Seen) -> Motion:
+    """Take the positions of a cycle; one that is missing, or too far from the last, leaves the joint where it was.
+
+    Speeds are differences over the measured time, through a first-order low pass (backward Euler):
+    w = (w0 + W dt dq/dt)/(1 + W dt), W the bandwidth.
+    """
+    before, seconds = state.motion, seconds_since(state, seen)
+    positions, speeds, missing, still = [], [], [], []
+    for k, joint in enumerate(limits.joints):
+        measured = seen.positions[k] if k < len(seen.positions) else None
+        last, speed = before.positions[k], before.speeds[k]
+        # A gap allows the more motion the longer it has lasted.
+        waited = seconds + before.missing[k] * limits.period_ns * 1e-9
+        reach = FASTEST * joint.speed * max(waited, limits.period_ns * 1e-9)
+        if measured is None or not abs(measured - last) <= reach:  # NaN is not believed either
+            positions.append(last)
+            speeds.append(speed)
+            missing.append(before.missing[k] + 1)
+            still.append(0)
+            continue
+        filtered = limits.bandwidth * seconds
+        rate = (measured - last) / waited if seconds > 0 else 0.0
+        positions.append(measured)
+        speeds.append((speed + filtered * rate) / (1.0 + filtered))
+        missing.append(0)
+        still.append(before.still[k] + 1 if measured == last else 0)
+    return Motion(seconds, tuple(positions), tuple(speeds), tuple(missing), tuple(still))
+
+
+def at_rest(positions: Vector) -> Motion:
+    """The motion with which a session begins."""
+    zeros = (0.0,) * len(positions)
+    return Motion(0.0, positions, zeros, (0,) * len(positions), (0,) * len(positions))

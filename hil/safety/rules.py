@@ -1,0 +1,199 @@
+"""What must not happen: each rule looks at one hazard and says what should become of the torque."""
+
+import math
+from collections.abc import Callable
+
+from hil.safety.cycle import Module, Motion, Reaction, Seen, State, Trip
+from hil.safety.limits import Limits
+
+Rule = Callable[[Limits, State, Motion, Seen], Trip | None]
+
+# A cycle is late if so many periods have passed since the last one.
+LATE_PERIODS = 1.5
+# After a gap of so many periods nothing is known of what the arm did.
+LOST_PERIODS = 15
+# A controller that takes this share of a period is late as well.
+SLOW_SHARE = 0.5
+# So many late cycles in a row leave less torque.
+LATE_REDUCE = 3
+# Beyond this times its limit of speed a joint is damped and no more, and beyond the second it is let go.
+GIVES_WAY, LET_GO = 1.25, 2.0
+
+
+def is_late(limits: Limits, state: State, seen: Seen) -> bool:
+    """Tell whether a cycle began late, or its controller took too long."""
+    passed = seen.time_ns - state.time_ns
+    return passed > LATE_PERIODS * limits.period_ns or seen.computing_ns > SLOW_SHARE * limits.period_ns
+
+
+def finite_command(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip | None:
+    """A controller that asks for what is no number has failed."""
+    for words, values in (("asked for", seen.asked), ("needed to hold the weight", seen.support)):
+        for k, value in enumerate(values):
+            if not math.isfinite(value):
+                reaction = Reaction.SUPPORT if words == "asked for" else Reaction.RELEASE
+                return Trip("finite_command", reaction, f"torque {words} at joint {k + 1} is {value} N.m")
+    if len(seen.asked) != len(limits.joints) or len(seen.support) != len(limits.joints):
+        words = f"{len(seen.asked)} and {len(seen.support)} torques for {len(limits.joints)} joints"
+        return Trip("finite_command", Reaction.RELEASE, words)
+    return None
+
+
+def positions_answered(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip | None:
+    """Joints whose position does not come, or cannot be believed, are steered blindly."""
+    worst = max(motion.missing)
+    if not worst:
+        return None
+    joint, words = motion.missing.index(worst) + 1, "1 cycle" if worst == 1 else f"{worst} cycles"
+    reaction = Reaction.REDUCE
+    if worst >= limits.missing_release:
+        reaction = Reaction.RELEASE
+    elif worst >= limits.missing_comply:
+        reaction = Reaction.COMPLY
+    return Trip("positions_answered", reaction, f"no believable position of joint {joint} for {words}")
+
+
+def encoder_alive(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip | None:
+    """An encoder that says exactly the same under a torque that moves the joint for certain is frozen."""
+    for k, joint in enumerate(limits.joints):
+        pushed = abs(state.active[k]) > joint.breakaway
+        if pushed and motion.still[k] >= limits.frozen_cycles:
+            words = f"joint {k + 1} stands still to the last digit under {state.active[k]:.3g} N.m for {motion.still[k]} cycles"
+            return Trip("encoder_alive", Reaction.COMPLY, words)
+    return None
+
+
+def on_time(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip | None:
+    """A loop that stands still, or whose clock jumps, knows neither speeds nor what its last torque has done."""
+    passed = seen.time_ns - state.time_ns
+    period = limits.period_ns
+    if passed <= 0:
+        return Trip("on_time", Reaction.SUPPORT, f"the clock moved by {passed / 1e6:.3g} ms between two cycles")
+    if passed > LOST_PERIODS * period:
+        return Trip("on_time", Reaction.COMPLY, f"{passed / 1e6:.3g} ms between two cycles of {period / 1e6:.3g} ms")
+    late = is_late(limits, state, seen)
+    if late and state.late + 1 >= limits.late_comply:
+        words = f"{state.late + 1} cycles in a row were late or took more than half of {period / 1e6:.3g} ms"
+        return Trip("on_time", Reaction.COMPLY, words)
+    if late and state.late + 1 >= LATE_REDUCE:
+        return Trip("on_time", Reaction.REDUCE, f"{state.late + 1} cycles in a row were late")
+    return None
+
+
+def speed_limited(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip | None:
+    """An arm that is thrown, or runs away, is not driven."""
+    for k, (joint, speed) in enumerate(zip(limits.joints, motion.speeds, strict=True)):
+        if abs(speed) > GIVES_WAY * joint.speed:
+            reaction = Reaction.RELEASE if abs(speed) > LET_GO * joint.speed else Reaction.COMPLY
+            words = f"joint {k + 1} moves at {speed:.3g} rad/s, its limit is {joint.speed:g} rad/s"
+            return Trip("speed_limited", reaction, words)
+    return None
+
+
+def inside_range(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip | None:
+    """Beyond the range of motion are end stops, or the limits of a patient's arm."""
+    for k, (joint, position) in enumerate(zip(limits.joints, motion.positions, strict=True)):
+        beyond = max(joint.low - position, position - joint.high)
+        if beyond > joint.margin:
+            words = f"joint {k + 1} is at {position:.4g} rad, outside [{joint.low:g}, {joint.high:g}] rad"
+            return Trip("inside_range", Reaction.COMPLY, words)
+    return None
+
+
+def energy_bounded(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip | None:
+    """Energy that the arm keeps giving away goes into whoever holds it."""
+    if state.energy > limits.energy:
+        return Trip("energy_bounded", Reaction.COMPLY, f"{state.energy:.3g} J given, the limit is {limits.energy:g} J")
+    return None
+
+
+def force_bounded(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip | None:
+    """A person who pushes hard wins; a sensor that saturates, or repeats itself to the last digit, cannot tell."""
+    if seen.force is None:
+        return None
+    size = math.sqrt(sum(part * part for part in seen.force))
+    if not size <= limits.force:
+        return Trip("force_bounded", Reaction.COMPLY, f"{size:.3g} N at the wrist, the limit is {limits.force:g} N")
+    if seen.force_saturated:
+        return Trip("force_bounded", Reaction.COMPLY, "the force sensor is beyond its range")
+    if state.force_still >= limits.frozen_cycles:
+        words = f"the force sensor has said exactly the same for {state.force_still} cycles"
+        return Trip("force_bounded", Reaction.COMPLY, words)
+    return None
+
+
+def follows_model(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip | None:
+    """A model that expects the arm elsewhere asks for torques that do not fit."""
+    if seen.expected is None:
+        return None
+    if len(seen.expected) != len(limits.joints):
+        words = f"the model expects {len(seen.expected)} joints, the arm has {len(limits.joints)}"
+        return Trip("follows_model", Reaction.COMPLY, words)
+    for k, (expected, position) in enumerate(zip(seen.expected, motion.positions, strict=True)):
+        if not abs(expected - position) <= limits.divergence:
+            words = f"joint {k + 1} is at {position:.4g} rad, the model expects {expected:.4g} rad"
+            return Trip("follows_model", Reaction.COMPLY, words)
+    return None
+
+
+def calm(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip | None:
+    """A torque that changes its sign again and again is a loop that oscillates against whoever holds the arm."""
+    for k, flips in enumerate(state.flips):
+        if len(flips) > limits.oscillation:
+            words = f"the torque of joint {k + 1} changed its sign {len(flips)} times in a second"
+            return Trip("calm", Reaction.COMPLY, words)
+    return None
+
+
+def module_agrees(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip | None:
+    """The robot's own safety module, and the pendant on it, have the last word."""
+    if seen.module is None:
+        return Trip("module_agrees", Reaction.RELEASE, "the safety module does not answer")
+    if seen.module is Module.ESTOP:
+        return Trip("module_agrees", Reaction.SILENCE, "emergency stop")
+    if seen.fault:
+        return Trip("module_agrees", Reaction.RELEASE, "the safety module found a limit passed")
+    if seen.module is Module.IDLE and state.armed_ns is not None:
+        return Trip("module_agrees", Reaction.RELEASE, "the safety module is idle")
+    if seen.warning:
+        return Trip("module_agrees", Reaction.REDUCE, "the safety module warns")
+    return None
+
+
+def alone_on_the_bus(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip | None:
+    """Two hosts that command one arm fight each other."""
+    if seen.foreign_torque:
+        return Trip("alone_on_the_bus", Reaction.RELEASE, "somebody else commands torques on this bus")
+    return None
+
+
+def recorded(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip | None:
+    """A session that is not recorded is over, but not in a hurry."""
+    if not seen.recording:
+        return Trip("recorded", Reaction.COMPLY, "frames can no longer be recorded")
+    return None
+
+
+def not_aborted(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip | None:
+    """The operator wants to stop."""
+    if seen.abort:
+        return Trip("not_aborted", Reaction.COMPLY, "stopped by the operator")
+    return None
+
+
+RULES: tuple[Rule, ...] = (
+    finite_command,
+    positions_answered,
+    encoder_alive,
+    on_time,
+    speed_limited,
+    inside_range,
+    energy_bounded,
+    force_bounded,
+    follows_model,
+    calm,
+    module_agrees,
+    alone_on_the_bus,
+    recorded,
+    not_aborted,
+)

@@ -1,0 +1,473 @@
+"""The safety core: nothing passes that should not, every rule is needed, and what stops the arm stays."""
+
+import math
+from collections.abc import Callable
+from dataclasses import fields, replace
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fmus.errors import MisfitError
+from hil.safety.core import begin, step
+from hil.safety.cycle import Module, Reaction, Seen
+from hil.safety.limiters import LIMITERS
+from hil.safety.limits import JointLimits, Limits
+from hil.safety.rules import RULES
+from tests.hil.cycles import JOINT, LIMITS, PERIOD, PERIOD_S, Arm
+
+# --- what always holds
+
+NUMBER = st.floats(allow_nan=True, allow_infinity=True)
+ANY_VECTOR = st.lists(NUMBER, min_size=2, max_size=2).map(tuple) | st.lists(NUMBER, max_size=4).map(tuple)
+POSITION = st.none() | st.floats(-1.3, 1.3) | NUMBER
+ADVERSARIAL = st.fixed_dictionaries(
+    {
+        "passed": st.sampled_from([PERIOD, PERIOD, PERIOD, 0, -PERIOD, 3 * PERIOD, 10**9, 1]),
+        "positions": st.lists(POSITION, min_size=2, max_size=2).map(tuple) | st.lists(POSITION, max_size=3).map(tuple),
+        "asked": ANY_VECTOR,
+        "support": ANY_VECTOR,
+        "computing_ns": st.sampled_from([0, PERIOD, 10**9]),
+        "force": st.none() | st.lists(NUMBER, min_size=3, max_size=3).map(tuple),
+        "force_saturated": st.booleans(),
+        "expected": st.none() | ANY_VECTOR,
+        "module": st.none() | st.sampled_from(Module),
+        "warning": st.booleans(),
+        "fault": st.booleans(),
+        "foreign_torque": st.booleans(),
+        "recording": st.booleans(),
+        "abort": st.booleans(),
+        "arm": st.booleans(),
+    }
+)
+CALM_MOSTLY = st.lists(
+    st.one_of(
+        ADVERSARIAL,
+        st.fixed_dictionaries({"arm": st.just(True)}),
+        st.fixed_dictionaries({"asked": st.lists(st.floats(-50, 50), min_size=2, max_size=2).map(tuple)}),
+    ),
+    max_size=30,
+)
+
+
+@settings(max_examples=300, deadline=None)
+@given(CALM_MOSTLY)
+def test_no_cycle_whatever_it_shows_lets_a_torque_pass_its_limits(history: list[dict]) -> None:
+    arm = Arm()
+    arm.cycle(arm=True)
+    last = (0.0, 0.0)
+    for seen in history:
+        seen = dict(seen)
+        time_ns = arm.now + seen.pop("passed", PERIOD)
+        outcome = arm.cycle(time_ns=time_ns, **seen)
+        if outcome.torques is None:
+            assert outcome.reaction is Reaction.SILENCE
+            last = (0.0, 0.0)
+            continue
+        for joint, before, torque in zip(LIMITS.joints, last, outcome.torques, strict=True):
+            assert abs(torque) <= joint.torque
+            grown = abs(torque) - abs(before) if torque * before >= 0 else abs(torque)
+            assert grown <= joint.torque_rate * PERIOD_S * (1 + 1e-12)
+        assert outcome.reaction < Reaction.RELEASE or outcome.torques == (0.0, 0.0)
+        last = outcome.torques
+
+
+@settings(max_examples=100, deadline=None)
+@given(CALM_MOSTLY)
+def test_the_same_cycles_always_give_the_same_outcomes(history: list[dict]) -> None:
+    def run() -> list:
+        arm = Arm()
+        for seen in history:
+            seen = dict(seen)
+            arm.cycle(time_ns=arm.now + seen.pop("passed", PERIOD), **seen)
+        return arm.outcomes
+
+    assert repr(run()) == repr(run())  # NaN differs from itself, its name does not
+
+
+@settings(max_examples=100, deadline=None)
+@given(CALM_MOSTLY)
+def test_what_stopped_the_arm_stays_until_it_is_armed_anew(history: list[dict]) -> None:
+    arm = Arm().armed()
+    worst = Reaction.PASS
+    for seen in history:
+        seen = dict(seen) | {"arm": False}
+        outcome = arm.cycle(time_ns=arm.now + seen.pop("passed", PERIOD), **seen)
+        assert worst < Reaction.COMPLY or outcome.reaction >= worst
+        worst = max(worst, outcome.reaction)
+
+
+# --- arming
+
+
+def test_nothing_is_energised_before_the_arm_is_armed() -> None:
+    outcome = Arm().cycles(100, asked=(5.0, 5.0), support=(2.0, 2.0))
+    assert outcome.torques == (0.0, 0.0)
+    assert not outcome.to_idle
+
+
+def test_the_controller_gets_its_torque_only_along_the_ramp() -> None:
+    arm = Arm()
+    arm.cycle(arm=True, asked=(4.0, 0.0))
+    half = arm.cycles(25, asked=(4.0, 0.0))
+    whole = arm.cycles(40, asked=(4.0, 0.0))
+    assert half.torques == pytest.approx((2.0, 0.0))
+    assert whole.torques == (4.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    "seen",
+    [
+        {"abort": True},
+        {"module": Module.IDLE},
+        {"module": Module.ESTOP},
+        {"module": None},
+        {"positions": (0.0, None)},
+        {"force": (100.0, 0.0, 0.0)},
+        {"warning": True},
+    ],
+)
+def test_an_arm_with_something_wrong_cannot_be_armed(seen: dict) -> None:
+    arm = Arm()
+    arm.cycle(arm=True, **seen)
+    assert arm.state.armed_ns is None
+    assert arm.cycle(asked=(5.0, 5.0)).torques in ((0.0, 0.0), None)
+
+
+def test_arming_anew_forgets_what_was_stored() -> None:
+    arm = Arm().armed()
+    arm.cycle(asked=(5.0, 0.0))
+    arm.cycles(3, abort=True, asked=(5.0, 0.0))
+    assert arm.cycle().reaction is Reaction.COMPLY
+    outcome = arm.cycle(arm=True, asked=(5.0, 0.0))
+    assert outcome.reaction is Reaction.PASS
+    assert outcome.torques == (0.0, 0.0)
+    assert (arm.state.fading, arm.state.stopped, arm.state.energy) == (1.0, None, 0.0)
+
+
+# --- each rule: a hazard that it stops, and that nothing else would
+
+Drive = Callable[[Arm], None]
+
+
+def _throw(arm: Arm, speed: float, cycles: int = 120) -> None:
+    for k in range(1, cycles):
+        arm.cycle(positions=(speed * k * PERIOD_S, 0.0))
+
+
+def _give(arm: Arm) -> None:
+    """Push with 8 N.m along a motion of 0.8 rad/s: 6.4 W."""
+    for k in range(60):
+        arm.cycle(positions=(0.8 * k * PERIOD_S, 0.0), asked=(8.0, 0.0))
+
+
+def _oscillate(arm: Arm) -> None:
+    for k in range(60):
+        arm.cycle(asked=(8.0 * (-1) ** (k // 4), 0.0))
+
+
+def _late(count: int) -> Drive:
+    def drive(arm: Arm) -> None:
+        for _ in range(count):
+            arm.cycle(time_ns=arm.now + 2 * PERIOD)
+
+    return drive
+
+
+HAZARDS: list[tuple[str, Drive, Reaction]] = [
+    ("finite_command", lambda arm: arm.cycle(asked=(math.nan, 0.0)), Reaction.SUPPORT),
+    ("finite_command", lambda arm: arm.cycle(asked=(0.0, -math.inf)), Reaction.SUPPORT),
+    ("finite_command", lambda arm: arm.cycle(support=(math.nan, 0.0)), Reaction.RELEASE),
+    ("finite_command", lambda arm: arm.cycle(asked=(0.0,)), Reaction.RELEASE),
+    ("finite_command", lambda arm: arm.cycle(support=(0.0, 0.0, 0.0)), Reaction.RELEASE),
+    ("positions_answered", lambda arm: arm.cycle(positions=(None, 0.0)), Reaction.REDUCE),
+    ("positions_answered", lambda arm: arm.cycles(2, positions=(0.0, None)), Reaction.REDUCE),
+    ("positions_answered", lambda arm: arm.cycles(3, positions=(0.0, None)), Reaction.COMPLY),
+    ("positions_answered", lambda arm: arm.cycles(14, positions=(None, None)), Reaction.COMPLY),
+    ("positions_answered", lambda arm: arm.cycles(15, positions=(None, None)), Reaction.RELEASE),
+    ("positions_answered", lambda arm: arm.cycles(3, positions=(0.5, 0.0)), Reaction.COMPLY),  # a jump
+    ("positions_answered", lambda arm: arm.cycles(3, positions=(math.nan, 0.0)), Reaction.COMPLY),
+    ("positions_answered", lambda arm: arm.cycles(3, positions=(0.0,)), Reaction.COMPLY),
+    ("encoder_alive", lambda arm: arm.cycles(25, positions=(0.0, 0.0), asked=(3.5, 0.0)), Reaction.COMPLY),
+    ("on_time", lambda arm: arm.cycle(time_ns=arm.now), Reaction.SUPPORT),
+    ("on_time", lambda arm: arm.cycle(time_ns=arm.now - PERIOD), Reaction.SUPPORT),
+    ("on_time", lambda arm: arm.cycle(time_ns=arm.now + 16 * PERIOD), Reaction.COMPLY),
+    ("on_time", _late(3), Reaction.REDUCE),
+    ("on_time", _late(15), Reaction.COMPLY),
+    ("on_time", lambda arm: arm.cycles(15, computing_ns=PERIOD), Reaction.COMPLY),
+    ("speed_limited", lambda arm: _throw(arm, 1.5), Reaction.COMPLY),
+    ("speed_limited", lambda arm: _throw(arm, -3.0), Reaction.RELEASE),
+    ("inside_range", lambda arm: [_creep(arm, q) for q in (1.05, 1.11)], Reaction.COMPLY),
+    ("inside_range", lambda arm: [_creep(arm, q) for q in (-1.05, -1.11)], Reaction.COMPLY),
+    ("energy_bounded", _give, Reaction.COMPLY),
+    ("force_bounded", lambda arm: arm.cycle(force=(60.0, 60.0, 0.0)), Reaction.COMPLY),
+    ("force_bounded", lambda arm: arm.cycle(force=(math.nan, 0.0, 0.0)), Reaction.COMPLY),
+    ("force_bounded", lambda arm: arm.cycle(force=(1.0, 0.0, 0.0), force_saturated=True), Reaction.COMPLY),
+    ("force_bounded", lambda arm: arm.cycles(25, force=(1.0, 2.0, 3.0)), Reaction.COMPLY),
+    ("follows_model", lambda arm: arm.cycle(expected=(0.0, 0.31)), Reaction.COMPLY),
+    ("follows_model", lambda arm: arm.cycle(expected=(0.0, math.nan)), Reaction.COMPLY),
+    ("follows_model", lambda arm: arm.cycle(expected=(0.0,)), Reaction.COMPLY),
+    ("calm", _oscillate, Reaction.COMPLY),
+    ("module_agrees", lambda arm: arm.cycle(module=None), Reaction.RELEASE),
+    ("module_agrees", lambda arm: arm.cycle(module=Module.ESTOP), Reaction.SILENCE),
+    ("module_agrees", lambda arm: arm.cycle(module=Module.IDLE), Reaction.RELEASE),
+    ("module_agrees", lambda arm: arm.cycle(fault=True), Reaction.RELEASE),
+    ("module_agrees", lambda arm: arm.cycle(warning=True), Reaction.REDUCE),
+    ("alone_on_the_bus", lambda arm: arm.cycle(foreign_torque=True), Reaction.RELEASE),
+    ("recorded", lambda arm: arm.cycle(recording=False), Reaction.COMPLY),
+    ("not_aborted", lambda arm: arm.cycle(abort=True), Reaction.COMPLY),
+]
+
+
+def _creep(arm: Arm, position: float) -> None:
+    """Bring a joint to a position slowly."""
+    start = arm.state.motion.positions[0]
+    for k in range(1, 801):
+        arm.cycle(positions=(start + (position - start) * k / 800, 0.0))
+
+
+@pytest.mark.parametrize(("rule", "drive", "reaction"), HAZARDS)
+def test_a_hazard_meets_the_reaction_of_its_rule(rule: str, drive: Drive, reaction: Reaction) -> None:
+    arm = Arm().armed()
+    drive(arm)
+    reached = max(outcome.reaction for outcome in arm.outcomes)
+    assert reached is reaction
+    tripped = {trip.rule for outcome in arm.outcomes for trip in outcome.trips}
+    assert rule in tripped
+    if reaction >= Reaction.COMPLY:
+        assert arm.state.stopped is not None
+        assert arm.state.stopped.rule == rule
+        assert arm.state.stopped.words
+
+
+@pytest.mark.parametrize(("rule", "drive", "reaction"), HAZARDS)
+def test_without_its_rule_a_hazard_is_not_stopped(rule: str, drive: Drive, reaction: Reaction) -> None:
+    arm = Arm(rules=tuple(r for r in RULES if r.__name__ != rule)).armed()
+    try:
+        drive(arm)
+    except ValueError:  # without the check of their number, torques no longer match the joints
+        return
+    assert max(outcome.reaction for outcome in arm.outcomes) < reaction
+
+
+def test_every_rule_has_a_hazard() -> None:
+    assert {rule.__name__ for rule in RULES} == {rule for rule, *_ in HAZARDS}
+
+
+@pytest.mark.parametrize(
+    "drive",
+    [
+        lambda arm: arm.cycles(14, computing_ns=PERIOD),
+        lambda arm: arm.cycles(2, positions=(None, 0.0)),
+        lambda arm: arm.cycles(19, force=(1.0, 2.0, 3.0)),
+        lambda arm: arm.cycles(500, positions=(0.0, 0.0), asked=(2.9, 0.0)),
+        lambda arm: arm.cycle(expected=(0.0, 0.29)),
+        lambda arm: arm.cycle(force=(0.0, 79.0, 0.0)),
+        lambda arm: _throw(arm, 1.2),
+        lambda arm: [_creep(arm, q) for q in (1.05, 1.09)],
+    ],
+)
+def test_what_stays_within_its_limit_does_not_stop_the_arm(drive: Drive) -> None:
+    arm = Arm().armed()
+    drive(arm)
+    assert arm.state.stopped is None
+
+
+# --- reactions
+
+
+def test_while_in_doubt_half_the_torque_is_left_and_then_all_again() -> None:
+    arm = Arm().armed()
+    assert arm.cycle(asked=(4.0, 0.0), support=(2.0, 0.0), warning=True).torques == pytest.approx((4.0, 0.0))
+    assert arm.cycle(asked=(4.0, 0.0), support=(2.0, 0.0)).torques == pytest.approx((6.0, 0.0))
+
+
+def test_giving_way_fades_what_was_asked_before_and_keeps_the_weight() -> None:
+    arm = Arm().armed()
+    arm.cycles(3, asked=(4.0, 0.0), support=(1.0, 0.0))
+    half = [arm.cycle(abort=True, asked=(-9.0, 9.0), support=(1.0, 0.0)) for _ in range(25)][-1]
+    end = arm.cycles(30, asked=(-9.0, 9.0), support=(1.0, 0.0))
+    assert half.torques == pytest.approx((1.0 + 0.5 * 4.0, 0.0), abs=1e-3)
+    assert end.torques == pytest.approx((1.0, 0.0), abs=1e-3)
+    assert not end.to_idle
+
+
+def test_giving_way_damps_the_motion() -> None:
+    arm = Arm().armed()
+    arm.cycle(abort=True)
+    for k in range(1, 200):
+        outcome = arm.cycle(positions=(0.5 * k * PERIOD_S, 0.0))
+    assert outcome.torques is not None
+    assert outcome.torques[0] == pytest.approx(-LIMITS.damping * 0.5, rel=1e-3)
+
+
+def test_a_failed_controller_leaves_the_weight_held_at_once() -> None:
+    arm = Arm().armed()
+    arm.cycles(3, asked=(4.0, 0.0), support=(1.0, 0.0))
+    assert arm.cycle(asked=(math.nan, 0.0), support=(1.0, 0.0)).torques == pytest.approx((1.0, 0.0))
+
+
+def test_letting_go_sends_no_torque_and_switches_the_motors_to_idle() -> None:
+    outcome = Arm().armed().cycle(foreign_torque=True, asked=(4.0, 0.0), support=(1.0, 0.0))
+    assert (outcome.torques, outcome.to_idle) == ((0.0, 0.0), True)
+
+
+def test_after_an_emergency_stop_nothing_is_sent() -> None:
+    outcome = Arm().armed().cycle(module=Module.ESTOP, support=(1.0, 0.0))
+    assert (outcome.torques, outcome.to_idle) == (None, False)
+
+
+def test_the_first_reason_stays_unless_a_worse_one_comes() -> None:
+    arm = Arm().armed()
+    arm.cycle(abort=True)
+    arm.cycle(recording=False)
+    assert arm.state.stopped is not None and arm.state.stopped.rule == "not_aborted"
+    arm.cycle(foreign_torque=True)
+    assert arm.state.stopped.rule == "alone_on_the_bus"
+
+
+# --- limiters
+
+
+def _moving(arm: Arm, speed: float, **seen: object) -> None:
+    for k in range(1, 100):
+        arm.cycle(positions=(speed * k * PERIOD_S, 0.0), **seen)
+
+
+CUTS: list[tuple[str, Drive, tuple[float, float]]] = [
+    ("torque", lambda arm: arm.cycles(9, asked=(25.0, -25.0)), (10.0, -10.0)),
+    ("torque_rate", lambda arm: arm.cycle(asked=(9.0, -9.0)), (4.0, -4.0)),
+    ("power", lambda arm: _moving(arm, 0.95, asked=(0.0, 0.0), support=(9.0, -9.0)), (9.0, -9.0)),
+    ("braking_only", lambda arm: _moving(arm, 1.1, asked=(5.0, 1.0)), (0.0, 1.0)),
+    ("braking_only", lambda arm: _moving(arm, -1.1, asked=(-5.0, 1.0)), (0.0, 1.0)),
+    ("inwards_only", lambda arm: (_creep(arm, 1.05), _stay(arm, 1.05, (5.0, 1.0))), (0.0, 1.0)),
+    ("inwards_only", lambda arm: (_creep(arm, -1.05), _stay(arm, -1.05, (-5.0, 1.0))), (0.0, 1.0)),
+]
+
+
+def _stay(arm: Arm, position: float, asked: tuple[float, float]) -> None:
+    for k in range(9):
+        arm.cycle(positions=(position + 1e-6 * (k % 2), 0.0), asked=asked)
+
+
+@pytest.mark.parametrize(("limiter", "drive", "left"), CUTS)
+def test_a_torque_is_cut_by_its_limiter(limiter: str, drive: Drive, left: tuple[float, float]) -> None:
+    limits = replace(LIMITS, energy=1e6, power=5.0 if limiter == "power" else 1e6)
+    arm = Arm(limits).armed()
+    drive(arm)
+    outcome = arm.outcomes[-1]
+    assert limiter in outcome.limited
+    if limiter == "power":
+        speed = arm.state.motion.speeds[0]
+        assert outcome.torques is not None
+        assert outcome.torques[0] * speed == pytest.approx(2.5)
+        assert outcome.torques[1] == -9.0
+    else:
+        assert outcome.torques == pytest.approx(left)
+
+
+@pytest.mark.parametrize(("limiter", "drive", "left"), CUTS)
+def test_without_its_limiter_a_torque_is_not_cut(limiter: str, drive: Drive, left: tuple[float, float]) -> None:
+    limits = replace(LIMITS, energy=1e6, power=5.0 if limiter == "power" else 1e6)
+    arm = Arm(limits, limiters=tuple(c for c in LIMITERS if c.__name__ != limiter)).armed()
+    drive(arm)
+    torques = arm.outcomes[-1].torques
+    assert torques is not None
+    cut = (2.5 / arm.state.motion.speeds[0], -9.0) if limiter == "power" else left
+    assert torques != pytest.approx(cut)
+
+
+def test_braking_and_inward_torques_are_not_cut() -> None:
+    arm = Arm(replace(LIMITS, energy=1e6)).armed()
+    _moving(arm, 1.1, asked=(-5.0, 0.0))
+    assert arm.outcomes[-1].torques == (-5.0, 0.0)
+    arm = Arm(replace(LIMITS, energy=1e6)).armed()
+    _creep(arm, 1.05)
+    _stay(arm, 1.05, (-5.0, 0.0))
+    assert arm.outcomes[-1].torques == (-5.0, 0.0)
+
+
+def test_a_torque_may_go_to_zero_at_once() -> None:
+    arm = Arm().armed()
+    arm.cycles(5, asked=(9.0, -9.0))
+    assert arm.cycle().torques == (0.0, 0.0)
+
+
+# --- what is remembered
+
+
+def test_energy_is_the_work_of_the_controllers_part_less_what_is_forgiven() -> None:
+    arm = Arm(replace(LIMITS, energy=1e6, power=1e6)).armed()
+    _moving(arm, 0.5, asked=(0.0, 0.0))
+    before = arm.state.energy
+    start = 0.5 * 99 * PERIOD_S
+    for k in range(1, 101):
+        arm.cycle(positions=(start + 0.5 * k * PERIOD_S, 0.0), asked=(2.0, 0.0), support=(1.0, 0.0))
+    # 99 cycles in which 2 N.m acted at 0.5 rad/s, 100 in which 0.2 W were forgiven
+    assert before == 0.0
+    assert arm.state.energy == pytest.approx((99 * 2.0 * 0.5 - 99 * LIMITS.leak) * PERIOD_S, rel=0.02)
+
+
+def test_speed_is_the_slope_of_positions_through_a_low_pass() -> None:
+    arm = Arm().armed()
+    speed, expected, filtered = 0.6, 0.0, LIMITS.bandwidth * PERIOD_S
+    arm.cycle(positions=(0.0, 0.0))
+    arm.cycle(positions=(0.0, 0.0))
+    first = arm.state.motion.speeds[0]
+    expected = first
+    for k in range(1, 6):
+        arm.cycle(positions=(speed * k * PERIOD_S, 0.0))
+        expected = (expected + filtered * speed) / (1 + filtered)
+        assert arm.state.motion.speeds[0] == pytest.approx(expected, rel=1e-9)
+
+
+def test_after_missing_answers_the_speed_is_that_of_the_whole_gap() -> None:
+    arm = Arm().armed()
+    _moving(arm, 0.6)
+    before = arm.state.motion
+    arm.cycles(2, positions=(None, 0.0))
+    assert arm.state.motion.positions[0] == before.positions[0]
+    arm.cycle(positions=(before.positions[0] + 0.6 * 3 * PERIOD_S, 0.0))
+    assert arm.state.motion.speeds[0] == pytest.approx(0.6, rel=1e-3)
+    assert arm.state.motion.missing == (0, 0)
+
+
+# --- limits
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"torque": 0.0},
+        {"torque": math.nan},
+        {"torque_rate": -1.0},
+        {"speed": math.inf},
+        {"low": 1.0},
+        {"high": math.inf},
+        {"margin": 0.0},
+        {"breakaway": 0.0},
+    ],
+)
+def test_limits_of_a_joint_that_limit_nothing_are_refused(change: dict) -> None:
+    with pytest.raises(MisfitError, match="expected"):
+        replace(JOINT, **change)
+
+
+@pytest.mark.parametrize("name", [field.name for field in fields(Limits)[1:]])
+@pytest.mark.parametrize("value", [0, -1, math.nan, math.inf])
+def test_limits_of_a_session_that_limit_nothing_are_refused(name: str, value: float) -> None:
+    with pytest.raises(MisfitError, match=f"limit {name}"):
+        replace(LIMITS, **{name: value})
+
+
+@pytest.mark.parametrize("change", [{"joints": ()}, {"reduced": 1.0}, {"missing_comply": 16}])
+def test_limits_that_contradict_themselves_are_refused(change: dict) -> None:
+    with pytest.raises(MisfitError):
+        replace(LIMITS, **change)
+
+
+def test_a_single_joint_is_an_arm_too() -> None:
+    limits = Limits(joints=(JointLimits(1.0, 100.0, 1.0, -1.0, 1.0),))
+    state = begin(limits, 0, (0.0,))
+    state, outcome = step(limits, state, Seen(limits.period_ns, (0.0,), (0.5,), (0.0,)))
+    assert outcome.torques == (0.0,)
