@@ -99,14 +99,29 @@ def conversion(from_unit: str, to_unit: str) -> float:
             ...
         fmus.errors.MisfitError: cannot convert 'N' (kg.m.s-2) to 'm' (m): the dimensions differ
     """
-    source, target = si_exponents(from_unit), si_exponents(to_unit)
+    factor, offset = scaling(from_unit, si_exponents(from_unit), to_unit, si_exponents(to_unit))
+    if offset != 0.0:
+        raise MisfitError(f"cannot convert {from_unit!r} to {to_unit!r} by a factor: their zero points differ; use K")
+    return factor
+
+
+def scaling(from_unit: str, source: SiUnit, to_unit: str, target: SiUnit) -> tuple[float, float]:
+    """Give factor and offset with `value in to_unit = factor * value in from_unit + offset`.
+
+    The names of the units are for the message; what they mean is in `source` and `target`.
+
+    Raises:
+        MisfitError: if the dimensions differ.
+
+    Example:
+        >>> scaling("degC", si_exponents("degC"), "K", si_exponents("K"))
+        (1.0, 273.15)
+    """
     if source.dimension != target.dimension:
         raise MisfitError(
             f"cannot convert {from_unit!r} ({_text(source)}) to {to_unit!r} ({_text(target)}): the dimensions differ"
         )
-    if source.offset != target.offset:
-        raise MisfitError(f"cannot convert {from_unit!r} to {to_unit!r} by a factor: their zero points differ; use K")
-    return source.factor / target.factor
+    return source.factor / target.factor, (source.offset - target.offset) / target.factor
 
 
 @cache

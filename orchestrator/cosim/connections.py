@@ -1,0 +1,242 @@
+"""The check of a system before anything is loaded: names, causality, types, shapes, units, ranges, start values."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import groupby
+from typing import Any, Protocol
+
+import numpy as np
+
+from fmus.errors import MisfitError
+from orchestrator.cosim.addresses import Element, resolve
+from orchestrator.cosim.compatible import Transfer, transfer
+from orchestrator.cosim.component import Port
+from orchestrator.cosim.system import Connection, System, Value, split_address
+from orchestrator.cosim.values import port_value
+from orchestrator.cosim.wiring import OUTSIDE, Link, Slot, Unconnected, Wiring
+from orchestrator.cosim.wording import nearest
+
+_MOST_PROBLEMS = 10
+
+
+class HasPorts(Protocol):
+    """What is known of a component before it is loaded: a description of an FMU, or a component itself."""
+
+    @property
+    def ports(self) -> Sequence[Port]:
+        """Variables of the component."""
+        ...
+
+    @property
+    def feedthrough(self) -> Mapping[str, Sequence[str]]:
+        """Inputs that an output depends on directly, see `Component`."""
+        ...
+
+
+def wire(system: System, interfaces: Mapping[str, HasPorts]) -> Wiring:
+    """Check all connections and values of a system and number its values.
+
+    Args:
+        system: as described.
+        interfaces: ports of every component, by its name.
+
+    Raises:
+        MisfitError: with every problem found (ten at most), each naming the connection or value.
+    """
+    return _Checker(system, interfaces).wiring()
+
+
+@dataclass
+class _Checker:
+    system: System
+    interfaces: Mapping[str, HasPorts]
+    problems: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    links: list[Link] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.ports = {
+            name: {port.name: port for port in self.interfaces[name].ports} for name in self.system.components
+        }
+        self.ports[OUTSIDE] = self._outside()
+        self.slots, self.size = _numbered(self.ports)
+        self.by_address = {(slot.component, slot.port.name): slot for slot in self.slots}
+        self.driven: dict[int, str] = {}
+
+    def wiring(self) -> Wiring:
+        for connection in self.system.connections:
+            self._connect(split_address(connection.source), split_address(connection.target), connection)
+        for name, targets in self.system.inputs.items():
+            for target in targets:
+                self._connect((OUTSIDE, name), split_address(target), Connection(name, target))
+        for name, source in self.system.outputs.items():
+            self._connect(split_address(source), (OUTSIDE, name), Connection(source, name))
+        starts = {name: self._starts(name) for name in self.system.components}
+        if self.problems:
+            more = len(self.problems) - _MOST_PROBLEMS
+            raise MisfitError("; ".join(self.problems[:_MOST_PROBLEMS]) + (f"; and {more} more" if more > 0 else ""))
+        unconnected = tuple(self._unconnected(starts))
+        return Wiring(self.slots, self.size, tuple(self.links), starts, unconnected, tuple(self.notes))
+
+    def _outside(self) -> dict[str, Port]:
+        """Inputs and outputs of the system as ports that look like the variables inside."""
+        ports: dict[str, Port] = {}
+        for causality, table in (("output", self.system.inputs), ("input", self.system.outputs)):
+            for name, targets in table.items():
+                address = targets if isinstance(targets, str) else targets[0]
+                label = f"{'input' if causality == 'output' else 'output'} {name!r} of the system"
+                if name in ports:
+                    self.problems.append(f"{label} has the name of an input; rename one")
+                    continue
+                try:
+                    elements = self._elements(split_address(address))
+                except MisfitError as error:
+                    self.problems.append(f"{label}: {error}")
+                    continue
+                ports[name] = self._outside_port(name, causality, elements)
+        return ports
+
+    def _outside_port(self, name: str, causality: str, elements: list[Element]) -> Port:
+        inside = elements[0].port
+        shape = inside.shape if len(elements) == inside.size and inside.shape else (len(elements),)
+        shape = () if len(elements) == 1 and not (inside.shape and inside.size == 1) else shape
+        unit = self.system.units.get(name)
+        port = replace(inside, name=name, causality=causality, shape=shape, start=None)
+        return port if unit is None else replace(port, unit=unit, si=self.system.definitions.get(unit))
+
+    def _elements(self, address: tuple[str, str]) -> list[Element]:
+        component, variable = address
+        if component not in self.ports:
+            raise MisfitError(f"there is no component {component!r}; {nearest(component, self.system.components)}")
+        return resolve(self.ports[component], variable, component)
+
+    def _connect(self, source: tuple[str, str], target: tuple[str, str], connection: Connection) -> None:
+        label = f"connection {connection.source} -> {connection.target}"
+        if (
+            OUTSIDE in (source[0], target[0])
+            and (source if source[0] == OUTSIDE else target)[1] not in self.ports[OUTSIDE]
+        ):
+            return  # reported with the inputs and outputs of the system
+        try:
+            self._link(source, target, connection, label)
+        except MisfitError as error:
+            self.problems.append(f"{label}: {error}")
+
+    def _link(self, source: tuple[str, str], target: tuple[str, str], connection: Connection, label: str) -> None:
+        ones, others = self._elements(source), self._elements(target)
+        _check_causality(source[0], ones, "output")
+        _check_causality(target[0], others, "input")
+        if len(ones) != len(others):
+            raise MisfitError(
+                f"{_shape(ones)} on one side, {_shape(others)} on the other; connect single elements as x[1]"
+            )
+        if _array_shape(ones) and _array_shape(others) and _array_shape(ones) != _array_shape(others):
+            raise MisfitError(f"the shapes {_array_shape(ones)} and {_array_shape(others)} differ")
+        both = zip(ones, others, strict=True)
+        for _, group in groupby(both, key=lambda pair: (pair[0].port.name, pair[1].port.name)):
+            pairs = list(group)
+            found = transfer(pairs[0][0].port, pairs[0][1].port, connection)
+            self._add(source[0], target[0], pairs, found, label)
+
+    def _add(self, source: str, target: str, pairs: list[tuple[Element, Element]], found: Transfer, label: str) -> None:
+        one, other = self.by_address[source, pairs[0][0].port.name], self.by_address[target, pairs[0][1].port.name]
+        sources, targets = (
+            tuple(slot.first + element.index for element in elements)
+            for slot, elements in zip((one, other), zip(*pairs, strict=True), strict=True)
+        )
+        for position in targets:
+            if position in self.driven:
+                raise MisfitError(f"the input is already driven by {self.driven[position]}; take one of them out")
+            self.driven[position] = label
+        self.links.append(Link(one, other, sources, targets, found))
+        self.notes += [f"{label}: {note}" for note in found.notes if f"{label}: {note}" not in self.notes[-5:]]
+
+    def _starts(self, name: str) -> dict[str, Any]:
+        """Values to set, complete arrays where single elements were given."""
+        starts: dict[str, Any] = {}
+        for variable, value in self.system.components[name].values.items():
+            try:
+                elements = resolve(self.ports[name], variable, name)
+                for port_name, set_to in self._values(elements, variable, value, starts).items():
+                    starts[port_name] = set_to
+            except MisfitError as error:
+                self.problems.append(f"{name}.{variable}: {error}")
+        return starts
+
+    def _values(
+        self, elements: list[Element], variable: str, value: Value, before: Mapping[str, Any]
+    ) -> dict[str, Any]:
+        port, definitions = elements[0].port, self.system.definitions
+        if len(elements) == port.size and port.name == variable:
+            return {port.name: port_value(port, value, definitions)}
+        if len(elements) > 1:  # scalars x[1], x[2], ... given together
+            row = np.asarray(value.value, dtype=object).ravel()
+            if len(row) != len(elements):
+                raise MisfitError(f"{len(elements)} values are expected, {len(row)} are given")
+            return {
+                element.port.name: port_value(element.port, replace(value, value=one), definitions)
+                for element, one in zip(elements, row, strict=True)
+            }
+        whole = before.get(port.name, port.start)
+        if whole is None:
+            raise MisfitError(f"{port.name} has no start value to take the other elements from; give the whole array")
+        whole = np.array(whole)
+        whole.flat[elements[0].index] = port_value(replace(port, shape=()), value, definitions)
+        return {port.name: whole}
+
+    def _unconnected(self, starts: Mapping[str, Mapping[str, Any]]) -> list[Unconnected]:
+        found = []
+        for slot in self.slots:
+            if slot.component == OUTSIDE or slot.port.causality != "input" or slot.port.type == "Clock":
+                continue
+            free = [k for k in range(slot.port.size) if slot.first + k not in self.driven]
+            given = slot.port.name in starts[slot.component]
+            value = starts[slot.component].get(slot.port.name, slot.port.start)
+            if len(free) == slot.port.size and free:
+                found.append(Unconnected(slot.address, _default(slot.port, value), slot.port.unit, given))
+                continue
+            for k in free:
+                address = f"{slot.component}.{slot.port.elements[k]}"
+                element = None if value is None else np.ravel(value)[k]
+                found.append(
+                    Unconnected(address, _default(replace(slot.port, shape=()), element), slot.port.unit, given)
+                )
+        return found
+
+
+def _numbered(ports: Mapping[str, Mapping[str, Port]]) -> tuple[tuple[Slot, ...], int]:
+    slots, size = [], 0
+    for component in sorted(ports, key=lambda name: name != OUTSIDE):  # the sort is stable
+        for port in ports[component].values():
+            if port.causality in ("input", "output"):
+                slots.append(Slot(component, port, size))
+                size += port.size
+    return tuple(slots), size
+
+
+def _check_causality(component: str, elements: list[Element], wanted: str) -> None:
+    port = elements[0].port
+    if port.causality != wanted:
+        article = "an" if port.causality[0] in "aeiou" else "a"
+        raise MisfitError(
+            f"{component}.{port.name} is {article} {port.causality}, but a connection "
+            f"{'starts at' if wanted == 'output' else 'ends in'} an {wanted}"
+        )
+
+
+def _array_shape(elements: list[Element]) -> tuple[int, ...]:
+    """Shape of a whole array of two or more dimensions; () for anything else."""
+    shape = elements[0].port.shape
+    return shape if len(shape) > 1 and len(elements) == elements[0].port.size else ()
+
+
+def _shape(elements: list[Element]) -> str:
+    return "one value" if len(elements) == 1 else f"{len(elements)} values"
+
+
+def _default(port: Port, value: Any) -> Any:
+    """The start value; where there is none what FMI takes for it, zero or empty."""
+    if value is not None:
+        return value
+    zero: Any = {"Boolean": False, "String": "", "Binary": b""}.get(port.type, 0)
+    return np.full(port.shape, zero) if port.shape else zero
