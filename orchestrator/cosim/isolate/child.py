@@ -1,0 +1,148 @@
+"""The child's side: `main` serves a simulation or a component until the host closes the connection."""
+
+import os
+import resource
+import sys
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from itertools import count
+from multiprocessing.connection import Connection
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmus.errors import ComponentError, MisfitError
+from orchestrator.cosim.isolate.memory import SharedMemory
+from orchestrator.cosim.progress import Progress
+from orchestrator.cosim.results.column import Column
+
+
+class _Host:
+    """The connection to the host, with the calls that a simulation makes back to it."""
+
+    def __init__(self, connection: Connection, memory: SharedMemory) -> None:
+        self.connection, self.memory = connection, memory
+        self._shared: NDArray[np.float64] | None = None
+
+    def buffer(self, rows: int, columns: int) -> NDArray[np.float64]:
+        """A result buffer that the host reads too."""
+        self._shared = self.memory.buffer(rows, columns)
+        self.connection.send(("buffer", rows, columns))
+        return self._shared
+
+    def begin(self, columns: Sequence[Column], provenance: Mapping[str, Any]) -> None:
+        self.connection.send(("begin", list(columns), dict(provenance)))
+
+    def rows(self, times: NDArray[np.float64], values: NDArray[np.float64]) -> None:
+        """Hand rows over and wait until the host has them: the buffer may be reused when this returns."""
+        if self._shared is not None and np.shares_memory(times, self._shared[:, 0]):
+            offset = times.__array_interface__["data"][0] - self._shared.__array_interface__["data"][0]
+            self.connection.send(("shared rows", offset // self._shared.strides[0], len(times)))
+        else:
+            self.connection.send(("rows", np.array(times), np.array(values)))
+        self.connection.recv()
+
+    def finish(self, failure: str = "") -> None:
+        """The host finishes its recorder itself."""
+
+    def watch(self, time: float) -> None:
+        self.connection.send(("watch", time))
+        self.connection.recv()
+
+
+def main() -> None:
+    """Entry of the child: what it serves, the inherited connection and memory, and the host's process number."""
+    task, pipe, memory = sys.argv[1], int(sys.argv[2]), int(sys.argv[3])
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    connection = Connection(pipe)
+    threading.Thread(target=_end_with, args=(int(sys.argv[4]),), daemon=True).start()
+    host = _Host(connection, SharedMemory(memory))
+    serve = {"simulation": _serve_simulation, "component": _serve_component}[task]
+    try:
+        serve(host)
+    except EOFError:
+        return
+
+
+def _end_with(parent: int) -> None:
+    """End this process when the host is gone, also while an FMU is in an endless loop."""
+    pause = threading.Event()
+    while os.getppid() == parent:
+        pause.wait(1.0)
+    os._exit(1)
+
+
+def _answer(host: _Host, call: Callable[[], Any]) -> None:
+    try:
+        answer = call()
+    except MisfitError as error:
+        host.connection.send(("error", type(error).__name__, str(error)))
+    except Exception as error:  # a mistake in a user's class, or here: one line for the user all the same
+        words = " ".join(str(error).split())
+        host.connection.send(("error", ComponentError.__name__, f"{type(error).__name__}: {words}"))
+    else:
+        host.connection.send(("answer", answer))
+
+
+def _serve_simulation(host: _Host) -> None:
+    from orchestrator.cosim.simulation import Simulation
+
+    system, options = host.connection.recv()
+    progress = Progress(host.memory.page, host.buffer)
+    made: list[Simulation] = []
+
+    def make() -> Any:
+        simulation = Simulation(system, progress=progress, **options)
+        made.append(simulation)
+        return simulation.columns, simulation.provenance(), simulation.report
+
+    _answer(host, make)
+    while True:
+        name, arguments = host.connection.recv()
+        if name == "run":
+            until, recorded = arguments
+            recorder = host if recorded else None
+            _answer(host, lambda: made[0].run(until, recorder=recorder, watch=host.watch))  # noqa: B023
+        else:
+            _answer(host, lambda: getattr(made[0], name)(*arguments))  # noqa: B023
+
+
+def _serve_component(host: _Host) -> None:
+    from orchestrator.cosim.kinds import open_component
+
+    spec, folder = host.connection.recv()
+    progress = Progress(host.memory.page)
+    states: dict[int, Any] = {}
+    numbers = count()
+    progress.enter(0, "load", 0.0)
+    made: list[Any] = []
+
+    def make() -> dict[str, Any]:
+        component = open_component(replace(spec, isolate=False), folder)
+        made.append(component)
+        names = ("ports", "feedthrough", "follows_inputs", "variable_step", "own_step", "can_save", "can_differentiate")
+        return {name: getattr(component, name) for name in names}
+
+    def call(name: str, arguments: tuple[Any, ...]) -> Any:
+        component = made[0]
+        time = arguments[0] if name in ("initialise", "step") else progress.word.time
+        progress.enter(0, name if name != "derivative" else "get", time)
+        if name == "save":  # states stay here, the host gets a number
+            number = next(numbers)
+            states[number] = component.save()
+            return number
+        if name == "restore":
+            return component.restore(states[arguments[0]])
+        answer = getattr(component, name)(*arguments)
+        if name == "step":
+            progress.word.last_good = progress.word.time = answer.time
+        return answer
+
+    _answer(host, make)
+    while True:
+        name, arguments, dropped = host.connection.recv()
+        for number in dropped:
+            states.pop(number, None)
+        _answer(host, lambda: call(name, arguments))  # noqa: B023

@@ -1,0 +1,164 @@
+"""A child process that answers calls, watched: its end, its silence or its hunger for memory become an error."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+import weakref
+from collections.abc import Sequence
+from dataclasses import dataclass
+from multiprocessing import Pipe
+from multiprocessing.connection import Connection, wait
+from pathlib import Path
+from typing import Any
+
+from fmus.errors import ComponentError, FmuError, MisfitError, ModelicaError
+from orchestrator.cosim.isolate.memory import SharedMemory
+from orchestrator.cosim.progress import CALLS
+
+ERRORS = {kind.__name__: kind for kind in (MisfitError, ModelicaError, FmuError, ComponentError)}
+SIGNALS = {
+    signal.SIGSEGV: "a segmentation fault, that is a bad pointer or an overflow of the stack",
+    signal.SIGABRT: "abort()",
+    signal.SIGFPE: "a division by zero of integers",
+    signal.SIGILL: "an instruction that this processor lacks",
+    signal.SIGBUS: "an access to memory that is not there",
+    signal.SIGKILL: "SIGKILL, which the system sends when memory runs out",
+}
+# Loading may compile sources first.
+LOADING_S = 600.0
+LOOK_EVERY_S = 0.05
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a child may use: `patience_s` s of silence in one call, `memory_gib` GiB of memory."""
+
+    patience_s: float = 60.0
+    memory_gib: float = 4.0
+
+
+class Child:
+    """One child. `names` are the components that the progress word counts.
+
+    The child is a program of its own in a session of its own, so that Ctrl-C reaches only the host; it ends when the
+    host does. What it prints is kept for error messages, as far as it is the last line.
+    """
+
+    def __init__(self, task: str, names: Sequence[str], limits: Limits) -> None:
+        self.names, self.limits = list(names), limits
+        self.memory = SharedMemory()
+        self._connection, theirs = Pipe()
+        reading, writing = os.pipe()
+        command = [sys.executable, "-c", "from orchestrator.cosim.isolate.child import main; main()", task]
+        handles = (theirs.fileno(), self.memory.handle)
+        self._process = subprocess.Popen(
+            [*command, *map(str, handles), str(os.getpid())],
+            pass_fds=handles,
+            stdin=subprocess.DEVNULL,
+            stdout=writing,
+            stderr=writing,
+            start_new_session=True,
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(part for part in sys.path if part)},
+        )
+        os.close(writing)
+        theirs.close()
+        self._output = Connection(reading, writable=False)
+        self._sources, self._said = [self._connection, self._output], b""
+        self.close = weakref.finalize(self, _end, self._process, self._connection, self._output, self.memory.handle)
+
+    def send(self, *message: Any) -> None:
+        """Send a message; a child that is gone is noticed by `receive`."""
+        try:
+            self._connection.send(message)
+        except (BrokenPipeError, ConnectionError):
+            return
+
+    def receive(self) -> tuple[Any, ...]:
+        """The next message of the child.
+
+        Raises:
+            MisfitError: the error that the child reports, of the same class.
+            ComponentError: if it ended, was silent for too long or took too much memory; names the component, the call and the
+                simulated time.
+        """
+        calls, since = self.memory.word.calls, time.monotonic()
+        while True:
+            ready = wait(self._sources, LOOK_EVERY_S)
+            if self._output in ready:
+                self._listen()
+            if self._connection in ready:
+                return self._message()
+            if self.memory.word.calls != calls:
+                calls, since = self.memory.word.calls, time.monotonic()
+            self._check(time.monotonic() - since)
+
+    def _message(self) -> tuple[Any, ...]:
+        try:
+            kind, *content = self._connection.recv()
+        except (EOFError, ConnectionError, OSError):
+            raise self._failure(self._cause()) from None
+        if kind == "error":
+            name, words = content
+            raise ERRORS.get(name, ComponentError)(words)
+        return (kind, *content)
+
+    def _check(self, silent_s: float) -> None:
+        loading = self.memory.word.component < 0 or CALLS[self.memory.word.call] == "load"
+        patience = max(self.limits.patience_s, LOADING_S) if loading else self.limits.patience_s
+        if silent_s > patience:
+            raise self._failure(f"gave no answer for {patience:g} s")
+        used = _resident_gib(self._process.pid)
+        if used > self.limits.memory_gib:
+            raise self._failure(f"took {used:.1f} GiB of memory, the limit is {self.limits.memory_gib:g} GiB")
+
+    def _listen(self) -> None:
+        """Keep the end of what the child prints."""
+        try:
+            heard = os.read(self._output.fileno(), 65536)
+        except OSError:
+            heard = b""
+        if not heard:
+            self._sources.remove(self._output)
+        self._said = (self._said + heard)[-2000:]
+
+    def _cause(self) -> str:
+        """How the process ended."""
+        try:
+            code = self._process.wait(5.0)
+        except subprocess.TimeoutExpired:
+            return "cut its process off from misfit"
+        while self._output in wait(self._sources, 0):
+            self._listen()
+        if code >= 0:
+            return f"ended its process by exit({code})"
+        return f"crashed its process: {SIGNALS.get(signal.Signals(-code), signal.Signals(-code).name)}"
+
+    def _failure(self, cause: str) -> ComponentError:
+        """The error, with who was called, and where in time."""
+        word = self.memory.word
+        time_s, last, call = word.time, word.last_good, CALLS[word.call]
+        who = f"FMU {self.names[word.component]!r}" if 0 <= word.component < len(self.names) else "the simulation"
+        self.close()
+        where = f" in {call} at t = {time_s:.9g} s" if word.component >= 0 else ""
+        good = f"; last good time {last:.9g} s" if call in ("set", "get", "step") else ""
+        lines = self._said.decode(errors="replace").strip().splitlines()
+        said = f"; it said: {lines[-1].strip()[:200]}" if lines else ""
+        return ComponentError(f"{who} {cause}{where}{good}{said}")
+
+
+def _resident_gib(pid: int) -> float:
+    try:
+        pages = int(Path(f"/proc/{pid}/statm").read_text().split()[1])
+    except (OSError, ValueError, IndexError):
+        return 0.0
+    return pages * os.sysconf("SC_PAGESIZE") / 2**30
+
+
+def _end(process: "subprocess.Popen[bytes]", connection: Connection, output: Connection, handle: int) -> None:
+    connection.close()
+    process.kill()
+    process.wait()
+    output.close()
+    os.close(handle)
