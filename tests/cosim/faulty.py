@@ -1,0 +1,76 @@
+"""FMUs that do something wrong, built from `fmus/faulty.c`: one for each fault."""
+
+import subprocess
+import zipfile
+from functools import cache
+from pathlib import Path
+
+import fmpy
+
+from fmus.runtime.compiler import find_compiler
+
+# The order of the enumeration in faulty.c.
+FAULTS = [
+    "none",
+    "segfault",
+    "abort",
+    "hang",
+    "exit",
+    "stack",
+    "memory",
+    "nan",
+    "discard",
+    "initialise",
+    "open_file",
+    "error",
+    "fatal",
+    "big",
+    "initialise_segfault",
+    "null",
+    "divide",
+    "chatter",
+    "close_all",
+]
+HERE = Path(__file__).parent
+BINARY = "binaries/linux64/faulty.so"
+
+DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
+{doctype}<fmiModelDescription fmiVersion="2.0" modelName="faulty" guid="{{{fault}}}">
+  <CoSimulation modelIdentifier="faulty" canHandleVariableCommunicationStepSize="true"/>
+  <UnitDefinitions><Unit name="m"><BaseUnit m="1"/></Unit><Unit name="m/s"><BaseUnit m="1" s="-1"/></Unit></UnitDefinitions>
+  <DefaultExperiment startTime="0" stopTime="1" stepSize="0.01"/>
+  <ModelVariables>
+    <ScalarVariable name="u" valueReference="0" causality="input" variability="continuous"><Real unit="m/s" start="1"/></ScalarVariable>
+    <ScalarVariable name="y" valueReference="1" causality="output" variability="continuous" initial="exact"><Real unit="m" start="0" max="1000"/></ScalarVariable>
+{more}  </ModelVariables>
+  <ModelStructure><Outputs><Unknown index="2" dependencies=""/></Outputs></ModelStructure>
+</fmiModelDescription>
+"""
+
+
+def description(fault: str, doctype: str = "", more: str = "") -> str:
+    """Text of modelDescription.xml."""
+    return DESCRIPTION.format(fault=fault, doctype=doctype, more=more)
+
+
+@cache
+def binary(fault: str, *flags: str) -> bytes:
+    """Shared library that does one thing wrong."""
+    folder = Path(subprocess.run(["mktemp", "-d"], capture_output=True, text=True, check=True).stdout.strip())
+    include = Path(fmpy.__file__).parent / "c-code"
+    command = [*find_compiler(), "-O1", "-w", "-fPIC", "-shared", f"-I{include}", f"-DFAULT={FAULTS.index(fault)}"]
+    subprocess.run([*command, "-o", folder / "faulty.so", HERE / "fmus/faulty.c", *flags], check=True)
+    return (folder / "faulty.so").read_bytes()
+
+
+def write_fmu(path: Path, files: dict[str, str | bytes]) -> Path:
+    """Write an archive."""
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, content in files.items():
+            archive.writestr(name, content)
+    return path
+
+
+def faulty_fmu(folder: Path, fault: str) -> Path:
+    """The FMU with a fault, as `FAULT.fmu` in a folder."""
+    return write_fmu(folder / f"{fault}.fmu", {"modelDescription.xml": description(fault), BINARY: binary(fault)})
