@@ -33,14 +33,14 @@ static fmi2Status misbehave(Instance *c) {
     case HANG: while (!zero) {} break;
     case EXIT: exit(0);
     case STACK: return deep(0) ? fmi2OK : fmi2Error;
-    case MEMORY: { size_t size = (size_t)10 << 30; char *p = malloc(size); memset(p, 1, size); free(p); break; }
+    case MEMORY: { size_t size = (size_t)10 << 30; volatile char *p = malloc(size); for (size_t k = 0; k < size; k += 4096) p[k] = 1; free((void *)p); break; }
     case NAN_OUTPUT: c->y = NAN; break;
     case BIG_OUTPUT: c->y = 1e6; break;
     case DISCARD: return fmi2Discard;
     case ERROR_STATUS: c->log(c->environment, c->name, fmi2Error, "logStatusError", "the tank at %d percent is empty", 3); return fmi2Error;
     case FATAL_STATUS: return fmi2Fatal;
     case OPEN_FILE: fopen("/dev/null", "r"); break;
-    case DIVIDE: c->y = 1 / zero; break;
+    case DIVIDE: c->y = 7 / zero; break;
     case CHATTER: for (int k = 0; k < 20000; k++) printf("line %d of what nobody reads\n", k); fflush(stdout); break;
     case CLOSE_ALL: for (int k = 3; k < 1024; k++) close(k); break;
     }

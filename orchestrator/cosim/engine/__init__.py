@@ -1,0 +1,1 @@
+"""The inner loop in C, for systems whose components are all FMUs."""

@@ -1,0 +1,160 @@
+/* Goes through the table of operations until the end, a full buffer, or something that only the caller can handle. */
+#include "loop.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stddef.h>
+
+#define WARNING 1
+
+typedef int Read2(void *, const uint32_t *, size_t, double *);
+typedef int Write2(void *, const uint32_t *, size_t, const double *);
+typedef int Step2(void *, double, double, int);
+typedef int Read3(void *, const uint32_t *, size_t, double *, size_t);
+typedef int Write3(void *, const uint32_t *, size_t, const double *, size_t);
+typedef int Step3(void *, double, double, bool, bool *, bool *, bool *, double *);
+
+/* Plain stores, in order, for whoever looks on from another process while the FMU runs. */
+static void enter(volatile Progress *progress, int component, int call, double time)
+{
+    progress->component = component;
+    progress->call = call;
+    progress->time = time;
+    progress->calls++;
+}
+
+static Outcome check(Loop *loop, const Operation *op)
+{
+    double sum = 0.0;
+    int outside = 0;
+    for (int i = 0; i < op->n_values; i++)
+        sum += 0.0 * op->values[i]; /* not a number as soon as one value is not finite */
+    if (op->lower != NULL)
+        for (int i = 0; i < op->n_values; i++)
+            outside |= op->values[i] < op->lower[i] || op->values[i] > op->upper[i];
+    if (sum == 0.0 && !outside)
+        return LOOP_DONE;
+    for (int i = 0; i < op->n_values; i++)
+        if (!isfinite(op->values[i]) ||
+            (op->lower != NULL && (op->values[i] < op->lower[i] || op->values[i] > op->upper[i]))) {
+            loop->index = i;
+            break;
+        }
+    return LOOP_OUTSIDE;
+}
+
+static Outcome read(Loop *loop, const Operation *op, const Part *part, double time)
+{
+    enter(loop->progress, part->number, CALL_GET, time);
+    size_t n = (size_t)op->n_references;
+    loop->status = part->version == 2
+                       ? ((Read2 *)part->get)(part->instance, op->references, n, op->values)
+                       : ((Read3 *)part->get)(part->instance, op->references, n, op->values, (size_t)op->n_values);
+    return loop->status > WARNING ? LOOP_REFUSED : check(loop, op);
+}
+
+static Outcome write(Loop *loop, const Operation *op, const Part *part, double time)
+{
+    if (op->factors == NULL)
+        for (int i = 0; i < op->n_values; i++)
+            op->values[i] = loop->signals[op->sources[i]];
+    else
+        for (int i = 0; i < op->n_values; i++) {
+            double value = loop->signals[op->sources[i]];
+            /* Adding zero would turn -0 into 0. */
+            int plain = op->factors[i] == 1.0 && op->offsets[i] == 0.0;
+            op->values[i] = plain ? value : op->factors[i] * value + op->offsets[i];
+        }
+    Outcome outcome = check(loop, op);
+    if (outcome != LOOP_DONE)
+        return outcome;
+    enter(loop->progress, part->number, CALL_SET, time);
+    size_t n = (size_t)op->n_references;
+    loop->status = part->version == 2
+                       ? ((Write2 *)part->set)(part->instance, op->references, n, op->values)
+                       : ((Write3 *)part->set)(part->instance, op->references, n, op->values, (size_t)op->n_values);
+    return loop->status > WARNING ? LOOP_REFUSED : LOOP_DONE;
+}
+
+static Outcome step_once(Loop *loop, const Part *part, double time, double size)
+{
+    enter(loop->progress, part->number, CALL_STEP, time);
+    if (part->version == 2) {
+        loop->status = ((Step2 *)part->step)(part->instance, time, size, 1);
+        return loop->status > WARNING ? LOOP_REFUSED : LOOP_DONE;
+    }
+    bool event = false, terminate = false, early = false;
+    double last = time + size;
+    loop->status = ((Step3 *)part->step)(part->instance, time, size, true, &event, &terminate, &early, &last);
+    if (loop->status > WARNING)
+        return LOOP_REFUSED;
+    loop->terminated = terminate;
+    loop->reached = last;
+    return terminate || (early && last < time + size) ? LOOP_EARLY : LOOP_DONE;
+}
+
+static Outcome step(Loop *loop, const Operation *op, const Part *part)
+{
+    if ((loop->k + 1) % op->every != 0)
+        return LOOP_DONE;
+    /* A component with longer steps of its own is late rather than ahead: it steps when the others have arrived. */
+    double first = loop->start + (double)(loop->k + 1 - op->every) * loop->size;
+    double size = (double)op->every * loop->size / op->pieces;
+    for (; loop->piece < op->pieces; loop->piece++) {
+        Outcome outcome = step_once(loop, part, first + loop->piece * size, size);
+        if (outcome != LOOP_DONE)
+            return outcome;
+    }
+    loop->piece = 0;
+    return LOOP_DONE;
+}
+
+static void record(Loop *loop, double time)
+{
+    double *row = loop->rows + loop->filled * (1 + loop->n_columns);
+    row[0] = time;
+    for (int i = 0; i < loop->n_columns; i++)
+        row[1 + i] = loop->signals[loop->columns[i]];
+    loop->filled++;
+    *(volatile uint64_t *)&loop->progress->rows = (uint64_t)loop->filled;
+}
+
+static Outcome advance(Loop *loop)
+{
+    for (; loop->next < loop->n_operations; loop->next++) {
+        const Operation *op = &loop->operations[loop->next];
+        const Part *part = &loop->parts[op->part];
+        double time = loop->start + (double)(loop->k + 1) * loop->size;
+        Outcome outcome = op->kind == GET   ? read(loop, op, part, time)
+                          : op->kind == SET ? write(loop, op, part, time)
+                                            : step(loop, op, part);
+        if (outcome != LOOP_DONE) {
+            loop->failed = loop->next;
+            return outcome;
+        }
+    }
+    loop->next = 0;
+    loop->k++;
+    return LOOP_DONE;
+}
+
+Outcome loop_run(Loop *loop)
+{
+    volatile Progress *progress = loop->progress;
+    while (loop->k < loop->k_end) {
+        if (loop->filled >= loop->capacity)
+            return LOOP_FULL;
+        if (progress->stop)
+            return LOOP_STOPPED;
+        Outcome outcome = advance(loop);
+        if (outcome != LOOP_DONE)
+            return outcome;
+        double time = loop->start + (double)loop->k * loop->size;
+        progress->last_good = time;
+        if (loop->k % loop->every == 0 || loop->k == loop->k_end)
+            record(loop, time);
+    }
+    progress->component = -1;
+    progress->call = CALL_NOTHING;
+    return LOOP_DONE;
+}

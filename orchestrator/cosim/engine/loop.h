@@ -1,0 +1,65 @@
+/* The inner loop of a run: a table of operations on FMUs, gone through at every communication step.
+ * Mirrored by `table.py`. */
+#ifndef MISFIT_LOOP_H
+#define MISFIT_LOOP_H
+
+#include <stdint.h>
+
+/* Who is called at what time; the same 64 bytes as `ProgressWord` in progress.py. */
+typedef struct {
+    int32_t component, call;
+    double time, last_good;
+    uint64_t calls, rows;
+    int32_t stop, unused[5];
+} Progress;
+
+enum { CALL_NOTHING = 0, CALL_SET = 5, CALL_GET = 6, CALL_STEP = 7 };
+
+typedef struct {
+    void *instance;
+    void *get, *set, *step; /* functions for 64-bit numbers, and the step */
+    int32_t version, number; /* of FMI; of the component in its system */
+} Part;
+
+enum { GET, SET, STEP };
+
+typedef struct {
+    int32_t kind, part;
+    int32_t n_references, n_values;
+    const uint32_t *references;
+    double *values; /* outputs that are read, or inputs that are written */
+    const int32_t *sources; /* SET: for each value the signal that it takes */
+    const double *factors, *offsets; /* SET: conversions; NULL without any */
+    const double *lower, *upper; /* NULL without declared ranges */
+    int32_t every, pieces; /* STEP: once in so many steps, in so many pieces */
+} Operation;
+
+typedef enum {
+    LOOP_DONE,
+    LOOP_FULL,       /* no room for another row */
+    LOOP_STOPPED,    /* somebody outside wishes to end */
+    LOOP_REFUSED,    /* an FMU answered with `status` */
+    LOOP_OUTSIDE,    /* value `index` of an operation is not finite or outside its range */
+    LOOP_EARLY,      /* an FMU ended its step early, at `reached`, or wants to end the run */
+} Outcome;
+
+typedef struct {
+    const Part *parts;
+    const Operation *operations; /* those that advance, then those at a communication point */
+    int32_t n_operations, next; /* `next` is where to go on; 0 at a communication point */
+    const double *signals;
+    const int32_t *columns; /* signals that are recorded */
+    int32_t n_columns, every;
+    double *rows; /* capacity x (1 + n_columns), time first */
+    int64_t capacity, filled;
+    double start, size; /* s; point k is at start + k * size */
+    int64_t k, k_end;
+    Progress *progress;
+    int32_t failed, index, status, terminated; /* about the end, see Outcome */
+    int32_t piece, unused;
+    double reached;
+} Loop;
+
+Outcome loop_run(Loop *loop);
+
+#endif

@@ -1,0 +1,53 @@
+"""The C library of the engine, compiled at first use with the compiler of the machine and kept."""
+
+import ctypes
+import hashlib
+import os
+import subprocess
+import tempfile
+from collections.abc import Sequence
+from functools import cache
+from pathlib import Path
+
+from fmus.errors import MisfitError
+from fmus.files import cache_folder
+from fmus.runtime.compiler import FLAGS, find_compiler, first_error
+
+_HERE = Path(__file__).parent
+_LOOP = (_HERE / "loop.c", _HERE / "logger.c")
+_HEADERS = (_HERE / "loop.h",)
+
+
+@cache
+def native_library() -> ctypes.CDLL | None:
+    """The loop and the loggers, or None where there is no C compiler."""
+    try:
+        return ctypes.CDLL(str(compile_native(_LOOP, _HEADERS)))
+    except MisfitError:
+        return None
+
+
+def compile_native(sources: Sequence[Path], headers: Sequence[Path]) -> Path:
+    """Compile C files into a shared library, once for each content.
+
+    Raises:
+        MisfitError: without a C compiler, or if it fails.
+    """
+    # `-fvisibility=hidden` is for FMUs; here every function that is not static is meant to be called.
+    flags = [flag for flag in FLAGS if not flag.startswith("-fvisibility")]
+    texts = [path.read_text(encoding="utf-8") for path in (*sources, *headers)]
+    # The compiler itself is part of the key by its name: looking for it would cost more than loading the library.
+    key = hashlib.sha256("\0".join((os.environ.get("CC", ""), *flags, *texts)).encode()).hexdigest()
+    target = cache_folder("compiled") / f"{key}.so"
+    if target.is_file():
+        return target
+    compiler = find_compiler()
+    includes = [f"-I{folder}" for folder in sorted({str(path.parent) for path in headers})]
+    with tempfile.TemporaryDirectory(dir=target.parent) as folder:
+        built = str(Path(folder) / "native.so")
+        command = [*compiler, *flags, *includes, "-shared", "-o", built, *map(str, sources), "-lm"]
+        done = subprocess.run(command, capture_output=True, text=True, errors="replace", check=False)
+        if done.returncode != 0:
+            raise MisfitError(f"the C compiler failed: {first_error(done.stderr)}")
+        os.replace(built, target)  # a concurrent build of the same content gives the same file
+    return target

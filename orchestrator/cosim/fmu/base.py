@@ -1,0 +1,85 @@
+"""What co-simulation and model exchange FMUs share as components: values, parameters, the end."""
+
+import weakref
+from collections.abc import Sequence
+from typing import Any
+
+from fmus.errors import ComponentError
+from orchestrator.cosim.component import Port
+from orchestrator.cosim.fmu.description import FmuDescription, Interface
+from orchestrator.cosim.fmu.instance import Access, Instance
+from orchestrator.cosim.fmu.instance2 import Instance2
+from orchestrator.cosim.fmu.instance3 import Instance3
+
+_alive: weakref.WeakValueDictionary[str, Instance] = weakref.WeakValueDictionary()
+
+
+def instantiate(name: str, description: FmuDescription, interface: Interface, early_return: bool = False) -> Instance:
+    """Instantiate an FMU.
+
+    Raises:
+        ComponentError: if it refuses, or if it may only be there once in a process and already is.
+    """
+    key = f"{description.digest} {interface.identifier}"
+    other = _alive.get(key)
+    if interface.once_per_process and other is not None and other.component.value:
+        raise ComponentError(
+            f"FMU '{name}' can be instantiated only once per process and is already there as '{other.name}'; isolate one of them"
+        )
+    kind = Instance2 if description.version == 2 else Instance3
+    instance = kind(name, description, interface, early_return)
+    _alive[key] = instance
+    return instance
+
+
+class Values:
+    """Values of one instance by name; what a group of names needs is prepared once."""
+
+    def __init__(self, instance: Instance) -> None:
+        self.instance = instance
+        self._reads: dict[tuple[str, ...], list[tuple[Access, list[int]]]] = {}
+        self._writes: dict[tuple[str, ...], list[tuple[Access, list[int]]]] = {}
+
+    def set(self, names: Sequence[str], values: Sequence[Any]) -> None:
+        """Set variables."""
+        key = tuple(names)
+        groups = self._writes.get(key)
+        if groups is None:
+            groups = self._writes[key] = self.instance.access(key)
+        for access, positions in groups:
+            try:
+                self.instance.write(access, [values[k] for k in positions])
+            except (TypeError, ValueError, AttributeError, OverflowError) as error:
+                wrong = ", ".join(f"{names[k]} = {values[k]!r}" for k in positions[:3])
+                raise ComponentError(f"FMU '{self.instance.name}': {wrong} is no {access.kind}: {error}") from error
+
+    def get(self, names: Sequence[str]) -> list[Any]:
+        """Values of variables."""
+        key = tuple(names)
+        groups = self._reads.get(key)
+        if groups is None:
+            groups = self._reads[key] = self.instance.access(key)
+        if len(groups) == 1:
+            return self.instance.read(groups[0][0])
+        found: list[Any] = [None] * len(names)
+        for access, positions in groups:
+            for position, value in zip(positions, self.instance.read(access), strict=True):
+                found[position] = value
+        return found
+
+    def prepare(self, values: dict[str, Any]) -> None:
+        """Set what was collected before initialisation: structural parameters first, since they size the arrays."""
+        structural = {n: v for n, v in values.items() if self._port(n).causality == "structuralParameter"}
+        if structural:
+            assert isinstance(self.instance, Instance3)
+            self.instance.configure(list(structural), list(structural.values()))
+            self._reads.clear()
+            self._writes.clear()
+        others = {name: value for name, value in values.items() if name not in structural}
+        if others:
+            self.set(list(others), list(others.values()))
+
+    def _port(self, name: str) -> Port:
+        if name not in self.instance.description.by_name:
+            raise ComponentError(f"FMU '{self.instance.name}' has no variable {name!r}; see its description")
+        return self.instance.description.by_name[name][0]

@@ -1,0 +1,74 @@
+"""What an FMU says through its logger: the last messages are kept, for the error that may follow."""
+
+import ctypes
+from typing import Any
+
+_LENGTH = 1024
+
+
+class Record(ctypes.Structure):
+    """Mirror of `record` in logger.c; the FMU's environment points to it."""
+
+    _fields_ = [
+        ("count", ctypes.c_int64),
+        ("status", ctypes.c_int32),
+        ("category", ctypes.c_char * 60),
+        ("message", ctypes.c_char * _LENGTH),
+    ]
+
+
+class Messages:
+    """The logger of one instance: two callbacks, and the record they write to."""
+
+    def __init__(self) -> None:
+        self.record = Record()
+        self._open = True
+
+    @property
+    def environment(self) -> ctypes.c_void_p:
+        """What the callbacks get first."""
+        return ctypes.c_void_p(ctypes.addressof(self.record))
+
+    def last(self) -> str:
+        """The last message, in one line."""
+        return " ".join(self.record.message.decode("utf-8", "replace").split())
+
+    def close(self) -> None:
+        """Forget everything."""
+        self._open = False
+
+
+def _keep(environment: int | None, status: int, category: bytes | None, message: bytes | None) -> None:
+    if not environment:
+        return
+    record = Record.from_address(environment)
+    record.status = status
+    record.category = (category or b"")[:59]
+    record.message = (message or b"")[: _LENGTH - 1]
+    record.count += 1
+
+
+# Without the compiled logger, which knows the variable arguments, a message comes as its format.
+def _keep2(environment: int | None, _: bytes, status: int, category: bytes | None, message: bytes | None) -> None:
+    _keep(environment, status, category, message)
+
+
+_log2 = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int, ctypes.c_char_p, ctypes.c_char_p)(_keep2)
+_log3 = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_int, ctypes.c_char_p, ctypes.c_char_p)(_keep)
+
+
+def logger2() -> ctypes.c_void_p:
+    """Address of the logger of FMI 2."""
+    return _address("misfit_log2", _log2)
+
+
+def logger3() -> ctypes.c_void_p:
+    """Address of the logger of FMI 3."""
+    return _address("misfit_log3", _log3)
+
+
+def _address(name: str, fallback: Any) -> ctypes.c_void_p:
+    from orchestrator.cosim.engine.native import native_library
+
+    library = native_library()
+    return ctypes.cast(fallback if library is None else library[name], ctypes.c_void_p)

@@ -1,0 +1,24 @@
+/* A point mass: m x'' = fa + fb. A co-simulation step is exact for constant forces. */
+struct Model {
+    double time, fa, fb, x, v, m, x0;
+};
+static const Variable variables[] = {ONE(fa), ONE(fb), ONE(x), ONE(v), ONE(m), ONE(x0)};
+
+static void reset(Model *model) { *model = (Model){.m = 1.0, .x = 1.0, .x0 = 1.0}; }
+static void begin(Model *model, const char *resources) { model->x = model->x0; }
+static void calculate(Model *model) {}
+static StepResult advance(Model *model, double end)
+{
+    double h = end - model->time, a = (model->fa + model->fb) / model->m;
+    model->x += h * (model->v + 0.5 * h * a);
+    model->v += h * a;
+    return STEP_DONE;
+}
+
+#define N_STATES 2
+static double *states(Model *model) { return &model->x; }
+static void rates(Model *model, double *rate)
+{
+    rate[0] = model->v;
+    rate[1] = (model->fa + model->fb) / model->m;
+}
