@@ -19,12 +19,12 @@ from orchestrator.cosim.progress import CALLS
 
 ERRORS = {kind.__name__: kind for kind in (MisfitError, ModelicaError, FmuError, ComponentError)}
 SIGNALS = {
-    signal.SIGSEGV: "a segmentation fault, that is a bad pointer or an overflow of the stack",
+    signal.SIGSEGV: "segmentation fault (a bad pointer, or the stack ran over)",
     signal.SIGABRT: "abort()",
-    signal.SIGFPE: "a division by zero of integers",
+    signal.SIGFPE: "division of an integer by zero",
     signal.SIGILL: "an instruction that this processor lacks",
-    signal.SIGBUS: "an access to memory that is not there",
-    signal.SIGKILL: "SIGKILL, which the system sends when memory runs out",
+    signal.SIGBUS: "access to memory that is not there",
+    signal.SIGKILL: "killed from outside, as the system does when memory runs out",
 }
 # Loading may compile sources first.
 LOADING_S = 600.0
@@ -98,7 +98,7 @@ class Child:
         try:
             kind, *content = self._connection.recv()
         except (EOFError, ConnectionError, OSError):
-            raise self._failure(self._cause()) from None
+            raise self._failure(*self._cause()) from None
         if kind == "error":
             name, words = content
             raise ERRORS.get(name, ComponentError)(words)
@@ -108,10 +108,11 @@ class Child:
         loading = self.memory.word.component < 0 or CALLS[self.memory.word.call] == "load"
         patience = max(self.limits.patience_s, LOADING_S) if loading else self.limits.patience_s
         if silent_s > patience:
-            raise self._failure(f"gave no answer for {patience:g} s")
+            raise self._failure(f"gave no answer for {patience:g} s", "misfit stopped it; --patience allows more")
         used = _resident_gib(self._process.pid)
         if used > self.limits.memory_gib:
-            raise self._failure(f"took {used:.1f} GiB of memory, the limit is {self.limits.memory_gib:g} GiB")
+            limit = f"the limit is {self.limits.memory_gib:g} GiB; --memory allows more"
+            raise self._failure(f"took {used:.1f} GiB of memory", limit)
 
     def _listen(self) -> None:
         """Keep the end of what the child prints."""
@@ -123,29 +124,29 @@ class Child:
             self._sources.remove(self._output)
         self._said = (self._said + heard)[-2000:]
 
-    def _cause(self) -> str:
-        """How the process ended."""
+    def _cause(self) -> tuple[str, str]:
+        """How the process ended: what the component did, and the detail."""
         try:
             code = self._process.wait(5.0)
         except subprocess.TimeoutExpired:
-            return "cut its process off from misfit"
+            return "closed its process' connection to misfit", "its process was ended"
         while self._output in wait(self._sources, 0):
             self._listen()
         if code >= 0:
-            return f"ended its process by exit({code})"
-        return f"crashed its process: {SIGNALS.get(signal.Signals(-code), signal.Signals(-code).name)}"
+            return "ended its process", f"exit({code})"
+        return "crashed", SIGNALS.get(signal.Signals(-code), signal.Signals(-code).name)
 
-    def _failure(self, cause: str) -> ComponentError:
+    def _failure(self, deed: str, detail: str) -> ComponentError:
         """The error, with who was called, and where in time."""
         word = self.memory.word
         time_s, last, call = word.time, word.last_good, CALLS[word.call]
-        who = f"FMU {self.names[word.component]!r}" if 0 <= word.component < len(self.names) else "the simulation"
+        who = f"FMU '{self.names[word.component]}'" if 0 <= word.component < len(self.names) else "the simulation"
         self.close()
         where = f" in {call} at t = {time_s:.9g} s" if word.component >= 0 else ""
         good = f"; last good time {last:.9g} s" if call in ("set", "get", "step") else ""
         lines = self._said.decode(errors="replace").strip().splitlines()
         said = f"; it said: {lines[-1].strip()[:200]}" if lines else ""
-        return ComponentError(f"{who} {cause}{where}{good}{said}")
+        return ComponentError(f"{who} {deed}{where}: {detail}{good}{said}")
 
 
 def _resident_gib(pid: int) -> float:
