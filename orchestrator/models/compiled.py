@@ -8,7 +8,7 @@ import subprocess
 import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
@@ -21,15 +21,28 @@ from fmus.files import cache_folder
 from fmus.symbolic.system import SymbolicSystem
 
 SIMULATOR = Path(__file__).with_name("simulator.c")
-FLAGS = ("-O1", "-fPIC", "-shared", "-std=c99", "-ffp-contract=off")
+FLAGS = ("-fPIC", "-shared", "-std=c99", "-ffp-contract=off")
+# Generated code is long and runs once for each stage of a step; what loops over sensitivities is short and must be fast.
+FOR_MODELS, FOR_LOOPS = "-O1", "-O3"
+
+
+class _Function(ctypes.Structure):
+    """Mirror of `function` in simulator.c."""
+
+    _fields_ = [(name, ctypes.c_void_p) for name in ("call", "work", "row", "column")] + [
+        ("entries", ctypes.c_longlong)
+    ]
 
 
 class _Problem(ctypes.Structure):
     """Mirror of `problem` in simulator.c."""
 
     _fields_ = [
-        (name, ctypes.c_int) for name in ("n", "nx", "nu", "nd", "ny", "nfree", "substeps", "sensitivities")
-    ] + [(name, ctypes.c_void_p) for name in ("t", "u", "source", "delay", "delay_slope", "p")]
+        *((name, ctypes.c_longlong) for name in ("n", "nx", "nu", "nd", "ny", "nfree", "substeps", "sensitivities")),
+        *((name, ctypes.c_void_p) for name in ("t", "u", "source", "delay", "delay_slope", "p")),
+        ("rate", _Function),
+        ("output", _Function),
+    ]
 
 
 @dataclass(frozen=True)
@@ -84,11 +97,12 @@ class CompiledModel:
         keep = [np.ascontiguousarray(a, dtype=float) for a in (time, inputs, *self._delays(time, inputs, parameters))]
         keep.append(np.ascontiguousarray(parameters, dtype=float))
         sizes = (n, nx, len(system.inputs), system.n_delays, len(self.outputs), nfree, substeps, int(sensitivities))
-        problem = _Problem(*sizes, *(a.ctypes.data for a in keep))
+        functions = self._machine_code.with_slopes if sensitivities else self._machine_code.plain
+        problem = _Problem(*sizes, *(a.ctypes.data for a in keep), *functions)
         outputs = np.empty((n, len(self.outputs)))
-        slopes = np.empty((n, nx + nfree, len(self.outputs))) if sensitivities else None
+        slopes = np.empty((n, len(self.outputs), nx + nfree)) if sensitivities else None
         first = np.ascontiguousarray(start, dtype=float)
-        reached = self._library.misfit_simulate(
+        reached = _simulator().misfit_simulate(
             ctypes.byref(problem),
             first.ctypes.data_as(ctypes.c_void_p),
             outputs.ctypes.data_as(ctypes.c_void_p),
@@ -96,7 +110,7 @@ class CompiledModel:
         )
         if reached != n:
             raise ComponentError(f"{system.name} left the finite numbers at t = {time[max(reached, 0)]:.4g} s")
-        return FreeRun(outputs, None if slopes is None else slopes.transpose(0, 2, 1))
+        return FreeRun(outputs, slopes)
 
     def _delays(self, time: np.ndarray, inputs: np.ndarray, parameters: np.ndarray) -> tuple[np.ndarray, ...]:
         """Delayed quantities at the samples, the delay times, and their slopes in the free parameters."""
@@ -118,11 +132,16 @@ class CompiledModel:
         return ca.Function("delay_jacobian", [p], [ca.densify(ca.jacobian(delay, p))])
 
     @cached_property
-    def _library(self) -> ctypes.CDLL:
-        return ctypes.CDLL(str(build_library(self._generate(), SIMULATOR)))
+    def _machine_code(self) -> "_MachineCode":
+        functions = self._functions()
+        generator = ca.CodeGenerator("model.c", {"with_header": False, "main": False})
+        for function in functions:
+            generator.add(function)
+        library = ctypes.CDLL(str(build_library(str(generator.dump()))))
+        return _MachineCode.of(library, functions)
 
-    def _generate(self) -> str:
-        """C source of the four functions that simulator.c calls."""
+    def _functions(self) -> list[ca.Function]:
+        """Rates and outputs, each alone and with its Jacobian: the four functions that simulator.c calls."""
         system = self.system
         # Equations that are solved by iteration are calls inside the function, which scalar symbols cannot express.
         symbol: Any = ca.SX.sym if system.rhs.is_a("SXFunction") else ca.MX.sym
@@ -132,13 +151,36 @@ class CompiledModel:
         named = {v.name: x[i] for i, v in enumerate(system.states)}
         named |= {v.name: z[i] for i, v in enumerate(system.algebraics)}
         y = ca.vertcat(*[named[name] for name in self.outputs])
-        generator = ca.CodeGenerator("model.c", {"with_header": False, "main": False})
         arguments = [t, x, u, d, p]
+        found = []
         for name, value in (("model_f", dx), ("model_y", y)):
-            generator.add(ca.Function(name, arguments, [ca.densify(value)]))
+            found.append(ca.Function(name, arguments, [ca.densify(value)]))
             jacobian = _forward_jacobian(value, x, d, p, self._free_positions)
-            generator.add(ca.Function(name + "j", arguments, [ca.densify(value), ca.densify(jacobian)]))
-        return str(generator.dump())
+            found.append(ca.Function(name + "j", arguments, [ca.densify(value), jacobian]))
+        return found
+
+
+@dataclass(frozen=True)
+class _MachineCode:
+    """The compiled functions as simulator.c takes them: rates and outputs, without and with their Jacobians."""
+
+    plain: tuple[_Function, _Function]
+    with_slopes: tuple[_Function, _Function]
+    keep: tuple[object, ...]
+
+    @staticmethod
+    def of(library: ctypes.CDLL, functions: Sequence[ca.Function]) -> "_MachineCode":
+        """Look the functions up in their library; the result keeps alive what it points to."""
+        found, keep = list[_Function](), list[object]([library])
+        for function in functions:
+            name = function.name()
+            addresses = [ctypes.cast(library[name + suffix], ctypes.c_void_p) for suffix in ("", "_work")]
+            places = function.sparsity_out(1).get_triplet() if function.n_out() > 1 else ((), ())
+            row, column = (np.array(part, dtype=np.longlong) for part in places)
+            keep += [row, column]
+            found.append(_Function(*addresses, row.ctypes.data, column.ctypes.data, len(row)))
+        f, fj, y, yj = found
+        return _MachineCode((f, y), (fj, yj), tuple(keep))
 
 
 def _forward_jacobian(value: Any, x: Any, d: Any, p: Any, free: Sequence[int]) -> Any:
@@ -147,8 +189,13 @@ def _forward_jacobian(value: Any, x: Any, d: Any, p: Any, free: Sequence[int]) -
     return ca.horzcat(ca.jacobian(value, x), ca.jacobian(value, d), *[by_parameters[:, i] for i in free])
 
 
-def build_library(source: str, driver: Path) -> Path:
-    """Compile generated C with the C file that calls it, once for each content.
+@cache
+def _simulator() -> ctypes.CDLL:
+    return ctypes.CDLL(str(build_library(SIMULATOR.read_text(), level=FOR_LOOPS)))
+
+
+def build_library(source: str, driver: Path | None = None, *, level: str = FOR_MODELS) -> Path:
+    """Compile C source, with the C file that calls it if there is one, once for each content.
 
     Raises:
         MisfitError: without a C compiler, or if it fails.
@@ -156,15 +203,17 @@ def build_library(source: str, driver: Path) -> Path:
     compiler = os.environ.get("CC") or shutil.which("cc") or shutil.which("gcc")
     if compiler is None:
         raise MisfitError("no C compiler found; install one (Debian: apt-get install gcc libc6-dev)")
-    text = source + driver.read_text()
-    key = hashlib.sha256(" ".join((compiler, *FLAGS, text)).encode()).hexdigest()
+    flags = (level, *FLAGS)
+    text = source + (driver.read_text() if driver else "")
+    key = hashlib.sha256(" ".join((compiler, *flags, text)).encode()).hexdigest()
     target = cache_folder("compiled") / f"{key}.so"
     if target.is_file():
         return target
     with tempfile.TemporaryDirectory(dir=target.parent) as folder:
         generated, built = Path(folder) / "model.c", Path(folder) / "model.so"
         generated.write_text(source)
-        command = [compiler, *FLAGS, "-o", str(built), str(generated), str(driver), "-lm"]
+        files = [str(generated), *([str(driver)] if driver else [])]
+        command = [compiler, *flags, "-o", str(built), *files, "-lm"]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         if done.returncode != 0:
             raise MisfitError(
