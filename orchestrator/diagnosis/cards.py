@@ -9,12 +9,25 @@ from pathlib import Path
 from typing import Any, Literal
 
 from fmus.errors import MisfitError
+from orchestrator.diagnosis.needs import Need, read_needs
 from orchestrator.measurements.toml_values import TomlTable
 
 SHIPPED = Path(__file__).parent / "cards"
 ELEMENTS = ("together", "each", "pairs")
-_KEYS = ("id", "title", "class", "slots", "site", "elements", "parameters", "confusable", "experiment", "variant")
-_OPTIONAL = ("confusable", "experiment", "variant")
+_KEYS = (
+    "id",
+    "title",
+    "class",
+    "slots",
+    "site",
+    "elements",
+    "parameters",
+    "confusable",
+    "experiment",
+    "variant",
+    "needs",
+)
+_OPTIONAL = ("confusable", "experiment", "variant", "needs")
 _PARAMETER_KEYS = ("start", "absent", "meaningful", "start_from", "grid")
 
 
@@ -43,8 +56,8 @@ class EffectCard:
     `slots` are the replaceable parts of a model that can hold it, in order of preference. `elements` tells whether
     the elements of its parameter arrays (joints, muscles) are fitted together, stand for one site each, or are the
     entries of a matrix off its diagonal, one site each ("pairs"; `site` is then a pattern such as
-    `channel{0}->muscle{1}`). Cards of one id with different laws differ in `variant`. `card_file` is where the card
-    stands; `class_file` is the Modelica file of its class, None for a class of the shipped library.
+    `channel{0}->muscle{1}`). Cards of one id with different laws differ in `variant`. `needs` is the
+    excitation without which the effect does not show. `card_file` is where the card stands; `class_file` is the Modelica file of its class, None for a class of the shipped library.
     """
 
     id: str
@@ -57,6 +70,7 @@ class EffectCard:
     experiment: str
     parameters: tuple[CardParameter, ...]
     variant: str = ""
+    needs: tuple[Need, ...] = ()
     card_file: Path | None = None
     class_file: Path | None = None
 
@@ -100,6 +114,7 @@ def read_card(path: Path) -> EffectCard:
         experiment=_text(table, "experiment") if "experiment" in table.values else "",
         parameters=tuple(_parameter(name, _parameter_table(table, names, name)) for name in names.values),
         variant=_text(table, "variant") if "variant" in table.values else "",
+        needs=read_needs(table, names.values),
         card_file=path,
         class_file=_class_file(table, path.parent, class_name),
     )
