@@ -67,10 +67,9 @@ class CoupledModel(SymbolicModel):
             if names[k] not in self.signals:
                 continue
             m = self.signals.index(names[k])
-            std = float(trial.start_std[m]) / abs(position.slope)
-            value = (float(trial.values[0, m]) - position.offset) / position.slope
-            speed = float(trial.speeds[0, m]) / position.slope
-            reach = 2 * np.pi * trial.smoother.cutoff_hz * std
+            first, slope = trial.beginnings[m], position.slope
+            value, std = (first.value - position.offset) / slope, first.value_std / abs(slope)
+            speed, reach = first.speed / slope, first.speed_std / abs(slope)
             for state, at, far in ((position.state, value, std), (position.speed, speed, reach)):
                 start[state], low[state], high[state] = at, at - 5 * far, at + 5 * far
         for j, follows in enumerate(self.coupled.follows, start=len(self.sites.states)):

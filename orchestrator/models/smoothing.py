@@ -6,6 +6,8 @@ from functools import cache, cached_property
 import numpy as np
 from scipy import signal
 
+from orchestrator.models.beginning import Beginning, beginning
+
 ORDER = 4
 
 
@@ -69,14 +71,10 @@ class SmoothedTrial:
         return np.gradient(self.values, self.time, axis=0)
 
     @cached_property
-    def start_std(self) -> np.ndarray:
-        """Standard deviation (ny,) of the first smoothed values: the noise, or the distance to the samples if larger.
-
-        Near its ends a smoother errs by more than the noise where a record begins in the middle of a motion.
-        """
-        near = max(4, round(0.25 / (self.smoother.cutoff_hz * self.smoother.step)))
-        distance = np.sqrt(np.mean((self.values - self.measured)[:near] ** 2, axis=0))
-        return np.maximum(self.noise, distance)
+    def beginnings(self) -> tuple[Beginning, ...]:
+        """Value and speed of each measurement at the first sample."""
+        columns = zip(self.measured.T, self.noise, strict=True)
+        return tuple(beginning(self.time, column, float(std)) for column, std in columns)
 
     @cached_property
     def accelerations(self) -> np.ndarray:

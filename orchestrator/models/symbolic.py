@@ -138,15 +138,13 @@ class SymbolicModel:
     def _measured_start(self, trial: SmoothedTrial, parameters: np.ndarray) -> dict[str, tuple[float, float]]:
         """Value and standard deviation of each measured state at the first sample."""
         assert self.residual is not None
-        rate = 2 * np.pi * trial.smoother.cutoff_hz
         found: dict[str, tuple[float, float]] = {}
         for signal, position in self.residual.positions.items():
-            k = self.signals.index(signal)
+            first = trial.beginnings[self.signals.index(signal)]
             scale, offset = (float(part(parameters)) for part in (position.scale, position.offset))
-            std = float(trial.start_std[k]) / abs(scale)
-            found[position.state] = ((float(trial.values[0, k]) - offset) / scale, std)
+            found[position.state] = ((first.value - offset) / scale, first.value_std / abs(scale))
             if position.speed is not None:
-                found[position.speed] = (float(trial.speeds[0, k]) / scale, rate * std)
+                found[position.speed] = (first.speed / scale, first.speed_std / abs(scale))
         return found
 
     @cached_property
