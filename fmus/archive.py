@@ -16,21 +16,26 @@ MAX_RATIO = 300
 RATIO_MATTERS_ABOVE_BYTES = 2**24
 
 
-def read_archive(path: Path) -> dict[str, bytes]:
-    """Give all files of an FMU, archive path -> content, after the checks of `extract_fmu`."""
-    with _opened(path) as (archive, entries):
+FMU_DESCRIPTION = "modelDescription.xml"
+
+
+def read_archive(path: Path, description: str = FMU_DESCRIPTION) -> dict[str, bytes]:
+    """Give all files of an archive, archive path -> content, after the checks of `extract_fmu`."""
+    with _opened(path, description) as (archive, entries):
         return {entry.filename: _read(path, archive, entry) for entry in entries if not entry.is_dir()}
 
 
-def extract_fmu(path: Path, folder: Path) -> Path:
+def extract_fmu(path: Path, folder: Path, description: str = FMU_DESCRIPTION) -> Path:
     """Unpack an FMU below `folder`, which is created where missing, and give the folder back.
+
+    An SSP is unpacked likewise, with its SystemStructure.ssd as `description`.
 
     Raises:
         FmuError: if the file is no FMU (not a zip, no modelDescription.xml) or is not safe to unpack:
             paths that leave the folder, links, encrypted or repeated entries, more than 1 GiB unpacked
             or compressed beyond reason, or a model description with a DOCTYPE.
     """
-    with _opened(path) as (archive, entries):
+    with _opened(path, description) as (archive, entries):
         for entry in entries:
             target = folder / entry.filename
             if entry.is_dir():
@@ -68,17 +73,18 @@ def check_xml(content: bytes, what: str) -> None:
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[tuple[zipfile.ZipFile, list[zipfile.ZipInfo]]]:
+def _opened(path: Path, description: str) -> Iterator[tuple[zipfile.ZipFile, list[zipfile.ZipInfo]]]:
+    kind = "an FMU" if description == FMU_DESCRIPTION else "an SSP"
     if not path.is_file():
         raise FmuError(f"{path} does not exist" if not path.exists() else f"{path} is not a file")
     try:
         archive = zipfile.ZipFile(path)
     except (zipfile.BadZipFile, OSError, ValueError, NotImplementedError) as error:
-        raise FmuError(f"{path} is not an FMU: it cannot be read as a zip archive ({error})") from error
+        raise FmuError(f"{path} is not {kind}: it cannot be read as a zip archive ({error})") from error
     with archive:
         entries = archive.infolist()
         _check_entries(path, entries)
-        _check_description(path, archive)
+        _check_description(path, archive, description, kind)
         yield archive, entries
 
 
@@ -112,12 +118,12 @@ def _check_size(path: Path, entries: list[zipfile.ZipInfo]) -> None:
         raise FmuError(f"{path} unpacks to {total / packed:.0f} times its size; the limit is {MAX_RATIO} times")
 
 
-def _check_description(path: Path, archive: zipfile.ZipFile) -> None:
+def _check_description(path: Path, archive: zipfile.ZipFile, name: str, kind: str) -> None:
     try:
-        entry = archive.getinfo("modelDescription.xml")
+        entry = archive.getinfo(name)
     except KeyError:
-        raise FmuError(f"{path} is not an FMU: it has no modelDescription.xml at the top of the archive") from None
-    check_xml(_read(path, archive, entry), f"{path}: modelDescription.xml")
+        raise FmuError(f"{path} is not {kind}: it has no {name} at the top of the archive") from None
+    check_xml(_read(path, archive, entry), f"{path}: {name}")
 
 
 def _read(path: Path, archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> bytes:

@@ -24,6 +24,14 @@ _OURS = {
     "controller": "orchestrator.cosim.kinds.controller:open_controller",
     "python": "orchestrator.cosim.kinds.python_class:open_python",
 }
+# Keys of a component's table that belong to its kind.
+OPTIONS = {
+    "fmu": ("interface", "early_return"),
+    "player": ("trial", "columns", "interpolation", "start"),
+    "function": ("inputs", "outputs", "constants"),
+    "controller": ("a", "b", "c", "d", "sample_time", "inputs", "outputs"),
+    "python": ("arguments",),
+}
 
 
 def open_component(spec: ComponentSpec, folder: Path) -> Component:

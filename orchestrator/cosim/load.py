@@ -1,0 +1,53 @@
+"""Find the system that a SYSTEM argument names: TOML, SSP, or one FMU."""
+
+import re
+from pathlib import Path
+
+from fmus.errors import MisfitError
+from orchestrator.cosim.system import ComponentSpec, System
+
+ENDINGS = (".toml", ".ssd", ".ssp", ".fmu")
+
+
+def load_system(path: str | Path) -> System:
+    """Read a system file; a single FMU is a system of one, with the inputs and outputs of the FMU.
+
+    Raises:
+        MisfitError: if there is no such file or it cannot be used; the message names the place in the file.
+    """
+    path = Path(path)
+    ending = path.suffix.lower()
+    if ending not in ENDINGS:
+        raise MisfitError(f"{path}: ending {ending!r}; expected a system file ({', '.join(ENDINGS)})")
+    if not path.is_file():
+        raise MisfitError(f"{path} does not exist; expected a system file ({', '.join(ENDINGS)})")
+    if ending == ".toml":
+        from orchestrator.cosim.toml_file import read_toml
+
+        return read_toml(path)
+    if ending == ".fmu":
+        return _single(path)
+    from orchestrator.cosim.ssp import read_ssp
+
+    return read_ssp(path)
+
+
+def _single(path: Path) -> System:
+    from orchestrator.cosim.fmu import read_description
+
+    description = read_description(path)
+    name = re.sub(r"\W", "_", path.stem)
+    of = {
+        causality: {
+            p.name: f"{name}.{p.name}" for p in description.ports if p.causality == causality and p.type != "Clock"
+        }
+        for causality in ("input", "output")
+    }
+    inputs = {port: (address,) for port, address in of["input"].items()}
+    return System(
+        path.stem,
+        {name: ComponentSpec(name, source=path.name)},
+        inputs=inputs,
+        outputs=of["output"],
+        folder=path.parent,
+    )

@@ -1,0 +1,235 @@
+"""Systems as TOML: the short form with one file a component, the long form with a table a component."""
+
+import json
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from fmus.errors import MisfitError
+from orchestrator.cosim.kinds import OPTIONS, kinds
+from orchestrator.cosim.system import ComponentSpec, Connection, RunSettings, System, Value, split_address
+from orchestrator.cosim.wording import nearest
+from orchestrator.measurements.toml_values import TomlTable, number
+from orchestrator.measurements.wording import shown
+
+_SYSTEM = ("name", "components", "connections", "inputs", "outputs", "units", "run")
+_COMPONENT = ("kind", "source", "parameters", "step", "isolate")
+_CONNECTION = ("from", "to", "factor", "offset", "mapping", "convert")
+_RUN = ("start", "stop", "step", "master", "tolerance", "options")
+
+
+def read_toml(path: Path) -> System:
+    """Read a system; its files are named relative to the folder of the TOML file.
+
+    Raises:
+        MisfitError: if the file is no TOML or not a system; the message names file, table, key, value and what was expected.
+    """
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise MisfitError(f"{path} cannot be read: {error.strerror}; expected a system file") from error
+    table = TomlTable.parse(path, content)
+    _known_keys(table, _SYSTEM)
+    components = table.get_table("components")
+    if not components.values:
+        raise MisfitError(f'{path}: no [components]; expected at least one, such as mass = "Mass.fmu"')
+    return System(
+        name=_text(table, "name") or path.stem,
+        components={name: _component(components, name) for name in components.values},
+        connections=tuple(_connections(table)),
+        inputs=_inputs(table.get_table("inputs")),
+        outputs={name: _address(table.get_table("outputs"), name) for name in table.get_table("outputs").values},
+        units=table.get_table("units").texts(),
+        run=_run(table.get_table("run")),
+        folder=path.parent,
+    )
+
+
+def write_toml(system: System) -> str:
+    """Give the text of a file that reads back as the same system.
+
+    Raises:
+        MisfitError: if the system defines units of its own, which TOML has no place for, or holds a value that is none of TOML.
+    """
+    if any(unit in system.definitions for unit in system.units.values()):
+        raise MisfitError(f"system {system.name!r} defines units of its own; keep it as SSP")
+    lines = [f"name = {_literal(system.name)}", ""]
+    run = system.run
+    pairs = {"start": run.start, "stop": run.stop, "step": run.step, "master": run.master, "tolerance": run.tolerance}
+    lines += [
+        "[run]",
+        *_pairs({k: v for k, v in {**pairs, "options": dict(run.options)}.items() if v not in (None, {})}),
+    ]
+    for name, spec in system.components.items():
+        table = {"kind": spec.kind, "source": spec.source, "step": spec.step, "isolate": spec.isolate}
+        parameters = {key: {"value": v.value, "unit": v.unit} if v.unit else v.value for key, v in spec.values.items()}
+        table = {
+            k: v for k, v in {**table, **spec.options, "parameters": parameters}.items() if v not in (None, "", {})
+        }
+        lines += ["", f"[components.{_key(name)}]", *_pairs(table)]
+    for title, mapping in (("inputs", system.inputs), ("outputs", system.outputs), ("units", system.units)):
+        if mapping:
+            lines += ["", f"[{title}]", *_pairs(mapping)]
+    for connection in system.connections:
+        lines += ["", "[[connections]]", *_pairs(_connection_table(connection))]
+    return "\n".join(lines) + "\n"
+
+
+def _component(components: TomlTable, name: str) -> ComponentSpec:
+    if "." in name or not name:
+        raise MisfitError(
+            f"{components.where}: the component {shown(name)} has a dot or no name; a dot ends the name in addresses"
+        )
+    if isinstance(components.values[name], str):
+        return ComponentSpec(name, source=components.values[name])
+    table = components.get_table(name)
+    kind, source, kind_keys = _kind(table)
+    own = {key: value for key, value in table.values.items() if key not in (*_COMPONENT, *kind_keys)}
+    if kind in OPTIONS:
+        _known_keys(table, (*_COMPONENT, *kind_keys, *OPTIONS[kind]))
+    parameters = table.get_table("parameters")
+    return ComponentSpec(
+        name,
+        kind,
+        source,
+        values={key: _value(parameters, key) for key in parameters.values},
+        step=table.get_positive("step"),
+        isolate=table.get_flag("isolate"),
+        options=own,
+    )
+
+
+def _kind(table: TomlTable) -> tuple[str, str, tuple[str, ...]]:
+    """Kind and source of a component: `fmu = "Mass.fmu"`, or `kind = "fmu"` with `source = "Mass.fmu"`."""
+    if "kind" in table.values:
+        kind = _text(table, "kind")
+        if kind not in kinds():
+            raise MisfitError(f"{table.where}: kind = {shown(kind)}; {nearest(kind, kinds())}")
+        return kind, _text(table, "source"), ()
+    named = [kind for kind in kinds() if kind in table.values]
+    if len(named) != 1:
+        found = f"both {named[0]} and {named[1]}" if named else "no kind"
+        raise MisfitError(f'{table.where}: {found}; expected one of {", ".join(kinds())}, such as fmu = "Mass.fmu"')
+    return named[0], _text(table, named[0]), (named[0],)
+
+
+def _value(table: TomlTable, key: str) -> Value:
+    value = table.values[key]
+    if not isinstance(value, dict):
+        return Value(value)
+    if set(value) - {"value", "unit"} or "value" not in value or not isinstance(value.get("unit", ""), str):
+        raise table.wrong(key, 'a value or { value = ..., unit = "..." }')
+    return Value(value["value"], value.get("unit", ""))
+
+
+def _connections(table: TomlTable) -> Iterable[Connection]:
+    given = table.values.get("connections", [])
+    if not isinstance(given, list) or not all(isinstance(each, dict) for each in given):
+        raise table.wrong("connections", "tables [[connections]] with from and to")
+    for place, each in enumerate(given, 1):
+        connection = TomlTable(f"{table.where} [[connections]] {place}", each)
+        _known_keys(connection, _CONNECTION)
+        factor = _number(connection, "factor")
+        yield Connection(
+            source=_address(connection, "from"),
+            target=_address(connection, "to"),
+            factor=1.0 if factor is None else factor,
+            offset=_number(connection, "offset") or 0.0,
+            mapping=_mapping(connection),
+            convert=connection.get_flag("convert") is not False,
+        )
+
+
+def _mapping(table: TomlTable) -> tuple[tuple[Any, Any], ...]:
+    given = table.values.get("mapping", [])
+    if not isinstance(given, list) or not all(isinstance(pair, list) and len(pair) == 2 for pair in given):
+        raise table.wrong("mapping", "pairs of values, such as [[false, 0], [true, 1]]")
+    return tuple((one, other) for one, other in given)
+
+
+def _inputs(table: TomlTable) -> dict[str, tuple[str, ...]]:
+    inputs = {}
+    for name, given in table.values.items():
+        targets = given if isinstance(given, list) and given else [given]
+        inputs[name] = tuple(_address(TomlTable(table.where, {name: target}), name) for target in targets)
+    return inputs
+
+
+def _run(table: TomlTable) -> RunSettings:
+    _known_keys(table, _RUN)
+    return RunSettings(
+        start=_number(table, "start"),
+        stop=_number(table, "stop"),
+        step=table.get_positive("step"),
+        master=_text(table, "master") or "ordered",
+        tolerance=table.get_positive("tolerance"),
+        options=dict(table.get_table("options").values),
+    )
+
+
+def _address(table: TomlTable, key: str) -> str:
+    wanted = "an address COMPONENT.VARIABLE"
+    if key not in table.values:
+        raise MisfitError(f"{table.where}: no {shown(key)}; expected {wanted}")
+    text = table.values[key]
+    if not isinstance(text, str):
+        raise table.wrong(key, wanted)
+    try:
+        split_address(text)
+    except MisfitError as error:
+        raise table.wrong(key, wanted) from error
+    return text
+
+
+def _number(table: TomlTable, key: str) -> float | None:
+    value = number(table.values[key]) if key in table.values else None
+    if value is None and key in table.values:
+        raise table.wrong(key, "a finite number")
+    return value
+
+
+def _text(table: TomlTable, key: str) -> str:
+    value = table.values.get(key, "")
+    if not isinstance(value, str):
+        raise table.wrong(key, "a string in quotation marks")
+    return value
+
+
+def _known_keys(table: TomlTable, known: Iterable[str]) -> None:
+    names = list(known)
+    for key in table.values:
+        if key not in names:
+            raise MisfitError(f"{table.where}: unknown key {shown(key)}; {nearest(key, names)}")
+
+
+def _connection_table(connection: Connection) -> dict[str, Any]:
+    table: dict[str, Any] = {"from": connection.source, "to": connection.target}
+    if (connection.factor, connection.offset) != (1.0, 0.0):
+        table |= {"factor": connection.factor, "offset": connection.offset}
+    if connection.mapping:
+        table["mapping"] = connection.mapping
+    return table if connection.convert else {**table, "convert": False}
+
+
+def _pairs(table: Mapping[str, Any]) -> list[str]:
+    return [f"{_key(key)} = {_literal(value)}" for key, value in table.items()]
+
+
+def _key(key: str) -> str:
+    return key if key.isascii() and key.replace("_", "").replace("-", "").isalnum() else _literal(key)
+
+
+def _literal(value: Any) -> str:
+    if isinstance(value, Mapping):
+        return "{ " + ", ".join(_pairs(value)) + " }" if value else "{}"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(_literal(each) for each in value)}]"
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, int | float):
+        return repr(value)
+    if hasattr(value, "tolist"):  # NumPy's numbers and arrays
+        return _literal(value.tolist())
+    raise MisfitError(f"{shown(value)} cannot be written as TOML")
