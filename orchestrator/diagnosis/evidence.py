@@ -5,11 +5,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from fmus.errors import ComponentError
 from orchestrator.diagnosis.candidates import Candidate, EffectSet, model_of
 from orchestrator.diagnosis.metric import Metric, stride_for, white_metric
 from orchestrator.diagnosis.nuisances import Nuisances
 from orchestrator.measurements import BoundSet, BoundTrial
-from orchestrator.models.estimation import Fit, Record, fit
+from orchestrator.models.estimation import STEEPEST, Fit, Record, fit
 from orchestrator.models.smoothing import SmoothedTrial
 from orchestrator.models.symbolic import SymbolicModel
 
@@ -129,18 +130,52 @@ def refit(
     """Fit a set's parameters, the nuisances, and the start values of all trials, by free runs.
 
     Args:
-        first: first values of the effects' parameters.
+        first: first values of the effects' parameters (k,), or several rows of them: that with the best free runs is taken.
         nuisances: first values of the nuisances, their nominal ones if left out.
         tolerance: change of the misfit, as a share, at which the fit ends.
     """
     low, high = effects.bounds()
-    span = high - low
-    # A value at its bound starts inside; one that is only small against its range, as in a small plant, stays.
-    stuck = np.minimum(first - low, high - first) < 1e-6 * span
-    guess = np.where(stuck, np.clip(first, low + 0.01 * span, high - 0.01 * span), first)
     extra, model = learning.nuisances, with_nuisances(effects, learning)
-    guess = np.r_[guess, extra.mean if nuisances is None else nuisances]
+    others = extra.mean if nuisances is None else nuisances
+    guesses = [np.r_[_inside(row, effects), others] for row in np.atleast_2d(first)]
+    guess = guesses[0] if len(guesses) == 1 else min(guesses, key=lambda g: _rough_misfit(model, learning, g))
     return _fit(effects, model, learning, guess, np.r_[low, extra.low], np.r_[high, extra.high], tolerance)
+
+
+def _inside(first: np.ndarray, effects: EffectSet) -> np.ndarray:
+    """First values off their bounds, where a fit would be stuck: at the card's typical size if that is off them too.
+
+    A value that is only small against its range, as in a small plant, stays.
+    """
+    low, high = effects.bounds()
+    span, typical = high - low, effects.first_guess()
+    off = [np.minimum(values - low, high - values) >= 1e-9 * span for values in (first, typical)]
+    inside = np.where(off[1], typical, np.clip(first, low + 0.01 * span, high - 0.01 * span))
+    return np.where(off[0], first, inside)
+
+
+def _rough_misfit(model: SymbolicModel, learning: LearningData, guess: np.ndarray) -> float:
+    """Sum of squares of free runs whose start values are fitted to first order; infinite if a run fails."""
+    parameters, total = model.compiled.with_values(guess), 0.0
+    for trial, metric in zip(learning.trials, learning.metrics, strict=True):
+        record = model.record(trial, parameters)
+        try:
+            steps = model.substeps(record.time, record.inputs, record.start)
+            run = model.compiled.run(
+                record.time, record.inputs, parameters, record.start, substeps=steps, sensitivities=True
+            )
+        except ComponentError:
+            return float("inf")
+        assert run.sensitivities is not None
+        reach = 0.5 * (record.start_high - record.start_low)
+        slopes = metric(run.sensitivities[:, :, : len(reach)] * np.where(np.isfinite(reach), reach, 1.0))
+        error = np.concatenate([metric(run.outputs - record.measured), np.zeros(len(reach))])
+        if not (np.all(np.isfinite(error)) and np.all(np.abs(slopes) < STEEPEST)):
+            return float("inf")
+        columns = np.vstack([slopes, np.diag(np.isfinite(reach).astype(float))])
+        left = error + columns @ np.linalg.lstsq(columns, -error, rcond=None)[0]
+        total += float(left @ left)
+    return total
 
 
 def with_nuisances(effects: EffectSet, learning: LearningData) -> SymbolicModel:
@@ -182,7 +217,7 @@ def _fit(
         # Start values are bounded by what the encoders show, and what they show depends on a sensor error's size.
         parameters = model.compiled.with_values(guess)
         records = tuple(model.record(trial, parameters) for trial in learning.trials)
-        steps = max(model.substeps(r.time, r.inputs, r.start) for r in records[:2])
+        steps = max(model.substeps(r.time, r.inputs, r.start, learning.trials[0].noise) for r in records[:2])
         again = fit(
             model.compiled,
             records,

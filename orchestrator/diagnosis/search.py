@@ -13,6 +13,7 @@ from orchestrator.diagnosis.calibration import SIGNIFICANT, Stage
 from orchestrator.diagnosis.candidates import Candidate, EffectSet, can_join
 from orchestrator.diagnosis.confusion import half_bic
 from orchestrator.diagnosis.evidence import TOLERANCE, LearningData, Refit, fit_nominal
+from orchestrator.diagnosis.first_values import first_values
 from orchestrator.diagnosis.screening import Explanation, Screened, Screener
 from orchestrator.diagnosis.tangent import Tangent
 from orchestrator.diagnosis.trace import Accepted, Trace
@@ -67,7 +68,7 @@ class Searcher:
         screener, singles = None, list[Explanation]()
         for _ in range(MOST_ROUNDS):
             stage = self._stage(base, MOST_EFFECTS - len(base.ids))
-            if len(base.ids) == MOST_EFFECTS or stage.p_value > SIGNIFICANT or not stage.may_matter:
+            if len(base.ids) == MOST_EFFECTS or not self._worth_a_search(stage):
                 break
             if not singles:
                 screener = self._screener()
@@ -87,6 +88,17 @@ class Searcher:
                 break
             base, beam = best, [best, *(r for r in found if r.is_present() and r is not best)][:BEAM]
         return self._nested(base)
+
+    @staticmethod
+    def _worth_a_search(stage: Stage) -> bool:
+        """Whether a fitted set leaves what noise would not, and enough of it.
+
+        What a set leaves may be too little for a further effect, and yet show that another one is the right one; and what
+        neither candidates nor flexible forces explain to first order may be an effect that has none.
+        """
+        if not stage.tangent.base.ids:
+            return stage.p_value <= SIGNIFICANT and stage.may_matter
+        return (stage.p_value <= SIGNIFICANT and stage.may_matter) or stage.is_structured
 
     def _pruned(self, found: Sequence[Refit]) -> list[Refit]:
         """Sets without the effects that the data do not show beside the others, as far as they were not tried."""
@@ -195,7 +207,8 @@ class Searcher:
 
         def one(entry: Screened) -> Refit | None:
             self.progress(f"refitting {' + '.join(c.label for c in entry.candidates)}")
-            return self._attempted(entry.candidates, entry.values, beam[0].fit.values[beam[0].size :], ROUGH)
+            first = np.array([entry.values, *first_values(stage, entry.candidates)])
+            return self._attempted(entry.candidates, first, beam[0].fit.values[beam[0].size :], ROUGH)
 
         def closer(found: Refit) -> Refit:
             better = self._attempted(found.effects.candidates, found.values, found.fit.values[found.size :])

@@ -37,6 +37,7 @@ class Block:
     `sizes` (k,) are the typical sizes of the columns' parameters (their first guesses less their absence); a column
     times its size is what the effect does when it is of typical size. `names` are the parameters of the columns, `powers`
     (k,) the sums of squares of what they do beyond start values and clocks, were the model's parameters known exactly.
+    `point` are the values of the candidate's parameters at which the block is taken.
     """
 
     candidate: Candidate
@@ -45,6 +46,7 @@ class Block:
     meaningful: np.ndarray
     names: tuple[str, ...]
     powers: np.ndarray
+    point: np.ndarray
 
     def is_meaningful(self, error: np.ndarray) -> bool:
         """Whether the block, fitted to an error to first order, has a parameter of meaningful size."""
@@ -112,9 +114,11 @@ class Tangent:
             through_forces = self.response.has_forces and effects.model.residual is not None
             slopes = self._by_forces if through_forces else self._by_runs(part, slots)
             for values, difference in points(effects):
-                yield from self._blocks_at(effects, slopes(effects, values, difference), difference)
+                yield from self._blocks_at(effects, slopes(effects, values, difference), values, difference)
 
-    def _blocks_at(self, effects: EffectSet, columns: np.ndarray, difference: bool) -> Iterator[Block]:
+    def _blocks_at(
+        self, effects: EffectSet, columns: np.ndarray, values: np.ndarray, difference: bool
+    ) -> Iterator[Block]:
         absent, start = (np.array([getattr(p, name) for p in effects.card_parameters]) for name in ("absent", "start"))
         meaningful = np.array([p.meaningful for p in effects.card_parameters])
         # What a diverging linearisation says of an effect, a fit by free runs has to find.
@@ -133,7 +137,7 @@ class Tangent:
             if difference and len(effects.candidates) == 1:
                 chosen, labels = np.column_stack([columns[:, -1], chosen]), ["", *labels]
                 size, least, power = np.r_[1.0, size], np.r_[np.inf, least], np.r_[powers[-1], power]
-            yield Block(candidate, chosen, size, least, tuple(labels), power)
+            yield Block(candidate, chosen, size, least, tuple(labels), power, values[own])
 
     def _by_forces(self, effects: EffectSet, values: np.ndarray, difference: bool) -> np.ndarray:
         """Columns of an effect as the answer to the forces that it is equivalent to along the model's own motion."""

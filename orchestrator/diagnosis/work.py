@@ -54,7 +54,7 @@ class RefitTask:
     @property
     def key(self) -> str:
         """Hash over model, effects, data, first values and program."""
-        values = np.r_[self.first, self.nuisances, self.tolerance]
+        values = np.r_[self.first.ravel(), self.nuisances, self.tolerance]
         return _digest(self.base, self.candidates, self.signals, self.learning, values.tobytes())
 
     def run(self) -> tuple[Fit, tuple[Record, ...], int]:

@@ -1,0 +1,67 @@
+"""First values of a fit: what the first order of the free runs says of the effects' sizes."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from orchestrator.diagnosis.calibration import Stage
+from orchestrator.diagnosis.candidates import Candidate
+from orchestrator.diagnosis.tangent import Block, orthonormal
+
+
+def first_values(stage: Stage, chosen: Sequence[Candidate]) -> list[np.ndarray]:
+    """Rows of parameters (k,) for a set that contains the tested one: new effects by least squares, and just visible.
+
+    Those of the tested set stay. No rows if the set does not contain the tested one, or a new effect has no first order.
+    """
+    base = stage.tangent.base
+    if not base.labels <= {c.label for c in chosen}:
+        return []
+    owners = np.array(base.effects.owners()) if base.effects.candidates else np.zeros(0, dtype=int)
+    known = {c.label: base.values[owners == k] for k, c in enumerate(base.effects.candidates)}
+    blocks = [block for c in chosen if c.label not in known and (block := _best_block(stage, c.label)) is not None]
+    if len(blocks) + len(known) < len(chosen):
+        return []
+    error = stage.tangent.error
+    visible = {b.candidate.label: _values(b, _just_visible(b, stage.colour.level * len(error) ** 0.5)) for b in blocks}
+    return [np.concatenate([(known | new)[c.label] for c in chosen]) for new in (_sizes(blocks, error), visible)]
+
+
+def _best_block(stage: Stage, label: str) -> Block | None:
+    """The block of a candidate that explains the most alone."""
+    found = [block for block in stage.blocks if block.candidate.label == label]
+    gains = [float(np.sum((orthonormal(block.columns, 1e-3).T @ stage.tangent.error) ** 2)) for block in found]
+    return found[int(np.argmax(gains))] if found else None
+
+
+def _sizes(blocks: Sequence[Block], error: np.ndarray) -> dict[str, np.ndarray]:
+    """Parameters of all blocks fitted together."""
+    if not blocks:
+        return {}
+    columns = np.column_stack([block.columns for block in blocks])
+    length = np.where(norms := np.linalg.norm(columns, axis=0), norms, 1.0)
+    change = np.linalg.lstsq(columns / length, error, rcond=1e-4)[0] / length
+    parts = np.split(change, np.cumsum([block.columns.shape[1] for block in blocks])[:-1])
+    return {block.candidate.label: _values(block, part) for block, part in zip(blocks, parts, strict=True)}
+
+
+def _just_visible(block: Block, length: float) -> np.ndarray:
+    """Changes along a block's columns that do `length` each, in the direction of the card's first guess."""
+    norms = np.linalg.norm(block.columns, axis=0)
+    step = np.where(norms > 0, length / np.where(norms > 0, norms, 1.0), 0.0)
+    if block.names[0] == "":
+        return np.r_[step[0], np.zeros(len(step) - 1)]
+    return step * np.where(block.sizes < 0, -1.0, 1.0) * (block.sizes != 0)
+
+
+def _values(block: Block, change: np.ndarray) -> np.ndarray:
+    """Parameters after a change along a block's columns; shapes stay at the point where the block was taken."""
+    if block.names[0] != "":
+        return block.point + change
+    # The first column is the whole step from absence to the point, which a size scales.
+    share, slopes = change[0], change[1:]
+    by_name = {p.name: p.absent for p in block.candidate.card.parameters}
+    prefix = f"{block.candidate.slot}."
+    absent = np.array([by_name[name.removeprefix(prefix).split("[")[0]] for name in block.names[1:]])
+    moved = absent + share * (block.point - absent) + slopes
+    return np.where(np.isfinite(block.meaningful[1:]), moved, block.point)
