@@ -9,7 +9,7 @@ import numpy as np
 from scipy import linalg
 
 from orchestrator.diagnosis.evidence import Refit
-from orchestrator.models.compiled import CompiledModel
+from orchestrator.models.compiled import CompiledModel, linear_answer
 from orchestrator.models.correction import PREFIX
 from orchestrator.models.smoothing import Smoother, second_difference
 
@@ -80,16 +80,8 @@ class Response:
 
     def _answer(self, trial: int, changes: np.ndarray, columns: Sequence[int]) -> np.ndarray:
         linear, time = self._linear(trial), self.base.records[trial].time
-        direct = linear.direct[:, :, columns] @ changes
-        if not linear.step.size:
-            return np.asarray(direct)
-        pushed = linear.push[:, :, columns] @ changes
-        half = 0.5 * np.diff(time)[:, None, None]
-        added = half * (linear.step @ pushed[:-1] + pushed[1:])
-        state = np.zeros((len(time), linear.step.shape[1], changes.shape[2]))
-        for k, step in enumerate(linear.step):
-            state[k + 1] = step @ state[k] + added[k]
-        return np.asarray(linear.show @ state + direct)
+        half, push, direct = 0.5 * np.diff(time), linear.push[:, :, columns], linear.direct[:, :, columns]
+        return linear_answer(half, linear.step, push, linear.show, direct, changes)
 
     def _linear(self, trial: int) -> _Linear:
         if trial not in self._kept:

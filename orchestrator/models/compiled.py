@@ -189,6 +189,27 @@ def _forward_jacobian(value: Any, x: Any, d: Any, p: Any, free: Sequence[int]) -
     return ca.horzcat(ca.jacobian(value, x), ca.jacobian(value, d), *[by_parameters[:, i] for i in free])
 
 
+def linear_answer(
+    half: np.ndarray, step: np.ndarray, push: np.ndarray, show: np.ndarray, direct: np.ndarray, changes: np.ndarray
+) -> np.ndarray:
+    """Outputs (n, ny, k) of a linear time-varying system from rest, for k histories (n, nu, k) of its inputs.
+
+    x(i+1) = step(i) (x(i) + half(i) push(i) u(i)) + half(i) push(i+1) u(i+1), y(i) = show(i) x(i) + direct(i) u(i): the
+    trapezoidal rule over sample intervals of length 2 half(i), where step(i) carries the state over one.
+
+    Args:
+        half: (n - 1,) s. step: (n - 1, nx, nx). push: (n, nx, nu). show: (n, ny, nx). direct: (n, ny, nu).
+    """
+    keep = [np.ascontiguousarray(part, dtype=float) for part in (half, step, push, show, direct, changes)]
+    n, nu, k = changes.shape
+    sizes = np.array([n, step.shape[1], nu, show.shape[1], k], dtype=np.longlong)
+    answers = np.empty((n, show.shape[1], k))
+    pointers = [ctypes.c_void_p(part.ctypes.data) for part in (sizes, *keep, answers)]
+    if _simulator().misfit_answer(*pointers) != 0:
+        raise MemoryError(f"no memory for {k} histories of {step.shape[1]} states")
+    return answers
+
+
 @cache
 def _simulator() -> ctypes.CDLL:
     return ctypes.CDLL(str(build_library(SIMULATOR.read_text(), level=FOR_LOOPS)))

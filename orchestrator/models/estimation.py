@@ -249,13 +249,18 @@ class _Problem:
                 raise
             rows = reduce(np.zeros((len(record.time), ny))).size
             return np.full(rows, FAILED), np.zeros((rows, self.nx + self.n_shared))
-        outputs, slopes = run.outputs, run.sensitivities
+        outputs, columns = run.outputs, [run.sensitivities]
         if self.n_shared > self.n_free:
             rate = np.gradient(outputs, record.time, axis=0)
             outputs = outputs - shift * rate
-            slopes = np.concatenate([slopes, -rate[:, :, None]], axis=2)
-        residual = reduce((outputs - record.measured) / self.noise)
-        return residual.ravel(), reduce(slopes / self.noise[None, :, None]).reshape(residual.size, -1)
+            columns.append(-rate[:, :, None])
+        # Side by side, so that reducing them is one pass.
+        columns.append((outputs - record.measured)[:, :, None])
+        table = np.concatenate(columns, axis=2)
+        table /= self.noise[None, :, None]
+        reduced = reduce(table)
+        reduced = reduced.reshape(-1, reduced.shape[-1])
+        return reduced[:, -1], reduced[:, :-1]
 
     def _assemble(
         self, parts: list[tuple[np.ndarray, np.ndarray]], vector: np.ndarray

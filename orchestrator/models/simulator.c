@@ -191,3 +191,40 @@ int misfit_simulate(const problem *m, const double *x0, double *y, double *dy) {
   close_workspace(&g);
   return k;
 }
+
+/* out (rows x k) += factor * matrix (rows x inner) times (inner x k), all row-major */
+static inline void add_product(long long rows, long long inner, long long k, double factor, const double *matrix,
+                               const double *restrict right, double *restrict out) {
+  for (long long r = 0; r < rows; r++)
+    for (long long j = 0; j < inner; j++) {
+      const double value = factor * matrix[r * inner + j];
+      if (value == 0.0) continue;
+      for (long long c = 0; c < k; c++) out[r * k + c] += value * right[j * k + c];
+    }
+}
+
+/* Answers of a system that is linear along a trial to k small histories of its inputs, from rest:
+ *   x(i+1) = step(i) (x(i) + half(i) push(i) u(i)) + half(i) push(i+1) u(i+1),   y(i) = show(i) x(i) + direct(i) u(i)
+ * Matrices are row-major, one after the other: step (n-1) of nx x nx, push n of nx x nu, show n of ny x nx, direct n of
+ * ny x nu, u n of nu x k, y n of ny x k. Returns 0, or -1 without memory. */
+WIDE int misfit_answer(const long long *sizes, const double *half, const double *step, const double *push,
+                       const double *show, const double *direct, const double *u, double *y) {
+  const long long n = sizes[0], nx = sizes[1], nu = sizes[2], ny = sizes[3], k = sizes[4];
+  double *memory = calloc((size_t)(2 * nx * k + 1), sizeof(double));
+  if (!memory) return -1;
+  double *x = memory, *moved = memory + nx * k;
+  memset(y, 0, sizeof(double) * (size_t)(n * ny * k));
+  for (long long i = 0; i < n; i++) {
+    const double *ui = u + i * nu * k;
+    if (i > 0) add_product(nx, nu, k, half[i - 1], push + i * nx * nu, ui, x);
+    add_product(ny, nx, k, 1.0, show + i * ny * nx, x, y + i * ny * k);
+    add_product(ny, nu, k, 1.0, direct + i * ny * nu, ui, y + i * ny * k);
+    if (i == n - 1) break;
+    add_product(nx, nu, k, half[i], push + i * nx * nu, ui, x);
+    memset(moved, 0, sizeof(double) * (size_t)(nx * k));
+    add_product(nx, nx, k, 1.0, step + i * nx * nx, x, moved);
+    memcpy(x, moved, sizeof(double) * (size_t)(nx * k));
+  }
+  free(memory);
+  return 0;
+}

@@ -3,11 +3,12 @@
 import casadi as ca
 import numpy as np
 import pytest
+from scipy import linalg
 
 from fmus.catalogue import ModelicaModel, find_modelica_model
 from fmus.errors import ComponentError, ModelicaError
 from fmus.symbolic.system import SymbolicSystem, Variable
-from orchestrator.models.compiled import CompiledModel
+from orchestrator.models.compiled import CompiledModel, linear_answer
 from orchestrator.models.patch import Attachment, check_attached, patched_model
 
 TIME = np.linspace(0, 1, 501)
@@ -91,3 +92,50 @@ def test_effect_that_the_front_end_drops_is_noticed() -> None:
     check_attached(patched.compile(), [attachment])
     with pytest.raises(ModelicaError, match="did not arrive in slot jointTorque1 of FESArm.Arms.Arm"):
         check_attached(ModelicaModel("arm", "FESArm.Arms.Arm").compile(), [attachment])
+
+
+def test_slopes_in_start_values_of_a_linear_system_are_its_matrix_exponential() -> None:
+    size = 11  # more columns than a wide register holds, and not a multiple of it
+    a = np.random.default_rng(1).normal(size=(size, size)) * (np.random.default_rng(2).random((size, size)) < 0.4)
+    t, x, u, d, p = (ca.SX.sym(name, n) for name, n in zip("txudp", (1, size, 1, 0, 1), strict=True))
+    nothing = ca.SX(0, 1)
+    system = SymbolicSystem(
+        name="Linear",
+        description="",
+        inputs=(Variable("u"),),
+        states=tuple(Variable(f"x{k}", start=0.0) for k in range(size)),
+        algebraics=(),
+        parameters=(Variable("p", start=1.0),),
+        dependents=(),
+        outputs=tuple(f"x{k}" for k in range(size)),
+        rhs=ca.Function("rhs", [t, x, u, d, p], [p * ca.SX(ca.DM(a)) @ x, nothing]),
+        history=ca.Function("history", [t, u, p], [nothing, nothing]),
+        dependent=ca.Function("dependent", [p], [nothing]),
+        initial=ca.Function("initial", [p], [ca.SX.zeros(size)]),
+    )
+    model = CompiledModel(system, system.outputs, ["p"])
+    start = np.linspace(-1, 1, size)
+
+    run = model.run(TIME, np.zeros((len(TIME), 1)), model.parameters, start, sensitivities=True)
+
+    assert run.sensitivities is not None
+    carried = linalg.expm(a)
+    assert np.allclose(run.sensitivities[-1, :, :size], carried, atol=1e-9)
+    # At p = 1, d/dp exp(p a t) x0 = a t exp(a t) x0
+    assert np.allclose(run.sensitivities[-1, :, size], a @ carried @ start, atol=1e-8)
+
+
+def test_answer_of_a_linear_system_equals_the_recurrence_written_out() -> None:
+    random = np.random.default_rng(3)
+    n, nx, nu, ny, k = 40, 3, 2, 2, 5
+    shapes = [(n - 1, nx, nx), (n, nx, nu), (n, ny, nx), (n, ny, nu), (n, nu, k)]
+    step, push, show, direct, changes = (random.normal(size=shape) for shape in shapes)
+    step, half = 0.4 * step, random.random(n - 1)
+
+    answers = linear_answer(half, step, push, show, direct, changes)
+
+    x = np.zeros((nx, k))
+    for i in range(n):
+        assert np.allclose(answers[i], show[i] @ x + direct[i] @ changes[i])
+        if i < n - 1:
+            x = step[i] @ (x + half[i] * push[i] @ changes[i]) + half[i] * push[i + 1] @ changes[i + 1]
