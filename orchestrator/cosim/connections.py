@@ -9,7 +9,7 @@ import numpy as np
 
 from fmus.errors import MisfitError
 from orchestrator.cosim.addresses import Element, resolve
-from orchestrator.cosim.compatible import Transfer, transfer
+from orchestrator.cosim.compatible import Transfer, transfer, unit_scaling
 from orchestrator.cosim.component import Port
 from orchestrator.cosim.system import Connection, System, Value, split_address
 from orchestrator.cosim.values import port_value
@@ -76,7 +76,34 @@ class _Checker:
             more = len(self.problems) - _MOST_PROBLEMS
             raise MisfitError("; ".join(self.problems[:_MOST_PROBLEMS]) + (f"; and {more} more" if more > 0 else ""))
         unconnected = tuple(self._unconnected(starts))
+        self.slots, self.links = self._started(starts)
         return Wiring(self.slots, self.size, tuple(self.links), starts, unconnected, tuple(self.notes))
+
+    def _started(self, starts: Mapping[str, Mapping[str, Any]]) -> tuple[tuple[Slot, ...], list[Link]]:
+        outside = {id(slot): self._outside_start(slot, starts) for slot in self.slots if slot.component == OUTSIDE}
+        links = [replace(link, source=outside.get(id(link.source), link.source)) for link in self.links]
+        return tuple(outside.get(id(slot), slot) for slot in self.slots), links
+
+    def _inside(self, component: str) -> dict[str, Port]:
+        """Ports of a component, with the units that the system gives to those without."""
+        ports = {port.name: port for port in self.interfaces[component].ports}
+        for name, unit in self.system.components[component].units.items():
+            si = self.system.definitions.get(unit)
+            if name not in ports:
+                self.problems.append(f"unit of {component}.{name}: there is no such variable; {nearest(name, ports)}")
+            elif not ports[name].unit:
+                ports[name] = replace(ports[name], unit=unit, si=si)
+            else:
+                self._same_unit(component, ports[name], replace(ports[name], unit=unit, si=si))
+        return ports
+
+    def _same_unit(self, component: str, own: Port, said: Port) -> None:
+        try:
+            agree = unit_scaling(own, said) == (1.0, 0.0)
+        except MisfitError:
+            agree = False
+        if not agree:
+            self.problems.append(f"{component}.{own.name} is in {own.unit}, but the system says {said.unit}")
 
     def _outside(self) -> dict[str, Port]:
         """Inputs and outputs of the system as ports that look like the variables inside."""
@@ -103,6 +130,19 @@ class _Checker:
         unit = self.system.units.get(name)
         port = replace(inside, name=name, causality=causality, shape=shape, start=None)
         return port if unit is None else replace(port, unit=unit, si=self.system.definitions.get(unit))
+
+    def _outside_start(self, slot: Slot, starts: Mapping[str, Mapping[str, Any]]) -> Slot:
+        """An input of the system starts at the value of the variable that it drives first."""
+        links = [link for link in self.links if link.source is slot]
+        if not links or len(links[0].sources) != slot.port.size:
+            return slot
+        target = links[0].target
+        value = starts[target.component].get(target.port.name, target.port.start)
+        if value is None or target.port.size != slot.port.size:
+            return slot
+        if links[0].is_linear and (links[0].transfer.factor, links[0].transfer.offset) != (1.0, 0.0):
+            value = (value - links[0].transfer.offset) / links[0].transfer.factor
+        return replace(slot, port=replace(slot.port, start=value))
 
     def _elements(self, address: tuple[str, str]) -> list[Element]:
         component, variable = address

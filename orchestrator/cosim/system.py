@@ -11,10 +11,14 @@ from fmus.units import SiUnit
 
 @dataclass(frozen=True)
 class Value:
-    """A value given by the user; `unit` is "" where it is meant in the unit of the variable."""
+    """A value given by the user; `unit` is "" where it is meant in the unit of the variable.
+
+    `si` is what the file with the value defines the unit to mean, where it does.
+    """
 
     value: Any
     unit: str = ""
+    si: SiUnit | None = None
 
 
 @dataclass(frozen=True)
@@ -22,14 +26,16 @@ class ComponentSpec:
     """How to make one component.
 
     `source` is a file relative to the folder of the system, or `module:Class`; what else a kind needs is in `options`.
-    `values` are parameters and start values by variable. `step` is the component's own communication step in s, None
-    for that of the system. `isolate` asks for a worker process, None leaves it to the run.
+    `values` are parameters and start values by variable, `units` the units of variables for which the component names
+    none. `step` is the component's own communication step in s, None for that of the system. `isolate` asks for a worker
+    process, None leaves it to the run.
     """
 
     name: str
     kind: str = "fmu"
     source: str = ""
     values: Mapping[str, Value] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
     step: float | None = None
     isolate: bool | None = None
     options: Mapping[str, Any] = field(default_factory=dict)
@@ -40,7 +46,8 @@ class Connection:
     """From an output to an input, both `component.variable`, or one element of an array `component.variable[i]`.
 
     The target receives `factor * x + offset`, with x converted from the unit of the source to that of the target
-    beforehand unless `convert` is False; `mapping` holds pairs of values instead, for integers, Booleans and enumerations.
+    beforehand unless `convert` is False. `mapping` holds pairs of values instead, for integers, Booleans and enumerations;
+    a value that is not among them stays as it is.
     """
 
     source: str
@@ -74,7 +81,7 @@ class System:
     maps an input of the system to the component inputs that it drives, `outputs` an output of the system to the component
     output that it shows; `units` holds the units of either where they differ from those of the (first) variable inside.
     `definitions` says what the names of units mean to this system, where it says so. `folder` is where the files of the
-    components are.
+    components are. `notes` are lines for the user about what was assumed or left out when the system was read.
     """
 
     name: str
@@ -86,6 +93,7 @@ class System:
     definitions: Mapping[str, SiUnit] = field(default_factory=dict)
     run: RunSettings = field(default_factory=RunSettings)
     folder: Path = field(default_factory=Path)
+    notes: tuple[str, ...] = ()
 
     def with_values(self, values: Mapping[str, Value]) -> "System":
         """The same system with further values, each by `component.variable`.

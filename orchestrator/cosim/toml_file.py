@@ -13,7 +13,7 @@ from orchestrator.measurements.toml_values import TomlTable, number
 from orchestrator.measurements.wording import shown
 
 _SYSTEM = ("name", "components", "connections", "inputs", "outputs", "units", "run")
-_COMPONENT = ("kind", "source", "parameters", "step", "isolate")
+_COMPONENT = ("kind", "source", "parameters", "units", "step", "isolate")
 _CONNECTION = ("from", "to", "factor", "offset", "mapping", "convert")
 _RUN = ("start", "stop", "step", "master", "tolerance", "options")
 
@@ -51,7 +51,8 @@ def write_toml(system: System) -> str:
     Raises:
         MisfitError: if the system defines units of its own, which TOML has no place for, or holds a value that is none of TOML.
     """
-    if any(unit in system.definitions for unit in system.units.values()):
+    units = [*system.units.values(), *(unit for spec in system.components.values() for unit in spec.units.values())]
+    if any(unit in system.definitions for unit in units) or _own_units(system):
         raise MisfitError(f"system {system.name!r} defines units of its own; keep it as SSP")
     lines = [f"name = {_literal(system.name)}", ""]
     run = system.run
@@ -64,7 +65,9 @@ def write_toml(system: System) -> str:
         table = {"kind": spec.kind, "source": spec.source, "step": spec.step, "isolate": spec.isolate}
         parameters = {key: {"value": v.value, "unit": v.unit} if v.unit else v.value for key, v in spec.values.items()}
         table = {
-            k: v for k, v in {**table, **spec.options, "parameters": parameters}.items() if v not in (None, "", {})
+            k: v
+            for k, v in {**table, **spec.options, "parameters": parameters, "units": dict(spec.units)}.items()
+            if v not in (None, "", {})
         }
         lines += ["", f"[components.{_key(name)}]", *_pairs(table)]
     for title, mapping in (("inputs", system.inputs), ("outputs", system.outputs), ("units", system.units)):
@@ -73,6 +76,10 @@ def write_toml(system: System) -> str:
     for connection in system.connections:
         lines += ["", "[[connections]]", *_pairs(_connection_table(connection))]
     return "\n".join(lines) + "\n"
+
+
+def _own_units(system: System) -> bool:
+    return any(value.si is not None for spec in system.components.values() for value in spec.values.values())
 
 
 def _component(components: TomlTable, name: str) -> ComponentSpec:
@@ -93,6 +100,7 @@ def _component(components: TomlTable, name: str) -> ComponentSpec:
         kind,
         source,
         values={key: _value(parameters, key) for key in parameters.values},
+        units=table.get_table("units").texts(),
         step=table.get_positive("step"),
         isolate=table.get_flag("isolate"),
         options=own,

@@ -32,7 +32,7 @@ def port_value(port: Port, given: Value, definitions: Mapping[str, SiUnit] | Non
         what = f"causality {port.causality}" + (f", initial = {port.initial}" if port.initial else "")
         raise MisfitError(f"{port.name} is computed by the component ({what}); only inputs and parameters can be set")
     value, unit = _read(port, given)
-    convert = _conversion(port, unit, definitions or {})
+    convert = _conversion(port, unit, given.si or (definitions or {}).get(unit))
     if not port.shape:
         return convert(_scalar(port, value))
     elements = np.asarray(value, dtype=object)
@@ -60,15 +60,15 @@ def _read(port: Port, given: Value) -> tuple[Any, str]:
         raise _wrong(port, given.value) from None
 
 
-def _conversion(port: Port, unit: str, definitions: Mapping[str, SiUnit]) -> Callable[[Any], Any]:
-    if not unit or unit == port.unit:
+def _conversion(port: Port, unit: str, si: SiUnit | None) -> Callable[[Any], Any]:
+    if not unit or (unit == port.unit and (si is None or port.si is None)):
         return lambda value: _in_range(port, value, "")
     if port.type not in FLOATS:
         raise MisfitError(f"{port.name} is of type {port.type}, which has no unit; {shown(unit)} was given")
     if not port.unit:
         raise MisfitError(f"{port.name} has no unit in the component; give the value without {shown(unit)}")
     try:
-        factor, offset = unit_scaling(replace(port, unit=unit, si=definitions.get(unit)), port)
+        factor, offset = unit_scaling(replace(port, unit=unit, si=si), port)
     except MisfitError as error:
         raise MisfitError(f"{port.name} is in {port.unit}: {error}") from error
     return lambda value: _in_range(port, factor * value + offset, f" (given as {value:g} {unit})")

@@ -49,17 +49,18 @@ class Link:
         """The value of one element in the terms of the target.
 
         Raises:
-            ComponentError: if the mapping has no such value or the target's type cannot hold it.
+            ComponentError: if the mapping has no such value, which the target's type cannot hold, or no value could.
         """
         transfer = self.transfer
         if transfer.mapping:
-            try:
+            if value in transfer.mapping:
                 return transfer.mapping[value]
-            except KeyError:
-                known = ", ".join(str(key) for key in transfer.mapping)
-                raise ComponentError(
-                    f"{self.source.address} = {value!r} has no counterpart in {self.target.address}; the mapping has {known}"
-                ) from None
+            if self.source.port.type == self.target.port.type:
+                return value
+            known = ", ".join(str(key) for key in transfer.mapping)
+            raise ComponentError(
+                f"{self.source.address} = {value!r} has no counterpart in {self.target.address}; the mapping has {known}"
+            )
         if transfer.limits is not None and not transfer.limits[0] <= value <= transfer.limits[1]:
             low, high = transfer.limits
             raise ComponentError(

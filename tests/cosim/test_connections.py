@@ -126,7 +126,8 @@ def test_an_integer_that_may_not_fit_is_checked_while_running():
 def test_a_mapping_translates_values_and_names_the_unknown_one():
     link = only_link(source(type="Boolean"), sink(), mapping=((False, 0.0), (True, 5.0)))
     assert [link.convert(True), link.convert(False)] == [5.0, 0.0]
-    link = only_link(source(type="Int32"), sink(type="Int32"), mapping=((1, 10), (2, 20)))
+    assert only_link(source(type="Int32"), sink(type="Int32"), mapping=((1, 10),)).convert(3) == 3
+    link = only_link(source(type="Int32"), sink(type="Boolean"), mapping=((1, False), (2, True)))
     with pytest.raises(ComponentError, match="a.y = 3 has no counterpart in b.u; the mapping has 1, 2"):
         link.convert(3)
 
