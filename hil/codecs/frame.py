@@ -20,6 +20,13 @@ class Frame(NamedTuple):
         return f"{self.identifier:03X}#{self.data.hex().upper()}"
 
 
+class Timed(NamedTuple):
+    """A frame and when it was, or will be, on the bus (monotonic ns)."""
+
+    time_ns: int
+    frame: Frame
+
+
 def parse_frame(text: str) -> Frame:
     """Read the notation of candump.
 

@@ -48,6 +48,7 @@ class Seen:
         foreign_torque: whether somebody else sent torques on the bus.
         recording: whether what happens can still be recorded.
         abort: whether the operator, or the end of the process, wants to stop.
+        end: whether the session is over and the arm is to be let go.
         arm: whether the operator has just armed the arm, which ends a stop as well.
     """
 
@@ -65,6 +66,7 @@ class Seen:
     foreign_torque: bool = False
     recording: bool = True
     abort: bool = False
+    end: bool = False
     arm: bool = False
 
 
@@ -90,6 +92,10 @@ class Trip:
     rule: str
     reaction: Reaction
     words: str
+
+    def __str__(self) -> str:
+        """The rule and what broke it."""
+        return f"{self.rule}: {self.words}"
 
 
 @dataclass(frozen=True, slots=True)

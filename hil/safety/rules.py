@@ -181,6 +181,11 @@ def not_aborted(limits: Limits, state: State, motion: Motion, seen: Seen) -> Tri
     return None
 
 
+def not_ended(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip | None:
+    """Nobody commands the arm after a session."""
+    return Trip("not_ended", Reaction.RELEASE, "the session has ended") if seen.end else None
+
+
 RULES: tuple[Rule, ...] = (
     finite_command,
     positions_answered,
@@ -196,4 +201,5 @@ RULES: tuple[Rule, ...] = (
     alone_on_the_bus,
     recorded,
     not_aborted,
+    not_ended,
 )

@@ -37,6 +37,7 @@ ADVERSARIAL = st.fixed_dictionaries(
         "foreign_torque": st.booleans(),
         "recording": st.booleans(),
         "abort": st.booleans(),
+        "end": st.booleans(),
         "arm": st.booleans(),
     }
 )
@@ -215,6 +216,7 @@ HAZARDS: list[tuple[str, Drive, Reaction]] = [
     ("module_agrees", lambda arm: arm.cycle(warning=True), Reaction.REDUCE),
     ("alone_on_the_bus", lambda arm: arm.cycle(foreign_torque=True), Reaction.RELEASE),
     ("recorded", lambda arm: arm.cycle(recording=False), Reaction.COMPLY),
+    ("not_ended", lambda arm: arm.cycle(end=True), Reaction.RELEASE),
     ("not_aborted", lambda arm: arm.cycle(abort=True), Reaction.COMPLY),
 ]
 

@@ -1,0 +1,1 @@
+"""Wires to robots: every interface of python-can behind one narrow class."""

@@ -1,0 +1,37 @@
+"""The one way of a torque to the bus: from the safety core's outcome."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from hil.codecs.barrett.identifiers import Group, to_group
+from hil.codecs.barrett.properties import encode_value
+from hil.codecs.barrett.torques import pack_torques, saturated
+from hil.codecs.frame import Frame
+from hil.robots import proficio
+from hil.safety.cycle import Outcome
+
+TORQUES = to_group(Group.LOWER_TORQUES)
+TORQUE_IDENTIFIERS = frozenset({TORQUES, to_group(Group.UPPER_TORQUES)})
+
+
+class TorqueGate:
+    """Turns outcomes of the safety core into frames; torque frames are made here and nowhere else.
+
+    Args:
+        torque_units: units of each motor's controller per N.m (IPNM).
+        mode_property: number of the property MODE.
+    """
+
+    def __init__(self, torque_units: Sequence[float], mode_property: int) -> None:
+        self._units, self._mode = np.array(torque_units), mode_property
+
+    def frames(self, outcome: Outcome) -> list[Frame]:
+        """The frames that an outcome allows."""
+        if outcome.torques is None:
+            return []
+        torques = self._units * proficio.motor_torques(np.array(outcome.torques))
+        sent = [Frame(TORQUES, pack_torques(saturated(torques.tolist())))]
+        if outcome.to_idle:
+            sent.append(Frame(to_group(Group.ARM), encode_value(self._mode, 0)))
+        return sent

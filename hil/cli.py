@@ -1,0 +1,123 @@
+"""`misfit hil`: sessions with a robot on CAN, real or virtual."""
+
+import contextlib
+import sys
+import tempfile
+import threading
+from pathlib import Path
+from typing import Literal
+
+import click
+
+from fmus.errors import MisfitError
+from orchestrator.cli.common import show, write_json
+
+
+@click.group()
+def hil() -> None:
+    """Run a session with a robot on CAN, real or virtual."""
+
+
+@hil.command()
+@click.option("--virtual", is_flag=True, help="Bring a virtual robot along; nothing needs to be attached.")
+@click.option("--bench", metavar="FILE", type=click.Path(path_type=Path), help="Bus, robot and limits (TOML).")
+@click.option("--seconds", type=click.FloatRange(0.1), default=10.0, show_default=True, help="How long.")
+@click.option("--rate", "rate_hz", type=float, default=500.0, show_default=True, help="Cycles a second (Hz).")
+@click.option(
+    "--out",
+    "folder",
+    metavar="DIR",
+    type=click.Path(path_type=Path),
+    help="Where to record; default: a new folder in ./recordings.",
+)
+@click.option("--dry-run", is_flag=True, help="Decide and record everything, send no torque.")
+@click.option("--json", "json_file", metavar="F", help="Write the result to F ('-': standard output).")
+@click.option("--quiet", is_flag=True, help="Print nothing but errors.")
+def hold(
+    virtual: bool,
+    bench: Path | None,
+    seconds: float,
+    rate_hz: float,
+    folder: Path | None,
+    dry_run: bool,
+    json_file: str | None,
+    quiet: bool,
+) -> None:
+    """Hold the arm where it is, and give way to whoever pushes."""
+    from dataclasses import replace
+
+    from hil.session.session import Operator, run_session
+    from hil.session.settings import default_settings, read_settings
+    from hil.virtual.process import virtual_robot
+
+    if virtual == (bench is not None):
+        raise MisfitError("say either --virtual or --bench FILE: one of them tells which robot")
+    out = folder or Path(tempfile.mkdtemp(prefix="session-", dir=_made(Path("recordings"))))
+    with contextlib.ExitStack() as stack:
+        if bench is None:
+            settings = replace(default_settings(rate_hz=rate_hz), gravity=False)
+            settings = replace(settings, bus=stack.enter_context(virtual_robot(settings.side)))
+            operator = Operator(lambda: True, lambda robot: True, threading.Event())
+        else:
+            settings = read_settings(bench, rate_hz)
+            operator = Operator(_ask_home, _ask_arm, threading.Event())
+        document = run_session(settings, seconds, operator, out, dry_run=dry_run)
+    write_json(json_file, document)
+    if json_file != "-":
+        late = document["lateness_us"]
+        show(
+            f"{document['cycles']} cycles at {document['rate_hz']:g} Hz, {document['missed']} missed,"
+            f" {document['frames_lost']} frames lost\n"
+            f"late by {late['p50']} us (median), {late['p99']} us (99 %), {late['max']} us (at most)\n"
+            + "".join(f"not permitted here: {words}; cycles may be late\n" for words in document["not_permitted"])
+            + "".join(f"stopped by {fault}\n" for fault in document["faults"])
+            + f"recorded in {document['recording']}",
+            quiet,
+        )
+    if document["faults"]:
+        raise SystemExit(1)
+
+
+@hil.command()
+@click.argument("folder", metavar="RECORDING", type=click.Path(path_type=Path))
+@click.option("--json", "json_file", metavar="F", help="Write the result to F ('-': standard output).")
+@click.option("--quiet", is_flag=True, help="Print nothing but errors.")
+def replay(folder: Path, json_file: str | None, quiet: bool) -> None:
+    """Run a recording through the same decisions: every frame must come out again, bit for bit."""
+    from hil.session.session import replay_session
+
+    found = replay_session(folder)
+    identical = found.first_different is None
+    write_json(json_file, {"cycles": found.cycles, "identical": identical})
+    if json_file != "-":
+        words = "identical" if identical else f"cycle {found.first_different} differs"
+        show(f"{found.cycles} cycles replayed: {words}", quiet)
+    if not identical:
+        raise SystemExit(1)
+
+
+@hil.command()
+@click.option("--port", type=click.IntRange(0, 65535), default=29536, show_default=True, help="TCP port on 127.0.0.1.")
+@click.option("--side", type=click.Choice(["left", "right"]), default="right", show_default=True)
+@click.option("--pendant", type=click.Choice(["idle", "active"]), default="active", show_default=True)
+def robot(port: int, side: Literal["left", "right"], pendant: str) -> None:
+    """Run a virtual robot that any CAN tool can talk to (python-can: interface socketcand)."""
+    from hil.virtual.__main__ import serve
+
+    click.echo(f"virtual Proficio ({side}) at 127.0.0.1, port (Ctrl-C ends it):", err=True)
+    serve(port, side, pendant == "active")
+
+
+def _made(folder: Path) -> Path:
+    folder.mkdir(exist_ok=True)
+    return folder
+
+
+def _ask_home() -> bool:
+    return sys.stdin.isatty() and click.confirm("The arm has not been zeroed. Is it on its stops?")
+
+
+def _ask_arm(robot: object) -> bool:
+    if not sys.stdin.isatty():
+        raise MisfitError("arming needs somebody at a terminal who confirms it")
+    return click.prompt("Type ARM to switch the torques on", default="", show_default=False) == "ARM"

@@ -1,0 +1,75 @@
+"""A recording through the same decisions again: they must come out bit for bit."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from fmus.errors import MisfitError
+from hil.codecs.frame import Frame, Timed
+from hil.recording.recorder import FRAMES
+from hil.recording.records import MAGIC, Flag, Kind, Record, unpack_records
+from hil.session.pilot import CycleInput, Decision, Pilot
+
+
+@dataclass(frozen=True)
+class RecordedCycle:
+    """What a decision had, and the frames that came out of it."""
+
+    given: CycleInput
+    decided: tuple[Frame, ...]
+
+
+def read_records(folder: Path) -> Iterator[Record]:
+    """All records of a recording, in their order.
+
+    Raises:
+        MisfitError: if there is no recording, or one of another kind.
+    """
+    path = folder / FRAMES
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise MisfitError(f"{path} cannot be read: {error.strerror}; name the folder of a recording") from error
+    if not data.startswith(MAGIC):
+        raise MisfitError(f"{path} is no recording of this version; it should begin with {MAGIC.decode().strip()!r}")
+    yield from unpack_records(data[len(MAGIC) :])
+
+
+def cycles_of(records: Iterator[Record]) -> Iterator[RecordedCycle]:
+    """The cycles of a session; frames before the first one are those of the start-up."""
+    frames: list[Timed] = []
+    given: CycleInput | None = None
+    decided: list[Frame] = []
+    for kind, flags, timed in records:
+        if kind is Kind.CYCLE:
+            if given is not None:
+                yield RecordedCycle(given, tuple(decided))
+            computing = int.from_bytes(timed.frame.data, "little", signed=True)
+            wishes = [bool(flags & flag) for flag in Flag]
+            given = CycleInput(timed.time_ns, tuple(frames), computing, *wishes)
+            frames, decided = [], []
+        elif kind is Kind.RECEIVED:
+            frames.append(timed)
+        elif kind is Kind.DECIDED:
+            decided.append(timed.frame)
+    if given is not None:
+        yield RecordedCycle(given, tuple(decided))
+
+
+@dataclass
+class Replayed:
+    """How many cycles were replayed, and the first one (from 0) whose frames differ, None if all are identical."""
+
+    cycles: int = 0
+    first_different: int | None = None
+
+
+def replay(folder: Path, pilot: Pilot) -> Iterator[tuple[Replayed, RecordedCycle, Decision]]:
+    """Run a recording through a pilot that is set up as the session's was."""
+    found = Replayed()
+    for cycle in cycles_of(read_records(folder)):
+        decision = pilot.decide(cycle.given)
+        if tuple(decision.frames) != cycle.decided and found.first_different is None:
+            found.first_different = found.cycles
+        found.cycles += 1
+        yield found, cycle, decision

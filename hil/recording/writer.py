@@ -1,0 +1,43 @@
+"""The recorder, a process of its own: `python -m hil.recording.writer RING FILE`.
+
+It ends when the ring is closed, or when the process that began it is gone; in both cases after the last record.
+"""
+
+import os
+import signal
+import sys
+import time
+from pathlib import Path
+
+from hil.recording.records import MAGIC
+from hil.recording.ring import Ring
+
+# How often the ring is emptied, and the disk told to keep what it got.
+PAUSE_S, SYNC_S = 0.01, 1.0
+
+
+def main(ring_path: Path, file_path: Path) -> None:
+    """Copy records from the ring to the file until there are no more."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the session ends first, and then says so
+    ring, parent = Ring(ring_path), os.getppid()
+    with file_path.open("ab", buffering=0) as file:
+        if file.tell() == 0:
+            file.write(MAGIC)
+        synced = time.monotonic()
+        while True:
+            done = ring.is_closed or os.getppid() != parent
+            data = ring.take()
+            if data:
+                file.write(data)
+            if time.monotonic() - synced > SYNC_S:
+                os.fsync(file.fileno())
+                synced = time.monotonic()
+            if done:
+                break
+            time.sleep(PAUSE_S)
+        os.fsync(file.fileno())
+    ring.remove()
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]), Path(sys.argv[2]))

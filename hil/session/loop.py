@@ -1,0 +1,128 @@
+"""The loop of a session: wait, ask, listen, decide, send, record."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import NamedTuple, Protocol
+
+from hil.bus.wire import Wire
+from hil.codecs.frame import Frame, Timed
+from hil.recording.recorder import Recorder
+from hil.safety.rules import not_aborted
+from hil.session.pilot import CycleInput, Decision, Pilot
+from hil.session.timing import Lateness
+
+# Answers that have not come in this share of a period are missing.
+LISTEN_SHARE = 0.6
+
+
+class Beats(Protocol):
+    """When cycles begin."""
+
+    missed: int
+
+    def wait(self) -> tuple[int, int]:
+        """Wait for the next beat; returns its time and the time now (ns)."""
+        ...
+
+
+class Wishes(NamedTuple):
+    """What the operator wants in this cycle."""
+
+    arm: bool = False
+    abort: bool = False
+    over: bool = False
+
+
+@dataclass
+class Summary:
+    """What a session came to."""
+
+    cycles: int = 0
+    frames_lost: int = 0
+    lateness: Lateness = field(default_factory=Lateness)
+    faults: list[str] = field(default_factory=list)
+
+
+class Loop:
+    """Runs a pilot on a wire.
+
+    Args:
+        dry_run: decide and record everything, send no torque.
+        watch: told of every decision, for a live view; it must not take long.
+    """
+
+    def __init__(
+        self,
+        wire: Wire,
+        pilot: Pilot,
+        beats: Beats,
+        recorder: Recorder | None = None,
+        *,
+        dry_run: bool = False,
+        watch: Callable[[int, Decision], None] = lambda start_ns, decision: None,
+    ) -> None:
+        self.wire, self.pilot, self.beats, self.recorder = wire, pilot, beats, recorder
+        self.dry_run, self.watch = dry_run, watch
+        self._computing_ns = 0
+        self._letting_down = False
+
+    def run(self, wishes: Callable[[], Wishes]) -> Summary:
+        """Cycle until the wishes say that it is over, or a rule has stopped the arm; then let it down and go."""
+        summary = Summary()
+        try:
+            while not (wish := wishes()).over and not self.pilot.is_over:
+                self._beat(summary, wish)
+            self._letting_down = True
+            while self.pilot.is_armed and not self.pilot.is_over:
+                self._beat(summary, Wishes(abort=True))
+        finally:
+            # Whatever went wrong, the last torque on the bus is none.
+            self._cycle(self.wire.now(), Wishes(abort=True, over=True))
+        summary.frames_lost = self.pilot.missing_answers
+        return summary
+
+    def _beat(self, summary: Summary, wish: Wishes) -> None:
+        beat, now = self.beats.wait()
+        summary.lateness.add(now - beat)
+        self._cycle(now, wish)
+        summary.cycles += 1
+        trip = self.pilot.stopped
+        if trip is None or not self.pilot.is_armed or (self._letting_down and trip.rule == not_aborted.__name__):
+            return
+        if str(trip) not in summary.faults:
+            summary.faults.append(str(trip))
+
+    def _cycle(self, start_ns: int, wish: Wishes) -> None:
+        frames = self.wire.drain()
+        for frame in self.pilot.requests():
+            self.wire.send(frame)
+        frames += self._answers(start_ns)
+        recording = self.recorder is None or self.recorder.is_alive
+        given = CycleInput(start_ns, frames, self._computing_ns, wish.arm, wish.abort, recording, wish.over)
+        if self.recorder is not None:
+            self.recorder.cycle(given)
+        began = time.perf_counter_ns()
+        decision = self.pilot.decide(given)
+        self._computing_ns = time.perf_counter_ns() - began
+        self._send(decision.frames)
+        self.watch(start_ns, decision)
+
+    def _answers(self, start_ns: int) -> list[Timed]:
+        """Frames until all answers are there, or time is up."""
+        deadline = start_ns + int(LISTEN_SHARE * self.pilot.limits.period_ns)
+        awaited, found = set(self.pilot.awaited), []
+        while awaited and (left := deadline - self.wire.now()) > 0:
+            timed = self.wire.receive(left * 1e-9)
+            if timed is None:
+                break
+            found.append(timed)
+            awaited.discard(timed.frame.identifier)
+        return found
+
+    def _send(self, frames: list[Frame]) -> None:
+        for frame in frames:
+            if self.recorder is not None:
+                self.recorder.decided(Timed(self.wire.now(), frame))
+            if not self.dry_run:
+                self.wire.send_decided(frame)

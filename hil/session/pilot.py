@@ -1,0 +1,192 @@
+"""The decision of a cycle, from its frames alone: the same live, in a dry run and in replay."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from hil.bus.gate import TORQUE_IDENTIFIERS, TorqueGate
+from hil.codecs.barrett.force_torque import unpack_reading
+from hil.codecs.barrett.identifiers import Group, Node, answer_of, to_group, to_node
+from hil.codecs.barrett.positions import nearest_turn, unpack_positions
+from hil.codecs.barrett.properties import decode_value, encode_request
+from hil.codecs.barrett.safety_module import Level, decode_mode, decode_pendant
+from hil.codecs.frame import Frame, Timed
+from hil.errors import FrameError
+from hil.robots import proficio
+from hil.safety.core import begin, step
+from hil.safety.cycle import Module, Outcome, Reaction, Seen, State, Trip
+from hil.safety.limits import Limits
+from hil.session.controllers import Controller, Observed
+from hil.session.start_up import Robot
+
+# The safety module is asked for its mode and its pendant in turn, every so many cycles; it is lost after so long.
+MODULE_EVERY = 10
+MODULE_LOST_NS = 250_000_000
+
+_POSITIONS = {answer_of(k + 1, Group.POSITIONS): k for k in range(proficio.JOINTS)}
+_FORCE = answer_of(Node.FORCE_SENSOR, Group.FORCE)
+_MODULE = answer_of(Node.SAFETY, Group.PROPERTIES)
+
+
+class CycleInput(NamedTuple):
+    """All that a decision depends on; a recording holds exactly this.
+
+    `start_ns` is when the cycle began (monotonic), `frames` what came since it began, `computing_ns` what the controller took
+    in the cycle before; the rest are wishes of the operator, and whether the recorder keeps up.
+    """
+
+    start_ns: int
+    frames: Sequence[Timed]
+    computing_ns: int = 0
+    arm: bool = False
+    abort: bool = False
+    recording: bool = True
+    end: bool = False
+
+
+class Decision(NamedTuple):
+    """What a cycle sends, and what was known when that was decided."""
+
+    frames: list[Frame]
+    outcome: Outcome
+    observed: Observed
+    asked: np.ndarray
+
+
+class Pilot:
+    """Turns the frames of a cycle into the frames of a decision; has no clock and no bus.
+
+    Args:
+        gravity: whether the arm's weight is held; a robot whose joints are vertical has none to hold.
+        lost: frames that made no sense so far are counted here.
+    """
+
+    def __init__(self, robot: Robot, limits: Limits, controller: Controller, *, gravity: bool = True) -> None:
+        self.robot, self.limits, self.controller, self.gravity = robot, limits, controller, gravity
+        self.gate = TorqueGate(robot.torque_units, robot.motor["MODE"])
+        self.state: State | None = None
+        self.cycle = 0
+        self.missing_answers = self.strange_frames = 0
+        self._counts: list[int | None] = [None] * proficio.JOINTS
+        self._force = np.zeros(3)
+        self._force_saturated = False
+        self._module: Module | None = Module.ACTIVE if robot.module is None else None
+        self._module_ns = 0
+        self._warning = self._fault = self._foreign = False
+
+    def requests(self) -> list[Frame]:
+        """What a cycle asks for at its beginning."""
+        frames = [Frame(to_group(Group.ARM), encode_request(self.robot.motor["P"]))]
+        if self.robot.sensor is not None:
+            frames.append(Frame(to_node(Node.FORCE_SENSOR), encode_request(self.robot.sensor["FT"])))
+        if self.robot.module is not None and self.cycle % MODULE_EVERY in (0, MODULE_EVERY // 2):
+            name = "MODE" if self.cycle % MODULE_EVERY == 0 else "PEN"
+            frames.append(Frame(to_node(Node.SAFETY), encode_request(self.robot.module[name])))
+        return frames
+
+    @property
+    def awaited(self) -> frozenset[int]:
+        """Identifiers that a decision needs."""
+        return frozenset(_POSITIONS) | ({_FORCE} if self.robot.sensor is not None else frozenset())
+
+    def decide(self, given: CycleInput) -> Decision:
+        """Decide what to send."""
+        fresh = self._read(given)
+        angles = self._angles()
+        known = [self._believed(k, fresh) for k in range(proficio.JOINTS)]
+        if self.state is None:
+            start = given.start_ns - self.limits.period_ns
+            self._module_ns = max(self._module_ns, start)
+            self.state = begin(self.limits, start, tuple(angles.tolist()))
+        armed = self.state.armed_ns
+        seconds = -1.0 if armed is None else (given.start_ns - armed) * 1e-9
+        motion = self.state.motion
+        observed = Observed(seconds, np.array(angles), np.array(motion.speeds), self._force.copy())
+        asked = np.asarray(self.controller.torque(observed), dtype=float)
+        support = proficio.holding_torques(angles, self.robot.side) if self.gravity else np.zeros(proficio.JOINTS)
+        lost = self.robot.module is not None and given.start_ns - self._module_ns > MODULE_LOST_NS
+        seen = Seen(
+            time_ns=given.start_ns,
+            positions=tuple(angles[k] if known[k] else None for k in range(proficio.JOINTS)),
+            asked=tuple(asked.ravel().tolist()),
+            support=tuple(support.tolist()),
+            computing_ns=given.computing_ns,
+            force=tuple(self._force.tolist()) if self.robot.sensor is not None else None,
+            force_saturated=self._force_saturated,
+            module=None if lost else self._module,
+            warning=self._warning,
+            fault=self._fault,
+            foreign_torque=self._foreign,
+            recording=given.recording,
+            abort=given.abort,
+            end=given.end,
+            arm=given.arm,
+        )
+        self.state, outcome = step(self.limits, self.state, seen)
+        self.cycle += 1
+        self._foreign = False
+        return Decision(self.gate.frames(outcome), outcome, observed, asked)
+
+    @property
+    def is_armed(self) -> bool:
+        """Whether the arm was armed at some time."""
+        return self.state is not None and self.state.armed_ns is not None
+
+    @property
+    def stopped(self) -> Trip | None:
+        """Why the arm is stopped; None while it is not."""
+        return self.state.stopped if self.state is not None else None
+
+    @property
+    def is_over(self) -> bool:
+        """Whether the arm was let go, or gives way without anything left of what was asked."""
+        state = self.state
+        if state is None or state.stopped is None or not self.is_armed:
+            return False
+        return state.reaction >= Reaction.RELEASE or state.fading == 0.0
+
+    def _read(self, given: CycleInput) -> set[int]:
+        """Take the frames of a cycle in; returns the motors whose position came. Frames from before it are too late."""
+        fresh: set[int] = set()
+        for at, frame in given.frames:
+            try:
+                if frame.identifier in _POSITIONS:
+                    if at >= given.start_ns:
+                        fresh.add(self._position(_POSITIONS[frame.identifier], frame.data))
+                elif frame.identifier == _FORCE:
+                    reading = unpack_reading(Group.FORCE, frame.data)
+                    self._force = np.array(reading[:3])
+                    self._force_saturated = reading.status is not None and bool(reading.status.saturated_gauges)
+                elif frame.identifier == _MODULE:
+                    self._hear_module(frame.data, at)
+                elif frame.identifier in TORQUE_IDENTIFIERS:
+                    self._foreign = True
+            except FrameError:
+                self.strange_frames += 1
+        self.missing_answers += proficio.JOINTS - len(fresh)
+        return fresh
+
+    def _position(self, motor: int, data: bytes) -> int:
+        counts, before = unpack_positions(data).motor, self._counts[motor]
+        self._counts[motor] = counts if before is None else nearest_turn(counts, before)
+        return motor
+
+    def _hear_module(self, data: bytes, at: int) -> None:
+        assert self.robot.module is not None
+        number, value = decode_value(data)
+        if number == self.robot.module["MODE"]:
+            self._module = Module(decode_mode(value))
+            self._module_ns = at
+        elif number == self.robot.module["PEN"]:
+            levels = decode_pendant(value)[4:]
+            self._warning, self._fault = Level.WARNING in levels, Level.FAULT in levels
+
+    def _angles(self) -> np.ndarray:
+        counts = [0 if c is None else c for c in self._counts]
+        return self.robot.joint_angles(np.array(counts, dtype=float))
+
+    def _believed(self, joint: int, fresh: set[int]) -> bool:
+        """Whether all motors that a joint's angle comes from have answered."""
+        needed = np.flatnonzero(proficio.MOTOR_TO_JOINT[joint])
+        return all(int(motor) in fresh for motor in needed)

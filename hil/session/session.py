@@ -1,0 +1,157 @@
+"""A session from the open bus to the finished recording."""
+
+import json
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from fmus.errors import MisfitError
+from hil.bus.gate import TORQUE_IDENTIFIERS
+from hil.bus.wire import Wire, open_wire
+from hil.codecs.barrett.safety_module import Mode
+from hil.errors import BusError
+from hil.recording.recorder import Recorder
+from hil.recording.replay import Replayed, replay
+from hil.session.loop import Loop, Summary, Wishes
+from hil.session.pilot import Pilot
+from hil.session.settings import Settings, settings_of_json
+from hil.session.start_up import Robot, module_mode, start_up
+from hil.session.timing import Metronome, real_time_priority
+
+SETTINGS, ROBOT, SUMMARY = "settings.json", "robot.json", "summary.json"
+# How often the safety module is asked whether the pendant was pressed, and for how long.
+POLL_S, PATIENCE_S = 0.05, 120.0
+# An arm that cannot be armed within this time after the operator's word is not armed at all.
+ARMING_S = 1.0
+
+
+@dataclass(frozen=True)
+class Operator:
+    """Who is asked: whether the arm is on its stops, whether it may be armed; `abort` is looked at in every cycle."""
+
+    at_home: Callable[[], bool]
+    may_arm: Callable[[Robot], bool]
+    abort: threading.Event
+
+
+def run_session(
+    settings: Settings, seconds: float, operator: Operator, folder: Path | None, *, dry_run: bool = False
+) -> dict[str, Any]:
+    """Hold the arm, or what the settings' controller does, for a time; returns what `hil hold --json` says.
+
+    Raises:
+        MisfitError: if the bus, the robot or the settings do not fit.
+        ComponentError: if the bus breaks, or records are lost.
+    """
+    with ExitStack() as stack:
+        wire = open_wire(settings.bus, TORQUE_IDENTIFIERS)
+        stack.callback(wire.close)
+        recorder = _recorder(folder, settings)
+        if recorder is not None:
+            wire.tap = recorder.frame
+            stack.callback(recorder.finish)
+        robot = start_up(wire, settings.side, time.sleep, operator.at_home)
+        _wait_until_active(wire, robot, operator)
+        armed = operator.may_arm(robot)
+        if recorder is not None:
+            (recorder.folder / ROBOT).write_text(json.dumps(_robot_json(robot), indent=2) + "\n")
+        pilot = Pilot(robot, settings.limits, settings.make_controller(), gravity=settings.gravity)
+        stack.enter_context(_signals(operator.abort))
+        refused = stack.enter_context(real_time_priority())
+        beats = Metronome(settings.limits.period_ns)
+        loop = Loop(wire, pilot, beats, recorder, dry_run=dry_run)
+        summary = loop.run(_wishes(seconds, armed, pilot, operator.abort))
+        if armed and not pilot.is_armed:
+            summary.faults.append(f"the arm could not be armed: {pilot.stopped}")
+        document = _result(settings, summary, beats.missed, recorder, refused)
+    if folder is not None:
+        (folder / SUMMARY).write_text(json.dumps(document, indent=2) + "\n")
+    return document
+
+
+def replay_session(folder: Path) -> Replayed:
+    """Run a recording through the same decisions.
+
+    Raises:
+        MisfitError: if it is no recording.
+    """
+    found = Replayed()
+    for found, _cycle, _decision in replay(folder, recorded_pilot(folder)):  # noqa: B007
+        pass
+    return found
+
+
+def recorded_pilot(folder: Path) -> Pilot:
+    """A pilot set up as that of a recording."""
+    try:
+        settings = settings_of_json((folder / SETTINGS).read_text())
+        robot = json.loads((folder / ROBOT).read_text())
+    except FileNotFoundError as error:
+        raise MisfitError(f"{folder} holds no cycles to replay: {Path(error.filename).name} is missing") from error
+    robot |= {name: tuple(robot[name]) for name in ("counts", "torque_units")}
+    return Pilot(Robot(**robot), settings.limits, settings.make_controller(), gravity=settings.gravity)
+
+
+def _recorder(folder: Path | None, settings: Settings) -> Recorder | None:
+    if folder is None:
+        return None
+    recorder = Recorder(folder)
+    (folder / SETTINGS).write_text(json.dumps(settings.to_json(), indent=2) + "\n")
+    return recorder
+
+
+def _robot_json(robot: Robot) -> dict[str, Any]:
+    return {**asdict(robot), "motor": dict(robot.motor)}
+
+
+def _wait_until_active(wire: Wire, robot: Robot, operator: Operator) -> None:
+    deadline = time.monotonic() + PATIENCE_S
+    while (mode := module_mode(wire, robot)) is not Mode.ACTIVE:
+        if operator.abort.is_set() or time.monotonic() > deadline:
+            raise BusError(f"the safety module is {mode.name}; press Activate on the pendant and start again")
+        time.sleep(POLL_S)
+
+
+def _wishes(seconds: float, arm: bool, pilot: Pilot, abort: threading.Event) -> Callable[[], Wishes]:
+    """Arm as soon as all answers are there, but not later than within `ARMING_S`; abort when told, end in time."""
+    began = time.monotonic()
+
+    def wishes() -> Wishes:
+        passed = time.monotonic() - began
+        arming = arm and not pilot.is_armed and passed < ARMING_S
+        return Wishes(arm=arming, abort=abort.is_set(), over=passed > seconds)
+
+    return wishes
+
+
+@contextmanager
+def _signals(abort: threading.Event) -> Iterator[None]:
+    """Ctrl-C, a closed terminal and a polite kill let the arm down instead of dropping it."""
+    numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+    before = {number: signal.signal(number, lambda *_: abort.set()) for number in numbers}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _result(
+    settings: Settings, summary: Summary, missed: int, recorder: Recorder | None, refused: list[str]
+) -> dict[str, Any]:
+    return {
+        "schema": "misfit.hil/1",
+        "rate_hz": 1e9 / settings.limits.period_ns,
+        "cycles": summary.cycles,
+        "missed": missed,
+        "frames_lost": summary.frames_lost,
+        "lateness_us": summary.lateness.to_json(),
+        "faults": summary.faults,
+        "recording": str(recorder.folder) if recorder is not None else None,
+        "not_permitted": refused,
+    }

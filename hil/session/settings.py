@@ -1,0 +1,133 @@
+"""What a session needs to know beforehand, in a TOML file; one line of it says whether the robot is real."""
+
+import json
+import tomllib
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fmus.errors import MisfitError
+from hil.robots import proficio
+from hil.robots.proficio import Side
+from hil.safety.limits import JointLimits, Limits
+from hil.session.controllers import Controller, Hold, Passive
+
+# Ranges are those in which examples move a Proficio; torques are below the controllers' own limits of 31, 17, 31 N.m.
+_RANGES = {
+    "right": ((-1.1, 0.5), (-1.05, 1.05), (0.05, 2.9)),
+    "left": ((-1.1, 0.5), (-1.05, 1.05), (-2.9, -0.05)),
+}
+_TORQUES, _RATE, _SPEED = (20.0, 15.0, 12.0), 2000.0, 1.5
+
+
+@dataclass(frozen=True)
+class Settings:
+    """A session's settings.
+
+    `bus` is what python-can takes; `gravity` whether the arm's weight must be held; stiffness in N.m/rad and damping in
+    N.m.s/rad by joint are those of the posture that `hold` keeps.
+    """
+
+    bus: Mapping[str, Any]
+    side: Side
+    gravity: bool
+    limits: Limits
+    controller: str = "hold"
+    stiffness: tuple[float, ...] = (40.0, 40.0, 20.0)
+    damping: tuple[float, ...] = (2.0, 2.0, 1.0)
+
+    def make_controller(self) -> Controller:
+        """The controller that is named.
+
+        Raises:
+            MisfitError: if there is none of that name.
+        """
+        if self.controller == "hold":
+            return Hold(np.array(self.stiffness), np.array(self.damping))
+        if self.controller == "passive":
+            return Passive()
+        raise MisfitError(f"controller {self.controller!r} is not known; there are hold and passive")
+
+    def to_json(self) -> dict[str, Any]:
+        """All of it, for a recording."""
+        return {**asdict(self), "bus": dict(self.bus)}
+
+
+def default_settings(side: Side = "right", rate_hz: float = 500.0) -> Settings:
+    """Settings of a Proficio on a bus that is still to be named.
+
+    Raises:
+        MisfitError: if the rate is not between 10 and 1000 Hz.
+    """
+    if not 10 <= rate_hz <= 1000:
+        raise MisfitError(f"a rate of {rate_hz:g} Hz is outside [10, 1000] Hz")
+    joints = tuple(
+        JointLimits(torque, _RATE, _SPEED, low, high)
+        for torque, (low, high) in zip(_TORQUES, _RANGES[side], strict=True)
+    )
+    return Settings({}, side, True, Limits(joints, period_ns=round(1e9 / rate_hz)))
+
+
+def read_settings(path: Path, rate_hz: float = 500.0) -> Settings:
+    """Read a bench file: tables `[bus]`, `[robot]` (side, gravity), `[limits]`, `[[joints]]`, `[controller]`.
+
+    Raises:
+        MisfitError: if the file cannot be read, or says what cannot be.
+    """
+    try:
+        document = tomllib.loads(path.read_text())
+    except OSError as error:
+        raise MisfitError(f"{path} cannot be read: {error.strerror}") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise MisfitError(f"{path} is no TOML file: {error}") from error
+    return _settings(document, str(path), rate_hz)
+
+
+def settings_of_json(text: str) -> Settings:
+    """Settings of a recording."""
+    document = json.loads(text)
+    limits = document.pop("limits")
+    joints = tuple(JointLimits(**joint) for joint in limits.pop("joints"))
+    document |= {name: tuple(document[name]) for name in ("stiffness", "damping")}
+    return Settings(limits=Limits(joints, **limits), **document)
+
+
+def _settings(document: dict[str, Any], name: str, rate_hz: float) -> Settings:
+    _known(document, ("bus", "robot", "limits", "joints", "controller"), name)
+    robot, controller = document.get("robot", {}), document.get("controller", {})
+    _known(robot, ("side", "gravity"), f"{name} [robot]")
+    _known(controller, ("kind", "stiffness", "damping"), f"{name} [controller]")
+    side = robot.get("side", "right")
+    if side not in proficio.HOME:
+        raise MisfitError(f"{name}: side = {side!r}; left or right was expected")
+    found = default_settings(side, rate_hz)
+    limits = found.limits
+    try:
+        for k, joint in enumerate(document.get("joints", [])):
+            _known(joint, [f.name for f in fields(JointLimits)], f"{name} [[joints]]")
+            joints = list(limits.joints)
+            joints[k] = replace(joints[k], **joint)
+            limits = replace(limits, joints=tuple(joints))
+        wanted = document.get("limits", {})
+        _known(wanted, [f.name for f in fields(Limits)[2:]], f"{name} [limits]")
+        limits = replace(limits, **wanted)
+        found = replace(found, bus=document.get("bus", {}), limits=limits, gravity=bool(robot.get("gravity", True)))
+        lists: dict[str, Any] = {
+            key: tuple(map(float, controller[key])) for key in ("stiffness", "damping") if key in controller
+        }
+        if any(len(values) != proficio.JOINTS for values in lists.values()):
+            raise MisfitError(f"stiffness and damping need {proficio.JOINTS} numbers each")
+        return replace(found, controller=controller.get("kind", "hold"), **lists)
+    except MisfitError as error:
+        raise MisfitError(f"{name}: {error}") from error
+    except (TypeError, ValueError, IndexError) as error:
+        raise MisfitError(f"{name} has a value of the wrong kind: {error}; see docs/bench.md") from error
+
+
+def _known(table: Mapping[str, Any], names: Any, where: str) -> None:
+    for key in table:
+        if key not in names:
+            raise MisfitError(f"{where} has {key!r}, which is not known; there are {', '.join(names)}")

@@ -1,0 +1,180 @@
+"""Find out what is on the bus, wake it, and make sure that it is the robot one expects."""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from fmus.errors import MisfitError
+from hil.bus.wire import Wire
+from hil.codecs.barrett.identifiers import LAST_NODE, Group, Node, answer_of, to_group, to_node
+from hil.codecs.barrett.properties import decode_value, encode_request, encode_value
+from hil.codecs.barrett.safety_module import Mode, decode_mode
+from hil.codecs.barrett.tables import MONITOR, Kind, kind_of, properties
+from hil.codecs.frame import Frame
+from hil.errors import BusError, FrameError
+from hil.robots import proficio
+from hil.robots.proficio import Side
+
+# Waits of the protocol, in s.
+ANSWER_S, WAKING_S, SETTLE_S = 1.0, 0.010, 1.0
+# A node answers within 1 ms; the host itself may be busy, so those that did not are asked again with more patience.
+SCAN_S = (0.001, 0.010)
+AWAKE = 2
+# The module ignores this many velocities after the positions jump to those of home.
+VELOCITY_HISTORY = 5
+
+Sleep = Callable[[float], None]
+
+
+@dataclass(frozen=True)
+class FoundNode:
+    """A node that answered: its kind, firmware, and whether that runs."""
+
+    number: int
+    kind: Kind
+    version: int
+    awake: bool
+
+    @property
+    def numbers(self) -> Mapping[str, int]:
+        """Its properties' numbers by name."""
+        return properties(self.kind, self.version)
+
+
+@dataclass(frozen=True)
+class Robot:
+    """A Proficio that is awake and zeroed.
+
+    `counts` per motor turn and `torque_units` per N.m by motor; numbers of properties by name for motors and module.
+    """
+
+    side: Side
+    counts: tuple[int, ...]
+    torque_units: tuple[int, ...]
+    motor: Mapping[str, int] = field(repr=False)
+    sensor: Mapping[str, int] | None = field(repr=False)
+    module: Mapping[str, int] | None = field(repr=False)
+
+    def joint_angles(self, counts: np.ndarray) -> np.ndarray:
+        """Joint angles (3,) in rad from unwrapped counts (3,)."""
+        return proficio.joint_angles(counts * (2 * math.pi / np.array(self.counts)))
+
+
+def scan(wire: Wire) -> list[FoundNode]:
+    """Ask every node whether it is there, and if not, once more.
+
+    Raises:
+        BusError: if the bus breaks.
+        FrameError: if a node answers what makes no sense.
+    """
+    found: dict[int, FoundNode] = {}
+    for patience in SCAN_S:
+        for number in range(1, LAST_NODE + 1):
+            if number not in found and ask(wire, number, MONITOR["STAT"], patience) is not None:
+                role, version, stat = (_must(wire, number, name) for name in ("ROLE", "VERS", "STAT"))
+                found[number] = FoundNode(number, kind_of(role), version, stat == AWAKE)
+    return [found[number] for number in sorted(found)]
+
+
+def wake(wire: Wire, nodes: list[FoundNode], sleep: Sleep) -> None:
+    """Start the firmware of nodes that sleep; none of them may be spoken to while it restarts.
+
+    Raises:
+        BusError: if one does not come up.
+    """
+    asleep = [node for node in nodes if not node.awake]
+    for node in asleep:
+        wire.send(Frame(to_node(node.number), encode_value(MONITOR["STAT"], AWAKE)))
+        sleep(WAKING_S)
+    if asleep:
+        sleep(SETTLE_S)
+    for node in asleep:
+        stat = ask(wire, node.number, MONITOR["STAT"], 0.05)
+        if stat != AWAKE:
+            raise BusError(f"node {node.number} ({node.kind.value}) did not wake: STAT is {stat}, 2 was expected")
+
+
+def start_up(wire: Wire, side: Side, sleep: Sleep, at_home: Callable[[], bool]) -> Robot:
+    """Bring a Proficio up to where it can be armed.
+
+    Args:
+        at_home: asks the operator to put the arm on its stops, if it has not been zeroed; False ends the session.
+
+    Raises:
+        MisfitError: if this is no Proficio, or the arm is not where it was said to be.
+        BusError: if the bus or a node fails.
+    """
+    nodes = scan(wire)
+    motors = [node for node in nodes if node.number <= Node.LAST_MOTOR]
+    if [node.number for node in motors] != [1, 2, 3] or any(node.kind is not Kind.MOTOR for node in motors):
+        there = ", ".join(f"{node.number} ({node.kind.value})" for node in nodes) or "nothing"
+        raise MisfitError(f"{wire.name}: a Proficio has motors 1, 2, 3 and no others; found {there}")
+    by_number = {node.number: node for node in nodes}
+    wake(wire, nodes, sleep)
+    module = by_number.get(Node.SAFETY)
+    numbers = motors[0].numbers
+    counts = tuple(_must(wire, node.number, "CTS", node.numbers) for node in motors)
+    units = tuple(_must(wire, node.number, "IPNM", node.numbers) for node in motors)
+    if min(counts) <= 0 or min(units) <= 0:
+        raise MisfitError(
+            f"motors say {counts} counts a turn and {units} units per N.m; positive numbers were expected"
+        )
+    robot = Robot(
+        side,
+        counts,
+        units,
+        numbers,
+        by_number[Node.FORCE_SENSOR].numbers if Node.FORCE_SENSOR in by_number else None,
+        module.numbers if module is not None else None,
+    )
+    wire.send(Frame(to_group(Group.ARM), encode_value(numbers["MODE"], 0)))
+    _zero(wire, robot, at_home)
+    if robot.sensor is not None:
+        wire.send(Frame(to_node(Node.FORCE_SENSOR), encode_value(robot.sensor["FT"], 0)))
+    return robot
+
+
+def _zero(wire: Wire, robot: Robot, at_home: Callable[[], bool]) -> None:
+    """Define the positions at the stops, unless that has been done since the power came on."""
+    if robot.module is not None and _must(wire, Node.SAFETY, "ZERO", robot.module) == 1:
+        return
+    if not at_home():
+        raise MisfitError("the arm is not zeroed and not on its stops; move it there and start again")
+    if robot.module is not None:
+        wire.send(Frame(to_node(Node.SAFETY), encode_value(robot.module["IFAULT"], VELOCITY_HISTORY)))
+    home = proficio.motor_angles(proficio.HOME[robot.side])
+    for k, angle in enumerate(home):
+        counts = math.floor(robot.counts[k] / (2 * math.pi) * angle)
+        wire.send(Frame(to_node(k + 1), encode_value(robot.motor["P"], counts)))
+    if robot.module is not None:
+        wire.send(Frame(to_node(Node.SAFETY), encode_value(robot.module["ZERO"], 1)))
+
+
+def module_mode(wire: Wire, robot: Robot) -> Mode:
+    """What the safety module says; ACTIVE if there is none."""
+    return Mode.ACTIVE if robot.module is None else decode_mode(_must(wire, Node.SAFETY, "MODE", robot.module))
+
+
+def ask(wire: Wire, node: int, property: int, timeout_s: float) -> int | None:
+    """Value of a node's property; None if it does not answer in time. Answers to older questions are passed over."""
+    wire.drain()
+    wire.send(Frame(to_node(node), encode_request(property)))
+    deadline = wire.now() + int(timeout_s * 1e9)
+    while (left := (deadline - wire.now()) * 1e-9) > 0:
+        timed = wire.receive(left)
+        if timed is None or timed.frame.identifier != answer_of(node, Group.PROPERTIES):
+            continue
+        try:
+            return decode_value(timed.frame.data, property).value
+        except FrameError:
+            continue
+    return None
+
+
+def _must(wire: Wire, node: int, name: str, numbers: Mapping[str, int] = MONITOR) -> int:
+    value = ask(wire, node, numbers[name], ANSWER_S)
+    if value is None:
+        raise BusError(f"{wire.name}: node {node} did not answer for its {name} within {ANSWER_S:g} s")
+    return value

@@ -1,0 +1,41 @@
+"""A bus inside one process: the robot answers the moment it is asked. For tests; time is what the caller says."""
+
+from collections import deque
+
+import can
+
+from hil.codecs.frame import Frame, Timed
+from hil.virtual.faults import Faults
+from hil.virtual.robot import VirtualRobot
+
+
+class DirectBus(can.BusABC):
+    """A python-can bus at whose other end is a virtual robot; `time_ns` is the clock of both."""
+
+    def __init__(self, robot: VirtualRobot, faults: Faults | None = None) -> None:
+        super().__init__(channel="virtual robot")
+        self.robot, self.faults, self.time_ns = robot, faults or Faults(), 0
+        self._waiting: deque[Timed] = deque()
+
+    def send(self, msg: can.Message, timeout: float | None = None) -> None:
+        """Hand a frame to the robot; its answers wait until their time has come."""
+        frame = Frame(msg.arbitration_id, bytes(msg.data))
+        for timed in self.faults.to_robot(Timed(self.time_ns, frame)):
+            for answer in self.robot.receive(timed.frame, self.time_ns):
+                self._waiting.extend(self.faults.to_host(answer))
+        self._waiting = deque(sorted(self._waiting, key=lambda timed: timed.time_ns))
+
+    def inject(self, frame: Frame) -> None:
+        """Put a frame on the bus that is not the robot's."""
+        self._waiting.append(Timed(self.time_ns, frame))
+
+    def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
+        """The next answer; waiting for it lets time pass."""
+        limit = self.time_ns + int((timeout or 0.0) * 1e9)
+        if self._waiting and self._waiting[0].time_ns <= limit:
+            at, frame = self._waiting.popleft()
+            self.time_ns = max(self.time_ns, at)
+            return can.Message(arbitration_id=frame.identifier, data=frame.data, is_extended_id=False), False
+        self.time_ns = limit
+        self.robot.advance(self.time_ns)
+        return None, False

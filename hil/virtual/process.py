@@ -1,0 +1,30 @@
+"""A virtual robot beside a session, in a process of its own."""
+
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from fmus.errors import ComponentError
+from hil.robots.proficio import Side
+
+
+@contextmanager
+def virtual_robot(side: Side = "right") -> Iterator[dict[str, object]]:
+    """Run one; yields what python-can needs to reach it.
+
+    Raises:
+        ComponentError: if it does not come up.
+    """
+    process = subprocess.Popen(
+        [sys.executable, "-m", "hil.virtual", "--side", side], stdout=subprocess.PIPE, text=True, start_new_session=True
+    )
+    try:
+        assert process.stdout is not None
+        line = process.stdout.readline().strip()
+        if not line.isdigit():
+            raise ComponentError("the virtual robot did not come up; run `misfit hil robot` to see why")
+        yield {"interface": "socketcand", "host": "127.0.0.1", "port": int(line), "channel": "can0"}
+    finally:
+        process.terminate()
+        process.wait(timeout=10)

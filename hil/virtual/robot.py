@@ -1,0 +1,81 @@
+"""The virtual robot: nodes on a bus, and a plant that their motors move."""
+
+import contextlib
+from collections.abc import Sequence
+
+import numpy as np
+
+from hil.codecs.barrett.identifiers import Group, address_of
+from hil.codecs.barrett.torques import unpack_torques
+from hil.codecs.frame import Frame, Timed
+from hil.errors import FrameError
+from hil.robots import proficio
+from hil.virtual.motor import Motor
+from hil.virtual.node import Node
+from hil.virtual.plant import Plant
+from hil.virtual.safety_module import SafetyModule
+from hil.virtual.sensor import ForceSensor
+
+# The plant moves on in steps of at most this; motors take their torques at the frame's own time.
+LONGEST_STEP_S = 0.001
+# Time that the plant may be behind: after a longer silence (a stopped machine) it does not catch up.
+MOST_BEHIND_S = 0.1
+
+
+class VirtualRobot:
+    """A Proficio with force/torque sensor and safety module.
+
+    It has no clock: `receive` is told when a frame came, and says when its answers are on the bus.
+    """
+
+    def __init__(
+        self,
+        plant: Plant,
+        controller: proficio.Controller | None = None,
+        *,
+        eager: bool = False,
+        seed: int = 1,
+    ) -> None:
+        self.plant = plant
+        self.motors = [Motor(k + 1, controller or proficio.Controller()) for k in range(proficio.JOINTS)]
+        self.sensor = ForceSensor(seed=seed)
+        self.safety = SafetyModule(self.motors, eager=eager)
+        self.nodes: Sequence[Node] = (*self.motors, self.sensor, self.safety)
+        self.time_ns: int | None = None
+        self._show()
+
+    def receive(self, frame: Frame, time_ns: int) -> list[Timed]:
+        """Take a frame from the bus; returns what is answered, in the order of time."""
+        self.advance(time_ns)
+        address = address_of(frame.identifier)
+        answers: list[Timed] = []
+        for node in self.nodes:
+            if node.hears(address):
+                if isinstance(node, Motor):
+                    node.command(address, frame.data)
+                answers += node.receive(frame.data, time_ns)
+        if any(motor.hears(address) for motor in self.motors):
+            self.safety.hear_host(time_ns)
+        if address.to_group and address.receiver == Group.LOWER_TORQUES:
+            with contextlib.suppress(FrameError):
+                self.safety.hear_torques(unpack_torques(frame.data))
+        return sorted(answers, key=lambda timed: timed.time_ns)
+
+    def advance(self, time_ns: int) -> None:
+        """Let the plant move until a time."""
+        if self.time_ns is None:
+            self.time_ns = time_ns
+        left = min((time_ns - self.time_ns) * 1e-9, MOST_BEHIND_S)
+        while left > 1e-12:
+            step = min(left, LONGEST_STEP_S)
+            torques = proficio.joint_torques(np.array([motor.torque for motor in self.motors]))
+            self.plant.step(torques, step)
+            left -= step
+        self.time_ns = max(self.time_ns, time_ns)
+        self._show()
+        self.safety.watch(float(np.max(np.abs(self.plant.speeds)) * 0.65), time_ns)
+
+    def _show(self) -> None:
+        for motor, angle in zip(self.motors, proficio.motor_angles(self.plant.angles), strict=True):
+            motor.angle = float(angle)
+        self.sensor.force = self.plant.force

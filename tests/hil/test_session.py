@@ -1,0 +1,275 @@
+"""A whole session against the virtual robot, in one process and without waiting for time to pass."""
+
+import ast
+from pathlib import Path
+
+import can
+import numpy as np
+import pytest
+
+from fmus.errors import MisfitError
+from hil.bus.gate import TORQUES
+from hil.bus.wire import Wire, open_wire
+from hil.codecs.barrett.safety_module import Button, Mode
+from hil.codecs.barrett.torques import pack_torques, unpack_torques
+from hil.codecs.frame import Frame, Timed
+from hil.errors import BusError
+from hil.recording.recorder import Recorder
+from hil.recording.records import Flag
+from hil.recording.replay import Replayed, replay
+from hil.robots import proficio
+from hil.session.controllers import Passive
+from hil.session.loop import Loop, Wishes
+from hil.session.pilot import Pilot
+from hil.session.start_up import scan
+from hil.virtual.motor import IDLE, TORQUE
+from tests.hil.bench import Bench
+
+HIL = Path(__file__).parents[2] / "hil"
+
+
+def test_a_scan_finds_exactly_the_nodes_that_are_there() -> None:
+    nodes = scan(Bench().wire)
+    assert [(node.number, node.kind.value) for node in nodes] == [
+        (1, "motor"),
+        (2, "motor"),
+        (3, "motor"),
+        (8, "force/torque sensor"),
+        (10, "safety module"),
+    ]
+    assert [node.awake for node in nodes] == [False, False, False, False, True]
+
+
+def test_start_up_wakes_the_motors_and_zeroes_the_arm_on_its_stops() -> None:
+    bench = Bench(eager=False)
+    robot = bench.started()
+    assert all(node.is_awake for node in bench.robot.nodes)
+    counts = np.array([motor.counts for motor in bench.robot.motors])
+    assert robot.joint_angles(counts) == pytest.approx(proficio.HOME["right"], abs=2e-4)
+    assert bench.robot.safety.values["ZERO"] == 1
+
+
+def test_start_up_sends_no_torque() -> None:
+    bench = Bench()
+    bench.started()
+    assert bench.torque_frames() == []
+
+
+def test_an_arm_that_is_not_on_its_stops_is_not_zeroed() -> None:
+    bench = Bench()
+    with pytest.raises(MisfitError, match="not zeroed and not on its stops"):
+        bench.started(lambda: False)
+    assert bench.robot.safety.values["ZERO"] == 0
+
+
+@pytest.mark.parametrize("missing", [1, 2, 3])
+def test_a_robot_without_one_of_its_motors_is_refused_by_what_is_there(missing: int) -> None:
+    bench = Bench()
+    bench.robot.motors[missing - 1].powered = False
+    with pytest.raises(MisfitError, match=r"a Proficio has motors 1, 2, 3 and no others; found .*safety module"):
+        bench.started()
+
+
+def test_a_held_arm_stays_where_it_was_and_loses_no_answer() -> None:
+    bench = Bench()
+    summary = bench.run(bench.pilot(), 1000)
+    assert (summary.frames_lost, summary.faults) == (0, [])
+    assert bench.plant.angles == pytest.approx([-0.3, 0.2, 1.5], abs=0.01)
+
+
+def test_a_pushed_arm_gives_way_as_its_stiffness_says_and_comes_back() -> None:
+    bench, seen = Bench(), {}
+    pilot = bench.pilot()
+
+    def push(cycle: int) -> None:
+        bench.plant.outside = np.array([0.0, 0.0, 1.0 if 600 < cycle < 1500 else 0.0])
+        seen[cycle] = bench.plant.angles[2]
+
+    summary = bench.run(pilot, 2500, push)
+    assert summary.faults == []
+    # 1 N.m against 20 N.m/rad
+    assert seen[1490] - 1.5 == pytest.approx(1.0 / bench.settings.stiffness[2], rel=0.05)
+    assert seen[2490] == pytest.approx(1.5, abs=0.01)
+
+
+def test_a_session_ends_with_no_torque_and_idle_motors() -> None:
+    bench = Bench()
+    bench.run(bench.pilot(), 700)
+    last = bench.torque_frames()[-1].frame
+    assert unpack_torques(last.data) == (0, 0, 0, 0)
+    assert all(motor.values["MODE"] == IDLE for motor in bench.robot.motors)
+
+
+def test_before_it_is_armed_an_active_arm_gets_only_zero_torques() -> None:
+    bench = Bench()
+    pilot = bench.pilot()
+    Loop(bench.wire, pilot, _beats(bench)).run(_for(bench, 100))
+    frames = bench.torque_frames()
+    assert len(frames) >= 100
+    assert {timed.frame.data for timed in frames} == {pack_torques([0, 0, 0])}
+
+
+def test_a_dry_run_sends_no_torque_at_all() -> None:
+    bench = Bench()
+    pilot = bench.pilot()
+    Loop(bench.wire, pilot, _beats(bench), dry_run=True).run(_for(bench, 100, arm=True))
+    assert pilot.is_armed
+    assert bench.torque_frames() == []
+    assert all(motor.values["MODE"] == TORQUE for motor in bench.robot.motors)
+
+
+def test_a_pressed_emergency_stop_ends_the_session_in_silence() -> None:
+    bench = Bench()
+    pilot = bench.pilot()
+
+    def press(cycle: int) -> None:
+        if cycle == 600:
+            bench.robot.safety.press(Button.ESTOP, bench.bus.time_ns)
+
+    summary = bench.run(pilot, 2000, press)
+    assert any("emergency stop" in fault for fault in summary.faults)
+    assert summary.cycles < 700
+
+
+def test_idle_on_the_pendant_lets_the_arm_go() -> None:
+    bench = Bench()
+    pilot = bench.pilot()
+
+    def press(cycle: int) -> None:
+        if cycle == 600:
+            bench.robot.safety.press(Button.IDLE, bench.bus.time_ns)
+
+    summary = bench.run(pilot, 2000, press)
+    assert summary.faults == ["module_agrees: the safety module is idle"]
+    assert bench.robot.safety.mode is Mode.IDLE
+
+
+def test_a_controller_of_ones_own_that_fails_leaves_no_torque() -> None:
+    class Broken(Passive):
+        def torque(self, observed):  # type: ignore[no-untyped-def]
+            return np.full(3, np.nan) if observed.seconds > 0.5 else np.zeros(3)
+
+    bench = Bench()
+    summary = bench.run(bench.pilot(Broken()), 2000)
+    assert summary.faults == ["finite_command: torque asked for at joint 1 is nan N.m"]
+    assert unpack_torques(bench.torque_frames()[-1].frame.data) == (0, 0, 0, 0)
+
+
+def test_torques_of_somebody_else_end_the_session_at_once() -> None:
+    bench = Bench()
+    pilot = bench.pilot()
+
+    def interfere(cycle: int) -> None:
+        if cycle == 600:
+            bench.bus.inject(Frame(TORQUES, pack_torques([100, 0, 0])))
+
+    summary = bench.run(pilot, 2000, interfere)
+    assert summary.faults == ["alone_on_the_bus: somebody else commands torques on this bus"]
+    assert summary.cycles <= 603
+
+
+def test_a_torque_frame_that_does_not_come_from_the_core_is_not_sent() -> None:
+    bench = Bench()
+    with pytest.raises(BusError, match="did not come from the safety core"):
+        bench.wire.send(Frame(TORQUES, pack_torques([1])))
+    assert bench.torque_frames() == []
+
+
+def test_only_the_loop_sends_frames_past_the_gate_and_only_the_gate_packs_torques() -> None:
+    """Read from the source: who calls `send_decided`, and who calls `pack_torques`."""
+    callers: dict[str, set[str]] = {"send_decided": set(), "pack_torques": set()}
+    for path in HIL.rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Call):
+                name = getattr(node.func, "attr", getattr(node.func, "id", ""))
+                if name in callers:
+                    callers[name].add(str(path.relative_to(HIL)))
+    assert callers == {"send_decided": {"bus/wire.py", "session/loop.py"}, "pack_torques": {"bus/gate.py"}}
+
+
+def test_a_recording_replays_to_the_same_frames_bit_for_bit(tmp_path: Path) -> None:
+    bench = Bench()
+    pilot = bench.pilot()
+    recorder = Recorder(tmp_path / "recording")
+    bench.wire.tap = recorder.frame
+    loop = Loop(bench.wire, pilot, _beats(bench), recorder)
+    loop.run(_for(bench, 400, arm=True))
+    recorder.finish()
+    again = Pilot(pilot.robot, pilot.limits, bench.settings.make_controller(), gravity=False)
+    found = Replayed()
+    for found, cycle, _ in replay(tmp_path / "recording", again):  # noqa: B007
+        pass
+    assert found.cycles > 400
+    assert found.first_different is None
+
+
+def test_a_replay_with_other_limits_says_where_it_differs(tmp_path: Path) -> None:
+    bench = Bench()
+    pilot = bench.pilot()
+    recorder = Recorder(tmp_path / "recording")
+    bench.wire.tap = recorder.frame
+    bench.plant.outside = np.array([0.0, 0.0, 0.3])
+    Loop(bench.wire, pilot, _beats(bench), recorder).run(_for(bench, 400, arm=True))
+    recorder.finish()
+    other = Pilot(pilot.robot, pilot.limits, Passive(), gravity=False)
+    found = [found for found, _, _ in replay(tmp_path / "recording", other)][-1]
+    assert found.first_different is not None
+
+
+def test_a_folder_that_holds_a_recording_is_not_written_over(tmp_path: Path) -> None:
+    Recorder(tmp_path).finish()
+    with pytest.raises(MisfitError, match="holds a recording already"):
+        Recorder(tmp_path)
+
+
+def test_every_wish_has_a_bit_of_its_own() -> None:
+    assert sorted(Flag) == [1 << k for k in range(len(Flag))]
+
+
+def test_a_bus_that_does_not_exist_is_named_with_those_that_do() -> None:
+    with pytest.raises(MisfitError, match="bus 'nonsense' cannot be opened.*socketcan"):
+        open_wire({"interface": "nonsense"}, frozenset())
+
+
+def test_an_error_frame_is_an_error_and_silence_is_none() -> None:
+    class Sick(can.BusABC):
+        def __init__(self) -> None:
+            super().__init__(channel="sick")
+            self.messages = [can.Message(is_error_frame=True), None]
+
+        def send(self, msg: can.Message, timeout: float | None = None) -> None:
+            raise can.CanOperationError("bus off")
+
+        def _recv_internal(self, timeout: float | None):  # type: ignore[no-untyped-def]
+            return self.messages.pop(), False
+
+    wire = Wire(Sick(), frozenset(), "sick bus")
+    assert wire.receive(0.0) is None
+    with pytest.raises(BusError, match="sick bus: the adapter reports an error"):
+        wire.receive(0.0)
+    with pytest.raises(BusError, match=r"sick bus: 001#05 could not be sent: bus off"):
+        wire.send(Frame(1, b"\x05"))
+    wire.close()
+
+
+def _beats(bench: Bench):  # type: ignore[no-untyped-def]
+    from tests.hil.bench import _Beats
+
+    return _Beats(bench)
+
+
+def _for(bench: Bench, cycles: int, arm: bool = False):  # type: ignore[no-untyped-def]
+    count = iter(range(10**9))
+
+    def wishes() -> Wishes:
+        k = next(count)
+        return Wishes(arm=arm and k < 20, over=k >= cycles)
+
+    return wishes
+
+
+def test_times_of_a_cycle_are_those_of_the_bus() -> None:
+    bench = Bench()
+    bench.wire.send(Frame(0x001, b"\x05"))
+    timed = bench.wire.receive(0.01)
+    assert timed == Timed(75_000, Frame(0x426, bytes.fromhex("850000000000")))
