@@ -1,36 +1,62 @@
-"""Which cases a run of the benchmark has, by size."""
+"""Which cases a run of the benchmark has, by size, and in which order."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 
 from tests.benchmarks.diagnosis.truth.families import FAMILIES, Wish
 from tests.benchmarks.diagnosis.truth.machines import MACHINES
 
 SEED = 20
-# Cases of each family and machine.
-COUNTS = {
-    "small": dict.fromkeys(FAMILIES, 1) | {"S": 2, "T": 0},
-    "medium": dict.fromkeys(FAMILIES, 3) | {"S": 8, "D": 4, "T": 1},
-    "full": {"N0": 30, "N1": 15, "N2": 15, "S": 60, "D": 25, "T": 8, "O": 15, "I": 9},
-}
 # The map of ENR and record length, drawn on machines that are quick to diagnose.
 MAP_MACHINES = ("drive", "pendulum", "two-mass")
 MAP_ENR = (0.5, 1.5, 5.0, 15.0)
 MAP_SECONDS = (2.0, 5.0, 15.0)
-MAP_DRAWS = {"small": 0, "medium": 4, "full": 34}
+
+
+@dataclass(frozen=True)
+class Size:
+    """Cases of each family on each machine, and draws for each cell of the map."""
+
+    cases: Mapping[str, int]
+    map_draws: int
+
+
+SIZES = {
+    "tiny": Size(dict.fromkeys(FAMILIES, 1), 0),
+    "small": Size(dict.fromkeys(FAMILIES, 1) | {"S": 2, "T": 0}, 0),
+    "medium": Size({"N0": 8, "N1": 6, "N2": 6, "S": 20, "D": 8, "T": 2, "O": 6, "I": 3}, 12),
+    "full": Size({"N0": 30, "N1": 15, "N2": 15, "S": 60, "D": 25, "T": 8, "O": 15, "I": 9}, 100),
+}
 
 
 def suite(size: str) -> list[Wish]:
-    """The cases of a size, in an order in which a run that is cut short has some of every family and machine."""
-    counts = COUNTS[size]
-    wishes = [
-        Wish(family, machine, k, SEED)
-        for k in range(max(counts.values()))
-        for family in FAMILIES
-        if k < counts[family]
-        for machine in MACHINES
+    """The cases of a size, in an order in which a run that is cut short has done about the same share of everything.
+
+    Cases of a family on a machine, and draws of a cell of the map, are spread evenly over the whole order.
+    """
+    wanted = SIZES[size]
+    plain = [
+        (_place(k, wanted.cases[family], f, m), Wish(family, machine, k, SEED))
+        for f, family in enumerate(FAMILIES)
+        for m, machine in enumerate(MACHINES)
+        for k in range(wanted.cases[family])
     ]
-    return wishes + [
-        Wish("S", machine, k, SEED + 1, enr=enr, seconds=seconds)
-        for k in range(MAP_DRAWS[size])
-        for machine in MAP_MACHINES
-        for enr in MAP_ENR
-        for seconds in MAP_SECONDS
+    drawn = [
+        (_place(k, wanted.map_draws, cell, 0), wish)
+        for k in range(wanted.map_draws)
+        for cell, wish in enumerate(_map_cells(k))
     ]
+    return [wish for _, wish in sorted(plain + drawn, key=lambda entry: (entry[0], entry[1].name))]
+
+
+def _place(k: int, of: int, first: int, second: int) -> float:
+    """Where the k-th of a kind comes, from 0 to 1; kinds are shifted against each other by the golden section."""
+    return (k + (0.618034 * (7 * first + second)) % 1.0) / of
+
+
+def _map_cells(k: int) -> Iterator[Wish]:
+    """The k-th draw of each cell, on the machines in turn."""
+    machine = MAP_MACHINES[k % len(MAP_MACHINES)]
+    for enr in MAP_ENR:
+        for seconds in MAP_SECONDS:
+            yield Wish("S", machine, k, SEED + 1, enr=enr, seconds=seconds)

@@ -4,13 +4,27 @@ from typing import Any
 
 import pytest
 
+from tests.benchmarks.diagnosis.scoring.calibration import calibration_error
+from tests.benchmarks.diagnosis.scoring.confusion import answers, confusion_table
 from tests.benchmarks.diagnosis.scoring.heat_map import map_cells, map_table
-from tests.benchmarks.diagnosis.scoring.judge import judge
+from tests.benchmarks.diagnosis.scoring.judge import judge, judge_again
 from tests.benchmarks.diagnosis.scoring.summary import summary
+from tests.benchmarks.diagnosis.scoring.targets import Band, Score, Target
 from tests.benchmarks.diagnosis.scoring.utility import utility
 from tests.benchmarks.diagnosis.scoring.wilson import Share
 
 NOISE = {"q1": 1e-3, "q2": 2e-3}
+
+
+def row_of(
+    name: str, true: dict[str, Any], said: dict[str, Any], again: dict[str, Any] | None = None
+) -> dict[str, Any]:
+    row = judge(name, true, said)
+    return row | judge_again(true, row, again)
+
+
+def texts(rows: list[dict[str, Any]]) -> dict[str, str]:
+    return {score.name: score.text for _, scores in summary(rows) for score in scores}
 
 
 def truth(*effects: str, family: str = "S", **more: Any) -> dict[str, Any]:
@@ -97,40 +111,103 @@ def test_wrong_name_is_worth_less_than_none_and_a_class_less_than_the_name() -> 
 
 
 def test_run_that_failed_is_wrong_and_is_an_alarm() -> None:
-    row = judge("a", truth(family="N0"), {"failed": "no result within 300 s", "seconds": 300.0})
-    scores = {score: found for score, _, found in summary([row])}
+    row = row_of("a", truth(family="N0"), {"failed": "no result within 300 s", "seconds": 300.0})
+    scores = texts([row])
 
     assert scores["false alarm, nominal exactly (N0)"].startswith("1/1")
-    assert scores["runs that failed"].startswith("1/1")
+    assert scores["runs that failed or took too long"].startswith("1/1")
 
 
 def test_failed_run_stays_in_the_share_of_what_the_tool_tried() -> None:
     rows = [
-        judge("a", truth("viscous_friction"), answer("viscous_friction")),
-        judge("b", truth("viscous_friction"), {"failed": "no result within 300 s", "seconds": 300.0}),
-        judge("c", truth("backlash"), answer("viscous_friction")),
+        row_of("a", truth("viscous_friction"), answer("viscous_friction")),
+        row_of("b", truth("viscous_friction"), {"failed": "no result within 300 s", "seconds": 300.0}),
+        row_of("c", truth("backlash"), answer("viscous_friction")),
     ]
-    scores = {score: found for score, _, found in summary(rows)}
+    scores = texts(rows)
 
-    assert scores["single: name, where the tool tried the effect at all"].startswith("1/2")
+    assert scores["name, where the model has a place for the effect"].startswith("1/2")
 
 
 def test_scores_of_a_family_count_its_own_cases_only() -> None:
     rows = [
-        judge("a", truth("viscous_friction"), answer("viscous_friction")),
-        judge("b", truth("viscous_friction"), answer("cogging")),
-        judge("c", truth("viscous_friction", enr_each=[0.5]), answer("cogging")),
-        judge("d", truth(family="N0"), answer(verdict="adequate")),
-        judge("e", truth("unknown", family="O"), answer(verdict="unknown")),
-        judge("f", truth("viscous_friction", wanted_enr=5.0, enr_each=[5.2]), answer("cogging")),
+        row_of("a", truth("viscous_friction"), answer("viscous_friction")),
+        row_of("b", truth("viscous_friction"), answer("cogging")),
+        row_of("c", truth("viscous_friction", enr_each=[0.5]), answer("cogging")),
+        row_of("d", truth(family="N0"), answer(verdict="adequate")),
+        row_of("e", truth("unknown", family="O"), answer(verdict="unknown")),
+        row_of("f", truth("viscous_friction", wanted_enr=5.0, enr_each=[5.2]), answer("cogging")),
     ]
-    scores = {score: found for score, _, found in summary(rows)}
+    scores = texts(rows)
 
-    assert scores["single: name"].startswith("1/2")
+    assert scores["name"].startswith("1/2")
     assert scores["false alarm, nominal exactly (N0)"].startswith("0/1")
-    assert scores["outside the library: found"].startswith("1/1")
-    assert scores["parameter error, median"] == "10.0 %"
+    assert scores["found (unknown)"].startswith("1/1")
+    assert scores["parameter error, median"].startswith("10.0 %")
     assert "| 5 | 0/1" in map_table(map_cells(rows))
+
+
+def test_answer_left_open_is_resolved_by_the_right_name_only() -> None:
+    true, unsure = truth("viscous_friction"), answer(verdict="cannot_tell")
+    seconds = [answer("viscous_friction"), answer("viscous_friction", verdict="ambiguous"), answer("tremor"), None]
+
+    rows = [row_of(str(k), true, unsure, again) for k, again in enumerate(seconds)]
+    sure = row_of("4", true, answer("viscous_friction"), answer("viscous_friction"))
+
+    assert [row["resolved"] for row in rows] == [True, False, False, False]
+    assert texts([*rows, sure])["answers left open that one recommended run resolves"].startswith("1/4")
+
+
+def test_nothing_missing_is_resolved_by_adequate() -> None:
+    row = row_of("a", truth(family="N1"), answer(verdict="cannot_tell"), answer(verdict="adequate"))
+
+    assert row["resolved"]
+
+
+def test_confident_answers_that_are_half_right_are_badly_calibrated() -> None:
+    true, said = truth("viscous_friction"), answer("viscous_friction")
+    rows = [row_of(str(k), true, said if k % 2 else answer("tremor")) for k in range(40)]
+
+    assert calibration_error(rows) == pytest.approx(0.9 - 0.5)
+
+
+def test_confusion_counts_every_case_once_under_its_truth() -> None:
+    rows = [
+        row_of("a", truth("backlash"), answer("hysteresis")),
+        row_of("b", truth("backlash"), answer("backlash", "tremor")),
+        row_of("c", truth("backlash", enr_each=[0.3]), answer("tremor")),
+        row_of("d", truth(family="N2"), {"failed": "no result within 300 s"}),
+        row_of("e", truth("unknown", family="O", kind="overflow"), answer(verdict="unknown")),
+    ]
+
+    found = answers(rows, 1.5)
+
+    assert found == {
+        "backlash": {"hysteresis": 1, "several": 1},
+        "(nothing)": {"failed": 1},
+        "(outside: overflow)": {"unknown": 1},
+    }
+    assert "| backlash | hysteresis 1, several 1 | 2 |" in confusion_table(found)
+
+
+@pytest.mark.parametrize(
+    ("target", "hits", "n", "reached"),
+    [
+        (Target(0.85, 0.93), 10, 10, "aim met, not certain"),
+        (Target(0.85, 0.93), 1000, 1000, "aim met"),
+        (Target(0.85, 0.93), 880, 1000, "met"),
+        (Target(0.85, 0.93), 5, 1000, "missed"),
+        (Target(0.05, 0.03, less=True), 1, 10, "missed, not certain"),
+        (Target(0.05, 0.03, less=True), 0, 1000, "aim met"),
+        (Band((0.8, 0.97), (0.87, 0.93)), 900, 1000, "aim met"),
+        (Band((0.8, 0.97), (0.87, 0.93)), 1000, 1000, "missed"),
+        (Band((0.8, 0.97), (0.87, 0.93)), 3, 3, "missed, not certain"),
+    ],
+)
+def test_score_says_whether_its_target_is_reached_and_whether_that_is_certain(
+    target: Target | Band, hits: int, n: int, reached: str
+) -> None:
+    assert Score.share("any", Share(hits, n), target).reached == reached
 
 
 @pytest.mark.parametrize(

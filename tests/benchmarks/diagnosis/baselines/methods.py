@@ -25,18 +25,22 @@ class Named:
 def random_choice(problem: Regression, seed: int) -> Named:
     """One effect of the library by chance."""
     order = np.random.default_rng(seed).permutation(sorted(set(problem.ids)))
-    return Named(tuple(order[:1]), tuple(order))
+    return Named((str(order[0]),), tuple(map(str, order)))
 
 
 def correlation(problem: Regression, seed: int) -> Named:
-    """The effect whose columns alone explain the most of the residual."""
-    ranking = _by_share(problem)
+    """The effect with the column that is most like the residual."""
+    problem = problem.compressed
+    residual = problem.residual / np.linalg.norm(problem.residual)
+    like = [float(np.abs(unit(group).T @ residual).max()) for group in problem.groups]
+    ranking = tuple(dict.fromkeys(problem.ids[k] for k in sorted(range(len(like)), key=lambda k: -like[k])))
     return Named(ranking[:1], ranking)
 
 
 def forward_bic(problem: Regression, seed: int) -> Named:
     """Forward selection of candidates by BIC = n log(left) + k log n, samples counted as independent."""
-    n, chosen = len(problem.residual), list[int]()
+    problem = problem.compressed
+    n, chosen = problem.samples, list[int]()
     best = n * np.log(float(problem.residual @ problem.residual))
     while len(chosen) < MOST:
         scores = {k: _bic(problem, [*chosen, k]) for k in range(len(problem.groups)) if k not in chosen}
@@ -50,7 +54,7 @@ def forward_bic(problem: Regression, seed: int) -> Named:
 def _bic(problem: Regression, chosen: list[int]) -> float:
     columns = np.hstack([problem.groups[k] for k in chosen])
     left = (1 - explained(problem.residual, columns)) * float(problem.residual @ problem.residual)
-    n = len(problem.residual)
+    n = problem.samples
     return n * float(np.log(max(left, 1e-300))) + columns.shape[1] * float(np.log(n))
 
 
@@ -76,7 +80,8 @@ def stlsq(problem: Regression, seed: int) -> Named:
     Written out here, as PySINDy brings a differentiation of states and a library of its own that would have to be
     bypassed. The threshold, a share of the largest coefficient, is the one with the least BIC.
     """
-    x, y, n = problem.columns, problem.residual, len(problem.residual)
+    problem = problem.compressed
+    x, y, n = problem.columns, problem.residual, problem.samples
     best, found = np.inf, np.zeros(x.shape[1])
     for threshold in (0.02, 0.05, 0.1, 0.2, 0.4):
         active, w = np.ones(x.shape[1], bool), np.zeros(x.shape[1])

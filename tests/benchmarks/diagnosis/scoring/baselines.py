@@ -3,10 +3,19 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from tests.benchmarks.diagnosis.scoring.summary import ENOUGH
+from tests.benchmarks.diagnosis.scoring.summary import singles
+from tests.benchmarks.diagnosis.scoring.utility import utility
 from tests.benchmarks.diagnosis.scoring.wilson import Share
 
-COLUMNS = ("false alarm (N0, N1, N2)", "single: name", "single: in top 3", "pair: names", "pair: both in", "too many")
+COLUMNS = (
+    "false alarm (N0, N1, N2)",
+    "single: name",
+    "single: in top 3",
+    "pair: names",
+    "pair: both in",
+    "too many",
+    "usefulness",
+)
 
 
 def as_rows(
@@ -22,6 +31,8 @@ def as_rows(
         found.append(
             {
                 **row,
+                "verdict": "named" if said else "adequate",
+                "class_size": 1,
                 "said": said,
                 "exact": said == row["true"],
                 "class": said == row["true"],
@@ -37,7 +48,7 @@ def method_scores(rows: Sequence[Mapping[str, Any]]) -> list[str]:
     """One cell for each of `COLUMNS`."""
     plain = [r for r in rows if r["wanted_enr"] is None]
     nothing = [r for r in plain if r["family"] in ("N0", "N1", "N2")]
-    single = [r for r in plain if r["family"] == "S" and r["enr"] >= ENOUGH]
+    single = singles(rows)
     pair = [r for r in plain if r["family"] == "D"]
     extra = [r["extra"] for r in single + pair if r["said"]]
     return [
@@ -46,5 +57,6 @@ def method_scores(rows: Sequence[Mapping[str, Any]]) -> list[str]:
         str(Share.of(r["top3"] for r in single)),
         str(Share.of(r["exact"] for r in pair)),
         str(Share.of(r["superset"] for r in pair)),
-        f"{sum(extra) / len(extra):.2f}" if extra else "-",
+        f"{sum(extra) / len(extra):.2f} (n = {len(extra)})" if extra else "-",
+        f"{sum(map(utility, rows)) / len(rows):.2f} (n = {len(rows)})" if rows else "-",
     ]

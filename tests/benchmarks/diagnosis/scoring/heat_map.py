@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from tests.benchmarks.diagnosis.scoring.paper import new_figure, save
 from tests.benchmarks.diagnosis.scoring.wilson import Share
 
 Cells = dict[tuple[float, float], Share]
@@ -33,12 +34,7 @@ def map_table(cells: Cells) -> str:
 
 def draw_map(panels: dict[str, Cells], path: Path) -> None:
     """Draw one panel for each method; every cell shows the share and its 95 % interval, so grey is enough."""
-    import matplotlib
-
-    matplotlib.use("agg")
-    from matplotlib import pyplot
-
-    figure, axes = pyplot.subplots(1, len(panels), figsize=(3.6 * len(panels), 3.4), squeeze=False)
+    figure, axes = new_figure(1, len(panels), (3.6 * len(panels), 3.4))
     for axis, (title, cells) in zip(axes[0], panels.items(), strict=True):
         enrs, lengths = sorted({e for e, _ in cells}), sorted({s for _, s in cells})
         shares = [[cells.get((e, s), Share(0, 0)).value or 0.0 for s in lengths] for e in enrs]
@@ -53,7 +49,4 @@ def draw_map(panels: dict[str, Cells], path: Path) -> None:
         axis.set(title=title, xlabel="length of a trial, s", ylabel="effect / noise")
         axis.set_xticks(range(len(lengths)), [f"{s:g}" for s in lengths])
         axis.set_yticks(range(len(enrs)), [f"{e:g}" for e in enrs])
-    figure.tight_layout()
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=110)
-    pyplot.close(figure)
+    save(figure, path)

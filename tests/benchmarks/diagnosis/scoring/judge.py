@@ -56,10 +56,25 @@ def judge(name: str, truth: Mapping[str, Any], result: Mapping[str, Any]) -> dic
         "probability": top.get("probability"),
         "probability_right": sorted(top.get("effects") or []) == sorted(true),
         **_held_out(truth, result.get("held_out") or {}),
-        "seconds": result.get("wall_seconds", result.get("seconds")),
+        "wall_seconds": result.get("wall_seconds"),
         "cpu_seconds": result.get("cpu_seconds"),
+        "peak_mb": result.get("peak_mb"),
         "failed": result.get("failed", ""),
     }
+
+
+def judge_again(truth: Mapping[str, Any], first: Mapping[str, Any], again: Mapping[str, Any] | None) -> dict[str, Any]:
+    """What the recommended experiment made of an answer that left something open.
+
+    `open`: the first answer was a class of effects or "cannot tell". `resolved`: with the record of one recommended
+    experiment the answer is the truth, named, or "adequate" where nothing is missing.
+    """
+    left_open = first["verdict"] in ("ambiguous", "cannot_tell")
+    if again is None or not left_open:
+        return {"open": left_open, "again": None, "resolved": False}
+    row = judge(first["case"], truth, again)
+    right = row["verdict"] == "named" and row["exact"] if row["true"] else row["verdict"] == "adequate"
+    return {"open": True, "again": row["verdict"], "again_said": row["said"], "resolved": bool(right)}
 
 
 def _parameters(truth: Mapping[str, Any], effects: list[Any], exact: bool) -> list[tuple[float, bool]]:

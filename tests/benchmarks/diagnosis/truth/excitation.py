@@ -28,10 +28,11 @@ class Plan:
     inputs: np.ndarray
     q0: np.ndarray
     v0: np.ndarray
+    run_in_s: float = RUN_IN_S
 
     def run_in(self, machine: Machine) -> int:
         """Steps before the record begins."""
-        return round(RUN_IN_S * machine.slow / machine.step)
+        return round(self.run_in_s * machine.slow / machine.step)
 
 
 def time_grid(machine: Machine, seconds: float) -> np.ndarray:

@@ -1,5 +1,6 @@
 """A drawn case as a measurement set on disk, and its entry among the answers."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -14,23 +15,37 @@ HELD_OUT = (5, 6)
 
 
 def write_case(case: Drawn, folder: Path) -> dict[str, Any]:
-    """Write the trials and case.toml of a case, and return its answer; the nominal error is that of free runs from the true start."""
-    folder.mkdir(parents=True, exist_ok=True)
+    """Write the measurement set of a case, and return its answer; the nominal error is that of free runs from the true start."""
     machine = case.machine
-    random = np.random.default_rng([case.wish.seed, case.wish.index, 7])
+    records = write_measurements(case, folder)
     nominal, true = [], []
-    for number, plan in enumerate(case.plans, 1):
-        run = run_trial(machine, plan, case.injections, case.changed, mujoco=True)
+    for number in HELD_OUT:
+        run, columns = records[number - 1]
+        inputs = _on_grid(case, run, columns)
+        measured = np.column_stack([columns[name] for name in machine.outputs])
+        true.append(_true_error(case, case.plans[number - 1], inputs, columns["time"], measured))
+        left = at_samples(run.time, nominal_run(machine, run, inputs), columns["time"]) - measured
+        nominal.append(np.mean(left**2, axis=0))
+    return _answer(case, np.sqrt(np.mean(nominal, axis=0)), np.sqrt(np.mean(true, axis=0)))
+
+
+def write_measurements(
+    case: Drawn, folder: Path, further: Sequence[Plan] = ()
+) -> list[tuple[Run, dict[str, np.ndarray]]]:
+    """Write the trials and case.toml of a case; `further` trials are learned from, too. Returns runs and their records.
+
+    The noise of the case's own trials does not depend on further ones.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    random = np.random.default_rng([case.wish.seed, case.wish.index, 7])
+    records = []
+    for number, plan in enumerate([*case.plans, *further], 1):
+        run = run_trial(case.machine, plan, case.injections, case.changed, mujoco=True)
         columns = case.recorder.record(run, random)
         _write_trial(folder / f"trial_{number:02d}.csv", columns)
-        if number in HELD_OUT:
-            inputs = _on_grid(case, run, columns)
-            measured = np.column_stack([columns[name] for name in machine.outputs])
-            true.append(_true_error(case, plan, inputs, columns["time"], measured))
-            left = at_samples(run.time, nominal_run(machine, run, inputs), columns["time"]) - measured
-            nominal.append(np.mean(left**2, axis=0))
-    (folder / "case.toml").write_text(_case_toml(case))
-    return _answer(case, np.sqrt(np.mean(nominal, axis=0)), np.sqrt(np.mean(true, axis=0)))
+        records.append((run, columns))
+    (folder / "case.toml").write_text(_case_toml(case, TRIALS + len(further)))
+    return records
 
 
 def _on_grid(case: Drawn, run: Run, columns: dict[str, np.ndarray]) -> np.ndarray:
@@ -76,10 +91,10 @@ def _write_trial(path: Path, columns: dict[str, np.ndarray]) -> None:
     np.savetxt(path, rows, fmt="%.9g", delimiter=",", header=",".join(columns), comments="")
 
 
-def _case_toml(case: Drawn) -> str:
+def _case_toml(case: Drawn, trials: int) -> str:
     machine, recorder = case.machine, case.recorder
-    files = ", ".join(f'"trial_{k:02d}.csv"' for k in range(1, TRIALS + 1))
-    learning = [k for k in range(1, TRIALS + 1) if k not in HELD_OUT]
+    files = ", ".join(f'"trial_{k:02d}.csv"' for k in range(1, trials + 1))
+    learning = [k for k in range(1, trials + 1) if k not in HELD_OUT]
     lines = [
         "# Made by tests/benchmarks/diagnosis; every column is a sample of a continuous signal at the time in column 1",
         f"files = [{files}]",
