@@ -4,13 +4,13 @@ import operator
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from orchestrator.diagnosis.candidates import Candidate, as_fmu
-from orchestrator.diagnosis.evidence import Refit
+from orchestrator.diagnosis.candidates import Candidate
 from orchestrator.diagnosis.needs import Need
-from orchestrator.models.compiled import CompiledModel
+from orchestrator.diagnosis.response import Response
 
 Limit = Callable[[np.ndarray, float], np.ndarray]
 # What a sample must do to count, by the key of a need.
@@ -37,22 +37,33 @@ class Coverage:
         """Whether the record has it."""
         return self.found >= self.wanted
 
+    def to_json(self) -> dict[str, Any]:
+        """Plain values."""
+        return {
+            "effect": self.effect,
+            "site": self.site,
+            "needs": self.words,
+            "wanted": self.wanted,
+            "found": self.found,
+            "enough": self.is_enough,
+        }
+
     @property
     def message(self) -> str:
         """The shortage as a sentence."""
         return f"{self.effect} at {self.site} needs {self.words}; these data have {self.found:.3g}"
 
 
-def coverage(found: Refit, candidates: Sequence[Candidate], values: Mapping[str, float]) -> list[Coverage]:
+def coverage(response: Response, candidates: Sequence[Candidate], values: Mapping[str, float]) -> list[Coverage]:
     """How far the runs of a fitted model excite effects; empty for an FMU, whose inside is closed.
 
     Args:
         candidates: effects in slots of the model, filled or free; those that declare no need are passed over.
         values: parameters that limits refer to, by `slot.name`; the cards' first guesses where they are left out.
     """
-    if as_fmu(found.effects.base) is not None:
+    if not response.is_formula:
         return []
-    system = found.model.system
+    system = response.model.system
     known = {v.name: v for v in (*system.states, *system.algebraics)}
     wanted = [
         (candidate, need, name)
@@ -63,7 +74,7 @@ def coverage(found: Refit, candidates: Sequence[Candidate], values: Mapping[str,
     names = list(dict.fromkeys(name for _, _, name in wanted))
     if not names:
         return []
-    series = _series(found, names)
+    series = response.series(names)
     return [_judged(c, need, name, known[name].unit, series[name], values) for c, need, name in wanted]
 
 
@@ -72,17 +83,6 @@ def _elements(name: str, element: str, known: Mapping[str, object]) -> list[str]
     own = re.sub(r",\d+", "", element)
     pattern = re.compile(re.escape(name) + (re.escape(own) if own else r"(\[\d+\])?"))
     return [name] if name in known else [full for full in known if pattern.fullmatch(full)]
-
-
-def _series(found: Refit, names: Sequence[str]) -> dict[str, list[np.ndarray]]:
-    """Variables along each trial, in free runs of the fitted model."""
-    observed = CompiledModel(found.model.system, names)
-    parameters = found.model.compiled.with_values(found.fit.values)
-    runs = [
-        observed.run(record.time, record.inputs, parameters, start, substeps=found.substeps).outputs
-        for record, start in zip(found.records, found.fit.starts, strict=True)
-    ]
-    return {name: [run[:, k] for run in runs] for k, name in enumerate(names)}
 
 
 def _judged(

@@ -18,6 +18,7 @@ from orchestrator.diagnosis.cards import EffectCard, effect_library
 from orchestrator.diagnosis.confusion import groups, rivals
 from orchestrator.diagnosis.evidence import LearningData, Refit, fit_nominal, smoothed
 from orchestrator.diagnosis.excitation import blind_sites
+from orchestrator.diagnosis.left_open import with_open_questions
 from orchestrator.diagnosis.next_experiment import plan
 from orchestrator.diagnosis.noise_model import metrics_of
 from orchestrator.diagnosis.nuisances import Nuisances, nuisances
@@ -102,6 +103,8 @@ def diagnose(
     named = best if found.verdict in ("named", "ambiguous") else None
     outcomes = tried(found.ranking, searcher.trace, named, [entry.refit for entry in refereed.accepted])
     found = replace(found, where=tuple(where), findings=findings, tried=outcomes)
+    base = searcher.trace.stages[0].tangent.response
+    found = with_open_questions(found, named, base, searcher.learning, candidates)
     if found.verdict == "unknown":
         progress("looking at what is left")
         found = replace(found, latent_forces=unexplained_forces(plain, best, searcher.learning))
@@ -198,7 +201,6 @@ def _conclude(
             [
                 *_on_the_search(impossible, blind),
                 *_on_what_is_left(verdict, stage, after, best),
-                *(_on_parameters(best) if named and best is not None else ()),
             ]
         ),
         next_experiment={"effects": list(confusable[0]), "do": experiments[confusable[0][0]]}
@@ -233,17 +235,4 @@ def _on_what_is_left(verdict: str, stage: Stage, after: float, best: Refit | Non
             f"something is left that noise would not do (p = {stage.p_value:.3g}), but it is only"
             f" {stage.structured_share:.1%} of the error and no effect of meaningful size"
         )
-    return found
-
-
-def _on_parameters(best: Refit) -> list[str]:
-    found = []
-    rows = zip(best.effects.variables, best.values, best.std, best.fit.at_bound[: best.size], strict=True)
-    for variable, value, std, bound in rows:
-        if bound:
-            found.append(
-                f"{variable.name} = {value:.4g} {variable.unit} is at its bound; the data may not determine it"
-            )
-        elif std > 0.3 * abs(value):
-            found.append(f"{variable.name} = {value:.3g} {variable.unit} is uncertain by {std / abs(value):.0%}")
     return found

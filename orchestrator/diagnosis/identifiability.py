@@ -89,7 +89,7 @@ def _dead(p: Fitted) -> Doubt:
 def _alone(p: Fitted) -> Doubt | None:
     if p.at_bound:
         return Doubt(
-            "at bound", (p.name,), f"{p.name} = {p.amount(p.value)} is at its bound; the data may ask for more"
+            "at bound", (p.name,), f"{p.name} = {p.amount(p.value)} is at its bound; the data may not determine it"
         )
     if p.std >= p.size:
         low, high = p.value - Z90 * p.std, p.value + Z90 * p.std

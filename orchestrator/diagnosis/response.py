@@ -78,6 +78,19 @@ class Response:
         """Change of the outputs (n, ny, k) by k small histories (n, k) of one input."""
         return self._answer(trial, changes[:, None, :], [column])
 
+    def series(self, names: Sequence[str]) -> dict[str, list[np.ndarray]]:
+        """States and other variables (n,) along each trial; for a model that is a formula only."""
+        system, parameters = self.model.system, ca.DM(self.parameters)
+        found: dict[str, list[np.ndarray]] = {name: [] for name in names}
+        for trial, (record, states) in enumerate(zip(self.base.records, self._states, strict=True)):
+            arguments = (record.time[None, :], states.T, record.inputs.T, self._delayed(trial), parameters)
+            others = system.rhs(*arguments)[1].full()
+            known = {v.name: states[:, i] for i, v in enumerate(system.states)}
+            known |= {v.name: others[i] for i, v in enumerate(system.algebraics)}
+            for name in names:
+                found[name].append(known[name])
+        return found
+
     def _answer(self, trial: int, changes: np.ndarray, columns: Sequence[int]) -> np.ndarray:
         linear, time = self._linear(trial), self.base.records[trial].time
         half, push, direct = 0.5 * np.diff(time), linear.push[:, :, columns], linear.direct[:, :, columns]

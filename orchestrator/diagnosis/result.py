@@ -5,6 +5,8 @@ from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
 from orchestrator.compare.result import Comparison
+from orchestrator.diagnosis.coverage import Coverage
+from orchestrator.diagnosis.identifiability import Doubt
 from orchestrator.diagnosis.latent import LatentForce
 
 CURVE_SAMPLES = 400
@@ -120,6 +122,8 @@ class Diagnosis:
     tried: tuple[Tried, ...] = ()
     adjusted: tuple[Adjusted, ...] = ()
     clock_shift_s: float = 0.0
+    identifiability: tuple[Doubt, ...] = ()
+    excitation: tuple[Coverage, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """Return the `misfit.diagnosis/1` document."""
@@ -140,6 +144,8 @@ class Diagnosis:
                 "in_patched_model": bool(self.effects),
             },
             "warnings": list(self.warnings),
+            "identifiability": [entry.to_json() for entry in self.identifiability],
+            "excitation": [entry.to_json() for entry in self.excitation],
             "next_experiment": self.next_experiment,
             "patched_model": self.patched_model,
             "seconds": self.seconds,

@@ -12,6 +12,7 @@ from orchestrator.diagnosis.evidence import LearningData, Refit, fit_nominal, re
 from orchestrator.diagnosis.identifiability import Doubt, Fitted, doubts, doubts_of
 from orchestrator.diagnosis.nuisances import Nuisances
 from orchestrator.diagnosis.profile import profiles
+from orchestrator.diagnosis.response import Response
 from orchestrator.models.smoothing import SmoothedTrial
 
 DRIVE = find_modelica_model("drive")
@@ -41,6 +42,10 @@ def learning(
 
 def fitted(effects: EffectSet, values: list[float], data: LearningData) -> Refit:
     return refit(effects, data, np.array(values))
+
+
+def response(found: Refit, data: LearningData) -> Response:
+    return Response(found, [t.smoother for t in data.trials])
 
 
 def kinds(found: list[Doubt]) -> dict[str, list[tuple[str, ...]]]:
@@ -117,7 +122,7 @@ def test_breakaway_that_never_showed_leaves_its_speed_dead() -> None:
 
     open_ones = {name for d in found for name in d.parameters}
     assert {"stribeck_friction tauExtra[1]", "stribeck_friction vS"} <= open_ones
-    needs = coverage(best, best.effects.candidates, {})
+    needs = coverage(response(best, data), best.effects.candidates, {})
     (slow,) = [c for c in needs if "below" in c.words]
     assert (slow.site, slow.words) == ("joint1", "|speed| below 0.2 rad/s for at least 50 samples")
     speeds = np.arange(len(TIME)) * 0.01 * (0.1 - 0.02) / 0.02  # of constant acceleration, but for the breakaway
@@ -131,7 +136,7 @@ def test_coverage_of_slots_that_are_still_free_is_known_too() -> None:
     base = fit_nominal(EffectSet(DRIVE, (), ["phi"]), effects.model.restricted(["phi"]), data)
     candidates = find_candidates(DRIVE, DRIVE.compile(), effect_library())[0]
 
-    found = {c.effect: c for c in coverage(base, candidates, {})}
+    found = {c.effect: c for c in coverage(response(base, data), candidates, {})}
 
     assert not found["coulomb_friction"].is_enough  # speed never reverses
     assert found["passive_stiffness"].is_enough
