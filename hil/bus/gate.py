@@ -12,6 +12,8 @@ from hil.robots import proficio
 from hil.safety.cycle import Outcome
 
 TORQUES = to_group(Group.LOWER_TORQUES)
+# The same in all firmware since version 61.
+MODE_PROPERTY = 8
 TORQUE_IDENTIFIERS = frozenset({TORQUES, to_group(Group.UPPER_TORQUES)})
 
 
@@ -32,6 +34,13 @@ class TorqueGate:
             return []
         torques = self._units * proficio.motor_torques(np.array(outcome.torques))
         sent = [Frame(TORQUES, pack_torques(saturated(torques.tolist())))]
-        if outcome.to_idle:
-            sent.append(Frame(to_group(Group.ARM), encode_value(self._mode, 0)))
-        return sent
+        return [*sent, _idle(self._mode)] if outcome.to_idle else sent
+
+
+def let_go(mode_property: int = MODE_PROPERTY) -> list[Frame]:
+    """Frames that need no permission: no torque, and motors to idle, where they brake by themselves."""
+    return [Frame(TORQUES, pack_torques([])), _idle(mode_property)]
+
+
+def _idle(mode_property: int) -> Frame:
+    return Frame(to_group(Group.ARM), encode_value(mode_property, 0))

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from fmus.errors import ComponentError, MisfitError
 from hil.codecs.frame import Timed
-from hil.recording.records import Flag, Kind, pack_cycle, pack_frame
+from hil.recording.records import Flag, Kind, pack_begin, pack_cycle, pack_frame
 from hil.recording.ring import Ring
 from hil.session.pilot import CycleInput
 
@@ -44,6 +44,10 @@ class Recorder:
     def frame(self, timed: Timed, sent: bool) -> None:
         """Record a frame of the bus."""
         self.ring.put(pack_frame(Kind.SENT if sent else Kind.RECEIVED, timed))
+
+    def begin(self, time_ns: int) -> None:
+        """Record that the cycles begin."""
+        self.ring.put(pack_begin(time_ns))
 
     def cycle(self, given: CycleInput) -> None:
         """Record what a decision depends on besides the frames before it."""

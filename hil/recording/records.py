@@ -13,12 +13,13 @@ RECORD = Struct("<BBHIq8s")
 
 
 class Kind(IntEnum):
-    """What a record is; `DECIDED` are the frames that a cycle's decision sent."""
+    """What a record is; `DECIDED` are the frames that a cycle's decision sent, `BEGIN` is when the cycles begin."""
 
     RECEIVED = 1
     SENT = 2
     DECIDED = 3
     CYCLE = 4
+    BEGIN = 5
 
 
 class Flag(IntEnum):
@@ -28,6 +29,7 @@ class Flag(IntEnum):
     ABORT = 2
     RECORDING = 4
     END = 8
+    WATCHED = 16
 
 
 class Record(NamedTuple):
@@ -47,6 +49,11 @@ def pack_frame(kind: Kind, timed: Timed) -> bytes:
 def pack_cycle(start_ns: int, flags: int, computing_ns: int) -> bytes:
     """Bytes of a cycle's record."""
     return RECORD.pack(Kind.CYCLE, flags, 0, 8, start_ns, computing_ns.to_bytes(8, "little", signed=True))
+
+
+def pack_begin(time_ns: int) -> bytes:
+    """Bytes of the record before the first cycle."""
+    return RECORD.pack(Kind.BEGIN, 0, 0, 0, time_ns, b"")
 
 
 def unpack_records(data: bytes) -> Iterator[Record]:

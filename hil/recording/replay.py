@@ -48,6 +48,8 @@ def cycles_of(records: Iterator[Record]) -> Iterator[RecordedCycle]:
             wishes = [bool(flags & flag) for flag in Flag]
             given = CycleInput(timed.time_ns, tuple(frames), computing, *wishes)
             frames, decided = [], []
+        elif kind is Kind.BEGIN:
+            frames = []
         elif kind is Kind.RECEIVED:
             frames.append(timed)
         elif kind is Kind.DECIDED:

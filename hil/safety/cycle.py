@@ -46,6 +46,7 @@ class Seen:
         module: what the safety module says; None if it did not answer for too long.
         warning, fault: whether it warns of, or has found, a limit passed.
         foreign_torque: whether somebody else sent torques on the bus.
+        watched: whether the watchdog is content.
         recording: whether what happens can still be recorded.
         abort: whether the operator, or the end of the process, wants to stop.
         end: whether the session is over and the arm is to be let go.
@@ -64,6 +65,7 @@ class Seen:
     warning: bool = False
     fault: bool = False
     foreign_torque: bool = False
+    watched: bool = True
     recording: bool = True
     abort: bool = False
     end: bool = False

@@ -167,6 +167,15 @@ def alone_on_the_bus(limits: Limits, state: State, motion: Motion, seen: Seen) -
     return None
 
 
+def watched(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip | None:
+    """What the watchdog has let go is not taken up again."""
+    return (
+        None
+        if seen.watched
+        else Trip("watched", Reaction.RELEASE, "the watchdog has let the arm go: the loop stood still")
+    )
+
+
 def recorded(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip | None:
     """A session that is not recorded is over, but not in a hurry."""
     if not seen.recording:
@@ -199,6 +208,7 @@ RULES: tuple[Rule, ...] = (
     calm,
     module_agrees,
     alone_on_the_bus,
+    watched,
     recorded,
     not_aborted,
     not_ended,

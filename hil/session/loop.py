@@ -9,6 +9,7 @@ from hil.bus.wire import Wire
 from hil.codecs.frame import Frame, Timed
 from hil.recording.recorder import Recorder
 from hil.safety.rules import not_aborted
+from hil.session.heart import Heart
 from hil.session.pilot import CycleInput, Decision, Pilot
 from hil.session.timing import Lateness
 
@@ -58,11 +59,12 @@ class Loop:
         pilot: Pilot,
         beats: Beats,
         recorder: Recorder | None = None,
+        heart: Heart | None = None,
         *,
         dry_run: bool = False,
         watch: Callable[[int, Decision], None] = lambda start_ns, decision: None,
     ) -> None:
-        self.wire, self.pilot, self.beats, self.recorder = wire, pilot, beats, recorder
+        self.wire, self.pilot, self.beats, self.recorder, self.heart = wire, pilot, beats, recorder, heart
         self.dry_run, self.watch = dry_run, watch
         self._computing_ns = 0
         self._letting_down = False
@@ -70,6 +72,9 @@ class Loop:
     def run(self, wishes: Callable[[], Wishes]) -> Summary:
         """Cycle until the wishes say that it is over, or a rule has stopped the arm; then let it down and go."""
         summary = Summary()
+        self.wire.drain()
+        if self.recorder is not None:
+            self.recorder.begin(self.wire.now())
         try:
             while not (wish := wishes()).over and not self.pilot.is_over:
                 self._beat(summary, wish)
@@ -94,12 +99,15 @@ class Loop:
             summary.faults.append(str(trip))
 
     def _cycle(self, start_ns: int, wish: Wishes) -> None:
+        if self.heart is not None:
+            self.heart.beat(start_ns)
         frames = self.wire.drain()
         for frame in self.pilot.requests():
             self.wire.send(frame)
         frames += self._answers(start_ns)
         recording = self.recorder is None or self.recorder.is_alive
-        given = CycleInput(start_ns, frames, self._computing_ns, wish.arm, wish.abort, recording, wish.over)
+        watched = self.heart is None or not self.heart.tripped_ns
+        given = CycleInput(start_ns, frames, self._computing_ns, wish.arm, wish.abort, recording, wish.over, watched)
         if self.recorder is not None:
             self.recorder.cycle(given)
         began = time.perf_counter_ns()

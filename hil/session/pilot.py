@@ -33,7 +33,7 @@ class CycleInput(NamedTuple):
     """All that a decision depends on; a recording holds exactly this.
 
     `start_ns` is when the cycle began (monotonic), `frames` what came since it began, `computing_ns` what the controller took
-    in the cycle before; the rest are wishes of the operator, and whether the recorder keeps up.
+    in the cycle before; the rest are wishes of the operator, and whether recorder and watchdog are content.
     """
 
     start_ns: int
@@ -43,6 +43,7 @@ class CycleInput(NamedTuple):
     abort: bool = False
     recording: bool = True
     end: bool = False
+    watched: bool = True
 
 
 class Decision(NamedTuple):
@@ -121,6 +122,7 @@ class Pilot:
             recording=given.recording,
             abort=given.abort,
             end=given.end,
+            watched=given.watched,
             arm=given.arm,
         )
         self.state, outcome = step(self.limits, self.state, seen)

@@ -12,22 +12,19 @@ from typing import Any
 
 from fmus.errors import MisfitError
 from hil.bus.gate import TORQUE_IDENTIFIERS
-from hil.bus.wire import Wire, open_wire
-from hil.codecs.barrett.safety_module import Mode
-from hil.errors import BusError
+from hil.bus.wire import open_wire
 from hil.recording.recorder import Recorder
 from hil.recording.replay import Replayed, replay
 from hil.session.loop import Loop, Summary, Wishes
 from hil.session.pilot import Pilot
 from hil.session.settings import Settings, settings_of_json
-from hil.session.start_up import Robot, module_mode, start_up
+from hil.session.start_up import Robot, start_up
 from hil.session.timing import Metronome, real_time_priority
+from hil.session.watchdog import watchdog
 
 SETTINGS, ROBOT, SUMMARY = "settings.json", "robot.json", "summary.json"
-# How often the safety module is asked whether the pendant was pressed, and for how long.
-POLL_S, PATIENCE_S = 0.05, 120.0
-# An arm that cannot be armed within this time after the operator's word is not armed at all.
-ARMING_S = 1.0
+# So long somebody has time to press Activate on the pendant after the operator's word.
+PATIENCE_S = 60.0
 
 
 @dataclass(frozen=True)
@@ -49,6 +46,7 @@ def run_session(
         ComponentError: if the bus breaks, or records are lost.
     """
     with ExitStack() as stack:
+        heart = stack.enter_context(watchdog(settings.bus))
         wire = open_wire(settings.bus, TORQUE_IDENTIFIERS)
         stack.callback(wire.close)
         recorder = _recorder(folder, settings)
@@ -56,7 +54,6 @@ def run_session(
             wire.tap = recorder.frame
             stack.callback(recorder.finish)
         robot = start_up(wire, settings.side, time.sleep, operator.at_home)
-        _wait_until_active(wire, robot, operator)
         armed = operator.may_arm(robot)
         if recorder is not None:
             (recorder.folder / ROBOT).write_text(json.dumps(_robot_json(robot), indent=2) + "\n")
@@ -64,7 +61,7 @@ def run_session(
         stack.enter_context(_signals(operator.abort))
         refused = stack.enter_context(real_time_priority())
         beats = Metronome(settings.limits.period_ns)
-        loop = Loop(wire, pilot, beats, recorder, dry_run=dry_run)
+        loop = Loop(wire, pilot, beats, recorder, heart, dry_run=dry_run)
         summary = loop.run(_wishes(seconds, armed, pilot, operator.abort))
         if armed and not pilot.is_armed:
             summary.faults.append(f"the arm could not be armed: {pilot.stopped}")
@@ -109,22 +106,18 @@ def _robot_json(robot: Robot) -> dict[str, Any]:
     return {**asdict(robot), "motor": dict(robot.motor)}
 
 
-def _wait_until_active(wire: Wire, robot: Robot, operator: Operator) -> None:
-    deadline = time.monotonic() + PATIENCE_S
-    while (mode := module_mode(wire, robot)) is not Mode.ACTIVE:
-        if operator.abort.is_set() or time.monotonic() > deadline:
-            raise BusError(f"the safety module is {mode.name}; press Activate on the pendant and start again")
-        time.sleep(POLL_S)
-
-
 def _wishes(seconds: float, arm: bool, pilot: Pilot, abort: threading.Event) -> Callable[[], Wishes]:
-    """Arm as soon as all answers are there, but not later than within `ARMING_S`; abort when told, end in time."""
+    """Arm as soon as the safety module is active and all is well; abort when told; end so long after arming."""
     began = time.monotonic()
+    armed: float | None = None if arm else began
 
     def wishes() -> Wishes:
-        passed = time.monotonic() - began
-        arming = arm and not pilot.is_armed and passed < ARMING_S
-        return Wishes(arm=arming, abort=abort.is_set(), over=passed > seconds)
+        nonlocal armed
+        now = time.monotonic()
+        if armed is None and pilot.is_armed:
+            armed = now
+        over = now - began > PATIENCE_S if armed is None else now - armed > seconds
+        return Wishes(arm=armed is None, abort=abort.is_set(), over=over or (armed is None and abort.is_set()))
 
     return wishes
 

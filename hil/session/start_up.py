@@ -10,7 +10,6 @@ from fmus.errors import MisfitError
 from hil.bus.wire import Wire
 from hil.codecs.barrett.identifiers import LAST_NODE, Group, Node, answer_of, to_group, to_node
 from hil.codecs.barrett.properties import decode_value, encode_request, encode_value
-from hil.codecs.barrett.safety_module import Mode, decode_mode
 from hil.codecs.barrett.tables import MONITOR, Kind, kind_of, properties
 from hil.codecs.frame import Frame
 from hil.errors import BusError, FrameError
@@ -150,11 +149,6 @@ def _zero(wire: Wire, robot: Robot, at_home: Callable[[], bool]) -> None:
         wire.send(Frame(to_node(k + 1), encode_value(robot.motor["P"], counts)))
     if robot.module is not None:
         wire.send(Frame(to_node(Node.SAFETY), encode_value(robot.module["ZERO"], 1)))
-
-
-def module_mode(wire: Wire, robot: Robot) -> Mode:
-    """What the safety module says; ACTIVE if there is none."""
-    return Mode.ACTIVE if robot.module is None else decode_mode(_must(wire, Node.SAFETY, "MODE", robot.module))
 
 
 def ask(wire: Wire, node: int, property: int, timeout_s: float) -> int | None:

@@ -16,7 +16,7 @@ class SafetyModule(Node):
     """Watches torques, speeds and the traffic; switches the motors' modes.
 
     Args:
-        eager: whether somebody presses Activate as soon as the arm is zeroed.
+        eager: whether somebody presses Activate once the arm is zeroed and the host speaks to the motors.
         heartbeat_ns: time without requests or torques to the motors after which an active arm is a fault. The real one's
             is not published.
     """
@@ -52,6 +52,9 @@ class SafetyModule(Node):
     def hear_host(self, time_ns: int) -> None:
         """Note that the host speaks to the motors."""
         self._heard_ns = time_ns
+        if self.eager and self.mode is Mode.IDLE and self.values["ZERO"] == 1:
+            self.eager = False
+            self.press(Button.ACTIVATE, time_ns)
 
     def hear_torques(self, torques: Sequence[int]) -> None:
         """Check a torque frame that passes on the bus."""
@@ -100,7 +103,5 @@ class SafetyModule(Node):
         if name == "MODE":
             if value in (Mode.ESTOP, Mode.IDLE) and value < self.mode:  # only the pendant leads upwards
                 self._switch(Mode(value))
-            return
-        super()._set(name, value, time_ns)
-        if name == "ZERO" and value == 1 and self.eager:
-            self.press(Button.ACTIVATE, time_ns)
+        else:
+            super()._set(name, value, time_ns)

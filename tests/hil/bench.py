@@ -49,6 +49,9 @@ class Bench:
         self.robot.advance(self.bus.time_ns)
         return Pilot(robot, self.settings.limits, controller or self.settings.make_controller(), gravity=False)
 
+    def close(self) -> None:
+        self.wire.close()
+
     def run(self, pilot: Pilot, cycles: int, disturb: Callable[[int], None] = lambda cycle: None) -> Summary:
         """Hold for some cycles, armed from the first one on that allows it; `disturb` is called before each."""
 

@@ -175,7 +175,7 @@ def test_a_torque_frame_that_does_not_come_from_the_core_is_not_sent() -> None:
     assert bench.torque_frames() == []
 
 
-def test_only_the_loop_sends_frames_past_the_gate_and_only_the_gate_packs_torques() -> None:
+def test_only_loop_and_watchdog_send_frames_past_the_gate_and_only_the_gate_packs_torques() -> None:
     """Read from the source: who calls `send_decided`, and who calls `pack_torques`."""
     callers: dict[str, set[str]] = {"send_decided": set(), "pack_torques": set()}
     for path in HIL.rglob("*.py"):
@@ -184,7 +184,10 @@ def test_only_the_loop_sends_frames_past_the_gate_and_only_the_gate_packs_torque
                 name = getattr(node.func, "attr", getattr(node.func, "id", ""))
                 if name in callers:
                     callers[name].add(str(path.relative_to(HIL)))
-    assert callers == {"send_decided": {"bus/wire.py", "session/loop.py"}, "pack_torques": {"bus/gate.py"}}
+    assert callers == {
+        "send_decided": {"bus/wire.py", "session/loop.py", "session/watchdog.py"},
+        "pack_torques": {"bus/gate.py"},
+    }
 
 
 def test_a_recording_replays_to_the_same_frames_bit_for_bit(tmp_path: Path) -> None:

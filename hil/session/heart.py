@@ -1,0 +1,61 @@
+"""The loop's heartbeat, in shared memory, and whether the watchdog has had enough."""
+
+import mmap
+import os
+import tempfile
+from pathlib import Path
+from struct import Struct
+
+_NUMBER = Struct("<q")
+_SIZE = 64
+_BEAT, _TRIPPED, _DONE = 0, 8, 16
+
+
+class Heart:
+    """One file in shared memory that loop and watchdog both open; times are monotonic ns, 0 before the first one."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        with path.open("r+b") as file:
+            self._memory = mmap.mmap(file.fileno(), _SIZE)
+
+    @staticmethod
+    def create() -> "Heart":
+        """A new one."""
+        shared = Path("/dev/shm")
+        handle, name = tempfile.mkstemp(prefix="misfit-heart-", dir=shared if shared.is_dir() else None)
+        os.ftruncate(handle, _SIZE)
+        os.close(handle)
+        return Heart(Path(name))
+
+    def beat(self, time_ns: int) -> None:
+        """Say that the loop is alive."""
+        _NUMBER.pack_into(self._memory, _BEAT, time_ns)
+
+    @property
+    def last_ns(self) -> int:
+        """The last beat."""
+        return int(_NUMBER.unpack_from(self._memory, _BEAT)[0])
+
+    def trip(self, time_ns: int) -> None:
+        """Say that the watchdog has let the arm go."""
+        _NUMBER.pack_into(self._memory, _TRIPPED, time_ns)
+
+    @property
+    def tripped_ns(self) -> int:
+        """When the watchdog let the arm go; 0 if it did not."""
+        return int(_NUMBER.unpack_from(self._memory, _TRIPPED)[0])
+
+    def finish(self) -> None:
+        """Say that the session has ended in good order."""
+        _NUMBER.pack_into(self._memory, _DONE, 1)
+
+    @property
+    def is_finished(self) -> bool:
+        """Whether it has."""
+        return int(_NUMBER.unpack_from(self._memory, _DONE)[0]) == 1
+
+    def remove(self) -> None:
+        """Give the memory back."""
+        self._memory.close()
+        self.path.unlink(missing_ok=True)
