@@ -20,6 +20,8 @@ class SharedMemory:
         self.handle = _nameless() if handle is None else handle
         self._page = mmap.mmap(self.handle, PAGE)
         self.word = ProgressWord.from_buffer(self._page)
+        if handle is None:
+            self.word.component = -1
         self._rest: mmap.mmap | None = None
 
     @property

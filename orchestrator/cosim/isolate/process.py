@@ -16,6 +16,7 @@ from typing import Any
 from fmus.errors import ComponentError, FmuError, MisfitError, ModelicaError
 from orchestrator.cosim.isolate.memory import SharedMemory
 from orchestrator.cosim.progress import CALLS
+from orchestrator.cosim.system import ComponentSpec
 
 ERRORS = {kind.__name__: kind for kind in (MisfitError, ModelicaError, FmuError, ComponentError)}
 SIGNALS = {
@@ -39,15 +40,20 @@ class Limits:
     memory_gib: float = 4.0
 
 
+def label(spec: ComponentSpec) -> str:
+    """What error messages call a component."""
+    return f"FMU '{spec.name}'" if spec.kind == "fmu" else f"component '{spec.name}' ({spec.kind})"
+
+
 class Child:
-    """One child. `names` are the components that the progress word counts.
+    """One child. `labels` say for people what the components are that the progress word counts.
 
     The child is a program of its own in a session of its own, so that Ctrl-C reaches only the host; it ends when the
     host does. What it prints is kept for error messages, as far as it is the last line.
     """
 
-    def __init__(self, task: str, names: Sequence[str], limits: Limits) -> None:
-        self.names, self.limits = list(names), limits
+    def __init__(self, task: str, labels: Sequence[str], limits: Limits) -> None:
+        self.labels, self.limits = list(labels), limits
         self.memory = SharedMemory()
         self._connection, theirs = Pipe()
         reading, writing = os.pipe()
@@ -140,7 +146,7 @@ class Child:
         """The error, with who was called, and where in time."""
         word = self.memory.word
         time_s, last, call = word.time, word.last_good, CALLS[word.call]
-        who = f"FMU '{self.names[word.component]}'" if 0 <= word.component < len(self.names) else "the simulation"
+        who = self.labels[word.component] if 0 <= word.component < len(self.labels) else "the simulation"
         self.close()
         where = f" in {call} at t = {time_s:.9g} s" if word.component >= 0 else ""
         good = f"; last good time {last:.9g} s" if call in ("set", "get", "step") else ""

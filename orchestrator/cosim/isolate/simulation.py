@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmus.errors import MisfitError
-from orchestrator.cosim.isolate.process import Child, Limits
+from orchestrator.cosim.isolate.process import Child, Limits, label
 from orchestrator.cosim.results.recorder import Nowhere, Recorder
 from orchestrator.cosim.system import System
 
@@ -17,7 +17,7 @@ class IsolatedSimulation:
     """Offers what `Simulation` does; what an FMU breaks there is a ComponentError here, and the rows until then are kept."""
 
     def __init__(self, system: System, limits: Limits | None = None, **options: Any) -> None:
-        self._child = Child("simulation", list(system.components), limits or Limits())
+        self._child = Child("simulation", [label(spec) for spec in system.components.values()], limits or Limits())
         self._buffer: NDArray[np.float64] | None = None
         self._last = -np.inf
         self._child.send(system, options)
