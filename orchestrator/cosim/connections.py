@@ -55,9 +55,7 @@ class _Checker:
     links: list[Link] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.ports = {
-            name: {port.name: port for port in self.interfaces[name].ports} for name in self.system.components
-        }
+        self.ports = {name: self._inside(name) for name in self.system.components}
         self.ports[OUTSIDE] = self._outside()
         self.slots, self.size = _numbered(self.ports)
         self.by_address = {(slot.component, slot.port.name): slot for slot in self.slots}

@@ -1,5 +1,6 @@
-"""Find the system that a SYSTEM argument names: TOML, SSP, or one FMU."""
+"""Find the system that a SYSTEM argument names: TOML, SSP, one FMU, or a Modelica class that becomes one."""
 
+import hashlib
 import re
 from pathlib import Path
 
@@ -9,16 +10,20 @@ from orchestrator.cosim.system import ComponentSpec, System
 ENDINGS = (".toml", ".ssd", ".ssp", ".fmu")
 
 
-def load_system(path: str | Path) -> System:
+def load_system(model: str | Path) -> System:
     """Read a system file; a single FMU is a system of one, with the inputs and outputs of the FMU.
 
+    `FILE.mo:Package.Class` and the names of built-in models are built into the cache and read as an FMU.
+
     Raises:
-        MisfitError: if there is no such file or it cannot be used; the message names the place in the file.
+        MisfitError: if there is no such file or model or it cannot be used; the message names the place in the file.
     """
-    path = Path(path)
+    path = Path(model)
     ending = path.suffix.lower()
     if ending not in ENDINGS:
-        raise MisfitError(f"{path}: ending {ending!r}; expected a system file ({', '.join(ENDINGS)})")
+        if path.exists():
+            raise MisfitError(f"{path}: ending {ending!r}; expected a system file ({', '.join(ENDINGS)})")
+        return _single(_built(str(model)))
     if not path.is_file():
         raise MisfitError(f"{path} does not exist; expected a system file ({', '.join(ENDINGS)})")
     if ending == ".toml":
@@ -30,6 +35,19 @@ def load_system(path: str | Path) -> System:
     from orchestrator.cosim.ssp import read_ssp
 
     return read_ssp(path)
+
+
+def _built(name: str) -> Path:
+    """FMU of a Modelica class, in a folder of the cache that belongs to its name and file."""
+    from fmus.build import Target, build_all
+    from fmus.catalogue import find_modelica_model
+    from fmus.files import cache_folder
+
+    model = find_modelica_model(name)
+    place = hashlib.sha256(f"{model.name}\0{model.file and model.file.resolve()}".encode()).hexdigest()[:16]
+    path = cache_folder("models") / place / f"{model.name.rsplit('.', 1)[-1]}.fmu"
+    build_all([Target(model, "2.0", path)], workers=1)
+    return path
 
 
 def _single(path: Path) -> System:

@@ -172,6 +172,26 @@ def test_inputs_of_the_system_take_their_unit_from_the_first_variable_inside():
     assert "mass.Fb" not in [each.address for each in wiring.unconnected]
 
 
+def test_an_input_of_the_system_starts_where_the_variable_inside_does():
+    system, parts = pair()
+    system = replace(system, inputs={"push": ("mass.Fb",)}, units={"push": "kN"}).with_values({"mass.Fb": Value(250.0)})
+    wiring = wire(system, parts)
+    assert wiring.by_address["", "push"].port.start == pytest.approx(0.25)
+    assert wiring.from_component("")[0].source is wiring.by_address["", "push"]
+
+
+def test_a_unit_is_named_for_a_variable_without_one_and_must_not_contradict_the_component():
+    named = Described([Port("y", "output")])
+    system, parts = two(named, sink(unit="m"))
+    components = {**system.components, "a": ComponentSpec("a", units={"y": "mm"})}
+    assert wire(replace(system, components=components), parts).links[0].convert(1.0) == 0.001
+    components["b"] = ComponentSpec("b", units={"u": "km", "v": "m"})
+    with pytest.raises(
+        MisfitError, match="b.u is in m, but the system says km; unit of b.v: there is no such variable"
+    ):
+        wire(replace(system, components=components), parts)
+
+
 def test_given_values_are_converted_to_the_unit_of_the_variable():
     system, parts = pair()
     values = {"spring.k": Value(5, "N/mm"), "mass.m": Value("250 g"), "mass.Fb": Value("-1.5")}

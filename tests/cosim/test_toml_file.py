@@ -3,9 +3,12 @@
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from small_fmus import small_fmu
 
 from fmus.errors import MisfitError
 from orchestrator.cosim import ComponentSpec, Connection, RunSettings, System, Value
+from orchestrator.cosim.connections import wire
+from orchestrator.cosim.kinds import describe
 from orchestrator.cosim.load import load_system
 from orchestrator.cosim.toml_file import read_toml, write_toml
 
@@ -116,11 +119,29 @@ def test_a_mistake_is_named_with_its_place_and_what_was_expected(tmp_path, chang
 
 
 @pytest.mark.parametrize(
-    ("name", "words"), [("s.txt", "ending '.txt'; expected a system file"), ("s.toml", "does not exist")]
+    ("name", "words"), [("s.txt", "ending '.txt'; expected a system file"), ("s.toml", "s.toml does not exist")]
 )
 def test_what_is_no_system_file_is_refused(tmp_path, name, words):
+    (tmp_path / "s.txt").touch()
     with pytest.raises(MisfitError, match=words):
         load_system(tmp_path / name)
+
+
+def test_one_fmu_is_a_system_with_its_inputs_and_outputs():
+    path = small_fmu("mass")
+    system = load_system(path)
+    assert system.components == {"mass": ComponentSpec("mass", source="mass.fmu")}
+    assert system.inputs == {"fa": ("mass.fa",), "fb": ("mass.fb",)}
+    assert system.outputs == {"x": "mass.x", "v": "mass.v"}
+    assert wire(system, {"mass": describe(system.components["mass"], system.folder)}).unconnected == ()
+
+
+def test_a_built_in_model_is_a_system_of_one():
+    system = load_system("pendulum")
+    assert list(system.components) == ["pendulum"]
+    assert (system.folder / system.components["pendulum"].source).is_file()
+    with pytest.raises(MisfitError, match="there is no model 'pendulumm'"):
+        load_system("pendulumm")
 
 
 NAMES = st.text(st.characters(blacklist_categories=("Cs",), blacklist_characters="."), min_size=1, max_size=8)

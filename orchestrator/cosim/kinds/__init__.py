@@ -1,6 +1,7 @@
 """Kinds of components by name: those that come along, and those that other packages bring by entry point."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
@@ -35,12 +36,16 @@ OPTIONS = {
 
 
 def open_component(spec: ComponentSpec, folder: Path) -> Component:
-    """Load a component; files that it names are below `folder`.
+    """Load a component, in a process of its own where it asks for that; files that it names are below `folder`.
 
     Raises:
         MisfitError: if there is no such kind or what it names cannot be used; the message names the component.
         ComponentError: if loading it fails.
     """
+    if spec.isolate:
+        from orchestrator.cosim.isolate.component import IsolatedComponent
+
+        return IsolatedComponent(replace(spec, isolate=False), folder)
     try:
         return _opener(spec.kind)(spec, folder)
     except MisfitError as error:

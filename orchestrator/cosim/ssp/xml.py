@@ -1,0 +1,94 @@
+"""XML of SSP files, read without trusting it: namespaces, attributes, units."""
+
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+from fmus.archive import check_xml
+from fmus.errors import MisfitError
+from fmus.units import BASE_UNITS, SiUnit
+from orchestrator.measurements.wording import shown
+
+_ROOT = "http://ssp-standard.org/SSP1/SystemStructure"
+NAMESPACES = {
+    "ssc": f"{_ROOT}Common",
+    "ssd": f"{_ROOT}Description",
+    "ssv": f"{_ROOT}ParameterValues",
+    "ssm": f"{_ROOT}ParameterMapping",
+    "ssb": f"{_ROOT}SignalDictionary",
+}
+
+
+def parse(content: bytes, path: Path, tag: str) -> ET.Element:
+    """Parse a file whose outermost element has to be `tag`, such as `ssd:SystemStructureDescription`.
+
+    Raises:
+        MisfitError: if it is no well-formed XML, has a DOCTYPE, or holds something else.
+    """
+    check_xml(content, str(path))
+    root = ET.fromstring(content)
+    if root.tag != qualified(tag):
+        raise MisfitError(f"{path}: the outermost element is {shown(root.tag)}, expected {tag} of SSP 1.0 or 2.0")
+    return root
+
+
+def qualified(tag: str) -> str:
+    """Name of an element as ElementTree has it: `ssd:System` with its namespace in full."""
+    prefix, _, name = tag.partition(":")
+    return f"{{{NAMESPACES[prefix]}}}{name}"
+
+
+def children(element: ET.Element | None, path: str) -> Iterator[ET.Element]:
+    """Elements along a path such as `ssd:Elements/ssd:System`."""
+    return iter(()) if element is None else iter(element.findall(path, NAMESPACES))
+
+
+def required(element: ET.Element, attribute: str, where: str) -> str:
+    """An attribute that has to be there.
+
+    Raises:
+        MisfitError: if it is not.
+    """
+    value = element.get(attribute)
+    if value is None:
+        raise MisfitError(f"{where}: {local(element)} without {attribute!r}")
+    return value
+
+
+def number(element: ET.Element, attribute: str, default: float | None, where: str) -> float | None:
+    """An attribute that is a number, or the default.
+
+    Raises:
+        MisfitError: if it is none.
+    """
+    text = element.get(attribute)
+    if text is None:
+        return default
+    try:
+        return float(text)
+    except ValueError:
+        raise MisfitError(f"{where}: {local(element)} with {attribute} = {shown(text)}, expected a number") from None
+
+
+def truth(element: ET.Element, attribute: str) -> bool:
+    """An attribute that is true or false, which is the default."""
+    return element.get(attribute) in ("true", "1")
+
+
+def local(element: ET.Element) -> str:
+    """Name of an element without its namespace."""
+    return element.tag.rpartition("}")[2]
+
+
+def units(root: ET.Element, prefix: str, where: str) -> Mapping[str, SiUnit]:
+    """Unit definitions of a file; `prefix` is its namespace."""
+    found = {}
+    for unit in children(root, f"{prefix}:Units/ssc:Unit"):
+        base = unit.find("ssc:BaseUnit", NAMESPACES)
+        if base is None:
+            continue
+        exponents = {name: int(number(base, name, 0.0, where) or 0) for name in BASE_UNITS}
+        factor, offset = number(base, "factor", 1.0, where), number(base, "offset", 0.0, where)
+        assert factor is not None and offset is not None
+        found[required(unit, "name", where)] = SiUnit({n: e for n, e in exponents.items() if e}, factor, offset)
+    return found
