@@ -95,8 +95,9 @@ class Loop:
         trip = self.pilot.stopped
         if trip is None or not self.pilot.is_armed or (self._letting_down and trip.rule == not_aborted.__name__):
             return
-        if str(trip) not in summary.faults:
-            summary.faults.append(str(trip))
+        words = f"{trip} ({self.pilot.controller_error})" if self.pilot.controller_error else str(trip)
+        if words not in summary.faults:
+            summary.faults.append(words)
 
     def _cycle(self, start_ns: int, wish: Wishes) -> None:
         if self.heart is not None:

@@ -69,6 +69,7 @@ class Pilot:
         self.state: State | None = None
         self.cycle = 0
         self.missing_answers = self.strange_frames = 0
+        self.controller_error = ""
         self._counts: list[int | None] = [None] * proficio.JOINTS
         self._force = np.zeros(3)
         self._force_saturated = False
@@ -104,13 +105,13 @@ class Pilot:
         seconds = -1.0 if armed is None else (given.start_ns - armed) * 1e-9
         motion = self.state.motion
         observed = Observed(seconds, np.array(angles), np.array(motion.speeds), self._force.copy())
-        asked = np.asarray(self.controller.torque(observed), dtype=float)
+        asked = self._ask(observed)
         support = proficio.holding_torques(angles, self.robot.side) if self.gravity else np.zeros(proficio.JOINTS)
         lost = self.robot.module is not None and given.start_ns - self._module_ns > MODULE_LOST_NS
         seen = Seen(
             time_ns=given.start_ns,
             positions=tuple(angles[k] if known[k] else None for k in range(proficio.JOINTS)),
-            asked=tuple(asked.ravel().tolist()),
+            asked=tuple(asked.tolist()),
             support=tuple(support.tolist()),
             computing_ns=given.computing_ns,
             force=tuple(self._force.tolist()) if self.robot.sensor is not None else None,
@@ -147,6 +148,14 @@ class Pilot:
         if state is None or state.stopped is None or not self.is_armed:
             return False
         return state.reaction >= Reaction.RELEASE or state.fading == 0.0
+
+    def _ask(self, observed: Observed) -> np.ndarray:
+        """What the controller asks for; one that raises asks for what is no number, which the core does not let pass."""
+        try:
+            return np.asarray(self.controller.torque(observed), dtype=float).ravel()
+        except Exception as error:  # a user's own class may raise anything
+            self.controller_error = f"{type(error).__name__}: {error}"
+            return np.full(proficio.JOINTS, np.nan)
 
     def _read(self, given: CycleInput) -> set[int]:
         """Take the frames of a cycle in; returns the motors whose position came. Frames from before it are too late."""

@@ -11,10 +11,12 @@ from pathlib import Path
 from typing import Any
 
 from fmus.errors import MisfitError
+from fmus.files import write_atomically
 from hil.bus.gate import TORQUE_IDENTIFIERS
 from hil.bus.wire import open_wire
 from hil.recording.recorder import Recorder
 from hil.recording.replay import Replayed, replay
+from hil.recording.signals import write_blf, write_signals
 from hil.session.loop import Loop, Summary, Wishes
 from hil.session.pilot import Pilot
 from hil.session.settings import Settings, settings_of_json
@@ -67,7 +69,9 @@ def run_session(
             summary.faults.append(f"the arm could not be armed: {pilot.stopped}")
         document = _result(settings, summary, beats.missed, recorder, refused)
     if folder is not None:
-        (folder / SUMMARY).write_text(json.dumps(document, indent=2) + "\n")
+        write_atomically(folder / SUMMARY, (json.dumps(document, indent=2) + "\n").encode())
+        write_signals(folder, recorded_pilot(folder), {"session": document})
+        write_blf(folder)
     return document
 
 

@@ -23,6 +23,9 @@ from hil.virtual.robot import VirtualRobot
 SETTINGS: Settings = replace(default_settings(), gravity=False)
 
 
+OPEN: list["Bench"] = []
+
+
 class Bench:
     """A virtual Proficio, started up, with everything that went over its bus."""
 
@@ -35,6 +38,7 @@ class Bench:
         self.sent: list[Timed] = []
         self.wire.tap = lambda timed, sent: self.sent.append(timed) if sent else None
         self.cycle = 0
+        OPEN.append(self)
 
     def started(self, at_home: Callable[[], bool] = lambda: True) -> Robot:
         return start_up(self.wire, self.settings.side, self.sleep, at_home)
@@ -48,9 +52,6 @@ class Bench:
         self.plant.angles = np.array([-0.3, 0.2, 1.5])
         self.robot.advance(self.bus.time_ns)
         return Pilot(robot, self.settings.limits, controller or self.settings.make_controller(), gravity=False)
-
-    def close(self) -> None:
-        self.wire.close()
 
     def run(self, pilot: Pilot, cycles: int, disturb: Callable[[int], None] = lambda cycle: None) -> Summary:
         """Hold for some cycles, armed from the first one on that allows it; `disturb` is called before each."""

@@ -1,0 +1,94 @@
+"""A recording as other tools want it: signals in Parquet, a measurement set, frames in BLF. Made by replaying it."""
+
+import json
+from collections.abc import Iterator
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import can
+import numpy as np
+
+from fmus.files import write_atomically
+from hil.recording.records import Kind
+from hil.recording.replay import RecordedCycle, read_records, replay
+from hil.robots import proficio
+from hil.session.pilot import Decision, Pilot
+from orchestrator.cosim.results import Column, recorder_for
+
+SIGNALS, FRAMES_BLF, CASE = "signals.parquet", "frames.blf", "case.toml"
+_JOINTS = range(1, proficio.JOINTS + 1)
+COLUMNS = (
+    *(Column(f"q{k}", "rad", description=f"angle of joint {k}") for k in _JOINTS),
+    *(Column(f"w{k}", "rad/s", description=f"speed of joint {k}, low-pass filtered") for k in _JOINTS),
+    *(Column(f"tau{k}", "N.m", description=f"torque sent to joint {k}") for k in _JOINTS),
+    *(Column(f"asked{k}", "N.m", description=f"torque that the controller asked for at joint {k}") for k in _JOINTS),
+    *(Column(f"f{axis}", "N", description=f"force at the wrist along {axis}") for axis in "xyz"),
+    Column(
+        "reaction",
+        "1",
+        "Int32",
+        "what the safety core did: 0 pass, 1 reduce, 2 comply, 3 support, 4 release, 5 silence",
+    ),
+)
+# Rows that are handed on at a time.
+_BLOCK = 4096
+# Share of a session that is learnt from; the rest is held out.
+_LEARNING = 2 / 3
+
+
+def write_signals(folder: Path, pilot: Pilot, provenance: dict[str, Any]) -> None:
+    """Write `signals.parquet` and the `case.toml` that makes the folder a measurement set.
+
+    Args:
+        pilot: set up as that of the session.
+    """
+    recorder = recorder_for(folder / SIGNALS)
+    recorder.begin(COLUMNS, provenance)
+    cycles = replay(folder, pilot)
+    began: int | None = None
+    last = 0.0
+    while block := list(islice(cycles, _BLOCK)):
+        began = block[0][1].given.start_ns if began is None else began
+        times = np.array([(cycle.given.start_ns - began) * 1e-9 for _, cycle, _ in block])
+        recorder.rows(times, np.array([_row(cycle, decision) for _, cycle, decision in block]))
+        last = float(times[-1])
+    recorder.finish()
+    write_atomically(folder / CASE, _case(last).encode())
+
+
+def write_blf(folder: Path) -> None:
+    """Write all frames to `frames.blf`; times are monotonic seconds."""
+    with can.BLFWriter(str(folder / FRAMES_BLF)) as writer:
+        for message in _messages(folder):
+            writer.on_message_received(message)
+
+
+def _messages(folder: Path) -> Iterator[can.Message]:
+    for kind, _flags, (time_ns, frame) in read_records(folder):
+        if kind in (Kind.RECEIVED, Kind.SENT):
+            yield can.Message(
+                timestamp=time_ns * 1e-9,
+                arbitration_id=frame.identifier,
+                data=frame.data,
+                is_extended_id=False,
+                is_rx=kind is Kind.RECEIVED,
+            )
+
+
+def _row(cycle: RecordedCycle, decision: Decision) -> list[float]:
+    outcome, observed = decision.outcome, decision.observed
+    torques = outcome.torques if outcome.torques is not None else (0.0,) * proficio.JOINTS
+    force = observed.force.tolist()
+    asked = np.asarray(decision.asked, dtype=float).ravel().tolist()
+    return [*observed.angles.tolist(), *observed.speeds.tolist(), *torques, *asked, *force, float(outcome.reaction)]
+
+
+def _case(seconds: float) -> str:
+    units = "\n".join(f"{json.dumps(column.name)} = {json.dumps(column.unit)}" for column in COLUMNS)
+    cut = round(_LEARNING * seconds, 3)
+    return (
+        f"files = [{json.dumps(SIGNALS)}]\n"
+        f"learning_window_s = [0.0, {cut}]\nheld_out_window_s = [{cut}, {seconds:.3f}]\n\n"
+        f'[columns]\ntime = "s"\n{units}\n'
+    )
