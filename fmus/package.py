@@ -24,6 +24,7 @@ from fmus.runtime.generated import (
     model_identifier,
 )
 from fmus.symbolic.system import SymbolicSystem
+from fmus.trust import trust
 
 
 def build_fmu(
@@ -74,8 +75,10 @@ def build_fmu(
         if name in files:
             raise FmuError(f"extra file {name!r} would replace a part of the FMU; choose another name")
         files[name] = content
+    content = _zipped(files)
     try:
-        write_atomically(path, _zipped(files))
+        write_atomically(path, content)
+        trust(hashlib.sha256(content).hexdigest(), f"built from {system.name}")
     except OSError as error:
         raise FmuError(f"cannot write {path}: {error.strerror}") from error
     return path

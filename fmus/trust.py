@@ -1,34 +1,18 @@
 """Which FMUs may run in the process of misfit itself: those it built on this machine, and those the user trusts.
 
 An FMU is native code: one that crashes takes along the process it runs in. What is not trusted runs in a process of its own.
-Trust goes by content: an FMU that is changed by a byte has to earn it again.
+Trust goes by content: an FMU that is changed by a byte has to earn it again. It is kept in the cache, one file for each
+SHA-256; where that is lost, FMUs run in processes of their own, which is always right.
 """
 
-import os
-from pathlib import Path
-
-import platformdirs
-
-from fmus.files import write_atomically
-
-
-def trust_folder() -> Path:
-    """Folder with a file for each trusted content, named by its SHA-256; `MISFIT_TRUST` moves it."""
-    chosen = os.environ.get("MISFIT_TRUST")
-    return Path(chosen) if chosen else Path(platformdirs.user_data_dir("misfit")) / "trusted"
+from fmus.files import cache_folder, write_atomically
 
 
 def trust(digest: str, why: str) -> None:
     """Trust FMUs whose file has this SHA-256, in hex, from now on; `why` is for people who look into the folder."""
-    path = trust_folder() / digest
-    if path.exists():
-        return
-    try:
-        write_atomically(path, f"{why}\n".encode())
-    except OSError:
-        return  # nowhere to remember it: the FMU keeps running in a process of its own, which is always right
+    write_atomically(cache_folder("trusted") / digest, f"{why}\n".encode())
 
 
 def is_trusted(digest: str) -> bool:
     """Whether FMUs whose file has this SHA-256 are trusted."""
-    return (trust_folder() / digest).is_file()
+    return (cache_folder("trusted") / digest).is_file()

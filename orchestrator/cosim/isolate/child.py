@@ -74,7 +74,7 @@ def _end_with(parent: int) -> None:
     os._exit(1)
 
 
-def _answer(host: _Host, call: Callable[[], Any]) -> None:
+def _answer(host: _Host, call: Callable[[], Any], state: Callable[[], Any] = lambda: None) -> None:
     try:
         answer = call()
     except MisfitError as error:
@@ -83,10 +83,11 @@ def _answer(host: _Host, call: Callable[[], Any]) -> None:
         words = " ".join(str(error).split())
         host.connection.send(("error", ComponentError.__name__, f"{type(error).__name__}: {words}"))
     else:
-        host.connection.send(("answer", answer))
+        host.connection.send(("answer", answer, state()))
 
 
 def _serve_simulation(host: _Host) -> None:
+    from orchestrator.cosim.isolate.simulation import State
     from orchestrator.cosim.simulation import Simulation
 
     system, options = host.connection.recv()
@@ -94,19 +95,19 @@ def _serve_simulation(host: _Host) -> None:
     made: list[Simulation] = []
 
     def make() -> Any:
-        simulation = Simulation(system, progress=progress, **options)
-        made.append(simulation)
-        return simulation.columns, simulation.provenance(), simulation.report
+        made.append(Simulation(system, progress=progress, **options))
+        return made[0].columns, made[0].provenance(), made[0].step_size
 
-    _answer(host, make)
+    def state() -> State | None:
+        return State(made[0].time, made[0].ended, made[0].report) if made else None
+
+    _answer(host, make, state)
     while True:
         name, arguments = host.connection.recv()
         if name == "run":
             until, recorded = arguments
-            recorder = host if recorded else None
-            _answer(host, lambda: made[0].run(until, recorder=recorder, watch=host.watch))  # noqa: B023
-        else:
-            _answer(host, lambda: getattr(made[0], name)(*arguments))  # noqa: B023
+            arguments = (until, host if recorded else None, host.watch)
+        _answer(host, lambda: getattr(made[0], name)(*arguments), state)  # noqa: B023
 
 
 def _serve_component(host: _Host) -> None:

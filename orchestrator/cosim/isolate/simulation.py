@@ -1,6 +1,7 @@
 """A whole simulation in a process of its own: as fast as in this one, since rows come back through shared memory."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from types import TracebackType
 from typing import Any
 
@@ -8,9 +9,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmus.errors import MisfitError
+from orchestrator.cosim.assembly import Report
 from orchestrator.cosim.isolate.process import Child, Limits, label
 from orchestrator.cosim.results.recorder import Nowhere, Recorder
 from orchestrator.cosim.system import System
+
+
+@dataclass(frozen=True)
+class State:
+    """What changes as a simulation goes on; it comes with every answer."""
+
+    time: float
+    ended: str
+    report: Report
 
 
 class IsolatedSimulation:
@@ -22,10 +33,15 @@ class IsolatedSimulation:
         self._last = -np.inf
         self._child.send(system, options)
         try:
-            self.columns, self._provenance, self.report = self._answer(Nowhere(), None)
+            self.columns, self._provenance, self.step_size = self._answer(Nowhere(), None)
         except MisfitError:
             self.close()
             raise
+
+    @property
+    def report(self) -> Report:
+        """What a user should know before trusting the run."""
+        return self._state.report
 
     def provenance(self) -> Any:
         """What the simulation is made of."""
@@ -47,8 +63,33 @@ class IsolatedSimulation:
             self._rescue(taking)
             raise
 
-    def call(self, name: str, *arguments: Any) -> Any:
-        """Call any other method of the simulation, such as `step`, `get` and `set`."""
+    @property
+    def ended(self) -> str:
+        """Which component ended the run and when; empty if none did."""
+        return self._state.ended
+
+    @property
+    def time(self) -> float:
+        """The communication point reached, in s."""
+        return self._state.time
+
+    def initialise(self) -> None:
+        """Find the values at the start."""
+        self._call("initialise")
+
+    def step(self, size: float | None = None) -> float:
+        """Go to the next communication point and return its time in s."""
+        return self._call("step", size)
+
+    def get(self, address: str) -> Any:
+        """Value of a variable or of an output of the system."""
+        return self._call("get", address)
+
+    def set(self, address: str, value: Any) -> None:
+        """Set an input, a parameter or an input of the system."""
+        self._call("set", address, value)
+
+    def _call(self, name: str, *arguments: Any) -> Any:
         self._child.send(name, arguments)
         return self._answer(Nowhere(), None)
 
@@ -72,7 +113,8 @@ class IsolatedSimulation:
         while True:
             kind, *content = self._child.receive()
             if kind == "answer":
-                return content[0]
+                answer, self._state = content
+                return answer
             self._take(kind, content, recorder, watch)
 
     def _take(
