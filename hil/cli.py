@@ -4,13 +4,17 @@ import contextlib
 import sys
 import tempfile
 import threading
+import time
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import click
 
 from fmus.errors import MisfitError
 from orchestrator.cli.common import show, write_json
+
+if TYPE_CHECKING:
+    from hil.session.settings import Settings
 
 
 @click.group()
@@ -44,23 +48,13 @@ def hold(
     quiet: bool,
 ) -> None:
     """Hold the arm where it is, and give way to whoever pushes."""
-    from dataclasses import replace
-
     from hil.session.session import Operator, run_session
-    from hil.session.settings import default_settings, read_settings
-    from hil.virtual.process import virtual_robot
 
-    if virtual == (bench is not None):
-        raise MisfitError("say either --virtual or --bench FILE: one of them tells which robot")
     out = folder or Path(tempfile.mkdtemp(prefix="session-", dir=_made(Path("recordings"))))
     with contextlib.ExitStack() as stack:
-        if bench is None:
-            settings = replace(default_settings(rate_hz=rate_hz), gravity=False)
-            settings = replace(settings, bus=stack.enter_context(virtual_robot(settings.side)))
-            operator = Operator(lambda: True, lambda robot: True, threading.Event())
-        else:
-            settings = read_settings(bench, rate_hz)
-            operator = Operator(_ask_home, _ask_arm, threading.Event())
+        settings = _settings(virtual, bench, rate_hz, stack)
+        at_home, may_arm = (_yes, _yes) if virtual else (_ask_home, _ask_arm)
+        operator = Operator(at_home, may_arm, threading.Event())
         document = run_session(settings, seconds, operator, out, dry_run=dry_run)
     write_json(json_file, document)
     if json_file != "-":
@@ -75,6 +69,34 @@ def hold(
             quiet,
         )
     if document["faults"]:
+        raise SystemExit(1)
+
+
+@hil.command()
+@click.option("--virtual", is_flag=True, help="Check a virtual robot; nothing needs to be attached.")
+@click.option("--bench", metavar="FILE", type=click.Path(path_type=Path), help="Bus, robot and limits (TOML).")
+@click.option("--rate", "rate_hz", type=float, default=500.0, show_default=True, help="Cycles a second (Hz) to hold.")
+@click.option("--json", "json_file", metavar="F", help="Write the result to F ('-': standard output).")
+@click.option("--quiet", is_flag=True, help="Print nothing but errors.")
+def check(virtual: bool, bench: Path | None, rate_hz: float, json_file: str | None, quiet: bool) -> None:
+    """Say what is on a bus, what is missing, and what is set up wrongly. Motors are woken, not energised."""
+    from dataclasses import asdict
+
+    from hil.bus.gate import TORQUE_IDENTIFIERS
+    from hil.bus.wire import open_wire
+    from hil.session.check import check as look
+
+    with contextlib.ExitStack() as stack:
+        settings = _settings(virtual, bench, rate_hz, stack)
+        wire = open_wire(settings.bus, TORQUE_IDENTIFIERS)
+        stack.callback(wire.close)
+        findings = []
+        for finding in look(wire, rate_hz, time.sleep):
+            findings.append(finding)
+            if json_file != "-":
+                show(f"{'ok ' if finding.good else 'BAD'}  {finding.words}", quiet)
+    write_json(json_file, {"schema": "misfit.hil-check/1", "findings": [asdict(finding) for finding in findings]})
+    if not all(finding.good for finding in findings):
         raise SystemExit(1)
 
 
@@ -108,9 +130,29 @@ def robot(port: int, side: Literal["left", "right"], pendant: str) -> None:
     serve(port, side, pendant == "active")
 
 
+def _settings(virtual: bool, bench: Path | None, rate_hz: float, stack: contextlib.ExitStack) -> "Settings":
+    """Settings of the robot that the options mean; a virtual one lives as long as the stack."""
+    from dataclasses import replace
+
+    from hil.session.settings import default_settings, read_settings
+    from hil.virtual.process import virtual_robot
+
+    if virtual == (bench is not None):
+        raise MisfitError("say either --virtual or --bench FILE: one of them tells which robot")
+    if bench is not None:
+        return read_settings(bench, rate_hz)
+    settings = replace(default_settings(rate_hz=rate_hz), gravity=False)
+    return replace(settings, bus=stack.enter_context(virtual_robot(settings.side)))
+
+
 def _made(folder: Path) -> Path:
     folder.mkdir(exist_ok=True)
     return folder
+
+
+def _yes(robot: object = None) -> bool:
+    """Nobody needs to be asked about a robot that is not there."""
+    return True
 
 
 def _ask_home() -> bool:
