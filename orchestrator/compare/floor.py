@@ -3,14 +3,14 @@
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from scipy import optimize
 
 from orchestrator.measurements import BoundSet, BoundTrial
 from orchestrator.models.contract import FittedTrial, Model
 
 DRAWS = 8
-# Step of a start value, as a share of it (of its unit if it is smaller), and a slope that counts as none.
+# Step of a start value, as a share of it (of its unit if it is smaller).
 NUDGE = 1e-4
-NEGLIGIBLE = 1e-6
 
 
 def noise_floor(
@@ -20,7 +20,7 @@ def noise_floor(
 
     Two independent parts add as squares: the sensor's own noise, and the noise of measured inputs (a force, say)
     carried through the model, estimated with `DRAWS` perturbed free runs of each given trial. A fit of the start values
-    takes part of what is carried away, nearly all of it where the model integrates its inputs.
+    takes part of what is carried away, as far as they may be moved.
     """
     sensor = np.array([data.noise_std[name] for name in data.output_names])
     carried = np.zeros(len(sensor))
@@ -35,33 +35,36 @@ def _carried_squares(
     model: Model, data: BoundSet, trial: BoundTrial, followed: FittedTrial, random: np.random.Generator
 ) -> list[np.ndarray]:
     """Mean squares (ny,) of what each draw leaves once start values have been fitted to it, to first order."""
-    input_std = np.array([data.noise_std.get(name, 0.0) for name in data.input_names])
+    noises = [data.noise_of(name) for name in data.input_names]
     sensor = np.array([data.noise_std[name] for name in data.output_names])
-    basis = _start_basis(model, data, trial, followed, sensor)
+    slopes, reach = _start_slopes(model, data, trial, followed, sensor)
     found = []
     for _ in range(DRAWS):
-        noisy = trial.inputs + random.standard_normal(trial.inputs.shape) * input_std
+        noisy = trial.inputs + np.column_stack([noise.draw((len(trial.time),), random) for noise in noises])
         outputs = model.simulate(trial.time, noisy, data.output_names, followed.start)
         change = ((outputs - followed.outputs) / sensor).ravel()
-        left = change - basis @ (basis.T @ change)
-        found.append(np.mean((left.reshape(outputs.shape) * sensor) ** 2, axis=0))
+        if slopes.size:
+            change = change - slopes @ optimize.lsq_linear(slopes, change, (-reach, reach)).x
+        found.append(np.mean((change.reshape(outputs.shape) * sensor) ** 2, axis=0))
     return found
 
 
-def _start_basis(
+def _start_slopes(
     model: Model, data: BoundSet, trial: BoundTrial, followed: FittedTrial, sensor: np.ndarray
-) -> np.ndarray:
-    """Orthonormal columns (n ny, k): what small changes of the start values do to the outputs over their noise."""
-    columns = []
+) -> tuple[np.ndarray, np.ndarray]:
+    """What changes of the start values do to the outputs over their noise: columns (n ny, k) of length 1, and how far
+    each may be moved (k,)."""
+    columns, reach = [], []
     for state, value in followed.start.items():
         step = NUDGE * max(abs(value), 1.0)
         moved = {**followed.start, state: value + step}
         outputs = model.simulate(trial.time, trial.inputs, data.output_names, moved)
-        columns.append(((outputs - followed.outputs) / (step * sensor)).ravel())
-    if not columns:
-        return np.zeros((followed.outputs.size, 0))
-    left, singular, _ = np.linalg.svd(np.column_stack(columns), full_matrices=False)
-    return left[:, singular > NEGLIGIBLE * singular[0]]
+        column = ((outputs - followed.outputs) / (step * sensor)).ravel()
+        length = float(np.linalg.norm(column))
+        if length > 0:
+            columns.append(column / length)
+            reach.append(length * followed.reach.get(state, np.inf))
+    return np.column_stack(columns) if columns else np.zeros((followed.outputs.size, 0)), np.array(reach)
 
 
 def over_floor(rmse: Mapping[str, float], floor: Mapping[str, float]) -> float:

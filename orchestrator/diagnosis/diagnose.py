@@ -89,6 +89,8 @@ def diagnose(
         held_out = _in_metric(source, plain, data, data.held_out, nominal.noise_floor, extra)
         referee = Referee(source, measurements, nominal, held_out, workers)
         refereed = referee.judge(searcher.trace.stages[0].tangent.base, path, named_effects, progress)
+        if refereed.accepted:
+            searcher.try_kin(refereed.accepted[-1].refit)
     found = _conclude(source, nominal, refereed, searcher, impossible)
     best = refereed.accepted[-1].refit if refereed.accepted else None
     fitted = (
@@ -103,8 +105,7 @@ def diagnose(
     named = best if found.verdict in ("named", "ambiguous") else None
     outcomes = tried(found.ranking, searcher.trace, named, [entry.refit for entry in refereed.accepted])
     found = replace(found, where=tuple(where), findings=findings, tried=outcomes)
-    base = searcher.trace.stages[0].tangent.response
-    found = with_open_questions(found, named, base, searcher.learning, candidates)
+    found = with_open_questions(found, named, searcher.trace.stages, searcher.learning, candidates)
     if found.verdict == "unknown":
         progress("looking at what is left")
         found = replace(found, latent_forces=unexplained_forces(plain, best, searcher.learning))
@@ -135,11 +136,11 @@ def _in_metric(
 ) -> LearningData:
     """Trials with the metric of the noise that is declared or shows in the record, carried through the model."""
     noise = np.array([data.noise_std[name] for name in data.output_names])
-    inputs = np.array([data.noise_std.get(name, 0.0) for name in data.input_names])
+    outputs, inputs = ([data.noise_of(name) for name in names] for names in (data.output_names, data.input_names))
     shown = smoothed(trials, noise)
     first = LearningData(shown, noise, nuisances=Nuisances(shift_std=extra.shift_std))
     base = fit_nominal(EffectSet(source, (), data.output_names), plain, first)
-    metrics = metrics_of(Response(base, [t.smoother for t in shown]), noise, inputs)
+    metrics = metrics_of(Response(base, [t.smoother for t in shown]), outputs, inputs)
     return LearningData(shown, np.array([floor[name] for name in data.output_names]), tuple(metrics), extra)
 
 

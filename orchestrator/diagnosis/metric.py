@@ -48,12 +48,16 @@ def white_metric(std: np.ndarray, stride: int) -> Metric:
     return Metric(stride, np.sqrt(stride) / std)
 
 
-def coloured_metric(std: np.ndarray, stride: int, carried: np.ndarray) -> Metric:
-    """The metric of white noise `std` (ny,) and of independent contributions `carried` (n, ny, k) of unit variance."""
+def coloured_metric(own: Sequence[np.ndarray], stride: int, carried: np.ndarray) -> Metric:
+    """The metric of each sensor's own noise and of independent contributions `carried` (n, ny, k) of unit variance.
+
+    `own` holds, for each of the ny signals, the covariance (m, m) of the means of its noise.
+    """
     thinned = thin(carried, stride)
     wide = thinned.reshape(-1, thinned.shape[2])
     covariance = wide @ wide.T
-    covariance[np.diag_indices_from(covariance)] += np.tile(std**2 / stride, len(thinned))
+    for i, each in enumerate(own):
+        covariance[i :: len(own), i :: len(own)] += each
     lower = linalg.cholesky(covariance, lower=True)
     return Metric(stride, linalg.solve_triangular(lower, np.eye(len(lower)), lower=True))
 

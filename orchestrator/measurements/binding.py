@@ -44,7 +44,9 @@ def bind(
             f"{trial_set.path}: no column is an output of the model; outputs: {listed(v.name for v in outputs)}; columns: {listed(columns)}; map a column to an output in [variables] of case.toml"
         )
     channels = {
-        variable.name: read_channel(trial_set, matching.column_of[variable.name], variable)
+        variable.name: read_channel(
+            trial_set, matching.column_of[variable.name], variable, drives=any(variable is each for each in inputs)
+        )
         for variable in (*inputs, *measured)
         if variable.name in matching.column_of
     }
@@ -58,8 +60,9 @@ def bind(
         output_names=tuple(v.name for v in measured),
         unconnected_inputs=tuple(v.name for v in idle),
         unused_columns=tuple(c for c in columns if c not in matching.column_of.values()),
-        noise_std={name: channel.noise_std for name, channel in channels.items()},
+        noise_std={name: channel.noise.std for name, channel in channels.items()},
         notes=tuple(notes),
+        levels={name: channel.noise for name, channel in channels.items()},
     )
 
 

@@ -1,8 +1,10 @@
 """Trials in the terms of a model: inputs and outputs in its order and its units."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
+from orchestrator.measurements.colour import Noise
+from orchestrator.measurements.noise import NoiseLevel
 from orchestrator.measurements.trial import Array, Subset
 
 
@@ -29,8 +31,8 @@ class BoundSet:
     `input_names` and `output_names` are model variables, in the order of the arrays.
     `unconnected_inputs` are inputs without a column, `unused_columns` columns without a variable.
     `noise_std` maps each model variable that has a column to the standard deviation of its noise in
-    the model's unit; it is 0 for an excitation made from pulses, which is exact. `notes` lists what
-    was converted and assumed, on top of the notes of the measurement set.
+    the model's unit; it is 0 for exact commands. `levels` tells where it comes from and its colour. `notes`
+    lists what was converted and assumed, on top of the notes of the measurement set.
     """
 
     trials: tuple[BoundTrial, ...]
@@ -40,6 +42,11 @@ class BoundSet:
     unused_columns: tuple[str, ...]
     noise_std: Mapping[str, float]
     notes: tuple[str, ...]
+    levels: Mapping[str, NoiseLevel] = field(default_factory=dict)
+
+    def noise_of(self, name: str) -> Noise:
+        """Noise of a variable with its colour; none for an input without a column."""
+        return self.levels[name].noise if name in self.levels else Noise(self.noise_std.get(name, 0.0))
 
     @property
     def learning(self) -> tuple[BoundTrial, ...]:

@@ -7,7 +7,8 @@ import numpy as np
 
 from fmus.errors import MisfitError
 from fmus.units import conversion
-from orchestrator.measurements.noise import measurement_noise
+from orchestrator.measurements.colour import Noise
+from orchestrator.measurements.noise import NoiseLevel, measurement_noise
 from orchestrator.measurements.pulses import excitation_from_pulses, pulse_shape
 from orchestrator.measurements.trial import Array, MeasurementSet, Trial
 from orchestrator.measurements.wording import listed, shown
@@ -24,12 +25,12 @@ class Channel:
     """A column in the unit of the model: `values` holds one (n,) array per trial, in their order."""
 
     values: tuple[Array, ...]
-    noise_std: float
+    noise: NoiseLevel
     notes: tuple[str, ...]
 
 
-def read_channel(measurements: MeasurementSet, column: str, variable: "Variable") -> Channel:
-    """Read a column as a model variable.
+def read_channel(measurements: MeasurementSet, column: str, variable: "Variable", *, drives: bool = False) -> Channel:
+    """Read a column as a model variable, which `drives` the model if it is an input.
 
     An input with the range [0, 1] whose column exceeds it as a pulse train becomes the excitation
     that the pulses stand for. Any other value outside the range is kept and noted.
@@ -45,9 +46,11 @@ def read_channel(measurements: MeasurementSet, column: str, variable: "Variable"
     factor, notes = _factor(measurements.trials[0], column, unit, variable)
     values = tuple(factor * each for each in recorded)
     learning = [each for trial, each in zip(measurements.trials, values, strict=True) if trial.subset == "learning"]
-    noise = measurement_noise(column, variable.unit or unit, learning or list(values), measurements.sensors)
-    notes = (*notes, *_range_notes(values, column, variable), noise.note)
-    return Channel(values, noise.std, notes)
+    noise = measurement_noise(
+        column, variable.unit or unit, learning or list(values), measurements.sensors, drives=drives
+    )
+    notes = (*notes, *_range_notes(values, column, variable), noise.note, *filter(None, [noise.warning]))
+    return Channel(values, noise, notes)
 
 
 def _column(trial: Trial, column: str) -> Array:
@@ -77,7 +80,7 @@ def _excitation(
         return None
     note = f"column {shown(column)} is a train of pulses at {1 / shape.period:.4g} Hz: {variable.name} is 1 from the first pulse of a burst until {shape.period:.4g} s after the last began, else 0"
     values = tuple(excitation_from_pulses(time, v, shape) for time, v in records)
-    return Channel(values, 0.0, (note,))
+    return Channel(values, NoiseLevel(Noise(0.0), note), (note,))
 
 
 def _scale(unit: str) -> float:

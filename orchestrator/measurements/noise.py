@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from orchestrator.measurements.colour import Noise, noise_of_records
 from orchestrator.measurements.sensors import declared
 from orchestrator.measurements.trial import Array
 from orchestrator.measurements.wording import shown
@@ -21,16 +22,34 @@ _ROUNDING = 1e-12
 # Steps are multiples of a resolution if most are to within this share of it.
 _GRID = 0.1
 _MOST = 0.9
+# A spectrum with this many times the noise that most differences show is filled by impacts or steps.
+IMPACTS = 1.5
+# Samples in the means that are looked at for that.
+SIZES = (2, 4, 8)
+# More noise than declared by this factor is no accident of the record.
+CONTRADICTED = 1.25
 # Noise taken for a column that never changes, as a share of its value.
 _CONSTANT_SHARE = 1e-3
 
 
 @dataclass(frozen=True)
 class NoiseLevel:
-    """Standard deviation of the noise, and a sentence that says where the number comes from."""
+    """Noise of a column, and a sentence that says where the number comes from.
 
-    std: float
+    `declared` and `record` are the standard deviations that the sensors state and that the record shows, None where
+    they do not; `warning` says so if the record contradicts the sensors, else it is empty.
+    """
+
+    noise: Noise
     note: str
+    declared: float | None = None
+    record: float | None = None
+    warning: str = ""
+
+    @property
+    def std(self) -> float:
+        """Standard deviation."""
+        return self.noise.std
 
 
 def declared_noise(sensors: Mapping[str, float], unit: str, column: str = "") -> float | None:
@@ -76,32 +95,78 @@ def estimated_noise(values: Array) -> float:
     return max(spread, _finest_step(values) * _UNIFORM_STD)
 
 
-def measurement_noise(column: str, unit: str, records: Sequence[Array], sensors: Mapping[str, float]) -> NoiseLevel:
-    """Decide on the noise of a column: declared by its sensor, else estimated.
+def recorded_noise(records: Sequence[Array]) -> Noise:
+    """Estimate noise and its colour from the same column of several trials, evenly sampled.
+
+    The spectrum above the motion says what colour the noise has; where there is none, or impacts and steps fill it, noise
+    counts as white and of the level that differences of neighbouring samples show, the median over the trials.
+    """
+    levels = [level for level in map(estimated_noise, records) if level > 0.0]
+    if not levels:
+        return Noise(0.0)
+    level = float(np.median(levels))
+    found = noise_of_records(records)
+    if found is None or found.fast > IMPACTS * level or _is_too_slow(found, records):
+        return Noise(level)
+    step = min((step for step in map(_finest_step, records) if step > 0.0), default=0.0)
+    return found.scaled(max(found.std, step * _UNIFORM_STD))
+
+
+def measurement_noise(
+    column: str, unit: str, records: Sequence[Array], sensors: Mapping[str, float], *, drives: bool = False
+) -> NoiseLevel:
+    """Decide on the noise of a column: declared by its sensor or seen in the record, whichever is larger.
+
+    The record contradicts a declaration if it has more power above a quarter of the sampling rate, where nothing moves.
+    Else a declared level counts, with the colour that the record shows.
 
     Args:
         column: name of the column, which may have a key of its own in [sensors].
         unit: unit of the records and of the result, "" if unknown.
-        records: the column in each learning trial; the median of their estimates counts.
+        records: the column in each learning trial.
         sensors: the table [sensors].
+        drives: whether the column drives the model; a command that changes only in steps is exact then.
 
     Returns:
-        A level above 0. A declared resolution without a declared noise is a lower limit of the
-        estimate. A column that never changes, or only in steps of any size, is given 0.1 % of its value
-        (or 0.001), and the note asks for a declaration.
+        A level above 0, but for exact commands. A declared resolution without a declared noise is a lower limit of the
+        record's. An output that never changes, or only in steps of any size, is given 0.1 % of its value (or 0.001), and the
+        note asks for a declaration.
     """
-    stated = declared_noise(sensors, unit, column)
-    if stated and declared(sensors, "noise_std", unit, column) is not None:
-        return NoiseLevel(stated, _note(column, stated, unit, "declared in [sensors]"))
-    estimates = [estimated_noise(values) for values in records]
-    changing = [estimate for estimate in estimates if estimate > 0.0]
-    if changing or stated:
-        std = max(float(np.median(changing)) if changing else 0.0, stated or 0.0)
-        return NoiseLevel(std, _note(column, std, unit, "estimated from the record"))
-    std = _CONSTANT_SHARE * (max(float(np.max(np.abs(v))) for v in records) or 1.0)
+    stated = declared_noise(sensors, unit, column) or None
+    record = recorded_noise(records)
+    shown_std = record.std or None
+    if stated is not None and record.fast > CONTRADICTED * stated:
+        warning = (
+            f"warning: noise of {shown(column)} is {record.std:.3g} {unit or '(unit unknown)'} as the record shows it above a"
+            f" quarter of the sampling rate, but [sensors] declares {stated:.3g}; the larger is used"
+        )
+        if declared(sensors, "noise_std", unit, column):
+            return NoiseLevel(
+                record, _note(column, record.std, unit, "estimated from the record"), stated, record.std, warning
+            )
+    elif stated is not None:
+        noise = record.scaled(stated) if shown_std else Noise(stated)
+        return NoiseLevel(noise, _note(column, stated, unit, "declared in [sensors]"), stated, shown_std)
+    if shown_std is not None:
+        return NoiseLevel(record, _note(column, record.std, unit, "estimated from the record"), stated, shown_std)
     how = "changes only in steps" if any(np.ptp(values) > 0 for values in records) else "never changes"
+    if drives:
+        return NoiseLevel(Noise(0.0), f"noise of {shown(column)}: none, because the column {how}")
+    std = _CONSTANT_SHARE * (max(float(np.max(np.abs(v))) for v in records) or 1.0)
     reason = f"assumed, because the column {how}; declare it in [sensors]"
-    return NoiseLevel(std, _note(column, std, unit, reason))
+    return NoiseLevel(Noise(std), _note(column, std, unit, reason))
+
+
+def _is_too_slow(noise: Noise, records: Sequence[Array]) -> bool:
+    """Whether means over a few samples scatter less than this noise would let them: bends of the signal fill its spectrum."""
+    weights = np.array([(-1) ** k * math.comb(_ORDER, k) for k in range(_ORDER + 1)])
+    for size in SIZES:
+        means = [r[: len(r) // size * size].reshape(-1, size).mean(axis=1) for r in records]
+        left = np.concatenate([np.diff(m, n=_ORDER) for m in means if len(m) > _ORDER] or [np.zeros(0)])
+        expected = float(np.sqrt(weights @ noise.covariance(_ORDER + 1, size) @ weights))
+        if left.size and float(np.median(np.abs(left))) / _MEDIAN_OF_UNIT_NORMAL * IMPACTS < expected:
+            return True
+    return False
 
 
 def _finest_step(values: Array) -> float:

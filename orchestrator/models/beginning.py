@@ -1,6 +1,6 @@
 """Value and speed at the first sample of a record, with how far they may be off."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,8 +10,10 @@ SHORTEST = 8
 GROWTH = 1.5
 # A stretch is too long for the polynomial if its residual exceeds the noise by this many standard deviations.
 TOO_MUCH = 1.5
-# Where even the shortest stretch leaves this many times the noise, the polynomial bends away at its end by more than inside.
-UNDERSTATED, BEND = 1.3, 3.0
+# Where even the shortest stretch leaves this many times the noise, it bends.
+UNDERSTATED = 1.3
+# What bends is off at its end by this many times what it is off inside.
+BEND = 3.0
 
 
 @dataclass(frozen=True)
@@ -23,13 +25,17 @@ class Beginning:
     value_std: float
     speed_std: float
 
+    def within(self, value_std: float, speed_std: float) -> "Beginning":
+        """The same with standard deviations of at least these."""
+        return replace(self, value_std=max(self.value_std, value_std), speed_std=max(self.speed_std, speed_std))
+
 
 def beginning(time: np.ndarray, series: np.ndarray, noise: float) -> Beginning:
     """Fit a cubic to the first samples of a signal, over a stretch on which it holds within the noise.
 
     A smoother bends at the ends of a record, and a difference there lags by half a sample; a polynomial does neither.
     Longer and longer stretches are fitted until one leaves more than the noise (Lepski, Theory Probab. Appl. 35, 1990).
-    The standard deviations are those of least squares, not less than what the last two stretches differ by.
+    The standard deviations are those of least squares, not less than three times what the last two stretches differ by.
 
     Args:
         time: (n,) s, increasing, n >= 2.
@@ -43,8 +49,8 @@ def beginning(time: np.ndarray, series: np.ndarray, noise: float) -> Beginning:
         found, left = _polynomial(time[:count], series[:count], scale)
         freedom = max(count - 1 - DEGREE, 1)
         if not kept:
-            scale = noise if left < UNDERSTATED * noise else BEND * left
-            found, _ = _polynomial(time[:count], series[:count], scale)
+            bends, scale = left > UNDERSTATED * noise, max(noise, left)
+            found, _ = _polynomial(time[:count], series[:count], scale * (BEND if bends else 1.0))
         elif (left / scale) ** 2 > 1 + TOO_MUCH * np.sqrt(2 / freedom):
             break
         kept.append(found)
@@ -54,8 +60,8 @@ def beginning(time: np.ndarray, series: np.ndarray, noise: float) -> Beginning:
     return Beginning(
         chosen.value,
         chosen.speed,
-        max(chosen.value_std, abs(last.value - chosen.value), noise),
-        max(chosen.speed_std, abs(last.speed - chosen.speed)),
+        max(chosen.value_std, BEND * abs(last.value - chosen.value), noise),
+        max(chosen.speed_std, BEND * abs(last.speed - chosen.speed)),
     )
 
 

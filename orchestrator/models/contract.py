@@ -1,7 +1,7 @@
 """What compare, diagnosis and reports need from a model, whatever kind it is."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
@@ -13,11 +13,13 @@ from fmus.symbolic.system import Variable
 class FittedTrial:
     """A free run from the start values that fit the trial best.
 
-    `outputs` has shape (n, ny) in the model's units; `start` holds the estimated states, by name.
+    `outputs` has shape (n, ny) in the model's units; `start` holds the estimated states, by name, and `reach` how far each
+    may have been moved from what the record shows of it, without limit where that is not known.
     """
 
     outputs: np.ndarray
     start: dict[str, float]
+    reach: Mapping[str, float] = field(default_factory=dict)
 
 
 class Model(Protocol):

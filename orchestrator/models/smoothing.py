@@ -72,9 +72,20 @@ class SmoothedTrial:
 
     @cached_property
     def beginnings(self) -> tuple[Beginning, ...]:
-        """Value and speed of each measurement at the first sample."""
-        columns = zip(self.measured.T, self.noise, strict=True)
-        return tuple(beginning(self.time, column, float(std)) for column, std in columns)
+        """Value and speed of each measurement at the first sample.
+
+        They count as no more certain than smoothed values are near the end of a record: a model that is not quite right
+        follows the rest of the record best from a start that is not quite right either.
+        """
+        near = max(4, round(0.25 / (self.smoother.cutoff_hz * self.smoother.step)))
+        distance = np.sqrt(np.mean((self.values - self.measured)[:near] ** 2, axis=0))
+        columns = zip(self.measured.T, self.noise, distance, strict=True)
+        return tuple(
+            beginning(self.time, column, float(std)).within(
+                max(float(std), float(far)), 2 * np.pi * self.smoother.cutoff_hz * max(float(std), float(far))
+            )
+            for column, std, far in columns
+        )
 
     @cached_property
     def accelerations(self) -> np.ndarray:

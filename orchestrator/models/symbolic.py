@@ -18,6 +18,8 @@ from orchestrator.models.smoothing import SmoothedTrial
 HIDDEN_SPREAD = 0.2
 SETTLING_S = 2.0
 MOST_SUBSTEPS = 32
+# An error of a run that is this share of the noise is not found in ten thousand samples.
+UNSEEN = 0.03
 
 
 class SymbolicModel:
@@ -86,7 +88,7 @@ class SymbolicModel:
     ) -> FittedTrial:
         model = self.restricted(names)
         record = model.record(SmoothedTrial(time, inputs, measured, noise))
-        steps = model.substeps(time, inputs, record.start)
+        steps = model.substeps(time, inputs, record.start, noise)
         found = fit(model.compiled, [record], noise, (), (), (), substeps=steps, threads=1)
         return model.run_fit(record, found, 0, steps)
 
@@ -95,10 +97,18 @@ class SymbolicModel:
         start = found.starts[trial]
         parameters = self.compiled.with_values(found.values)
         run = self.compiled.run(record.time, record.inputs, parameters, start, substeps=substeps)
-        return FittedTrial(run.outputs, dict(zip([v.name for v in self.system.states], map(float, start), strict=True)))
+        names = [v.name for v in self.system.states]
+        reach = 0.5 * (record.start_high - record.start_low)
+        return FittedTrial(run.outputs, *(dict(zip(names, map(float, part), strict=True)) for part in (start, reach)))
 
-    def substeps(self, time: np.ndarray, inputs: np.ndarray, start: np.ndarray) -> int:
-        """Integration steps in a sample interval at which halving them changes the outputs by less than 1e-5 of their range."""
+    def substeps(
+        self, time: np.ndarray, inputs: np.ndarray, start: np.ndarray, noise: np.ndarray | float = np.inf
+    ) -> int:
+        """Integration steps in a sample interval at which halving them hardly changes the outputs.
+
+        They change by less than 1e-5 of their range, and less than a share of their `noise` (ny,): that error is the same
+        in thousands of samples, and would be found.
+        """
         if not self.system.states:
             return 1
         count = 1
@@ -106,7 +116,8 @@ class SymbolicModel:
         coarse = model.run(time, inputs, parameters, start, substeps=count).outputs
         while count < MOST_SUBSTEPS:
             fine = model.run(time, inputs, parameters, start, substeps=2 * count).outputs
-            if np.all(np.abs(fine - coarse).max(axis=0) <= 1e-5 * np.ptp(fine, axis=0) + 1e-12):
+            most = np.minimum(1e-5 * np.ptp(fine, axis=0), UNSEEN * noise) + 1e-12
+            if np.all(np.abs(fine - coarse).max(axis=0) <= most):
                 break
             count, coarse = 2 * count, fine
         return count

@@ -10,7 +10,8 @@ TIME = np.arange(600) * 0.01
 
 def test_coloured_noise_becomes_white_with_unit_variance() -> None:
     carried = np.cumsum(hats(TIME), axis=0)[:, None, :] * np.array([0.3, 0.2])[None, :, None]
-    metric = coloured_metric(np.array([1.0, 0.5]), 2, carried)
+    own = [std**2 / 2 * np.eye(len(TIME) // 2) for std in (1.0, 0.5)]
+    metric = coloured_metric(own, 2, carried)
     draws = carried @ RANDOM.standard_normal((carried.shape[2], 400))
     draws += RANDOM.standard_normal(draws.shape) * np.array([1.0, 0.5])[None, :, None]
 
@@ -26,7 +27,7 @@ def test_coloured_noise_becomes_white_with_unit_variance() -> None:
 def test_without_carried_noise_the_coloured_metric_is_the_white_one() -> None:
     std, series = np.array([0.1, 0.2]), RANDOM.standard_normal((600, 2, 3))
 
-    found = coloured_metric(std, 3, np.zeros((600, 2, 1)))(series)
+    found = coloured_metric([each**2 / 3 * np.eye(200) for each in std], 3, np.zeros((600, 2, 1)))(series)
 
     np.testing.assert_allclose(found, white_metric(std, 3)(series), atol=1e-9)
 

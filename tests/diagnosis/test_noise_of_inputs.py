@@ -43,8 +43,8 @@ def test_errors_of_a_right_drive_have_unit_variance(tmp_path: Path) -> None:
     first = fit_nominal(nothing, model, LearningData(trials, noise))
     assert first.cost > 4.0  # the noise of the torque does move the drive
 
-    inputs = np.array([data.noise_std.get(name, 0.0) for name in data.input_names])
-    metrics = metrics_of(Response(first, [t.smoother for t in trials]), noise, inputs)
+    outputs, inputs = ([data.noise_of(name) for name in names] for names in (data.output_names, data.input_names))
+    metrics = metrics_of(Response(first, [t.smoother for t in trials]), outputs, inputs)
     found = fit_nominal(nothing, model, LearningData(trials, noise, tuple(metrics)))
 
     # 500 means over three samples less two start values: the mean of their squares scatters by sqrt(2/500).

@@ -86,17 +86,39 @@ def test_a_speed_is_declared_with_an_underscore_for_the_slash() -> None:
     assert declared_noise({"gyro_noise_std_rad_per_s": 0.01}, "rad/s") == 0.01
 
 
-def test_a_declared_level_is_used_instead_of_the_record() -> None:
-    level = measurement_noise("q", "rad", [white(1.0)], {"encoder_noise_std_rad": 0.5})
-    assert level.std == 0.5
-    assert level.note.startswith("noise of 'q': 0.5 rad")
+def test_a_declared_level_that_the_record_does_not_exceed_is_used() -> None:
+    level = measurement_noise("q", "rad", [white(1.0)], {"encoder_noise_std_rad": 1.1})
+    assert level.std == pytest.approx(1.1)
+    assert level.note.startswith("noise of 'q': 1.1 rad")
     assert "declared in [sensors]" in level.note
+    assert level.warning == ""
+    assert level.record == pytest.approx(1.0, rel=TOLERANCE)
 
 
-def test_without_a_declaration_the_median_over_the_records_is_used() -> None:
-    records = [white(1.0), white(2.0), white(50.0)]
-    level = measurement_noise("q", "rad", records, {})
-    assert level.std == estimated_noise(records[1])
+def test_more_fast_noise_than_declared_gives_a_warning_and_is_used() -> None:
+    level = measurement_noise("q", "rad", [white(1.0)], {"encoder_noise_std_rad": 0.5})
+    assert level.std == pytest.approx(1.0, rel=TOLERANCE)
+    assert level.declared == 0.5
+    assert "declares 0.5; the larger is used" in level.warning
+
+
+def test_a_motion_in_excess_of_the_declared_noise_is_no_contradiction() -> None:
+    """A thousand times the noise, but below a quarter of the sampling rate."""
+    signal = white(1.0) + 1000 * np.sin(0.05 * np.arange(N))
+    level = measurement_noise("q", "rad", [signal], {"encoder_noise_std_rad": 1.0})
+    assert level.std == pytest.approx(1.0)
+    assert level.warning == ""
+
+
+def test_noise_declared_as_zero_is_measured() -> None:
+    level = measurement_noise("q", "rad", [white(0.3)], {"encoder_noise_std_rad": 0.0})
+    assert level.std == pytest.approx(0.3, rel=TOLERANCE)
+
+
+def test_without_a_declaration_the_records_tell_and_a_spoiled_one_does_not_count() -> None:
+    """The spectrum is a median over windows: a third of them with fifty times the noise shifts it, but not to that level."""
+    level = measurement_noise("q", "rad", [white(1.0), white(1.0)[::-1], white(50.0)], {})
+    assert 1.0 < level.std < 2.0
     assert "estimated from the record" in level.note
 
 
@@ -104,7 +126,7 @@ def test_a_resolution_alone_is_only_a_lower_limit() -> None:
     sensors = {"encoder_resolution_rad": 12**0.5}
     assert measurement_noise("q", "rad", [white(1e-3)], sensors).std == pytest.approx(1)
     noisy = white(9.0)
-    assert measurement_noise("q", "rad", [noisy], sensors).std == estimated_noise(noisy)
+    assert measurement_noise("q", "rad", [noisy], sensors).std == pytest.approx(9.0, rel=TOLERANCE)
 
 
 @pytest.mark.parametrize(("value", "expected"), [(20.0, 0.02), (0.0, 0.001)])
@@ -112,6 +134,11 @@ def test_a_column_that_never_changes_gets_an_assumed_level_and_says_so(value: fl
     level = measurement_noise("q", "rad", [np.full(50, value)], {})
     assert level.std == pytest.approx(expected)
     assert "never changes; declare it in [sensors]" in level.note
+
+
+def test_a_command_that_changes_in_steps_is_exact() -> None:
+    steps = np.repeat([0.1, 0.43, 0.17, 0.29, 0.36], 50)
+    assert measurement_noise("u", "1", [steps], {}, drives=True).std == 0.0
 
 
 def test_steps_of_any_size_are_a_command_and_no_resolution() -> None:

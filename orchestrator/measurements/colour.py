@@ -1,0 +1,148 @@
+"""Noise with a colour: what a sensor adds is white, or keeps part of itself from sample to sample, or both."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import optimize, signal, stats
+
+from orchestrator.measurements.trial import Array
+
+# Windows of the spectrum in samples; a record of fewer than two of the shortest has no spectrum.
+LONGEST_WINDOW, SHORTEST_WINDOW = 512, 64
+BANDS = 24
+MEMORIES = np.r_[np.arange(0.1, 0.9, 0.05), np.arange(0.9, 0.985, 0.01)]
+# The model of the noise holds if its misfit is below this quantile of what sampling errors, and this relative one, give.
+MODEL_ERROR = 0.05
+HOLDS = 0.999
+# Bands left out where the motion begins; and the corner of slow noise, at least this share of the lowest frequency.
+MARGIN = 2
+LOWEST_CORNER = 0.5
+# A slow part must improve the misfit by as much as one in ten thousand white records would show by two parameters.
+SHOWN = 18.0
+# Ratio of the median to the mean of an exponential distribution, which the power in a bin has.
+_MEDIAN_OF_POWER = float(np.log(2.0))
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Noise of a sampled signal: standard deviations of a white part and of a slow one, in the signal's unit.
+
+    The slow part is autoregressive of first order: each sample keeps `memory` of the one before.
+    """
+
+    white: float
+    slow: float = 0.0
+    memory: float = 0.0
+
+    @property
+    def std(self) -> float:
+        """Standard deviation of a sample."""
+        return float(np.hypot(self.white, self.slow))
+
+    @property
+    def fast(self) -> float:
+        """Standard deviation of white noise with as much power above a quarter of the sampling rate."""
+        share = 2 / np.pi * np.arctan((1 - self.memory) / (1 + self.memory))  # of the slow part's power
+        return float(np.hypot(self.white, self.slow * np.sqrt(2 * share)))
+
+    def scaled(self, std: float) -> "Noise":
+        """Noise of the same colour with another standard deviation."""
+        factor = std / self.std if self.std > 0 else 0.0
+        return replace(self, white=factor * self.white, slow=factor * self.slow) if factor else Noise(std)
+
+    def draw(self, shape: tuple[int, ...], random: np.random.Generator) -> Array:
+        """Noise along the first axis, independent along the others."""
+        series = self.white * random.standard_normal(shape)
+        if self.slow > 0:
+            drive = random.standard_normal(shape)
+            drive[1:] *= np.sqrt(1 - self.memory**2)
+            series = series + self.slow * signal.lfilter([1.0], [1.0, -self.memory], drive, axis=0)
+        return np.asarray(series)
+
+    def covariance(self, count: int, size: int) -> Array:
+        """Covariance (count, count) of means over `size` neighbouring samples each, one after the other."""
+        matrix = np.eye(count) * self.white**2 / size
+        if self.slow > 0:
+            keep = self.memory
+            inside = (size + 2 * sum((size - k) * keep**k for k in range(1, size))) / size**2
+            between = keep * ((1 - keep**size) / ((1 - keep) * size)) ** 2
+            lags = np.abs(np.subtract.outer(np.arange(count), np.arange(count)))
+            matrix += self.slow**2 * np.where(lags == 0, inside, between * keep ** (size * np.maximum(lags - 1, 0.0)))
+        return matrix
+
+
+def noise_of_records(records: Sequence[Array]) -> Noise | None:
+    """Estimate noise from the band of frequencies above the motion, extrapolated to the frequencies of the motion.
+
+    The power spectrum of the records (Welch's method on second differences with Hann windows; the median over windows,
+    so that impacts in some of them do not count) is fitted by white noise and autoregressive noise of first order,
+    above a lowest frequency that falls from a quarter of the sampling rate until the motion shows.
+
+    Args:
+        records: the same signal in several trials, evenly sampled.
+
+    Returns:
+        None if the records are too short, or no frequency is free of motion.
+    """
+    spectrum = _spectrum(records)
+    if spectrum is None:
+        return None
+    frequency, power, error = spectrum
+    top, lowest = int(np.searchsorted(frequency, 0.25)), -1
+    for first in range(top, -1, -1):
+        if _fitted(frequency[first:], power[first:], error[first:]) is None:
+            break
+        lowest = first
+    if lowest < 0:
+        return None
+    # A band that only just agrees may hold some motion already.
+    lowest = min(lowest + MARGIN, top) if lowest > 0 else 0
+    seen = frequency[lowest:], power[lowest:], error[lowest:]
+    return _fitted(*seen, LOWEST_CORNER) or _fitted(*seen)
+
+
+def _spectrum(records: Sequence[Array]) -> tuple[Array, Array, Array] | None:
+    """Frequencies (cycles a sample), power densities and relative errors in bands of equal width of logarithm."""
+    window = min(LONGEST_WINDOW, min(len(r) for r in records) // 2)
+    if window < SHORTEST_WINDOW:
+        return None
+    taper = signal.windows.hann(window, sym=False)
+    pieces = [
+        np.lib.stride_tricks.sliding_window_view(np.diff(record, n=2), window)[:: window // 2] for record in records
+    ]
+    powers = np.abs(np.fft.rfft(np.concatenate(pieces) * taper, axis=1)) ** 2 / np.sum(taper**2)
+    frequency = np.fft.rfftfreq(window)[1:]
+    density = np.median(powers, axis=0)[1:] / _MEDIAN_OF_POWER / (2 * np.sin(np.pi * frequency)) ** 4
+    edges = np.geomspace(4 / window, 0.49, BANDS + 1)
+    rows = []
+    for low, high in zip(edges[:-1], edges[1:], strict=True):
+        inside = (frequency >= low) & (frequency < high)
+        if inside.any():
+            # A Hann window correlates neighbouring bins and overlapping windows; a median scatters more than a mean.
+            effective = inside.sum() / 1.5 * len(powers) / 1.4 * _MEDIAN_OF_POWER
+            rows.append((np.mean(frequency[inside]), np.mean(density[inside]), effective**-0.5))
+    centre, level, error = (np.array(column) for column in zip(*rows, strict=True))
+    return None if not np.all(level > 0) else (centre, level, np.hypot(error, MODEL_ERROR))
+
+
+def _fitted(frequency: Array, power: Array, error: Array, lowest_corner: float = 0.0) -> Noise | None:
+    """Noise whose spectrum agrees with the given one; None if there is none.
+
+    Slow noise has its corner above `lowest_corner` times the lowest frequency.
+    """
+    weight = 1 / (power * error)
+    flat = np.sum(weight**2 * power) / np.sum(weight**2)
+    white = float(np.sum((weight * (power - flat)) ** 2))
+    best, chosen = white, Noise(float(np.sqrt(flat)))
+    for memory in MEMORIES:
+        if 1 - memory < lowest_corner * 2 * np.pi * frequency[0]:
+            break  # what goes on below all bands is not seen
+        shape = (1 - memory**2) / (1 + memory**2 - 2 * memory * np.cos(2 * np.pi * frequency))
+        parts, left = optimize.nnls(np.column_stack([weight, weight * shape]), weight * power)
+        if left**2 < best:
+            best, chosen = float(left**2), Noise(*(float(x) for x in np.sqrt(parts)), float(memory))
+    most = float(stats.chi2.ppf(HOLDS, max(len(power) - 2, 1)))
+    if white < min(most, best + SHOWN):
+        return Noise(float(np.sqrt(flat)))
+    return chosen if best < most else None
