@@ -7,7 +7,7 @@ from fmus.errors import MisfitError
 from orchestrator.measurements.case_file import CaseFile, read_case_file
 from orchestrator.measurements.record import rate_notes, read_record
 from orchestrator.measurements.table import Table, read_table
-from orchestrator.measurements.trial import MeasurementSet
+from orchestrator.measurements.trial import MeasurementSet, Record
 from orchestrator.measurements.wording import listed
 
 _ENDINGS = (".csv", ".parquet", ".mf4", ".mdf", ".h5", ".hdf5")
@@ -49,6 +49,20 @@ def load_measurements(path: str | Path) -> MeasurementSet:
         notes=tuple(notes),
         content_hash=digest.hexdigest(),
     )
+
+
+def load_records(path: str | Path) -> tuple[Record, ...]:
+    """Load the files of the measurement set at a path as they are, each as a whole, in the order of the set.
+
+    Raises:
+        MisfitError: as for `load_measurements`.
+    """
+    folder, case, _ = _described(Path(path))
+    records = []
+    for name in case.files:
+        _require_csv(folder / name)
+        records.append(read_record(name, read_table(folder / name, _read(folder / name)), case))
+    return tuple(records)
 
 
 def _described(path: Path) -> "tuple[Path, CaseFile, hashlib._Hash]":
