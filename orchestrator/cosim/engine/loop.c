@@ -50,7 +50,11 @@ static Outcome read(Loop *loop, const Operation *op, const Part *part, double ti
     loop->status = part->version == 2
                        ? ((Read2 *)part->get)(part->instance, op->references, n, op->values)
                        : ((Read3 *)part->get)(part->instance, op->references, n, op->values, (size_t)op->n_values);
-    return loop->status > WARNING ? LOOP_REFUSED : check(loop, op);
+    if (loop->status > WARNING)
+        return LOOP_REFUSED;
+    for (int i = 0; i < op->n_values; i++)
+        loop->signals[op->places[i]] = op->values[i];
+    return check(loop, op);
 }
 
 static Outcome write(Loop *loop, const Operation *op, const Part *part, double time)
@@ -65,6 +69,8 @@ static Outcome write(Loop *loop, const Operation *op, const Part *part, double t
             int plain = op->factors[i] == 1.0 && op->offsets[i] == 0.0;
             op->values[i] = plain ? value : op->factors[i] * value + op->offsets[i];
         }
+    for (int i = 0; i < op->n_values; i++)
+        loop->signals[op->places[i]] = op->values[i];
     Outcome outcome = check(loop, op);
     if (outcome != LOOP_DONE)
         return outcome;
@@ -151,7 +157,7 @@ Outcome loop_run(Loop *loop)
             return outcome;
         double time = loop->start + (double)loop->k * loop->size;
         progress->last_good = time;
-        if (loop->k % loop->every == 0 || loop->k == loop->k_end)
+        if (loop->k % loop->every == 0)
             record(loop, time);
     }
     progress->component = -1;

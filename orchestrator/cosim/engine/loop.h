@@ -28,6 +28,7 @@ typedef struct {
     int32_t n_references, n_values;
     const uint32_t *references;
     double *values; /* outputs that are read, or inputs that are written */
+    const int32_t *places; /* of the values among the signals */
     const int32_t *sources; /* SET: for each value the signal that it takes */
     const double *factors, *offsets; /* SET: conversions; NULL without any */
     const double *lower, *upper; /* NULL without declared ranges */
@@ -47,7 +48,7 @@ typedef struct {
     const Part *parts;
     const Operation *operations; /* those that advance, then those at a communication point */
     int32_t n_operations, next; /* `next` is where to go on; 0 at a communication point */
-    const double *signals;
+    double *signals;
     const int32_t *columns; /* signals that are recorded */
     int32_t n_columns, every;
     double *rows; /* capacity x (1 + n_columns), time first */

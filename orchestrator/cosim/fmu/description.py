@@ -97,6 +97,17 @@ class FmuDescription:
             if unknown.dependencies is not None
         }
 
+    @cached_property
+    def initial_feedthrough(self) -> Mapping[str, Sequence[str]]:
+        """The same during initialisation, where it is declared apart."""
+        inputs = {port.name for port in self.ports if port.causality == "input"}
+        declared = {
+            unknown.name: tuple(name for name in unknown.dependencies if name in inputs)
+            for unknown in self.initial_unknowns
+            if unknown.dependencies is not None
+        }
+        return {**self.feedthrough, **declared}
+
     def interface(self, kind: str | None = None) -> Interface:
         """The wanted interface, or co-simulation where there is a choice.
 

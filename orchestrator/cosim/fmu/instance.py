@@ -108,6 +108,21 @@ class Instance(ABC):
             )
         )
 
+    def refused_values(self, verb: str, names: Sequence[str], values: Sequence[Any], status: int) -> str:
+        """The message for a read or write of 64-bit numbers that failed elsewhere, in C."""
+        access = self.access(names)[0][0]
+        of = named(access, values if verb == "Set" else None)
+        function = f"{self.prefix}{verb}{self.kinds['Float64'][0]}"
+        return self._words(f"refused {function} of {of} at t = {self.time:.9g} s: status {_status(status)}")
+
+    def ended_early(self, status: int, time: float, size: float) -> StepEnd:
+        """What it means that a step was discarded.
+
+        Raises:
+            ComponentError: if it means that the FMU cannot do it.
+        """
+        raise self.refused_step(status, time, size)
+
     def _words(self, words: str) -> str:
         said = self.messages.last()
         return f"FMU '{self.name}' {words}" + (f"; it says: {said}" if said else "")

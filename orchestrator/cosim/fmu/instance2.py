@@ -93,6 +93,10 @@ class Instance2(Instance):
         if status < DISCARD:
             self.time = time + size
             return StepEnd(self.time)
+        return self.ended_early(status, time, size)
+
+    def ended_early(self, status: int, time: float, size: float) -> StepEnd:
+        """Ask how far a discarded step got, and whether the FMU wants to end the run."""
         terminated, last = ctypes.c_int(0), Double(time)
         if status == DISCARD:
             ends = self.function("GetBooleanStatus")(self.component, _TERMINATED, ctypes.byref(terminated)) == OK

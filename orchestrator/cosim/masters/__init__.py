@@ -1,0 +1,22 @@
+"""Masters: how components that are coupled get from one communication point to the next."""
+
+from fmus.errors import MisfitError
+from orchestrator.cosim.masters.adaptive import Adaptive
+from orchestrator.cosim.masters.iterative import Iterative
+from orchestrator.cosim.masters.master import Master, MasterSettings, TableMaster
+from orchestrator.cosim.masters.ordered import GaussSeidel, Jacobi, Ordered
+
+__all__ = ["MASTERS", "Master", "MasterSettings", "TableMaster", "find_master"]
+
+MASTERS: dict[str, type[Master]] = {kind.name: kind for kind in (Ordered, Jacobi, GaussSeidel, Iterative, Adaptive)}
+
+
+def find_master(name: str) -> type[Master]:
+    """The master of that name.
+
+    Raises:
+        MisfitError: if there is none.
+    """
+    if name not in MASTERS:
+        raise MisfitError(f"there is no master {name!r}; choose from {', '.join(MASTERS)}")
+    return MASTERS[name]

@@ -1,0 +1,150 @@
+"""The loop in C gives the same bits as the masters in Python, in every respect that a user can see."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from systems import chain, pair, recorded, ring, spec, system
+
+from orchestrator.cosim import ComponentSpec, Connection, System
+from orchestrator.cosim.progress import Progress
+from orchestrator.cosim.results.recorder import MemoryRecorder
+from orchestrator.cosim.simulation import Simulation
+
+
+def gains(version: int = 2, **run: Any) -> System:
+    """A chain with conversions: values that pass unchanged, -0 among them, and scaled ones."""
+    first, second = spec("first", "decay", version), spec("second", "gain", version, a=-0.0, b=-0.0)
+    third = spec("third", "gain", version, a=2.0, b=0.0)
+    links = [Connection("first.x", "second.u", factor=1.7, offset=0.3), Connection("second.y", "third.u")]
+    plain = system([first, second, third], [], step=0.01, **run)
+    return System("test", plain.components, tuple(links), run=plain.run, folder=plain.folder)
+
+
+def rates(version: int = 2, **run: Any) -> System:
+    """Components with steps of their own, longer and shorter."""
+    parts = [spec("slow", "decay", version), spec("fast", "decay", version, k=2.0), spec("gain", "gain", version)]
+    steps = {"slow": 0.05, "fast": 0.0025, "gain": None}
+    parts = [
+        ComponentSpec(p.name, source=p.source, values=p.values, options=p.options, step=steps[p.name]) for p in parts
+    ]
+    return system(parts, [("slow.x", "gain.u"), ("gain.y", "fast.u"), ("fast.x", "slow.u")], step=0.01, **run)
+
+
+@pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.parametrize("master", ["ordered", "jacobi", "gauss_seidel"])
+@pytest.mark.parametrize("make", [pair, chain, gains, rates])
+def test_engine_and_python_give_the_same_bits(make: Callable[..., System], master: str, version: int) -> None:
+    what = make(version, master=master)
+    with Simulation(what) as simulation:
+        simulation.initialise()
+        assert simulation.report.engine == ""
+    fast, slow = recorded(what, 1.0), recorded(what, 1.0, engine=False)
+    np.testing.assert_array_equal(fast.time, slow.time)
+    assert fast.names == slow.names
+    for name in fast.names:
+        assert fast[name].tobytes() == slow[name].tobytes(), name
+
+
+@pytest.mark.parametrize("engine", [True, False])
+def test_a_run_in_parts_is_the_run_as_a_whole(engine: bool) -> None:
+    whole = recorded(pair(), 1.0, engine=engine)
+    recorder = MemoryRecorder()
+    with Simulation(pair(), engine=engine) as simulation:
+        for until in (0.1, 0.1005, 0.3, 1.0):
+            simulation.run(until, recorder)
+    parts = recorder.result()
+    # The point in between is one more, and shifts those after it by half a step.
+    assert len(parts.time) == len(whole.time) + 1
+    assert parts["mass.x"][-1] == pytest.approx(whole["mass.x"][-1], abs=2e-3)
+    with Simulation(pair(), engine=engine) as simulation:
+        recorder = MemoryRecorder()
+        for until in (0.1, 0.25, 1.0):
+            simulation.run(until, recorder)
+    np.testing.assert_array_equal(recorder.result()["mass.x"], whole["mass.x"])
+
+
+@pytest.mark.parametrize("engine", [True, False])
+def test_every_nth_point_and_the_last_are_recorded(engine: bool) -> None:
+    result = recorded(pair(step=0.01), 0.25, engine=engine, every=10)
+    np.testing.assert_allclose(result.time, [0.0, 0.1, 0.2, 0.25], rtol=1e-12)
+
+
+@pytest.mark.parametrize("engine", [True, False])
+def test_chosen_columns_are_recorded_inputs_among_them(engine: bool) -> None:
+    result = recorded(pair(), 0.01, engine=engine, record=["mass.*a", "spring.f2"])
+    assert list(result.names) == ["mass.fa", "spring.f2"]
+    np.testing.assert_array_equal(result["mass.fa"], result["spring.f2"])
+
+
+def test_more_rows_than_the_buffer_holds_arrive_in_order() -> None:
+    result = recorded(pair(step=1e-3), 20.0)
+    np.testing.assert_array_equal(result.time, 1e-3 * np.arange(20001))
+
+
+def test_single_steps_and_runs_can_be_mixed() -> None:
+    with Simulation(pair()) as simulation:
+        for _ in range(500):
+            simulation.step()
+        simulation.run(1.0)
+        mixed = simulation.get("mass.x")
+    assert mixed == recorded(pair(), 1.0)["mass.x"][-1]
+
+
+def test_an_input_that_is_set_counts_from_the_next_step_on() -> None:
+    parts = [spec("mass", "mass")]
+    with Simulation(system(parts, [], step=0.1)) as simulation:
+        simulation.run(1.0)
+        simulation.set("mass.fa", 2.0)
+        simulation.run(2.0)
+        assert simulation.get("mass.x") == pytest.approx(1.0 + 0.5 * 2.0, rel=1e-12)
+
+
+@pytest.mark.parametrize("engine", [True, False])
+def test_the_word_tells_who_was_called_when(engine: bool) -> None:
+    from fmus.errors import ComponentError
+
+    progress = Progress()
+    what = system([spec("fine", "decay"), spec("bad", "decay", k=-1000.0)], [], step=0.1)
+    with Simulation(what, engine=engine, progress=progress) as simulation:
+        before = progress.word.calls
+        with pytest.raises(ComponentError):
+            simulation.run(10.0)
+        assert progress.word.last_good == pytest.approx(0.7)
+        # Two steps and two reads for each of eight points.
+        assert progress.word.calls - before > 8 * 4
+        assert (progress.word.component, progress.word.call) == (-1, 0)
+
+
+def test_a_wish_to_stop_ends_the_run_at_a_communication_point() -> None:
+    progress = Progress()
+    with Simulation(pair(), progress=progress) as simulation:
+        simulation.run(0.1)
+        progress.word.stop = 1
+        assert not simulation.run(1.0)
+        assert simulation.time == pytest.approx(0.1)
+
+
+@pytest.mark.parametrize(
+    ("what", "reason"),
+    [
+        (lambda: ring({}, {}), "there is an algebraic loop"),
+        (lambda: system([spec("stair", "stair")], [], step=0.1), "stair.counter is no Float64"),
+        (lambda: pair(options={"extrapolation": 1}), "inputs are shaped"),
+        (lambda: pair(master="iterative"), "master iterative runs in Python"),
+    ],
+)
+def test_what_the_engine_cannot_do_is_done_in_python_with_a_reason(what: Callable[[], System], reason: str) -> None:
+    with Simulation(what()) as simulation:
+        simulation.run(0.2)
+        assert reason in simulation.report.engine
+
+
+def test_without_a_compiler_the_master_in_python_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+    from orchestrator.cosim.engine import table
+
+    monkeypatch.setattr(table, "native_library", lambda: None)
+    with Simulation(pair()) as simulation:
+        simulation.run(0.1)
+        assert simulation.report.engine == "there is no C compiler"
