@@ -60,8 +60,8 @@ def load_records(path: str | Path) -> tuple[Record, ...]:
     folder, case, _ = _described(Path(path))
     records = []
     for name in case.files:
-        _require_csv(folder / name)
-        records.append(read_record(name, read_table(folder / name, _read(folder / name)), case))
+        _require_known_ending(folder / name)
+        records.append(read_record(name, _table(folder / name, _read(folder / name)), case))
     return tuple(records)
 
 

@@ -43,17 +43,16 @@ def open_player(spec: ComponentSpec, folder: Path) -> Component:
     return Player(trial, columns, interpolation == "hold", begin - float(trial.time[0]))
 
 
-def _trial(trials: Sequence[Trial], wanted: Any, source: str) -> Trial:
-    if wanted is None and len(trials) == 1:
-        return trials[0]
-    found = [
-        trial for place, trial in enumerate(trials, 1) if wanted in (place, trial.name) and not isinstance(wanted, bool)
-    ]
+def _chosen(records: Sequence[Record], wanted: Any, source: str) -> Record:
+    if wanted is None and len(records) == 1:
+        return records[0]
+    numbered = [] if isinstance(wanted, bool) else list(enumerate(records, 1))
+    found = [record for place, record in numbered if wanted in (place, record.name)]
     if len(found) != 1:
-        names = listed(trial.name for trial in trials)
+        names = listed(record.name for record in records)
         said = "" if wanted is None else f"trial = {shown(wanted)}; "
         raise MisfitError(
-            f"{said}{source} has {len(trials)} trials; expected trial = a number from 1 or one of {names}"
+            f"{said}{source} has {len(records)} files; expected trial = a number from 1 or one of {names}"
         )
     return found[0]
 
