@@ -70,9 +70,10 @@ def _carried(
 
 
 def _fast(series: np.ndarray, shapes: np.ndarray) -> np.ndarray:
-    """What is left of series (n, k) when shapes (n, h) are fitted to them."""
-    fitted, *_ = np.linalg.lstsq(shapes, series, rcond=None)
-    return np.asarray(series - shapes @ fitted)
+    """What is left of series (n, k) when hat functions (n, h) are fitted to them; only neighbours among them overlap."""
+    neighbours = np.einsum("ij,ij->j", shapes[:, 1:], shapes[:, :-1])
+    bands = np.stack([np.r_[0.0, neighbours], np.einsum("ij,ij->j", shapes, shapes)])
+    return np.asarray(series - shapes @ linalg.solveh_banded(bands, shapes.T @ series))
 
 
 def _power(answers: np.ndarray) -> np.ndarray:

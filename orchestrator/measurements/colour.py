@@ -141,7 +141,7 @@ def _fitted(frequency: Array, power: Array, error: Array, lowest_corner: float =
         shape = (1 - memory**2) / (1 + memory**2 - 2 * memory * np.cos(2 * np.pi * frequency))
         parts, left = optimize.nnls(np.column_stack([weight, weight * shape]), weight * power)
         if left**2 < best:
-            best, chosen = float(left**2), Noise(*(float(x) for x in np.sqrt(parts)), float(memory))
+            best, chosen = float(left**2), Noise(float(parts[0] ** 0.5), float(parts[1] ** 0.5), float(memory))
     most = float(stats.chi2.ppf(HOLDS, max(len(power) - 2, 1)))
     if white < min(most, best + SHOWN):
         return Noise(float(np.sqrt(flat)))
