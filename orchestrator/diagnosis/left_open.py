@@ -5,26 +5,32 @@ from dataclasses import replace
 
 import numpy as np
 
+from orchestrator.diagnosis.calibration import Stage
 from orchestrator.diagnosis.candidates import Candidate
 from orchestrator.diagnosis.coverage import Coverage, coverage
 from orchestrator.diagnosis.evidence import LearningData, Refit
 from orchestrator.diagnosis.identifiability import Doubt, doubts_of, parameter_names
+from orchestrator.diagnosis.kinship import kin
 from orchestrator.diagnosis.profile import Profiled, profiles
 from orchestrator.diagnosis.response import Response
 from orchestrator.diagnosis.result import Diagnosis, NamedEffect
 
 
 def with_open_questions(
-    found: Diagnosis, named: Refit | None, base: Response, learning: LearningData, candidates: Sequence[Candidate]
+    found: Diagnosis,
+    named: Refit | None,
+    stages: Sequence[Stage],
+    learning: LearningData,
+    candidates: Sequence[Candidate],
 ) -> Diagnosis:
-    """Add doubts, excitation and better intervals to a diagnosis; what concerns the named effects becomes a warning.
+    """Add doubts, kin, excitation and better intervals to a diagnosis; what concerns the named effects becomes a warning.
 
     Args:
         named: the fitted set that is named, None if none is.
-        base: the model without effects along the learning trials.
+        stages: the tests of the search, that of the model without effects first.
         candidates: every effect that could be attached.
     """
-    excitation = coverage(base, candidates, {})
+    excitation = coverage(stages[0].tangent.response, candidates, {})
     if named is None:
         return replace(found, excitation=tuple(excitation))
     there = Response(named, [t.smoother for t in learning.trials])
@@ -45,6 +51,7 @@ def with_open_questions(
         effects=effects,
         steps=(*found.steps[:-1], replace(found.steps[-1], effects=effects)),
         identifiability=tuple(doubts),
+        kin=tuple(kin(named, stages)),
         excitation=tuple(excitation),
         warnings=(*found.warnings, *(d.message for d in doubts)),
     )

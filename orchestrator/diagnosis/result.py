@@ -7,6 +7,7 @@ from typing import Any, Literal
 from orchestrator.compare.result import Comparison
 from orchestrator.diagnosis.coverage import Coverage
 from orchestrator.diagnosis.identifiability import Doubt
+from orchestrator.diagnosis.kinship import Kin
 from orchestrator.diagnosis.latent import LatentForce
 
 CURVE_SAMPLES = 400
@@ -124,6 +125,7 @@ class Diagnosis:
     clock_shift_s: float = 0.0
     identifiability: tuple[Doubt, ...] = ()
     excitation: tuple[Coverage, ...] = ()
+    kin: tuple[Kin, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """Return the `misfit.diagnosis/1` document."""
@@ -145,6 +147,7 @@ class Diagnosis:
             },
             "warnings": list(self.warnings),
             "identifiability": [entry.to_json() for entry in self.identifiability],
+            "kin": [entry.to_json() for entry in self.kin],
             "excitation": [entry.to_json() for entry in self.excitation],
             "next_experiment": self.next_experiment,
             "patched_model": self.patched_model,

@@ -11,9 +11,10 @@ from fmus.catalogue import ModelicaModel
 from fmus.errors import ComponentError, MisfitError
 from orchestrator.diagnosis.calibration import SIGNIFICANT, Stage
 from orchestrator.diagnosis.candidates import Candidate, EffectSet, can_join
-from orchestrator.diagnosis.confusion import half_bic
+from orchestrator.diagnosis.confusion import DECISIVE, half_bic
 from orchestrator.diagnosis.evidence import TOLERANCE, LearningData, Refit, fit_nominal
 from orchestrator.diagnosis.first_values import first_values
+from orchestrator.diagnosis.kinship import kin
 from orchestrator.diagnosis.screening import Explanation, Screened, Screener
 from orchestrator.diagnosis.tangent import Tangent
 from orchestrator.diagnosis.trace import Accepted, Trace
@@ -88,6 +89,23 @@ class Searcher:
                 break
             base, beam = best, [best, *(r for r in found if r.is_present() and r is not best)][:BEAM]
         return self._nested(base)
+
+    def try_kin(self, best: Refit) -> None:
+        """Refit what acts like an effect of a set and was not tried in its place, so that the odds are those of fits."""
+        tried = {r.labels for r in self.trace.refitted}
+        for entry in kin(best, self.trace.stages):
+            others = [c for c in best.effects.candidates if c.label != entry.effect.label]
+            twin = can_join(others, entry.other, self.slots)
+            if entry.odds > DECISIVE or twin is None or frozenset(c.label for c in (*others, twin)) in tried:
+                continue
+            self.progress(f"refitting {twin.label} in place of {entry.effect.label}")
+            chosen = (*others, twin)
+            values = [best.values[np.array(best.effects.owners()) == best.effects.candidates.index(c)] for c in others]
+            guess = EffectSet(self.base, [twin], self.nominal.signals).first_guess()
+            stage = next(s for s in reversed(self.trace.stages) if s.tangent.base.labels <= {c.label for c in others})
+            first = np.array([np.concatenate([*values, guess]), *first_values(stage, chosen)])
+            found = self._attempted(chosen, first, best.fit.values[best.size :])
+            self.trace.refitted += [] if found is None else [found]
 
     @staticmethod
     def _worth_a_search(stage: Stage) -> bool:

@@ -1,11 +1,12 @@
 """What each candidate would do to the free runs of a fitted model, to first order, in the metric of the diagnosis."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import groupby
 from typing import Protocol, TypeVar
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from fmus.errors import MisfitError
 from orchestrator.diagnosis.candidates import Candidate, EffectSet, can_join
@@ -66,7 +67,9 @@ class Tangent:
 
     def __init__(self, base: Refit, nominal: SymbolicModel, learning: LearningData) -> None:
         self.base, self.nominal, self.learning = base, nominal, learning
-        self.response = Response(base, [t.smoother for t in learning.trials])
+        # The error comes from the noise of the inputs, too: columns along the noisy inputs would go with it by chance.
+        records = tuple(replace(r, inputs=t.quiet_inputs) for r, t in zip(base.records, learning.trials, strict=True))
+        self.response = Response(replace(base, records=records), [t.smoother for t in learning.trials])
         residual, jacobian = linearise(
             base.model.compiled,
             base.records,
@@ -114,10 +117,11 @@ class Tangent:
             through_forces = self.response.has_forces and effects.model.residual is not None
             slopes = self._by_forces if through_forces else self._by_runs(part, slots)
             for values, difference in points(effects):
-                yield from self._blocks_at(effects, slopes(effects, values, difference), values, difference)
+                columns, starts = slopes(effects, values, difference)
+                yield from self._blocks_at(effects, columns, starts, values, difference)
 
     def _blocks_at(
-        self, effects: EffectSet, columns: np.ndarray, values: np.ndarray, difference: bool
+        self, effects: EffectSet, columns: np.ndarray, starts: np.ndarray, values: np.ndarray, difference: bool
     ) -> Iterator[Block]:
         absent, start = (np.array([getattr(p, name) for p in effects.card_parameters]) for name in ("absent", "start"))
         meaningful = np.array([p.meaningful for p in effects.card_parameters])
@@ -125,8 +129,8 @@ class Tangent:
         columns = np.where(np.all(np.abs(columns) < STEEPEST, axis=0), columns, 0.0)
         names = [v.name for v in effects.variables]
         owners = np.array(effects.owners())
-        powers = np.sum((columns - self._exact @ (self._exact.T @ columns)) ** 2, axis=0)
-        columns = self.project(columns)
+        powers = np.sum(_beyond(columns, self._exact, starts) ** 2, axis=0)
+        columns = _beyond(columns, self.basis, starts)
         sizes = start - absent
         for k, candidate in enumerate(effects.candidates):
             own = np.flatnonzero(owners == k)
@@ -139,8 +143,11 @@ class Tangent:
                 size, least, power = np.r_[1.0, size], np.r_[np.inf, least], np.r_[powers[-1], power]
             yield Block(candidate, chosen, size, least, tuple(labels), power, values[own])
 
-    def _by_forces(self, effects: EffectSet, values: np.ndarray, difference: bool) -> np.ndarray:
-        """Columns of an effect as the answer to the forces that it is equivalent to along the model's own motion."""
+    def _by_forces(self, effects: EffectSet, values: np.ndarray, difference: bool) -> tuple[np.ndarray, np.ndarray]:
+        """Columns of an effect as the answer to the forces that it is equivalent to along the model's own motion.
+
+        Start values of the effect's own states stay as they are: no columns for them.
+        """
         model = effects.model
         parameters = self._with_nuisances(model, values)
         per_trial = []
@@ -153,7 +160,8 @@ class Tangent:
             else:
                 forces = forces[:, :, 1:]
             per_trial.append(self.response.to_forces(k, -forces))
-        return self.in_metric(per_trial)
+        columns = self.in_metric(per_trial)
+        return columns, columns[:, :0]
 
     def _with_nuisances(self, model: SymbolicModel, values: np.ndarray) -> np.ndarray:
         """All parameters of a model with effect parameters `values` and the fitted nuisances."""
@@ -165,19 +173,27 @@ class Tangent:
 
     def _by_runs(
         self, group: Sequence[Candidate], slots: Sequence[str]
-    ) -> Callable[[EffectSet, np.ndarray, bool], np.ndarray]:
-        """Columns from free runs of the model with the candidates in it, where they are no force."""
+    ) -> Callable[[EffectSet, np.ndarray, bool], tuple[np.ndarray, np.ndarray]]:
+        """Columns from free runs of the model with the candidates in it, where they are no force.
+
+        Beside them those of the start values of the candidates' own states, which a fit would move.
+        """
         inside = self.base.effects.candidates
         placed = [can_join(inside, candidate, slots) for candidate in group]
         joined = EffectSet(self.base.effects.base, [*inside, *(c for c in placed if c)], self.base.model.signals)
 
-        def columns(effects: EffectSet, values: np.ndarray, difference: bool) -> np.ndarray:
+        def columns(effects: EffectSet, values: np.ndarray, difference: bool) -> tuple[np.ndarray, np.ndarray]:
             model, known = joined.model, self.base.values
             parameters = self._with_nuisances(model, np.r_[known, values])
             states = [v.name for v in self.base.model.system.states]
-            per_trial = []
+            hidden = [i for i, v in enumerate(model.system.states) if v.name not in states]
+            per_trial, per_start = [], []
             for record, trial, start, plain in zip(
-                self.base.records, self.learning.trials, self.base.fit.starts, self.response.outputs, strict=True
+                self.response.base.records,
+                self.learning.trials,
+                self.base.fit.starts,
+                self.response.outputs,
+                strict=True,
             ):
                 own = model.record(trial, parameters)
                 first = dict(zip(states, start, strict=True))
@@ -189,16 +205,24 @@ class Tangent:
                 slopes = run.sensitivities[:, :, len(begin) + len(known) :]
                 parts = [slopes, (run.outputs - plain)[:, :, None]] if difference else [slopes]
                 per_trial.append(np.concatenate(parts, axis=2))
-            return self.in_metric(per_trial)
+                per_start.append(run.sensitivities[:, :, hidden])
+            return self.in_metric(per_trial), self._one_for_each_trial(per_start)
 
         return columns
+
+    def _one_for_each_trial(self, per_trial: Sequence[np.ndarray]) -> np.ndarray:
+        """Columns (m, trials * k) of unknowns that each trial has for itself, from outputs (n, ny, k) of each."""
+        data = block_diag(*(concatenate([m], [part]) for m, part in zip(self.learning.metrics, per_trial, strict=True)))
+        data = np.where(np.all(np.abs(data) < STEEPEST, axis=0), data, 0.0)
+        return np.concatenate([data, np.zeros((self.prior_rows, data.shape[1]))])
 
 
 def points(effects: EffectSet) -> Iterator[tuple[np.ndarray, bool]]:
     """Points at which a card is linearised, each with whether the step from absence to it is a column of its own.
 
     A card is taken at its absence where it starts to act there in proportion to its parameters. Where it does not (a
-    time constant at zero, a yield angle at zero), it is taken at its first guess, with variations of its shape.
+    time constant at zero, a yield angle at zero), it is taken at its first guess, with variations of its shape, or on its
+    grid; a level that is an effect's only parameter then counts as a step from no such level.
     """
     parameters = effects.card_parameters
     absent = np.array([p.absent for p in parameters])
@@ -208,7 +232,7 @@ def points(effects: EffectSet) -> Iterator[tuple[np.ndarray, bool]]:
     if grids:
         position, grid = grids[0]
         for value in grid:
-            yield np.where(np.arange(len(absent)) == position, value, absent), False
+            yield np.where(np.arange(len(absent)) == position, value, absent), len(absent) == 1
         return
     if len(effects.candidates) > 1 or (len({p.name for p in parameters}) == 1 and np.all((absent > low) | (low == 0))):
         yield np.clip(absent, low, high), False
@@ -229,6 +253,15 @@ def _forces(model: SymbolicModel, parameters: np.ndarray, trial: object, start: 
     run = compiled.run(trial.time, inputs, parameters, start[hidden], sensitivities=True)  # type: ignore[attr-defined]
     assert run.sensitivities is not None
     return np.concatenate([run.outputs[:, :, None], run.sensitivities[:, :, len(hidden) :]], axis=2)
+
+
+def _beyond(columns: np.ndarray, basis: np.ndarray, starts: np.ndarray) -> np.ndarray:
+    """What is left of columns beside an orthonormal basis and the columns of start values."""
+    left = columns - basis @ (basis.T @ columns)
+    if starts.any():
+        own = orthonormal(starts - basis @ (basis.T @ starts), 1e-9)
+        left -= own @ (own.T @ left)
+    return left
 
 
 def orthonormal(columns: np.ndarray, tolerance: float = RANK) -> np.ndarray:
