@@ -48,6 +48,7 @@ SUMMARIES = {
     "discover": "Compare, diagnose, add, compare again.",
     "ledger": "List every version of a model and its errors.",
     "models": "List the built-in models.",
+    "run": "Run a system of FMUs and other components.",
     "validate": "Check FMUs, one line a finding.",
 }
 

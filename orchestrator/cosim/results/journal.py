@@ -15,7 +15,7 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from fmus.errors import MisfitError
-from orchestrator.cosim.results.arrow import KEY, batch_of, header_of, schema_of
+from orchestrator.cosim.results.arrow import KEY, batch_of, header_of, numpy_of, schema_of
 from orchestrator.cosim.results.formats import Content, Header, as_numbers
 
 ENDING = ".unfinished"
@@ -112,7 +112,7 @@ def read_journal(file: IO[bytes], path: Path, wanted: Sequence[str] | None) -> C
         schema = stream.schema
     table = pa.Table.from_batches(list(batches_in(file)), schema=schema)
     names = [name for name in table.schema.names if wanted is None or name in wanted]
-    found = {name: as_numbers(table.column(name).to_numpy()) for name in names}
+    found = {name: as_numbers(numpy_of(table.column(name))) for name in names}
     arrays = {name: values for name, values in found.items() if values is not None}
     columns = tuple(column for column in header.columns if column.name in arrays)
     return Content(Header(columns, header.provenance, header.failure), arrays)

@@ -11,7 +11,7 @@ import pyarrow as pa
 import pyarrow.csv as pc
 
 from fmus.errors import MisfitError
-from orchestrator.cosim.results.arrow import SCHEMA
+from orchestrator.cosim.results.arrow import SCHEMA, numpy_of
 from orchestrator.cosim.results.column import Column
 from orchestrator.cosim.results.formats import Content, Header, as_numbers, kind_of
 
@@ -64,7 +64,7 @@ def read(path: Path, wanted: Sequence[str] | None) -> Content:
         raise MisfitError(f"{path} cannot be read as CSV: {' '.join(str(error).split())}") from error
     arrays = {}
     for name in table.schema.names:
-        values = as_numbers(table.column(name).to_numpy()) if wanted is None or name in wanted else None
+        values = as_numbers(numpy_of(table.column(name))) if wanted is None or name in wanted else None
         if values is not None:
             arrays[name] = values
     said = _notes(path)

@@ -9,7 +9,7 @@ import numpy as np
 import pyarrow as pa
 
 from fmus.errors import MisfitError
-from orchestrator.cosim.results.arrow import document, grouped
+from orchestrator.cosim.results.arrow import document, grouped, numpy_of
 from orchestrator.cosim.results.column import Column
 from orchestrator.cosim.results.formats import Content, Header, as_numbers, kind_of
 
@@ -27,7 +27,7 @@ def write(path: Path, header: Header, batches: Iterator[pa.RecordBatch]) -> None
             table = pa.Table.from_batches(group)
             for data, column in zip(sets, table.columns, strict=True):
                 data.resize((end + len(table),))
-                data[end:] = column.to_numpy()
+                data[end:] = numpy_of(column)
             end += len(table)
 
 

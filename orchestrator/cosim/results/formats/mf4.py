@@ -11,7 +11,7 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from fmus.errors import MisfitError
-from orchestrator.cosim.results.arrow import document, grouped
+from orchestrator.cosim.results.arrow import document, grouped, numpy_of
 from orchestrator.cosim.results.column import Column
 from orchestrator.cosim.results.formats import Content, Header, as_numbers, kind_of
 
@@ -25,7 +25,7 @@ def write(path: Path, header: Header, batches: Iterator[pa.RecordBatch]) -> None
         first = True
         for group in grouped(batches, ROWS_PER_BLOCK):
             table = pa.Table.from_batches(group)
-            time, *parts = (_plain(column.to_numpy()) for column in table.columns)
+            time, *parts = (_plain(numpy_of(column)) for column in table.columns)
             if first:
                 signals = [
                     asammdf.Signal(part, time, unit=c.unit, name=c.name, comment=c.description)

@@ -8,7 +8,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from fmus.errors import MisfitError
-from orchestrator.cosim.results.arrow import grouped, header_of, schema_of
+from orchestrator.cosim.results.arrow import grouped, header_of, numpy_of, schema_of
 from orchestrator.cosim.results.formats import Content, Header, as_numbers
 
 ROWS_PER_GROUP = 131_072
@@ -40,7 +40,7 @@ def read(path: Path, wanted: Sequence[str] | None) -> Content:
         raise MisfitError(f"{path} cannot be read as Parquet: {error}") from error
     arrays = {}
     for name in names:
-        values = as_numbers(table.column(name).to_numpy())
+        values = as_numbers(numpy_of(table.column(name)))
         if values is not None:
             arrays[name] = values
     return Content(header_of(schema, arrays), arrays)

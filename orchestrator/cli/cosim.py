@@ -1,0 +1,243 @@
+"""`misfit run` and `misfit sweep`."""
+
+import sys
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from fmus.errors import MisfitError
+from orchestrator.cli.common import write_json
+
+if TYPE_CHECKING:
+    from orchestrator.cosim.results import ResultComparison
+    from orchestrator.cosim.run import RunOptions, RunOutcome
+    from orchestrator.cosim.summary import SummaryRecorder
+    from orchestrator.cosim.system import System
+
+Watch = Callable[[float], None]
+Decorator = Callable[[Callable[..., None]], Callable[..., None]]
+
+
+def running_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Add what `run` and `sweep` have in common."""
+    master = "ordered, jacobi, gauss_seidel, iterative or adaptive"
+    options: tuple[Decorator, ...] = (
+        click.option("--stop", type=float, metavar="T", help="Simulated time at the end, in s."),
+        click.option("--step", type=float, metavar="H", help="Communication step in s."),
+        click.option("--master", metavar="KIND", help=f"How components are coupled: {master}."),
+        click.option("--tolerance", type=float, metavar="TOL", help="Relative tolerance for FMUs and masters."),
+        click.option(
+            "--record", multiple=True, metavar="PATTERN", help="Record these, such as 'arm.*'; all outputs else."
+        ),
+        click.option("--every", type=click.IntRange(1), default=1, metavar="N", help="Record each N-th point."),
+        click.option(
+            "--isolate/--no-isolate", default=None, help="Run in a process of its own; else only FMUs of others."
+        ),
+        click.option("--patience", type=float, default=60.0, metavar="S", help="Silence of an isolated FMU in s."),
+        click.option("--memory", type=float, default=4.0, metavar="GIB", help="Memory of an isolated run in GiB."),
+        click.option("--trust", "trusted", is_flag=True, help="Trust the FMUs of this system from now on."),
+        click.option("--json", "json_file", metavar="F", help="Write the result to F ('-': standard output)."),
+        click.option("--quiet", is_flag=True, help="Print nothing but errors."),
+    )
+    for option in reversed(options):
+        command = option(command)
+    return command
+
+
+@click.command()
+@click.argument("model", metavar="SYSTEM")
+@click.option("--out", metavar="F", help="Results: .parquet (also without an ending), .csv, .h5 or .mf4.")
+@click.option(
+    "--set", "values", multiple=True, metavar="COMP.VAR=VALUE", help="Parameter or start value, such as m=2.5 kg."
+)
+@click.option("--swap", "swaps", multiple=True, metavar="COMP=FMU", help="Use another FMU for a component.")
+@click.option("--mapping", metavar="FILE", help="Names of a swapped FMU's variables.")
+@click.option("--against", metavar="RESULT", help="Compare with the results of an earlier run.")
+@click.option("--realtime", type=float, metavar="FACTOR", help="Keep pace with the clock, FACTOR times as fast.")
+@running_options
+def run(
+    model: str,
+    out: str | None,
+    values: tuple[str, ...],
+    swaps: tuple[str, ...],
+    mapping: str | None,
+    against: str | None,
+    realtime: float | None,
+    json_file: str | None,
+    quiet: bool,
+    trusted: bool,
+    **given: Any,
+) -> None:
+    """Run SYSTEM: a system file (.toml, .ssd, .ssp), an .fmu, FILE.mo:Package.Class, or a built-in model."""
+    from orchestrator.cli import run_text
+    from orchestrator.cosim.load import load_system
+    from orchestrator.cosim.results import MemoryRecorder, Nowhere, compare_results, read_result, recorder_for
+    from orchestrator.cosim.run import run_system, trust_all
+    from orchestrator.cosim.summary import SummaryRecorder
+
+    say = (lambda text: None) if quiet or json_file == "-" else click.echo
+    earlier = read_result(against) if against else None
+    system = with_settings(load_system(model), values)
+    system, swapped = with_swaps(system, swaps, mapping, say)
+    if trusted:
+        trust_all(system)
+    target = out_path(out)
+    onward = recorder_for(target) if target else MemoryRecorder() if earlier else Nowhere()
+    summary = SummaryRecorder(onward)
+    options = options_of(given, realtime)
+    try:
+        with moving_bar(system, options, quiet) as watch:
+            outcome = run_system(system, summary, options, watch)
+    except MisfitError as error:
+        raise kept(error, target, summary) from error
+    found = None
+    if earlier is not None:
+        now = onward.result() if isinstance(onward, MemoryRecorder) else read_result(str(target))
+        found = compare_results(earlier, now)
+    for line in (*run_text.head(system, outcome), *run_text.table(summary), *run_text.speed(outcome)):
+        say(line)
+    if target:
+        say(f"results: {target} ({summary.count} rows, {len(summary.columns)} columns)")
+    for line in run_text.differences(found, str(against)) if found else ():
+        say(line)
+    write_json(json_file, document(model, outcome, summary, target, swapped, found))
+
+
+def options_of(given: Mapping[str, Any], realtime: float | None = None) -> "RunOptions":
+    """Options of the command line as those of a run."""
+    from orchestrator.cosim.isolate.process import Limits
+    from orchestrator.cosim.run import RunOptions
+
+    for name, what in (("stop", "a time in s"), ("step", "a positive time in s"), ("patience", "a positive time in s")):
+        value = given[name]
+        if value is not None and not (value > 0 or name == "stop"):
+            raise click.UsageError(f"--{name} {value:g}: expected {what}")
+    return RunOptions(
+        **{name: given[name] for name in ("stop", "step", "master", "tolerance", "every", "isolate")},
+        record=tuple(given["record"]) or None,
+        limits=Limits(given["patience"], given["memory"]),
+        realtime=realtime,
+    )
+
+
+def with_settings(system: "System", values: tuple[str, ...]) -> "System":
+    """The system with values from the command line; a system of one component needs no name before the variable."""
+    from orchestrator.cosim.system import Value
+
+    found = {}
+    for text in values:
+        address, equals, value = text.partition("=")
+        if not equals:
+            raise click.UsageError(f"--set {text}: expected COMPONENT.VARIABLE=VALUE, such as mass.m=2.5")
+        found[full_address(system, address.strip())] = Value(value.strip())
+    return system.with_values(found)
+
+
+def full_address(system: "System", address: str) -> str:
+    """Address of a variable with its component, which goes without saying where there is only one."""
+    if len(system.components) == 1 and address.partition(".")[0] not in system.components:
+        return f"{next(iter(system.components))}.{address}"
+    return address
+
+
+def with_swaps(
+    system: "System", swaps: tuple[str, ...], mapping: str | None, say: Callable[[str], None]
+) -> tuple["System", list[Any]]:
+    """The system with other FMUs, after their interfaces have been compared and the reports printed."""
+    if mapping and not swaps:
+        raise click.UsageError("--mapping FILE belongs to --swap COMP=FMU")
+    reports = []
+    for text in swaps:
+        name, equals, file = text.partition("=")
+        if not equals or not file:
+            raise click.UsageError(f"--swap {text}: expected COMPONENT=FILE.fmu")
+        from orchestrator.cosim.swap import swap
+
+        system, report = swap(system, name.strip(), Path(file), Path(mapping) if mapping else None)
+        for line in report.lines:
+            say(line)
+        reports.append(report.to_json())
+    return system, reports
+
+
+def out_path(out: str | None) -> Path | None:
+    """Where results go; Parquet where the name has no ending."""
+    if out is None:
+        return None
+    path = Path(out)
+    return path if path.suffix else path.with_name(path.name + ".parquet")
+
+
+def kept(error: MisfitError, target: Path | None, summary: "SummaryRecorder") -> MisfitError:
+    """The error, with where the results until then are."""
+    if target is None or not summary.count:
+        return error
+    return type(error)(f"{error}; {summary.count} rows until then are in {target}")
+
+
+@contextmanager
+def moving_bar(system: "System", options: "RunOptions", quiet: bool) -> Iterator[Watch | None]:
+    """A bar over simulated time with the real-time factor, on a terminal only."""
+    stop = system.run.stop if options.stop is None else options.stop
+    if quiet or stop is None or not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+    start, began, shown = system.run.start or 0.0, time.perf_counter(), [0.0]
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("preparing", total=stop - start)
+
+        def watch(simulated: float) -> None:
+            now = time.perf_counter()
+            if now - shown[0] < 0.1:  # drawing more often costs more than the run
+                return
+            shown[0] = now
+            factor = (simulated - start) / (now - began)
+            bar.update(
+                task, completed=simulated - start, description=f"t = {simulated:.6g} s, {factor:.3g} x real time"
+            )
+
+        yield watch
+
+
+def document(
+    model: str,
+    outcome: "RunOutcome",
+    summary: "SummaryRecorder",
+    target: Path | None,
+    swapped: list[Any],
+    found: "ResultComparison | None",
+) -> dict[str, Any]:
+    """The run as JSON."""
+    report = outcome.report
+    return {
+        "schema": "misfit.run/1",
+        "model": model,
+        "start": outcome.start,
+        "end": outcome.end,
+        "stop": outcome.stop,
+        "step": outcome.step,
+        "seconds": outcome.seconds,
+        "seconds_to_prepare": outcome.preparing,
+        "realtime_factor": (outcome.end - outcome.start) / outcome.seconds,
+        "isolated": outcome.isolated,
+        "ended": outcome.ended,
+        "conversions": list(report.conversions),
+        "unconnected": list(report.unconnected),
+        "delays": list(report.delays),
+        "loops": list(report.loops),
+        "compiled": not report.engine,
+        "signals": summary.to_json(),
+        "results": str(target) if target else None,
+        "swaps": swapped,
+        "against": found.to_json() if found else None,
+        "realtime": outcome.lateness.to_json() if outcome.lateness else None,
+        "provenance": dict(outcome.provenance),
+    }
