@@ -1,0 +1,8 @@
+"""One component in place of another: what fits, what does not, and the system with the new one in it."""
+
+from orchestrator.cosim.swap.apply import Swap, swap
+from orchestrator.cosim.swap.compare import Side, compare
+from orchestrator.cosim.swap.mapping import mapping_text, read_mapping
+from orchestrator.cosim.swap.report import Difference, Match, SwapReport
+
+__all__ = ["Difference", "Match", "Side", "Swap", "SwapReport", "compare", "mapping_text", "read_mapping", "swap"]
