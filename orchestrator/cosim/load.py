@@ -5,7 +5,7 @@ import re
 from pathlib import Path
 
 from fmus.errors import MisfitError
-from orchestrator.cosim.system import ComponentSpec, System
+from orchestrator.cosim.system import ComponentSpec, RunSettings, System
 
 ENDINGS = (".toml", ".ssd", ".ssp", ".fmu")
 
@@ -67,5 +67,6 @@ def _single(path: Path) -> System:
         {name: ComponentSpec(name, source=path.name)},
         inputs=inputs,
         outputs=of["output"],
+        run=RunSettings(start=description.start_time, stop=description.stop_time),
         folder=path.parent,
     )

@@ -1,0 +1,162 @@
+"""`misfit run` as a user sees it: lines, files and exit codes."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from faulty import faulty_fmu
+from small_fmus import small_fmu
+
+from orchestrator.cli.main import main
+from orchestrator.cosim.results import read_result
+
+Misfit = Callable[..., tuple[int, str, str]]
+CONNECTIONS = (("mass.x", "spring.x2"), ("mass.v", "spring.v2"), ("spring.f2", "mass.fa"))
+
+
+@pytest.fixture
+def misfit(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Misfit:
+    """Call the command in this process; gives exit code, standard output and standard error."""
+
+    def call(*arguments: str | Path) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["misfit", *map(str, arguments)])
+        with pytest.raises(SystemExit) as end:
+            main()
+        said = capsys.readouterr()
+        return int(end.value.code or 0), said.out, said.err
+
+    return call
+
+
+@pytest.fixture
+def pair(tmp_path: Path) -> Path:
+    """The mass on a spring as a system file: m = 1 kg, k = 10 N/m, x0 = 1 m."""
+    lines = ["[components]"]
+    lines += [f'{name} = "{small_fmu(name)}"' for name in ("mass", "spring")]
+    lines += ["[run]", "stop = 10.0", "step = 1e-4"]
+    for source, target in CONNECTIONS:
+        lines += ["[[connections]]", f'from = "{source}"', f'to = "{target}"']
+    (tmp_path / "pair.toml").write_text("\n".join(lines))
+    return tmp_path / "pair.toml"
+
+
+def test_the_pair_reaches_its_published_end(misfit: Misfit, pair: Path, tmp_path: Path) -> None:
+    code, said, _ = misfit("run", pair, "--out", tmp_path / "run")
+    assert code == 0
+    result = read_result(tmp_path / "run.parquet")
+    assert result["mass.x"][-1] == pytest.approx(0.981116, abs=5e-7)
+    assert len(result.time) == 100001 and result.column("mass.x").unit == "m"
+    assert set(result.provenance["components"]) == {"mass", "spring"}
+    assert "2 components, 3 connections, master ordered, steps of 0.0001 s" in said
+    assert "kept without a connection: spring.x1 = 0.0 m (start value)" in said
+
+
+def test_an_isolated_run_gives_the_same_bits(misfit: Misfit, pair: Path, tmp_path: Path) -> None:
+    for name, flag in (("here", "--no-isolate"), ("apart", "--isolate")):
+        code, said, _ = misfit("run", pair, "--out", tmp_path / f"{name}.parquet", "--stop", "0.5", flag)
+        assert code == 0 and ("process of its own" in said) == (name == "apart")
+    here, apart = (read_result(tmp_path / f"{name}.parquet") for name in ("here", "apart"))
+    assert here.names == apart.names and (here.time == apart.time).all()
+    assert all((here[name] == apart[name]).all() for name in here.names)
+
+
+def test_foreign_fmus_run_apart_until_they_are_trusted(
+    misfit: Misfit, pair: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("MISFIT_CACHE", str(tmp_path / "cache"))
+    isolated = []
+    for flags in ([], ["--trust"], []):
+        code, said, _ = misfit("run", pair, "--stop", "0.01", "--json", "-", *flags)
+        assert code == 0
+        isolated.append(json.loads(said)["isolated"])
+    assert isolated == [True, False, False]
+
+
+def test_values_are_set_with_units_and_differences_reported(misfit: Misfit, pair: Path, tmp_path: Path) -> None:
+    misfit("run", pair, "--out", tmp_path / "a.parquet", "--stop", "1")
+    code, said, _ = misfit("run", pair, "--stop", "1", "--set", "mass.x0=2000 mm", "--against", tmp_path / "a.parquet")
+    assert code == 0 and "against" in said
+    code, said, _ = misfit(
+        "run", pair, "--stop", "1", "--set", "mass.x0=2000 mm", "--against", tmp_path / "a.parquet", "--json", "-"
+    )
+    found = {signal["name"]: signal for signal in json.loads(said)["against"]["signals"]}
+    # The system is linear: with twice the start it is off by the whole of itself.
+    assert found["mass.x"]["largest"] == pytest.approx(1.0, rel=1e-3)
+    assert found["mass.x"]["parted_at"] == 0.0
+
+
+def test_recorded_columns_and_points_are_chosen(misfit: Misfit, pair: Path, tmp_path: Path) -> None:
+    misfit("run", pair, "--stop", "0.01", "--record", "spring.f*", "--every", "10", "--out", tmp_path / "r.csv")
+    result = read_result(tmp_path / "r.csv")
+    assert result.names == ("spring.f1", "spring.f2")
+    assert result.time == pytest.approx([k * 1e-3 for k in range(11)], abs=1e-12)
+
+
+WRONG = {
+    "no file": (["nowhere.toml"], "nowhere.toml does not exist"),
+    "no variable": (["PAIR", "--set", "mass.q=1"], "mass has no variable 'q'"),
+    "no value": (["PAIR", "--set", "mass.m"], "--set mass.m: expected COMPONENT.VARIABLE=VALUE"),
+    "wrong dimension": (["PAIR", "--set", "mass.m=1 N"], "mass.m"),
+    "no pattern": (["PAIR", "--record", "leg.*"], "--record leg.* matches no variable"),
+    "no format": (["PAIR", "--out", "run.mat"], "ending '.mat' is no format of results"),
+    "no master": (["PAIR", "--master", "magic"], "magic"),
+    "negative step": (["PAIR", "--step", "-1"], "--step -1: expected a positive time in s"),
+    "end before begin": (["PAIR", "--stop", "-1"], "would end at -1 s"),
+    "no result": (["PAIR", "--against", "gone.parquet"], "gone.parquet does not exist"),
+    "no swap": (["PAIR", "--swap", "mass"], "--swap mass: expected COMPONENT=FILE.fmu"),
+}
+
+
+@pytest.mark.parametrize("kind", WRONG)
+@pytest.mark.parametrize("isolate", ["--isolate", "--no-isolate"])
+def test_wrong_usage_is_one_line_and_exit_code_2(misfit: Misfit, pair: Path, kind: str, isolate: str) -> None:
+    arguments, words = WRONG[kind]
+    code, _, said = misfit("run", *[pair if a == "PAIR" else a for a in arguments], isolate)
+    assert code == 2
+    assert words in said and said.startswith("misfit: ") and said.count("\n") == 1
+
+
+def test_a_crash_keeps_the_rows_until_then_and_exits_with_3(misfit: Misfit, tmp_path: Path) -> None:
+    fmu = faulty_fmu(tmp_path, "segfault")
+    code, _, said = misfit("run", fmu, "--out", tmp_path / "run.parquet")
+    assert code == 3
+    assert "FMU 'segfault' crashed in step at t = 0.5 s: segmentation fault" in said
+    assert f"51 rows until then are in {tmp_path}/run.parquet" in said
+    result = read_result(tmp_path / "run.parquet")
+    assert result.time == pytest.approx([0.01 * k for k in range(51)])
+    assert "segmentation fault" in result.failure and not result.complete
+
+
+def test_a_killed_run_leaves_its_rows(pair: Path, tmp_path: Path) -> None:
+    command = [
+        sys.executable,
+        "-m",
+        "orchestrator.cli",
+        "run",
+        str(pair),
+        "--realtime",
+        "1",
+        "--out",
+        str(tmp_path / "run.h5"),
+    ]
+    root = Path(__file__).parents[2]
+    process = subprocess.Popen(
+        command, cwd=root, env={**os.environ, "PYTHONPATH": str(root)}, stdout=subprocess.DEVNULL
+    )
+    journal = tmp_path / "run.h5.unfinished"
+    while process.poll() is None and not (journal.exists() and journal.stat().st_size > 20_000):
+        pass
+    process.send_signal(signal.SIGKILL)
+    assert process.wait() == -signal.SIGKILL
+    result = read_result(tmp_path / "run.h5")
+    assert len(result.time) > 100 and not result.complete
+    assert result["mass.x"][0] == 1.0
+
+
+def test_nothing_is_printed_when_quiet(misfit: Misfit, pair: Path) -> None:
+    assert misfit("run", pair, "--stop", "0.01", "--quiet") == (0, "", "")
