@@ -10,27 +10,22 @@ from threadpoolctl import threadpool_limits
 from fmus.catalogue import ModelicaModel
 from fmus.errors import MisfitError
 from orchestrator.compare.comparison import compare
-from orchestrator.compare.result import Comparison
 from orchestrator.diagnosis.adjusted import adjusted_parameters
-from orchestrator.diagnosis.calibration import SIGNIFICANT, Stage
 from orchestrator.diagnosis.candidates import EffectSet, find_candidates, model_of
 from orchestrator.diagnosis.cards import EffectCard, effect_library
-from orchestrator.diagnosis.confusion import groups, rivals
+from orchestrator.diagnosis.conclude import conclude
 from orchestrator.diagnosis.evidence import LearningData, Refit, fit_nominal, smoothed
-from orchestrator.diagnosis.excitation import blind_sites
 from orchestrator.diagnosis.left_open import with_open_questions
 from orchestrator.diagnosis.next_experiment import plan
 from orchestrator.diagnosis.noise_model import metrics_of
 from orchestrator.diagnosis.nuisances import Nuisances, nuisances
-from orchestrator.diagnosis.ranking import rank
-from orchestrator.diagnosis.referee import Referee, Refereed, version_name
+from orchestrator.diagnosis.referee import Referee, version_name
 from orchestrator.diagnosis.remaining import remaining
 from orchestrator.diagnosis.response import Response
-from orchestrator.diagnosis.result import Diagnosis, Estimate, HeldOut, NamedEffect
+from orchestrator.diagnosis.result import Diagnosis, Estimate, NamedEffect
 from orchestrator.diagnosis.search import Progress, Searcher
 from orchestrator.diagnosis.tried import tried
 from orchestrator.diagnosis.unexplained import unexplained_forces, where_forces_lack
-from orchestrator.diagnosis.verdict import NEAR, decide, reducible_removed
 from orchestrator.diagnosis.work import Work
 from orchestrator.measurements import BoundSet, BoundTrial, MeasurementSet, bind
 from orchestrator.models.estimation import Z90
@@ -88,10 +83,12 @@ def diagnose(
         path = searcher.run()
         held_out = _in_metric(source, plain, data, data.held_out, nominal.noise_floor, extra)
         referee = Referee(source, measurements, nominal, held_out, workers)
-        refereed = referee.judge(searcher.trace.stages[0].tangent.base, path, named_effects, progress)
+        stages = searcher.trace.stages
+        refereed = referee.judge(stages[0].tangent.base, path, stages[-1].colour.scale, named_effects, progress)
         if refereed.accepted:
             searcher.try_kin(refereed.accepted[-1].refit)
-    found = _conclude(source, nominal, refereed, searcher, impossible)
+        declared = all(data.levels[name].declared is not None for name in data.output_names)
+        found = conclude(nominal, refereed, referee, searcher, declared=declared, impossible=impossible)
     best = refereed.accepted[-1].refit if refereed.accepted else None
     fitted = (
         best if best is not None and found.verdict in ("named", "ambiguous") else searcher.trace.stages[0].tangent.base
@@ -137,7 +134,8 @@ def _in_metric(
     """Trials with the metric of the noise that is declared or shows in the record, carried through the model."""
     noise = np.array([data.noise_std[name] for name in data.output_names])
     outputs, inputs = ([data.noise_of(name) for name in names] for names in (data.output_names, data.input_names))
-    shown = smoothed(trials, noise)
+    fast = np.array([each.std for each in inputs])
+    shown = tuple(replace(trial, input_noise=fast) for trial in smoothed(trials, noise))
     first = LearningData(shown, noise, nuisances=Nuisances(shift_std=extra.shift_std))
     base = fit_nominal(EffectSet(source, (), data.output_names), plain, first)
     metrics = metrics_of(Response(base, [t.smoother for t in shown]), outputs, inputs)
@@ -155,85 +153,3 @@ def named_effects(found: Refit) -> tuple[NamedEffect, ...]:
     return tuple(
         NamedEffect(c.card.id, c.site, own) for c, own in zip(found.effects.candidates, estimates, strict=True)
     )
-
-
-def _conclude(
-    source: ModelicaModel,
-    nominal: Comparison,
-    refereed: Refereed,
-    searcher: Searcher,
-    impossible: Sequence[str],
-) -> Diagnosis:
-    last, stages = refereed.steps[-1].comparison, searcher.trace.stages
-    assert nominal.held_out is not None and last.held_out is not None
-    before, after = nominal.held_out.over_floor, last.held_out.over_floor
-    best = refereed.accepted[-1].refit if refereed.accepted else None
-    # The test of what is left; if held-out trials have cut the path short, that of an earlier set.
-    stage = stages[min(len(refereed.accepted), len(stages) - 1)]
-    like = rivals(best, searcher.trace.refitted, stage.colour.scale) if best is not None else ()
-    blind = blind_sites(stages[0], searcher.candidates)
-    confusable = groups(like)
-    verdict = decide(
-        before,
-        after,
-        len(refereed.accepted),
-        structured=stage.is_structured,
-        ambiguous=bool(confusable),
-        blind=blind,
-    )
-    named = verdict in ("named", "ambiguous")
-    experiments = {c.card.id: c.card.experiment for c in searcher.candidates}
-    return Diagnosis(
-        model=source.name,
-        data=nominal.data,
-        verdict=verdict,
-        effects=refereed.steps[-1].effects if named else (),
-        confusable=confusable if named else (),
-        ranking=rank(searcher.trace, stages[0], searcher.candidates),
-        p_value=max(a.p_value for a in refereed.accepted) if refereed.accepted else stages[0].p_value,
-        noise_floor=nominal.noise_floor,
-        held_out=HeldOut(
-            nominal.held_out.rmse,
-            last.held_out.rmse if named else nominal.held_out.rmse,
-            nominal.noise_floor,
-            reducible_removed(before, after) if named else 0.0,
-        ),
-        warnings=tuple(
-            [
-                *_on_the_search(impossible, blind),
-                *_on_what_is_left(verdict, stage, after, best),
-            ]
-        ),
-        next_experiment={"effects": list(confusable[0]), "do": experiments[confusable[0][0]]}
-        if named and confusable
-        else None,
-        patched_model=None,
-        seconds=0.0,
-        steps=refereed.steps if named else refereed.steps[:1],
-    )
-
-
-def _on_the_search(impossible: Sequence[str], blind: Sequence[str]) -> list[str]:
-    found = []
-    if impossible:
-        found.append(f"not tried, the model has no free slot for them: {', '.join(impossible)}")
-    if blind:
-        found.append(f"the data would not show most effects at {', '.join(blind)}: excite them, or say nothing of them")
-    return found
-
-
-def _on_what_is_left(verdict: str, stage: Stage, after: float, best: Refit | None) -> list[str]:
-    found = []
-    if verdict == "unknown" and best is not None:
-        ids = " + ".join(best.ids)
-        found.append(
-            f"{ids} explains part of the error, but {after:.3g} times the floor is left that no effect explains"
-        )
-    elif verdict != "unknown" and (stage.is_structured or after > NEAR):
-        found.append(f"a structured error is left: {after:.3g} times the noise floor on held-out trials")
-    elif verdict == "adequate" and stage.p_value <= SIGNIFICANT:
-        found.append(
-            f"something is left that noise would not do (p = {stage.p_value:.3g}), but it is only"
-            f" {stage.structured_share:.1%} of the error and no effect of meaningful size"
-        )
-    return found

@@ -44,6 +44,8 @@ class Smoother:
 class SmoothedTrial:
     """A trial with what its measurements show of motion: `inputs` (n, nu), `measured` (n, ny), `noise` (ny,) std.
 
+    `input_noise` (nu,) is the standard deviation of the noise of measured inputs, None if all are exact.
+
     Values and speeds are smoothed, accelerations are not (they are linear in the noise and are filtered later);
     all have shape (n, ny).
     """
@@ -52,6 +54,17 @@ class SmoothedTrial:
     inputs: np.ndarray
     measured: np.ndarray
     noise: np.ndarray
+    input_noise: np.ndarray | None = None
+
+    @cached_property
+    def quiet_inputs(self) -> np.ndarray:
+        """Inputs (n, nu) without what of their noise is faster than they are."""
+        quiet = self.inputs.copy()
+        for i, std in enumerate(() if self.input_noise is None else self.input_noise):
+            if std > 0:
+                step = self.smoother.step
+                quiet[:, i] = Smoother(step, cutoff_frequency(quiet[:, i], float(std), step))(quiet[:, i])
+        return quiet
 
     @cached_property
     def smoother(self) -> Smoother:
