@@ -136,3 +136,21 @@ S fmi2GetNominalsOfContinuousStates(C c, fmi2Real nominal[], size_t n)
         nominal[i] = 1.0;
     return fmi2OK;
 }
+
+/* What a complete FMU has to offer, for importers that look for all of it. */
+S fmi2CancelStep(C c) { return fmi2Error; }
+S fmi2GetStatus(C c, const fmi2StatusKind kind, fmi2Status *value) { return fmi2Discard; }
+S fmi2GetIntegerStatus(C c, const fmi2StatusKind kind, fmi2Integer *value) { return fmi2Discard; }
+S fmi2GetStringStatus(C c, const fmi2StatusKind kind, fmi2String *value) { return fmi2Discard; }
+S fmi2SetRealInputDerivatives(C c, const fmi2ValueReference vr[], size_t n, const fmi2Integer order[],
+                              const fmi2Real value[])
+{
+    return fmi2Error;
+}
+S fmi2GetRealOutputDerivatives(C c, const fmi2ValueReference vr[], size_t n, const fmi2Integer order[], fmi2Real value[])
+{
+    return fmi2Error;
+}
+S fmi2SerializedFMUstateSize(C c, fmi2FMUstate state, size_t *size) { return fmi2Error; }
+S fmi2SerializeFMUstate(C c, fmi2FMUstate state, fmi2Byte bytes[], size_t size) { return fmi2Error; }
+S fmi2DeSerializeFMUstate(C c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state) { return fmi2Error; }
