@@ -9,6 +9,7 @@ from fmus.errors import MisfitError
 from orchestrator.cosim.component import Component
 from orchestrator.cosim.connections import wire
 from orchestrator.cosim.graph import Loop, Read, forced_delay, plan, without_feedthrough
+from orchestrator.cosim.joined import join_equations
 from orchestrator.cosim.kinds import describe, open_component
 from orchestrator.cosim.masters import Master, MasterSettings, find_master
 from orchestrator.cosim.masters.coupling import Coupling
@@ -29,6 +30,7 @@ class Report:
     unconnected: tuple[str, ...] = ()
     delays: tuple[str, ...] = ()
     loops: tuple[str, ...] = ()
+    together: tuple[str, ...] = ()
     engine: str = ""
 
     @property
@@ -37,6 +39,7 @@ class Report:
         found = [f"kept without a connection: {line}" for line in self.unconnected]
         found += [f"one step late: {line}" for line in self.delays]
         found += [f"algebraic loop, solved at every step: {line}" for line in self.loops]
+        found += [f"integrated as one system of equations: {line}" for line in self.together]
         return [*self.conversions, *found]
 
 
@@ -123,6 +126,7 @@ def assemble(
         feedthrough = _feedthrough(wiring, components)
         recorded, columns = _recorded(wiring, record)
         wanted = dict.fromkeys((s.component, s.port.name) for s, _ in recorded if s.port.causality == "output")
+        together = join_equations(wiring, components, feedthrough, system, progress)
         order = plan(wiring, feedthrough, wanted)
         start = system.run.start or 0.0
         settings = _settings(system, described, components, step, tolerance)
@@ -138,7 +142,7 @@ def assemble(
             initial=Schedule(wiring).evaluation(_initial_order(wiring, described, feedthrough, wanted)),
             recorded=recorded,
             columns=columns,
-            report=_report(wiring, components, order),
+            report=_report(wiring, components, order, together),
             provenance=_provenance(system, described, settings, made),
             start=start,
             stop=system.run.stop if stop is None else stop,
@@ -234,7 +238,9 @@ def _check_rollback(master: Master, components: Mapping[str, Component]) -> None
         )
 
 
-def _report(wiring: Wiring, components: Mapping[str, Component], order: Sequence[Read | Loop]) -> Report:
+def _report(
+    wiring: Wiring, components: Mapping[str, Component], order: Sequence[Read | Loop], together: Sequence[str]
+) -> Report:
     late = (
         forced_delay(wiring, name, component.feedthrough)
         for name, component in components.items()
@@ -245,6 +251,7 @@ def _report(wiring: Wiring, components: Mapping[str, Component], order: Sequence
         unconnected=tuple(str(each) for each in wiring.unconnected),
         delays=tuple(str(each) for each in late if each is not None),
         loops=tuple(str(part) for part in order if isinstance(part, Loop)),
+        together=tuple(together),
     )
 
 

@@ -23,7 +23,7 @@ static void enter(volatile Progress *progress, int component, int call, double t
     progress->calls++;
 }
 
-static Outcome check(Loop *loop, const Operation *op)
+static LoopOutcome check(Loop *loop, const Operation *op)
 {
     double sum = 0.0;
     int outside = 0;
@@ -43,7 +43,7 @@ static Outcome check(Loop *loop, const Operation *op)
     return LOOP_OUTSIDE;
 }
 
-static Outcome read(Loop *loop, const Operation *op, const Part *part, double time)
+static LoopOutcome read(Loop *loop, const Operation *op, const Part *part, double time)
 {
     enter(loop->progress, part->number, CALL_GET, time);
     size_t n = (size_t)op->n_references;
@@ -57,7 +57,7 @@ static Outcome read(Loop *loop, const Operation *op, const Part *part, double ti
     return check(loop, op);
 }
 
-static Outcome write(Loop *loop, const Operation *op, const Part *part, double time)
+static LoopOutcome write(Loop *loop, const Operation *op, const Part *part, double time)
 {
     if (op->factors == NULL)
         for (int i = 0; i < op->n_values; i++)
@@ -71,7 +71,7 @@ static Outcome write(Loop *loop, const Operation *op, const Part *part, double t
         }
     for (int i = 0; i < op->n_values; i++)
         loop->signals[op->places[i]] = op->values[i];
-    Outcome outcome = check(loop, op);
+    LoopOutcome outcome = check(loop, op);
     if (outcome != LOOP_DONE)
         return outcome;
     enter(loop->progress, part->number, CALL_SET, time);
@@ -82,7 +82,7 @@ static Outcome write(Loop *loop, const Operation *op, const Part *part, double t
     return loop->status > WARNING ? LOOP_REFUSED : LOOP_DONE;
 }
 
-static Outcome step_once(Loop *loop, const Part *part, double time, double size)
+static LoopOutcome step_once(Loop *loop, const Part *part, double time, double size)
 {
     enter(loop->progress, part->number, CALL_STEP, time);
     if (part->version == 2) {
@@ -99,7 +99,7 @@ static Outcome step_once(Loop *loop, const Part *part, double time, double size)
     return terminate || (early && last < time + size) ? LOOP_EARLY : LOOP_DONE;
 }
 
-static Outcome step(Loop *loop, const Operation *op, const Part *part)
+static LoopOutcome step(Loop *loop, const Operation *op, const Part *part)
 {
     if ((loop->k + 1) % op->every != 0)
         return LOOP_DONE;
@@ -107,7 +107,7 @@ static Outcome step(Loop *loop, const Operation *op, const Part *part)
     double first = loop->start + (double)(loop->k + 1 - op->every) * loop->size;
     double size = (double)op->every * loop->size / op->pieces;
     for (; loop->piece < op->pieces; loop->piece++) {
-        Outcome outcome = step_once(loop, part, first + loop->piece * size, size);
+        LoopOutcome outcome = step_once(loop, part, first + loop->piece * size, size);
         if (outcome != LOOP_DONE)
             return outcome;
     }
@@ -125,13 +125,12 @@ static void record(Loop *loop, double time)
     *(volatile uint64_t *)&loop->progress->rows = (uint64_t)loop->filled;
 }
 
-static Outcome advance(Loop *loop)
+LoopOutcome loop_operations(Loop *loop, double time)
 {
     for (; loop->next < loop->n_operations; loop->next++) {
         const Operation *op = &loop->operations[loop->next];
         const Part *part = &loop->parts[op->part];
-        double time = loop->start + (double)(loop->k + 1) * loop->size;
-        Outcome outcome = op->kind == GET   ? read(loop, op, part, time)
+        LoopOutcome outcome = op->kind == GET   ? read(loop, op, part, time)
                           : op->kind == SET ? write(loop, op, part, time)
                                             : step(loop, op, part);
         if (outcome != LOOP_DONE) {
@@ -140,11 +139,10 @@ static Outcome advance(Loop *loop)
         }
     }
     loop->next = 0;
-    loop->k++;
     return LOOP_DONE;
 }
 
-Outcome loop_run(Loop *loop)
+LoopOutcome loop_run(Loop *loop)
 {
     volatile Progress *progress = loop->progress;
     while (loop->k < loop->k_end) {
@@ -152,10 +150,11 @@ Outcome loop_run(Loop *loop)
             return LOOP_FULL;
         if (progress->stop)
             return LOOP_STOPPED;
-        Outcome outcome = advance(loop);
+        double time = loop->start + (double)(loop->k + 1) * loop->size;
+        LoopOutcome outcome = loop_operations(loop, time);
         if (outcome != LOOP_DONE)
             return outcome;
-        double time = loop->start + (double)loop->k * loop->size;
+        loop->k++;
         progress->last_good = time;
         if (loop->k % loop->every == 0)
             record(loop, time);

@@ -42,7 +42,7 @@ typedef enum {
     LOOP_REFUSED,    /* an FMU answered with `status` */
     LOOP_OUTSIDE,    /* value `index` of an operation is not finite or outside its range */
     LOOP_EARLY,      /* an FMU ended its step early, at `reached`, or wants to end the run */
-} Outcome;
+} LoopOutcome;
 
 typedef struct {
     const Part *parts;
@@ -56,11 +56,14 @@ typedef struct {
     double start, size; /* s; point k is at start + k * size */
     int64_t k, k_end;
     Progress *progress;
-    int32_t failed, index, status, terminated; /* about the end, see Outcome */
+    int32_t failed, index, status, terminated; /* about the end, see LoopOutcome */
     int32_t piece, unused;
     double reached;
 } Loop;
 
-Outcome loop_run(Loop *loop);
+LoopOutcome loop_run(Loop *loop);
+
+/* Goes through the operations once, from `next` on; reads and writes are noted as being at `time`. */
+LoopOutcome loop_operations(Loop *loop, double time);
 
 #endif

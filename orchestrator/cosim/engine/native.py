@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 
+import fmus.runtime
 from fmus.errors import MisfitError
 from fmus.files import cache_folder
 from fmus.runtime.compiler import FLAGS, find_compiler, first_error
@@ -16,6 +17,11 @@ from fmus.runtime.compiler import FLAGS, find_compiler, first_error
 _HERE = Path(__file__).parent
 _LOOP = (_HERE / "loop.c", _HERE / "logger.c")
 _HEADERS = (_HERE / "loop.h",)
+_RUNTIME = Path(fmus.runtime.__file__).parent
+_INTEGRATOR = tuple(
+    _RUNTIME / f"{name}.c" for name in ("integrator", "dormand_prince", "rosenbrock", "crossing", "linear")
+)
+_INTEGRATOR_HEADERS = tuple(_RUNTIME / f"{name}.h" for name in ("integrator", "method", "linear"))
 
 
 @cache
@@ -25,6 +31,17 @@ def native_library() -> ctypes.CDLL | None:
         return ctypes.CDLL(str(compile_native(_LOOP, _HEADERS)))
     except MisfitError:
         return None
+
+
+@cache
+def exchange_library() -> ctypes.CDLL:
+    """The integrator of model exchange.
+
+    Raises:
+        MisfitError: without a C compiler.
+    """
+    sources = (_HERE / "exchange.c", _HERE / "loop.c", *_INTEGRATOR)
+    return ctypes.CDLL(str(compile_native(sources, (*_HEADERS, *_INTEGRATOR_HEADERS))))
 
 
 def compile_native(sources: Sequence[Path], headers: Sequence[Path]) -> Path:

@@ -2,7 +2,6 @@
 
 import ctypes
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,35 +9,18 @@ from numpy.typing import NDArray
 from fmus.errors import ComponentError
 from orchestrator.cosim.component import StepEnd
 from orchestrator.cosim.engine.native import native_library
+from orchestrator.cosim.engine.rows import Pointer, Rows
 from orchestrator.cosim.fmu.instance import DISCARD, Instance
 from orchestrator.cosim.fmu.stepping import SteppingFmu
-from orchestrator.cosim.masters.checks import limits, outside
+from orchestrator.cosim.masters.checks import outside
 from orchestrator.cosim.masters.coupling import Coupling
 from orchestrator.cosim.masters.operations import Get, Operation, Set, Step
 from orchestrator.cosim.wiring import Slot
 
 DONE, FULL, STOPPED, REFUSED, OUTSIDE_RANGE, EARLY = range(6)
-_GET, _SET, _STEP = range(3)
-Pointer = ctypes.c_void_p
 
 
-class _Part(ctypes.Structure):
-    _fields_ = [
-        *((name, Pointer) for name in ("instance", "get", "set", "step")),
-        *((name, ctypes.c_int32) for name in ("version", "number")),
-    ]
-
-
-class _Operation(ctypes.Structure):
-    _fields_ = [
-        *((name, ctypes.c_int32) for name in ("kind", "part", "n_references", "n_values")),
-        *((name, Pointer) for name in ("references", "values", "places", "sources", "factors", "offsets")),
-        *((name, Pointer) for name in ("lower", "upper")),
-        *((name, ctypes.c_int32) for name in ("every", "pieces")),
-    ]
-
-
-class _Loop(ctypes.Structure):
+class LoopState(ctypes.Structure):
     _fields_ = [
         *((name, Pointer) for name in ("parts", "operations")),
         *((name, ctypes.c_int32) for name in ("n_operations", "next")),
@@ -82,11 +64,9 @@ class Table:
         library = native_library()
         assert library is not None
         self._run = library.loop_run
-        self._run.argtypes, self._run.restype = [ctypes.POINTER(_Loop)], ctypes.c_int
+        self._run.argtypes, self._run.restype = [ctypes.POINTER(LoopState)], ctypes.c_int
         self.coupling, self.operations = coupling, tuple(operations)
         self.signals = np.zeros(len(coupling.values))
-        self._kept: list[Any] = []
-        self._buffers: list[NDArray[np.float64]] = []
         self._floats = [
             k
             for slot in coupling.wiring.slots
@@ -94,15 +74,14 @@ class Table:
             for k in range(slot.first, slot.first + slot.port.size)
         ]
         self._instances = [self._instance(name) for name in coupling.components]
-        parts = (_Part * len(self._instances))(*(self._part(k) for k in range(len(self._instances))))
-        rows = (_Operation * len(self.operations))(*(self._operation(each) for each in self.operations))
-        self._kept += [parts, rows]
-        self.loop = _Loop(
-            parts=ctypes.addressof(parts),
-            operations=ctypes.addressof(rows),
-            n_operations=len(rows),
+        names = dict(zip(coupling.components, self._instances, strict=True))
+        self._rows_of = Rows(names, coupling.number, self.operations)
+        self.loop = LoopState(
+            parts=ctypes.addressof(self._rows_of.parts),
+            operations=ctypes.addressof(self._rows_of.rows),
+            n_operations=len(self.operations),
             signals=self.signals.ctypes.data,
-            columns=self._array(places, np.int32),
+            columns=self._rows_of.keep(places, np.int32),
             n_columns=len(places),
             progress=coupling.progress.address,
         )
@@ -156,11 +135,13 @@ class Table:
         if not isinstance(operation, Step):
             if outcome == OUTSIDE_RANGE:
                 slot, element = [(slot, e) for slot in operation.slots for e in range(slot.port.size)][loop.index]
-                value = self._buffers[loop.failed][loop.index]
+                value = self._rows_of.buffers[loop.failed][loop.index]
                 raise outside(slot, element, float(value), time, last_good)
             names = [slot.port.name for slot in operation.slots]
             verb = "Get" if isinstance(operation, Get) else "Set"
-            raise ComponentError(instance.refused_values(verb, names, self._buffers[loop.failed].tolist(), loop.status))
+            raise ComponentError(
+                instance.refused_values(verb, names, self._rows_of.buffers[loop.failed].tolist(), loop.status)
+            )
         piece = operation.every * loop.size / operation.pieces
         if outcome == REFUSED:
             if loop.status != DISCARD:
@@ -178,52 +159,3 @@ class Table:
         component = self.coupling.components[name]
         assert isinstance(component, SteppingFmu)
         return component.instance
-
-    def _part(self, number: int) -> _Part:
-        instance = self._instances[number]
-        kind = "Real" if instance.description.version == 2 else "Float64"
-        functions = (instance.address(name) for name in (f"Get{kind}", f"Set{kind}", "DoStep"))
-        return _Part(instance.component.value, *functions, instance.description.version, number)
-
-    def _operation(self, operation: Operation) -> _Operation:
-        assert isinstance(operation, Get | Set | Step)
-        part = self.coupling.number[operation.component]
-        if isinstance(operation, Step):
-            self._buffers.append(np.zeros(0))
-            return _Operation(kind=_STEP, part=part, every=operation.every, pieces=operation.pieces)
-        references = [self._instances[part].description.by_name[slot.port.name][1] for slot in operation.slots]
-        places = [place for slot in operation.slots for place in range(slot.first, slot.first + slot.port.size)]
-        ranges = np.array([limits(slot) for slot in operation.slots for _ in range(slot.port.size)])
-        bounded = bool(np.isfinite(ranges).any())
-        buffer = np.zeros(len(places))
-        self._buffers.append(buffer)
-        row = _Operation(
-            kind=_GET if isinstance(operation, Get) else _SET,
-            part=part,
-            n_references=len(references),
-            n_values=len(places),
-            references=self._array(references, np.uint32),
-            values=buffer.ctypes.data,
-            places=self._array(places, np.int32),
-            lower=self._array(ranges[:, 0], np.float64) if bounded else None,
-            upper=self._array(ranges[:, 1], np.float64) if bounded else None,
-        )
-        if isinstance(operation, Set):
-            self._sources(row, operation, places)
-        return row
-
-    def _sources(self, row: _Operation, operation: Set, places: Sequence[int]) -> None:
-        # An element that nothing drives keeps its own value.
-        origin = {place: (place, 1.0, 0.0) for place in places}
-        for link in operation.links:
-            for source, target in zip(link.sources, link.targets, strict=True):
-                origin[target] = (source, link.transfer.factor, link.transfer.offset)
-        sources, factors, offsets = zip(*(origin[place] for place in places), strict=True)
-        row.sources = self._array(sources, np.int32)
-        if any(factor != 1.0 or offset != 0.0 for factor, offset in zip(factors, offsets, strict=True)):
-            row.factors, row.offsets = self._array(factors, np.float64), self._array(offsets, np.float64)
-
-    def _array(self, values: Any, kind: Any) -> int:
-        array = np.ascontiguousarray(values, dtype=kind)
-        self._kept.append(array)
-        return int(array.ctypes.data)

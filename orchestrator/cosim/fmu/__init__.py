@@ -27,4 +27,4 @@ def open_fmu(spec: ComponentSpec, folder: Path) -> Component:
         return SteppingFmu(spec.name, description, interface, early_return=bool(spec.options.get("early_return")))
     from orchestrator.cosim.fmu.exchange import ExchangeFmu
 
-    return ExchangeFmu([(spec.name, description, interface)], prefixed=False)
+    return ExchangeFmu(spec.name, description, interface)

@@ -75,6 +75,7 @@ class FmuDescription:
     derivatives: tuple[Dependent, ...]
     initial_unknowns: tuple[Dependent, ...]
     state_names: tuple[str, ...]
+    n_states: int
     n_indicators: int
     dimensions: Mapping[str, tuple[int | str, ...]]  # of arrays; names are structural parameters
     start_time: float | None = None
@@ -190,6 +191,7 @@ def _parse(path: Path) -> dict[str, Any]:
         "derivatives": _dependents(parsed.derivatives),
         "initial_unknowns": _dependents(parsed.initialUnknowns),
         "state_names": tuple(u.variable.derivative.name for u in parsed.derivatives if u.variable.derivative),
+        "n_states": int(parsed.numberOfContinuousStates),
         "n_indicators": int(parsed.numberOfEventIndicators),
         "dimensions": {
             v.name: tuple(d.start if d.variable is None else d.variable.name for d in v.dimensions)

@@ -108,12 +108,16 @@ class Instance(ABC):
             )
         )
 
+    def refused(self, what: str, status: int) -> str:
+        """The message for a call that failed elsewhere, in C."""
+        return self._words(f"refused {what} at t = {self.time:.9g} s: status {_status(status)}")
+
     def refused_values(self, verb: str, names: Sequence[str], values: Sequence[Any], status: int) -> str:
         """The message for a read or write of 64-bit numbers that failed elsewhere, in C."""
         access = self.access(names)[0][0]
         of = named(access, values if verb == "Set" else None)
         function = f"{self.prefix}{verb}{self.kinds['Float64'][0]}"
-        return self._words(f"refused {function} of {of} at t = {self.time:.9g} s: status {_status(status)}")
+        return self.refused(f"{function} of {of}", status)
 
     def ended_early(self, status: int, time: float, size: float) -> StepEnd:
         """What it means that a step was discarded.

@@ -7,18 +7,7 @@ from orchestrator.cosim.component import Component, StepEnd
 from orchestrator.cosim.fmu.base import Values, instantiate
 from orchestrator.cosim.fmu.description import FmuDescription, Interface
 from orchestrator.cosim.fmu.instance2 import Instance2
-
-
-class SavedState:
-    """A saved state of an FMU, freed with the instance or when nobody refers to it."""
-
-    def __init__(self, owner: "SteppingFmu") -> None:
-        self.owner, self.time = owner, owner.instance.time
-        self.pointer = owner.instance.save()
-
-    def __del__(self) -> None:
-        if getattr(self, "pointer", None) is not None:
-            self.owner.instance.release(self.pointer)
+from orchestrator.cosim.fmu.states import SavedState
 
 
 class SteppingFmu(Component):
@@ -71,18 +60,15 @@ class SteppingFmu(Component):
 
     def save(self) -> SavedState:
         """The FMU's own copy of its state."""
-        return SavedState(self) if self.can_save else super().save()  # type: ignore[return-value]
+        return SavedState(self.instance)
 
     def restore(self, state: object) -> None:
         """Go back to a saved state."""
         assert isinstance(state, SavedState)
-        self.instance.restore(state.pointer)
-        self.instance.time = state.time
+        state.restore()
 
     def derivative(self, outputs: Sequence[str], inputs: Sequence[str], seed: Sequence[float]) -> list[float]:
         """Directional derivative by the FMU itself."""
-        if not self.can_differentiate:
-            return super().derivative(outputs, inputs, seed)
         return self.instance.directional(outputs, inputs, seed)
 
     def terminate(self) -> None:
