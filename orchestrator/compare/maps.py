@@ -6,6 +6,7 @@ the coordinate, which breaks any dependence between the two and keeps the residu
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -68,28 +69,22 @@ def error_map(
     if len(edges) < 3 or error.size < 10 * length:
         return None
     place = np.clip(np.searchsorted(edges, against, side="right") - 1, 0, len(edges) - 2)
-    count = np.bincount(place, minlength=len(edges) - 1)
+    belongs = (place[:, None] == np.arange(len(edges) - 1)).astype(float)
+    count = belongs.sum(axis=0)
+    share = belongs / np.maximum(count, 1)
     total = float(np.mean(error**2)) or 1.0
 
-    def means(values: np.ndarray) -> np.ndarray:
-        return np.bincount(place, values, minlength=len(edges) - 1) / np.maximum(count, 1)
-
     def spreads(bias: np.ndarray, square: np.ndarray) -> np.ndarray:
-        """How much bias and size vary over the bins, as shares of the square."""
+        """How much bias and size vary over the bins, as shares of the square; (..., b) gives (..., 2)."""
         shares = count / error.size
-        size = float(shares @ (square / total - 1.0) ** 2)
-        return np.array([float(shares @ bias**2) / total, size])
+        return np.stack([bias**2 @ shares / total, (square / total - 1.0) ** 2 @ shares], axis=-1)
 
-    bias, square = means(error), means(error**2)
-    random = np.random.default_rng(seed)
-    permuted, shuffled = [], []
-    for _ in range(PERMUTATIONS):
-        series = _block_permuted(error, length, random)
-        other_bias, other_square = means(series), means(series**2)
-        permuted.append(np.sqrt(other_square))
-        shuffled.append(spreads(other_bias, other_square))
+    bias, square = error @ share, error**2 @ share
+    shuffled = error[_shuffles(error.size, length, seed)]
+    other_square = shuffled**2 @ share
+    permuted, chance = np.sqrt(other_square), spreads(shuffled @ share, other_square)
     low, high = np.quantile(permuted, (0.025, 0.975), axis=0)
-    mine, chance = spreads(bias, square), np.array(shuffled)
+    mine = spreads(bias, square)
     p_values = [(1 + np.sum(chance[:, k] >= mine[k])) / (1 + PERMUTATIONS) for k in (0, 1)]
     excess = mine - chance.mean(axis=0)
     return ErrorMap(
@@ -100,7 +95,7 @@ def error_map(
         bias,
         low,
         high,
-        count,
+        count.astype(int),
         float(min(1.0, 2 * min(p_values))),  # two looks at one map
         float(max(excess[0], min(excess[1], 1.0), 0.0)),
     )
@@ -132,12 +127,17 @@ def coordinates_of(
     return [*found, Coordinate("time", "s", tuple(times))]
 
 
-def _block_permuted(series: np.ndarray, length: int, random: np.random.Generator) -> np.ndarray:
-    """Blocks in random order, from a random beginning, each forwards or backwards."""
-    turned = np.roll(series, int(random.integers(len(series))))
-    blocks = np.array_split(turned, max(2, len(series) // length))
-    order = random.permutation(len(blocks))
-    return np.concatenate([blocks[k][:: 1 if random.random() < 0.5 else -1] for k in order])
+@lru_cache(maxsize=8)
+def _shuffles(samples: int, length: int, seed: int) -> np.ndarray:
+    """Orders (PERMUTATIONS, samples) of blocks: at random, from a random beginning, each forwards or backwards."""
+    random = np.random.default_rng(seed)
+    found = np.empty((PERMUTATIONS, samples), dtype=np.int32)
+    for row in found:
+        turned = np.roll(np.arange(samples), int(random.integers(samples)))
+        blocks = np.array_split(turned, max(2, samples // length))
+        order = random.permutation(len(blocks))
+        row[:] = np.concatenate([blocks[k][:: 1 if random.random() < 0.5 else -1] for k in order])
+    return found
 
 
 def _from_reversal(speed: np.ndarray, time: np.ndarray) -> np.ndarray:

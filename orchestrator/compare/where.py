@@ -144,7 +144,9 @@ def _by_frequency(curves: Sequence[TrialCurves], name: str) -> list[dict[str, An
     width = frequency[1] - frequency[0]
     edges = [0.0, *(frequency[1] * 2.0 ** np.arange(1, 12))]
     random = np.random.default_rng(0)
-    shuffled = [_spectrum([random.permutation(part) for part in series], step, length)[1] for _ in range(SHUFFLES)]
+    orders = [[random.permutation(len(part)) for part in series] for _ in range(SHUFFLES)]
+    mixed = [part[np.array([order[k] for order in orders])] for k, part in enumerate(series)]
+    shuffled = _spectrum(mixed, step, length)[1]
     rows = []
     for low, high in zip(edges[:-1], edges[1:], strict=True):
         inside = (frequency >= low) & (frequency < high)
@@ -164,5 +166,6 @@ def _by_frequency(curves: Sequence[TrialCurves], name: str) -> list[dict[str, An
 
 
 def _spectrum(series: Sequence[np.ndarray], step: float, length: int) -> tuple[np.ndarray, np.ndarray]:
+    """Frequencies, and power (..., f) of series (..., n), averaged over them."""
     spectra = [signal.welch(part, 1 / step, nperseg=length, detrend="constant") for part in series]
     return spectra[0][0], np.mean([s[1] for s in spectra], axis=0)

@@ -3,12 +3,13 @@
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fmus.catalogue import ModelicaModel
+from fmus.frontend.compile import fingerprint
 from fmus.symbolic.system import SymbolicSystem, Variable
 from orchestrator.diagnosis.cards import CardParameter, EffectCard
 from orchestrator.diagnosis.user_cards import check_class, check_slots
@@ -17,6 +18,9 @@ from orchestrator.models.symbolic import SymbolicModel
 
 if TYPE_CHECKING:
     from orchestrator.blackbox.source import FmuSource
+
+# Extended models that a process remembers.
+KEPT = 128
 
 
 @dataclass(frozen=True)
@@ -55,21 +59,31 @@ class EffectSet:
     def __init__(self, base: ModelicaModel, candidates: Sequence[Candidate], signals: Sequence[str]) -> None:
         self.base, self.candidates, self.signals = base, tuple(candidates), tuple(signals)
 
-    @cached_property
+    @property
     def system(self) -> SymbolicSystem:
         """The equations of the extended model."""
-        if (source := as_fmu(self.base)) is not None:
-            return source.coupled(source.mounted(self.candidates))
-        attachments = [Attachment(slot, card.class_name, {}, card.class_text) for slot, card in self._slots()]
-        name = "Candidate_" + "_".join(card_id for card_id in dict.fromkeys(c.card.id for c in self.candidates))
-        system = patched_model(self.base, name, attachments).compile()
-        check_attached(system, attachments)
-        return system
+        return self._of_fmu.system if as_fmu(self.base) is not None else _extended(*self._key)
 
-    @cached_property
+    @property
     def model(self) -> SymbolicModel:
         """The extended model; its free parameters are those of the candidates, in their order."""
-        return model_of(self.base, self.system, self.signals, [v.name for v in self._free_variables(self.system)])
+        if as_fmu(self.base) is not None:
+            return self._of_fmu
+        return _extended_model(*self._key, self.signals, tuple(v.name for v in self.variables))
+
+    @cached_property
+    def _of_fmu(self) -> SymbolicModel:
+        source = as_fmu(self.base)
+        assert source is not None
+        system = source.coupled(source.mounted(self.candidates))
+        return source.model(system, self.signals, [v.name for v in self._free_variables(system)])
+
+    @cached_property
+    def _key(self) -> "_Key":
+        """What the extended class depends on; the elements that a candidate stands for do not belong to it."""
+        name = "Candidate_" + "_".join(card_id for card_id in dict.fromkeys(c.card.id for c in self.candidates))
+        parts = tuple((slot, card.class_name, card.class_text) for slot, card in self._slots())
+        return self.base, fingerprint(self.base.class_name, self.base.file), name, parts
 
     @cached_property
     def variables(self) -> tuple[Variable, ...]:
@@ -138,6 +152,31 @@ class EffectSet:
             names = [name for name in names if name.endswith(candidate.element)]
             found += [(parameter, variables[name]) for name in names]
         return found
+
+
+# A model, the content of its sources, the name of its extension, and slot, class and text of each effect.
+_Key = tuple[ModelicaModel, str, str, tuple[tuple[str, str, str], ...]]
+
+
+# The many sets of a diagnosis share few classes. Not a cached_property, whose lock lets one thread compile at a time.
+@lru_cache(maxsize=KEPT)
+def _extended(base: ModelicaModel, content: str, name: str, parts: tuple[tuple[str, str, str], ...]) -> SymbolicSystem:
+    attachments = [Attachment(slot, class_name, {}, text) for slot, class_name, text in parts]
+    system = patched_model(base, name, attachments).compile()
+    check_attached(system, attachments)
+    return system
+
+
+@lru_cache(maxsize=KEPT)
+def _extended_model(
+    base: ModelicaModel,
+    content: str,
+    name: str,
+    parts: tuple[tuple[str, str, str], ...],
+    signals: tuple[str, ...],
+    free: tuple[str, ...],
+) -> SymbolicModel:
+    return model_of(base, _extended(base, content, name, parts), signals, free)
 
 
 def find_candidates(

@@ -64,6 +64,7 @@ class CompiledModel:
         names = [parameter.name for parameter in system.parameters]
         self._free_positions = [names.index(name) for name in free]
         self.parameters = np.array([parameter.start for parameter in system.parameters], dtype=float)
+        self._compiled: _MachineCode | None = None
 
     def with_values(self, values: ArrayLike) -> np.ndarray:
         """Return the vector of all parameters with the free ones set to `values`."""
@@ -131,8 +132,13 @@ class CompiledModel:
             )
         return ca.Function("delay_jacobian", [p], [ca.densify(ca.jacobian(delay, p))])
 
-    @cached_property
+    @property
     def _machine_code(self) -> "_MachineCode":
+        if self._compiled is None:  # not a cached_property, whose lock lets one thread compile at a time
+            self._compiled = self._compile()
+        return self._compiled
+
+    def _compile(self) -> "_MachineCode":
         functions = self._functions()
         generator = ca.CodeGenerator("model.c", {"with_header": False, "main": False})
         for function in functions:

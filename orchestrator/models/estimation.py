@@ -216,12 +216,16 @@ class _Problem:
             return self._last[1], self._last[2]
         free, shift, starts = self.split(vector)
         parameters = self.model.with_values(free)
-        with ThreadPoolExecutor(self.threads) as pool:  # the compiled model runs without the interpreter's lock
-            jobs = [
-                pool.submit(self._trial, r, reduce, parameters, s, shift, strict)
-                for r, reduce, s in zip(self.records, self.reduces, starts, strict=True)
-            ]
-            parts = [job.result() for job in jobs]
+        trials = list(zip(self.records, self.reduces, starts, strict=True))
+
+        def one(trial: tuple[Record, Reduce, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+            return self._trial(*trial[:2], parameters, trial[2], shift, strict)
+
+        if self.threads == 1:
+            parts = [one(trial) for trial in trials]
+        else:
+            with ThreadPoolExecutor(self.threads) as pool:  # the compiled model runs without the interpreter's lock
+                parts = list(pool.map(one, trials))
         residuals, jacobian = self._assemble(parts, vector)
         self._last = (vector.copy(), residuals, jacobian)
         return residuals, jacobian
