@@ -1,0 +1,24 @@
+"""The table of faults in the documentation is what happens."""
+
+import gc
+import os
+from pathlib import Path
+
+import pytest
+from fault_table import DOCUMENT, FAULTS, HEAD, observe, table
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_fault_ends_as_the_table_says_and_leaves_nothing_behind(fault: str, tmp_path: Path) -> None:
+    handles = len(os.listdir("/proc/self/fd"))
+    line = table({fault: observe(fault, tmp_path)}).removeprefix(HEAD)
+    assert line in DOCUMENT.read_text()
+    gc.collect()
+    assert len(os.listdir("/proc/self/fd")) == handles
+    with pytest.raises(ChildProcessError):  # no child is left, not even a dead one
+        os.waitpid(-1, os.WNOHANG)
+    assert not (tmp_path.parent / "outside.txt").exists() and not (tmp_path / "run.parquet.unfinished").exists()
+
+
+def test_the_table_has_no_other_faults() -> None:
+    assert DOCUMENT.read_text().count("\n| ") == len(FAULTS) + 1
