@@ -24,13 +24,14 @@ from orchestrator.cosim.ssp.xml import NAMESPACES, qualified
 from orchestrator.cosim.system import ComponentSpec, Connection, System, Value, split_address
 from orchestrator.cosim.values import port_value
 
+PARAMETERS = "resources/parameters.ssv"
 _OLD_TYPES = {"Float64": "Real", "Int32": "Integer", "Boolean": "Boolean", "String": "String", "Binary": "Binary"}
 
 
 def write_ssp(system: System, path: Path) -> Path:
     """Write a system of FMUs as an SSP; returns the path. The same system gives the same bytes.
 
-    Parameter values stand inline at their components, in the units of the variables.
+    Parameter values are in `resources/parameters.ssv`, in the units of the variables, named `component.variable`.
 
     Raises:
         MisfitError: if a component is no FMU, the system does not pass its checks, or the file cannot be written.
@@ -44,10 +45,13 @@ def write_ssp(system: System, path: Path) -> Path:
     wire(system, descriptions)
     ports = {name: {port.name: port for port in each.ports} for name, each in descriptions.items()}
     sources = _resources(system)
-    document = _Writer(system, ports, sources).document()
+    writer = _Writer(system, ports, sources)
+    document = writer.document()
     buffer = BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
         _add(archive, STRUCTURE, document)
+        if writer.parameters is not None:
+            _add(archive, PARAMETERS, _text(writer.parameters))
         for name, source in dict(zip(sources.values(), system.components.values(), strict=True)).items():
             _add(archive, name, (system.folder / source.source).read_bytes())
     try:
@@ -85,14 +89,15 @@ class _Writer:
         self.enumerations: dict[str, tuple[tuple[str, int], ...]] = {}
         self.version = "1.0"
         self.connected: dict[str, dict[str, None]] = {name: {} for name in ports}
+        self.parameters = self._parameter_set()
 
     def document(self) -> bytes:
-        for prefix, uri in NAMESPACES.items():
-            ET.register_namespace(prefix, uri)
         root = ET.Element(qualified("ssd:SystemStructureDescription"), version="1.0", name=self.system.name)
         system = _sub(root, "ssd:System", name=self.system.name)
         wires = [self._wire(connection) for connection in self._connections()]
         self._outer(system)
+        if self.parameters is not None:
+            _sub(_sub(system, "ssd:ParameterBindings"), "ssd:ParameterBinding", source=PARAMETERS)
         elements = _sub(system, "ssd:Elements")
         for name, spec in self.system.components.items():
             self._component(elements, name, spec)
@@ -100,15 +105,11 @@ class _Writer:
             _sub(system, "ssd:Connections").extend(wires)
         self._definitions(root)
         run = self.system.run
-        times = {"startTime": run.start, "stopTime": run.stop}
-        if any(value is not None for value in times.values()):
-            _sub(
-                root, "ssd:DefaultExperiment", **{key: repr(value) for key, value in times.items() if value is not None}
-            )
+        if run.stop is not None:  # some tools need both
+            _sub(root, "ssd:DefaultExperiment", startTime=repr(run.start or 0.0), stopTime=repr(run.stop))
         self._annotation(root)
         root.set("version", self.version)
-        ET.indent(root)
-        return ET.tostring(root, encoding="utf-8", xml_declaration=True)
+        return _text(root)
 
     def _connections(self) -> Iterable[Connection]:
         yield from self.system.connections
@@ -190,8 +191,6 @@ class _Writer:
             for port in shown:
                 if port.type != "Clock":
                     self._connector(connectors, port.name, port.causality, port, self._unit(name, port), port.shape)
-        if spec.values:
-            self._values(element, name, spec)
 
     def _connector(
         self, parent: ET.Element, name: str, kind: str, port: Port, unit: str, shape: tuple[int, ...]
@@ -206,20 +205,26 @@ class _Writer:
             self.version = "2.0"
             _sub(connector, "ssc:Dimension", size=str(size))
 
-    def _values(self, element: ET.Element, name: str, spec: ComponentSpec) -> None:
-        binding = _sub(_sub(element, "ssd:ParameterBindings"), "ssd:ParameterBinding")
-        found = _sub(_sub(binding, "ssd:ParameterValues"), "ssv:ParameterSet", version="1.0", name=name)
+    def _parameter_set(self) -> ET.Element | None:
+        if not any(spec.values for spec in self.system.components.values()):
+            return None
+        found = ET.Element(qualified("ssv:ParameterSet"), version="1.0", name=self.system.name)
         parameters = _sub(found, "ssv:Parameters")
-        for variable, value in spec.values.items():
-            elements = resolve(self.ports[name], variable, name)
-            if elements[0].port.name != variable:
-                raise MisfitError(f"{name}.{variable}: SSP sets whole variables only; give all elements of the array")
-            self._parameter(parameters, elements[0].port, value)
-        found.set("version", "2.0" if self.version == "2.0" else "1.0")
+        for name, spec in self.system.components.items():
+            for variable, value in spec.values.items():
+                elements = resolve(self.ports[name], variable, name)
+                if elements[0].port.name != variable:
+                    raise MisfitError(
+                        f"{name}.{variable}: SSP sets whole variables only; give all elements of the array"
+                    )
+                self._parameter(parameters, f"{name}.{variable}", elements[0].port, value)
+        self._enumerations(found, "ssv")
+        found.set("version", self.version)
+        return found
 
-    def _parameter(self, parent: ET.Element, port: Port, value: Value) -> None:
+    def _parameter(self, parent: ET.Element, name: str, port: Port, value: Value) -> None:
         given = port_value(port, value, self.system.definitions)
-        parameter = _sub(parent, "ssv:Parameter", name=port.name)
+        parameter = _sub(parent, "ssv:Parameter", name=name)
         typed = _sub(parameter, f"ssv:{self._type(port)}")
         if port.type == "Enumeration":
             names = {number: item for item, number in port.items}
@@ -260,12 +265,7 @@ class _Writer:
         return name
 
     def _definitions(self, root: ET.Element) -> None:
-        if self.enumerations:
-            parent = _sub(root, "ssd:Enumerations")
-            for name, items in self.enumerations.items():
-                enumeration = _sub(parent, "ssc:Enumeration", name=name)
-                for item, number in items:
-                    _sub(enumeration, "ssc:Item", name=item, value=str(number))
+        self._enumerations(root, "ssd")
         if self.units:
             parent = _sub(root, "ssd:Units")
             for name, si in self.units.items():
@@ -274,19 +274,36 @@ class _Writer:
                 base |= {"offset": repr(si.offset)} if si.offset != 0.0 else {}
                 _sub(_sub(parent, "ssc:Unit", name=name), "ssc:BaseUnit", **base)
 
+    def _enumerations(self, root: ET.Element, prefix: str) -> None:
+        if self.enumerations:
+            parent = _sub(root, f"{prefix}:Enumerations")
+            for name, items in self.enumerations.items():
+                enumeration = _sub(parent, "ssc:Enumeration", name=name)
+                for item, number in items:
+                    _sub(enumeration, "ssc:Item", name=item, value=str(number))
+
     def _annotation(self, root: ET.Element) -> None:
-        run = {key: value for key, value in asdict(self.system.run).items() if key not in ("start", "stop")}
         components = {
             name: {key: value for key, value in (("step", spec.step), ("isolate", spec.isolate)) if value is not None}
             for name, spec in self.system.components.items()
         }
-        noted = {"run": run, "components": {name: found for name, found in components.items() if found}}
+        noted = {
+            "run": asdict(self.system.run),
+            "components": {name: found for name, found in components.items() if found},
+        }
         annotation = _sub(_sub(root, "ssd:Annotations"), "ssc:Annotation", type=ANNOTATION)
         ET.SubElement(annotation, "json").text = json.dumps(noted)
 
 
 def _sub(parent: ET.Element, tag: str, **attributes: str) -> ET.Element:
     return ET.SubElement(parent, qualified(tag), attributes)
+
+
+def _text(root: ET.Element) -> bytes:
+    for prefix, uri in NAMESPACES.items():
+        ET.register_namespace(prefix, uri)
+    ET.indent(root)
+    return ET.tostring(root, encoding="utf-8", xml_declaration=True)
 
 
 def _xml(value: Any) -> str:
