@@ -11,6 +11,7 @@ import click
 
 from fmus.errors import MisfitError
 from orchestrator.cli.common import write_json
+from orchestrator.cli.swaps import with_swaps
 
 if TYPE_CHECKING:
     from orchestrator.cosim.results import ResultComparison
@@ -55,7 +56,8 @@ def running_options(command: Callable[..., None]) -> Callable[..., None]:
     "--set", "values", multiple=True, metavar="COMP.VAR=VALUE", help="Parameter or start value, such as m=2.5 kg."
 )
 @click.option("--swap", "swaps", multiple=True, metavar="COMP=FMU", help="Use another FMU for a component.")
-@click.option("--mapping", metavar="FILE", help="Names of a swapped FMU's variables.")
+@click.option("--mapping", metavar="FILE", help="Names of a swapped FMU's variables; written where there is none.")
+@click.option("--yes", "agreed", is_flag=True, help="Take similar names of a swapped FMU without asking.")
 @click.option("--against", metavar="RESULT", help="Compare with the results of an earlier run.")
 @click.option("--realtime", type=float, metavar="FACTOR", help="Keep pace with the clock, FACTOR times as fast.")
 @running_options
@@ -65,6 +67,7 @@ def run(
     values: tuple[str, ...],
     swaps: tuple[str, ...],
     mapping: str | None,
+    agreed: bool,
     against: str | None,
     realtime: float | None,
     json_file: str | None,
@@ -82,7 +85,7 @@ def run(
     say = (lambda text: None) if quiet or json_file == "-" else click.echo
     earlier = read_result(against) if against else None
     system = with_settings(load_system(model), values)
-    system, swapped = with_swaps(system, swaps, mapping, say)
+    system, swapped = with_swaps(system, swaps, mapping, agreed, say)
     if trusted:
         trust_all(system)
     target = out_path(out)
@@ -142,26 +145,6 @@ def full_address(system: "System", address: str) -> str:
     if len(system.components) == 1 and address.partition(".")[0] not in system.components:
         return f"{next(iter(system.components))}.{address}"
     return address
-
-
-def with_swaps(
-    system: "System", swaps: tuple[str, ...], mapping: str | None, say: Callable[[str], None]
-) -> tuple["System", list[Any]]:
-    """The system with other FMUs, after their interfaces have been compared and the reports printed."""
-    if mapping and not swaps:
-        raise click.UsageError("--mapping FILE belongs to --swap COMP=FMU")
-    reports = []
-    for text in swaps:
-        name, equals, file = text.partition("=")
-        if not equals or not file:
-            raise click.UsageError(f"--swap {text}: expected COMPONENT=FILE.fmu")
-        from orchestrator.cosim.swap import swap
-
-        system, report = swap(system, name.strip(), Path(file), Path(mapping) if mapping else None)
-        for line in report.lines:
-            say(line)
-        reports.append(report.to_json())
-    return system, reports
 
 
 def out_path(out: str | None) -> Path | None:

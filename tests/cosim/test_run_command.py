@@ -160,3 +160,34 @@ def test_a_killed_run_leaves_its_rows(pair: Path, tmp_path: Path) -> None:
 
 def test_nothing_is_printed_when_quiet(misfit: Misfit, pair: Path) -> None:
     assert misfit("run", pair, "--stop", "0.01", "--quiet") == (0, "", "")
+
+
+def test_a_swap_that_fits_is_reported_and_run(misfit: Misfit, pair: Path, tmp_path: Path) -> None:
+    misfit("run", pair, "--stop", "1", "--out", tmp_path / "a.parquet")
+    other = small_fmu("spring", version=3)
+    code, said, _ = misfit("run", pair, "--stop", "1", "--swap", f"spring={other}", "--against", tmp_path / "a.parquet")
+    assert code == 0
+    assert "swap spring:" in said and "the swap works" in said
+    assert "no signal parts by more than 1e-06 of its range" in said
+
+
+def test_a_swap_that_cannot_work_says_why_before_running(misfit: Misfit, pair: Path, tmp_path: Path) -> None:
+    code, _, said = misfit("run", pair, "--swap", f"spring={small_fmu('ball')}", "--out", tmp_path / "r.csv")
+    assert code == 2 and said.startswith("misfit: swap of spring cannot work: ")
+    assert not (tmp_path / "r.csv").exists()
+
+
+RENAMED = {'name="f2"': 'name="force2"'}
+
+
+def test_similar_names_need_the_users_word(misfit: Misfit, pair: Path, tmp_path: Path) -> None:
+    other = small_fmu("spring", replace=RENAMED)
+    code, _, said = misfit("run", pair, "--stop", "0.1", "--swap", f"spring={other}")
+    assert code == 2 and "f2" in said and "force2" in said
+    names = tmp_path / "names.toml"
+    code, _, said = misfit("run", pair, "--stop", "0.1", "--swap", f"spring={other}", "--mapping", names)
+    assert code == 2 and "has been written; check its names" in said
+    names.write_text('[spring]\nf2 = "force2"\n')
+    code, said, _ = misfit("run", pair, "--stop", "0.1", "--swap", f"spring={other}", "--mapping", names, "--json", "-")
+    assert code == 0
+    assert "spring.force2" in json.loads(said)["signals"]
