@@ -121,6 +121,8 @@ def _type(source: Port, target: Port) -> tuple[tuple[float, float] | None, dict[
         if low <= one and other <= high:
             return None, {}, []
         return (low, high), {}, [f"{source.type} to {target.type}: values beyond [{low:g}, {high:g}] stop the run"]
+    if target.type == "Enumeration" and source.type in INTEGERS:
+        return None, {number: number for _, number in target.items}, ["numbers that are no item stop the run"]
     raise MisfitError(_type_advice(source, target))
 
 
@@ -128,7 +130,7 @@ def _type_advice(source: Port, target: Port) -> str:
     text = f"the type {source.type} does not fit {target.type}"
     if source.type == "Boolean" and _numeric(target):
         return f"{text}; say what is meant, such as mapping = [[false, 0], [true, 1]]"
-    if source.type in (*INTEGERS, "Enumeration") and target.type in ("Boolean", "Enumeration"):
+    if source.type in (*INTEGERS, "Enumeration") and target.type == "Boolean":
         return f"{text}; say what is meant with a mapping, such as [[0, ...], [1, ...]]"
     if source.type in FLOATS and target.type in INTEGERS:
         return f"{text}; round it with a function component"

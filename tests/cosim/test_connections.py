@@ -140,6 +140,13 @@ def test_enumerations_are_matched_by_the_names_of_their_items():
     assert "has no item 'auto'" in words
 
 
+def test_an_integer_may_choose_among_the_items_of_an_enumeration_only():
+    link = only_link(source(type="Int32"), sink(type="Enumeration", items=(("off", 1), ("on", 2))))
+    assert link.convert(2) == 2 and not link.is_linear
+    with pytest.raises(ComponentError, match="a.y = 3 has no counterpart in b.u; the mapping has 1, 2"):
+        link.convert(3)
+
+
 def test_single_elements_of_arrays_can_be_connected():
     vector, matrix = source(shape=(4,)), sink(shape=(2, 2))
     system, parts = two(vector, matrix)

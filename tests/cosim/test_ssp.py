@@ -234,6 +234,19 @@ def test_a_mapping_renames_and_scales_and_drops_what_it_does_not_name(tmp_path):
     assert wired(system).starts == {"mass": {"x0": pytest.approx(0.6)}}
 
 
+def test_what_other_tools_write_beside_the_standard_is_understood(tmp_path):
+    """Units in brackets, and empty names of elements for the system itself."""
+    body = component(
+        "top", "", "<u",
+        parameters(real("mass.x0", 300, "[mm]")) + "<ssd:Elements>" + component("mass", "mass", "<fa") + "</ssd:Elements>"
+        '<ssd:Connections><ssd:Connection startElement="" startConnector="u" endElement="mass" endConnector="fa"/>'
+        "</ssd:Connections>",
+    )  # fmt: skip
+    system = read_ssp(archive(tmp_path / "n.ssp", structure(body)))
+    assert system.inputs == {"u": ("mass.fa",)}
+    assert wired(system).starts == {"mass": {"x0": pytest.approx(0.3)}}
+
+
 def test_a_parameter_of_the_system_reaches_the_components_that_it_is_connected_to(tmp_path):
     body = component(
         "top", "", "!k0",

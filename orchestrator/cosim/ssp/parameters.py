@@ -10,7 +10,7 @@ import numpy as np
 from fmus.errors import MisfitError
 from fmus.units import SiUnit
 from orchestrator.cosim.ssp.tree import Transformation
-from orchestrator.cosim.ssp.xml import NAMESPACES, children, local, number, required, truth, units
+from orchestrator.cosim.ssp.xml import NAMESPACES, children, local, number, required, truth, unit_name, units
 from orchestrator.cosim.system import Value
 from orchestrator.measurements.wording import shown
 
@@ -104,7 +104,7 @@ def transformed(value: Value, by: Transformation, what: str) -> Value:
 
 def _value(typed: ET.Element, sizes: list[int], defined: Mapping[str, SiUnit], where: str) -> Value:
     kind, text = local(typed), typed.get("value")
-    unit = typed.get("unit") or ""
+    unit = unit_name(typed, defined)
     if kind in ("String", "Binary", "Enumeration") and sizes:
         texts = [required(each, "value", where) for each in typed if local(each) in ("Value", "Item")]
         return Value(_shaped(texts or (text or "").split(), sizes, where), unit)

@@ -10,7 +10,7 @@ from fmus.units import SiUnit
 from orchestrator.cosim.ssp.files import STRUCTURE, located, unpacked
 from orchestrator.cosim.ssp.parameters import mapped, parameter_set, transformation
 from orchestrator.cosim.ssp.tree import Connector, End, Part, Wire
-from orchestrator.cosim.ssp.xml import NAMESPACES, children, local, number, parse, required, truth, units
+from orchestrator.cosim.ssp.xml import NAMESPACES, children, local, number, parse, required, truth, unit_name, units
 from orchestrator.cosim.system import Value
 from orchestrator.measurements.wording import shown
 
@@ -124,7 +124,7 @@ class _Parser:
             typed = next(
                 (e for e in each if e.tag.startswith("{" + NAMESPACES["ssc"]) and local(e) != "Dimension"), None
             )
-            unit = "" if typed is None else typed.get("unit", "")
+            unit = "" if typed is None else unit_name(typed, self.definitions)
             yield Connector(required(each, "name", where), each.get("kind", ""), unit)
 
     def _wire(self, element: ET.Element, where: str) -> Wire:
@@ -132,7 +132,7 @@ class _Parser:
         for side in ("start", "end"):
             indices = tuple(int(text) for text in (element.get(f"{side}Indices") or "").split() if text.isdigit())
             connector = required(element, f"{side}Connector", where)
-            ends.append(End(element.get(f"{side}Element"), connector, indices))
+            ends.append(End(element.get(f"{side}Element") or None, connector, indices))
         convert = not truth(element, "suppressUnitConversion")
         return Wire(ends[0], ends[1], transformation(element, where), convert)
 

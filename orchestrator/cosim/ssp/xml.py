@@ -75,6 +75,13 @@ def truth(element: ET.Element, attribute: str) -> bool:
     return element.get(attribute) in ("true", "1")
 
 
+def unit_name(element: ET.Element, defined: Mapping[str, SiUnit]) -> str:
+    """The unit of an element, "" without one; `[m]` is m where only that is defined, as some tools write it."""
+    name = element.get("unit", "")
+    bare = name.removeprefix("[").removesuffix("]")
+    return bare if name not in defined and bare in defined else name
+
+
 def local(element: ET.Element) -> str:
     """Name of an element without its namespace."""
     return element.tag.rpartition("}")[2]
