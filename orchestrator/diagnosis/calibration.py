@@ -20,6 +20,8 @@ NULLS = 199
 SIGNIFICANT = 0.05
 # An effect, or what is left, is worth mentioning if it is this share of the root mean square error.
 PRACTICAL = 0.05
+# The same for an effect beside the noise.
+NOTABLE = 0.15
 AR_ORDER = 6
 # What nothing explains is not noise if it is this many times what the sensors are said, or seen, to have.
 BEYOND_NOISE = 3.0
@@ -177,8 +179,9 @@ class Stage:
 
     @property
     def may_matter(self) -> bool:
-        """Whether what is left is worth a share of the nominal error, or a candidate of meaningful size explains it."""
-        if not self.is_calibrated or self.tangent.base.cost**0.5 - self.colour.level > PRACTICAL * self.nominal_rms:
+        """Whether what is left is a share of the noise worth mentioning, or a candidate of meaningful size explains it."""
+        left = self.tangent.base.cost - self.colour.level**2
+        if not self.is_calibrated or left > (NOTABLE * self.colour.level) ** 2:
             return True
         inside = {k for found in self.best for k in found.blocks}
         return any(block.is_meaningful(self.tangent.error) for k, block in enumerate(self.blocks) if k in inside)

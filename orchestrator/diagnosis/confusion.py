@@ -1,6 +1,6 @@
 """Which effects the data cannot tell from the named ones: the same data, another explanation, its odds."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +12,8 @@ from orchestrator.diagnosis.subsets import log_sets
 DECISIVE = 20.0
 # A rival with more parameters often contains the simpler law, which then needs no more than substantial odds.
 PARSIMONIOUS = 3.0
+# Odds by the learning trials that held-out trials are not asked to turn.
+HOPELESS = 1000.0
 
 
 @dataclass(frozen=True)
@@ -24,11 +26,12 @@ class Rival:
     odds: float
 
 
-def rivals(best: Refit, tried: Sequence[Refit], scale: float) -> tuple[Rival, ...]:
+def rivals(best: Refit, tried: Sequence[Refit], scale: float, held_out: Callable[[Refit], float]) -> tuple[Rival, ...]:
     """Sets of equal size that differ from the best one in one effect and that the data do not rule out.
 
     The odds are exp(difference of BIC / 2), the misfit counted in units of `scale`, by which what is left differs from
-    white noise of the declared level. Several sites of one effect count once.
+    white noise of the declared level, times the odds that held-out trials give, whose logarithm `held_out` returns for a
+    set. Several sites of one effect count once.
     """
     found: dict[tuple[str, str], Rival] = {}
     own = {c.label: c.card.id for c in best.effects.candidates}
@@ -40,8 +43,10 @@ def rivals(best: Refit, tried: Sequence[Refit], scale: float) -> tuple[Rival, ..
         pair = (own[gone.pop()], new[come.pop()])
         # Of equal size, they pay the same for the number of sets.
         behind = half_bic(other, scale, len(own)) - half_bic(best, scale, len(own))
-        odds = float(np.exp(np.clip(behind, -50, 50)))
         limit = DECISIVE if other.size <= best.size else PARSIMONIOUS
+        if behind >= np.log(HOPELESS):
+            continue
+        odds = float(np.exp(np.clip(behind + held_out(other), -50, 50)))
         if odds < limit and (pair not in found or odds < found[pair].odds):
             found[pair] = Rival(other, *pair, odds)
     return tuple(sorted(found.values(), key=lambda rival: rival.odds))

@@ -2,7 +2,7 @@
 
 import operator
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -69,7 +69,7 @@ def coverage(response: Response, candidates: Sequence[Candidate], values: Mappin
         (candidate, need, name)
         for candidate in candidates
         for need in candidate.card.needs
-        for name in _elements(f"{candidate.slot}.{need.variable}", candidate.element, known)
+        for name in variables_of(candidate, need, known)
     ]
     names = list(dict.fromkeys(name for _, _, name in wanted))
     if not names:
@@ -78,9 +78,9 @@ def coverage(response: Response, candidates: Sequence[Candidate], values: Mappin
     return [_judged(c, need, name, known[name].unit, series[name], values) for c, need, name in wanted]
 
 
-def _elements(name: str, element: str, known: Mapping[str, object]) -> list[str]:
-    """The variable of one element, or of all; a pair `[i,j]` means what goes from i to j, so element i."""
-    own = re.sub(r",\d+", "", element)
+def variables_of(candidate: Candidate, need: Need, known: Collection[str]) -> list[str]:
+    """Names of the variable of a need at one element, or at all; a pair `[i,j]` means what goes from i to j, so element i."""
+    name, own = f"{candidate.slot}.{need.variable}", re.sub(r",\d+", "", candidate.element)
     pattern = re.compile(re.escape(name) + (re.escape(own) if own else r"(\[\d+\])?"))
     return [name] if name in known else [full for full in known if pattern.fullmatch(full)]
 

@@ -1,5 +1,6 @@
 """Held-out trials as referee: an effect stays if they are followed better with it."""
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -8,21 +9,31 @@ from fmus.errors import MisfitError
 from orchestrator.compare.comparison import compare
 from orchestrator.compare.result import Comparison
 from orchestrator.diagnosis.adjusted import adjusted_parameters
-from orchestrator.diagnosis.calibration import PRACTICAL
-from orchestrator.diagnosis.candidates import model_of
 from orchestrator.diagnosis.evidence import LearningData, Refit, follow
 from orchestrator.diagnosis.result import NamedEffect, Step
 from orchestrator.diagnosis.trace import Accepted
 from orchestrator.measurements import MeasurementSet
+from orchestrator.models.estimation import Fit
 from orchestrator.models.symbolic import SymbolicModel
+
+# Twice the log odds that held-out trials must give for an effect: 20 to 1.
+CONFIRMED = 2 * math.log(20.0)
+# Held-out trials are silent on an effect that changes less than this share of what it changes in the learning trials.
+SILENT = 0.1
 
 
 @dataclass(frozen=True)
 class Refereed:
-    """The accepted path: the fits that held-out trials confirmed, and the comparison after each."""
+    """The accepted path: the fits that held-out trials confirmed, and the comparison after each.
+
+    `held_out` are the mean squares of the held-out errors in the metric, in which noise has 1, of the model without
+    effects and after each; `rows` the number of those errors.
+    """
 
     accepted: tuple[Accepted, ...]
     steps: tuple[Step, ...]
+    held_out: tuple[float, ...]
+    rows: int
 
 
 class Referee:
@@ -43,34 +54,40 @@ class Referee:
         self,
         base: Refit,
         path: Sequence[Accepted],
+        scale: float,
         effects_of: Callable[[Refit], tuple[NamedEffect, ...]],
         progress: Callable[[str], None],
     ) -> Refereed:
-        """Build each model of the path as Modelica and keep the path as long as held-out errors fall.
+        """Build each model of the path as Modelica and keep those that make held-out errors fall.
 
-        Errors count in the metric, where noise is white; and as root mean squares, unless the effect is of meaningful
-        size. `base` is the model without effects; its tolerances are fitted, so that they are not mistaken for one.
+        Errors count in the metric, where noise is white, and as evidence in units of `scale`, the power of what noise
+        is left. An effect that held-out trials do not show, and the learning trials do, stays. `base` is the model
+        without effects.
         """
         steps, kept = [Step((), self.nominal)], list[Accepted]()
-        plain = model_of(self.source, self.source.compile())
-        previous = self._compared(base, plain) if self.held_out.nuisances.names else self.nominal
-        misfit = follow(base, self.held_out).fit.misfit
+        last, seen = base, [follow(base, self.held_out).fit]
         for entry in path:
             found = entry.refit
             progress(f"checking {' + '.join(found.ids)} on held-out trials")
             try:
                 model = found.effects.fixed(found.values, version_name(self.source, len(found.ids)))
-                after, now = self._compared(found, model), follow(found, self.held_out).fit.misfit
+                after, now = self._compared(found, model), follow(found, self.held_out).fit
             except MisfitError:
-                break  # what cannot even be simulated on held-out trials explains nothing
-            assert after.held_out is not None and previous.held_out is not None
-            falls = after.held_out.over_floor < (1 - PRACTICAL) * previous.held_out.over_floor
-            if not (now < misfit and (falls or found.is_meaningful())):
-                break
+                continue  # what cannot even be simulated on held-out trials explains nothing
+            if not confirmed(last.fit, found.fit, seen[-1], now, scale):
+                continue
             steps.append(Step(effects_of(found), after, adjusted_parameters(found)))
             kept.append(entry)
-            previous, misfit = after, now
-        return Refereed(tuple(kept), tuple(steps))
+            seen.append(now)
+            last = found
+        return Refereed(tuple(kept), tuple(steps), tuple(fit.cost for fit in seen), seen[0].rows)
+
+    def odds(self, best: Refit, other: Refit, scale: float) -> float:
+        """Logarithm of the odds that held-out trials give for the first of two sets."""
+        try:
+            return 0.5 * (follow(other, self.held_out).fit.misfit - follow(best, self.held_out).fit.misfit) / scale
+        except MisfitError:
+            return math.inf
 
     def _compared(self, found: Refit, model: SymbolicModel) -> Comparison:
         """Compare a model, at the fitted values of its tolerances, with all trials."""
@@ -79,6 +96,21 @@ class Referee:
         for name, value in zip(self.held_out.nuisances.names, found.fit.values[found.size :], strict=True):
             model.compiled.parameters[names.index(name)] = value
         return compare(model, self.measurements, workers=self.workers, floor=self.nominal.noise_floor)
+
+
+def confirmed(learned: Fit, found: Fit, held_out: Fit, now: Fit, scale: float) -> bool:
+    """Whether held-out trials follow a set better than the one before it, or at least have nothing to say of it.
+
+    Args:
+        learned, found: fits of the learning trials, before and after.
+        held_out, now: the same for the held-out trials.
+        scale: power of the noise in the metric.
+    """
+    gain = held_out.misfit - now.misfit
+    if gain / scale >= CONFIRMED:
+        return True
+    expected = (learned.cost - found.cost) * now.rows
+    return expected / scale >= CONFIRMED / SILENT and abs(gain) < SILENT * expected
 
 
 def version_name(source: ModelicaModel, number: int) -> str:

@@ -142,7 +142,9 @@ class Screener:
             values[position] = point
             here = self._regressors(effects.model, effects.model.compiled.with_values(values))
             others = np.delete(here.slopes, position, axis=1)
-            change, gain = _least_squares(here.residual, others)
+            change, _ = _least_squares(here.residual, others)
+            left = here.residual + others @ change
+            gain = -float(left @ left)
             if gain > most:
                 most, best = gain, values + np.insert(change, position, 0.0)
         return best

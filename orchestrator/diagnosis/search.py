@@ -15,6 +15,8 @@ from orchestrator.diagnosis.confusion import DECISIVE, half_bic
 from orchestrator.diagnosis.evidence import TOLERANCE, LearningData, Refit, fit_nominal
 from orchestrator.diagnosis.first_values import first_values
 from orchestrator.diagnosis.kinship import kin
+from orchestrator.diagnosis.placed import placed
+from orchestrator.diagnosis.response import Response
 from orchestrator.diagnosis.screening import Explanation, Screened, Screener
 from orchestrator.diagnosis.tangent import Tangent
 from orchestrator.diagnosis.trace import Accepted, Trace
@@ -65,6 +67,7 @@ class Searcher:
         The path is empty if no single effect is worth naming. The last stage of `trace` tests the last set of the path.
         """
         base = fit_nominal(EffectSet(self.base, (), self.nominal.signals), self.nominal, self.learning)
+        self.candidates = placed(self.candidates, Response(base, [t.smoother for t in self.learning.trials]))
         beam: list[Refit] = [base]
         screener, singles = None, list[Explanation]()
         for _ in range(MOST_ROUNDS):
@@ -131,6 +134,11 @@ class Searcher:
                 if fitted is not None:
                     smaller[labels] = fitted
         return list(smaller.values())
+
+    def test_of(self, found: Refit) -> Stage:
+        """The test of what a set leaves, made now if the search did not need it."""
+        known = [s for s in self.trace.stages if s.tangent.base.labels == found.labels]
+        return known[-1] if known else self._stage(found, MOST_EFFECTS - len(found.ids))
 
     def _stage(self, base: Refit, further: int) -> Stage:
         """Test a fitted set on what it leaves."""

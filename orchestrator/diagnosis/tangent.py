@@ -70,14 +70,17 @@ class Tangent:
         # The error comes from the noise of the inputs, too: columns along the noisy inputs would go with it by chance.
         records = tuple(replace(r, inputs=t.quiet_inputs) for r, t in zip(base.records, learning.trials, strict=True))
         self.response = Response(replace(base, records=records), [t.smoother for t in learning.trials])
-        residual, jacobian = linearise(
-            base.model.compiled,
-            base.records,
-            np.ones(len(base.model.signals)),
-            base.fit,
-            substeps=base.substeps,
-            prior=learning.nuisances.prior(base.size),
-            reduce=learning.metrics,
+        (residual, _), (_, jacobian) = (
+            linearise(
+                base.model.compiled,
+                each,
+                np.ones(len(base.model.signals)),
+                base.fit,
+                substeps=base.substeps,
+                prior=learning.nuisances.prior(base.size),
+                reduce=learning.metrics,
+            )
+            for each in (base.records, records)
         )
         self.data_rows = base.fit.rows
         self.prior_rows = len(residual) - self.data_rows

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from orchestrator.diagnosis.calibration import PRACTICAL, SIGNIFICANT, Stage
+from orchestrator.diagnosis.calibration import NOTABLE, PRACTICAL, SIGNIFICANT, Stage
 from orchestrator.diagnosis.candidates import Candidate
 from orchestrator.diagnosis.confusion import half_bic
 from orchestrator.diagnosis.evidence import Refit
@@ -64,6 +64,9 @@ class Trace:
         reducible = max(before.cost - min(stage.colour.level**2, 1.0), 1e-9)
         if before.cost - found.cost < WORTHWHILE * reducible:
             return f"takes less than {WORTHWHILE:.0%} of what exceeds the noise"
-        if found.is_meaningful() or before.cost**0.5 - found.cost**0.5 > PRACTICAL * stage.nominal_rms:
+        noise = stage.colour.level**2
+        does = max(before.cost - found.cost, 0.0) ** 0.5
+        explicable = max(stage.nominal_rms**2 - noise, 0.0) ** 0.5
+        if found.is_meaningful() or (does >= NOTABLE * noise**0.5 and does > PRACTICAL * explicable):
             return ""
         return "is of a size that does not matter"

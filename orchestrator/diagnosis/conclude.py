@@ -1,0 +1,118 @@
+"""From a search and its referee to a diagnosis: what is left, the verdict, the ranking, and warnings."""
+
+from collections.abc import Callable, Sequence
+
+from orchestrator.compare.result import Comparison
+from orchestrator.diagnosis.calibration import PRACTICAL, SIGNIFICANT, Stage
+from orchestrator.diagnosis.confusion import groups, rivals
+from orchestrator.diagnosis.evidence import Refit
+from orchestrator.diagnosis.excitation import blind_sites
+from orchestrator.diagnosis.ranking import rank
+from orchestrator.diagnosis.referee import Referee, Refereed
+from orchestrator.diagnosis.result import Diagnosis, HeldOut
+from orchestrator.diagnosis.search import Searcher
+from orchestrator.diagnosis.verdict import Left, decide, reducible_removed
+
+# Below this chance, what a set leaves is no accident: with two tests of it, one right set in a hundred.
+CLEAR = 0.005
+
+
+def conclude(
+    nominal: Comparison,
+    refereed: Refereed,
+    referee: Referee,
+    searcher: Searcher,
+    *,
+    declared: bool,
+    impossible: Sequence[str],
+) -> Diagnosis:
+    """The diagnosis without what only later steps add.
+
+    Args:
+        nominal: the model as given, compared with all trials.
+        declared: whether sensors declare the noise of the outputs.
+        impossible: ids of effects that the model has no place for.
+    """
+    trace, last = searcher.trace, refereed.steps[-1].comparison
+    first = trace.stages[0]
+    assert nominal.held_out is not None and last.held_out is not None
+    before, after = nominal.held_out.over_floor, last.held_out.over_floor
+    best = refereed.accepted[-1].refit if refereed.accepted else None
+    stage = first if best is None else searcher.test_of(best)
+    left = _left(first, stage, refereed, declared)
+    scale = stage.colour.scale
+    like = () if best is None else rivals(best, trace.refitted, scale, _odds(referee, best, scale))
+    blind, confusable = blind_sites(first, searcher.candidates), groups(like)
+    verdict = decide(len(refereed.accepted), left, ambiguous=bool(confusable), blind=blind)
+    named = verdict in ("named", "ambiguous")
+    experiments = {c.card.id: c.card.experiment for c in searcher.candidates}
+    return Diagnosis(
+        model=searcher.base.name,
+        data=nominal.data,
+        verdict=verdict,
+        effects=refereed.steps[-1].effects if named else (),
+        confusable=confusable if named else (),
+        ranking=rank(trace, first, searcher.candidates),
+        p_value=max(a.p_value for a in refereed.accepted) if refereed.accepted else first.p_value,
+        noise_floor=nominal.noise_floor,
+        held_out=HeldOut(
+            nominal.held_out.rmse,
+            last.held_out.rmse if named else nominal.held_out.rmse,
+            nominal.noise_floor,
+            reducible_removed(before, after) if named else 0.0,
+        ),
+        warnings=(*_on_the_search(impossible, blind), *_on_what_is_left(verdict, left, stage, best)),
+        next_experiment={"effects": list(confusable[0]), "do": experiments[confusable[0][0]]}
+        if named and confusable
+        else None,
+        patched_model=None,
+        seconds=0.0,
+        steps=refereed.steps if named else refereed.steps[:1],
+    )
+
+
+def _left(first: Stage, stage: Stage, refereed: Refereed, declared: bool) -> Left:
+    base, best = first.tangent.base, stage.tangent.base
+    rows = refereed.rows
+    structured = stage.is_structured
+    if best.ids:
+        structured = structured or min(stage.p_value, stage.p_of_flexible) <= CLEAR
+    return Left(
+        (base.cost, best.cost, base.fit.rows),
+        (refereed.held_out[0], refereed.held_out[-1], rows),
+        min(stage.colour.level**2, 1.0) if declared else stage.colour.level**2,
+        structured,
+        declared,
+    )
+
+
+def _odds(referee: Referee, best: Refit, scale: float) -> Callable[[Refit], float]:
+    return lambda other: referee.odds(best, other, scale)
+
+
+def _on_the_search(impossible: Sequence[str], blind: Sequence[str]) -> list[str]:
+    found = []
+    if impossible:
+        found.append(f"not tried, the model has no free slot for them: {', '.join(impossible)}")
+    if blind:
+        found.append(f"the data would not show most effects at {', '.join(blind)}: excite them, or say nothing of them")
+    return found
+
+
+def _on_what_is_left(verdict: str, left: Left, stage: Stage, best: Refit | None) -> list[str]:
+    noise = f"{(left.held_out[1] / left.noise) ** 0.5:.3g} times the noise on held-out trials"
+    if verdict == "unknown" and best is not None:
+        return [
+            f"{' + '.join(best.ids)} explains part of the error, but {left.share:.0%} of what exceeds the noise is left"
+            f" ({noise}) that no effect explains"
+        ]
+    if best is not None and (left.exceeds or (left.structured and stage.structured_share > PRACTICAL)):
+        return [f"a structured error is left: {noise}"]
+    if verdict == "cannot_tell" and left.exceeds:
+        return [f"learning trials show nothing that held-out trials do: {noise}; learn from trials like those"]
+    if verdict == "adequate" and stage.p_value <= SIGNIFICANT:
+        return [
+            f"something is left that noise would not do (p = {stage.p_value:.3g}), but it is only"
+            f" {stage.structured_share:.1%} of the error and no effect of meaningful size"
+        ]
+    return []
