@@ -1,9 +1,8 @@
 """Kinds of components by name: those that come along, and those that other packages bring by entry point."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from importlib import import_module
-from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,6 +12,8 @@ from orchestrator.cosim.system import ComponentSpec
 from orchestrator.cosim.wording import nearest
 
 if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
+
     from orchestrator.cosim.connections import HasPorts
 
 GROUP = "misfit.components"
@@ -72,14 +73,21 @@ def describe(spec: ComponentSpec, folder: Path) -> "HasPorts":
 
 def kinds() -> dict[str, str]:
     """Every kind that can be used, with where it comes from as `module:function`."""
-    return {**{entry.name: entry.value for entry in entry_points(group=GROUP)}, **_OURS}
+    return {**{entry.name: entry.value for entry in _entry_points()}, **_OURS}
 
 
 def _opener(kind: str) -> Open:
     if kind in _OURS:  # looking for entry points takes longer
         module, _, name = _OURS[kind].partition(":")
         return getattr(import_module(module), name)
-    found: dict[str, EntryPoint] = {entry.name: entry for entry in entry_points(group=GROUP)}
+    found = {entry.name: entry for entry in _entry_points()}
     if kind not in found:
         raise MisfitError(f"there is no kind of component {kind!r}; {nearest(kind, kinds())}")
     return found[kind].load()
+
+
+def _entry_points() -> "Iterable[EntryPoint]":
+    # Takes a while to import, and systems of our own kinds have no need of it.
+    from importlib.metadata import entry_points
+
+    return entry_points(group=GROUP)
