@@ -1,7 +1,7 @@
 """From a description to components that are loaded, wired and scheduled, and what the user should know about it."""
 
 import platform
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -55,7 +55,7 @@ class Assembly:
     recorded: tuple[tuple[Slot, int], ...]
     columns: tuple[Column, ...]
     report: Report
-    provenance: Mapping[str, Any]
+    provenance: Callable[[], Mapping[str, Any]]
     start: float
     stop: float | None
     step: float
@@ -143,7 +143,7 @@ def assemble(
             recorded=recorded,
             columns=columns,
             report=_report(wiring, components, order, together),
-            provenance=_provenance(system, described, settings, made),
+            provenance=lambda: _provenance(system, described, settings, made),
             start=start,
             stop=system.run.stop if stop is None else stop,
             step=settings.step,

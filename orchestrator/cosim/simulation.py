@@ -96,7 +96,7 @@ class Simulation:
 
     def provenance(self) -> Mapping[str, Any]:
         """What the simulation is made of: components with the hashes of their FMUs, values, master, versions."""
-        return self._parts.provenance
+        return self._parts.provenance()
 
     def initialise(self) -> None:
         """Find the values at the start; `step` and `run` do it where it has not been done."""
@@ -239,7 +239,8 @@ class Simulation:
         if recorder is None or self._recorder is not recorder:
             self._recorder = wanted
             self._recorded_time = -math.inf
-            wanted.begin(self.columns, self.provenance())
+            if recorder is not None:
+                recorder.begin(self.columns, self.provenance())
             self._record_point()
 
     def _block(self, end: float) -> None:
