@@ -24,7 +24,7 @@ def judged(wish: Wish, folder: Path) -> dict[str, Any]:
     [
         ("pendulum", "viscous_friction", "mid", 30.0, 5.0),
         ("drive", "coulomb_friction", "lo", 30.0, 5.0),
-        ("arm", "muscle_weakness", "mid", 100.0, 4.0),
+        ("arm", "muscle_weakness", "mid", 100.0, 2.0),
     ],
 )
 def test_clear_effect_is_named_where_it_is_and_its_size_found(
@@ -38,7 +38,16 @@ def test_clear_effect_is_named_where_it_is_and_its_size_found(
     assert row["removed"] > 0.95
 
 
-def test_nothing_is_named_on_a_cart_that_lacks_nothing(tmp_path: Path) -> None:
-    row = judged(Wish("N0", "cart", 0, 5, noise="mid", seconds=5.0), tmp_path)
+@pytest.mark.parametrize(("family", "machine"), [("N0", "cart"), ("N1", "drive")])
+def test_nothing_is_named_where_nothing_is_missing(family: str, machine: str, tmp_path: Path) -> None:
+    row = judged(Wish(family, machine, 0, 5, noise="mid", seconds=5.0), tmp_path)
 
     assert (row["verdict"], row["said"]) == ("adequate", [])
+
+
+def test_spring_that_no_card_has_is_called_unknown(tmp_path: Path) -> None:
+    wish = Wish("O", "drive", 0, 5, enr=30.0, noise="mid", seconds=5.0, effects=("cubic_spring",))
+
+    row = judged(wish, tmp_path)
+
+    assert (row["verdict"], row["said"]) == ("unknown", [])

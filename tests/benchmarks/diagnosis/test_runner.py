@@ -1,8 +1,12 @@
 """The runner of the benchmark: what crashes, hangs or is cut short, the order of cases, and recommended experiments."""
 
 import os
+import subprocess
 import sys
+import tempfile
+import time
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,7 +14,7 @@ import numpy as np
 import pytest
 
 from orchestrator.measurements import load_measurements
-from tests.benchmarks.diagnosis.child import run_child
+from tests.benchmarks.diagnosis.child import Ended, run_child
 from tests.benchmarks.diagnosis.suite import suite
 from tests.benchmarks.diagnosis.truth.experiment import Advice, experiment_plan, write_with_experiment
 from tests.benchmarks.diagnosis.truth.families import FAMILIES, Wish, draw_case
@@ -36,13 +40,40 @@ def test_job_that_kills_its_process_and_one_that_raises_cost_no_other() -> None:
     assert found == [-0.0, 12.0, 6.0, -3.0, 3.0]
 
 
-def test_child_that_takes_too_long_is_stopped_with_its_own_children(tmp_path: Path) -> None:
-    script = "import subprocess, sys; subprocess.run([sys.executable, '-c', 'import time; time.sleep(60)'])"
-
-    ended = run_child([sys.executable, "-c", script], 1.0, tmp_path / "log.txt")
+@pytest.mark.parametrize("busy", ["while True: pass", "import time; time.sleep(60)"])
+def test_child_that_takes_too_long_is_stopped(busy: str, tmp_path: Path) -> None:
+    ended = run_child([sys.executable, "-c", busy], 1.0, tmp_path / "log.txt")
 
     assert ended.code is None
-    assert ended.wall_s < 30
+    assert ended.cpu_s < 3
+
+
+def test_commands_end_with_the_runner_that_was_killed(tmp_path: Path) -> None:
+    said = tmp_path / "pid.txt"
+    command = f"import os, time; open({str(said)!r}, 'w').write(str(os.getpid())); time.sleep(60)"
+    program = (
+        "from tests.benchmarks.diagnosis.workers import side_by_side\n"
+        f"import sys; sys.path.insert(0, {str(Path(__file__).parent)!r})\n"
+        "from test_runner import in_a_child\n"
+        f"list(side_by_side(in_a_child, print, [{command!r}], 1))\n"
+    )
+    with subprocess.Popen([sys.executable, "-c", program]) as runner:
+        _wait_until(lambda: said.exists() and bool(said.read_text()), 120.0)
+        runner.kill()
+
+    _wait_until(lambda: not Path(f"/proc/{said.read_text()}").exists(), 30.0)
+
+
+def in_a_child(script: str) -> Ended:
+    with tempfile.TemporaryDirectory() as folder:
+        return run_child([sys.executable, "-c", script], 60.0, Path(folder) / "log.txt")
+
+
+def _wait_until(is_so: Callable[[], bool], limit_s: float) -> None:
+    end = time.monotonic() + limit_s
+    while not is_so():
+        assert time.monotonic() < end
+        time.sleep(0.1)
 
 
 def test_child_reports_what_it_said_how_it_ended_and_what_it_used(tmp_path: Path) -> None:

@@ -7,6 +7,8 @@ from queue import Empty, SimpleQueue
 from threading import Thread
 from typing import Generic, TypeVar
 
+from tests.benchmarks.diagnosis.child import end_with_parent
+
 Job = TypeVar("Job")
 Found = TypeVar("Found")
 
@@ -36,7 +38,7 @@ class _Worker(Generic[Job, Found]):
 
 def _one_process() -> ProcessPoolExecutor:
     # Spawned, as threads and forks do not mix.
-    return ProcessPoolExecutor(1, mp_context=get_context("spawn"))
+    return ProcessPoolExecutor(1, mp_context=get_context("spawn"), initializer=end_with_parent)
 
 
 def side_by_side(
