@@ -37,7 +37,7 @@ check: setup
 bench: setup
 	@$(BIN)/python tests/benchmarks/run.py
 
-# SIZE=small (at most about 15 minutes on two cores), medium or full; a run that was stopped goes on where it was.
+# SIZE=tiny, small (at most about 15 minutes on two cores), medium or full; a run that was stopped goes on where it was.
 SIZE ?= small
 WORKERS ?= 2
 # Seconds after which no further case begins; the report says how many were done.

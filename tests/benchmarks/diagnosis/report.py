@@ -12,11 +12,12 @@ from tests.benchmarks.diagnosis.cases import TIME_IS_UP, Done
 from tests.benchmarks.diagnosis.diagnose_cases import write_json
 from tests.benchmarks.diagnosis.scoring.baselines import COLUMNS, as_rows, method_scores
 from tests.benchmarks.diagnosis.scoring.confusion import answers, confusion_table, draw_confusion
-from tests.benchmarks.diagnosis.scoring.cost import cost_table
+from tests.benchmarks.diagnosis.scoring.cost import cost_table, needed_hours
 from tests.benchmarks.diagnosis.scoring.curves import draw_curves
 from tests.benchmarks.diagnosis.scoring.heat_map import draw_map, map_cells, map_table
-from tests.benchmarks.diagnosis.scoring.summary import ENOUGH, by_size, summary
+from tests.benchmarks.diagnosis.scoring.summary import ENOUGH, by_kind, by_size, summary
 from tests.benchmarks.diagnosis.scoring.targets import Score
+from tests.benchmarks.diagnosis.suite import suite
 from tests.benchmarks.diagnosis.truth.families import FAMILIES
 
 Row = dict[str, Any]
@@ -46,16 +47,23 @@ class About:
     wanted: int
     commit: str
     workers: int
-    timeout_s: float
+    limit_s: float
+    budget_s: float
     seconds: float
 
     def __str__(self) -> str:
         """Say it in sentences."""
         return (
             f"Commit {self.commit}, {self.workers} processes at a time on {os.cpu_count()} cores ({platform.machine()}, "
-            f"load {os.getloadavg()[2]:.1f} over the last 15 minutes), at most {self.timeout_s:g} s a diagnosis; "
-            f"this call took {self.seconds:.0f} s."
+            f"load {os.getloadavg()[2]:.1f} over the last 15 minutes), at most {self.limit_s:g} s of processor time a "
+            f"diagnosis; this call took {self.seconds:.0f} s."
         )
+
+    @property
+    def command(self) -> str:
+        """What made the report."""
+        budget = f" BUDGET={self.budget_s:g}" if self.budget_s < float("inf") else ""
+        return f"make bench-diagnosis SIZE={self.size} WORKERS={self.workers}{budget}"
 
 
 def write_report(done: Sequence[Done], about: About, markdown: Path, figures: Path) -> None:
@@ -63,11 +71,11 @@ def write_report(done: Sequence[Done], about: About, markdown: Path, figures: Pa
     rows = [case.row for case in done if case.row is not None]
     named = {case.name: case.baselines for case in done if case.baselines}
     themes = summary(rows)
-    lines = [_HEAD.format(command=f"make bench-diagnosis SIZE={about.size}", about=about)]
+    lines = [_HEAD.format(command=about.command, about=about)]
     lines += [_counts(rows, about), ""]
     lines += [*_short(themes), *_themes(themes), *_sizes(rows, markdown)]
     lines += [*_beside(rows, named, markdown), *_confused(rows, markdown)]
-    lines += ["## What it costs", "", *cost_table(rows), "", *_failures(done)]
+    lines += [*_kinds(rows), "## What it costs", "", *cost_table(rows), "", _whole(rows), "", *_failures(done)]
     markdown.parent.mkdir(parents=True, exist_ok=True)
     markdown.write_text("\n".join(lines).rstrip() + "\n")
     measured = [
@@ -137,6 +145,22 @@ def _confused(rows: Sequence[Row], markdown: Path) -> list[str]:
     draw_confusion(found, picture)
     title = f"## What is taken for what (single effects from an ENR of {ENOUGH:g})"
     return [title, "", f"![answers by truth]({picture.name})", "", *confusion_table(found), ""]
+
+
+def _kinds(rows: Sequence[Row]) -> list[str]:
+    lines = []
+    for title, key in (("machine", "model"), ("noise of the sensors", "noise")):
+        head = (title, "false alarms", "single: class", "single: name", "pair: class", "outside: found")
+        lines += [f"## By {title}", "", "| " + " | ".join(head) + " |", "|---" * len(head) + "|"]
+        lines += ["| " + " | ".join(map(str, row)) + " |" for row in by_kind(rows, key)] + [""]
+    return lines
+
+
+def _whole(rows: Sequence[Row]) -> str:
+    """What other sizes would need."""
+    hours = {size: needed_hours(rows, suite(size)) for size in ("small", "medium", "full")}
+    parts = [f"{size} ({len(suite(size))} cases) {h:.1f}" for size, h in hours.items() if h is not None]
+    return f"Processor hours that whole sizes would need by these figures: {', '.join(parts) or 'not known'}."
 
 
 def _failures(done: Sequence[Done]) -> list[str]:

@@ -28,14 +28,14 @@ def main() -> None:
         if wish.machine in (args.plant or MACHINES) and wish.family in (args.family or FAMILIES)
     ][: args.limit]
     began = time.monotonic()
-    jobs = [Job(wish, out, args.timeout, began + args.budget) for wish in wishes]
+    jobs = [Job(wish, out, args.limit_s, began + args.budget) for wish in wishes]
     done = []
     for case in side_by_side(do_case, lost_case, jobs, args.workers):
         done.append(case)
         _say(case)
     order = {wish.name: k for k, wish in enumerate(wishes)}
     done.sort(key=lambda case: order[case.name])
-    about = About(args.size, len(wishes), _commit(), args.workers, args.timeout, time.monotonic() - began)
+    about = About(args.size, len(wishes), _commit(), args.workers, args.limit_s, args.budget, time.monotonic() - began)
     write_report(done, about, args.report, out / "scores.json")
     print(f"{sum(case.row is not None for case in done)} of {len(wishes)} cases; report: {args.report}")
 
@@ -58,7 +58,7 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--limit", type=int, help="only the first cases")
     parser.add_argument("--plant", action="append", choices=list(MACHINES))
     parser.add_argument("--family", action="append", choices=list(FAMILIES))
-    parser.add_argument("--timeout", type=float, default=300.0, help="seconds that a diagnosis may take")
+    parser.add_argument("--limit-s", type=float, default=240.0, help="processor seconds that a diagnosis may take")
     parser.add_argument("--budget", type=float, default=float("inf"), help="seconds after which no new case begins")
     return parser.parse_args()
 

@@ -55,8 +55,8 @@ def _place(k: int, of: int, first: int, second: int) -> float:
 
 
 def _map_cells(k: int) -> Iterator[Wish]:
-    """The k-th draw of each cell, on the machines in turn."""
-    machine = MAP_MACHINES[k % len(MAP_MACHINES)]
-    for enr in MAP_ENR:
-        for seconds in MAP_SECONDS:
-            yield Wish("S", machine, k, SEED + 1, enr=enr, seconds=seconds)
+    """The k-th draw of each cell; machines and effects change from cell to cell, so that a few draws see many."""
+    cells = [(enr, seconds) for enr in MAP_ENR for seconds in MAP_SECONDS]
+    for place, (enr, seconds) in enumerate(cells):
+        machine = MAP_MACHINES[(k + place) % len(MAP_MACHINES)]
+        yield Wish("S", machine, k * len(cells) + place, SEED + 1, enr=enr, seconds=seconds)

@@ -4,6 +4,8 @@ from collections.abc import Sequence
 from statistics import median
 from typing import Any
 
+from tests.benchmarks.diagnosis.truth.families import Wish
+
 
 def cost_table(rows: Sequence[dict[str, Any]]) -> list[str]:
     """Markdown: seconds and memory of one diagnosis in one process, by machine."""
@@ -18,3 +20,21 @@ def cost_table(rows: Sequence[dict[str, Any]]) -> list[str]:
             figures = (median(cpu), max(cpu), median(wall), max(wall), max(peak))
             lines.append(f"| {model} | {len(own)} | " + " | ".join(f"{x:.0f}" for x in figures) + " |")
     return lines
+
+
+def needed_hours(rows: Sequence[dict[str, Any]], wishes: Sequence[Wish]) -> float | None:
+    """Processor hours that diagnosing some cases would take, by what those of each machine took on average here.
+
+    None if a machine has not been measured.
+    """
+    means = {}
+    for machine in {wish.machine for wish in wishes}:
+        own = [_spent(row) for row in rows if row["model"] == machine and row["cpu_seconds"] is not None]
+        if not own:
+            return None
+        means[machine] = sum(own) / len(own)
+    return sum(means[wish.machine] for wish in wishes) / 3600
+
+
+def _spent(row: dict[str, Any]) -> float:
+    return float(row["cpu_seconds"] + row["again_cpu_seconds"])

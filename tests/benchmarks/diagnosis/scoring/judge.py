@@ -71,10 +71,16 @@ def judge_again(truth: Mapping[str, Any], first: Mapping[str, Any], again: Mappi
     """
     left_open = first["verdict"] in ("ambiguous", "cannot_tell")
     if again is None or not left_open:
-        return {"open": left_open, "again": None, "resolved": False}
+        return {"open": left_open, "again": None, "resolved": False, "again_cpu_seconds": 0.0}
     row = judge(first["case"], truth, again)
     right = row["verdict"] == "named" and row["exact"] if row["true"] else row["verdict"] == "adequate"
-    return {"open": True, "again": row["verdict"], "again_said": row["said"], "resolved": bool(right)}
+    return {
+        "open": True,
+        "again": row["verdict"],
+        "again_said": row["said"],
+        "resolved": bool(right),
+        "again_cpu_seconds": row["cpu_seconds"] or 0.0,
+    }
 
 
 def _parameters(truth: Mapping[str, Any], effects: list[Any], exact: bool) -> list[tuple[float, bool]]:

@@ -166,6 +166,17 @@ def by_size(rows: Sequence[Row]) -> list[tuple[str, Share, Share, Share, Share]]
     return found
 
 
+def by_kind(rows: Sequence[Row], key: str) -> list[tuple[str, Share, Share, Share, Share, Share]]:
+    """(kind, false alarms, class, name, pairs' class, found outside) by what a row says under `key`."""
+    found = []
+    for kind in dict.fromkeys(str(r[key]) for r in rows):
+        own = [r for r in rows if str(r[key]) == kind]
+        of, rich = _of(own), singles(own)
+        alarms, outside = _alarms(of("N0") + of("N1") + of("N2")), _verdict(of("O"), "unknown")
+        found.append((kind, alarms, _share(rich, "class"), _share(rich, "exact"), _share(of("D"), "class"), outside))
+    return sorted(found)
+
+
 BANDS = ((0.0, 0.5), (0.5, 1.5), (1.5, 5.0), (5.0, 15.0), (15.0, float("inf")))
 
 
