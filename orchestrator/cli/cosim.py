@@ -1,8 +1,8 @@
-"""`misfit run` and `misfit sweep`."""
+"""`misfit run`."""
 
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,6 +11,7 @@ import click
 
 from fmus.errors import MisfitError
 from orchestrator.cli.common import write_json
+from orchestrator.cli.running import full_address, options_of, running_options
 from orchestrator.cli.swaps import with_swaps
 
 if TYPE_CHECKING:
@@ -20,33 +21,6 @@ if TYPE_CHECKING:
     from orchestrator.cosim.system import System
 
 Watch = Callable[[float], None]
-Decorator = Callable[[Callable[..., None]], Callable[..., None]]
-
-
-def running_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Add what `run` and `sweep` have in common."""
-    master = "ordered, jacobi, gauss_seidel, iterative or adaptive"
-    options: tuple[Decorator, ...] = (
-        click.option("--stop", type=float, metavar="T", help="Simulated time at the end, in s."),
-        click.option("--step", type=float, metavar="H", help="Communication step in s."),
-        click.option("--master", metavar="KIND", help=f"How components are coupled: {master}."),
-        click.option("--tolerance", type=float, metavar="TOL", help="Relative tolerance for FMUs and masters."),
-        click.option(
-            "--record", multiple=True, metavar="PATTERN", help="Record these, such as 'arm.*'; all outputs else."
-        ),
-        click.option("--every", type=click.IntRange(1), default=1, metavar="N", help="Record each N-th point."),
-        click.option(
-            "--isolate/--no-isolate", default=None, help="Run in a process of its own; else only FMUs of others."
-        ),
-        click.option("--patience", type=float, default=60.0, metavar="S", help="Silence of an isolated FMU in s."),
-        click.option("--memory", type=float, default=4.0, metavar="GIB", help="Memory of an isolated run in GiB."),
-        click.option("--trust", "trusted", is_flag=True, help="Trust the FMUs of this system from now on."),
-        click.option("--json", "json_file", metavar="F", help="Write the result to F ('-': standard output)."),
-        click.option("--quiet", is_flag=True, help="Print nothing but errors."),
-    )
-    for option in reversed(options):
-        command = option(command)
-    return command
 
 
 @click.command()
@@ -110,23 +84,6 @@ def run(
     write_json(json_file, document(model, outcome, summary, target, swapped, found))
 
 
-def options_of(given: Mapping[str, Any], realtime: float | None = None) -> "RunOptions":
-    """Options of the command line as those of a run."""
-    from orchestrator.cosim.isolate.process import Limits
-    from orchestrator.cosim.run import RunOptions
-
-    for name, what in (("stop", "a time in s"), ("step", "a positive time in s"), ("patience", "a positive time in s")):
-        value = given[name]
-        if value is not None and not (value > 0 or name == "stop"):
-            raise click.UsageError(f"--{name} {value:g}: expected {what}")
-    return RunOptions(
-        **{name: given[name] for name in ("stop", "step", "master", "tolerance", "every", "isolate")},
-        record=tuple(given["record"]) or None,
-        limits=Limits(given["patience"], given["memory"]),
-        realtime=realtime,
-    )
-
-
 def with_settings(system: "System", values: tuple[str, ...]) -> "System":
     """The system with values from the command line; a system of one component needs no name before the variable."""
     from orchestrator.cosim.system import Value
@@ -138,13 +95,6 @@ def with_settings(system: "System", values: tuple[str, ...]) -> "System":
             raise click.UsageError(f"--set {text}: expected COMPONENT.VARIABLE=VALUE, such as mass.m=2.5")
         found[full_address(system, address.strip())] = Value(value.strip())
     return system.with_values(found)
-
-
-def full_address(system: "System", address: str) -> str:
-    """Address of a variable with its component, which goes without saying where there is only one."""
-    if len(system.components) == 1 and address.partition(".")[0] not in system.components:
-        return f"{next(iter(system.components))}.{address}"
-    return address
 
 
 def out_path(out: str | None) -> Path | None:

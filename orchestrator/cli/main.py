@@ -49,6 +49,7 @@ SUMMARIES = {
     "ledger": "List every version of a model and its errors.",
     "models": "List the built-in models.",
     "run": "Run a system of FMUs and other components.",
+    "sweep": "Run a system with many values, seeds or FMUs.",
     "validate": "Check FMUs, one line a finding.",
 }
 

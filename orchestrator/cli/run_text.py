@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 from orchestrator.cosim.results.compare import ResultComparison
 from orchestrator.cosim.run import RunOutcome
 from orchestrator.cosim.summary import SummaryRecorder
+from orchestrator.cosim.sweep.study import StudyOutcome
 from orchestrator.cosim.system import System
 
 MOST_LINES = 12
@@ -74,6 +75,15 @@ def differences(found: ResultComparison, against: str) -> Iterator[str]:
         yield f"only in this run: {', '.join(found.only_second)}"
     if found.same:
         yield f"no signal parts by more than {found.tolerance:g} of its range"
+
+
+def study(outcome: StudyOutcome, seconds: float, out: str) -> Iterator[str]:
+    """How many runs there were, and which failed."""
+    now = len(outcome.runs) - outcome.done_before
+    before = f", {outcome.done_before} were done before" if outcome.done_before else ""
+    rate = f", {now / seconds:.3g} a second" if now and seconds else ""
+    yield f"{len(outcome.runs)} runs: {now} in {seconds:.3g} s{rate}{before}; data set {out}, table of runs {out}/_runs.parquet"
+    yield from _some([f"run {run.number} failed: {run.failure}" for run in outcome.failed])
 
 
 def _some(lines: Sequence[str]) -> Iterator[str]:

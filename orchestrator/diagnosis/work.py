@@ -17,9 +17,9 @@ from typing import Any, Protocol
 import numpy as np
 
 from fmus.catalogue import ModelicaModel
-from fmus.errors import MisfitError
 from fmus.files import cache_folder, write_atomically
 from fmus.frontend.compile import fingerprint
+from orchestrator.cluster import client_of
 from orchestrator.diagnosis.candidates import Candidate, EffectSet, as_fmu, model_of
 from orchestrator.diagnosis.evidence import TOLERANCE, LearningData, Refit, refit, with_nuisances
 from orchestrator.diagnosis.screening import Explanation, Screener
@@ -141,18 +141,7 @@ class Cluster:
     callers: int | None = 64
 
     def __init__(self, address: str) -> None:
-        try:
-            from distributed import Client
-        except ImportError as error:
-            raise MisfitError(
-                "--scheduler needs Dask; install it with: pip install 'misfit-fmu[dask]', here and on the workers"
-            ) from error
-        try:
-            self._client = Client(address, timeout="5s", set_as_default=False)
-        except (OSError, ValueError, TimeoutError) as error:
-            raise MisfitError(
-                f"no Dask scheduler answers at {address}; start one with `dask scheduler` and name it as tcp://HOST:8786"
-            ) from error
+        self._client = client_of(address)
 
     def do(self, task: Task) -> Any:
         """Send a task to some worker and wait for it."""
