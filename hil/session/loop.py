@@ -13,9 +13,6 @@ from hil.session.heart import Heart
 from hil.session.pilot import CycleInput, Decision, Pilot
 from hil.session.timing import Lateness
 
-# Answers that have not come in this share of a period are missing.
-LISTEN_SHARE = 0.6
-
 
 class Beats(Protocol):
     """When cycles begin."""
@@ -83,14 +80,14 @@ class Loop:
                 self._beat(summary, Wishes(abort=True))
         finally:
             # Whatever went wrong, the last torque on the bus is none.
-            self._cycle(self.wire.now(), Wishes(abort=True, over=True))
+            self._cycle(Wishes(abort=True, over=True))
         summary.frames_lost = self.pilot.missing_answers
         return summary
 
     def _beat(self, summary: Summary, wish: Wishes) -> None:
         beat, now = self.beats.wait()
         summary.lateness.add(now - beat)
-        self._cycle(now, wish)
+        self._cycle(wish)
         summary.cycles += 1
         trip = self.pilot.stopped
         if trip is None or not self.pilot.is_armed or (self._letting_down and trip.rule == not_aborted.__name__):
@@ -99,10 +96,12 @@ class Loop:
         if words not in summary.faults:
             summary.faults.append(words)
 
-    def _cycle(self, start_ns: int, wish: Wishes) -> None:
+    def _cycle(self, wish: Wishes) -> None:
+        # What waits on the bus answers an earlier question; what comes after this moment answers this one.
+        frames = self.wire.drain()
+        start_ns = self.wire.now()
         if self.heart is not None:
             self.heart.beat(start_ns)
-        frames = self.wire.drain()
         for frame in self.pilot.requests():
             self.wire.send(frame)
         frames += self._answers(start_ns)
@@ -119,7 +118,7 @@ class Loop:
 
     def _answers(self, start_ns: int) -> list[Timed]:
         """Frames until all answers are there, or time is up."""
-        deadline = start_ns + int(LISTEN_SHARE * self.pilot.limits.period_ns)
+        deadline = start_ns + self.pilot.listen_ns
         awaited, found = set(self.pilot.awaited), []
         while awaited and (left := deadline - self.wire.now()) > 0:
             timed = self.wire.receive(left * 1e-9)

@@ -1,6 +1,7 @@
 """The decision of a cycle, from its frames alone: the same live, in a dry run and in replay."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -17,12 +18,16 @@ from hil.robots import proficio
 from hil.safety.core import begin, step
 from hil.safety.cycle import Module, Outcome, Reaction, Seen, State, Trip
 from hil.safety.limits import Limits
+from hil.safety.motion import follow
 from hil.session.controllers import Controller, Observed
 from hil.session.start_up import Robot
 
 # The safety module is asked for its mode and its pendant in turn, every so many cycles; it is lost after so long.
 MODULE_EVERY = 10
 MODULE_LOST_NS = 250_000_000
+
+# Answers that have not come in this share of a period are missing.
+LISTEN_SHARE = 0.5
 
 _POSITIONS = {answer_of(k + 1, Group.POSITIONS): k for k in range(proficio.JOINTS)}
 _FORCE = answer_of(Node.FORCE_SENSOR, Group.FORCE)
@@ -32,7 +37,7 @@ _MODULE = answer_of(Node.SAFETY, Group.PROPERTIES)
 class CycleInput(NamedTuple):
     """All that a decision depends on; a recording holds exactly this.
 
-    `start_ns` is when the cycle began (monotonic), `frames` what came since it began, `computing_ns` what the controller took
+    `start_ns` is when the cycle asked for positions (monotonic), `frames` what came since the last cycle listened, `computing_ns` what the controller took
     in the cycle before; the rest are wishes of the operator, and whether recorder and watchdog are content.
     """
 
@@ -60,7 +65,6 @@ class Pilot:
 
     Args:
         gravity: whether the arm's weight is held; a robot whose joints are vertical has none to hold.
-        lost: frames that made no sense so far are counted here.
     """
 
     def __init__(self, robot: Robot, limits: Limits, controller: Controller, *, gravity: bool = True) -> None:
@@ -69,7 +73,10 @@ class Pilot:
         self.state: State | None = None
         self.cycle = 0
         self.missing_answers = self.strange_frames = 0
+        self.listen_ns = int(LISTEN_SHARE * limits.period_ns)
         self.controller_error = ""
+        # Why the arm was not armed when that was last looked at.
+        self.refused: Trip | None = None
         self._counts: list[int | None] = [None] * proficio.JOINTS
         self._force = np.zeros(3)
         self._force_saturated = False
@@ -94,41 +101,24 @@ class Pilot:
 
     def decide(self, given: CycleInput) -> Decision:
         """Decide what to send."""
-        fresh = self._read(given)
-        angles = self._angles()
-        known = [self._believed(k, fresh) for k in range(proficio.JOINTS)]
+        seen = self._seen(given, self._read(given))
         if self.state is None:
-            start = given.start_ns - self.limits.period_ns
-            self._module_ns = max(self._module_ns, start)
-            self.state = begin(self.limits, start, tuple(angles.tolist()))
+            positions = tuple(0.0 if q is None else q for q in seen.positions)
+            self.state = begin(self.limits, given.start_ns - self.limits.period_ns, positions)
+        # The controller sees what the core believes, never a raw answer.
+        motion = follow(self.limits, self.state, seen)
+        angles = np.array(motion.positions)
         armed = self.state.armed_ns
         seconds = -1.0 if armed is None else (given.start_ns - armed) * 1e-9
-        motion = self.state.motion
-        observed = Observed(seconds, np.array(angles), np.array(motion.speeds), self._force.copy())
+        observed = Observed(seconds, angles, np.array(motion.speeds), self._force.copy())
         asked = self._ask(observed)
         support = proficio.holding_torques(angles, self.robot.side) if self.gravity else np.zeros(proficio.JOINTS)
-        lost = self.robot.module is not None and given.start_ns - self._module_ns > MODULE_LOST_NS
-        seen = Seen(
-            time_ns=given.start_ns,
-            positions=tuple(angles[k] if known[k] else None for k in range(proficio.JOINTS)),
-            asked=tuple(asked.tolist()),
-            support=tuple(support.tolist()),
-            computing_ns=given.computing_ns,
-            force=tuple(self._force.tolist()) if self.robot.sensor is not None else None,
-            force_saturated=self._force_saturated,
-            module=None if lost else self._module,
-            warning=self._warning,
-            fault=self._fault,
-            foreign_torque=self._foreign,
-            recording=given.recording,
-            abort=given.abort,
-            end=given.end,
-            watched=given.watched,
-            arm=given.arm,
-        )
+        seen = replace(seen, asked=tuple(asked.tolist()), support=tuple(support.tolist()))
         self.state, outcome = step(self.limits, self.state, seen)
         self.cycle += 1
-        self._foreign = False
+        if not self.is_armed and outcome.trips:
+            # Nothing is worth remembering of an arm that was never energised; a first position may have been wrong.
+            self.refused, self.state = outcome.trips[0], None
         return Decision(self.gate.frames(outcome), outcome, observed, asked)
 
     @property
@@ -157,14 +147,43 @@ class Pilot:
             self.controller_error = f"{type(error).__name__}: {error}"
             return np.full(proficio.JOINTS, np.nan)
 
+    def _seen(self, given: CycleInput, fresh: set[int]) -> Seen:
+        """What the core is shown of a cycle, but for the torques that are not known yet."""
+        if not self._module_ns:
+            self._module_ns = given.start_ns
+        angles = self._angles()
+        lost = self.robot.module is not None and given.start_ns - self._module_ns > MODULE_LOST_NS
+        foreign, self._foreign = self._foreign, False
+        return Seen(
+            time_ns=given.start_ns,
+            positions=tuple(angles[k] if self._believed(k, fresh) else None for k in range(proficio.JOINTS)),
+            asked=(),
+            support=(),
+            computing_ns=given.computing_ns,
+            force=tuple(self._force.tolist()) if self.robot.sensor is not None else None,
+            force_saturated=self._force_saturated,
+            module=None if lost else self._module,
+            warning=self._warning,
+            fault=self._fault,
+            foreign_torque=foreign,
+            recording=given.recording,
+            abort=given.abort,
+            end=given.end,
+            watched=given.watched,
+            arm=given.arm,
+        )
+
     def _read(self, given: CycleInput) -> set[int]:
-        """Take the frames of a cycle in; returns the motors whose position came. Frames from before it are too late."""
-        fresh: set[int] = set()
+        """Take the frames of a cycle in; returns the motors whose position came in time.
+
+        An answer from before the cycle, or from after its time, belongs to another one.
+        """
+        positions: dict[int, set[bytes]] = {}
         for at, frame in given.frames:
             try:
                 if frame.identifier in _POSITIONS:
-                    if at >= given.start_ns:
-                        fresh.add(self._position(_POSITIONS[frame.identifier], frame.data))
+                    if given.start_ns < at <= given.start_ns + self.listen_ns:
+                        positions.setdefault(_POSITIONS[frame.identifier], set()).add(frame.data)
                 elif frame.identifier == _FORCE:
                     reading = unpack_reading(Group.FORCE, frame.data)
                     self._force = np.array(reading[:3])
@@ -175,13 +194,23 @@ class Pilot:
                     self._foreign = True
             except FrameError:
                 self.strange_frames += 1
+        fresh = {motor for motor, answers in positions.items() if self._position(motor, answers)}
         self.missing_answers += proficio.JOINTS - len(fresh)
         return fresh
 
-    def _position(self, motor: int, data: bytes) -> int:
-        counts, before = unpack_positions(data).motor, self._counts[motor]
+    def _position(self, motor: int, answers: set[bytes]) -> bool:
+        """Take the position of a motor; not if two nodes answer differently in its name, or it makes no sense."""
+        data, *others = answers
+        try:
+            counts, before = unpack_positions(data).motor, self._counts[motor]
+        except FrameError:
+            self.strange_frames += 1
+            return False
+        if others:
+            self.strange_frames += 1
+            return False
         self._counts[motor] = counts if before is None else nearest_turn(counts, before)
-        return motor
+        return True
 
     def _hear_module(self, data: bytes, at: int) -> None:
         assert self.robot.module is not None

@@ -66,7 +66,7 @@ def run_session(
         loop = Loop(wire, pilot, beats, recorder, heart, dry_run=dry_run)
         summary = loop.run(_wishes(seconds, armed, pilot, operator.abort))
         if armed and not pilot.is_armed:
-            summary.faults.append(f"the arm could not be armed: {pilot.stopped}")
+            summary.faults.append(f"the arm could not be armed: {pilot.refused}")
         document = _result(settings, summary, beats.missed, recorder, refused)
     if folder is not None:
         write_atomically(folder / SUMMARY, (json.dumps(document, indent=2) + "\n").encode())

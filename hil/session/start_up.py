@@ -18,6 +18,8 @@ from hil.robots.proficio import Side
 
 # Waits of the protocol, in s.
 ANSWER_S, WAKING_S, SETTLE_S = 1.0, 0.010, 1.0
+# A lost answer is asked for again.
+TRIES = 3
 # A node answers within 1 ms; the host itself may be busy, so those that did not are asked again with more patience.
 SCAN_S = (0.001, 0.010)
 AWAKE = 2
@@ -90,7 +92,7 @@ def wake(wire: Wire, nodes: list[FoundNode], sleep: Sleep) -> None:
     if asleep:
         sleep(SETTLE_S)
     for node in asleep:
-        stat = ask(wire, node.number, MONITOR["STAT"], 0.05)
+        stat = ask(wire, node.number, MONITOR["STAT"], 0.05, TRIES)
         if stat != AWAKE:
             raise BusError(f"node {node.number} ({node.kind.value}) did not wake: STAT is {stat}, 2 was expected")
 
@@ -151,8 +153,16 @@ def _zero(wire: Wire, robot: Robot, at_home: Callable[[], bool]) -> None:
         wire.send(Frame(to_node(Node.SAFETY), encode_value(robot.module["ZERO"], 1)))
 
 
-def ask(wire: Wire, node: int, property: int, timeout_s: float) -> int | None:
+def ask(wire: Wire, node: int, property: int, timeout_s: float, tries: int = 1) -> int | None:
     """Value of a node's property; None if it does not answer in time. Answers to older questions are passed over."""
+    for _ in range(tries):
+        value = _asked(wire, node, property, timeout_s)
+        if value is not None:
+            return value
+    return None
+
+
+def _asked(wire: Wire, node: int, property: int, timeout_s: float) -> int | None:
     wire.drain()
     wire.send(Frame(to_node(node), encode_request(property)))
     deadline = wire.now() + int(timeout_s * 1e9)
@@ -168,7 +178,7 @@ def ask(wire: Wire, node: int, property: int, timeout_s: float) -> int | None:
 
 
 def _must(wire: Wire, node: int, name: str, numbers: Mapping[str, int] = MONITOR) -> int:
-    value = ask(wire, node, numbers[name], ANSWER_S)
+    value = ask(wire, node, numbers[name], ANSWER_S, TRIES)
     if value is None:
         raise BusError(f"{wire.name}: node {node} did not answer for its {name} within {ANSWER_S:g} s")
     return value

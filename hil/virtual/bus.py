@@ -29,13 +29,13 @@ class DirectBus(can.BusABC):
         """Put a frame on the bus that is not the robot's."""
         self._waiting.append(Timed(self.time_ns, frame))
 
-    def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
-        """The next answer; waiting for it lets time pass."""
+    def recv(self, timeout: float | None = None) -> can.Message | None:
+        """The next answer; waiting for it lets this clock pass, not the real one."""
         limit = self.time_ns + int((timeout or 0.0) * 1e9)
         if self._waiting and self._waiting[0].time_ns <= limit:
             at, frame = self._waiting.popleft()
             self.time_ns = max(self.time_ns, at)
-            return can.Message(arbitration_id=frame.identifier, data=frame.data, is_extended_id=False), False
+            return can.Message(arbitration_id=frame.identifier, data=frame.data, is_extended_id=False)
         self.time_ns = limit
         self.robot.advance(self.time_ns)
-        return None, False
+        return None

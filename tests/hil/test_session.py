@@ -23,7 +23,7 @@ from hil.session.loop import Loop, Wishes
 from hil.session.pilot import Pilot
 from hil.session.start_up import scan
 from hil.virtual.motor import IDLE, TORQUE
-from tests.hil.bench import Bench
+from tests.hil.bench import Beats, Bench
 
 HIL = Path(__file__).parents[2] / "hil"
 
@@ -103,7 +103,7 @@ def test_a_session_ends_with_no_torque_and_idle_motors() -> None:
 def test_before_it_is_armed_an_active_arm_gets_only_zero_torques() -> None:
     bench = Bench()
     pilot = bench.pilot()
-    Loop(bench.wire, pilot, _beats(bench)).run(_for(bench, 100))
+    Loop(bench.wire, pilot, Beats(bench)).run(_for(bench, 100))
     frames = bench.torque_frames()
     assert len(frames) >= 100
     assert {timed.frame.data for timed in frames} == {pack_torques([0, 0, 0])}
@@ -112,7 +112,7 @@ def test_before_it_is_armed_an_active_arm_gets_only_zero_torques() -> None:
 def test_a_dry_run_sends_no_torque_at_all() -> None:
     bench = Bench()
     pilot = bench.pilot()
-    Loop(bench.wire, pilot, _beats(bench), dry_run=True).run(_for(bench, 100, arm=True))
+    Loop(bench.wire, pilot, Beats(bench), dry_run=True).run(_for(bench, 100, arm=True))
     assert pilot.is_armed
     assert bench.torque_frames() == []
     assert all(motor.values["MODE"] == TORQUE for motor in bench.robot.motors)
@@ -213,7 +213,7 @@ def test_a_recording_replays_to_the_same_frames_bit_for_bit(tmp_path: Path) -> N
     pilot = bench.pilot()
     recorder = Recorder(tmp_path / "recording")
     bench.wire.tap = recorder.frame
-    loop = Loop(bench.wire, pilot, _beats(bench), recorder)
+    loop = Loop(bench.wire, pilot, Beats(bench), recorder)
     loop.run(_for(bench, 400, arm=True))
     recorder.finish()
     again = Pilot(pilot.robot, pilot.limits, bench.settings.make_controller(), gravity=False)
@@ -230,7 +230,7 @@ def test_a_replay_with_other_limits_says_where_it_differs(tmp_path: Path) -> Non
     recorder = Recorder(tmp_path / "recording")
     bench.wire.tap = recorder.frame
     bench.plant.outside = np.array([0.0, 0.0, 0.3])
-    Loop(bench.wire, pilot, _beats(bench), recorder).run(_for(bench, 400, arm=True))
+    Loop(bench.wire, pilot, Beats(bench), recorder).run(_for(bench, 400, arm=True))
     recorder.finish()
     other = Pilot(pilot.robot, pilot.limits, Passive(), gravity=False)
     found = [found for found, _, _ in replay(tmp_path / "recording", other)][-1]
@@ -271,12 +271,6 @@ def test_an_error_frame_is_an_error_and_silence_is_none() -> None:
     with pytest.raises(BusError, match=r"sick bus: 001#05 could not be sent: bus off"):
         wire.send(Frame(1, b"\x05"))
     wire.close()
-
-
-def _beats(bench: Bench):  # type: ignore[no-untyped-def]
-    from tests.hil.bench import _Beats
-
-    return _Beats(bench)
 
 
 def _for(bench: Bench, cycles: int, arm: bool = False):  # type: ignore[no-untyped-def]

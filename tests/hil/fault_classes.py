@@ -1,0 +1,152 @@
+"""Everything that can go wrong on a bus or at a host: a class of faults each, and the phase in which it happens."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import can
+import numpy as np
+
+from hil.bus.gate import TORQUES
+from hil.codecs.barrett.identifiers import Group, Node, answer_of
+from hil.codecs.barrett.safety_module import Button, Level
+from hil.codecs.barrett.torques import pack_torques
+from hil.codecs.frame import Frame, Timed
+from tests.hil.bench import Bench
+
+POSITIONS = frozenset(answer_of(k, Group.POSITIONS) for k in (1, 2, 3))
+STATES = answer_of(Node.SAFETY, Group.ALL)
+
+
+@dataclass
+class Trouble:
+    """A fault that is switched on at some time; `count` frames may still be changed."""
+
+    bench: Bench
+    count: float = math.inf
+    memory: dict = field(default_factory=dict)
+
+    def hits(self, timed: Timed) -> bool:
+        """Whether a frame towards the host is changed: positions while cycling, any answer before."""
+        wanted = POSITIONS if self.memory.get("cycling", True) else None
+        if self.count <= 0 or (wanted is not None and timed.frame.identifier not in wanted):
+            return False
+        self.count -= 1
+        return True
+
+
+Start = Callable[[Trouble], None]
+
+
+def _on_the_way(change: Callable[[Trouble, Timed], list[Timed]], count: float) -> Start:
+    def start(trouble: Trouble) -> None:
+        trouble.count = count
+        trouble.bench.faults.towards_host.append(
+            lambda timed: change(trouble, timed) if trouble.hits(timed) else [timed]
+        )
+
+    return start
+
+
+def _with(data: Callable[[bytes], bytes]) -> Callable[[Trouble, Timed], list[Timed]]:
+    return lambda trouble, timed: [Timed(timed.time_ns, Frame(timed.frame.identifier, data(timed.frame.data)))]
+
+
+def _frozen(trouble: Trouble, timed: Timed) -> list[Timed]:
+    first = trouble.memory.setdefault(timed.frame.identifier, timed.frame.data)
+    return [Timed(timed.time_ns, Frame(timed.frame.identifier, first))]
+
+
+def _swapped(trouble: Trouble, timed: Timed) -> list[Timed]:
+    held = trouble.memory.pop("held", None)
+    if held is None:
+        trouble.memory["held"] = timed
+        return []
+    return [timed, Timed(timed.time_ns, held.frame)]
+
+
+def _node(action: Callable[[Bench], None]) -> Start:
+    return lambda trouble: action(trouble.bench)
+
+
+def _press(button: Button) -> Start:
+    return _node(lambda bench: bench.robot.safety.press(button, bench.bus.time_ns))
+
+
+def _fault_of_module(bench: Bench) -> None:
+    bench.robot.safety.levels["velocity"] = Level.WARNING
+    bench.robot.safety._fault("velocity")
+
+
+def _reset(bench: Bench) -> None:
+    bench.robot.motors[1].values["STAT"] = 0
+
+
+def _broken_bus(bench: Bench) -> None:
+    def send(msg: object, timeout: float | None = None) -> None:
+        raise can.CanOperationError("bus off")
+
+    bench.bus.send = send  # type: ignore[method-assign]
+
+
+def _stall(milliseconds: float) -> Start:
+    return _node(lambda bench: bench.sleep(milliseconds * 1e-3))
+
+
+def _babble(bench: Bench) -> None:
+    for _ in range(200):
+        bench.bus.inject(Frame(STATES, b"\x00" * 8))
+
+
+def _stranger(bench: Bench) -> None:
+    bench.bus.inject(Frame(TORQUES, pack_torques([50, 0, 0])))
+
+
+def _second_node(trouble: Trouble, timed: Timed) -> list[Timed]:
+    other = Frame(timed.frame.identifier, bytes([timed.frame.data[0], *reversed(timed.frame.data[1:])]))
+    return [timed, Timed(timed.time_ns + 1000, other)]
+
+
+def _reversed_motor(bench: Bench) -> None:
+    motor = bench.robot.motors[2]
+    motor.controller = type(motor.controller)(motor.controller.counts, -motor.controller.torque_units)
+
+
+@dataclass(frozen=True)
+class FaultClass:
+    """A class of faults: how it begins, and whether it ever ends by itself."""
+
+    name: str
+    start: Start
+
+
+CLASSES: tuple[FaultClass, ...] = (
+    FaultClass("one answer lost", _on_the_way(lambda t, f: [], 1)),
+    FaultClass("three answers of a motor lost", _on_the_way(lambda t, f: [], 9)),
+    FaultClass("fifteen cycles without answers", _on_the_way(lambda t, f: [], 45)),
+    FaultClass("all answers lost", _on_the_way(lambda t, f: [], math.inf)),
+    FaultClass("an answer late by 3 ms", _on_the_way(lambda t, f: [Timed(f.time_ns + 3_000_000, f.frame)], 1)),
+    FaultClass("all answers late by 3 ms", _on_the_way(lambda t, f: [Timed(f.time_ns + 3_000_000, f.frame)], math.inf)),
+    FaultClass("answers doubled", _on_the_way(lambda t, f: [f, f], math.inf)),
+    FaultClass("answers out of order", _on_the_way(_swapped, 60)),
+    FaultClass("a flipped high bit", _on_the_way(_with(lambda d: bytes([d[0] ^ 0x10, *d[1:]])), 3)),
+    FaultClass("a length of 2", _on_the_way(_with(lambda d: d[:2]), math.inf)),
+    FaultClass("a length of 8", _on_the_way(_with(lambda d: (d + b"\x00" * 8)[:8]), math.inf)),
+    FaultClass(
+        "a wrong identifier", _on_the_way(lambda t, f: [Timed(f.time_ns, Frame(0x7E5, f.frame.data))], math.inf)
+    ),
+    FaultClass("a second node of the same number", _on_the_way(_second_node, math.inf)),
+    FaultClass("a jump of the position", _on_the_way(_with(lambda d: bytes([d[0] ^ 0x08, *d[1:]])), math.inf)),
+    FaultClass("a frozen encoder", _on_the_way(_frozen, math.inf)),
+    FaultClass("a motor with its sign reversed", _node(_reversed_motor)),
+    FaultClass("a motor that resets", _node(_reset)),
+    FaultClass("Idle pressed on the pendant", _press(Button.IDLE)),
+    FaultClass("emergency stop pressed", _press(Button.ESTOP)),
+    FaultClass("the safety module finds a fault", _node(_fault_of_module)),
+    FaultClass("the bus goes off", _node(_broken_bus)),
+    FaultClass("a node that babbles", _node(_babble)),
+    FaultClass("somebody else's torques", _node(_stranger)),
+    FaultClass("the host stands still for 10 ms", _stall(10)),
+    FaultClass("the host stands still for 100 ms", _stall(100)),
+    FaultClass("the force sensor saturates", _node(lambda b: setattr(b.plant, "force", np.array([500.0, 0.0, 0.0])))),
+)

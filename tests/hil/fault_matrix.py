@@ -1,0 +1,159 @@
+"""Every class of faults in every phase of a session, and what came of it: `python -m tests.hil.fault_matrix` prints it.
+
+Time is virtual, so the table is the same on every machine.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cache
+
+import numpy as np
+
+from fmus.errors import MisfitError
+from hil.bus.gate import TORQUES
+from hil.codecs.barrett.torques import unpack_torques
+from hil.robots import proficio
+from hil.safety.cycle import Reaction
+from hil.session.loop import Loop, Wishes
+from hil.session.pilot import Decision, Pilot
+from hil.session.start_up import Robot, start_up
+from tests.hil.bench import SETTINGS, Beats, Bench
+from tests.hil.fault_classes import CLASSES, FaultClass, Trouble
+
+PHASES = ("scan", "wake", "zero", "arm", "run", "stop")
+CYCLES, FAULT_AT, WAIT = 400, 150, 120
+# The arm is armed and let down in a tenth of a second, so that a session is short.
+QUICK = replace(SETTINGS, limits=replace(SETTINGS.limits, ramp_s=0.1))
+
+
+@dataclass
+class Outcome:
+    """What a fault led to.
+
+    `reaction` is the worst one from the fault on, `cycles` how many it took to get there, `reason` what the user is
+    told; `error` is the message with which the session ended, if it did; `largest` is the largest share of a joint's limit
+    that was ever sent, `last` the torques of the last frame, `energised` whether any torque was sent before arming.
+    """
+
+    reaction: Reaction = Reaction.PASS
+    cycles: int = 0
+    reason: str = ""
+    error: str = ""
+    largest: float = 0.0
+    last: tuple[int, ...] = (0, 0, 0, 0)
+    energised: bool = False
+    lost: int = 0
+
+    def __str__(self) -> str:
+        """A cell of the table."""
+        if self.error:
+            return f"ends: {self.error}"
+        if self.reaction is Reaction.PASS:
+            return "goes on" + (f", {self.lost} answers missing" if self.lost else "")
+        after = "at once" if self.cycles <= 1 else f"after {self.cycles} cycles"
+        return f"{self.reaction.name.lower()} {after}: {self.reason}"
+
+
+@cache
+def outcome_of(fault: FaultClass, phase: str) -> Outcome:
+    """Run a session with the fault in that phase."""
+    bench, found = Bench(settings=QUICK), Outcome()
+    trouble = Trouble(bench)
+
+    def begin() -> None:
+        if not trouble.memory.get("begun"):
+            trouble.memory["begun"] = True
+            trouble.memory["cycling"] = phase in ("arm", "run", "stop")
+            fault.start(trouble)
+
+    try:
+        robot = _started(bench, phase, begin)
+        trouble.memory["cycling"] = True
+        found.energised = bool(bench.torque_frames())
+        bench.plant.angles = np.array([-0.3, 0.2, 1.5])
+        bench.robot.advance(bench.bus.time_ns)
+        pilot = Pilot(robot, bench.settings.limits, bench.settings.make_controller(), gravity=False)
+        _cycle(bench, pilot, phase, begin, found, trouble)
+        found.lost = pilot.missing_answers
+    except MisfitError as error:
+        found.error = str(error).removeprefix("virtual robot: ")
+    _torques(bench, found)
+    bench.wire.close()
+    return found
+
+
+def _started(bench: Bench, phase: str, begin: Callable[[], None]) -> Robot:
+    """Start up, with the fault before the scan, before the nodes wake, or before the arm is zeroed."""
+    if phase == "scan":
+        begin()
+
+    def sleep(seconds: float) -> None:
+        if phase == "wake":
+            begin()
+        bench.sleep(seconds)
+
+    def at_home() -> bool:
+        if phase == "zero":
+            begin()
+        return True
+
+    return start_up(bench.wire, bench.settings.side, sleep, at_home)
+
+
+def _cycle(bench: Bench, pilot: Pilot, phase: str, begin: Callable[[], None], found: Outcome, trouble: Trouble) -> None:
+    count, began, refused = 0, 0, pilot.refused
+
+    def wishes() -> Wishes:
+        nonlocal count, began
+        count += 1
+        over = count > CYCLES
+        if (phase == "arm" and count == 1) or (phase == "run" and count == FAULT_AT) or (phase == "stop" and over):
+            begin()
+        if trouble.memory.get("begun") and not began:
+            began = count
+        return Wishes(arm=not pilot.is_armed and count < WAIT, over=over)
+
+    def watch(start_ns: int, decision: Decision) -> None:
+        reaction = decision.outcome.reaction
+        nonlocal refused
+        found.energised |= not pilot.is_armed and any(decision.outcome.torques or ())
+        if pilot.cycle < WAIT:
+            refused = pilot.refused
+        bench.plant.outside = 0.1 * np.sin(1e-8 * start_ns * np.array([3.0, 4.0, 5.0]))  # somebody is there
+        stopped = pilot.stopped
+        if stopped is not None and stopped.rule in ("not_aborted", "not_ended"):
+            return
+        if began and pilot.is_armed and reaction > found.reaction:
+            found.reaction, found.cycles = reaction, pilot.cycle - began
+            trips = [trip for trip in decision.outcome.trips if trip.reaction == reaction]
+            found.reason = str(trips[0]) if trips else str(stopped)
+
+    Loop(bench.wire, pilot, Beats(bench), watch=watch).run(wishes)
+    if not pilot.is_armed:
+        found.error = f"not armed: {refused}"
+
+
+def _torques(bench: Bench, found: Outcome) -> None:
+    """What was on the bus."""
+    limits = np.array([joint.torque for joint in bench.settings.limits.joints])
+    for timed in bench.sent:
+        if timed.frame.identifier == TORQUES:
+            counts = unpack_torques(timed.frame.data)
+            torques = proficio.joint_torques(np.array(counts[:3]) / proficio.Controller().torque_units)
+            # A count of each motor is lost to rounding.
+            slack = np.abs(proficio.JOINT_TO_MOTOR).sum(axis=0) / proficio.Controller().torque_units
+            found.largest = max(found.largest, float(np.max((np.abs(torques) - slack) / limits)))
+            found.last = counts
+
+
+def table() -> str:
+    """The matrix in Markdown."""
+    lines = ["| fault | " + " | ".join(PHASES) + " |", "|---" * (len(PHASES) + 1) + "|"]
+    for fault in CLASSES:
+        cells = [str(outcome_of(fault, phase)).replace("|", "/") for phase in PHASES]
+        lines.append(f"| {fault.name} | " + " | ".join(cells) + " |")
+    return "\n".join(lines) + "\n"
+
+
+if __name__ == "__main__":
+    print(table(), end="")
