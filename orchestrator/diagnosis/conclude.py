@@ -9,12 +9,14 @@ from orchestrator.diagnosis.evidence import Refit
 from orchestrator.diagnosis.excitation import blind_sites
 from orchestrator.diagnosis.ranking import rank
 from orchestrator.diagnosis.referee import Referee, Refereed
-from orchestrator.diagnosis.result import Diagnosis, HeldOut
+from orchestrator.diagnosis.result import Diagnosis, HeldOut, Verdict
 from orchestrator.diagnosis.search import Searcher
 from orchestrator.diagnosis.verdict import Left, decide, reducible_removed
 
 # Below this chance, what a set leaves is no accident: with two tests of it, one right set in a hundred.
 CLEAR = 0.005
+# How often the truth was among the sets tried, by verdict, in the benchmark (docs/decisions/008-unknown.md).
+TRUST: dict[Verdict, float] = {"adequate": 1.0, "cannot_tell": 1.0, "named": 0.9, "ambiguous": 0.9, "unknown": 0.1}
 
 
 def conclude(
@@ -52,7 +54,7 @@ def conclude(
         verdict=verdict,
         effects=refereed.steps[-1].effects if named else (),
         confusable=confusable if named else (),
-        ranking=rank(trace, first, searcher.candidates),
+        ranking=rank(trace, first, searcher.candidates, best, refereed.refused, TRUST[verdict]),
         p_value=max(a.p_value for a in refereed.accepted) if refereed.accepted else first.p_value,
         noise_floor=nominal.noise_floor,
         held_out=HeldOut(

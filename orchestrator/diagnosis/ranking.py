@@ -7,6 +7,8 @@ import numpy as np
 
 from orchestrator.diagnosis.calibration import Stage
 from orchestrator.diagnosis.candidates import Candidate
+from orchestrator.diagnosis.confusion import DECISIVE
+from orchestrator.diagnosis.evidence import Refit
 from orchestrator.diagnosis.result import RankedSet
 from orchestrator.diagnosis.subsets import log_sets
 from orchestrator.diagnosis.trace import Trace
@@ -15,22 +17,38 @@ from orchestrator.diagnosis.trace import Trace
 UNFITTED = 10.0
 
 
-def rank(trace: Trace, nominal: Stage, candidates: Sequence[Candidate]) -> tuple[RankedSet, ...]:
+def rank(
+    trace: Trace,
+    nominal: Stage,
+    candidates: Sequence[Candidate],
+    best: Refit | None = None,
+    refused: Sequence[frozenset[str]] = (),
+    trust: float = 1.0,
+) -> tuple[RankedSet, ...]:
     """Rank all sets tried by extended BIC, with the misfit in units of the noise that the best of them leaves.
 
     `score` is the share of the reducible error (root mean square in the metric) that a set removes on the learning
     trials; `probability` is proportional to exp(-BIC/2), the nominal model being one of the choices. Candidates that were
     not refitted are taken to do what they do to first order, never better than the refitted ones. Variants of an effect
     at one site are one row: its score is that of the best, its probability their sum.
+
+    Args:
+        best: the set that held-out trials confirmed last. Larger sets that hold it were not worth their effects.
+        refused: effects of sets that held-out trials did not confirm. They and larger sets rank behind the best.
+        trust: probability that the truth is among the choices; the probabilities of all sum to it.
     """
     base = nominal.tangent.base
     nothing = trace.half_bic(base)
     scale = min(stage.colour.scale for stage in trace.stages)
     found: list[tuple[tuple[Candidate, ...], float, float]] = []
     least = base.cost
+    ahead = nothing if best is None else trace.half_bic(best)
     for r in trace.refitted:
         if r.is_present():
-            found.append((r.effects.candidates, r.cost, trace.half_bic(r)))
+            criterion = trace.half_bic(r)
+            if r.labels in refused or (best is not None and r.labels > best.labels):
+                criterion = max(criterion, ahead + float(np.log(DECISIVE)))
+            found.append((r.effects.candidates, r.cost, criterion))
             least = min(least, r.cost)
         else:
             pays = UNFITTED * r.size + log_sets(trace.choices, len(r.ids))
@@ -43,7 +61,7 @@ def rank(trace: Trace, nominal: Stage, candidates: Sequence[Candidate]) -> tuple
             found.append(((candidate,), rest, nothing - drop + UNFITTED + log_sets(trace.choices, 1)))
     half = np.array([nothing, *(criterion for _, _, criterion in found)])
     weights = np.exp(half.min() - half)
-    probabilities = (weights / weights.sum())[1:]
+    probabilities = trust * (weights / weights.sum())[1:]
     rows: dict[tuple[tuple[str, str], ...], RankedSet] = {}
     for i in map(int, np.argsort(half[1:], kind="stable")):
         chosen, cost, _ = found[i]

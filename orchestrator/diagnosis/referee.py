@@ -27,13 +27,14 @@ class Refereed:
     """The accepted path: the fits that held-out trials confirmed, and the comparison after each.
 
     `held_out` are the mean squares of the held-out errors in the metric, in which noise has 1, of the model without
-    effects and after each; `rows` the number of those errors.
+    effects and after each; `rows` the number of those errors. `refused` are the effects of sets not confirmed.
     """
 
     accepted: tuple[Accepted, ...]
     steps: tuple[Step, ...]
     held_out: tuple[float, ...]
     rows: int
+    refused: tuple[frozenset[str], ...] = ()
 
 
 class Referee:
@@ -65,7 +66,7 @@ class Referee:
         without effects.
         """
         steps, kept = [Step((), self.nominal)], list[Accepted]()
-        last, seen = base, [follow(base, self.held_out).fit]
+        last, seen, refused = base, [follow(base, self.held_out).fit], []
         for entry in path:
             found = entry.refit
             progress(f"checking {' + '.join(found.ids)} on held-out trials")
@@ -73,14 +74,16 @@ class Referee:
                 model = found.effects.fixed(found.values, version_name(self.source, len(found.ids)))
                 after, now = self._compared(found, model), follow(found, self.held_out).fit
             except MisfitError:
-                continue  # what cannot even be simulated on held-out trials explains nothing
+                refused.append(found.labels)  # what cannot even be simulated on held-out trials explains nothing
+                continue
             if not confirmed(last.fit, found.fit, seen[-1], now, scale):
+                refused.append(found.labels)
                 continue
             steps.append(Step(effects_of(found), after, adjusted_parameters(found)))
             kept.append(entry)
             seen.append(now)
             last = found
-        return Refereed(tuple(kept), tuple(steps), tuple(fit.cost for fit in seen), seen[0].rows)
+        return Refereed(tuple(kept), tuple(steps), tuple(fit.cost for fit in seen), seen[0].rows, tuple(refused))
 
     def odds(self, best: Refit, other: Refit, scale: float) -> float:
         """Logarithm of the odds that held-out trials give for the first of two sets."""

@@ -79,4 +79,4 @@ def test_ranking_has_each_effect_of_the_library_once_at_its_site_best_first(tmp_
     assert len(set(rows)) == len(rows)
     assert {name for (name, _), *more in rows if not more} == set(IDS)
     assert rows[0] == (("viscous_friction", found.effects[0].site),)
-    assert sum(entry.probability for entry in found.ranking) == pytest.approx(1.0, abs=1e-6)
+    assert 0.5 < found.ranking[0].probability <= sum(entry.probability for entry in found.ranking) <= 1.0
