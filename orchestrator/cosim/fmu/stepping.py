@@ -20,7 +20,7 @@ class SteppingFmu(Component):
     ) -> None:
         self.instance = instantiate(name, description, interface, early_return)
         self.ports, self.feedthrough = description.ports, description.feedthrough
-        self.variable_step, self.own_step = interface.variable_step, interface.fixed_step
+        self.variable_step = interface.variable_step
         self.can_save, self.can_differentiate = interface.can_save, interface.can_differentiate
         self.interpolates_inputs = interface.interpolates_inputs
         self._values = Values(self.instance)
