@@ -18,6 +18,8 @@ from orchestrator.models.symbolic import SymbolicModel
 
 # A shape parameter without a grid of its own (a Stribeck speed, say) is tried at these multiples of its first value.
 SHAPES = (0.3, 1.0, 3.0)
+# Standard deviation of how much of its second difference is added to an input; a hold for half a sample is a quarter.
+BETWEEN_STD = 0.25
 # Columns of a block that are combinations of the others to this accuracy do not count.
 RANK = 1e-6
 
@@ -83,6 +85,10 @@ class Tangent:
             for each in (base.records, records)
         )
         self.data_rows = base.fit.rows
+        between = self._between_samples()
+        jacobian = block_diag(jacobian, np.eye(between.shape[1]) / BETWEEN_STD)
+        jacobian[: self.data_rows, jacobian.shape[1] - between.shape[1] :] = between
+        residual = np.r_[residual, np.zeros(between.shape[1])]
         self.prior_rows = len(residual) - self.data_rows
         self.basis = orthonormal(jacobian, 1e-9)
         tolerances = range(base.size, base.size + len(learning.nuisances.names))
@@ -93,9 +99,32 @@ class Tangent:
         """Take away what nuisances explain; rows as in `error`."""
         return columns - self.basis @ (self.basis.T @ columns)
 
+    def _between_samples(self) -> np.ndarray:
+        """What second differences of measured inputs, and of outputs, do to the outputs (m, k).
+
+        A hold, a straight line and a delay of part of a sample differ by them between samples, and so does a mean over a
+        sample. They matter because whatever smooths a noisy input, or what it moves, takes away some of its noise, as if
+        something were wrong with the model.
+        """
+        trials, response = self.learning.trials, self.response
+        measured = [] if trials[0].input_noise is None else [int(i) for i in np.flatnonzero(trials[0].input_noise)]
+        if not (measured and response.is_formula):
+            return np.zeros((self.data_rows, 0))
+        inputs = [
+            [response.to_input(k, i, _second_difference(t.quiet_inputs[:, [i]])) for k, t in enumerate(trials)]
+            for i in measured
+        ]
+        own = np.eye(len(self.base.model.signals))
+        outputs = [[_second_difference(y)[:, :, None] * each[:, None] for y in response.outputs] for each in own]
+        return np.column_stack([self._of_data(per_trial) for per_trial in (*inputs, *outputs)])
+
+    def _of_data(self, per_trial: Sequence[np.ndarray]) -> np.ndarray:
+        """Outputs (n, ny, k) of each trial as columns of the rows of data."""
+        return concatenate(self.learning.metrics, per_trial)
+
     def in_metric(self, per_trial: Sequence[np.ndarray]) -> np.ndarray:
         """Outputs (n, ny, k) of each trial as columns (m, k), before nuisances are taken away."""
-        data = concatenate(self.learning.metrics, per_trial)
+        data = self._of_data(per_trial)
         return np.concatenate([data, np.zeros((self.prior_rows, data.shape[1]))])
 
     def blocks(self, candidates: Sequence[Candidate], slots: Sequence[str], side_by_side: SideBySide) -> list[Block]:
@@ -256,6 +285,11 @@ def _forces(model: SymbolicModel, parameters: np.ndarray, trial: object, start: 
     run = compiled.run(trial.time, inputs, parameters, start[hidden], sensitivities=True)  # type: ignore[attr-defined]
     assert run.sensitivities is not None
     return np.concatenate([run.outputs[:, :, None], run.sensitivities[:, :, len(hidden) :]], axis=2)
+
+
+def _second_difference(series: np.ndarray) -> np.ndarray:
+    """Second differences along the first axis, none at the ends."""
+    return np.pad(np.diff(series, n=2, axis=0), ((1, 1), (0, 0)))
 
 
 def _beyond(columns: np.ndarray, basis: np.ndarray, starts: np.ndarray) -> np.ndarray:

@@ -127,7 +127,7 @@ def cutoff_frequency(series: np.ndarray, noise_std: float, step: float) -> float
 
     The spectrum (Welch, Hann window of 2 s) is compared with the noise's, 2 step std^2, or with the spectrum's own level
     above a quarter of the sampling rate if that is higher. The cutoff is where the signal falls below four times the
-    noise for good, at least 2 Hz and at most a quarter of the sampling rate.
+    noise for good, at least 2 Hz (or a fiftieth of the sampling rate, for slow plants) and at most a quarter of that rate.
     """
     window = min(len(series), max(512, round(2.0 / step)))
     frequency, power = signal.welch(series, 1 / step, nperseg=window, detrend="linear")
@@ -137,4 +137,4 @@ def cutoff_frequency(series: np.ndarray, noise_std: float, step: float) -> float
     # A single line far above the rest is not signal: take the last of a run of at least two neighbours.
     runs = above[1:][np.diff(above) == 1]
     highest = frequency[runs[-1]] if runs.size else highest
-    return float(np.clip(highest, 2.0, 0.25 / step))
+    return float(np.clip(highest, min(2.0, 0.02 / step), 0.25 / step))
