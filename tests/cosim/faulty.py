@@ -1,5 +1,6 @@
-"""FMUs that do something wrong, built from `fmus/faulty.c`: one for each fault."""
+"""FMUs that do something wrong, built from `fmus/faulty.c`: one for each fault; and what a process holds."""
 
+import os
 import subprocess
 import zipfile
 from functools import cache
@@ -74,3 +75,9 @@ def write_fmu(path: Path, files: dict[str, str | bytes]) -> Path:
 def faulty_fmu(folder: Path, fault: str) -> Path:
     """The FMU with a fault, as `FAULT.fmu` in a folder."""
     return write_fmu(folder / f"{fault}.fmu", {"modelDescription.xml": description(fault), BINARY: binary(fault)})
+
+
+def held() -> tuple[int, set[str]]:
+    """Number of open files and numbers of the child processes of this process."""
+    children = {pid for task in Path("/proc/self/task").iterdir() for pid in (task / "children").read_text().split()}
+    return len(os.listdir("/proc/self/fd")), children
