@@ -1,6 +1,7 @@
 """FMUs of both versions as components: values of every type, arrays, steps, refusals, and why one cannot be loaded."""
 
 import math
+import subprocess
 import zipfile
 from pathlib import Path
 
@@ -214,6 +215,21 @@ def _with_binary(path: Path, name: str, library: bytes) -> Path:
         new.writestr("modelDescription.xml", archive.read("modelDescription.xml"))
         new.writestr("binaries/linux64/mass.so", library)
     return changed
+
+
+def test_a_missing_library_that_a_binary_needs_is_named(tmp_path: Path) -> None:
+    library, binary = tmp_path / "libvendor.so", tmp_path / "mass.so"
+    source = tmp_path / "vendor.c"
+    source.write_text("int vendor(void) { return 1; }")
+    subprocess.run(["cc", "-shared", "-fPIC", "-o", str(library), str(source)], check=True)
+    source.write_text("int vendor(void); int fmi2GetVersion(void) { return vendor(); }")
+    command = ["cc", "-shared", "-fPIC", "-o", str(binary), str(source), f"-L{tmp_path}", "-lvendor"]
+    subprocess.run(command, check=True)
+    with pytest.raises(FmuError, match="mass.so needs the library libvendor.so, which is not installed; install it"):
+        opened(_with_binary(small_fmu("mass"), "missing", binary.read_bytes()))
+    subprocess.run(command[:-2], check=True)
+    with pytest.raises(FmuError, match="mass.so uses vendor, which no library provides"):
+        opened(_with_binary(small_fmu("mass"), "undefined", binary.read_bytes()))
 
 
 def test_scheduled_execution_is_refused_clearly() -> None:

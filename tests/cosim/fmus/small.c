@@ -150,9 +150,19 @@ static int set_text(Instance *instance, const unsigned *references, size_t n, co
     return 0;
 }
 
+/* For tests that count what was not freed. */
+int small_living;
+
+static void destroy(Instance *instance)
+{
+    small_living--;
+    free(instance);
+}
+
 static Instance *create(const char *resources)
 {
     Instance *instance = calloc(1, sizeof(Instance));
+    small_living++;
     reset(&instance->model);
     calculate(&instance->model);
     if (resources != NULL)

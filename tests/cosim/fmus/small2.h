@@ -16,7 +16,7 @@ C fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String token, fmi2String r
     return instance;
 }
 
-void fmi2FreeInstance(C c) { free(c); }
+void fmi2FreeInstance(C c) { destroy(c); }
 S fmi2SetupExperiment(C c, fmi2Boolean has_tolerance, fmi2Real tolerance, fmi2Real start, fmi2Boolean has_stop, fmi2Real stop)
 {
     ((Instance *)c)->model.time = start;
@@ -47,8 +47,10 @@ S fmi2SetString(C c, const VR vr[], size_t n, const fmi2String v[]) { return set
 
 S fmi2GetFMUstate(C c, fmi2FMUstate *state)
 {
-    if (*state == NULL)
+    if (*state == NULL) {
         *state = malloc(sizeof(Model));
+        small_living++;
+    }
     memcpy(*state, &((Instance *)c)->model, sizeof(Model));
     return fmi2OK;
 }
@@ -59,6 +61,7 @@ S fmi2SetFMUstate(C c, fmi2FMUstate state)
 }
 S fmi2FreeFMUstate(C c, fmi2FMUstate *state)
 {
+    small_living -= *state != NULL;
     free(*state);
     *state = NULL;
     return fmi2OK;

@@ -24,7 +24,7 @@ C fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi3String res
 {
     return instantiate(resources, e, logger);
 }
-void fmi3FreeInstance(C c) { free(c); }
+void fmi3FreeInstance(C c) { destroy(c); }
 S fmi3EnterInitializationMode(C c, fmi3Boolean has_tolerance, fmi3Float64 tolerance, fmi3Float64 start, fmi3Boolean has_stop, fmi3Float64 stop)
 {
     ((Instance *)c)->model.time = start;
@@ -86,8 +86,10 @@ S fmi3SetBinary(C c, const VR vr[], size_t n, const size_t sizes[], const fmi3Bi
 
 S fmi3GetFMUState(C c, fmi3FMUState *state)
 {
-    if (*state == NULL)
+    if (*state == NULL) {
         *state = malloc(sizeof(Model));
+        small_living++;
+    }
     memcpy(*state, &((Instance *)c)->model, sizeof(Model));
     return fmi3OK;
 }
@@ -98,6 +100,7 @@ S fmi3SetFMUState(C c, fmi3FMUState state)
 }
 S fmi3FreeFMUState(C c, fmi3FMUState *state)
 {
+    small_living -= *state != NULL;
     free(*state);
     *state = NULL;
     return fmi3OK;
