@@ -70,10 +70,17 @@ class Comparison:
             "signals": list(self.signals),
             "units": dict(self.units),
             "noise_floor": dict(self.noise_floor),
-            "trials": [asdict(trial) for trial in self.trials],
-            "learning": asdict(self.learning),
-            "held_out": None if self.held_out is None else asdict(self.held_out),
+            "trials": [asdict(trial) | self._times_floor(trial.rmse) for trial in self.trials],
+            "learning": asdict(self.learning) | self._times_floor(self.learning.rmse),
+            "held_out": None
+            if self.held_out is None
+            else asdict(self.held_out) | self._times_floor(self.held_out.rmse),
             "where": dict(self.where),
             "findings": list(self.findings),
             "notes": list(self.notes),
         }
+
+    def _times_floor(self, rmse: Mapping[str, float]) -> dict[str, Any]:
+        """Errors as multiples of the noise floor, by signal; none for a floor of 0."""
+        floor = self.noise_floor
+        return {"times_floor": {name: rmse[name] / floor[name] if floor[name] else None for name in rmse}}

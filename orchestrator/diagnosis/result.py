@@ -58,6 +58,19 @@ class RankedSet:
 
 
 @dataclass(frozen=True)
+class Odds:
+    """Odds of a named effect against another in its place, by learning and held-out trials."""
+
+    named: str
+    rival: str
+    odds: float
+
+    def __str__(self) -> str:
+        """The odds as a sentence."""
+        return f"{self.named} or {self.rival}: odds {self.odds:.3g} to 1"
+
+
+@dataclass(frozen=True)
 class Tried:
     """A set of effects that was tried, and what became of it in words."""
 
@@ -76,6 +89,15 @@ class Step:
     effects: tuple[NamedEffect, ...]
     comparison: Comparison
     adjusted: tuple[Adjusted, ...] = ()
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain values, without curves."""
+        errors = self.comparison.to_json()
+        return {
+            "effects": [asdict(effect) for effect in self.effects],
+            "adjusted": [asdict(entry) for entry in self.adjusted],
+            **{key: errors[key] for key in ("noise_floor", "learning", "held_out", "trials")},
+        }
 
 
 @dataclass(frozen=True)
@@ -123,6 +145,7 @@ class Diagnosis:
     tried: tuple[Tried, ...] = ()
     adjusted: tuple[Adjusted, ...] = ()
     clock_shift_s: float = 0.0
+    odds: tuple[Odds, ...] = ()
     identifiability: tuple[Doubt, ...] = ()
     excitation: tuple[Coverage, ...] = ()
     kin: tuple[Kin, ...] = ()
@@ -136,6 +159,7 @@ class Diagnosis:
             "verdict": self.verdict,
             "effects": [asdict(effect) for effect in self.effects],
             "confusable": [list(group) for group in self.confusable],
+            "odds": [asdict(entry) for entry in self.odds],
             "ranking": [asdict(entry) for entry in self.ranking],
             "p_value": self.p_value,
             "noise_floor": dict(self.noise_floor),
@@ -152,7 +176,8 @@ class Diagnosis:
             "next_experiment": self.next_experiment,
             "patched_model": self.patched_model,
             "seconds": self.seconds,
-            "where": {"force": [dict(row) for row in self.where]},
+            "steps": [step.to_json() for step in self.steps],
+            "where": {"force": [dict(row) for row in self.where], **self.steps[0].comparison.where},
             "findings": list(self.findings),
             "tried": [asdict(entry) for entry in self.tried],
             "curves": [curve for step in self.steps[-1:] for curve in _held_out_curves(self.steps[0], step)],

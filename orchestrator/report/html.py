@@ -13,9 +13,12 @@ from orchestrator.report.numbers import digits
 from orchestrator.report.page import (
     Page,
     Picture,
+    Section,
     effects_table,
+    excitation_table,
     experiment_rows,
     held_out_table,
+    kin_table,
     set_errors_table,
     trial_errors_table,
     tried_table,
@@ -35,14 +38,17 @@ def comparison_report(comparison: Comparison) -> str:
         title=f"Comparison of {comparison.model} with {_short(comparison.data)}",
         verdict=comparison_sentence(comparison),
         falling_error=None,
-        results=(set_errors_table(comparison), trial_errors_table(comparison)),
-        findings=comparison.findings,
-        where=where_tables(comparison.where, comparison.units, comparison.noise_floor),
-        pictures=(*_trial_pictures(comparison, {}), *_residual_pictures(comparison)),
-        next_experiment=(),
-        warnings=(),
-        notes=comparison.notes,
-        provenance=provenance(comparison.model, comparison.data),
+        sections=(
+            Section("Results", tables=(set_errors_table(comparison), trial_errors_table(comparison))),
+            Section(
+                "Where the model fails",
+                comparison.findings,
+                tables=where_tables(comparison.where, comparison.units, comparison.noise_floor),
+            ),
+            Section("Figures", pictures=(*_trial_pictures(comparison, {}), *_residual_pictures(comparison))),
+            Section("Notes", comparison.notes),
+            Section("Provenance", pairs=provenance(comparison.model, comparison.data)),
+        ),
     )
     return _render(page)
 
@@ -67,26 +73,43 @@ def _diagnosis_page(diagnosis: Diagnosis, entries: list[LedgerEntry]) -> Page:
         title=f"{'Discovery' if entries else 'Diagnosis'}: {diagnosis.model} on {_short(diagnosis.data)}",
         verdict=verdict_sentence(diagnosis),
         falling_error=_falling(versions),
-        results=(
-            *effects_table(effects),
-            *held_out_table(diagnosis.held_out, given.units),
-            *((versions_table(entries),) if entries else ()),
-            *tried_table(diagnosis.tried),
-            set_errors_table(final, f"Error (rms) of each set, {_subject(final is given)}"),
+        sections=(
+            Section(
+                "What is missing",
+                tables=(
+                    *effects_table(effects),
+                    *held_out_table(diagnosis.held_out, given.units),
+                    *((versions_table(entries),) if entries else ()),
+                ),
+            ),
+            Section("What the data leave open", diagnosis.warnings, warns=True),
+            Section("Next experiment", pairs=experiment_rows(diagnosis.next_experiment)),
+            Section(
+                "Where the model as given fails",
+                (*diagnosis.findings, *given.findings),
+                pictures=(*_latent(diagnosis), *_maps(diagnosis.where, "the missing force")),
+            ),
+            Section(
+                "Tried and rejected",
+                tables=(*tried_table(diagnosis.tried), *kin_table(diagnosis.kin)),
+                pictures=_ranking(diagnosis),
+            ),
+            Section(
+                "Before, after and the noise floor",
+                tables=(set_errors_table(final, f"Error (rms) of each set, {_subject(final is given)}"),),
+                pictures=tuple(_trial_pictures(given, changed)),
+            ),
+            Section("What the data excite", tables=excitation_table(diagnosis.excitation)),
+            Section(
+                "Errors of the model as given in detail",
+                tables=where_tables(given.where, given.units, given.noise_floor),
+                pictures=tuple(_residual_pictures(given)),
+            ),
+            Section("Notes", given.notes),
+            Section(
+                "Provenance", pairs=provenance(diagnosis.model, diagnosis.data) + seconds + ledger_provenance(entries)
+            ),
         ),
-        findings=(*diagnosis.findings, *given.findings),
-        where=where_tables(given.where, given.units, given.noise_floor),
-        pictures=(
-            *_ranking(diagnosis),
-            *_latent(diagnosis),
-            *_maps(diagnosis.where, "the missing force"),
-            *_trial_pictures(given, changed),
-            *_residual_pictures(given),
-        ),
-        next_experiment=experiment_rows(diagnosis.next_experiment),
-        warnings=diagnosis.warnings,
-        notes=given.notes,
-        provenance=provenance(diagnosis.model, diagnosis.data) + seconds + ledger_provenance(entries),
     )
 
 

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from orchestrator.compare.result import Comparison
+from orchestrator.diagnosis.coverage import Coverage
+from orchestrator.diagnosis.kinship import Kin
 from orchestrator.diagnosis.result import HeldOut, NamedEffect, RankedSet, Tried
 from orchestrator.ledger import LedgerEntry
 from orchestrator.report.numbers import digits, estimate_parts, percent, quantity
@@ -32,20 +34,30 @@ class Picture:
 
 
 @dataclass(frozen=True)
+class Section:
+    """A part of a report under its own heading: texts, pairs of words, tables, then pictures. `warns` marks its texts."""
+
+    heading: str
+    texts: tuple[str, ...] = ()
+    pairs: tuple[tuple[str, str], ...] = ()
+    tables: tuple[PageTable, ...] = ()
+    pictures: tuple[Picture, ...] = ()
+    warns: bool = False
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether there is nothing under the heading."""
+        return not (self.texts or self.pairs or self.tables or self.pictures)
+
+
+@dataclass(frozen=True)
 class Page:
-    """A report, in reading order; empty parts are left out."""
+    """A report, in reading order; empty sections are left out."""
 
     title: str
     verdict: str
     falling_error: Picture | None
-    results: tuple[PageTable, ...]
-    findings: tuple[str, ...]
-    where: tuple[PageTable, ...]
-    pictures: tuple[Picture, ...]
-    next_experiment: tuple[tuple[str, str], ...]
-    warnings: tuple[str, ...]
-    notes: tuple[str, ...]
-    provenance: tuple[tuple[str, str], ...]
+    sections: tuple[Section, ...]
 
 
 def effects_table(effects: Sequence[NamedEffect]) -> tuple[PageTable, ...]:
@@ -120,6 +132,32 @@ def tried_table(tried: Sequence[Tried]) -> tuple[PageTable, ...]:
     left = len(tried) - MAX_TRIED
     caption = "What was tried, best first" + (f"; {left} more are in the JSON result" if left > 0 else "")
     return (PageTable(caption, ("added to the model", "what became of it"), rows),) if rows else ()
+
+
+def kin_table(entries: Sequence[Kin]) -> tuple[PageTable, ...]:
+    """Return which effects act like the named ones in these data, the most alike first; nothing if none does."""
+    rows = tuple(
+        (_at(k.effect.card.id, k.effect.site), _at(k.other.card.id, k.other.site), digits(k.cosine), digits(k.odds))
+        for k in entries[:MAX_TRIED]
+    )
+    headings = ("named", "acts alike", "cosine between them", "odds for the named one, to 1")
+    return (PageTable("Effects that act like the named ones here, to first order", headings, rows),) if rows else ()
+
+
+def excitation_table(entries: Sequence[Coverage]) -> tuple[PageTable, ...]:
+    """Return what effects need in order to show and how much of it the data have, what is lacking first."""
+    ordered = sorted(entries, key=lambda entry: entry.is_enough)
+    rows = tuple(
+        (_at(e.effect, e.site), e.words, digits(e.found), "enough" if e.is_enough else "too little")
+        for e in ordered[:MAX_TRIED]
+    )
+    left = len(ordered) - MAX_TRIED
+    caption = "What effects need in order to show" + (f"; {left} more are in the JSON result" if left > 0 else "")
+    return (PageTable(caption, ("effect", "needs", "the data have", ""), rows),) if rows else ()
+
+
+def _at(effect: str, site: str) -> str:
+    return f"{effect.replace('_', ' ')} at {site}"
 
 
 def experiment_rows(experiment: Mapping[str, Any] | None) -> tuple[tuple[str, str], ...]:
