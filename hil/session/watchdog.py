@@ -42,17 +42,14 @@ def watch(heart: Heart, settings: Mapping[str, Any], limit_ns: int = LIMIT_NS) -
         while not heart.is_finished:
             last = heart.last_ns
             orphaned = os.getppid() != parent
-            if last and (orphaned or time.monotonic_ns() - last > limit_ns):
+            if last and not heart.tripped_ns and (orphaned or time.monotonic_ns() - last > limit_ns):
+                heart.trip(time.monotonic_ns())
                 for _ in range(REPEATS):
                     for frame in let_go():
                         wire.send_decided(frame)
-                    if not heart.tripped_ns:
-                        heart.trip(time.monotonic_ns())
                     time.sleep(POLL_S)
-            if orphaned:
+            if orphaned:  # nobody else is left to do it
                 heart.remove()
-                return
-            if heart.tripped_ns:
                 return
             wire.drain()
             time.sleep(POLL_S)
@@ -81,7 +78,7 @@ def watchdog(settings: Mapping[str, Any]) -> Iterator[Heart]:
         yield heart
     finally:
         heart.finish()
-        process.wait(timeout=10)
+        process.communicate(timeout=10)
         heart.remove()
 
 

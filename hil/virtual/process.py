@@ -27,4 +27,4 @@ def virtual_robot(side: Side = "right") -> Iterator[dict[str, object]]:
         yield {"interface": "socketcand", "host": "127.0.0.1", "port": int(line), "channel": "can0"}
     finally:
         process.terminate()
-        process.wait(timeout=10)
+        process.communicate(timeout=10)

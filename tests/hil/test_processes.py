@@ -1,0 +1,112 @@
+"""The processes of a session: what is left when one of them is stopped, killed or told to end."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from hil.bus.gate import TORQUE_IDENTIFIERS
+from hil.bus.wire import open_wire
+from hil.recording.records import Kind
+from hil.recording.replay import read_records
+from hil.session.session import replay_session
+from hil.session.start_up import start_up
+from hil.session.watchdog import watchdog
+from hil.virtual.process import virtual_robot
+
+PATIENCE_S = 60.0
+
+
+def hold(folder: Path, seconds: float) -> subprocess.Popen[str]:
+    code = "from hil.cli import hil; hil()"
+    arguments = ["hold", "--virtual", "--seconds", str(seconds), "--out", str(folder), "--json", "-", "--rate", "100"]
+    return subprocess.Popen(
+        [sys.executable, "-c", code, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+
+
+def cycles_in(folder: Path) -> int:
+    file = folder / "frames.bin"
+    written = file.exists() and file.stat().st_size > 16
+    return sum(record.kind is Kind.CYCLE for record in read_records(folder)) if written else 0
+
+
+def wait_for_cycles(folder: Path, count: int, process: subprocess.Popen[str]) -> None:
+    deadline = time.monotonic() + PATIENCE_S
+    while time.monotonic() < deadline:
+        if cycles_in(folder) >= count:
+            return
+        if process.poll() is not None:
+            pytest.fail(f"the session ended early: {process.stderr.read() if process.stderr else ''}")
+        time.sleep(0.1)
+    pytest.fail("the session did not begin to cycle")
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_polite_end_lets_the_arm_down_and_finishes_the_recording(tmp_path: Path, number: int) -> None:
+    folder = tmp_path / "session"
+    process = hold(folder, 600)
+    wait_for_cycles(folder, 100, process)
+    process.send_signal(number)
+    output, errors = process.communicate(timeout=PATIENCE_S)
+    assert process.returncode == 1, errors
+    assert "Traceback" not in errors
+    assert json.loads(output)["faults"] == ["not_aborted: stopped by the operator"]
+    assert replay_session(folder).first_different is None
+    assert (folder / "signals.parquet").exists()
+
+
+def test_after_kill_9_everything_up_to_then_is_on_disk_and_replays(tmp_path: Path) -> None:
+    folder = tmp_path / "session"
+    process = hold(folder, 600)
+    wait_for_cycles(folder, 100, process)
+    process.kill()
+    process.communicate()
+    deadline = time.monotonic() + PATIENCE_S
+    size = -1
+    while (now := (folder / "frames.bin").stat().st_size) != size and time.monotonic() < deadline:
+        size = now
+        time.sleep(0.3)
+    found = replay_session(folder)
+    assert found.cycles >= 100
+    assert found.first_different is None or found.first_different == found.cycles - 1  # the last one may be cut off
+
+
+def test_the_watchdog_lets_the_arm_go_when_the_loop_falls_silent() -> None:
+    with virtual_robot() as settings, watchdog(settings) as heart:
+        wire = open_wire(settings, TORQUE_IDENTIFIERS)
+        start_up(wire, "right", time.sleep, lambda: True)
+        wire.drain()
+        heart.beat(time.monotonic_ns())
+        deadline = time.monotonic() + PATIENCE_S
+        while not heart.tripped_ns and time.monotonic() < deadline:
+            time.sleep(0.01)
+        assert heart.tripped_ns - heart.last_ns >= 30_000_000
+        seen = set()
+        while time.monotonic() < deadline and len(seen) < 2:
+            timed = wire.receive(0.5)
+            if timed is not None and timed.frame.identifier in (0x401, 0x404):
+                seen.add(str(timed.frame))
+        assert seen == {"401#AA00000000000000", "404#880000000000"}
+        wire.close()
+
+
+def test_a_watchdog_without_a_bus_lets_no_session_begin() -> None:
+    from fmus.errors import ComponentError
+
+    nowhere = {"interface": "socketcand", "host": "127.0.0.1", "port": 1, "channel": "can0"}
+    with pytest.raises(ComponentError, match="the watchdog cannot reach the bus"), watchdog(nowhere):
+        pass
+
+
+def test_no_process_and_no_shared_memory_is_left_behind(tmp_path: Path) -> None:
+    before = set(os.listdir("/dev/shm")) if Path("/dev/shm").is_dir() else set()
+    process = hold(tmp_path / "session", 0.5)
+    process.communicate(timeout=PATIENCE_S)
+    after = set(os.listdir("/dev/shm")) if Path("/dev/shm").is_dir() else set()
+    assert {name for name in after - before if name.startswith("misfit-")} == set()
