@@ -9,7 +9,7 @@ from orchestrator.diagnosis.evidence import Refit
 from orchestrator.diagnosis.excitation import blind_sites
 from orchestrator.diagnosis.ranking import rank
 from orchestrator.diagnosis.referee import Referee, Refereed
-from orchestrator.diagnosis.result import Diagnosis, HeldOut, Verdict
+from orchestrator.diagnosis.result import Diagnosis, HeldOut, Odds, Verdict
 from orchestrator.diagnosis.search import Searcher
 from orchestrator.diagnosis.verdict import Left, decide, reducible_removed
 
@@ -45,6 +45,7 @@ def conclude(
     scale = stage.colour.scale
     like = () if best is None else rivals(best, trace.refitted, scale, _odds(referee, best, scale))
     blind, confusable = blind_sites(first, searcher.candidates), groups(like)
+    odds = tuple(Odds(r.replaced, r.by, r.odds) for r in like if r.by != r.replaced)
     verdict = decide(len(refereed.accepted), left, ambiguous=bool(confusable), blind=blind)
     named = verdict in ("named", "ambiguous")
     experiments = {c.card.id: c.card.experiment for c in searcher.candidates}
@@ -54,6 +55,7 @@ def conclude(
         verdict=verdict,
         effects=refereed.steps[-1].effects if named else (),
         confusable=confusable if named else (),
+        odds=odds if named else (),
         ranking=rank(trace, first, searcher.candidates, best, refereed.refused, TRUST[verdict]),
         p_value=max(a.p_value for a in refereed.accepted) if refereed.accepted else first.p_value,
         noise_floor=nominal.noise_floor,
@@ -63,7 +65,11 @@ def conclude(
             nominal.noise_floor,
             reducible_removed(before, after) if named else 0.0,
         ),
-        warnings=(*_on_the_search(impossible, blind), *_on_what_is_left(verdict, left, stage, best)),
+        warnings=(
+            *_on_the_search(impossible, blind),
+            *_on_what_is_left(verdict, left, stage, best),
+            *(map(str, odds) if named else ()),
+        ),
         next_experiment={"effects": list(confusable[0]), "do": experiments[confusable[0][0]]}
         if named and confusable
         else None,
