@@ -244,6 +244,8 @@ class Tangent:
 
     def _one_for_each_trial(self, per_trial: Sequence[np.ndarray]) -> np.ndarray:
         """Columns (m, trials * k) of unknowns that each trial has for itself, from outputs (n, ny, k) of each."""
+        if not per_trial[0].size:
+            return np.zeros((len(self.error), 0))
         data = block_diag(*(concatenate([m], [part]) for m, part in zip(self.learning.metrics, per_trial, strict=True)))
         data = np.where(np.all(np.abs(data) < STEEPEST, axis=0), data, 0.0)
         return np.concatenate([data, np.zeros((self.prior_rows, data.shape[1]))])
