@@ -10,7 +10,7 @@ export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
 export MKL_NUM_THREADS := 1
 
-.PHONY: demo setup test check bench bench-diagnosis lock clean
+.PHONY: demo setup test check bench bench-peers bench-diagnosis lock clean
 
 demo: setup
 	@echo "An arm with a hidden effect: which one is it?"
@@ -36,6 +36,12 @@ check: setup
 
 bench: setup
 	@$(BIN)/python tests/benchmarks/run.py
+	@$(BIN)/python tests/benchmarks/cosim/run.py
+
+# Tools for the comparison that ask for other versions of shared packages; `make bench` uses them when they are there.
+bench-peers:
+	@$(PYTHON) -m venv build/peers
+	@build/peers/bin/python -m pip install --quiet --disable-pip-version-check --no-input cofmupy ecospy tbb
 
 # SIZE=tiny, small (at most about 15 minutes on two cores), medium or full; a run that was stopped goes on where it was.
 SIZE ?= small
