@@ -69,7 +69,7 @@ def test_jacobi_forces_are_one_step_late() -> None:
 
 
 @pytest.mark.parametrize("version", [2, 3])
-@pytest.mark.parametrize("master", ["ordered", "gauss_seidel", "iterative"])
+@pytest.mark.parametrize("master", ["ordered", "jacobi", "gauss_seidel", "iterative"])
 def test_a_loop_of_two_halves_is_exactly_two(master: str, version: int) -> None:
     with Simulation(ring({}, {}, version=version, master=master)) as simulation:
         simulation.initialise()
@@ -81,6 +81,18 @@ def test_a_loop_of_gain_minus_three_is_a_quarter() -> None:
     with Simulation(ring({"a": -3.0, "b": 1.0}, {"a": 1.0, "b": 0.0})) as simulation:
         simulation.run(0.3)
         assert simulation.get("g0.y") == pytest.approx(0.25, rel=1e-15)
+
+
+@pytest.mark.parametrize("master", ["ordered", "jacobi", "gauss_seidel"])
+def test_a_loop_of_gain_minus_three_follows_its_input(master: str) -> None:
+    # y = -3 u + b with u = y: b / 4 at every point; going around once a step would run away.
+    parts = [spec("decay", "decay"), spec("one", "gain", a=-3.0), spec("two", "gain", a=1.0, b=0.0)]
+    what = system(parts, [("one.y", "two.u"), ("two.y", "one.u"), ("one.y", "decay.u")], step=0.1, master=master)
+    with Simulation(what) as simulation:
+        for k in range(30):
+            simulation.set("one.b", float(k))
+            simulation.step()
+            assert simulation.get("one.y") == pytest.approx(k / 4.0, rel=1e-13)
 
 
 def test_a_loop_of_gain_one_is_an_error_that_names_it() -> None:

@@ -43,6 +43,7 @@ class Interface:
     can_serialize: bool = False
     can_differentiate: bool = False
     variable_step: bool = True
+    fixed_step: float | None = None  # of the FMU's own solver, in s
     interpolates_inputs: bool = False
     has_event_mode: bool = False
     needs_completed_step: bool = False
@@ -237,6 +238,7 @@ def _interfaces(parsed: Any, differentiable: Mapping[str, bool]) -> Iterator[Int
             can_serialize=_flag(found.canSerializeFMUstate),
             can_differentiate=differentiable.get(kind, False),
             variable_step=not stepping or _flag(found.canHandleVariableCommunicationStepSize),
+            fixed_step=_number(found.fixedInternalStepSize) if stepping else None,
             interpolates_inputs=stepping and second and _flag(found.canInterpolateInputs),
             has_event_mode=stepping and _flag(found.hasEventMode),
             needs_completed_step=not stepping and _flag(found.needsCompletedIntegratorStep),

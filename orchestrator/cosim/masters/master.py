@@ -49,6 +49,8 @@ class Master(ABC):
     ) -> None:
         self.wiring, self.components, self.settings = wiring, tuple(components), settings
         self.check_options()
+        self.reads = tuple(part for part in order_of_reading if isinstance(part, Read))
+        self.loops = tuple(part for part in order_of_reading if isinstance(part, Loop))
         self.evaluation = Schedule(wiring).evaluation(order_of_reading)
         self.steps = tuple(self._step(name) for name in self.components)
 

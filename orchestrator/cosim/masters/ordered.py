@@ -7,9 +7,9 @@ from fmus.errors import MisfitError
 from orchestrator.cosim.graph import Loop, Read
 from orchestrator.cosim.masters.coupling import is_float
 from orchestrator.cosim.masters.master import MasterSettings, TableMaster
-from orchestrator.cosim.masters.operations import Get, Operation, Schedule, Shape, connected_inputs
+from orchestrator.cosim.masters.operations import Operation, Schedule, Shape, connected_inputs
 from orchestrator.cosim.masters.shaping import Shaper
-from orchestrator.cosim.wiring import OUTSIDE, Wiring
+from orchestrator.cosim.wiring import Wiring
 
 
 class Ordered(TableMaster):
@@ -49,7 +49,10 @@ class Ordered(TableMaster):
 
 
 class Jacobi(TableMaster):
-    """All outputs are read, then all inputs set, then all components step: one step late wherever inputs act at once."""
+    """All outputs are read, then all inputs set, then all components step: one step late wherever inputs act at once.
+
+    Only algebraic loops are solved, since going around them once a step need not lead anywhere.
+    """
 
     name = "jacobi"
 
@@ -57,15 +60,15 @@ class Jacobi(TableMaster):
     def operations(self) -> tuple[Operation, ...]:
         """Steps, reads, writes."""
         schedule = Schedule(self.wiring)
-        reads = [schedule.get(get.component, [s.port.name for s in get.slots]) for get in _reads(self)]
-        return (*self.steps, *reads, *schedule.rest())
+        reads = [schedule.get(read.component, read.outputs) for read in self.reads]
+        return (*self.steps, *reads, *schedule.rest(), *schedule.evaluation(self.loops))
 
 
 class GaussSeidel(TableMaster):
     """One component after the other steps with what those before it have already reached.
 
     Components step in the order in which their outputs are needed; one with a longer step of its own takes it when the
-    others have arrived at its end, one with a shorter step takes several.
+    others have arrived at its end, one with a shorter step takes several. Algebraic loops are solved when all have stepped.
     """
 
     name = "gauss_seidel"
@@ -87,8 +90,8 @@ class GaussSeidel(TableMaster):
         """For every component: write, step, read."""
         schedule = Schedule(self.wiring)
         reads: dict[str, list[str]] = {}
-        for get in _reads(self):
-            reads.setdefault(get.component, []).extend(slot.port.name for slot in get.slots)
+        for read in self.reads:
+            reads.setdefault(read.component, []).extend(read.outputs)
         # What the last component has written waits for the first one of the next step.
         for component, outputs in reads.items():
             schedule.get(component, outputs)
@@ -98,13 +101,4 @@ class GaussSeidel(TableMaster):
             found.append(step)
             if step.component in reads:
                 found.append(schedule.get(step.component, reads[step.component]))
-        return tuple(found)
-
-
-def _reads(master: TableMaster) -> list[Get]:
-    """All reads of the evaluation, those within loops included."""
-    found = []
-    for operation in master.evaluation:
-        inside = getattr(operation, "inside", (operation,))
-        found += [each for each in inside if isinstance(each, Get) and each.component != OUTSIDE]
-    return found
+        return (*found, *schedule.evaluation(self.loops)) if self.loops else tuple(found)
