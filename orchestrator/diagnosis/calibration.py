@@ -88,11 +88,9 @@ class Stage:
         left = self.tangent.error - basis @ (basis.T @ self.tangent.error)
         freedom = max(self.tangent.data_rows - basis.shape[1] - self.tangent.basis.shape[1], 1)
         level = float(np.sqrt(left @ left / freedom))
-        series = self._per_trial(left)
-        covariance = np.zeros(AR_ORDER + 1)
-        for part in series:
-            for lag in range(AR_ORDER + 1):
-                covariance[lag] += np.sum(part[lag:] * part[: len(part) - lag])
+        # A fit takes noise away where it is flexible, at low frequency most of all: that share of it is added again.
+        taken = np.column_stack([basis, self.tangent.basis]) * level
+        covariance = sum(_autocovariance(part) for column in (left, *taken.T) for part in self._per_trial(column))
         coefficients = np.zeros(AR_ORDER)
         if covariance[0] > 0:
             covariance[0] *= 1 + 1e-6
@@ -215,6 +213,11 @@ class Stage:
     def _bases(self) -> list[np.ndarray]:
         edges = np.r_[0, np.cumsum(self.library.sizes)]
         return [self.library.stacked[:, a:b] for a, b in zip(edges[:-1], edges[1:], strict=True)]
+
+
+def _autocovariance(series: np.ndarray) -> np.ndarray:
+    """Sums of products of samples (n, ny) that are 0, 1, ..., `AR_ORDER` apart."""
+    return np.array([np.sum(series[lag:] * series[: len(series) - lag]) for lag in range(AR_ORDER + 1)])
 
 
 def _highest(found: Sequence[BestSet]) -> float:
