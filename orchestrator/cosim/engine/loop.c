@@ -7,11 +7,9 @@
 
 #define WARNING 1
 
-typedef int Read2(void *, const uint32_t *, size_t, double *);
-typedef int Write2(void *, const uint32_t *, size_t, const double *);
+typedef int Values2(void *, const uint32_t *, size_t, void *);
+typedef int Values3(void *, const uint32_t *, size_t, void *, size_t);
 typedef int Step2(void *, double, double, int);
-typedef int Read3(void *, const uint32_t *, size_t, double *, size_t);
-typedef int Write3(void *, const uint32_t *, size_t, const double *, size_t);
 typedef int Step3(void *, double, double, bool, bool *, bool *, bool *, double *);
 
 /* Plain stores, in order, for whoever looks on from another process while the FMU runs. */
@@ -43,17 +41,69 @@ static LoopOutcome check(Loop *loop, const Operation *op)
     return LOOP_OUTSIDE;
 }
 
+#define UNPACK(type)                          \
+    for (int i = 0; i < op->n_values; i++)    \
+        op->values[i] = (double)((const type *)op->raw)[i]; \
+    break
+#define PACK(type)                            \
+    for (int i = 0; i < op->n_values; i++)    \
+        ((type *)op->raw)[i] = (type)op->values[i]; \
+    break
+
+static void unpack(const Operation *op)
+{
+    switch (op->type) {
+    case FLOAT32: UNPACK(float);
+    case INT8: UNPACK(int8_t);
+    case UINT8: UNPACK(uint8_t);
+    case INT16: UNPACK(int16_t);
+    case UINT16: UNPACK(uint16_t);
+    case INT32: UNPACK(int32_t);
+    case UINT32: UNPACK(uint32_t);
+    case INT64: UNPACK(int64_t);
+    case BOOLEAN: UNPACK(bool);
+    }
+}
+
+static void pack(const Operation *op)
+{
+    switch (op->type) {
+    case FLOAT32: PACK(float);
+    case INT8: PACK(int8_t);
+    case UINT8: PACK(uint8_t);
+    case INT16: PACK(int16_t);
+    case UINT16: PACK(uint16_t);
+    case INT32: PACK(int32_t);
+    case UINT32: PACK(uint32_t);
+    case INT64: PACK(int64_t);
+    case BOOLEAN: PACK(bool);
+    }
+}
+
+static LoopOutcome call(Loop *loop, const Operation *op, const Part *part)
+{
+    size_t n = (size_t)op->n_references;
+    loop->status = part->version == 2
+                       ? ((Values2 *)op->function)(part->instance, op->references, n, op->raw)
+                       : ((Values3 *)op->function)(part->instance, op->references, n, op->raw, (size_t)op->n_values);
+    return loop->status > WARNING ? LOOP_REFUSED : LOOP_DONE;
+}
+
+static void store(Loop *loop, const Operation *op)
+{
+    for (int i = 0; i < op->n_values; i++)
+        loop->signals[op->places[i]] = op->values[i];
+}
+
 static LoopOutcome read(Loop *loop, const Operation *op, const Part *part, double time)
 {
     enter(loop->progress, part->number, CALL_GET, time);
-    size_t n = (size_t)op->n_references;
-    loop->status = part->version == 2
-                       ? ((Read2 *)part->get)(part->instance, op->references, n, op->values)
-                       : ((Read3 *)part->get)(part->instance, op->references, n, op->values, (size_t)op->n_values);
-    if (loop->status > WARNING)
-        return LOOP_REFUSED;
-    for (int i = 0; i < op->n_values; i++)
-        loop->signals[op->places[i]] = op->values[i];
+    LoopOutcome outcome = call(loop, op, part);
+    if (outcome != LOOP_DONE)
+        return outcome;
+    if (op->type != FLOAT64)
+        unpack(op);
+    store(loop, op);
     return check(loop, op);
 }
 
@@ -69,29 +119,26 @@ static LoopOutcome write(Loop *loop, const Operation *op, const Part *part, doub
             int plain = op->factors[i] == 1.0 && op->offsets[i] == 0.0;
             op->values[i] = plain ? value : op->factors[i] * value + op->offsets[i];
         }
-    for (int i = 0; i < op->n_values; i++)
-        loop->signals[op->places[i]] = op->values[i];
+    store(loop, op);
     LoopOutcome outcome = check(loop, op);
     if (outcome != LOOP_DONE)
         return outcome;
+    if (op->type != FLOAT64)
+        pack(op);
     enter(loop->progress, part->number, CALL_SET, time);
-    size_t n = (size_t)op->n_references;
-    loop->status = part->version == 2
-                       ? ((Write2 *)part->set)(part->instance, op->references, n, op->values)
-                       : ((Write3 *)part->set)(part->instance, op->references, n, op->values, (size_t)op->n_values);
-    return loop->status > WARNING ? LOOP_REFUSED : LOOP_DONE;
+    return call(loop, op, part);
 }
 
-static LoopOutcome step_once(Loop *loop, const Part *part, double time, double size)
+static LoopOutcome step_once(Loop *loop, const Operation *op, const Part *part, double time, double size)
 {
     enter(loop->progress, part->number, CALL_STEP, time);
     if (part->version == 2) {
-        loop->status = ((Step2 *)part->step)(part->instance, time, size, 1);
+        loop->status = ((Step2 *)op->function)(part->instance, time, size, 1);
         return loop->status > WARNING ? LOOP_REFUSED : LOOP_DONE;
     }
     bool event = false, terminate = false, early = false;
     double last = time + size;
-    loop->status = ((Step3 *)part->step)(part->instance, time, size, true, &event, &terminate, &early, &last);
+    loop->status = ((Step3 *)op->function)(part->instance, time, size, true, &event, &terminate, &early, &last);
     if (loop->status > WARNING)
         return LOOP_REFUSED;
     loop->terminated = terminate;
@@ -107,7 +154,7 @@ static LoopOutcome step(Loop *loop, const Operation *op, const Part *part)
     double first = loop->start + (double)(loop->k + 1 - op->every) * loop->size;
     double size = (double)op->every * loop->size / op->pieces;
     for (; loop->piece < op->pieces; loop->piece++) {
-        LoopOutcome outcome = step_once(loop, part, first + loop->piece * size, size);
+        LoopOutcome outcome = step_once(loop, op, part, first + loop->piece * size, size);
         if (outcome != LOOP_DONE)
             return outcome;
     }

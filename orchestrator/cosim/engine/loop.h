@@ -17,22 +17,24 @@ enum { CALL_NOTHING = 0, CALL_SET = 5, CALL_GET = 6, CALL_STEP = 7 };
 
 typedef struct {
     void *instance;
-    void *get, *set, *step; /* functions for 64-bit numbers, and the step */
     int32_t version, number; /* of FMI; of the component in its system */
 } Part;
 
 enum { GET, SET, STEP };
+enum { FLOAT64, FLOAT32, INT8, UINT8, INT16, UINT16, INT32, UINT32, INT64, BOOLEAN };
 
 typedef struct {
-    int32_t kind, part;
-    int32_t n_references, n_values;
+    int32_t kind, part, type;
+    int32_t n_references, n_values, unused;
+    void *function;
     const uint32_t *references;
-    double *values; /* outputs that are read, or inputs that are written */
-    const int32_t *places; /* of the values among the signals */
-    const int32_t *sources; /* SET: for each value the signal that it takes */
+    void *raw;                       /* in the type that the FMU uses; the same as `values` for FLOAT64 */
+    double *values;                  /* outputs that are read, or inputs that are written */
+    const int32_t *places;           /* of the values among the signals */
+    const int32_t *sources;          /* SET: for each value the signal that it takes */
     const double *factors, *offsets; /* SET: conversions; NULL without any */
-    const double *lower, *upper; /* NULL without declared ranges */
-    int32_t every, pieces; /* STEP: once in so many steps, in so many pieces */
+    const double *lower, *upper;     /* NULL without declared ranges */
+    int32_t every, pieces;           /* STEP: once in so many steps, in so many pieces */
 } Operation;
 
 typedef enum {

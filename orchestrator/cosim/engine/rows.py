@@ -1,35 +1,62 @@
 """Operations as the rows that C goes through."""
 
 import ctypes
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from orchestrator.cosim.fmu.description import CO_SIMULATION
 from orchestrator.cosim.fmu.instance import Instance
 from orchestrator.cosim.masters.checks import limits
 from orchestrator.cosim.masters.operations import Get, Operation, Set, Step
+from orchestrator.cosim.wiring import Link, Slot
 
 _GET, _SET, _STEP = range(3)
+# Numbers of the types in loop.c, and their bytes. 64-bit integers need not fit into the doubles that values travel in.
+_TYPES = {"Float64": (0, 8), "Float32": (1, 4), "Int8": (2, 1), "UInt8": (3, 1), "Int16": (4, 2), "UInt16": (5, 2)}
+_TYPES |= {"Int32": (6, 4), "UInt32": (7, 4), "Enumeration": (8, 8), "Boolean": (9, 1)}
+_TYPES2 = {"Float64": (0, 8), "Int32": (6, 4), "Enumeration": (6, 4), "Boolean": (6, 4)}
 Pointer = ctypes.c_void_p
 
 
+def can_carry(slot: Slot) -> bool:
+    """Whether C can read or write a port."""
+    return slot.port.type in _TYPES
+
+
+def can_copy(link: Link) -> bool:
+    """Whether C can copy along a link: real numbers with any factor, others as they are."""
+    types = link.source.port.type, link.target.port.type
+    as_it_is = (link.transfer.factor, link.transfer.offset) == (1.0, 0.0) and types[0] == types[1]
+    return link.is_linear and (types == ("Float64", "Float64") or as_it_is)
+
+
 class Part(ctypes.Structure):
-    _fields_ = [
-        *((name, Pointer) for name in ("instance", "get", "set", "step")),
-        *((name, ctypes.c_int32) for name in ("version", "number")),
-    ]
+    """Mirror of `Part` in loop.h."""
+
+    _fields_ = [("instance", Pointer), ("version", ctypes.c_int32), ("number", ctypes.c_int32)]
 
 
 class Row(ctypes.Structure):
+    """Mirror of `Operation` in loop.h."""
+
     _fields_ = [
-        *((name, ctypes.c_int32) for name in ("kind", "part", "n_references", "n_values")),
-        *((name, Pointer) for name in ("references", "values", "places", "sources", "factors", "offsets")),
-        *((name, Pointer) for name in ("lower", "upper")),
+        *((name, ctypes.c_int32) for name in ("kind", "part", "type", "n_references", "n_values", "unused")),
+        *((name, Pointer) for name in ("function", "references", "raw", "values", "places")),
+        *((name, Pointer) for name in ("sources", "factors", "offsets", "lower", "upper")),
         *((name, ctypes.c_int32) for name in ("every", "pieces")),
     ]
+
+
+@dataclass(frozen=True)
+class Entry:
+    """What a row stands for: an operation, or the part of it that has variables of one type."""
+
+    operation: Get | Set | Step
+    slots: tuple[Slot, ...]
+    values: NDArray[np.float64]
 
 
 class Rows:
@@ -46,13 +73,13 @@ class Rows:
         operations: Sequence[Operation],
         ranges: bool = True,
     ) -> None:
-        self._ranges = ranges
+        self._ranges, self._instances = ranges, instances
         self._kept: list[Any] = []
-        self.buffers: list[NDArray[np.float64]] = []
-        self.instances, self.operations = instances, tuple(operations)
         self._place = {name: k for k, name in enumerate(instances)}
-        self.parts = (Part * len(instances))(*(self._part(each, numbers[name]) for name, each in instances.items()))
-        self.rows = (Row * len(self.operations))(*(self._row(each) for each in self.operations))
+        versions = ((name, each.component.value, each.description.version) for name, each in instances.items())
+        self.parts = (Part * len(instances))(*(Part(at, version, numbers[name]) for name, at, version in versions))
+        self.entries = [entry for operation in operations for entry in _entries(operation)]
+        self.rows = (Row * len(self.entries))(*(self._row(entry) for entry in self.entries))
 
     def keep(self, values: Any, kind: Any) -> int:
         """Address of an array with these values."""
@@ -60,33 +87,29 @@ class Rows:
         self._kept.append(array)
         return int(array.ctypes.data)
 
-    def _part(self, instance: Instance, number: int) -> Part:
-        kind = "Real" if instance.description.version == 2 else "Float64"
-        step = instance.address("DoStep") if instance.interface.kind == CO_SIMULATION else None
-        functions = (instance.address(f"Get{kind}"), instance.address(f"Set{kind}"), step)
-        return Part(instance.component.value, *functions, instance.description.version, number)
-
-    def _row(self, operation: Operation) -> Row:
-        assert isinstance(operation, Get | Set | Step)
-        part = self._place[operation.component]
+    def _row(self, entry: Entry) -> Row:
+        operation = entry.operation
+        part, instance = self._place[operation.component], self._instances[operation.component]
         if isinstance(operation, Step):
-            self.buffers.append(np.zeros(0))
-            return Row(kind=_STEP, part=part, every=operation.every, pieces=operation.pieces)
-        references = [
-            list(self.instances.values())[part].description.by_name[slot.port.name][1] for slot in operation.slots
-        ]
-        places = [place for slot in operation.slots for place in range(slot.first, slot.first + slot.port.size)]
-        ranges = np.array([limits(slot) for slot in operation.slots for _ in range(slot.port.size)])
+            function = instance.address("DoStep")
+            return Row(kind=_STEP, part=part, function=function, every=operation.every, pieces=operation.pieces)
+        kind = entry.slots[0].port.type
+        number, size = (_TYPES2 if instance.description.version == 2 else _TYPES)[kind]
+        references = [instance.description.by_name[slot.port.name][1] for slot in entry.slots]
+        places = _places(entry.slots)
+        ranges = np.array([limits(slot) or (-np.inf, np.inf) for slot in entry.slots for _ in range(slot.port.size)])
         bounded = self._ranges and bool(np.isfinite(ranges).any())
-        buffer = np.zeros(len(places))
-        self.buffers.append(buffer)
+        verb = "Get" if isinstance(operation, Get) else "Set"
         row = Row(
             kind=_GET if isinstance(operation, Get) else _SET,
             part=part,
+            type=number,
             n_references=len(references),
             n_values=len(places),
+            function=instance.address(verb + instance.kinds[kind][0]),
             references=self.keep(references, np.uint32),
-            values=buffer.ctypes.data,
+            raw=self.keep(np.zeros(size * len(places)), np.uint8) if number else entry.values.ctypes.data,
+            values=entry.values.ctypes.data,
             places=self.keep(places, np.int32),
             lower=self.keep(ranges[:, 0], np.float64) if bounded else None,
             upper=self.keep(ranges[:, 1], np.float64) if bounded else None,
@@ -100,8 +123,26 @@ class Rows:
         origin = {place: (place, 1.0, 0.0) for place in places}
         for link in operation.links:
             for source, target in zip(link.sources, link.targets, strict=True):
-                origin[target] = (source, link.transfer.factor, link.transfer.offset)
-        sources, factors, offsets = zip(*(origin[place] for place in places), strict=True)
+                if target in origin:
+                    origin[target] = (source, link.transfer.factor, link.transfer.offset)
+        sources, factors, offsets = zip(*origin.values(), strict=True)
         row.sources = self.keep(sources, np.int32)
         if any(factor != 1.0 or offset != 0.0 for factor, offset in zip(factors, offsets, strict=True)):
             row.factors, row.offsets = self.keep(factors, np.float64), self.keep(offsets, np.float64)
+
+
+def _entries(operation: Operation) -> Iterator[Entry]:
+    """The calls that an operation takes: one for each type."""
+    assert isinstance(operation, Get | Set | Step)
+    if isinstance(operation, Step):
+        yield Entry(operation, (), np.zeros(0))
+        return
+    by_type: dict[str, list[Slot]] = {}
+    for slot in operation.slots:
+        by_type.setdefault(slot.port.type, []).append(slot)
+    for slots in by_type.values():
+        yield Entry(operation, tuple(slots), np.zeros(len(_places(slots))))
+
+
+def _places(slots: Sequence[Slot]) -> list[int]:
+    return [place for slot in slots for place in range(slot.first, slot.first + slot.port.size)]

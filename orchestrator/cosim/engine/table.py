@@ -1,7 +1,8 @@
 """The operations of a master as a table that the loop in C goes through."""
 
 import ctypes
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 from fmus.errors import ComponentError
 from orchestrator.cosim.component import StepEnd
 from orchestrator.cosim.engine.native import native_library
-from orchestrator.cosim.engine.rows import Pointer, Rows
+from orchestrator.cosim.engine.rows import Pointer, Rows, can_carry, can_copy
 from orchestrator.cosim.fmu.instance import DISCARD, Instance
 from orchestrator.cosim.fmu.stepping import SteppingFmu
 from orchestrator.cosim.masters.checks import outside
@@ -17,6 +18,8 @@ from orchestrator.cosim.masters.coupling import Coupling
 from orchestrator.cosim.masters.operations import Get, Operation, Set, Step
 from orchestrator.cosim.wiring import Slot
 
+# What C's doubles become in Python; integers without a mention.
+_PYTHON_TYPES: dict[str, Callable[[float], Any]] = {"Float64": float, "Float32": float, "Boolean": bool}
 DONE, FULL, STOPPED, REFUSED, OUTSIDE_RANGE, EARLY = range(6)
 
 
@@ -44,16 +47,14 @@ def why_not(coupling: Coupling, operations: Sequence[Operation], recorded: Seque
     for operation in operations:
         if not isinstance(operation, Get | Set | Step):
             return "there is an algebraic loop, or inputs are shaped"
-        if isinstance(operation, Step):
-            continue
-        others = [slot.address for slot in operation.slots if slot.port.type != "Float64"]
+        others = [slot.address for slot in getattr(operation, "slots", ()) if not can_carry(slot)]
         if others:
-            return f"{others[0]} is no Float64"
-        if isinstance(operation, Set) and not all(link.is_linear for link in operation.links):
-            return f"a connection to {operation.component} has a table or a range to check"
-    others = [slot.address for slot in recorded if slot.port.type != "Float64"]
+            return f"{others[0]} is of a type that only Python passes on"
+        if isinstance(operation, Set) and not all(can_copy(link) for link in operation.links):
+            return f"a connection to {operation.component} has a table, a range to check, or changes the type"
+    others = [slot.address for slot in recorded if not can_carry(slot)]
     if others:
-        return f"{others[0]} is no Float64"
+        return f"{others[0]} is of a type that only Python passes on"
     return "" if native_library() is not None else "there is no C compiler"
 
 
@@ -65,21 +66,21 @@ class Table:
         assert library is not None
         self._run = library.loop_run
         self._run.argtypes, self._run.restype = [ctypes.POINTER(LoopState)], ctypes.c_int
-        self.coupling, self.operations = coupling, tuple(operations)
+        self.coupling = coupling
         self.signals = np.zeros(len(coupling.values))
-        self._floats = [
-            k
+        self._carried = [
+            (k, _PYTHON_TYPES.get(slot.port.type, int))
             for slot in coupling.wiring.slots
-            if slot.port.type == "Float64"
+            if can_carry(slot)
             for k in range(slot.first, slot.first + slot.port.size)
         ]
         self._instances = [self._instance(name) for name in coupling.components]
         names = dict(zip(coupling.components, self._instances, strict=True))
-        self._rows_of = Rows(names, coupling.number, self.operations)
+        self._rows_of = Rows(names, coupling.number, operations)
         self.loop = LoopState(
             parts=ctypes.addressof(self._rows_of.parts),
             operations=ctypes.addressof(self._rows_of.rows),
-            n_operations=len(self.operations),
+            n_operations=len(self._rows_of.entries),
             signals=self.signals.ctypes.data,
             columns=self._rows_of.keep(places, np.int32),
             n_columns=len(places),
@@ -99,7 +100,7 @@ class Table:
             ComponentError: if an FMU refuses a call or a value does not fit; rows until then are in the buffer.
         """
         loop, coupling = self.loop, self.coupling
-        for place in self._floats:
+        for place, _ in self._carried:
             self.signals[place] = coupling.values[place] or 0.0
         loop.k, loop.k_end, loop.start, loop.size, loop.next, loop.piece = k, k_end, start, size, 0, 0
         going = True
@@ -118,8 +119,8 @@ class Table:
     def _take_back(self) -> None:
         loop, coupling = self.loop, self.coupling
         values = self.signals.tolist()
-        for place in self._floats:
-            coupling.values[place] = values[place]
+        for place, kind in self._carried:
+            coupling.values[place] = kind(values[place])
         coupling.time = coupling.last_good = loop.start + loop.k * loop.size
         for instance in self._instances:
             instance.time = coupling.time
@@ -127,21 +128,18 @@ class Table:
     def _handle(self, outcome: int) -> bool:
         """Deal with an operation that did not just succeed; whether the run goes on."""
         loop, coupling = self.loop, self.coupling
-        operation = self.operations[loop.failed]
-        assert isinstance(operation, Get | Set | Step)
+        entry = self._rows_of.entries[loop.failed]
+        operation = entry.operation
         instance = self._instances[coupling.number[operation.component]]
         time, last_good = coupling.progress.word.time, loop.start + loop.k * loop.size
         instance.time, coupling.last_good = time, last_good
         if not isinstance(operation, Step):
             if outcome == OUTSIDE_RANGE:
-                slot, element = [(slot, e) for slot in operation.slots for e in range(slot.port.size)][loop.index]
-                value = self._rows_of.buffers[loop.failed][loop.index]
-                raise outside(slot, element, float(value), time, last_good)
-            names = [slot.port.name for slot in operation.slots]
+                slot, element = [(slot, e) for slot in entry.slots for e in range(slot.port.size)][loop.index]
+                raise outside(slot, element, float(entry.values[loop.index]), time, last_good)
+            names = [slot.port.name for slot in entry.slots]
             verb = "Get" if isinstance(operation, Get) else "Set"
-            raise ComponentError(
-                instance.refused_values(verb, names, self._rows_of.buffers[loop.failed].tolist(), loop.status)
-            )
+            raise ComponentError(instance.refused_values(verb, names, entry.values.tolist(), loop.status))
         piece = operation.every * loop.size / operation.pieces
         if outcome == REFUSED:
             if loop.status != DISCARD:

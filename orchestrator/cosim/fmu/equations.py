@@ -72,7 +72,7 @@ class Equations:
         self._links = LoopState(
             parts=ctypes.addressof(self._rows.parts),
             operations=ctypes.addressof(self._rows.rows),
-            n_operations=len(operations),
+            n_operations=len(self._rows.entries),
             signals=self._signals.ctypes.data,
             progress=self._progress.address,
         )
@@ -232,7 +232,7 @@ class Equations:
         self._check(self._library.exchange_begin(ctypes.byref(self._group), Double(self.time)))
 
     def _pass_on(self) -> None:
-        if self._rows.operations:
+        if self._rows.entries:
             self._links.next = 0
             if self._library.loop_operations(ctypes.byref(self._links), Double(self.time)) != 0:
                 raise ComponentError(self._explain_links())
@@ -265,8 +265,7 @@ class Equations:
         return f"FMU '{name}' cannot be integrated on from t = {time:.9g} s: {why}; last good state is t = {self.time:.9g} s"
 
     def _explain_links(self) -> str:
-        operation = self._rows.operations[self._links.failed]
-        name = getattr(operation, "component", "")
+        name = self._rows.entries[self._links.failed].operation.component
         return f"FMU '{name}' has no finite inputs or outputs at t = {self.time:.9g} s; last good state is t = {self.time:.9g} s"
 
     def _state_name(self, position: int) -> tuple[str, str]:

@@ -113,10 +113,10 @@ class Instance(ABC):
         return self._words(f"refused {what} at t = {self.time:.9g} s: status {_status(status)}")
 
     def refused_values(self, verb: str, names: Sequence[str], values: Sequence[Any], status: int) -> str:
-        """The message for a read or write of 64-bit numbers that failed elsewhere, in C."""
+        """The message for a read or write of variables of one type that failed elsewhere, in C."""
         access = self.access(names)[0][0]
         of = named(access, values if verb == "Set" else None)
-        function = f"{self.prefix}{verb}{self.kinds['Float64'][0]}"
+        function = f"{self.prefix}{verb}{self.kinds[access.kind][0]}"
         return self.refused(f"{function} of {of}", status)
 
     def ended_early(self, status: int, time: float, size: float) -> StepEnd:
