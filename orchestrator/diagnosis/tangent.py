@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import groupby
 from typing import Protocol, TypeVar
 
@@ -186,14 +187,19 @@ class Tangent:
         for k, (trial, measured) in enumerate(zip(self.response.trials, self.learning.trials, strict=True)):
             forces = _forces(model, parameters, trial, model.record(measured, parameters).start)
             if difference:
-                plain, own = self.nominal, self._with_nuisances(self.nominal, np.zeros(0))
-                nothing = _forces(plain, own, trial, plain.record(measured, own).start)
-                forces = np.concatenate([forces[:, :, 1:], forces[:, :, :1] - nothing[:, :, :1]], axis=2)
+                forces = np.concatenate([forces[:, :, 1:], forces[:, :, :1] - self._without_effects[k]], axis=2)
             else:
                 forces = forces[:, :, 1:]
             per_trial.append(self.response.to_forces(k, -forces))
         columns = self.in_metric(per_trial)
         return columns, columns[:, :0]
+
+    @cached_property
+    def _without_effects(self) -> list[np.ndarray]:
+        """Correction residual (n, ny, 1) of the model as given along each trial."""
+        plain, own = self.nominal, self._with_nuisances(self.nominal, np.zeros(0))
+        pairs = zip(self.response.trials, self.learning.trials, strict=True)
+        return [_forces(plain, own, trial, plain.record(shown, own).start)[:, :, :1] for trial, shown in pairs]
 
     def _with_nuisances(self, model: SymbolicModel, values: np.ndarray) -> np.ndarray:
         """All parameters of a model with effect parameters `values` and the fitted nuisances."""
