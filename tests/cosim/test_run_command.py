@@ -191,3 +191,50 @@ def test_similar_names_need_the_users_word(misfit: Misfit, pair: Path, tmp_path:
     code, said, _ = misfit("run", pair, "--stop", "0.1", "--swap", f"spring={other}", "--mapping", names, "--json", "-")
     assert code == 0
     assert "spring.force2" in json.loads(said)["signals"]
+
+
+def test_a_paced_run_says_how_late_it_was(misfit: Misfit, pair: Path) -> None:
+    code, said, _ = misfit(
+        "run", pair, "--stop", "0.02", "--step", "1e-3", "--realtime", "1", "--json", "-", "--no-isolate"
+    )
+    assert code == 0
+    paced = json.loads(said)
+    assert paced["realtime"]["points"] == 20 and paced["realtime"]["factor"] == 1.0
+    assert paced["seconds"] >= 0.02  # the clock is never overtaken
+    code, _, said = misfit("run", pair, "--realtime", "0", "--no-isolate")
+    assert code == 2 and "--realtime 0: expected simulated seconds for each second" in said
+
+
+def test_a_sweep_is_counted_and_goes_on(misfit: Misfit, pair: Path, tmp_path: Path) -> None:
+    out = tmp_path / "study"
+    arguments = ("sweep", pair, "--out", out, "--set", "mass.m=linspace(1,2,3) kg", "--stop", "0.01", "--workers", "1")
+    code, said, _ = misfit(*arguments)
+    assert code == 0 and said.startswith("3 runs: 3 in ")
+    code, said, _ = misfit(*arguments, "--json", "-")
+    document = json.loads(said)
+    assert code == 0 and document["done_before"] == 3
+    assert [run["varied"] for run in document["runs"]] == [{"mass.m": f"{m} kg"} for m in (1.0, 1.5, 2.0)]
+
+
+def test_a_sweep_with_a_failed_run_exits_with_3(misfit: Misfit, pair: Path, tmp_path: Path) -> None:
+    code, said, _ = misfit(
+        "sweep", pair, "--out", tmp_path / "study", "--set", "mass.m=1,red", "--stop", "0.01", "--workers", "1"
+    )
+    assert code == 3 and "run 1 failed: mass.m" in said
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--set", "mass.m"], "--set mass.m: expected NAME=VALUES"),
+        (["--seeds", "many"], "--seeds many: expected a number of seeds"),
+        (["--set", "mass.m=linspace(1,2)"], "a range that cannot be read"),
+        (["--set", "mass.q=1,2"], "mass has no variable 'q'"),
+        (["--set", "mass.m=1,2", "--scheduler", "tcp://127.0.0.1:1"], "no Dask scheduler answers"),
+    ],
+)
+def test_wrong_usage_of_sweep_is_one_line(
+    misfit: Misfit, pair: Path, tmp_path: Path, arguments: list[str], words: str
+) -> None:
+    code, _, said = misfit("sweep", pair, "--out", tmp_path / "study", "--workers", "1", *arguments)
+    assert code == 2 and words in said and said.count("\n") == 1

@@ -111,6 +111,7 @@ def test_an_unusable_folder_or_value_is_refused(tmp_path: Path) -> None:
     for text, words in {
         "1,,2": "an empty place",
         "linspace(1,2,0)": "a count of 1",
+        "linspace(1,2)": "cannot be read",
         "logspace(-1,2,3)": "positive ends",
     }.items():
         with pytest.raises(MisfitError, match=words):
@@ -125,6 +126,10 @@ def test_a_wrong_value_fails_its_run_with_words(tmp_path: Path) -> None:
     assert "mass.m" in outcome.failed[0].failure
 
 
-def test_seeds_need_a_parameter_called_seed(tmp_path: Path) -> None:
-    outcome = Study(_pair(), cases_of({}, seeds=[1, 2]), HERE, tmp_path).run()
-    assert "no component of 'pair' has a parameter called seed" in outcome.failed[0].failure
+def test_what_does_not_fit_at_all_is_refused_before_anything_is_written(tmp_path: Path) -> None:
+    study = Study(_pair(), cases_of({}, seeds=[1, 2]), HERE, tmp_path / "study")
+    with pytest.raises(MisfitError, match="no component of 'pair' has a parameter called seed"):
+        study.run()
+    with pytest.raises(MisfitError, match="mass has no variable 'q'"):
+        replace(study, cases=cases_of({"mass.q": ["1", "2"]})).run()
+    assert not (tmp_path / "study").exists()

@@ -4,6 +4,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
+from pathlib import Path
 
 import numpy as np
 
@@ -58,8 +59,9 @@ def parse_values(text: str) -> list[str]:
     found = _RANGE.fullmatch(text.strip())
     if found is None:
         parts = [part.strip() for part in text.split(",")]
-        if "" in parts:
-            raise MisfitError(f"values {text!r}: an empty place; expected a,b,c or linspace(first,last,count)")
+        if "" in parts or "(" in text:
+            why = "an empty place" if "" in parts else "a range that cannot be read"
+            raise MisfitError(f"values {text!r}: {why}; expected a,b,c or linspace(first,last,count)")
         return parts
     kind, first, last, count, unit = found.groups()
     try:
@@ -127,8 +129,6 @@ def system_for(system: System, case: Case) -> System:
     Raises:
         MisfitError: if a value, component or FMU does not fit.
     """
-    from pathlib import Path
-
     from orchestrator.cosim.swap import swap
 
     for name, file in case.fmus.items():

@@ -22,7 +22,7 @@ from fmus.errors import MisfitError
 from fmus.files import write_atomically
 from orchestrator.cluster import connected
 from orchestrator.cosim.run import RunOptions
-from orchestrator.cosim.sweep.grid import Case
+from orchestrator.cosim.sweep.grid import Case, system_for
 from orchestrator.cosim.sweep.work import Done, run_here, run_there
 from orchestrator.cosim.system import System
 
@@ -62,6 +62,7 @@ class Study:
         Raises:
             MisfitError: if the folder holds something else, or cannot be written.
         """
+        self._check()
         self._open()
         before = {number: done for number, done in self._known().items() if not done.failure}
         missing = [case for case in self.cases if case.number not in before]
@@ -77,6 +78,14 @@ class Study:
         runs = tuple(found[case.number] for case in self.cases)
         self._index(runs)
         return StudyOutcome(runs, len(before))
+
+    def _check(self) -> None:
+        """Raise MisfitError where not even the first run fits, before anything is written."""
+        from orchestrator.cosim.connections import wire
+        from orchestrator.cosim.kinds import describe
+
+        first = system_for(self.system, self.cases[0])
+        wire(first, {name: describe(spec, first.folder) for name, spec in first.components.items()})
 
     @property
     def key(self) -> str:
@@ -154,8 +163,10 @@ class Study:
         import pyarrow.parquet as pq
 
         rows: list[dict[str, Any]] = []
+        numeric = {name for name in self.cases[0].numbers if all(name in case.numbers for case in self.cases)}
         for case, run in zip(self.cases, runs, strict=True):
-            row: dict[str, Any] = {"run": run.number, **case.words, **case.numbers}
+            row: dict[str, Any] = {"run": run.number, **case.words}
+            row |= {name: value for name, value in case.numbers.items() if name in numeric}
             row |= {"rows": run.rows, "end_s": run.end, "seconds": run.seconds, "failure": run.failure}
             for name, values in run.signals.items():
                 row |= {f"{name}.{what}": values[what] for what in ("last", "min", "max")}
