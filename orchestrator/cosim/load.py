@@ -1,10 +1,10 @@
 """Find the system that a SYSTEM argument names: TOML, SSP, one FMU, or a Modelica class that becomes one."""
 
-import hashlib
 import re
 from pathlib import Path
 
 from fmus.errors import MisfitError
+from orchestrator.cosim.built import built_fmu
 from orchestrator.cosim.system import ComponentSpec, RunSettings, System
 
 ENDINGS = (".toml", ".ssd", ".ssp", ".fmu")
@@ -23,7 +23,7 @@ def load_system(model: str | Path) -> System:
     if ending not in ENDINGS:
         if path.exists():
             raise MisfitError(f"{path}: ending {ending!r}; expected a system file ({', '.join(ENDINGS)})")
-        return _single(_built(str(model)))
+        return _single(built_fmu(str(model)))
     if not path.is_file():
         raise MisfitError(f"{path} does not exist; expected a system file ({', '.join(ENDINGS)})")
     if ending == ".toml":
@@ -35,19 +35,6 @@ def load_system(model: str | Path) -> System:
     from orchestrator.cosim.ssp import read_ssp
 
     return read_ssp(path)
-
-
-def _built(name: str) -> Path:
-    """FMU of a Modelica class, in a folder of the cache that belongs to its name and file."""
-    from fmus.build import Target, build_all
-    from fmus.catalogue import find_modelica_model
-    from fmus.files import cache_folder
-
-    model = find_modelica_model(name)
-    place = hashlib.sha256(f"{model.name}\0{model.file and model.file.resolve()}".encode()).hexdigest()[:16]
-    path = cache_folder("models") / place / f"{model.name.rsplit('.', 1)[-1]}.fmu"
-    build_all([Target(model, "2.0", path)], workers=1)
-    return path
 
 
 def _single(path: Path) -> System:

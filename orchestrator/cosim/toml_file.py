@@ -6,12 +6,15 @@ from pathlib import Path
 from typing import Any
 
 from fmus.errors import MisfitError
+from orchestrator.cosim.built import built_fmu
 from orchestrator.cosim.kinds import OPTIONS, kinds
 from orchestrator.cosim.system import ComponentSpec, Connection, RunSettings, System, Value, split_address
 from orchestrator.cosim.wording import nearest
 from orchestrator.measurements.toml_values import TomlTable, number
 from orchestrator.measurements.wording import shown
 
+# A component that is built from Modelica when the file is read, and an FMU from then on.
+MODELICA = "modelica"
 _SYSTEM = ("name", "components", "connections", "inputs", "outputs", "units", "run")
 _COMPONENT = ("kind", "source", "parameters", "units", "step", "isolate")
 _CONNECTION = ("from", "to", "factor", "offset", "mapping", "convert")
@@ -35,7 +38,7 @@ def read_toml(path: Path) -> System:
         raise MisfitError(f'{path}: no [components]; expected at least one, such as mass = "Mass.fmu"')
     return System(
         name=_text(table, "name") or path.stem,
-        components={name: _component(components, name) for name in components.values},
+        components={name: _component(components, name, path.parent) for name in components.values},
         connections=tuple(_connections(table)),
         inputs=_inputs(table.get_table("inputs")),
         outputs={name: _address(table.get_table("outputs"), name) for name in table.get_table("outputs").values},
@@ -82,7 +85,7 @@ def _own_units(system: System) -> bool:
     return any(value.si is not None for spec in system.components.values() for value in spec.values.values())
 
 
-def _component(components: TomlTable, name: str) -> ComponentSpec:
+def _component(components: TomlTable, name: str, folder: Path) -> ComponentSpec:
     if "." in name or not name:
         raise MisfitError(
             f"{components.where}: the component {shown(name)} has a dot or no name; a dot ends the name in addresses"
@@ -91,6 +94,8 @@ def _component(components: TomlTable, name: str) -> ComponentSpec:
         return ComponentSpec(name, source=components.values[name])
     table = components.get_table(name)
     kind, source, kind_keys = _kind(table)
+    if kind == MODELICA:
+        kind, source = "fmu", str(_built(table, source, folder))
     own = {key: value for key, value in table.values.items() if key not in (*_COMPONENT, *kind_keys)}
     if kind in OPTIONS:
         _known_keys(table, (*_COMPONENT, *kind_keys, *OPTIONS[kind]))
@@ -111,14 +116,24 @@ def _kind(table: TomlTable) -> tuple[str, str, tuple[str, ...]]:
     """Kind and source of a component: `fmu = "Mass.fmu"`, or `kind = "fmu"` with `source = "Mass.fmu"`."""
     if "kind" in table.values:
         kind = _text(table, "kind")
-        if kind not in kinds():
-            raise MisfitError(f"{table.where}: kind = {shown(kind)}; {nearest(kind, kinds())}")
+        if kind not in OPTIONS and kind not in (known := [MODELICA, *kinds()]):
+            raise MisfitError(f"{table.where}: kind = {shown(kind)}; {nearest(kind, known)}")
         return kind, _text(table, "source"), ()
-    named = [kind for kind in kinds() if kind in table.values]
+    # Kinds of other packages are looked for only where none of ours is named, since that takes a while.
+    named = [kind for kind in (MODELICA, *OPTIONS) if kind in table.values]
+    named = named or [kind for kind in kinds() if kind in table.values]
     if len(named) != 1:
         found = f"both {named[0]} and {named[1]}" if named else "no kind"
-        raise MisfitError(f'{table.where}: {found}; expected one of {", ".join(kinds())}, such as fmu = "Mass.fmu"')
+        every = ", ".join((MODELICA, *kinds()))
+        raise MisfitError(f'{table.where}: {found}; expected one of {every}, such as fmu = "Mass.fmu"')
     return named[0], _text(table, named[0]), (named[0],)
+
+
+def _built(table: TomlTable, model: str, folder: Path) -> Path:
+    try:
+        return built_fmu(model, folder)
+    except MisfitError as error:
+        raise type(error)(f"{table.where}: {error}") from error
 
 
 def _value(table: TomlTable, key: str) -> Value:

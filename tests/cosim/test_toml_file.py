@@ -136,6 +136,14 @@ def test_one_fmu_is_a_system_with_its_inputs_and_outputs():
     assert wire(system, {"mass": describe(system.components["mass"], system.folder)}).unconnected == ()
 
 
+def test_a_component_may_be_a_modelica_class(tmp_path):
+    system = load_system(written(tmp_path, '[components]\n[components.p]\nmodelica = "pendulum"\n'))
+    spec = system.components["p"]
+    assert (spec.kind, spec.options) == ("fmu", {}) and (system.folder / spec.source).is_file()
+    with pytest.raises(MisfitError, match=r"\[components\] \[p\]: there is no model 'pendulumm'"):
+        load_system(written(tmp_path, '[components.p]\nmodelica = "pendulumm"\n'))
+
+
 def test_a_built_in_model_is_a_system_of_one():
     system = load_system("pendulum")
     assert list(system.components) == ["pendulum"]
