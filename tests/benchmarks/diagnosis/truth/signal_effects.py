@@ -7,6 +7,9 @@ import numpy as np
 from tests.benchmarks.diagnosis.truth.context import Context, Sized
 from tests.benchmarks.diagnosis.truth.run import Injection, Series
 
+# Clocks of inputs and outputs may be a sample apart; a delay or lag that is no longer than that is no effect.
+_SEEN_SAMPLES = 1.5
+
 
 def stimulation_delay(context: Context) -> Sized:
     """The commands act later."""
@@ -24,9 +27,11 @@ def stimulation_delay(context: Context) -> Sized:
 
         return command
 
-    return lambda s: Injection(
-        "stimulation_delay", _path(context), {"T": 0.005 * slow * s}, command=later(0.005 * slow * s)
-    )
+    def sized(s: float) -> Injection:
+        delay = _SEEN_SAMPLES / machine.rate_hz + 0.005 * slow * s
+        return Injection("stimulation_delay", _path(context), {"T": delay}, command=later(delay))
+
+    return sized
 
 
 def saturation(context: Context) -> Sized:
@@ -93,9 +98,11 @@ def sensor_lag(context: Context) -> Sized:
 
         return reading
 
-    return lambda s: Injection(
-        "sensor_lag", site, {"tau": 0.002 * machine.slow * s}, sensor=late(0.002 * machine.slow * s)
-    )
+    def sized(s: float) -> Injection:
+        lag = _SEEN_SAMPLES / machine.rate_hz + 0.002 * machine.slow * s
+        return Injection("sensor_lag", site, {"tau": lag}, sensor=late(lag))
+
+    return sized
 
 
 def lagged(time: np.ndarray, signal: np.ndarray, rising: float, falling: float) -> np.ndarray:
