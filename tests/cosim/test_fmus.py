@@ -84,6 +84,15 @@ def test_a_ball_is_where_its_parabola_is_after_the_first_bounce(version: int) ->
     ball.terminate()
 
 
+def test_a_step_ends_early_at_an_event_only_where_that_is_asked_for() -> None:
+    fall = math.sqrt(2.0 / 9.81)
+    for early, reached in ((True, fall), (False, 0.5)):
+        ball = started(opened(small_fmu("ball", 3), interface="CoSimulation", early_return=early))
+        end = ball.step(0.0, 0.5)
+        assert (end.time, end.early) == (pytest.approx(reached, rel=1e-12), early)
+        ball.terminate()
+
+
 @pytest.mark.parametrize("version", [2, 3])
 def test_a_run_goes_on_alike_from_a_saved_state(version: int) -> None:
     ball = started(opened(small_fmu("ball", version), interface="CoSimulation"))

@@ -52,6 +52,18 @@ def test_the_adaptive_master_is_as_good_as_its_tolerance_asks() -> None:
     assert errors[1] / errors[2] == pytest.approx(math.sqrt(10.0), rel=0.3)
 
 
+def test_the_adaptive_master_meets_an_event_that_a_component_ends_its_step_at() -> None:
+    from orchestrator.cosim.results.recorder import MemoryRecorder
+
+    ball = spec("ball", "ball", 3)
+    ball = ComponentSpec("ball", source=ball.source, options={**ball.options, "early_return": True})
+    recorder = MemoryRecorder()
+    with Simulation(system([ball], [], step=0.1, master="adaptive", tolerance=1e-3)) as simulation:
+        simulation.run(1.0, recorder)
+    bounce = math.sqrt(2.0 / 9.81)
+    assert np.min(np.abs(recorder.result().time - bounce)) < 1e-7
+
+
 def test_ordered_evaluation_gives_the_known_value_of_the_benchmark() -> None:
     with Simulation(pair(step=1e-4)) as simulation:
         simulation.run(10.0)

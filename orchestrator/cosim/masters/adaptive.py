@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmus.errors import ComponentError
-from orchestrator.cosim.masters.coupling import Coupling, is_float
+from orchestrator.cosim.masters.coupling import Coupling, StepCut, is_float
 from orchestrator.cosim.masters.master import Master
-from orchestrator.cosim.masters.rollback import restore, save
+from orchestrator.cosim.masters.rollback import Point, restore, save
 
 _SAFETY, _SHRINK, _GROW = 0.9, 0.2, 4.0
 
@@ -17,7 +17,8 @@ class Adaptive(Master):
     """Dependency-ordered steps whose size follows the error: the difference between one step and two of half the size.
 
     The error of a step of this master is of order two, so twice the difference bounds that of the halves
-    (Hairer, Norsett, Wanner, Solving ODE I, II.4). The finer result is kept.
+    (Hairer, Norsett, Wanner, Solving ODE I, II.4). The finer result is kept. Where a component ends its step early, at an
+    event, the step is repeated up to there, so that all components meet at the event.
     """
 
     name = "adaptive"
@@ -34,17 +35,15 @@ class Adaptive(Master):
         wish = min(self._wish or self.settings.step, self.option("largest_step", np.inf))
         while True:
             step = min(wish, most)
-            if not self._step_once(coupling, time, step):
-                return False
-            coarse = self._outputs(coupling)
-            restore(coupling, beginning)
-            going = self._step_once(coupling, time, 0.5 * step) and self._step_once(
-                coupling, time + 0.5 * step, 0.5 * step
-            )
+            coupling.cut_at_events = step > smallest
+            try:
+                going, error = self._compare(coupling, beginning, step)
+            except StepCut as cut:
+                restore(coupling, beginning)
+                wish = max(cut.time - time, smallest)
+                continue
             if not going:
                 return False
-            coupling.time = coupling.last_good = time + step
-            error = self._error(coarse, self._outputs(coupling))
             factor = _GROW if error == 0.0 else min(_GROW, max(_SHRINK, _SAFETY * error**-0.5))
             if error <= 1.0:
                 # A step cut short by the end of the run says nothing about the next one.
@@ -57,6 +56,19 @@ class Adaptive(Master):
                     f"the error stays above the tolerance {self.settings.tolerance:g} at t = {time:.9g} s although the step "
                     f"has shrunk to {wish:.3g} s; loosen the tolerance, or look for a jump there"
                 )
+
+    def _compare(self, coupling: Coupling, beginning: Point, step: float) -> tuple[bool, float]:
+        """One step, then two of half the size, which stay: whether the run goes on, and the error in tolerances."""
+        time = beginning.time
+        if not self._step_once(coupling, time, step):
+            return False, 0.0
+        coarse = self._outputs(coupling)
+        restore(coupling, beginning)
+        middle = time + 0.5 * step
+        if not (self._step_once(coupling, time, 0.5 * step) and self._step_once(coupling, middle, 0.5 * step)):
+            return False, 0.0
+        coupling.time = coupling.last_good = time + step
+        return True, self._error(coarse, self._outputs(coupling))
 
     def _step_once(self, coupling: Coupling, time: float, size: float) -> bool:
         return coupling.carry_out((*self.steps, *self.evaluation), 0, time, size)

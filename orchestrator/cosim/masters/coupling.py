@@ -18,6 +18,14 @@ from orchestrator.cosim.wiring import OUTSIDE, Link, Slot, Wiring
 _MOST_PARTS = 10_000
 
 
+class StepCut(Exception):
+    """A component ended its step early, at an event at `time` s, and the master wants to go back and meet it there."""
+
+    def __init__(self, time: float) -> None:
+        super().__init__(time)
+        self.time = time
+
+
 class Coupling:
     """The values of a system, flat as the wiring numbers them, and the components that they belong to.
 
@@ -34,6 +42,7 @@ class Coupling:
         self.values: list[Any] = [0.0] * wiring.size
         self.time = self.last_good = 0.0
         self.ended: tuple[str, float] | None = None
+        self.cut_at_events = False
         self._names: dict[int, tuple[str, ...]] = {}
         self._limits: dict[int, list[tuple[int, float, float, Slot, int]]] = {}
         for slot in wiring.slots:
@@ -123,6 +132,8 @@ class Coupling:
                 return arrived
             if arrived or not end.early:
                 return True
+            if self.cut_at_events:
+                raise StepCut(end.time)
             before = end.time
             self.progress.enter(self.number[component], "step", before)
             end = self.components[component].step(before, left)

@@ -1,6 +1,7 @@
 /* A ball that falls from h = 1 m and bounces: h'' = -g, and at h = 0 its speed turns round, times e. It comes to rest. */
 struct Model {
     double time, h, v, g, e, v_min;
+    bool early;
 };
 static const Variable variables[] = {ONE(h), ONE(v), ONE(g), ONE(e), ONE(v_min)};
 
@@ -17,6 +18,9 @@ static void bounce(Model *model)
         model->g = 0.0;
     }
 }
+#define HAS_EARLY_RETURN
+static void allow_early_return(Model *model) { model->early = true; }
+
 /* In closed form from bounce to bounce. */
 static StepResult advance(Model *model, double end)
 {
@@ -30,6 +34,10 @@ static StepResult advance(Model *model, double end)
         if (fall > part || left < 0.0)
             return STEP_DONE;
         bounce(model);
+        if (model->early && left > 1e-9) {
+            model->time = end - left;
+            return STEP_EARLY;
+        }
     }
 }
 

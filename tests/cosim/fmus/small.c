@@ -33,7 +33,8 @@ typedef struct {
 #define MANY(member, n) {offsetof(Model, member), sizeof(((Model *)0)->member[0]), n, false}
 
 typedef struct Model Model;
-typedef enum { STEP_DONE, STEP_REFUSED, STEP_ENDS_RUN } StepResult;
+/* STEP_EARLY: the step ended at model->time, which only those do that are allowed to. */
+typedef enum { STEP_DONE, STEP_REFUSED, STEP_ENDS_RUN, STEP_EARLY } StepResult;
 static void reset(Model *model);
 static void begin(Model *model, const char *resources); /* at the end of initialisation */
 static void calculate(Model *model);                    /* outputs from inputs, states and time */
@@ -51,6 +52,9 @@ static void indicators(Model *model, double *value) { (void)model; (void)value; 
 #ifndef HAS_EVENTS
 /* Handles an event; gives the time of the next one. */
 static double event(Model *model, bool *states_changed, bool *ends_run) { (void)model; (void)states_changed; (void)ends_run; return INFINITY; }
+#endif
+#ifndef HAS_EARLY_RETURN
+static void allow_early_return(Model *model) { (void)model; }
 #endif
 #ifndef HAS_ARRAYS
 static size_t count_of(const Model *model, unsigned reference) { (void)model; (void)reference; return 1; }

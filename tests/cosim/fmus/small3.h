@@ -17,7 +17,10 @@ C fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3String reso
                               fmi3Boolean events, fmi3Boolean early, const VR required[], size_t n, fmi3InstanceEnvironment e,
                               fmi3LogMessageCallback logger, fmi3IntermediateUpdateCallback update)
 {
-    return instantiate(resources, e, logger);
+    Instance *instance = instantiate(resources, e, logger);
+    if (early)
+        allow_early_return(&instance->model);
+    return instance;
 }
 C fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible, fmi3Boolean logging,
                                fmi3InstanceEnvironment e, fmi3LogMessageCallback logger)
@@ -116,7 +119,8 @@ S fmi3DoStep(C c, fmi3Float64 time, fmi3Float64 size, fmi3Boolean forward, fmi3B
 {
     Instance *instance = c;
     StepResult result = advance(&instance->model, time + size);
-    *events = *early = false;
+    *events = false;
+    *early = result == STEP_EARLY;
     *terminate = result == STEP_ENDS_RUN;
     *last = instance->model.time;
     if (result == STEP_REFUSED) {
