@@ -1,5 +1,6 @@
 """`misfit run`."""
 
+import math
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -125,7 +126,7 @@ def moving_bar(system: "System", options: "RunOptions", quiet: bool) -> Iterator
     start, began, shown = system.run.start or 0.0, time.perf_counter(), [0.0]
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), TimeRemainingColumn())
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("preparing", total=stop - start)
+        task = bar.add_task("preparing", total=stop - start if math.isfinite(stop) else None)
 
         def watch(simulated: float) -> None:
             now = time.perf_counter()

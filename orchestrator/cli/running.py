@@ -16,7 +16,7 @@ def running_options(command: Callable[..., None]) -> Callable[..., None]:
     """Add what `run` and `sweep` have in common."""
     master = "ordered, jacobi, gauss_seidel, iterative or adaptive"
     options: tuple[Decorator, ...] = (
-        click.option("--stop", type=float, metavar="T", help="Simulated time at the end, in s."),
+        click.option("--stop", type=float, metavar="T", help="Simulated time at the end in s; inf: until Ctrl-C."),
         click.option("--step", type=float, metavar="H", help="Communication step in s."),
         click.option("--master", metavar="KIND", help=f"How components are coupled: {master}."),
         click.option("--tolerance", type=float, metavar="TOL", help="Relative tolerance for FMUs and masters."),

@@ -1,5 +1,6 @@
 """A run as a user asks for it: in a process of its own where that is wise, recorded, at the pace of the clock if wanted."""
 
+import math
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -16,12 +17,14 @@ from orchestrator.cosim.results.recorder import Recorder
 from orchestrator.cosim.simulation import Simulation
 from orchestrator.cosim.system import System
 
+# Thirty million years: what `--stop inf` means.
+ENDLESS_S = 1e15
 Watch = Callable[[float], None]
 
 
 @dataclass(frozen=True)
 class RunOptions:
-    """How to run: times in s, None for what the system says.
+    """How to run: times in s, None for what the system says; a `stop` of inf goes on until somebody stops it.
 
     `record` are patterns of columns, all outputs without any; `every` counts communication points to a row. `isolate` is
     None for the rule of `untrusted`; `realtime` is simulated time over clock time, None for as fast as possible.
@@ -40,8 +43,8 @@ class RunOptions:
     @property
     def simulation(self) -> dict[str, Any]:
         """Those that `Simulation` takes."""
-        names = ("stop", "step", "master", "tolerance", "record", "every")
-        return {name: getattr(self, name) for name in names}
+        names = ("step", "master", "tolerance", "record", "every")
+        return {"stop": None if self.stop == math.inf else self.stop, **{name: getattr(self, name) for name in names}}
 
 
 @dataclass(frozen=True)
@@ -141,6 +144,7 @@ def _run(
     start, lateness = simulation.time, None
     if not stop > start:
         raise MisfitError(f"the run would end at {stop:g} s, but begins at {start:g} s; give a later --stop")
+    stop = min(stop, ENDLESS_S)
     simulation.initialise()
     ready = time.perf_counter()
     if options.realtime is None:

@@ -158,6 +158,24 @@ def test_a_killed_run_leaves_its_rows(pair: Path, tmp_path: Path) -> None:
     assert result["mass.x"][0] == 1.0
 
 
+@pytest.mark.parametrize("isolate", ["--isolate", "--no-isolate"])
+def test_an_endless_run_ends_by_ctrl_c_with_a_whole_file(pair: Path, tmp_path: Path, isolate: str) -> None:
+    root, out = Path(__file__).parents[2], tmp_path / "run.parquet"
+    command = [sys.executable, "-m", "orchestrator.cli", "run", str(pair), "--stop", "inf", "--out", str(out), isolate]
+    process = subprocess.Popen(
+        command, cwd=root, env={**os.environ, "PYTHONPATH": str(root)}, stderr=subprocess.PIPE, text=True
+    )
+    journal = tmp_path / "run.parquet.unfinished"
+    while process.poll() is None and not (journal.exists() and journal.stat().st_size > 1_000_000):
+        pass
+    process.send_signal(signal.SIGINT)
+    assert process.communicate()[1].strip() == "misfit: interrupted"
+    assert process.returncode == 130
+    result = read_result(out)
+    assert len(result.time) > 10_000 and result.failure == "interrupted"
+    assert not journal.exists()
+
+
 def test_nothing_is_printed_when_quiet(misfit: Misfit, pair: Path) -> None:
     assert misfit("run", pair, "--stop", "0.01", "--quiet") == (0, "", "")
 
