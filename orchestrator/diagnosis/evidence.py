@@ -16,6 +16,8 @@ from orchestrator.models.symbolic import SymbolicModel
 
 # A fit ends when the misfit changes by less than this share: a hundredth of a unit for thousands of samples.
 TOLERANCE = 1e-6
+# A departure from absence by less than this share of it may be rounding.
+ROUNDING = 1e-6
 
 
 @dataclass(frozen=True)
@@ -106,7 +108,7 @@ class Refit:
             owner
             for owner, parameter, value, std in rows
             if np.isfinite(parameter.meaningful)
-            and abs(value - parameter.absent) > max(2.0 * std, 1e-3 * abs(parameter.absent))
+            and abs(value - parameter.absent) > max(2.0 * std, ROUNDING * abs(parameter.absent))
         }
 
     def is_meaningful(self) -> bool:

@@ -64,6 +64,8 @@ def _left_out(gain: float | None, trace: Trace) -> str:
 def _refitted(refit: Refit, behind: float, trace: Trace) -> str:
     """Why a set that was refitted by free runs was not named."""
     error = f"error {refit.cost**0.5:.3g} times the noise"
+    if not refit.fit.converged:
+        error += " when its fit, which did not settle, was given up"
     if not refit.is_present():
         return f"{error}: the data do not tell {'it' if len(refit.ids) == 1 else 'each of its effects'} from absence"
     if behind > 0:

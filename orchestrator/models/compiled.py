@@ -113,6 +113,11 @@ class CompiledModel:
             raise ComponentError(f"{system.name} left the finite numbers at t = {time[max(reached, 0)]:.4g} s")
         return FreeRun(outputs, slopes)
 
+    @property
+    def operations(self) -> int:
+        """About how many operations one evaluation of the rates with their slopes takes; 0 if nobody knows."""
+        return self._machine_code.operations
+
     def _delays(self, time: np.ndarray, inputs: np.ndarray, parameters: np.ndarray) -> tuple[np.ndarray, ...]:
         """Delayed quantities at the samples, the delay times, and their slopes in the free parameters."""
         if not self.system.n_delays:
@@ -173,6 +178,7 @@ class _MachineCode:
     plain: tuple[_Function, _Function]
     with_slopes: tuple[_Function, _Function]
     keep: tuple[object, ...]
+    operations: int
 
     @staticmethod
     def of(library: ctypes.CDLL, functions: Sequence[ca.Function]) -> "_MachineCode":
@@ -186,7 +192,7 @@ class _MachineCode:
             keep += [row, column]
             found.append(_Function(*addresses, row.ctypes.data, column.ctypes.data, len(row)))
         f, fj, y, yj = found
-        return _MachineCode((f, y), (fj, yj), tuple(keep))
+        return _MachineCode((f, y), (fj, yj), tuple(keep), functions[1].n_instructions())
 
 
 def _forward_jacobian(value: Any, x: Any, d: Any, p: Any, free: Sequence[int]) -> Any:

@@ -15,6 +15,11 @@ from orchestrator.models.compiled import CompiledModel
 STEEPEST = 1e30
 # A failed run must look worse than any run that ends, without being infinite.
 FAILED = 1e6
+# A fit evaluates all free runs at most so often, and a rough one.
+MOST_EVALUATIONS, MOST_IF_ROUGH, FEWEST = 60, 25, 8
+# Operations (see CompiledModel.operations) after which a fit is given up, some ten seconds: a stiff effect that does not
+# converge must not hold up a search. Seconds themselves would make results depend on the machine.
+MOST_OPERATIONS = 2e10
 Z90 = 1.6449
 
 Reduce = Callable[[np.ndarray], np.ndarray]
@@ -56,7 +61,7 @@ class Fit:
 
     `cost` is the mean square of the weighted residuals over all `rows` of them, `prior_cost` the sum of squares of the
     departures from priors; `at_bound` tells which parameters ended at a bound; `shift` is by how many seconds the
-    outputs are late.
+    outputs are late; `converged` is false if the fit was given up before the cost stopped changing.
     """
 
     values: np.ndarray
@@ -67,6 +72,7 @@ class Fit:
     rows: int
     prior_cost: float = 0.0
     shift: float = 0.0
+    converged: bool = True
 
     @property
     def misfit(self) -> float:
@@ -134,7 +140,7 @@ def fit(
             ftol=tolerance,
             xtol=0.01 * tolerance,
             gtol=None,
-            max_nfev=60 if tolerance < 1e-3 else 25,
+            max_nfev=problem.most_evaluations(MOST_EVALUATIONS if tolerance < 1e-3 else MOST_IF_ROUGH),
         )
     values, shift, starts = problem.split(found.x)
     residual, jacobian = problem.evaluate(found.x)
@@ -152,6 +158,7 @@ def fit(
         n_data,
         float(np.sum(residual[n_data:] ** 2)),
         shift,
+        found.status > 0,
     )
 
 
@@ -203,6 +210,12 @@ class _Problem:
         starts = vector[self.n_shared :].reshape(len(self.records), self.nx)
         shift = float(vector[self.n_free]) if self.n_shared > self.n_free else 0.0
         return vector[: self.n_free], shift, tuple(starts)
+
+    def most_evaluations(self, usual: int) -> int:
+        """Evaluations of all free runs until a fit is given up: fewer than `usual` where they take long."""
+        stages = 4 * self.substeps * sum(len(r.time) for r in self.records)
+        affordable = MOST_OPERATIONS / max(stages * self.model.operations, 1)
+        return int(min(usual, max(FEWEST, affordable)))
 
     def residual(self, vector: np.ndarray) -> np.ndarray:
         return self.evaluate(vector)[0]

@@ -1,10 +1,12 @@
 """Fits: known parameters come back, intervals cover, bounds hold."""
 
 import numpy as np
+import pytest
 
 from fmus.catalogue import find_modelica_model
+from orchestrator.models import estimation
 from orchestrator.models.compiled import CompiledModel
-from orchestrator.models.estimation import Record, fit
+from orchestrator.models.estimation import Fit, Record, fit
 
 TIME = np.arange(1000) * 0.004
 FREE = ["linkage.b[1]", "linkage.b[2]"]
@@ -73,3 +75,19 @@ def test_parameters_keep_their_first_values_if_the_data_depend_on_nothing() -> N
 
     assert list(found.values) == [0.1, 0.2]
     assert np.isinf(found.std).all()
+
+
+def test_fit_of_runs_that_take_too_long_is_given_up_and_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    model = arm()
+    record = trial(model, 5, 0.0)
+
+    def fitted() -> Fit:
+        return fit(model, [record], np.array([1e-4, 1e-4]), [0.1, 0.1], [0, 0], [2, 2], substeps=2)
+
+    settled = fitted()
+    monkeypatch.setattr(estimation, "MOST_OPERATIONS", 0)
+    monkeypatch.setattr(estimation, "FEWEST", 2)
+    given_up = fitted()
+
+    assert settled.converged and not given_up.converged
+    assert given_up.cost > settled.cost
