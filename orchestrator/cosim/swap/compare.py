@@ -174,17 +174,23 @@ class _Comparison:
 
     def _dependencies(self) -> Iterable[str]:
         """Outputs in use that answer inputs at once now, and did not before; the other way round is harmless."""
-        renamed = {match.old: match.new for match in self.matches}
-        back = {match.new: match.old for match in self.matches}
+        ports = {match.old: self._new_port(match.new) for match in self.matches}
+        in_use = {ports[match.old] for match in self.matches if match.use and match.causality == "input"}
+        before: dict[str, set[str]] = {}
         for match in self.matches:
-            if match.causality != "output" or not match.use or match.old not in self.old.feedthrough:
-                continue
-            before = {renamed.get(name, name) for name in self.old.feedthrough[match.old]}
-            inputs = [port.name for port in self.new.ports if port.causality == "input"]
-            now = set(self.new.feedthrough.get(match.new, inputs))
-            more = [name for name in inputs if name in now - before and (name not in back or self.used.get(back[name]))]
+            if match.causality == "output" and match.use and match.old in self.old.feedthrough:
+                known = {ports.get(name, name) for name in self.old.feedthrough[match.old]}
+                before.setdefault(ports[match.old], set()).update(known)
+        inputs = [port.name for port in self.new.ports if port.causality == "input"]
+        olds = set(ports.values())
+        for output, already in before.items():
+            now = set(self.new.feedthrough.get(output, inputs)) - already
+            more = [name for name in inputs if name in now and (name not in olds or name in in_use)]
             if more:
-                yield f"{match.new} depends on {', '.join(more)} without a delay now; {match.old} did not"
+                yield f"{output} depends on {', '.join(more)} without a delay now, which it did not before"
+
+    def _new_port(self, name: str) -> str:
+        return resolve(self.new_ports, name, self.new.source)[0].port.name
 
 
 def _conversion(old: Port, new: Port, elements: list[Element]) -> tuple[str, str]:
@@ -192,7 +198,7 @@ def _conversion(old: Port, new: Port, elements: list[Element]) -> tuple[str, str
     if _group(old) != _group(new):
         return "", f"the causality {old.causality} is not {new.causality}"
     if len(elements) != old.size:
-        return "", f"{old.size} values are no {len(elements)} values"
+        return "", f"it has {old.size} element{'s' * (old.size > 1)}, the new one has {len(elements)}"
     if len(old.shape) > 1 and len(new.shape) > 1 and len(elements) == new.size and old.shape != new.shape:
         return "", f"the shapes {old.shape} and {new.shape} differ"
     # An output passes from the new component to where the old one was, anything else from there to the new one.
@@ -246,7 +252,7 @@ def _start(port: Port) -> str:
 def _valued(port: Port) -> str:
     value = np.asarray(port.start)
     text = f"{port.start:.9g}" if isinstance(port.start, float) else " ".join(str(value).split())
-    return f"{text} {port.unit}".strip()
+    return text if port.unit in ("", "1") else f"{text} {port.unit}"
 
 
 def _word(value: Any) -> str:

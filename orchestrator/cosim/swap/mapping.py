@@ -27,15 +27,18 @@ def read_mapping(path: Path, component: str) -> dict[str, str]:
 
 def mapping_text(report: SwapReport) -> str:
     """Text of a mapping file with every name that differs, to be checked and given back."""
-    lines = [f"# {report.old} -> {report.new}", f"[{json.dumps(report.component)}]"]
+    lines = [f"# {report.old} -> {report.new}", f"[{_key(report.component)}]"]
     for match in report.matches:
         if match.old != match.new:
             remark = "  # by similarity: please check" if match.how == "similar" else ""
-            lines.append(f"{json.dumps(match.old)} = {json.dumps(match.new)}{remark}")
-    lines += [
-        f'{json.dumps(name)} = ""  # missing: give a name, or leave it out like this' for name, *_ in _wanted(report)
-    ]
+            lines.append(f"{_key(match.old)} = {json.dumps(match.new)}{remark}")
+    lines += [f'{_key(name)} = ""  # missing: give a name, or leave it out like this' for name, *_ in _wanted(report)]
     return "\n".join(lines) + "\n"
+
+
+def _key(name: str) -> str:
+    plain = name.isascii() and name.replace("_", "").replace("-", "").isalnum()
+    return name if plain else json.dumps(name, ensure_ascii=False)
 
 
 def _wanted(report: SwapReport) -> list[tuple[str, str, str, str]]:
