@@ -4,9 +4,11 @@ from collections.abc import Callable, Sequence
 
 from orchestrator.compare.result import Comparison
 from orchestrator.diagnosis.calibration import PRACTICAL, SIGNIFICANT, Stage
+from orchestrator.diagnosis.candidates import Candidate
 from orchestrator.diagnosis.confusion import groups, rivals
+from orchestrator.diagnosis.coverage import coverage
 from orchestrator.diagnosis.evidence import Refit
-from orchestrator.diagnosis.excitation import blind_sites
+from orchestrator.diagnosis.excitation import blind_sites, is_at_rest
 from orchestrator.diagnosis.ranking import rank
 from orchestrator.diagnosis.referee import Referee, Refereed
 from orchestrator.diagnosis.result import Diagnosis, HeldOut, Odds, Verdict
@@ -46,16 +48,18 @@ def conclude(
     like = () if best is None else rivals(best, trace.refitted, scale, _odds(referee, best, scale))
     blind, confusable = blind_sites(first, searcher.candidates), groups(like)
     odds = tuple(Odds(r.replaced, r.by, r.odds) for r in like if r.by != r.replaced)
-    verdict = decide(len(refereed.accepted), left, ambiguous=bool(confusable), blind=blind)
+    missing = () if best is None else _missing(first, best, confusable, searcher.candidates)
+    verdict = decide(len(refereed.accepted), left, ambiguous=bool(confusable), blind=blind, missing=missing)
     named = verdict in ("named", "ambiguous")
+    open_class = named or (verdict == "cannot_tell" and best is not None)
     experiments = {c.card.id: c.card.experiment for c in searcher.candidates}
     return Diagnosis(
         model=searcher.base.name,
         data=nominal.data,
         verdict=verdict,
         effects=refereed.steps[-1].effects if named else (),
-        confusable=confusable if named else (),
-        odds=odds if named else (),
+        confusable=confusable if open_class else (),
+        odds=odds if open_class else (),
         ranking=rank(trace, first, searcher.candidates, best, refereed.refused, TRUST[verdict]),
         p_value=max(a.p_value for a in refereed.accepted) if refereed.accepted else first.p_value,
         noise_floor=nominal.noise_floor,
@@ -66,17 +70,28 @@ def conclude(
             reducible_removed(before, after) if named else 0.0,
         ),
         warnings=(
-            *_on_the_search(impossible, blind),
+            *_on_the_search(impossible, blind, is_at_rest(searcher.learning)),
             *_on_what_is_left(verdict, left, stage, best),
-            *(map(str, odds) if named else ()),
+            *(map(str, odds) if open_class else ()),
+            *(missing if verdict == "cannot_tell" else ()),
         ),
         next_experiment={"effects": list(confusable[0]), "do": experiments[confusable[0][0]]}
-        if named and confusable
+        if open_class and confusable
         else None,
         patched_model=None,
         seconds=0.0,
         steps=refereed.steps if named else refereed.steps[:1],
     )
+
+
+def _missing(
+    first: Stage, best: Refit, confusable: Sequence[Sequence[str]], candidates: Sequence[Candidate]
+) -> tuple[str, ...]:
+    """The excitation, in words, that members of a class need to show themselves and these data lack."""
+    members = {name for group in confusable for name in group}
+    sites = {c.site for c in best.effects.candidates}
+    chosen = [c for c in candidates if c.card.id in members and c.site in sites]
+    return tuple(c.message for c in coverage(first.tangent.response, chosen, {}) if not c.is_enough)
 
 
 def _left(first: Stage, stage: Stage, refereed: Refereed, declared: bool) -> Left:
@@ -98,11 +113,13 @@ def _odds(referee: Referee, best: Refit, scale: float) -> Callable[[Refit], floa
     return lambda other: referee.odds(best, other, scale)
 
 
-def _on_the_search(impossible: Sequence[str], blind: Sequence[str]) -> list[str]:
+def _on_the_search(impossible: Sequence[str], blind: Sequence[str], resting: bool) -> list[str]:
     found = []
     if impossible:
         found.append(f"not tried, the model has no free slot for them: {', '.join(impossible)}")
-    if blind:
+    if resting:
+        found.append("nothing moves beyond the noise of its sensor in any learning trial: record trials with motion")
+    elif blind:
         found.append(f"the data would not show most effects at {', '.join(blind)}: excite them, or say nothing of them")
     return found
 

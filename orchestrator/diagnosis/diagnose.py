@@ -11,16 +11,15 @@ from fmus.catalogue import ModelicaModel
 from fmus.errors import MisfitError
 from orchestrator.compare.comparison import compare
 from orchestrator.diagnosis.adjusted import adjusted_parameters
+from orchestrator.diagnosis.advice import with_next_experiment
 from orchestrator.diagnosis.candidates import EffectSet, find_candidates, model_of
 from orchestrator.diagnosis.cards import EffectCard, effect_library
 from orchestrator.diagnosis.conclude import conclude
 from orchestrator.diagnosis.evidence import LearningData, Refit, fit_nominal, smoothed
 from orchestrator.diagnosis.left_open import with_open_questions
-from orchestrator.diagnosis.next_experiment import plan
 from orchestrator.diagnosis.noise_model import metrics_of
 from orchestrator.diagnosis.nuisances import Nuisances, nuisances
 from orchestrator.diagnosis.referee import Referee, version_name
-from orchestrator.diagnosis.remaining import remaining
 from orchestrator.diagnosis.response import Response
 from orchestrator.diagnosis.result import Diagnosis, Estimate, NamedEffect
 from orchestrator.diagnosis.search import Progress, Searcher
@@ -84,9 +83,12 @@ def diagnose(
         held_out = _in_metric(source, plain, data, data.held_out, nominal.noise_floor, extra)
         referee = Referee(source, measurements, nominal, held_out, workers)
         stages = searcher.trace.stages
-        refereed = referee.judge(stages[0].tangent.base, path, stages[-1].colour.scale, named_effects, progress)
+        base = stages[0].tangent.base
+        refereed = referee.judge(base, path, stages[-1].colour.scale, named_effects, progress)
         if refereed.accepted:
             searcher.try_kin(refereed.accepted[-1].refit)
+        scale = searcher.test_of(refereed.accepted[-1].refit if refereed.accepted else base).colour.scale
+        refereed = referee.reconsidered(refereed, base, searcher.trace.refitted, scale, named_effects, progress)
         declared = all(data.levels[name].declared is not None for name in data.output_names)
         found = conclude(nominal, refereed, referee, searcher, declared=declared, impossible=impossible)
     best = refereed.accepted[-1].refit if refereed.accepted else None
@@ -106,13 +108,7 @@ def diagnose(
     if found.verdict == "unknown":
         progress("looking at what is left")
         found = replace(found, latent_forces=unexplained_forces(plain, best, searcher.learning))
-    if found.confusable or found.verdict == "cannot_tell":
-        progress("choosing the next experiment")
-        left = remaining(best, searcher.trace.refitted, found.confusable, plain, searcher.learning)
-        chosen = plan(left, searcher.learning)
-        if chosen is not None:
-            card_says = {"card_says": found.next_experiment["do"]} if found.next_experiment else {}
-            found = replace(found, next_experiment={**chosen.to_json(), **card_says}, experiment_csv=chosen.csv())
+    found = with_next_experiment(found, searcher, best, scale)
     return replace(found, seconds=time.monotonic() - began)
 
 

@@ -1,22 +1,30 @@
 """A menu of experiments: input trajectories within what the recorded inputs have shown to be allowed."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from fmus.symbolic.system import Variable
+from orchestrator.diagnosis.excitation import driven
+from orchestrator.models.correction import PREFIX
 from orchestrator.models.smoothing import SmoothedTrial
 
-LONGEST_S = 10.0
+MOST_SAMPLES = 5000
 LINES = 7
+# Frequencies of the shapes suit a trial of 10 s; those of a slower machine's trial are lower in proportion.
+USUAL_S = 10.0
+# How far a machine that only rested is moved out of rest, by the unit of its output.
+OUT_OF_REST = {"rad": 0.5}
+OUT_OF_REST_ELSE = 0.1
 
 
 @dataclass(frozen=True)
 class Experiment:
     """An experiment: `inputs` (n, nu) at `time` (n,) s, and what to do in words.
 
-    `start_scale` multiplies the distance of the start from the mean position, for models that nothing drives.
+    For models that nothing drives `start_scale` multiplies the distance of the start from the mean position, and
+    `start_offset` is added to it.
     """
 
     name: str
@@ -24,35 +32,66 @@ class Experiment:
     time: np.ndarray
     inputs: np.ndarray
     start_scale: float = 1.0
+    start_offset: float = 0.0
 
 
-def menu(variables: Sequence[Variable], trials: Sequence[SmoothedTrial]) -> list[Experiment]:
+def menu(
+    variables: Sequence[Variable],
+    trials: Sequence[SmoothedTrial],
+    amplitudes: Mapping[int, float] | None = None,
+    rest: str | None = None,
+) -> list[Experiment]:
     """Return the experiments that suit a model's inputs; the first repeats the first trial.
 
-    Inputs that moved in the data are driven between the smallest and the largest value seen; force-like inputs that
-    never moved are not touched.
+    Inputs that moved in the data are driven between the smallest and the largest value seen, and so are those of the same
+    unit that never moved. Others that never moved are not touched: a bench may not have them.
+
+    Args:
+        amplitudes: how far inputs may be driven to either side, by position, of a machine that was never driven.
+        rest: unit of the output of a machine that only rested, else None.
     """
     first = trials[0]
     step = float(np.median(np.diff(first.time)))
-    time = np.arange(0.0, min(LONGEST_S, first.time[-1] - first.time[0]) + 0.5 * step, step)
+    time = (first.time[0] + np.arange(min(len(first.time), MOST_SAMPLES)) * step) - first.time[0]
     every = np.concatenate([t.inputs for t in trials])
-    low, high = every.min(axis=0), every.max(axis=0)
-    driven = [i for i in range(len(variables)) if high[i] > low[i]]
+    ranges = {i: (-a, a) for i, a in (amplitudes or {}).items()} | _ranges(variables, trials)
     found = [Experiment("repeat", "repeat the first trial", first.time, first.inputs)]
-    if not driven:
-        rest = np.tile(every.mean(axis=0), (len(time), 1))
+    if not ranges:
+        idle = np.tile(every.mean(axis=0), (len(time), 1))
+        if rest is not None:
+            far = OUT_OF_REST.get(rest, OUT_OF_REST_ELSE)
+            for offset in (0.4 * far, far, 2 * far):
+                words = f"let go at rest, {offset:g} {rest} away from where it rested"
+                found.append(Experiment(f"release from {offset:g}", words, time, idle, 1.0, offset))
+            return found
         for scale in (0.25, 0.5, 1.0, 1.5):
             words = f"let go at rest, {scale:g} times as far from the middle as in the first trial"
-            found.append(Experiment(f"release at {scale:g}", words, time, rest, scale))
+            found.append(Experiment(f"release at {scale:g}", words, time, idle, scale))
         return found
+    low, high = every.min(axis=0), every.max(axis=0)
+    for i, (smallest, largest) in ranges.items():
+        low[i], high[i] = smallest, largest
     for share in (1.0, 0.5):
         for name, words, shape in _shapes(time, step):
             inputs = np.tile(_idle(low, high), (len(time), 1))
-            for place, i in enumerate(driven):
-                inputs[:, i] = low[i] + share * (high[i] - low[i]) * np.clip(shape(place, len(driven)), 0.0, 1.0)
+            for place, (i, (smallest, largest)) in enumerate(ranges.items()):
+                inputs[:, i] = smallest + share * (largest - smallest) * np.clip(shape(place, len(ranges)), 0.0, 1.0)
             size = "full range" if share == 1.0 else "half the range"
-            found.append(Experiment(f"{name}, {size}", f"{words}, {size} of the inputs seen so far", time, inputs))
+            limits = "that keep the machine where it was" if amplitudes else "seen so far"
+            found.append(Experiment(f"{name}, {size}", f"{words}, {size} of the inputs {limits}", time, inputs))
     return found
+
+
+def _ranges(variables: Sequence[Variable], trials: Sequence[SmoothedTrial]) -> dict[int, tuple[float, float]]:
+    """Range of each input that may be driven, by position."""
+    every = np.concatenate([t.inputs for t in trials])
+    moved = [i for i in map(int, np.flatnonzero(driven(trials))) if not variables[i].name.startswith(PREFIX)]
+    found = {i: (float(every[:, i].min()), float(every[:, i].max())) for i in moved}
+    for i, variable in enumerate(variables):
+        alike = [found[j] for j in moved if variables[j].unit == variable.unit]
+        if i not in found and alike and not variable.name.startswith(PREFIX):
+            found[i] = (min(low for low, _ in alike), max(high for _, high in alike))
+    return dict(sorted(found.items()))
 
 
 def _idle(low: np.ndarray, high: np.ndarray) -> np.ndarray:
@@ -63,14 +102,15 @@ def _idle(low: np.ndarray, high: np.ndarray) -> np.ndarray:
 def _shapes(time: np.ndarray, step: float) -> Iterator[tuple[str, str, Callable[[int, int], np.ndarray]]]:
     """Name, words and shape (a function of the input's place and their number, with values in [0, 1])."""
     span = float(time[-1]) or 1.0
+    pace = min(1.0, USUAL_S / span)
 
     def triangle(place: int, count: int) -> np.ndarray:
         phase = 2.0 * time / span + place / max(count, 1)
         return 1.0 - np.abs(2.0 * (phase % 1.0) - 1.0)
 
     def sweep(place: int, count: int) -> np.ndarray:
-        top = min(6.0, 0.1 / step)
-        cycles = 0.2 * time + 0.5 * (top - 0.2) / span * time**2
+        bottom, top = 0.2 * pace, min(6.0 * pace, 0.1 / step)
+        cycles = bottom * time + 0.5 * (top - bottom) / span * time**2
         return 0.5 - 0.5 * np.cos(2 * np.pi * (cycles + place / max(count, 1)))
 
     def poses(place: int, count: int) -> np.ndarray:
@@ -94,10 +134,13 @@ def _shapes(time: np.ndarray, step: float) -> Iterator[tuple[str, str, Callable[
 
         return shape
 
+    fastest = min(5.0 * pace, 0.1 / step)
     yield "slow reversals", "drive every input slowly up and down, one after another", triangle
-    yield "sweep", "drive every input with a sine that gets faster, from 0.2 Hz up", sweep
+    yield "sweep", f"drive every input with a sine that gets faster, from {0.2 * pace:.2g} Hz up", sweep
     yield "static poses", "hold six combinations of inputs, a sixth of the time each", poses
     yield "step", "step all inputs up from rest, and down again", steps
     yield "one input at a time", "switch on one input after another, each from rest", alone
-    yield "slow multisine", "drive every input with sines between 0.1 and 1 Hz", multisine(0.1, 1.0)
-    yield "fast multisine", "drive every input with sines between 1 and 5 Hz", multisine(1.0, min(5.0, 0.1 / step))
+    slow = f"drive every input with sines between {0.1 * pace:.2g} and {pace:.2g} Hz"
+    yield "slow multisine", slow, multisine(0.1 * pace, pace)
+    fast = f"drive every input with sines between {pace:.2g} and {fastest:.2g} Hz"
+    yield "fast multisine", fast, multisine(pace, fastest)

@@ -1,9 +1,10 @@
 """The next experiment: the one of the menu that best separates the explanations that remain.
 
-For two explanations i and j the separation is the mean over samples and signals of ((y_i - y_j)/noise)^2, where j may be
-refitted to what i predicts, so that only what refitting cannot imitate counts (T-optimality: Atkinson and Fedorov 1975;
-Hunter and Reiner 1965). Over N samples of white noise the log-likelihood ratio then has mean N separation/2, and the right
-one is preferred with the probability Phi(sqrt(N separation)/2).
+For two explanations i and j the separation is the mean square of y_i - y_j in the metric, where noise is white with unit
+variance, after j has been refitted to what i predicts, so that only what refitting cannot imitate counts (T-optimality:
+Atkinson and Fedorov 1975; Hunter and Reiner 1965). Over N rows the log-likelihood ratio then has mean N separation/2, and
+the right one is preferred with the probability Phi(sqrt(N separation)/2). The noise of the inputs is taken to be carried to
+the outputs as in the first trial.
 """
 
 import csv
@@ -18,7 +19,10 @@ from scipy.stats import norm
 
 from fmus.errors import MisfitError
 from orchestrator.diagnosis.evidence import LearningData
-from orchestrator.diagnosis.menu import Experiment, menu
+from orchestrator.diagnosis.excitation import driven, is_at_rest
+from orchestrator.diagnosis.menu import OUT_OF_REST, OUT_OF_REST_ELSE, Experiment, menu
+from orchestrator.diagnosis.metric import Metric
+from orchestrator.models.correction import PREFIX
 from orchestrator.models.estimation import Record, fit
 from orchestrator.models.symbolic import SymbolicModel
 
@@ -71,6 +75,7 @@ class Plan:
             "experiment": self.experiment.name,
             "duration_s": float(self.experiment.time[-1] - self.experiment.time[0]),
             "start_scale": self.experiment.start_scale,
+            "start_offset": self.experiment.start_offset,
             "inputs": {
                 name: {"unit": unit, "from": float(column.min()), "to": float(column.max())}
                 for name, unit, column in zip(self.names, self.units, self.experiment.inputs.T, strict=True)
@@ -93,8 +98,8 @@ class Plan:
         return stream.getvalue()
 
 
-def plan(explanations: Sequence[Explanation], learning: LearningData) -> Plan | None:
-    """Choose the experiment that tells the explanations apart.
+def plan(explanations: Sequence[Explanation], learning: LearningData, scale: float = 1.0) -> Plan | None:
+    """Choose the experiment that tells the explanations apart; the noise has the power `scale` in the metric.
 
     Experiments in which some explanation leaves the range of the recorded outputs by more than half of it, or cannot be
     simulated, are left out.
@@ -105,12 +110,18 @@ def plan(explanations: Sequence[Explanation], learning: LearningData) -> Plan | 
     members = list(explanations[:MOST_MEMBERS])
     if len(members) < 2:
         return None
-    choices = menu(members[0].model.inputs, learning.trials)
+    variables, resting = members[0].model.inputs, is_at_rest(learning)
+    commands = [i for i, v in enumerate(variables) if not v.name.startswith(PREFIX)]
+    amplitudes = {}
+    if commands and not driven(learning.trials)[commands].any():
+        amplitudes = {i: a for i in commands if (a := _amplitude(members[0], i, learning)) > 0}
+    unit = members[0].model.outputs[0].unit if resting else None
+    choices = menu(variables, learning.trials, amplitudes, unit)
     rough = {}
     for k, experiment in enumerate(choices):
         runs = _predictions(members, experiment, learning, limited=k > 0)
         if runs is not None:
-            rough[k] = min(_distance(a, b, learning.floor) for a, b in combinations(runs, 2))
+            rough[k] = min(_distance(a, b, learning) for a, b in combinations(runs, 2))
     shortlist = sorted((k for k in rough if k), key=lambda k: -rough[k])[:REFITTED]
     scores = {k: _refitted(members, choices[k], learning) for k in (0, *shortlist) if k in rough}
     if not scores:
@@ -121,8 +132,8 @@ def plan(explanations: Sequence[Explanation], learning: LearningData) -> Plan | 
         experiment=choices[best],
         members=tuple(m.label for m in members),
         separation=scores[best],
-        probability=_probability(scores[best], choices[best], learning),
-        repeat=(repeat, _probability(repeat, choices[0], learning)),
+        probability=_probability(scores[best] / scale, choices[best], learning),
+        repeat=(repeat, _probability(repeat / scale, choices[0], learning)),
         considered=tuple((choices[k].name, value) for k, value in rough.items()),
         names=tuple(v.name for v in members[0].model.inputs),
         units=tuple(v.unit for v in members[0].model.inputs),
@@ -142,7 +153,7 @@ def _start(member: Explanation, experiment: Experiment, learning: LearningData) 
         m = member.model.signals.index(signal)
         middle = float(np.mean(np.concatenate([t.values[:, m] for t in learning.trials])))
         place = names.index(position.state)
-        start[place] = middle + experiment.start_scale * (start[place] - middle)
+        start[place] = middle + experiment.start_scale * (start[place] - middle) + experiment.start_offset
         if position.speed is not None:
             start[names.index(position.speed)] = 0.0
     return start
@@ -161,6 +172,9 @@ def _predictions(
     measured = np.concatenate([t.measured for t in learning.trials])
     low, high = measured.min(axis=0), measured.max(axis=0)
     reach = BEYOND * (high - low)
+    if is_at_rest(learning):
+        units = [v.unit for v in members[0].model.outputs]
+        reach = np.array([2.5 * OUT_OF_REST.get(unit, OUT_OF_REST_ELSE) for unit in units])
     runs = []
     for member in members:
         try:
@@ -173,8 +187,34 @@ def _predictions(
     return runs
 
 
-def _distance(a: np.ndarray, b: np.ndarray, floor: np.ndarray) -> float:
-    return float(np.mean(((a - b) / floor) ** 2))
+def _distance(a: np.ndarray, b: np.ndarray, learning: LearningData) -> float:
+    return float(np.mean(_metric(learning, len(a))(a - b) ** 2))
+
+
+def _metric(learning: LearningData, samples: int) -> Metric:
+    """The metric of the first trial for a record of its first samples.
+
+    The inverse of a leading block of a triangular matrix is that block of its inverse.
+    """
+    metric = learning.metrics[0]
+    if metric.whitener.ndim == 1:
+        return metric
+    rows = samples // metric.stride * len(learning.floor)
+    return Metric(metric.stride, np.ascontiguousarray(metric.whitener[:rows, :rows]))
+
+
+def _amplitude(member: Explanation, column: int, learning: LearningData) -> float:
+    """How far an input that was never driven may be driven to either side: 0, or a power of the square root of 10."""
+    first = learning.trials[0]
+    found = 0.0
+    shape = np.sin(2 * np.pi * np.linspace(0, 1, len(first.time)))
+    for amplitude in 10.0 ** np.arange(-8.0, 4.0, 0.5):
+        inputs = np.tile(first.inputs.mean(axis=0), (len(first.time), 1))
+        inputs[:, column] = amplitude * shape
+        if _predictions([member], Experiment("", "", first.time, inputs), learning, limited=True) is None:
+            break
+        found = float(amplitude)
+    return found
 
 
 def _refitted(members: Sequence[Explanation], experiment: Experiment, learning: LearningData) -> float:
@@ -193,22 +233,24 @@ def _imitated(target: Explanation, other: Explanation, experiment: Experiment, l
         free = np.full(len(start), np.inf)
         spread = np.maximum(0.1 * np.abs(start), 0.02)
         record = Record(experiment.time, experiment.inputs, wanted, start, free, start - spread, start + spread)
-        found = fit(
-            other.model.compiled,
-            [record],
-            learning.floor,
-            other.values,
-            other.low,
-            other.high,
-            substeps=2,
-            tolerance=1e-3,
-            threads=1,
-        )
+        with np.errstate(all="ignore"):  # what a poor imitation says of its own accuracy may overflow
+            found = fit(
+                other.model.compiled,
+                [record],
+                np.ones(len(learning.floor)),
+                other.values,
+                other.low,
+                other.high,
+                substeps=2,
+                reduce=_metric(learning, len(wanted)),
+                tolerance=1e-3,
+                threads=1,
+            )
     except MisfitError:
         return 0.0
     return found.cost
 
 
 def _probability(separation: float, experiment: Experiment, learning: LearningData) -> float:
-    samples = len(experiment.time) * len(learning.floor)
-    return float(norm.cdf(0.5 * np.sqrt(samples * max(separation, 0.0))))
+    rows = len(experiment.time) // learning.metrics[0].stride * len(learning.floor)
+    return float(norm.cdf(0.5 * np.sqrt(rows * max(separation, 0.0))))

@@ -9,6 +9,7 @@ from fmus.errors import MisfitError
 from orchestrator.compare.comparison import compare
 from orchestrator.compare.result import Comparison
 from orchestrator.diagnosis.adjusted import adjusted_parameters
+from orchestrator.diagnosis.confusion import rivals
 from orchestrator.diagnosis.evidence import LearningData, Refit, follow
 from orchestrator.diagnosis.result import NamedEffect, Step
 from orchestrator.diagnosis.trace import Accepted
@@ -50,6 +51,7 @@ class Referee:
     ) -> None:
         self.source, self.measurements, self.nominal = source, measurements, nominal
         self.held_out, self.workers = held_out, workers
+        self._followed: dict[tuple[frozenset[str], bytes], Fit] = {}
 
     def judge(
         self,
@@ -66,13 +68,13 @@ class Referee:
         without effects.
         """
         steps, kept = [Step((), self.nominal)], list[Accepted]()
-        last, seen, refused = base, [follow(base, self.held_out).fit], []
+        last, seen, refused = base, [self._follow(base)], []
         for entry in path:
             found = entry.refit
             progress(f"checking {' + '.join(found.ids)} on held-out trials")
             try:
                 model = found.effects.fixed(found.values, version_name(self.source, len(found.ids)))
-                after, now = self._compared(found, model), follow(found, self.held_out).fit
+                after, now = self._compared(found, model), self._follow(found)
             except MisfitError:
                 refused.append(found.labels)  # what cannot even be simulated on held-out trials explains nothing
                 continue
@@ -88,9 +90,36 @@ class Referee:
     def odds(self, best: Refit, other: Refit, scale: float) -> float:
         """Logarithm of the odds that held-out trials give for the first of two sets."""
         try:
-            return 0.5 * (follow(other, self.held_out).fit.misfit - follow(best, self.held_out).fit.misfit) / scale
+            return 0.5 * (self._follow(other).misfit - self._follow(best).misfit) / scale
         except MisfitError:
             return math.inf
+
+    def reconsidered(
+        self,
+        refereed: Refereed,
+        base: Refit,
+        tried: Sequence[Refit],
+        scale: float,
+        effects_of: Callable[[Refit], tuple[NamedEffect, ...]],
+        progress: Callable[[str], None],
+    ) -> Refereed:
+        """The same, or with a rival in place of the last set if all trials together speak for it."""
+        if not refereed.accepted:
+            return refereed
+        last = refereed.accepted[-1]
+        like = rivals(last.refit, tried, scale, lambda other: self.odds(last.refit, other, scale))
+        if not like or like[0].odds >= 1.0:
+            return refereed
+        rival = like[0].refit
+        inside = [entry for entry in refereed.accepted[:-1] if entry.refit.labels < rival.labels]
+        again = self.judge(base, [*inside, Accepted(rival, last.p_value)], scale, effects_of, progress)
+        return again if again.accepted and again.accepted[-1].refit is rival else refereed
+
+    def _follow(self, found: Refit) -> Fit:
+        key = (found.labels, found.values.tobytes())
+        if key not in self._followed:
+            self._followed[key] = follow(found, self.held_out).fit
+        return self._followed[key]
 
     def _compared(self, found: Refit, model: SymbolicModel) -> Comparison:
         """Compare a model, at the fitted values of its tolerances, with all trials."""

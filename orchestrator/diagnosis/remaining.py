@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from fmus.errors import MisfitError
+from orchestrator.diagnosis.candidates import EffectSet
 from orchestrator.diagnosis.evidence import LearningData, Refit
 from orchestrator.diagnosis.next_experiment import Explanation
 from orchestrator.models.symbolic import SymbolicModel
@@ -16,12 +17,13 @@ def remaining(
     confusable: Sequence[Sequence[str]],
     nominal: SymbolicModel,
     learning: LearningData,
+    unseen: Sequence[EffectSet] = (),
 ) -> list[Explanation]:
     """Return the explanations to tell apart.
 
     With effects that cannot be told apart: the best set, and the best set for each of the others. Without (the data show
-    no effect, or too little): the model as given, and the sets that fit best with each of their effects at least of the
-    size that matters.
+    no effect, or too little): the model as given, and effects that would not show (`unseen`) at their typical sizes, else
+    the sets that fit best with each of their effects at least of the size that matters.
     """
     others = {name for group in confusable for name in group}
     if best is not None and others:
@@ -35,9 +37,10 @@ def remaining(
     except MisfitError:
         return []
     nothing = np.zeros(0)
-    singles = [r for r in refitted if len(r.ids) == 1]
+    singles = [] if unseen else [r for r in refitted if len(r.ids) == 1]
     return [
         Explanation("nothing added", nominal, nothing, nothing, nothing, start),
+        *(member for effects in unseen for member in _typical(effects, learning)),
         *(_of(r, enlarged=True) for r in _best_of_each(singles)),
     ]
 
@@ -59,3 +62,15 @@ def _of(refit: Refit, *, enlarged: bool = False) -> Explanation:
             direction = 1.0 if values[k] >= parameter.absent else -1.0
             values[k] = np.clip(parameter.absent + direction * parameter.meaningful, low[k], high[k])
     return Explanation(" + ".join(refit.ids), refit.effects.model, values, low, high, refit.fit.starts[0])
+
+
+def _typical(effects: EffectSet, learning: LearningData) -> list[Explanation]:
+    """An effect at its card's first guess; none if it cannot be built."""
+    try:
+        low, high = effects.bounds()
+        values = np.clip(effects.first_guess(), low, high)
+        model = effects.model
+        start = model.record(learning.trials[0], model.compiled.with_values(values)).start
+    except MisfitError:
+        return []
+    return [Explanation(effects.candidates[0].card.id, model, values, low, high, start)]

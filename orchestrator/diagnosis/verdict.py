@@ -61,7 +61,9 @@ class Left:
         return (self.structured or self.exceeds) and self.share > most
 
 
-def decide(named: int, left: Left, *, ambiguous: bool = False, blind: Sequence[str] = ()) -> Verdict:
+def decide(
+    named: int, left: Left, *, ambiguous: bool = False, blind: Sequence[str] = (), missing: Sequence[str] = ()
+) -> Verdict:
     """Decide on a verdict.
 
     Args:
@@ -69,6 +71,7 @@ def decide(named: int, left: Left, *, ambiguous: bool = False, blind: Sequence[s
         left: what they leave, or what the model as given does.
         ambiguous: whether others explain the data as well as the accepted ones.
         blind: sites at which the data show no effect, were there one.
+        missing: excitation that would tell the named effects from others that explain the data as well.
 
     >>> noise, much = Left((1.0, 1.0, 9), (1.0, 1.0, 9), 1.0, False), Left((26.0, 26.0, 9), (26.0, 17.0, 9), 1.0, True)
     >>> decide(0, noise), decide(1, noise), decide(0, much), decide(1, much)
@@ -81,4 +84,6 @@ def decide(named: int, left: Left, *, ambiguous: bool = False, blind: Sequence[s
         return "cannot_tell" if blind or left.exceeds else "adequate"
     if left.is_another:
         return "unknown"
-    return "ambiguous" if ambiguous else "named"
+    if ambiguous:
+        return "cannot_tell" if missing else "ambiguous"
+    return "named"

@@ -8,6 +8,7 @@ import pytest
 from scipy.stats import norm
 
 from fmus.catalogue import ModelicaModel, find_modelica_model
+from fmus.symbolic.system import Variable
 from orchestrator.diagnosis.candidates import EffectSet, find_candidates
 from orchestrator.diagnosis.cards import effect_library
 from orchestrator.diagnosis.evidence import LearningData
@@ -90,3 +91,54 @@ def test_input_table_can_be_played() -> None:
 
 def test_one_explanation_needs_no_experiment() -> None:
     assert plan([explanation("viscous_friction", [0.05])], learning(0.04 * np.sin(2 * TIME))) is None
+
+
+def test_silent_muscle_is_driven_like_the_others_and_what_a_bench_may_not_have_is_left() -> None:
+    variables = [
+        Variable("alpha_1", "1"),
+        Variable("alpha_2", "1"),
+        Variable("push", "N"),
+        Variable("correction_q", "1"),
+    ]
+    inputs = np.column_stack([0.3 + 0.2 * np.sin(TIME), *[np.zeros(len(TIME))] * 3])
+    trial = SmoothedTrial(TIME, inputs, np.sin(TIME)[:, None], NOISE)
+
+    for experiment in menu(variables, [trial])[1:]:
+        assert np.ptp(experiment.inputs[:, 1]) > 0
+        assert experiment.inputs[:, 1].max() <= inputs[:, 0].max() + 1e-12
+        assert not experiment.inputs[:, 2:].any()
+
+
+def test_drive_that_only_coasted_is_driven_as_far_as_it_stays_where_it_was() -> None:
+    """Viscous and dry friction brake a wheel that keeps its speed alike; driven back and forth they do not."""
+    members = [explanation("viscous_friction", [0.02]), explanation("coulomb_friction", [0.02])]
+    data = learning(np.zeros(len(TIME)))
+
+    found = plan(members, data)
+
+    assert found is not None
+    assert np.ptp(found.experiment.inputs[:, 0]) > 0
+    assert not found.experiment.inputs[:, 1].any()
+    assert found.probability > 0.95
+    model, run = members[0].model, found.experiment
+    outputs = model.compiled.run(run.time, run.inputs, model.compiled.with_values([0.02]), members[0].start).outputs
+    assert np.all(np.abs(outputs) <= 6.0)  # the wheel turned from -3 to 3 rad; half of that to either side is allowed
+
+
+def test_machine_that_only_rested_is_let_go_away_from_rest() -> None:
+    trial = SmoothedTrial(TIME, np.zeros((len(TIME), 0)), np.full((len(TIME), 1), 3.14), NOISE)
+
+    offsets = [experiment.start_offset for experiment in menu([], [trial], rest="rad")[1:]]
+
+    assert offsets == [0.2, 0.5, 1.0]
+
+
+def test_noise_that_counts_too_much_in_the_metric_does_not_hide_what_separates() -> None:
+    """With a tenth of the noise's power a separation is worth ten times the rows."""
+    members = [explanation("viscous_friction", [0.05]), explanation("coulomb_friction", [0.02])]
+    data = learning(0.0005 * np.sin(2 * TIME))
+
+    usual, quiet = plan(members, data), plan(members, data, 0.1)
+
+    assert usual is not None and quiet is not None
+    assert norm.ppf(quiet.repeat[1]) == pytest.approx(10**0.5 * norm.ppf(usual.repeat[1]))

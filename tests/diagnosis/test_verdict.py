@@ -40,6 +40,7 @@ def test_verdict_follows_from_what_is_left_of_learning_and_held_out_errors(
 def test_rivals_make_a_named_effect_ambiguous_and_blind_sites_withhold_adequate() -> None:
     noise = left(1.0, 1.0, structured=False)
     assert decide(1, noise, ambiguous=True) == "ambiguous"
+    assert decide(1, noise, ambiguous=True, missing=["reversals"]) == "cannot_tell"
     assert decide(0, noise, blind=["muscle4"]) == "cannot_tell"
     assert decide(1, noise, blind=["muscle4"]) == "named"
 
