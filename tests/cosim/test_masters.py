@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from small_fmus import small_fmu
 from systems import PAIR_EXACT, pair, recorded, ring, spec, system
 
 from fmus.errors import ComponentError, MisfitError
@@ -35,6 +36,25 @@ def test_extrapolated_inputs_gain_an_order() -> None:
     errors = [error_at_ten("ordered", step, extrapolation=1) for step in steps]
     slopes = np.diff(np.log(errors)) / np.diff(np.log(steps))
     assert slopes[-1] == pytest.approx(2.0, abs=0.1)
+
+
+def test_an_fmu_that_interpolates_its_inputs_gets_their_slopes() -> None:
+    able = {
+        'canHandleVariableCommunicationStepSize="true"': 'canInterpolateInputs="true" canHandleVariableCommunicationStepSize="true"'
+    }
+    mass = spec("mass", "mass")
+    errors = []
+    steps = [0.002, 0.001, 0.0005]
+    for step in steps:
+        what = pair(step=step, options={"extrapolation": 1})
+        smooth = ComponentSpec("mass", source=str(small_fmu("mass", replace=able)), options=mass.options)
+        with Simulation(what.with_component(smooth)) as simulation:
+            simulation.run(10.0)
+            errors.append(abs(simulation.get("mass.x") - PAIR_EXACT))
+    slopes = np.diff(np.log(errors)) / np.diff(np.log(steps))
+    assert slopes[-1] == pytest.approx(2.0, abs=0.1)
+    # It does with the slope what another cannot do with the value in the middle.
+    assert errors[-1] != error_at_ten("ordered", steps[-1], extrapolation=1)
 
 
 def test_the_iterative_master_is_an_order_better_at_the_same_step() -> None:
@@ -213,8 +233,6 @@ def test_a_value_that_is_no_number_stops_the_run_and_says_where(engine: bool) ->
 
 @pytest.mark.parametrize("engine", [True, False])
 def test_a_value_outside_its_range_stops_the_run(engine: bool, tmp_path: Any) -> None:
-    from small_fmus import small_fmu
-
     narrow = small_fmu(
         "decay",
         replace={

@@ -132,6 +132,26 @@ def test_nothing_is_left_behind(master: str, interface: str) -> None:
     assert ([each.value for each in living], len(os.listdir("/proc/self/fd"))) == before
 
 
+@pytest.mark.parametrize("engine", [True, False])
+def test_an_fmu_is_terminated_only_where_a_run_can_end(engine: bool) -> None:
+    wrong = {'name="fb" valueReference="1"': 'name="fb" valueReference="77"'}
+    path = small_fmu("mass", replace=wrong)
+    description = read_description(path)
+    misplaced = ctypes.c_int.in_dll(load_binary(description, description.interface()), "small_misplaced")
+    mass = ComponentSpec("mass", source=str(path), options={"interface": "CoSimulation"})
+    one = system([mass], [], step=0.1)
+    Simulation(one).close()
+    with Simulation(one) as simulation:
+        simulation.run(0.5)
+    driven = system([mass, spec("decay", "decay")], [("decay.x", "mass.fb")], step=0.1)
+    with (
+        Simulation(driven, engine=engine) as simulation,
+        pytest.raises(ComponentError, match="there is no variable 77"),
+    ):
+        simulation.run(0.5)
+    assert misplaced.value == 0
+
+
 def test_a_failure_while_loading_frees_what_was_loaded() -> None:
     description = read_description(small_fmu("mass"))
     living = ctypes.c_int.in_dll(load_binary(description, description.interface()), "small_living")

@@ -56,7 +56,7 @@ class Instance(ABC):
         self.structure = {p.name: int(p.start or 0) for p in description.ports if p.causality == "structuralParameter"}
         self.library = load_binary(description, interface)
         self._functions: dict[str, Callable[..., Any]] = {}
-        self._dead = False
+        self._running = self._failed = self._dead = False
         self.component = ctypes.c_void_p(self._instantiate())
         if not self.component.value:
             raise ComponentError(self._words("could not be instantiated"))
@@ -91,16 +91,23 @@ class Instance(ABC):
                 f"FMU '{self.name}' cannot be used any more at t = {self.time:.9g} s: it failed fatally before"
             )
         status = int(self.function(name)(self.component, *arguments))
+        if status >= ERROR:
+            self.fail(status)
         if status > allowed:
-            self._dead = status == FATAL
             of = f" of {what()}" if what else ""
             raise ComponentError(
                 self._words(f"refused {self.prefix}{name}{of} at t = {self.time:.9g} s: status {_status(status)}")
             )
         return status
 
+    def fail(self, status: int) -> None:
+        """Note that a call failed: after an error an FMU may only be freed, after a fatal one not even that."""
+        self._failed = self._failed or status >= ERROR
+        self._dead = self._dead or status == FATAL
+
     def refused_step(self, status: int, time: float, size: float) -> ComponentError:
         """The error for a step that failed."""
+        self.fail(status)
         return ComponentError(
             self._words(
                 f"refused the step at t = {time:.9g} s (step {size:.9g} s): status {_status(status)}; "
@@ -110,6 +117,7 @@ class Instance(ABC):
 
     def refused(self, what: str, status: int) -> str:
         """The message for a call that failed elsewhere, in C."""
+        self.fail(status)
         return self._words(f"refused {what} at t = {self.time:.9g} s: status {_status(status)}")
 
     def refused_values(self, verb: str, names: Sequence[str], values: Sequence[Any], status: int) -> str:
@@ -166,8 +174,8 @@ class Instance(ABC):
         self._begin(time, stop, tolerance)
 
     def terminate(self) -> None:
-        """End the run where that is still possible, and free the instance."""
-        if self.component.value and not self._dead:
+        """End the run where there is one and nothing failed, and free the instance."""
+        if self.component.value and self._running and not self._failed:
             self.function("Terminate")(self.component)
         self.free()
 
@@ -220,9 +228,10 @@ class Instance(ABC):
     @abstractmethod
     def _directional(self, rows: Any, columns: Any, seed: Any, result: Any) -> None: ...
 
-    @abstractmethod
     def finish_initialisation(self) -> None:
         """Leave initialisation."""
+        self.call("ExitInitializationMode")
+        self._running = True
 
     @abstractmethod
     def read(self, access: Access) -> list[Any]:

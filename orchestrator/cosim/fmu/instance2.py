@@ -66,9 +66,6 @@ class Instance2(Instance):
         )
         self.call("EnterInitializationMode")
 
-    def finish_initialisation(self) -> None:
-        self.call("ExitInitializationMode")
-
     def read(self, access: Access) -> list[Any]:
         self.call(f"Get{self.kinds[access.kind][0]}", *_group(access), access.buffer, what=lambda: named(access))
         if access.kind == "String":

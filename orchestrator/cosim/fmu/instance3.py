@@ -66,9 +66,6 @@ class Instance3(Instance):
             *(Double(time), ctypes.c_bool(stop is not None), Double(stop or 0.0)),
         )
 
-    def finish_initialisation(self) -> None:
-        self.call("ExitInitializationMode")
-
     def read(self, access: Access) -> list[Any]:
         sizes = (Size * access.size)() if access.kind == "Binary" else None
         self._call("Get", access, access.buffer, sizes, None)

@@ -57,6 +57,7 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
     c->log = callbacks->logger;
     c->environment = callbacks->componentEnvironment;
     c->name = "faulty";
+    c->u = 1.0;
     return c;
 }
 void fmi2FreeInstance(fmi2Component c) { free(c); }

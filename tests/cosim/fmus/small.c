@@ -56,6 +56,10 @@ static double event(Model *model, bool *states_changed, bool *ends_run) { (void)
 #ifndef HAS_EARLY_RETURN
 static void allow_early_return(Model *model) { (void)model; }
 #endif
+#ifndef HAS_SLOPES
+/* The derivative of an input by time, over the next step. */
+static bool set_slope(Model *model, unsigned reference, double value) { (void)model; (void)reference; (void)value; return false; }
+#endif
 #ifndef HAS_ARRAYS
 static size_t count_of(const Model *model, unsigned reference) { (void)model; (void)reference; return 1; }
 #endif
@@ -66,7 +70,7 @@ static bool derivative(Model *model, unsigned unknown, unsigned known, double *v
 typedef struct {
     Model model;
     char resources[1024];
-    bool ended;
+    bool ended, running, failed;
     void *environment;
 #if FMI == 2
     fmi2CallbackLogger logger;
@@ -92,6 +96,7 @@ static const Variable *find(Instance *instance, unsigned reference)
 {
     if (reference < sizeof variables / sizeof *variables && (variables[reference].bytes > 0 || variables[reference].count > 0))
         return &variables[reference];
+    instance->failed = true;
     say(instance, 3, "there is no variable %u", reference);
     return NULL;
 }
@@ -154,13 +159,19 @@ static int set_text(Instance *instance, const unsigned *references, size_t n, co
     return 0;
 }
 
-/* For tests that count what was not freed. */
-int small_living;
+/* For tests: what was not freed, and calls of Terminate where there is nothing to end. */
+int small_living, small_misplaced;
 
 static void destroy(Instance *instance)
 {
     small_living--;
     free(instance);
+}
+
+static void terminate(Instance *instance)
+{
+    if (!instance->running || instance->failed)
+        small_misplaced++;
 }
 
 static Instance *create(const char *resources)

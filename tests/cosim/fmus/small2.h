@@ -27,9 +27,14 @@ S fmi2ExitInitializationMode(C c)
 {
     Instance *instance = c;
     begin(&instance->model, instance->resources);
+    instance->running = true;
     return fmi2OK;
 }
-S fmi2Terminate(C c) { return fmi2OK; }
+S fmi2Terminate(C c)
+{
+    terminate(c);
+    return fmi2OK;
+}
 S fmi2Reset(C c)
 {
     reset(&((Instance *)c)->model);
@@ -64,6 +69,14 @@ S fmi2FreeFMUstate(C c, fmi2FMUstate *state)
     small_living -= *state != NULL;
     free(*state);
     *state = NULL;
+    return fmi2OK;
+}
+/* Held for the next step. */
+S fmi2SetRealInputDerivatives(C c, const VR vr[], size_t n, const fmi2Integer order[], const fmi2Real value[])
+{
+    for (size_t i = 0; i < n; i++)
+        if (order[i] != 1 || !set_slope(&((Instance *)c)->model, vr[i], value[i]))
+            return fmi2Error;
     return fmi2OK;
 }
 S fmi2GetDirectionalDerivative(C c, const VR unknowns[], size_t n, const VR knowns[], size_t m, const fmi2Real seed[], fmi2Real result[])
@@ -145,11 +158,6 @@ S fmi2CancelStep(C c) { return fmi2Error; }
 S fmi2GetStatus(C c, const fmi2StatusKind kind, fmi2Status *value) { return fmi2Discard; }
 S fmi2GetIntegerStatus(C c, const fmi2StatusKind kind, fmi2Integer *value) { return fmi2Discard; }
 S fmi2GetStringStatus(C c, const fmi2StatusKind kind, fmi2String *value) { return fmi2Discard; }
-S fmi2SetRealInputDerivatives(C c, const fmi2ValueReference vr[], size_t n, const fmi2Integer order[],
-                              const fmi2Real value[])
-{
-    return fmi2Error;
-}
 S fmi2GetRealOutputDerivatives(C c, const fmi2ValueReference vr[], size_t n, const fmi2Integer order[], fmi2Real value[])
 {
     return fmi2Error;

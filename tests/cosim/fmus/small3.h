@@ -37,11 +37,16 @@ S fmi3ExitInitializationMode(C c)
 {
     Instance *instance = c;
     begin(&instance->model, instance->resources);
+    instance->running = true;
     return fmi3OK;
 }
 S fmi3EnterConfigurationMode(C c) { return fmi3OK; }
 S fmi3ExitConfigurationMode(C c) { return fmi3OK; }
-S fmi3Terminate(C c) { return fmi3OK; }
+S fmi3Terminate(C c)
+{
+    terminate(c);
+    return fmi3OK;
+}
 
 #define BOTH(name, type)                                                                                        \
     S fmi3Get##name(C c, const VR vr[], size_t n, type v[], size_t k) { return get(c, vr, n, sizeof *v, v); }   \
