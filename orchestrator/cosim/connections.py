@@ -1,6 +1,6 @@
 """The check of a system before anything is loaded: names, causality, types, shapes, units, ranges, start values."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import groupby
 from typing import Any, Protocol
@@ -73,9 +73,9 @@ class _Checker:
         if self.problems:
             more = len(self.problems) - _MOST_PROBLEMS
             raise MisfitError("; ".join(self.problems[:_MOST_PROBLEMS]) + (f"; and {more} more" if more > 0 else ""))
-        unconnected = tuple(self._unconnected(starts))
         self.slots, self.links = self._started(starts)
-        return Wiring(self.slots, self.size, tuple(self.links), starts, unconnected, tuple(self.notes))
+        unconnected = (*self._free_inputs(), *self._unconnected(starts))
+        return Wiring(self.slots, self.size, tuple(self.links), starts, unconnected, (*self.system.notes, *self.notes))
 
     def _started(self, starts: Mapping[str, Mapping[str, Any]]) -> tuple[tuple[Slot, ...], list[Link]]:
         outside = {id(slot): self._outside_start(slot, starts) for slot in self.slots if slot.component == OUTSIDE}
@@ -221,6 +221,17 @@ class _Checker:
         whole = np.array(whole)
         whole.flat[elements[0].index] = port_value(replace(port, shape=()), value, definitions)
         return {port.name: whole}
+
+    def _free_inputs(self) -> Iterator[Unconnected]:
+        """Inputs of the system: whoever steps it may set them, a plain run leaves them."""
+        for slot in self.slots:
+            if slot.component == OUTSIDE and slot.port.causality == "output":
+                inside = self.system.inputs[slot.port.name][0]
+                component, variable = split_address(inside)
+                given = variable in self.system.components[component].values
+                yield Unconnected(
+                    f"input {slot.port.name}", _default(slot.port, slot.port.start), slot.port.unit, given
+                )
 
     def _unconnected(self, starts: Mapping[str, Mapping[str, Any]]) -> list[Unconnected]:
         found = []

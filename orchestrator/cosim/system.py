@@ -96,17 +96,21 @@ class System:
     notes: tuple[str, ...] = ()
 
     def with_values(self, values: Mapping[str, Value]) -> "System":
-        """The same system with further values, each by `component.variable`.
+        """The same system with further values, each by `component.variable` or the name of an input of the system.
 
         Raises:
             MisfitError: if an address is none, or there is no such component.
         """
         components = dict(self.components)
         for address, value in values.items():
-            name, variable = split_address(address)
-            self.component(name)
-            spec = components[name]
-            components[name] = replace(spec, values={**spec.values, variable: value})
+            if address in self.inputs and not value.unit:
+                unit = self.units.get(address, "")
+                value = replace(value, unit=unit, si=self.definitions.get(unit))
+            for inside in self.inputs.get(address, (address,)):
+                name, variable = split_address(inside)
+                self.component(name)
+                spec = components[name]
+                components[name] = replace(spec, values={**spec.values, variable: value})
         return replace(self, components=components)
 
     def with_component(self, spec: ComponentSpec) -> "System":

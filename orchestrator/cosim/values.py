@@ -32,7 +32,7 @@ def port_value(port: Port, given: Value, definitions: Mapping[str, SiUnit] | Non
         what = f"causality {port.causality}" + (f", initial = {port.initial}" if port.initial else "")
         raise MisfitError(f"{port.name} is computed by the component ({what}); only inputs and parameters can be set")
     value, unit = _read(port, given)
-    convert = _conversion(port, unit, given.si or (definitions or {}).get(unit))
+    convert = _conversion(port, unit, (given.si if unit == given.unit else None) or (definitions or {}).get(unit))
     if not port.shape:
         return convert(_scalar(port, value))
     elements = np.asarray(value, dtype=object)
@@ -51,7 +51,7 @@ def _read(port: Port, given: Value) -> tuple[Any, str]:
     text, unit = given.value.strip(), given.unit
     if port.type in FLOATS and not text.startswith("["):
         number, _, behind = text.partition(" ")
-        text, unit = number, unit or behind.strip()
+        text, unit = number, behind.strip() or unit
     if port.type == "Boolean" and text.lower() in _TRUTH:
         return _TRUTH[text.lower()], unit
     try:

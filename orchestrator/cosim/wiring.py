@@ -75,7 +75,10 @@ class Link:
 
 @dataclass(frozen=True)
 class Unconnected:
-    """An input that nothing drives, and the value that it keeps, in the unit of the port."""
+    """An input that nothing drives, and the value that it keeps, in the unit of the port.
+
+    `address` is `component.variable`, or `input NAME` for an input of the system.
+    """
 
     address: str
     value: Any

@@ -176,7 +176,8 @@ def test_inputs_of_the_system_take_their_unit_from_the_first_variable_inside():
     assert [link.source.address for link in wiring.to_component("")] == ["mass.x"]
     assert wiring.to_component("")[0].convert(0.5) == 500.0
     assert way.port.unit == "mm"
-    assert "mass.Fb" not in [each.address for each in wiring.unconnected]
+    addresses = [each.address for each in wiring.unconnected]
+    assert "mass.Fb" not in addresses and "input push" in addresses
 
 
 def test_an_input_of_the_system_starts_where_the_variable_inside_does():
@@ -184,7 +185,15 @@ def test_an_input_of_the_system_starts_where_the_variable_inside_does():
     system = replace(system, inputs={"push": ("mass.Fb",)}, units={"push": "kN"}).with_values({"mass.Fb": Value(250.0)})
     wiring = wire(system, parts)
     assert wiring.by_address["", "push"].port.start == pytest.approx(0.25)
+    assert str(wiring.unconnected[0]) == "input push = 0.25 kN (given)"
     assert wiring.from_component("")[0].source is wiring.by_address["", "push"]
+
+
+def test_an_input_of_the_system_can_be_given_in_its_unit():
+    system, parts = pair()
+    system = replace(system, inputs={"push": ("mass.Fa", "mass.Fb")}, units={"push": "kN"}, connections=())
+    assert wire(system.with_values({"push": Value(2.0)}), parts).starts["mass"] == {"Fa": 2000.0, "Fb": 2000.0}
+    assert wire(system.with_values({"push": Value("5 N")}), parts).starts["mass"] == {"Fa": 5.0, "Fb": 5.0}
 
 
 def test_a_unit_is_named_for_a_variable_without_one_and_must_not_contradict_the_component():

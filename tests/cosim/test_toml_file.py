@@ -133,7 +133,8 @@ def test_one_fmu_is_a_system_with_its_inputs_and_outputs():
     assert system.components == {"mass": ComponentSpec("mass", source="mass.fmu")}
     assert system.inputs == {"fa": ("mass.fa",), "fb": ("mass.fb",)}
     assert system.outputs == {"x": "mass.x", "v": "mass.v"}
-    assert wire(system, {"mass": describe(system.components["mass"], system.folder)}).unconnected == ()
+    found = wire(system, {"mass": describe(system.components["mass"], system.folder)}).unconnected
+    assert [str(each) for each in found] == ["input fa = 0.0 N (start value)", "input fb = 0.0 N (start value)"]
 
 
 def test_a_component_may_be_a_modelica_class(tmp_path):
