@@ -1,6 +1,7 @@
 """The child's side: `main` serves a simulation or a component until the host closes the connection."""
 
 import os
+import pickle
 import resource
 import sys
 import threading
@@ -26,30 +27,36 @@ class _Host:
         self.connection, self.memory = connection, memory
         self._shared: NDArray[np.float64] | None = None
 
+    def send(self, *message: Any) -> None:
+        self.connection.send_bytes(pickle.dumps(message, pickle.HIGHEST_PROTOCOL))
+
+    def receive(self) -> Any:
+        return pickle.loads(self.connection.recv_bytes())
+
     def buffer(self, rows: int, columns: int) -> NDArray[np.float64]:
         """A result buffer that the host reads too."""
         self._shared = self.memory.buffer(rows, columns)
-        self.connection.send(("buffer", rows, columns))
+        self.send("buffer", rows, columns)
         return self._shared
 
     def begin(self, columns: Sequence[Column], provenance: Mapping[str, Any]) -> None:
-        self.connection.send(("begin", list(columns), dict(provenance)))
+        self.send("begin", list(columns), dict(provenance))
 
     def rows(self, times: NDArray[np.float64], values: NDArray[np.float64]) -> None:
         """Hand rows over and wait until the host has them: the buffer may be reused when this returns."""
         if self._shared is not None and np.shares_memory(times, self._shared[:, 0]):
             offset = times.__array_interface__["data"][0] - self._shared.__array_interface__["data"][0]
-            self.connection.send(("shared rows", offset // self._shared.strides[0], len(times)))
+            self.send("shared rows", offset // self._shared.strides[0], len(times))
         else:
-            self.connection.send(("rows", np.array(times), np.array(values)))
-        self.connection.recv()
+            self.send("rows", np.array(times), np.array(values))
+        self.receive()
 
     def finish(self, failure: str = "") -> None:
         """The host finishes its recorder itself."""
 
     def watch(self, time: float) -> None:
-        self.connection.send(("watch", time))
-        self.connection.recv()
+        self.send("watch", time)
+        self.receive()
 
 
 def main() -> None:
@@ -78,19 +85,19 @@ def _answer(host: _Host, call: Callable[[], Any], state: Callable[[], Any] = lam
     try:
         answer = call()
     except MisfitError as error:
-        host.connection.send(("error", type(error).__name__, str(error)))
+        host.send("error", type(error).__name__, str(error))
     except Exception as error:  # a mistake in a user's class, or here: one line for the user all the same
         words = " ".join(str(error).split())
-        host.connection.send(("error", ComponentError.__name__, f"{type(error).__name__}: {words}"))
+        host.send("error", ComponentError.__name__, f"{type(error).__name__}: {words}")
     else:
-        host.connection.send(("answer", answer, state()))
+        host.send("answer", answer, state())
 
 
 def _serve_simulation(host: _Host) -> None:
     from orchestrator.cosim.isolate.simulation import State
     from orchestrator.cosim.simulation import Simulation
 
-    system, options = host.connection.recv()
+    system, options = host.receive()
     progress = Progress(host.memory.page, host.buffer)
     made: list[Simulation] = []
 
@@ -103,7 +110,7 @@ def _serve_simulation(host: _Host) -> None:
 
     _answer(host, make, state)
     while True:
-        name, arguments = host.connection.recv()
+        name, arguments = host.receive()
         if name == "run":
             until, recorded = arguments
             arguments = (until, host if recorded else None, host.watch)
@@ -113,7 +120,7 @@ def _serve_simulation(host: _Host) -> None:
 def _serve_component(host: _Host) -> None:
     from orchestrator.cosim.kinds import open_component
 
-    spec, folder = host.connection.recv()
+    spec, folder = host.receive()
     progress = Progress(host.memory.page)
     states: dict[int, Any] = {}
     numbers = count()
@@ -143,7 +150,7 @@ def _serve_component(host: _Host) -> None:
 
     _answer(host, make)
     while True:
-        name, arguments, dropped = host.connection.recv()
+        name, arguments, dropped = host.receive()
         for number in dropped:
             states.pop(number, None)
         _answer(host, lambda: call(name, arguments))  # noqa: B023
