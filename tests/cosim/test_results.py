@@ -218,3 +218,34 @@ def test_comparison_lists_what_only_one_has_and_refuses_other_times() -> None:
     assert (found.only_first, found.only_second) == (("y",), ("z",)) and not found.same
     with pytest.raises(MisfitError, match="share no time: one covers 0 to 1 s, the other 5 to 6 s"):
         compare_results(_result(time, x=time), _result(time + 5, x=time))
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+@pytest.mark.parametrize("share", [0.0, 0.3, 0.7, 0.99])
+def test_a_truncated_file_is_refused_or_read_in_part_but_never_breaks(
+    ending: str, share: float, tmp_path: Path
+) -> None:
+    whole, cut = tmp_path / f"whole{ending}", tmp_path / f"cut{ending}"
+    _record(whole, 500)
+    content = whole.read_bytes()
+    cut.write_bytes(content[: int(share * len(content))])
+    try:
+        result = read_result(cut)
+    except MisfitError as error:
+        assert str(cut) in str(error) and "\n" not in str(error)
+    else:
+        assert len(result.time) <= 500
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_bytes_of_something_else_are_refused(ending: str, tmp_path: Path) -> None:
+    path = tmp_path / f"other{ending}"
+    path.write_bytes(np.random.default_rng(1).bytes(5000))
+    with pytest.raises(MisfitError, match="cannot be read|has no column 'time'"):
+        read_result(path)
+
+
+def test_a_table_of_somebody_else_is_a_result_too(tmp_path: Path) -> None:
+    (tmp_path / "table.csv").write_text("time,q,name\n0,1.5,a\n0.1,2,b\n")
+    result = read_result(tmp_path / "table.csv")
+    assert result.names == ("q",) and result["q"].tolist() == [1.5, 2.0]

@@ -1,7 +1,10 @@
 """MF4 (ASAM MDF 4.10): channels with units in one group, provenance in the comment of the file."""
 
+import gc
 import json
+import sys
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -48,12 +51,10 @@ def read(path: Path, wanted: Sequence[str] | None) -> Content:
     Raises:
         MisfitError: if the file is none, or its groups were sampled at different times.
     """
-    try:
-        with asammdf.MDF(path) as file:
-            signals = list(file.iter_channels(skip_master=True)) if wanted is None else _some(file, wanted)
-            comment = str(file.header.description)
-    except Exception as error:  # asammdf raises whatever broken bytes lead to
-        raise MisfitError(f"{path} cannot be read as MF4: {' '.join(str(error).split())}") from error
+    with _quiet_ends():
+        signals, comment, failure = _contents(path, wanted)
+    if failure:
+        raise MisfitError(f"{path} cannot be read as MF4: {failure}")
     said = _said(comment)
     columns: list[Column] = []
     arrays: dict[str, NDArray[Any]] = {}
@@ -75,6 +76,27 @@ def read(path: Path, wanted: Sequence[str] | None) -> Content:
         arrays = {"time": time, **arrays}
         columns.insert(0, Column("time", "s"))
     return Content(Header(tuple(columns), said.get("provenance", {}), said.get("failure", "")), arrays)
+
+
+def _contents(path: Path, wanted: Sequence[str] | None) -> tuple[list[Any], str, str]:
+    """Signals, comment, and why there are none."""
+    try:
+        with asammdf.MDF(path) as file:
+            signals = list(file.iter_channels(skip_master=True)) if wanted is None else _some(file, wanted)
+            return signals, str(file.header.description), ""
+    except Exception as error:  # asammdf raises whatever broken bytes lead to
+        return [], "", " ".join(str(error).split()) or type(error).__name__
+
+
+@contextmanager
+def _quiet_ends() -> Iterator[None]:
+    """Keep quiet about what fails while asammdf clears up after a file that it could not open."""
+    hook, sys.unraisablehook = sys.unraisablehook, lambda _: None
+    try:
+        yield
+        gc.collect()
+    finally:
+        sys.unraisablehook = hook
 
 
 def _some(file: asammdf.MDF, wanted: Sequence[str]) -> list[Any]:
