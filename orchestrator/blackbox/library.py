@@ -24,7 +24,8 @@ OUTPUT_SLOTS = ("outputLag", "outputScale", "outputOffset")
 class Scales:
     """Typical sizes of one kind of site, in the FMU's units, and the units themselves.
 
-    `sizes` and `units` have the keys force, speed, position, input, output; `place` is (middle, half the range) of the
+    `sizes` and `units` have the keys force, speed, position, input, output; `sizes` may have s, by which times are
+    multiplied for plants that are slower than 50 samples in a second; `place` is (middle, half the range) of the
     positions.
     """
 
@@ -33,7 +34,7 @@ class Scales:
     place: tuple[float, float]
 
     def factor(self, unit: str) -> float:
-        """Size of `force/speed2` and the like; seconds and pure numbers count 1."""
+        """Size of `force/speed2` and the like; what has no size counts 1."""
         if unit == "place":
             return self.place[1]
         result = 1.0

@@ -11,10 +11,14 @@ from orchestrator.blackbox.compiled import CoupledRuns
 from orchestrator.blackbox.coupled import CoupledSystem
 from orchestrator.blackbox.fmu_file import FmuFile
 from orchestrator.blackbox.sites import Sites
+from orchestrator.blackbox.starts import positions_by_runs
 from orchestrator.models.correction import ResidualSystem
 from orchestrator.models.estimation import Record
 from orchestrator.models.smoothing import SmoothedTrial
 from orchestrator.models.symbolic import SymbolicModel
+
+# What a sensor shows of a start value depends on the parameters of these.
+READING_SLOTS = ("outputScale.", "outputOffset.")
 
 
 class CoupledModel(SymbolicModel):
@@ -50,6 +54,21 @@ class CoupledModel(SymbolicModel):
     def residual(self) -> ResidualSystem | None:  # type: ignore[override]
         return None
 
+    @property
+    def reads_through_parameters(self) -> bool:  # type: ignore[override]
+        return any(name.startswith(READING_SLOTS) for name in self.compiled.free)
+
+    def _sensor(self, k: int, parameters: np.ndarray | None) -> tuple[float, float]:
+        """Scale and offset between output k and its reading, as far as sensor errors are attached."""
+        if k not in self.sites.measured:
+            return 1.0, 0.0
+        place = self.sites.measured.index(k) + 1
+        names = [v.name for v in self.system.parameters]
+        values = self.compiled.parameters if parameters is None else parameters
+        wanted = ((f"outputScale.k[{place}]", 1.0), (f"outputOffset.c[{place}]", 0.0))
+        scale, offset = (float(values[names.index(name)]) if name in names else absent for name, absent in wanted)
+        return scale, offset
+
     def restricted(self, signals: Sequence[str], free: Sequence[str] = ()) -> "CoupledModel":
         if tuple(signals) == self.signals and tuple(free) == self.compiled.free:
             return self
@@ -63,14 +82,19 @@ class CoupledModel(SymbolicModel):
         low = np.array([-np.inf if v.minimum is None else v.minimum for v in states])
         high = np.array([np.inf if v.maximum is None else v.maximum for v in states])
         names = [v.name for v in self.sites.outputs]
-        for k, position in self.sites.positions.items():
+        step = float(np.median(np.diff(trial.time)))
+        stepped = self.file.description.cosimulation
+        for k, position in (positions_by_runs(self.file, step) if stepped else self.sites.positions).items():
             if names[k] not in self.signals:
                 continue
             m = self.signals.index(names[k])
-            first, slope = trial.beginnings[m], position.slope
-            value, std = (first.value - position.offset) / slope, first.value_std / abs(slope)
-            speed, reach = first.speed / slope, first.speed_std / abs(slope)
-            for state, at, far in ((position.state, value, std), (position.speed, speed, reach)):
+            scale, offset = self._sensor(k, parameters)
+            first, slope = trial.beginnings[m], scale * position.slope
+            value, std = (first.value - offset - scale * position.offset) / slope, first.value_std / abs(slope)
+            shown = [(position.state, value, std)]
+            if position.speed is not None:
+                shown.append((position.speed, first.speed / slope, first.speed_std / abs(slope)))
+            for state, at, far in shown:
                 start[state], low[state], high[state] = at, at - 5 * far, at + 5 * far
         for j, follows in enumerate(self.coupled.follows, start=len(self.sites.states)):
             if follows is not None and follows[0] == "input":

@@ -15,14 +15,16 @@ from orchestrator.models.smoothing import SmoothedTrial
 
 FORCE_UNITS = {"N.m": "rad", "N": "m", "kg.m2/s2": "rad", "kg.m/s2": "m"}
 NEGLIGIBLE = 1e-7
+# Times of effects suit plants that are sampled at this interval in s or a shorter one.
+QUICK = 0.02
 
 
 @dataclass(frozen=True)
 class Position:
-    """An output that reads a state: output = slope * state + offset, and der(state) is the state `speed`."""
+    """An output that reads a state: output = slope * state + offset; der(state) is the state `speed`, or None."""
 
     state: int
-    speed: int
+    speed: int | None
     slope: float
     offset: float
 
@@ -101,16 +103,17 @@ def plain_sites(description: Description) -> Sites:
 
 
 def find_positions(probe: Probe, outputs: np.ndarray, states: np.ndarray) -> dict[int, Position]:
-    """Outputs that read one state whose rate is another state, from Jacobians taken at `states`; values of the outputs."""
+    """Outputs that read one state, and the state that is its rate, from Jacobians taken at `states` with these `outputs`."""
     found = {}
     for k, row in enumerate(probe.outputs_by_states):
         state = _single(row)
         if state is None or np.any(np.abs(probe.outputs_by_inputs[k]) > NEGLIGIBLE):
             continue
         speed = _single(probe.rates_by_states[state])
-        if speed is not None and abs(probe.rates_by_states[state, speed] - 1) < 1e-5:
-            slope = float(row[state])
-            found[k] = Position(state, speed, slope, float(outputs[k] - slope * states[state]))
+        if speed is not None and abs(probe.rates_by_states[state, speed] - 1) > 1e-5:
+            speed = None
+        slope = float(row[state])
+        found[k] = Position(state, speed, slope, float(outputs[k] - slope * states[state]))
     return found
 
 
@@ -143,6 +146,7 @@ def find_sites(description: Description, data: BoundSet, positions: Mapping[int,
     wiring = Wiring(
         plain.wiring.inputs, plain.wiring.n_inputs, sensed, n_sensed, tuple(differenced), outputs, n_outputs
     )
+    seconds = {"s": max(1.0, float(np.median(np.diff(data.trials[0].time))) / QUICK)}
     trials = [SmoothedTrial(t.time, t.inputs, t.outputs, np.array(list(_noise(data)))) for t in data.learning]
     return Sites(
         inputs=plain.inputs,
@@ -153,9 +157,11 @@ def find_sites(description: Description, data: BoundSet, positions: Mapping[int,
         measured=measured,
         forces=tuple(forces),
         force_scales=_force_scales(plain, forces, measured, trials),
-        input_scales=tuple(_signal_scales("input", plain.inputs[i], [t.inputs[:, i] for t in trials]) for i in driven),
+        input_scales=tuple(
+            _signal_scales("input", plain.inputs[i], [t.inputs[:, i] for t in trials], seconds) for i in driven
+        ),
         output_scales=tuple(
-            _signal_scales("output", plain.outputs[k], [t.measured[:, m] for t in trials])
+            _signal_scales("output", plain.outputs[k], [t.measured[:, m] for t in trials], seconds)
             for m, k in enumerate(measured)
         ),
         positions=dict(positions),
@@ -205,7 +211,7 @@ def _mentions(force: str, position: str) -> bool:
 def _speed_port(description: Description, positions: Mapping[int, Position], k: int) -> Port | None:
     """A variable that is the speed of an output: the state that is its rate, or one declared as its derivative."""
     position = positions.get(k)
-    if position is not None and abs(position.slope - 1) < 1e-6:
+    if position is not None and position.speed is not None and abs(position.slope - 1) < 1e-6:
         return description.states[position.speed]
     return description.speed_of.get(description.outputs[k].name)
 
@@ -231,8 +237,8 @@ def _force_scales(
     return Scales(sizes, units, (0.5 * (low + high), half))
 
 
-def _signal_scales(kind: str, variable: Variable, series: Sequence[np.ndarray]) -> Scales:
+def _signal_scales(kind: str, variable: Variable, series: Sequence[np.ndarray], seconds: Mapping[str, float]) -> Scales:
     """Size of a signal: its largest magnitude for an input, its spread for an output."""
     values = np.concatenate(series)
     size = float(np.abs(values).max()) if kind == "input" else float(np.std(values))
-    return Scales({kind: size or 1.0}, {kind: variable.unit or "1"}, (0.0, 1.0))
+    return Scales({kind: size or 1.0, **seconds}, {kind: variable.unit or "1"}, (0.0, 1.0))

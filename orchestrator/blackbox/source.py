@@ -84,13 +84,19 @@ class FmuSource(ModelicaModel):
         return [Mounted(by_id[card_id], slot, tuple(sorted(numbers))) for (slot, card_id), numbers in places.items()]
 
     def refusals(self) -> tuple[str, ...]:
-        """One line for each effect that cannot be attached: what the FMU would have to expose."""
-        lines = [f"{law.card.id} is not tried: {self._lacking(law)}" for law in laws() if not self._places(law)[0]]
+        """One line for each reason why effects cannot be attached: what the FMU would have to expose."""
+        lacking: dict[str, list[str]] = {}
+        for law in laws():
+            if not self._places(law)[0]:
+                lacking.setdefault(self._lacking(law), []).append(law.card.id)
         known = {law.card.id for law in laws()}
         for card_id in dict.fromkeys(card.id for card in effect_library()):
             if card_id not in known and card_id in needs():
-                lines.append(f"{card_id} is not tried: the FMU would have to expose {needs()[card_id]}")
-        return tuple(lines)
+                lacking.setdefault(f"the FMU would have to expose {needs()[card_id]}", []).append(card_id)
+        return tuple(
+            f"{', '.join(ids)} {'is' if len(ids) == 1 else 'are'} not tried: {reason}"
+            for reason, ids in lacking.items()
+        )
 
     def _places(self, law: Law) -> tuple[tuple[str, ...], tuple[Scales, ...]]:
         """Names of the sites where a law can act, and the sizes of things there."""
@@ -127,7 +133,8 @@ def _gains(fmu: FmuFile, data: BoundSet) -> np.ndarray:
         if description.states:
             probe = fmu.probe()
             for k, position in fmu.positions().items():
-                gains[k] = position.slope * probe.rates_by_inputs[position.speed]
+                if position.speed is not None:
+                    gains[k] = position.slope * probe.rates_by_inputs[position.speed]
         return np.where(np.abs(gains) > NEGLIGIBLE * max(np.abs(gains).max(initial=0.0), 1e-30), gains, 0.0)
     return _gains_by_pulses(fmu, data)
 

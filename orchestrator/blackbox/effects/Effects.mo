@@ -1,9 +1,9 @@
 model Delay "Pure delay"
-  parameter Real T(unit="s", min=0, max=0.2) = 0.01 "Delay";
+  parameter Real T(unit="s", min=0, max=100) = 0.01 "Delay";
   input Real u "Signal";
   output Real y "= u(t - T)";
 equation
-  y = delay(u, T, 0.2);
+  y = delay(u, T, 100.0);
 end Delay;
 
 model Lag "First-order lag"
