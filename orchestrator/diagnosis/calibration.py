@@ -90,7 +90,8 @@ class Stage:
         level = float(np.sqrt(left @ left / freedom))
         # A fit takes noise away where it is flexible, at low frequency most of all: that share of it is added again.
         taken = np.column_stack([basis, self.tangent.basis]) * level
-        covariance = sum(_autocovariance(part) for column in (left, *taken.T) for part in self._per_trial(column))
+        parts = [part for column in (left, *taken.T) for part in self._per_trial(column)]
+        covariance = np.sum([_autocovariance(part) for part in parts], axis=0)
         coefficients = np.zeros(AR_ORDER)
         if covariance[0] > 0:
             covariance[0] *= 1 + 1e-6
@@ -136,8 +137,7 @@ class Stage:
     def p_value(self) -> float:
         """Chance that noise alone lets some set of candidates explain so much.
 
-        A model that is no formula, such as an FMU, has no first order: its error counts as noise up to `NEAR_FLOOR`,
-        since how exactly it integrates is not known.
+        Where no candidate could be linearised, the error counts as noise up to `NEAR_FLOOR`.
         """
         if not self.is_calibrated:
             return 1.0 if self.tangent.base.cost < NEAR_FLOOR**2 else 1.0 / (1 + NULLS)
@@ -146,7 +146,7 @@ class Stage:
     @property
     def is_calibrated(self) -> bool:
         """Whether there is a first order to run noise records through."""
-        return self.tangent.response.is_formula
+        return bool(self.blocks)
 
     def p_of(self, reached: float) -> float:
         """Chance that noise alone reaches a score; without noise records by the number of sets tried (Bonferroni)."""
