@@ -203,7 +203,7 @@ def find_candidates(
         placed = _at_all_sites(card, slot, system.settings.get(f"{slot}.n"))
         if card.class_file is not None:
             tried = EffectSet(base, placed[:1], system.outputs)
-            check_class(card, slot, lambda tried=tried: tried.system.parameters)  # type: ignore[misc]
+            check_class(card, slot, lambda tried=tried: tried.system)  # type: ignore[misc]
         found += placed
     attached = {candidate.card.id for candidate in found}
     return found, [name for name in dict.fromkeys(impossible) if name not in attached]

@@ -1,12 +1,12 @@
 """Cards of the user's own, checked against the model that they are meant for, before any time is spent on them."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from difflib import get_close_matches
 
 import numpy as np
 
 from fmus.errors import MisfitError
-from fmus.symbolic.system import Variable
+from fmus.symbolic.system import SymbolicSystem, Variable
 from orchestrator.diagnosis.cards import EffectCard
 
 
@@ -22,21 +22,28 @@ def check_slots(card: EffectCard, model: str, slots: Sequence[str]) -> None:
             raise MisfitError(f"{card.card_file}: slots: {model} has no slot '{slot}'; did you mean '{near[0]}'?")
 
 
-def check_class(card: EffectCard, slot: str, compiled: Callable[[], Sequence[Variable]]) -> None:
+def check_class(card: EffectCard, slot: str, compiled: Callable[[], SymbolicSystem]) -> None:
     """Check a card against its class, compiled in a slot.
 
     Args:
-        compiled: gives all parameters of the model with the effect in it.
+        compiled: gives the model with the effect in it.
 
     Raises:
-        MisfitError: if the class does not fit the slot, lacks a parameter of the card or its bounds, or if the first
-            guess or the grid lies outside them.
+        MisfitError: if the class does not fit the slot, lacks a parameter of the card or its bounds, if the first guess
+            or the grid lies outside them, or if a need names no variable of it.
     """
     try:
         found = compiled()
     except MisfitError as error:
         raise MisfitError(f"{card.card_file}: class {card.class_name} does not fit slot {slot}: {error}") from error
-    own = {v.name.removeprefix(f"{slot}.").split("[")[0]: v for v in found if v.name.startswith(f"{slot}.")}
+    own = _inside(slot, found.parameters)
+    shown = _inside(slot, (*found.states, *found.algebraics))
+    for number, need in enumerate(card.needs, start=1):
+        if need.variable not in shown:
+            raise MisfitError(
+                f"{card.card_file} [[needs]] {number}: class {card.class_name} has no variable '{need.variable}'; it has"
+                f" {', '.join(shown)}"
+            )
     for parameter in card.parameters:
         where = f"{card.card_file} [parameters.{parameter.name}]"
         variable = own.get(parameter.name)
@@ -61,3 +68,9 @@ def check_class(card: EffectCard, slot: str, compiled: Callable[[], Sequence[Var
         raise MisfitError(
             f"{card.card_file}: meaningful is infinite for all parameters, so the effect could never matter"
         )
+
+
+def _inside(slot: str, variables: Iterable[Variable]) -> dict[str, Variable]:
+    """Variables of a slot by their names in the effect's class, the elements of an array as one."""
+    own = [v for v in variables if v.name.startswith(f"{slot}.")]
+    return {v.name.removeprefix(f"{slot}.").split("[")[0]: v for v in own}

@@ -98,7 +98,24 @@ def change(old: str, new: str) -> Callable[[str], str]:
     return lambda text: text.replace(old, new)
 
 
+NEED = '[[needs]]\nvariable = "w"\nwhat = "speed"\nbeyond = 0.1\nsamples = 50\n'
+
+
+def with_need(old: str = "", new: str = "") -> Callable[[str], str]:
+    return lambda card: card + NEED.replace(old, new)
+
+
 CARD_MISTAKES = {
+    "need of a variable that is not there": (
+        with_need('"w"', '"speed"'),
+        "[[needs]] 1: class EddyBrake has no variable 'speed'; it has q, w, a, tau",
+    ),
+    "need without a number": (with_need("beyond = 0.1\nsamples = 50\n"), "[[needs]] 1: has variable, what; expected one of"),
+    "need of unknown parameter": (
+        with_need("beyond = 0.1", 'beyond = "c"'),
+        "[[needs]] 1: 'beyond' = 'c', expected a number, or a parameter of the card: b",
+    ),
+    "need of no samples": (with_need("samples = 50", "samples = 0"), "'samples' = 0, expected a number above 0"),
     "not TOML": (change('id = "eddy_brake"', "id = eddy_brake"), "not valid TOML"),
     "missing key": (change('title = "Eddy-current brake, strongest where the magnet passes the pole"\n', ""), "lacks 'title'"),
     "misspelt key": (change("elements =", "element ="), "'element' is no key of an effect card; did you mean 'elements'?"),
