@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from fmus.errors import MisfitError
 from orchestrator.cosim.assembly import Assembly, assemble
-from orchestrator.cosim.engine.table import Table, why_not
+from orchestrator.cosim.engine.table import Table, left_to_python, why_not
 from orchestrator.cosim.masters import TableMaster
 from orchestrator.cosim.masters.coupling import Coupling
 from orchestrator.cosim.progress import Progress
@@ -111,9 +111,8 @@ class Simulation:
         if not isinstance(master, TableMaster):
             self.report.engine = f"master {master.name} runs in Python"
             return
-        slots = [slot for slot, _ in self._parts.recorded]
-        reason = why_not(self.coupling, master.operations, slots) if self._engine else "it is switched off"
-        self.report.engine = reason
+        reason = why_not(self.coupling, master.operations) if self._engine else "it is switched off"
+        self.report.engine = reason or left_to_python(self.coupling, master.operations)
         if not reason:
             self._table = Table(self.coupling, master.operations, [place for _, place in self._parts.recorded])
 

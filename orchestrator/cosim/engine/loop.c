@@ -176,6 +176,10 @@ LoopOutcome loop_operations(Loop *loop, double time)
 {
     for (; loop->next < loop->n_operations; loop->next++) {
         const Operation *op = &loop->operations[loop->next];
+        if (op->kind == HOST) {
+            loop->failed = loop->next;
+            return LOOP_HOST;
+        }
         const Part *part = &loop->parts[op->part];
         LoopOutcome outcome = op->kind == GET   ? read(loop, op, part, time)
                           : op->kind == SET ? write(loop, op, part, time)

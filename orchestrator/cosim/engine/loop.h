@@ -20,7 +20,7 @@ typedef struct {
     int32_t version, number; /* of FMI; of the component in its system */
 } Part;
 
-enum { GET, SET, STEP };
+enum { GET, SET, STEP, HOST };
 enum { FLOAT64, FLOAT32, INT8, UINT8, INT16, UINT16, INT32, UINT32, INT64, BOOLEAN };
 
 typedef struct {
@@ -44,6 +44,7 @@ typedef enum {
     LOOP_REFUSED,    /* an FMU answered with `status` */
     LOOP_OUTSIDE,    /* value `index` of an operation is not finite or outside its range */
     LOOP_EARLY,      /* an FMU ended its step early, at `reached`, or wants to end the run */
+    LOOP_HOST,       /* it is the caller's turn to carry out an operation */
 } LoopOutcome;
 
 typedef struct {

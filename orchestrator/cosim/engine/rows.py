@@ -1,7 +1,7 @@
 """Operations as the rows that C goes through."""
 
 import ctypes
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from orchestrator.cosim.fmu.instance import Instance
 from orchestrator.cosim.masters.checks import limits
-from orchestrator.cosim.masters.operations import Get, Operation, Set, Step
+from orchestrator.cosim.masters.operations import Get, Operation, Set, Shape, Solve, Step
 from orchestrator.cosim.wiring import Link, Slot
 
-_GET, _SET, _STEP = range(3)
+_GET, _SET, _STEP, _HOST = range(4)
 # Numbers of the types in loop.c, and their bytes. 64-bit integers need not fit into the doubles that values travel in.
 _TYPES = {"Float64": (0, 8), "Float32": (1, 4), "Int8": (2, 1), "UInt8": (3, 1), "Int16": (4, 2), "UInt16": (5, 2)}
 _TYPES |= {"Int32": (6, 4), "UInt32": (7, 4), "Enumeration": (8, 8), "Boolean": (9, 1)}
@@ -26,11 +26,26 @@ def can_carry(slot: Slot) -> bool:
     return slot.port.type in _TYPES
 
 
-def can_copy(link: Link) -> bool:
+def why_in_python(operation: Operation, instances: Container[str]) -> str:
+    """What keeps an operation from C, as a name of what it is; empty where nothing does."""
+    if isinstance(operation, Solve):
+        return f"the algebraic loop {operation.loop}"
+    if operation.component not in instances:
+        return operation.component
+    if isinstance(operation, Shape):
+        return f"inputs of {operation.component} that are not held"
+    if isinstance(operation, Step):
+        return ""
+    links = [link for link in getattr(operation, "links", ()) if not _can_copy(link)]
+    others = [slot for slot in operation.slots if not can_carry(slot)]
+    return f"{links[0].target.address} with its conversion" if links else others[0].address if others else ""
+
+
+def _can_copy(link: Link) -> bool:
     """Whether C can copy along a link: real numbers with any factor, others as they are."""
     types = link.source.port.type, link.target.port.type
     as_it_is = (link.transfer.factor, link.transfer.offset) == (1.0, 0.0) and types[0] == types[1]
-    return link.is_linear and (types == ("Float64", "Float64") or as_it_is)
+    return link.is_linear and can_carry(link.source) and (types == ("Float64", "Float64") or as_it_is)
 
 
 class Part(ctypes.Structure):
@@ -52,11 +67,12 @@ class Row(ctypes.Structure):
 
 @dataclass(frozen=True)
 class Entry:
-    """What a row stands for: an operation, or the part of it that has variables of one type."""
+    """What a row stands for: an operation, or the part of it that has variables of one type; `hosted` is left to Python."""
 
-    operation: Get | Set | Step
+    operation: Operation
     slots: tuple[Slot, ...]
     values: NDArray[np.float64]
+    hosted: bool = False
 
 
 class Rows:
@@ -78,7 +94,7 @@ class Rows:
         self._place = {name: k for k, name in enumerate(instances)}
         versions = ((name, each.component.value, each.description.version) for name, each in instances.items())
         self.parts = (Part * len(instances))(*(Part(at, version, numbers[name]) for name, at, version in versions))
-        self.entries = [entry for operation in operations for entry in _entries(operation)]
+        self.entries = [entry for operation in operations for entry in _entries(operation, instances)]
         self.rows = (Row * len(self.entries))(*(self._row(entry) for entry in self.entries))
 
     def keep(self, values: Any, kind: Any) -> int:
@@ -89,6 +105,9 @@ class Rows:
 
     def _row(self, entry: Entry) -> Row:
         operation = entry.operation
+        if entry.hosted:
+            return Row(kind=_HOST)
+        assert isinstance(operation, Get | Set | Step)
         part, instance = self._place[operation.component], self._instances[operation.component]
         if isinstance(operation, Step):
             function = instance.address("DoStep")
@@ -131,11 +150,11 @@ class Rows:
             row.factors, row.offsets = self.keep(factors, np.float64), self.keep(offsets, np.float64)
 
 
-def _entries(operation: Operation) -> Iterator[Entry]:
+def _entries(operation: Operation, instances: Container[str]) -> Iterator[Entry]:
     """The calls that an operation takes: one for each type."""
-    assert isinstance(operation, Get | Set | Step)
-    if isinstance(operation, Step):
-        yield Entry(operation, (), np.zeros(0))
+    hosted = bool(why_in_python(operation, instances))
+    if hosted or not isinstance(operation, Get | Set):
+        yield Entry(operation, (), np.zeros(0), hosted)
         return
     by_type: dict[str, list[Slot]] = {}
     for slot in operation.slots:

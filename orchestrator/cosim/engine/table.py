@@ -10,17 +10,17 @@ from numpy.typing import NDArray
 from fmus.errors import ComponentError
 from orchestrator.cosim.component import StepEnd
 from orchestrator.cosim.engine.native import native_library
-from orchestrator.cosim.engine.rows import Pointer, Rows, can_carry, can_copy
+from orchestrator.cosim.engine.rows import Pointer, Rows, can_carry, why_in_python
 from orchestrator.cosim.fmu.instance import DISCARD, Instance
 from orchestrator.cosim.fmu.stepping import SteppingFmu
 from orchestrator.cosim.masters.checks import outside
 from orchestrator.cosim.masters.coupling import Coupling
-from orchestrator.cosim.masters.operations import Get, Operation, Set, Step
-from orchestrator.cosim.wiring import Slot
+from orchestrator.cosim.masters.operations import Get, Operation, Set, Solve, Step
 
 # What C's doubles become in Python; integers without a mention.
 _PYTHON_TYPES: dict[str, Callable[[float], Any]] = {"Float64": float, "Float32": float, "Boolean": bool}
-DONE, FULL, STOPPED, REFUSED, OUTSIDE_RANGE, EARLY = range(6)
+_TEXTS = ("String", "Binary")
+DONE, FULL, STOPPED, REFUSED, OUTSIDE_RANGE, EARLY, HOST = range(7)
 
 
 class LoopState(ctypes.Structure):
@@ -39,27 +39,34 @@ class LoopState(ctypes.Structure):
     ]
 
 
-def why_not(coupling: Coupling, operations: Sequence[Operation], recorded: Sequence[Slot]) -> str:
-    """Why the loop in C cannot carry out operations; empty where it can."""
-    for name, component in coupling.components.items():
-        if not isinstance(component, SteppingFmu):
-            return f"{name} is no co-simulation FMU in this process"
-    for operation in operations:
-        if not isinstance(operation, Get | Set | Step):
-            return "there is an algebraic loop, or inputs are shaped"
-        others = [slot.address for slot in getattr(operation, "slots", ()) if not can_carry(slot)]
-        if others:
-            return f"{others[0]} is of a type that only Python passes on"
-        if isinstance(operation, Set) and not all(can_copy(link) for link in operation.links):
-            return f"a connection to {operation.component} has a table, a range to check, or changes the type"
-    others = [slot.address for slot in recorded if not can_carry(slot)]
-    if others:
-        return f"{others[0]} is of a type that only Python passes on"
-    return "" if native_library() is not None else "there is no C compiler"
+def why_not(coupling: Coupling, operations: Sequence[Operation]) -> str:
+    """Why the loop in C is not used; empty where it is."""
+    if native_library() is None:
+        return "there is no C compiler"
+    stepping = [operation for operation in operations if isinstance(operation, Step)]
+    return (
+        ""
+        if any(step.component in _native(coupling) for step in stepping)
+        else "no co-simulation FMU steps in this process"
+    )
+
+
+def left_to_python(coupling: Coupling, operations: Sequence[Operation]) -> str:
+    """What Python does in turn with the loop in C."""
+    reasons = (why_in_python(operation, _native(coupling)) for operation in operations)
+    return ", ".join(dict.fromkeys(reason for reason in reasons if reason))
+
+
+def _native(coupling: Coupling) -> dict[str, Instance]:
+    """FMUs that C can call."""
+    return {name: each.instance for name, each in coupling.components.items() if isinstance(each, SteppingFmu)}
 
 
 class Table:
-    """Operations and the loop that carries them out; everything that C points to lives as long as this."""
+    """Operations and the loop that carries them out; everything that C points to lives as long as this.
+
+    What C cannot do it leaves to Python, in its turn: components in Python, algebraic loops, texts.
+    """
 
     def __init__(self, coupling: Coupling, operations: Sequence[Operation], places: Sequence[int]) -> None:
         library = native_library()
@@ -74,9 +81,11 @@ class Table:
             if can_carry(slot)
             for k in range(slot.first, slot.first + slot.port.size)
         ]
-        self._instances = [self._instance(name) for name in coupling.components]
-        names = dict(zip(coupling.components, self._instances, strict=True))
-        self._rows_of = Rows(names, coupling.number, operations)
+        self._instances = _native(coupling)
+        self._rows_of = Rows(self._instances, coupling.number, operations)
+        self._exchanged = {
+            id(each.operation): _exchanged(each.operation) for each in self._rows_of.entries if each.hosted
+        }
         self.loop = LoopState(
             parts=ctypes.addressof(self._rows_of.parts),
             operations=ctypes.addressof(self._rows_of.rows),
@@ -109,7 +118,7 @@ class Table:
                 outcome = self._run(loop)
                 if outcome in (DONE, FULL, STOPPED):
                     break
-                going = self._handle(outcome)
+                going = self._in_python() if outcome == HOST else self._handle(outcome)
                 if going and coupling.ended is not None:
                     loop.k_end = loop.k + 1
         finally:
@@ -122,7 +131,7 @@ class Table:
         for place, kind in self._carried:
             coupling.values[place] = kind(values[place])
         coupling.time = coupling.last_good = loop.start + loop.k * loop.size
-        for instance in self._instances:
+        for instance in self._instances.values():
             instance.time = coupling.time
 
     def _handle(self, outcome: int) -> bool:
@@ -130,7 +139,8 @@ class Table:
         loop, coupling = self.loop, self.coupling
         entry = self._rows_of.entries[loop.failed]
         operation = entry.operation
-        instance = self._instances[coupling.number[operation.component]]
+        assert isinstance(operation, Get | Set | Step)
+        instance = self._instances[operation.component]
         time, last_good = coupling.progress.word.time, loop.start + loop.k * loop.size
         instance.time, coupling.last_good = time, last_good
         if not isinstance(operation, Step):
@@ -153,7 +163,38 @@ class Table:
             loop.piece, loop.next = 0, loop.next + 1
         return going
 
-    def _instance(self, name: str) -> Instance:
-        component = self.coupling.components[name]
-        assert isinstance(component, SteppingFmu)
-        return component.instance
+    def _in_python(self) -> bool:
+        """Carry out the operations that are Python's turn; whether the run goes on."""
+        loop, coupling, entries = self.loop, self.coupling, self._rows_of.entries
+        coupling.last_good = loop.start + loop.k * loop.size
+        going = True
+        while going and loop.next < len(entries) and entries[loop.next].hosted:
+            operation = entries[loop.next].operation
+            reads, writes = self._exchanged[id(operation)]
+            for place, kind in reads:
+                coupling.values[place] = kind(self.signals[place])
+            going = coupling.carry_out_one(operation, loop.k, loop.start, loop.size)
+            for place in writes:
+                self.signals[place] = coupling.values[place]
+            loop.next += 1
+        return going
+
+
+def _exchanged(operation: Operation) -> tuple[list[tuple[int, Callable[[float], Any]]], list[int]]:
+    """Places of the values that an operation takes, with their types, and of those that it gives; texts stay in Python."""
+    if isinstance(operation, Step):
+        return [], []
+    parts = (*operation.torn, *operation.inside) if isinstance(operation, Solve) else (operation,)
+    reads: dict[int, Callable[[float], Any]] = {}
+    writes: dict[int, None] = {}
+    for part in parts:
+        for link in getattr(part, "links", ()):
+            if can_carry(link.source):
+                reads.update(dict.fromkeys(link.sources, _PYTHON_TYPES.get(link.source.port.type, int)))
+        for slot in part.slots:
+            places = range(slot.first, slot.first + slot.port.size)
+            if slot.port.type not in _TEXTS:
+                writes.update(dict.fromkeys(places))
+            if can_carry(slot) and not isinstance(part, Get):
+                reads.update(dict.fromkeys(places, _PYTHON_TYPES.get(slot.port.type, int)))
+    return list(reads.items()), list(writes)

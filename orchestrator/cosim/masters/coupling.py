@@ -67,20 +67,26 @@ class Coupling:
 
     def carry_out(self, operations: Iterable[Operation], k: int, start: float, size: float) -> bool:
         """Carry out the operations of step `k`, from `start + k size` s to the next point; whether the run goes on."""
-        time = start + (k + 1) * size
         for operation in operations:
-            if isinstance(operation, Get):
-                self.get(operation, time)
-            elif isinstance(operation, Set):
-                self.set(operation, time)
-            elif isinstance(operation, Solve):
-                solve_loop(self, operation, time)
-            elif isinstance(operation, Shape):
-                assert self.shaper is not None
-                self.shaper.apply(self, operation, start + k * size, size)
-            elif not self.step(operation, k, start, size):
+            if not self.carry_out_one(operation, k, start, size):
                 return False
-        self.time = self.last_good = self.progress.word.last_good = time
+        self.time = self.last_good = self.progress.word.last_good = start + (k + 1) * size
+        return True
+
+    def carry_out_one(self, operation: Operation, k: int, start: float, size: float) -> bool:
+        """Carry out an operation of step `k`; whether the run goes on."""
+        time = start + (k + 1) * size
+        if isinstance(operation, Get):
+            self.get(operation, time)
+        elif isinstance(operation, Set):
+            self.set(operation, time)
+        elif isinstance(operation, Solve):
+            solve_loop(self, operation, time)
+        elif isinstance(operation, Shape):
+            assert self.shaper is not None
+            self.shaper.apply(self, operation, start + k * size, size)
+        else:
+            return self.step(operation, k, start, size)
         return True
 
     def evaluate(self, operations: Iterable[Operation], time: float) -> None:
