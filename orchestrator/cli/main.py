@@ -44,6 +44,7 @@ SUMMARIES = {
     "add": "Write the model with an effect in it, as Modelica and FMU.",
     "build": "Build FMUs from Modelica.",
     "compare": "Show where a model fails against a measurement, and by how much.",
+    "convert": "Write a system as SSP or TOML.",
     "diagnose": "Name the physical effect that a model lacks.",
     "discover": "Compare, diagnose, add, compare again.",
     "ledger": "List every version of a model and its errors.",

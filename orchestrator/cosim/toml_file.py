@@ -1,7 +1,6 @@
-"""Systems as TOML: the short form with one file a component, the long form with a table a component."""
+"""Systems read from TOML: the short form with one file a component, the long form with a table a component."""
 
-import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -46,43 +45,6 @@ def read_toml(path: Path) -> System:
         run=_run(table.get_table("run")),
         folder=path.parent,
     )
-
-
-def write_toml(system: System) -> str:
-    """Give the text of a file that reads back as the same system.
-
-    Raises:
-        MisfitError: if the system defines units of its own, which TOML has no place for, or holds a value that is none of TOML.
-    """
-    units = [*system.units.values(), *(unit for spec in system.components.values() for unit in spec.units.values())]
-    if any(unit in system.definitions for unit in units) or _own_units(system):
-        raise MisfitError(f"system {system.name!r} defines units of its own; keep it as SSP")
-    lines = [f"name = {_literal(system.name)}", ""]
-    run = system.run
-    pairs = {"start": run.start, "stop": run.stop, "step": run.step, "master": run.master, "tolerance": run.tolerance}
-    lines += [
-        "[run]",
-        *_pairs({k: v for k, v in {**pairs, "options": dict(run.options)}.items() if v not in (None, {})}),
-    ]
-    for name, spec in system.components.items():
-        table = {"kind": spec.kind, "source": spec.source, "step": spec.step, "isolate": spec.isolate}
-        parameters = {key: {"value": v.value, "unit": v.unit} if v.unit else v.value for key, v in spec.values.items()}
-        table = {
-            k: v
-            for k, v in {**table, **spec.options, "parameters": parameters, "units": dict(spec.units)}.items()
-            if v not in (None, "", {})
-        }
-        lines += ["", f"[components.{_key(name)}]", *_pairs(table)]
-    for title, mapping in (("inputs", system.inputs), ("outputs", system.outputs), ("units", system.units)):
-        if mapping:
-            lines += ["", f"[{title}]", *_pairs(mapping)]
-    for connection in system.connections:
-        lines += ["", "[[connections]]", *_pairs(_connection_table(connection))]
-    return "\n".join(lines) + "\n"
-
-
-def _own_units(system: System) -> bool:
-    return any(value.si is not None for spec in system.components.values() for value in spec.values.values())
 
 
 def _component(components: TomlTable, name: str, folder: Path) -> ComponentSpec:
@@ -223,36 +185,3 @@ def _known_keys(table: TomlTable, known: Iterable[str]) -> None:
     for key in table.values:
         if key not in names:
             raise MisfitError(f"{table.where}: unknown key {shown(key)}; {nearest(key, names)}")
-
-
-def _connection_table(connection: Connection) -> dict[str, Any]:
-    table: dict[str, Any] = {"from": connection.source, "to": connection.target}
-    if (connection.factor, connection.offset) != (1.0, 0.0):
-        table |= {"factor": connection.factor, "offset": connection.offset}
-    if connection.mapping:
-        table["mapping"] = connection.mapping
-    return table if connection.convert else {**table, "convert": False}
-
-
-def _pairs(table: Mapping[str, Any]) -> list[str]:
-    return [f"{_key(key)} = {_literal(value)}" for key, value in table.items()]
-
-
-def _key(key: str) -> str:
-    return key if key.isascii() and key.replace("_", "").replace("-", "").isalnum() else _literal(key)
-
-
-def _literal(value: Any) -> str:
-    if isinstance(value, Mapping):
-        return "{ " + ", ".join(_pairs(value)) + " }" if value else "{}"
-    if isinstance(value, list | tuple):
-        return f"[{', '.join(_literal(each) for each in value)}]"
-    if isinstance(value, str):
-        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, int | float):
-        return repr(value)
-    if hasattr(value, "tolist"):  # NumPy's numbers and arrays
-        return _literal(value.tolist())
-    raise MisfitError(f"{shown(value)} cannot be written as TOML")

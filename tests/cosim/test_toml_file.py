@@ -6,11 +6,13 @@ from hypothesis import strategies as st
 from small_fmus import small_fmu
 
 from fmus.errors import MisfitError
+from fmus.units import SiUnit
 from orchestrator.cosim import ComponentSpec, Connection, RunSettings, System, Value
 from orchestrator.cosim.connections import wire
 from orchestrator.cosim.kinds import describe
 from orchestrator.cosim.load import load_system
-from orchestrator.cosim.toml_file import read_toml, write_toml
+from orchestrator.cosim.toml_file import read_toml
+from orchestrator.cosim.toml_text import write_toml
 
 SHORT = """
 # A plant with an effect in front of it.
@@ -182,3 +184,11 @@ def test_what_is_written_reads_back_the_same(tmp_path_factory, name, component, 
     path = folder / "s.toml"
     path.write_text(write_toml(system), encoding="utf-8", newline="")
     assert read_toml(path) == system
+
+
+def test_a_unit_that_means_something_else_is_not_lost_in_silence():
+    spec = ComponentSpec("a", source="a.fmu", values={"t": Value(2.0, "t", SiUnit({"kg": 1}, 907.18474))})
+    with pytest.raises(MisfitError, match="defines the unit 't' in its own way; keep it as SSP"):
+        write_toml(System("s", {"a": spec}))
+    metric = ComponentSpec("a", source="a.fmu", values={"t": Value(2.0, "t", SiUnit({"kg": 1}, 1000.0))})
+    assert 'unit = "t"' in write_toml(System("s", {"a": metric}))
