@@ -111,7 +111,7 @@ class Simulation:
         if not isinstance(master, TableMaster):
             self.report.engine = f"master {master.name} runs in Python"
             return
-        reason = why_not(self.coupling, master.operations) if self._engine else "it is switched off"
+        reason = why_not(self.coupling) if self._engine else "it is switched off"
         self.report.engine = reason or left_to_python(self.coupling, master.operations)
         if not reason:
             self._table = Table(self.coupling, master.operations, [place for _, place in self._parts.recorded])

@@ -153,7 +153,7 @@ def test_a_wish_to_stop_ends_the_run_at_a_communication_point() -> None:
 
 def controlled(version: int = 2, **run: Any) -> System:
     """A mass held by a controller in Python, which has no FMU to be called in C."""
-    gains: dict[str, Any] = {"a": [[-2.0]], "b": [[1.0]], "c": [[-3.0]], "d": [[-1.5]]}
+    gains: dict[str, Any] = {"a": [[0.5]], "b": [[1.0]], "c": [[-3.0]], "d": [[-1.5]]}
     control = ComponentSpec("control", kind="controller", options={**gains, "sample_time": 0.01})
     links = [("mass.x", "control.u"), ("control.y", "mass.fa"), ("mass.v", "gain.u")]
     return system([spec("mass", "mass", version), control, spec("gain", "gain", version)], links, step=0.01, **run)
@@ -170,6 +170,14 @@ def mixed(version: int = 2, **run: Any) -> System:
     """One side by model exchange, the other by co-simulation."""
     what = pair(version, **run)
     return what.with_component(replace(what.component("mass"), options={"interface": "ModelExchange"}))
+
+
+def equations(version: int = 2, **run: Any) -> System:
+    """Both sides as one system of equations, with the discrete output of a third."""
+    what = pair(version, **run)
+    stair = spec("stair", "stair", version)
+    parts = [replace(each, options={"interface": "ModelExchange"}) for each in (*what.components.values(), stair)]
+    return replace(what, components={each.name: each for each in parts})
 
 
 def texts(version: int = 2, **run: Any) -> System:
@@ -192,7 +200,8 @@ def shaped(version: int = 2, **run: Any) -> System:
     [
         (controlled, "control"),
         (looping, "the algebraic loop one."),
-        (mixed, "mass"),
+        (mixed, "integration of mass"),
+        (equations, "integration of stair"),
         (texts, "two.string_in"),
         (shaped, "inputs of spring that are not held"),
     ],

@@ -1,13 +1,14 @@
 """Operations as the rows that C goes through."""
 
 import ctypes
-from collections.abc import Container, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from orchestrator.cosim.fmu.description import CO_SIMULATION
 from orchestrator.cosim.fmu.instance import Instance
 from orchestrator.cosim.masters.checks import limits
 from orchestrator.cosim.masters.operations import Get, Operation, Set, Shape, Solve, Step
@@ -26,7 +27,7 @@ def can_carry(slot: Slot) -> bool:
     return slot.port.type in _TYPES
 
 
-def why_in_python(operation: Operation, instances: Container[str]) -> str:
+def why_in_python(operation: Operation, instances: Mapping[str, Instance]) -> str:
     """What keeps an operation from C, as a name of what it is; empty where nothing does."""
     if isinstance(operation, Solve):
         return f"the algebraic loop {operation.loop}"
@@ -34,8 +35,13 @@ def why_in_python(operation: Operation, instances: Container[str]) -> str:
         return operation.component
     if isinstance(operation, Shape):
         return f"inputs of {operation.component} that are not held"
+    stepping = instances[operation.component].interface.kind == CO_SIMULATION
     if isinstance(operation, Step):
-        return ""
+        return "" if stepping else f"integration of {operation.component}"
+    if isinstance(operation, Set) and not stepping:
+        jumping = [slot for slot in operation.slots if slot.port.variability != "continuous"]
+        if jumping:  # makes an event
+            return jumping[0].address
     links = [link for link in getattr(operation, "links", ()) if not _can_copy(link)]
     others = [slot for slot in operation.slots if not can_carry(slot)]
     return f"{links[0].target.address} with its conversion" if links else others[0].address if others else ""
@@ -150,7 +156,7 @@ class Rows:
             row.factors, row.offsets = self.keep(factors, np.float64), self.keep(offsets, np.float64)
 
 
-def _entries(operation: Operation, instances: Container[str]) -> Iterator[Entry]:
+def _entries(operation: Operation, instances: Mapping[str, Instance]) -> Iterator[Entry]:
     """The calls that an operation takes: one for each type."""
     hosted = bool(why_in_python(operation, instances))
     if hosted or not isinstance(operation, Get | Set):

@@ -12,7 +12,6 @@ from orchestrator.cosim.component import StepEnd
 from orchestrator.cosim.engine.native import native_library
 from orchestrator.cosim.engine.rows import Pointer, Rows, can_carry, why_in_python
 from orchestrator.cosim.fmu.instance import DISCARD, Instance
-from orchestrator.cosim.fmu.stepping import SteppingFmu
 from orchestrator.cosim.masters.checks import outside
 from orchestrator.cosim.masters.coupling import Coupling
 from orchestrator.cosim.masters.operations import Get, Operation, Set, Solve, Step
@@ -39,16 +38,11 @@ class LoopState(ctypes.Structure):
     ]
 
 
-def why_not(coupling: Coupling, operations: Sequence[Operation]) -> str:
+def why_not(coupling: Coupling) -> str:
     """Why the loop in C is not used; empty where it is."""
     if native_library() is None:
         return "there is no C compiler"
-    stepping = [operation for operation in operations if isinstance(operation, Step)]
-    return (
-        ""
-        if any(step.component in _native(coupling) for step in stepping)
-        else "no co-simulation FMU steps in this process"
-    )
+    return "" if _native(coupling) else "there is no FMU in this process"
 
 
 def left_to_python(coupling: Coupling, operations: Sequence[Operation]) -> str:
@@ -59,7 +53,8 @@ def left_to_python(coupling: Coupling, operations: Sequence[Operation]) -> str:
 
 def _native(coupling: Coupling) -> dict[str, Instance]:
     """FMUs that C can call."""
-    return {name: each.instance for name, each in coupling.components.items() if isinstance(each, SteppingFmu)}
+    found = ((name, getattr(component, "instance", None)) for name, component in coupling.components.items())
+    return {name: instance for name, instance in found if isinstance(instance, Instance)}
 
 
 class Table:
