@@ -27,7 +27,8 @@ def write_toml(system: System) -> str:
         *_pairs({k: v for k, v in {**pairs, "options": dict(run.options)}.items() if v not in (None, {})}),
     ]
     for name, spec in system.components.items():
-        table = {"kind": spec.kind, "source": spec.source, "step": spec.step, "isolate": spec.isolate}
+        named = {spec.kind: spec.source} if spec.source else {"kind": spec.kind}
+        table = {**named, "step": spec.step, "isolate": spec.isolate}
         parameters = {key: {"value": v.value, "unit": v.unit} if v.unit else v.value for key, v in spec.values.items()}
         table = {
             k: v

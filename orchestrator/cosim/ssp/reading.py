@@ -107,10 +107,15 @@ class _Reader:
             units={
                 name: connector.unit
                 for name, connector in part.connectors.items()
-                if connector.unit and name in self.ports[path] and self.ports[path][name].type in FLOATS
+                if name in self.ports[path] and self._says_more(connector.unit, self.ports[path][name], part)
             },
             options={} if part.interface is None else {"interface": part.interface},
         )
+
+    def _says_more(self, unit: str, port: Port, part: Part) -> bool:
+        """Whether the unit of a connector is more than what the FMU itself says of the variable."""
+        same = unit == port.unit and part.definitions.get(unit) in (None, port.si)
+        return bool(unit) and port.type in FLOATS and not same
 
     def _is_parameter(self, way: Way) -> bool:
         """Whether a way ends in a parameter: its value comes from bindings, not while running."""
