@@ -71,6 +71,16 @@ class ProbeRequest:
     directional: bool
 
 
+@dataclass(frozen=True)
+class RatesRequest:
+    """Ask for the rates at given times (n,), states (n, nx) and inputs (n, nu); model exchange only."""
+
+    wiring: Wiring
+    time: np.ndarray
+    states: np.ndarray
+    inputs: np.ndarray
+
+
 class _Problem(ctypes.Structure):
     """Mirror of `problem` in runner.c."""
 
@@ -261,6 +271,21 @@ def _probe(instance: _Instance, request: ProbeRequest) -> Probe:
     return Probe(base, here[nx:], jacobian[:nx, :nx], jacobian[:nx, nx:], jacobian[nx:, :nx], jacobian[nx:, nx:])
 
 
+def _rates(instance: _Instance, request: RatesRequest) -> np.ndarray:
+    """Rates (n, nx), each sample by itself."""
+    instance.begin(float(request.time[0]), {})
+    found = np.zeros_like(request.states)
+    for k, (time, states, inputs) in enumerate(zip(request.time, request.states, request.inputs, strict=True)):
+        instance.fmu.setTime(float(time))
+        instance.set_states(states)
+        instance.set(request.wiring.inputs, inputs.tolist())
+        found[k] = instance.rates(states.size)
+    return found
+
+
+ANSWERS: dict[type, Any] = {RunRequest: _run, ProbeRequest: _probe, RatesRequest: _rates}
+
+
 def serve(path: Path, cosimulation: bool, connection: Connection) -> None:
     """Answer requests until the connection closes: ("ok", result) or ("error", message)."""
     silence = os.open(os.devnull, os.O_WRONLY)
@@ -276,8 +301,7 @@ def serve(path: Path, cosimulation: bool, connection: Connection) -> None:
             try:
                 if instance is None:
                     instance = _Instance(path, Path(folder), cosimulation)
-                answer = _run(instance, request) if isinstance(request, RunRequest) else _probe(instance, request)
-                connection.send(("ok", answer))
+                connection.send(("ok", ANSWERS[type(request)](instance, request)))
             except Exception as error:  # whatever native wrappers raise becomes a message for the host
                 connection.send(("error", " ".join(str(error).split()) or type(error).__name__))
 

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from fmus.errors import MisfitError
+from orchestrator.blackbox.forces import missing_forces
 from orchestrator.compare.maps import Coordinate, coordinates_of, error_map, sentence
 from orchestrator.compare.where import map_rows
 from orchestrator.diagnosis.evidence import LearningData, Refit
@@ -35,13 +36,15 @@ def where_forces_lack(nominal: SymbolicModel, learning: LearningData) -> tuple[l
     """Maps of the correction residual of the model as given over everything recorded, and a sentence for each signal.
 
     The residual is the force that is missing at each instant, so its maps show where an effect acts, which free runs blur.
-    Without a residual in the equations there is nothing to map.
+    An FMU whose states are measured and that has force inputs is asked for its rates; of others there is nothing to map.
     """
-    if nominal.residual is None:
-        return [], ()
     trials = learning.trials
     try:
-        residuals, hidden = _residuals(nominal, np.zeros(0), trials, None)
+        if nominal.residual is None:
+            residuals = [_series(*part) for part in missing_forces(nominal, trials)]
+            hidden = list[Series]()
+        else:
+            residuals, hidden = _residuals(nominal, np.zeros(0), trials, None)
     except MisfitError:
         return [], ()
     times = [t.smoother.thin(t.time) for t in trials]
