@@ -12,8 +12,9 @@ from orchestrator.models.smoothing import SmoothedTrial
 
 # Drop of the misfit, in units of the noise, by which an effect is found with near certainty among a hundred candidates.
 FOUND = 36.0
-# A site is blind if the data would show no more than this share of its effects.
-SHOWN = 0.5
+# A site is blind if the data would show no more than this share of its effects. A muscle that is never used shows none;
+# noise of 1e-3 rad alone hides up to half of those of a site that is well excited.
+SHOWN = 0.2
 # Effects of a blind site that the next experiment should show.
 MOST_UNSEEN = 2
 # These act only beyond a level; a range that was never entered says nothing against the data.

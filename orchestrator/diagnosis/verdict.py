@@ -10,7 +10,7 @@ from orchestrator.diagnosis.result import Verdict
 EXCESS = 1.25
 # What a set leaves, as a share of what exceeded the noise (rms), before it counts as another effect: of declared sensors,
 # and where the noise is read from the record itself, which does not tell slow noise from a slow error.
-LEFT = 0.05
+LEFT = 0.02
 LEFT_UNDECLARED = 0.3
 
 
