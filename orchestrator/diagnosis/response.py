@@ -36,7 +36,7 @@ class SimulatedTrial:
     @cached_property
     def accelerations(self) -> np.ndarray:
         """Second derivatives."""
-        return second_difference(self.values, self.smoother.step)
+        return second_difference(self.values, self.time)
 
 
 @dataclass(frozen=True)

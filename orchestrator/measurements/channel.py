@@ -7,6 +7,7 @@ import numpy as np
 
 from fmus.errors import MisfitError
 from fmus.units import conversion
+from orchestrator.measurements.cleaning import cleaned, pieces
 from orchestrator.measurements.colour import Noise
 from orchestrator.measurements.noise import NoiseLevel, measurement_noise
 from orchestrator.measurements.pulses import excitation_from_pulses, pulse_shape
@@ -18,6 +19,10 @@ if TYPE_CHECKING:
 
 # A command of 1.0000001 is rounding, not a command beyond the limit.
 _RANGE_TOLERANCE = 1e-6
+# Samples between two gaps that tell of the noise.
+SHORTEST = 20
+# Samples, and trials, that a note names.
+MENTIONED = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,12 +50,42 @@ def read_channel(measurements: MeasurementSet, column: str, variable: "Variable"
         return excitation
     factor, notes = _factor(measurements.trials[0], column, unit, variable)
     values = tuple(factor * each for each in recorded)
-    learning = [each for trial, each in zip(measurements.trials, values, strict=True) if trial.subset == "learning"]
-    noise = measurement_noise(
-        column, variable.unit or unit, learning or list(values), measurements.sensors, drives=drives
-    )
+    if not drives:
+        values, cleaning = _cleaned(measurements.trials, values, column)
+        notes = (*notes, *cleaning)
+    parts = [
+        part
+        for trial, each in zip(measurements.trials, values, strict=True)
+        if trial.subset == "learning" or not measurements.learning
+        for part in pieces(trial.time, each)
+    ]
+    # What is left between two gaps may be too short to tell anything.
+    longest = max(map(len, parts))
+    records = [part for part in parts if len(part) >= min(SHORTEST, longest)]
+    noise = measurement_noise(column, variable.unit or unit, records, measurements.sensors, drives=drives)
     notes = (*notes, *_range_notes(values, column, variable), noise.note, *filter(None, [noise.warning]))
     return Channel(values, noise, notes)
+
+
+def _cleaned(
+    trials: tuple[Trial, ...], values: tuple[Array, ...], column: str
+) -> tuple[tuple[Array, ...], tuple[str, ...]]:
+    """Replace samples that a recorder got wrong; an input is left alone, because a model may have felt what it shows."""
+    found = [cleaned(trial.time, each) for trial, each in zip(trials, values, strict=True)]
+    notes = []
+    for kind, masks in (("outlying", [c.outliers for c in found]), ("held", [c.held for c in found])):
+        places = [
+            f"{trial.name} at {', '.join(f'{t:.4g}' for t in trial.time[mask][:MENTIONED])} s"
+            for trial, mask in zip(trials, masks, strict=True)
+            if mask.any()
+        ]
+        if places:
+            count = sum(int(mask.sum()) for mask in masks)
+            notes.append(
+                f"warning: {count} {kind} samples of {shown(column)} are replaced by the cubic through their neighbours"
+                f" (first ones: {'; '.join(places[:MENTIONED])})"
+            )
+    return tuple(each.values for each in found), tuple(notes)
 
 
 def _column(trial: Trial, column: str) -> Array:

@@ -8,8 +8,8 @@ from scipy import optimize, signal, stats
 
 from orchestrator.measurements.trial import Array
 
-# Windows of the spectrum in samples; a record of fewer than two of the shortest has no spectrum.
-LONGEST_WINDOW, SHORTEST_WINDOW = 512, 64
+# Windows of the spectrum in samples, halved until there are enough of them without a gap.
+LONGEST_WINDOW, SHORTEST_WINDOW, FEWEST = 512, 64, 12
 BANDS = 24
 MEMORIES = np.r_[np.arange(0.1, 0.9, 0.05), np.arange(0.9, 0.985, 0.01)]
 # The model of the noise holds if its misfit is below this quantile of what sampling errors, and this relative one, give.
@@ -80,7 +80,7 @@ def noise_of_records(records: Sequence[Array]) -> Noise | None:
     above a lowest frequency that falls from a quarter of the sampling rate until the motion shows.
 
     Args:
-        records: the same signal in several trials, evenly sampled.
+        records: the same signal in several trials, or in their pieces between gaps, evenly sampled.
 
     Returns:
         None if the records are too short, or no frequency is free of motion.
@@ -104,13 +104,17 @@ def noise_of_records(records: Sequence[Array]) -> Noise | None:
 
 def _spectrum(records: Sequence[Array]) -> tuple[Array, Array, Array] | None:
     """Frequencies (cycles a sample), power densities and relative errors in bands of equal width of logarithm."""
-    window = min(LONGEST_WINDOW, min(len(r) for r in records) // 2)
-    if window < SHORTEST_WINDOW:
+    series, window = [np.diff(record, n=2) for record in records], LONGEST_WINDOW
+    while window >= SHORTEST_WINDOW:
+        whole = [part for part in series if len(part) >= window]
+        count = sum(2 * len(part) // window - 1 for part in whole)
+        if count >= FEWEST:
+            break
+        window //= 2
+    else:
         return None
     taper = signal.windows.hann(window, sym=False)
-    pieces = [
-        np.lib.stride_tricks.sliding_window_view(np.diff(record, n=2), window)[:: window // 2] for record in records
-    ]
+    pieces = [np.lib.stride_tricks.sliding_window_view(part, window)[:: window // 2] for part in whole]
     powers = np.abs(np.fft.rfft(np.concatenate(pieces) * taper, axis=1)) ** 2 / np.sum(taper**2)
     frequency = np.fft.rfftfreq(window)[1:]
     density = np.median(powers, axis=0)[1:] / _MEDIAN_OF_POWER / (2 * np.sin(np.pi * frequency)) ** 4

@@ -103,7 +103,7 @@ class SmoothedTrial:
     @cached_property
     def accelerations(self) -> np.ndarray:
         """Second differences of the raw measurements."""
-        return second_difference(self.measured, self.smoother.step)
+        return second_difference(self.measured, self.time)
 
 
 def low_pass(series: np.ndarray, order: int, cutoff: float) -> np.ndarray:
@@ -116,9 +116,13 @@ def _sections(order: int, cutoff: float) -> np.ndarray:
     return signal.butter(order, cutoff, output="sos")
 
 
-def second_difference(series: np.ndarray, step: float) -> np.ndarray:
-    """Central second derivative along the first axis; the end values repeat their neighbours."""
-    inner = (series[2:] - 2 * series[1:-1] + series[:-2]) / step**2
+def second_difference(series: np.ndarray, time: np.ndarray) -> np.ndarray:
+    """Second derivative of the parabola through three neighbours along the first axis, at times (n,) as even as they are.
+
+    The end values repeat their neighbours.
+    """
+    slopes = np.diff(series, axis=0) / np.diff(time)[:, None]
+    inner = 2 * np.diff(slopes, axis=0) / (time[2:] - time[:-2])[:, None]
     return np.concatenate([inner[:1], inner, inner[-1:]])
 
 
