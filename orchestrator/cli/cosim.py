@@ -103,6 +103,8 @@ def out_path(out: str | None) -> Path | None:
     if out is None:
         return None
     path = Path(out)
+    if path.is_dir():
+        raise MisfitError(f"{path} is a folder; expected the name of a file of results")
     return path if path.suffix else path.with_name(path.name + ".parquet")
 
 

@@ -1,5 +1,6 @@
 """A run in plain lines: does it fit, what came out, how fast it was, what differs."""
 
+import math
 from collections.abc import Iterator, Sequence
 
 from orchestrator.cosim.results.compare import ResultComparison
@@ -43,8 +44,9 @@ def table(summary: SummaryRecorder) -> Iterator[str]:
 def speed(outcome: RunOutcome) -> Iterator[str]:
     """How long it took, and how late it was if it was paced."""
     simulated = outcome.end - outcome.start
-    points = f"{simulated / outcome.step:.0f} steps, " if outcome.step else ""
-    each = f", {1e6 * outcome.seconds * outcome.step / simulated:.3g} us a step" if outcome.step and simulated else ""
+    count = math.ceil(simulated / outcome.step - 1e-6) if outcome.step else 0
+    points = f"{count} steps, " if count else ""
+    each = f", {1e6 * outcome.seconds / count:.3g} us a step" if count else ""
     factor = simulated / outcome.seconds if outcome.seconds else 0.0
     yield (
         f"{points}{outcome.start:g} to {outcome.end:g} s in {outcome.seconds:.3g} s: {factor:.3g} times real time{each}"

@@ -1,5 +1,6 @@
 """What `misfit run` and `misfit sweep` have in common."""
 
+import math
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -43,10 +44,15 @@ def options_of(given: Mapping[str, Any], realtime: float | None = None) -> "RunO
     from orchestrator.cosim.isolate.process import Limits
     from orchestrator.cosim.run import RunOptions
 
-    for name, what in (("stop", "a time in s"), ("step", "a positive time in s"), ("patience", "a positive time in s")):
+    for name, what in (
+        ("step", "a time in s"),
+        ("patience", "a time in s"),
+        ("memory", "GiB"),
+        ("tolerance", "a share"),
+    ):
         value = given[name]
-        if value is not None and not (value > 0 or name == "stop"):
-            raise click.UsageError(f"--{name} {value:g}: expected {what}")
+        if value is not None and not 0.0 < value < math.inf:
+            raise click.UsageError(f"--{name} {value:g}: expected {what} above zero")
     return RunOptions(
         **{name: given[name] for name in ("stop", "step", "master", "tolerance", "every", "isolate")},
         record=tuple(given["record"]) or None,

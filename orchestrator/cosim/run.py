@@ -19,6 +19,7 @@ from orchestrator.cosim.system import System
 
 # Thirty million years: what `--stop inf` means.
 ENDLESS_S = 1e15
+MOST_STEPS = 1e12
 Watch = Callable[[float], None]
 
 
@@ -144,6 +145,11 @@ def _run(
     start, lateness = simulation.time, None
     if not stop > start:
         raise MisfitError(f"the run would end at {stop:g} s, but begins at {start:g} s; give a later --stop")
+    step = simulation.step_size
+    if step and stop < math.inf and not 0.0 < (stop - start) / step < MOST_STEPS:
+        raise MisfitError(
+            f"{(stop - start) / step:.2g} steps of {step:g} s from {start:g} to {stop:g} s: give another --step"
+        )
     stop = min(stop, ENDLESS_S)
     simulation.initialise()
     ready = time.perf_counter()
