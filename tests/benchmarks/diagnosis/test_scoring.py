@@ -37,6 +37,7 @@ def truth(*effects: str, family: str = "S", **more: Any) -> dict[str, Any]:
         "parameters": [{"effect": e, "site": "joint1", "b[1]": 0.1} for e in effects],
         "noise_level": "mid",
         "enr_each": [3.0] * len(effects),
+        "enr_left": None,
         "wanted_enr": None,
         "record_seconds": 10.0,
         "noise": NOISE,
@@ -135,7 +136,7 @@ def test_scores_of_a_family_count_its_own_cases_only() -> None:
         row_of("b", truth("viscous_friction"), answer("cogging")),
         row_of("c", truth("viscous_friction", enr_each=[0.5]), answer("cogging")),
         row_of("d", truth(family="N0"), answer(verdict="adequate")),
-        row_of("e", truth("unknown", family="O"), answer(verdict="unknown")),
+        row_of("e", truth("unknown", family="O", enr_left=2.0), answer(verdict="unknown")),
         row_of("f", truth("viscous_friction", wanted_enr=5.0, enr_each=[5.2]), answer("cogging")),
     ]
     scores = texts(rows)
@@ -177,7 +178,7 @@ def test_confusion_counts_every_case_once_under_its_truth() -> None:
         row_of("b", truth("backlash"), answer("backlash", "tremor")),
         row_of("c", truth("backlash", enr_each=[0.3]), answer("tremor")),
         row_of("d", truth(family="N2"), {"failed": "no result within 300 s"}),
-        row_of("e", truth("unknown", family="O", kind="overflow"), answer(verdict="unknown")),
+        row_of("e", truth("unknown", family="O", kind="overflow", enr_left=0.5), answer(verdict="unknown")),
     ]
 
     found = answers(rows, 1.5)

@@ -18,6 +18,7 @@ from tests.benchmarks.diagnosis.truth.families import FAMILIES, Wish, draw_case
 from tests.benchmarks.diagnosis.truth.library import EFFECTS
 from tests.benchmarks.diagnosis.truth.machines import MACHINES
 from tests.benchmarks.diagnosis.truth.native import has_mujoco, simulate, simulate_tanks
+from tests.benchmarks.diagnosis.truth.nearest import left_by_library
 from tests.benchmarks.diagnosis.truth.run import Injection, run_trial
 from tests.benchmarks.diagnosis.truth.write import write_case
 from tests.benchmarks.diagnosis.truth.yardstick import Yardstick
@@ -187,6 +188,22 @@ def _context(name: str) -> Context:
     machine, random = MACHINES[name], np.random.default_rng(1)
     plan = plan_trial(machine, 0, 2.0, random)
     return Context(machine, random, (run_trial(machine, plan),))
+
+
+def test_nearest_library_effect_leaves_nothing_of_itself_and_most_of_what_it_cannot_imitate() -> None:
+    case = draw_case(Wish("O", "pendulum", 0, 3, enr=10.0, noise="mid", seconds=2.0, effects=("warming_friction",)))
+    runs = [run_trial(case.machine, plan) for plan in case.plans]
+    random = np.random.default_rng(1)
+    context = Context(case.machine, random, tuple(runs))
+    yardstick = Yardstick.of(case.machine, case.plans, runs, case.recorder, random)
+    viscous = {"viscous_friction": EFFECTS["pendulum"]["viscous_friction"]}
+    scale = {"joint_scale": EFFECTS["pendulum"]["joint_scale"]}
+    true = viscous["viscous_friction"](context)(0.01)
+
+    size = yardstick.enr([true])
+
+    assert left_by_library(context, viscous, true, yardstick) < 0.02 * size
+    assert left_by_library(context, scale, true, yardstick) > 0.5 * size
 
 
 def test_library_holds_every_kind_of_effect_that_a_diagnosis_may_name() -> None:

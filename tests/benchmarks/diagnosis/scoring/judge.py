@@ -35,6 +35,7 @@ def judge(name: str, truth: Mapping[str, Any], result: Mapping[str, Any]) -> dic
         "model": truth["model"],
         "noise": truth["noise_level"],
         "enr": min(truth["enr_each"], default=0.0),
+        "enr_left": truth["enr_left"],
         "wanted_enr": truth["wanted_enr"],
         "record_seconds": truth["record_seconds"],
         "true": sorted(true),

@@ -41,7 +41,8 @@ def _nothing(rows: Sequence[Row]) -> list[Score]:
         Score.share("false alarm, +-5 % parameters (N1)", _alarms(of("N1")), Target(0.10, 0.05, less=True)),
         Score.share("false alarm, ugly noise (N2)", _alarms(of("N2")), Target(0.10, 0.05, less=True)),
         Score.share("of all these: an effect named", Share.of(bool(r["said"]) for r in every)),
-        Score.share("of all these: unknown", Share.of(r["verdict"] == "unknown" for r in every)),
+        Score.share("of all these: unknown", _verdict(every, "unknown")),
+        Score.share("of all these: cannot tell", _verdict(every, "cannot_tell")),
     ]
 
 
@@ -86,7 +87,11 @@ def _outside(rows: Sequence[Row]) -> list[Score]:
     of = _of(rows)
     library = singles(rows) + of("D") + of("T")
     return [
-        Score.share("found (unknown)", Share.of(r["verdict"] == "unknown" for r in of("O")), Target(0.85, 0.95)),
+        Score.share("found (unknown)", _verdict(of("O"), "unknown"), Target(0.85, 0.95)),
+        Score.share(
+            f"found, where the nearest library effect leaves an ENR of {ENOUGH:g} or more",
+            _verdict([r for r in of("O") if r["enr_left"] >= ENOUGH], "unknown"),
+        ),
         Score.share("taken for an effect of the library", Share.of(bool(r["said"]) for r in of("O"))),
         Score.share(
             "false unknown, singles, pairs and triples",

@@ -11,6 +11,7 @@ from tests.benchmarks.diagnosis.truth.idle import hidden_effect, idle_plan
 from tests.benchmarks.diagnosis.truth.library import EFFECTS, FOREIGN, confusable_pairs
 from tests.benchmarks.diagnosis.truth.machines import MACHINES, Machine
 from tests.benchmarks.diagnosis.truth.native import TruthError
+from tests.benchmarks.diagnosis.truth.nearest import left_by_library
 from tests.benchmarks.diagnosis.truth.run import Injection, run_trial
 from tests.benchmarks.diagnosis.truth.sensors import LEVELS, Recorder
 from tests.benchmarks.diagnosis.truth.size import sized_to
@@ -69,6 +70,7 @@ class Drawn:
     enr: float = 0.0
     enr_each: tuple[float, ...] = ()
     kind: str = ""
+    enr_left: float | None = None
 
 
 def draw_case(wish: Wish) -> Drawn:
@@ -88,7 +90,7 @@ def draw_case(wish: Wish) -> Drawn:
     context = Context(machine, random, tuple(runs))
     yardstick = Yardstick.of(machine, plans, runs, recorder, random)
     injections: list[Injection] = []
-    each, kind = list[float](), ""
+    each, kind, left = list[float](), "", None
     changed = _tolerances(machine, random) if wish.family == "N1" else {}
     if wish.family == "I":
         effect, size = hidden_effect(context, hidden, recorder.std)
@@ -97,6 +99,7 @@ def draw_case(wish: Wish) -> Drawn:
         kind = _choose(FOREIGN[machine.name], wish)
         found, enr = sized_to(FOREIGN[machine.name][kind](context), _enr(wish, SET_ENR), yardstick)
         injections, each = [found], [enr]
+        left = left_by_library(context, EFFECTS[machine.name], found, yardstick)
     else:
         for name in _names(wish, machine, random):
             wanted = _enr(wish, SINGLE_ENR if wish.family == "S" else SET_ENR)
@@ -104,7 +107,9 @@ def draw_case(wish: Wish) -> Drawn:
             injections.append(found)
             each.append(enr)
     total = yardstick.enr(injections) if injections else 0.0
-    return Drawn(wish, machine, plans, tuple(injections), recorder, yardstick.noise, changed, total, tuple(each), kind)
+    return Drawn(
+        wish, machine, plans, tuple(injections), recorder, yardstick.noise, changed, total, tuple(each), kind, left
+    )
 
 
 def _enr(wish: Wish, cycle: tuple[float, ...]) -> float:

@@ -143,6 +143,7 @@ def _answer(case: Drawn, nominal: np.ndarray, true: np.ndarray) -> dict[str, Any
         "wanted_enr": wish.enr,
         "enr": case.enr,
         "enr_each": list(case.enr_each),
+        "enr_left": case.enr_left,
         "noise": dict(zip(names, case.noise.tolist(), strict=True)),
         "nominal_rmse_heldout": dict(zip(names, nominal.tolist(), strict=True)),
         "true_model_rmse_heldout": dict(zip(names, true.tolist(), strict=True)),

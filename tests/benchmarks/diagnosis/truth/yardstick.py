@@ -1,7 +1,7 @@
 """How large an effect is against the noise, once what free start values could explain is taken out of both."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -45,15 +45,23 @@ class Yardstick:
         noise = scale * np.sqrt(1 + carried)
         return Yardstick(machine, tuple(plans), noise, scale, bases)
 
+    def of_first(self, trials: int) -> "Yardstick":
+        """The same for the first trials only."""
+        return replace(self, plans=self.plans[:trials], bases=self.bases[:trials])
+
     def enr(self, injections: Sequence[Injection]) -> float:
         """ENR: rms over trials and signals of (run with the effects - nominal free run) / noise."""
-        squares = []
+        return float(np.sqrt(np.mean(self.change(injections) ** 2)))
+
+    def change(self, injections: Sequence[Injection]) -> np.ndarray:
+        """What effects do, over the noise and beside what start values can do: samples of all trials and signals."""
+        parts = []
         for plan, basis in zip(self.plans, self.bases, strict=True):
             run = run_trial(self.machine, plan, injections)
             change = run.outputs - nominal_run(self.machine, run, run.recorded)
             left = _left(self.machine, change, self.scale, basis) * self.scale / self.noise
-            squares.append(np.mean(left**2))
-        return float(np.sqrt(np.mean(squares)))
+            parts.append(left.ravel())
+        return np.concatenate(parts)
 
 
 def _stride(machine: Machine) -> int:
