@@ -17,7 +17,7 @@ from orchestrator.diagnosis.verdict import Left, decide, reducible_removed
 
 # Below this chance, what a set leaves is no accident: with two tests of it, one right set in a hundred.
 CLEAR = 0.005
-# How often the truth was among the sets tried, by verdict, in the benchmark (docs/decisions/008-unknown.md).
+# How often the truth was among the sets tried, by verdict, in the benchmark (docs/decisions/010-what-is-left-decides.md).
 TRUST: dict[Verdict, float] = {"adequate": 1.0, "cannot_tell": 1.0, "named": 0.9, "ambiguous": 0.9, "unknown": 0.1}
 
 
@@ -114,9 +114,9 @@ def _odds(referee: Referee, best: Refit, scale: float) -> Callable[[Refit], floa
 
 
 def _on_the_search(impossible: Sequence[str], blind: Sequence[str], resting: bool) -> list[str]:
-    found = []
-    if impossible:
-        found.append(f"not tried, the model has no free slot for them: {', '.join(impossible)}")
+    found = [reason for reason in impossible if " not tried: " in reason]  # an FMU says why
+    if without_slot := [effect for effect in impossible if effect not in found]:
+        found.append(f"not tried, the model has no free slot for them: {', '.join(without_slot)}")
     if resting:
         found.append("nothing moves beyond the noise of its sensor in any learning trial: record trials with motion")
     elif blind:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from orchestrator.diagnosis.result import Verdict
 
 # Held-out errors exceed the noise if their mean square is this many times its power. Right sets of the benchmark's
-# singles and pairs end between 0.94 and 1.07 (docs/decisions/008-unknown.md).
+# drives and pendulums end between 0.98 and 1.05 (docs/decisions/010-what-is-left-decides.md).
 EXCESS = 1.25
 # What a set leaves, as a share of what exceeded the noise (rms), before it counts as another effect: of declared sensors,
 # and where the noise is read from the record itself, which does not tell slow noise from a slow error.
