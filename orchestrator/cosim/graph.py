@@ -211,8 +211,9 @@ def _loop(graph: _Graph, part: Sequence[Node]) -> Loop:
         group = cyclic.pop()
         found = _tears(graph, group)
         tears += found
+        cut = set(found)
         for node in edges:
-            edges[node] = [end for end in edges[node] if end not in found]
+            edges[node] = [end for end in edges[node] if end not in cut]
         within = set(group)
         rest = {node: [end for end in edges[node] if end in within] for node in group}
         cyclic += [each for each in strongly_connected(rest) if len(each) > 1]
