@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy import linalg
 
+from orchestrator.diagnosis.gaps import unknown_in_gaps
 from orchestrator.diagnosis.metric import HATS, MOST_BLOCKS, Metric, coloured_metric, hats, stride_for, white_metric
 from orchestrator.diagnosis.response import Response
 from orchestrator.measurements import Noise
@@ -21,7 +22,8 @@ def metrics_of(response: Response, outputs: Sequence[Noise], inputs: Sequence[No
 
     Slow noise of inputs is carried as hat functions of time, the rest counts as white: what no hats can follow, in the
     noise and in what it does, or the power of all that noise does less that of the hats, whichever is smaller. (The latter
-    alone would not do: where a model integrates its inputs, both powers are large and hardly differ.) A model that is no
+    alone would not do: where a model integrates its inputs, both powers are large and hardly differ.) Where the record of an
+    input has gaps, what it did meanwhile is noise, too. A model that is no
     formula, such as an FMU, would take a run for each of them: its inputs count as exact.
     """
     std = np.array([noise.std for noise in outputs])
@@ -32,7 +34,8 @@ def metrics_of(response: Response, outputs: Sequence[Noise], inputs: Sequence[No
         for i, noise in enumerate(inputs if response.is_formula else ()):
             slow, fast = _carried(response, k, i, noise, std, random)
             rest += fast
-            carried += slow
+            gaps = unknown_in_gaps(record.time, record.inputs[:, i])
+            carried += [*slow, *([response.to_input(k, i, gaps)] if gaps.any() else [])]
         if carried or any(noise.slow > 0 for noise in outputs):
             count = len(record.time) // stride
             own = [

@@ -1,0 +1,39 @@
+"""Gaps in the record of an input: nobody knows what it did meanwhile, so that much is noise."""
+
+import numpy as np
+
+GAP = 1.5
+
+
+def unknown_in_gaps(time: np.ndarray, series: np.ndarray) -> np.ndarray:
+    """Histories (n, k) of an input, one for each gap of its record, of the size that its mean over a gap may be off by.
+
+    A straight line bridges a gap. By how much its mean errs is seen where nothing is missing: the root mean square over
+    all other stretches of as many samples. Each history changes the two samples around its gap.
+
+    Args:
+        time: (n,) s, even but for the gaps.
+        series: (n,) the input at these times.
+    """
+    steps = np.diff(time)
+    usual = float(np.median(steps))
+    columns = []
+    for place in np.flatnonzero(steps > GAP * usual):
+        missing = round(steps[place] / usual)
+        whole = steps_are_even(steps, missing, usual)
+        if not whole.any():
+            continue
+        sums = np.r_[0.0, np.cumsum(0.5 * (series[1:] + series[:-1]))]
+        first = np.flatnonzero(whole)
+        means = (sums[first + missing] - sums[first]) / missing
+        off = means - 0.5 * (series[first] + series[first + missing])
+        column = np.zeros(len(time))
+        column[place : place + 2] = float(np.sqrt(np.mean(off**2)))
+        columns.append(column)
+    return np.column_stack(columns) if columns else np.zeros((len(time), 0))
+
+
+def steps_are_even(steps: np.ndarray, count: int, usual: float) -> np.ndarray:
+    """Whether `count` steps that begin at each sample, as far as there are so many, have no gap among them."""
+    gaps = np.r_[0, np.cumsum(steps > GAP * usual)]
+    return np.asarray(gaps[count:] == gaps[:-count])
