@@ -88,7 +88,7 @@ class Screener:
         guess = np.clip(self._first_guess(effects), low, high)
         if model.residual is None:  # the effect hides the positions; only a free run can tell
             return Explanation(Screened((candidate,), guess, np.nan), np.zeros((len(self._nominal), 0)), False)
-        records = self._records(model, model.compiled.with_values(guess))
+        records, substeps = self._records(model, model.compiled.with_values(guess))
         found = fit(
             model.compiled_residual,
             records,
@@ -96,7 +96,7 @@ class Screener:
             guess,
             low,
             high,
-            substeps=1,
+            substeps=substeps,
             reduce=self._weigh,
             tolerance=1e-3,
             threads=1,
@@ -154,8 +154,9 @@ class Screener:
         """Frequency above `CORNER_HZ`/4 at which the nominal model's residual is largest, over trials and signals."""
         compiled, step = self.nominal.compiled_residual, self._smoother.step * self._smoother.stride
         powers = []
-        for record in self._records(self.nominal, compiled.parameters):
-            run = compiled.run(record.time, record.inputs, compiled.parameters, record.start)
+        records, substeps = self._records(self.nominal, compiled.parameters)
+        for record in records:
+            run = compiled.run(record.time, record.inputs, compiled.parameters, record.start, substeps=substeps)
             series = self._weigh(run.outputs / self._size)
             frequency, power = signal.periodogram(series, 1 / step, "hann", nfft=2**14, axis=0)
             powers.append(power.sum(axis=1))
@@ -167,9 +168,10 @@ class Screener:
     ) -> Regressors:
         """Residual and slopes; `starts` gives the hidden states' start values of each trial, else their first guess."""
         compiled, residuals, slopes = model.compiled_residual, [], []
-        for k, record in enumerate(self._records(model, parameters)):
+        records, substeps = self._records(model, parameters)
+        for k, record in enumerate(records):
             start = record.start if starts is None else starts[k]
-            run = compiled.run(record.time, record.inputs, parameters, start, sensitivities=True)
+            run = compiled.run(record.time, record.inputs, parameters, start, substeps=substeps, sensitivities=True)
             assert run.sensitivities is not None
             hidden = len(compiled.system.states)
             residuals.append(self._weigh(run.outputs / self._size).ravel())
@@ -177,8 +179,8 @@ class Screener:
             slopes.append(part.reshape(len(residuals[-1]), -1))
         return Regressors(np.concatenate(residuals), np.concatenate(slopes))
 
-    def _records(self, model: SymbolicModel, parameters: np.ndarray) -> list[Record]:
-        """The learning trials as the residual system sees them: its outputs should be zero."""
+    def _records(self, model: SymbolicModel, parameters: np.ndarray) -> tuple[list[Record], int]:
+        """The learning trials as the residual system sees them: its outputs should be zero; and integration steps in a sample."""
         assert model.residual is not None
         names = [v.name for v in model.system.states]
         hidden = [names.index(v.name) for v in model.residual.system.states]
@@ -189,7 +191,7 @@ class Screener:
             zeros = np.zeros((len(trial.time), len(model.signals)))
             parts = (full.start, full.start_std, full.start_low, full.start_high)
             records.append(Record(trial.time, inputs, zeros, *(part[hidden] for part in parts)))
-        return records
+        return records, model.residual_substeps(self.learning.trials[0], parameters, records[0].start)
 
     def _weigh(self, series: np.ndarray) -> np.ndarray:
         """Weigh against encoder noise, smooth and thin along the first axis; the second axis is that of the signals."""

@@ -15,7 +15,8 @@ from orchestrator.diagnosis.evidence import LearningData, Refit
 from orchestrator.diagnosis.metric import concatenate
 from orchestrator.diagnosis.response import Response
 from orchestrator.models.estimation import STEEPEST, linearise
-from orchestrator.models.symbolic import SymbolicModel
+from orchestrator.models.smoothing import SmoothedTrial
+from orchestrator.models.symbolic import Motion, SymbolicModel
 
 # A shape parameter without a grid of its own (a Stribeck speed, say) is tried at these multiples of its first value.
 SHAPES = (0.3, 1.0, 3.0)
@@ -183,9 +184,11 @@ class Tangent:
         """
         model = effects.model
         parameters = self._with_nuisances(model, values)
-        per_trial = []
+        per_trial, substeps = list[np.ndarray](), 0
         for k, (trial, measured) in enumerate(zip(self.response.trials, self.learning.trials, strict=True)):
-            forces = _forces(model, parameters, trial, model.record(measured, parameters).start)
+            start = _hidden_start(model, measured, parameters)
+            substeps = substeps or model.residual_substeps(trial, parameters, start)
+            forces = _forces(model, parameters, trial, start, substeps)
             if difference:
                 forces = np.concatenate([forces[:, :, 1:], forces[:, :, :1] - self._without_effects[k]], axis=2)
             else:
@@ -199,7 +202,7 @@ class Tangent:
         """Correction residual (n, ny, 1) of the model as given along each trial."""
         plain, own = self.nominal, self._with_nuisances(self.nominal, np.zeros(0))
         pairs = zip(self.response.trials, self.learning.trials, strict=True)
-        return [_forces(plain, own, trial, plain.record(shown, own).start)[:, :, :1] for trial, shown in pairs]
+        return [_forces(plain, own, trial, _hidden_start(plain, shown, own), 1)[:, :, :1] for trial, shown in pairs]
 
     def _with_nuisances(self, model: SymbolicModel, values: np.ndarray) -> np.ndarray:
         """All parameters of a model with effect parameters `values` and the fitted nuisances."""
@@ -283,16 +286,22 @@ def points(effects: EffectSet) -> Iterator[tuple[np.ndarray, bool]]:
         yield np.clip(scaled, low, high), True
 
 
-def _forces(model: SymbolicModel, parameters: np.ndarray, trial: object, start: np.ndarray) -> np.ndarray:
-    """Correction residual along a trial, then its slopes in the free parameters: (n, ny, 1 + n_free)."""
+def _hidden_start(model: SymbolicModel, trial: SmoothedTrial, parameters: np.ndarray) -> np.ndarray:
+    """Start values of the states that are not measured."""
     assert model.residual is not None
     names = [v.name for v in model.system.states]
-    hidden = [names.index(v.name) for v in model.residual.system.states]
-    inputs = model.residual_inputs(trial)  # type: ignore[arg-type]
-    compiled = model.compiled_residual
-    run = compiled.run(trial.time, inputs, parameters, start[hidden], sensitivities=True)  # type: ignore[attr-defined]
+    return model.record(trial, parameters).start[[names.index(v.name) for v in model.residual.system.states]]
+
+
+def _forces(
+    model: SymbolicModel, parameters: np.ndarray, trial: Motion, hidden_start: np.ndarray, substeps: int
+) -> np.ndarray:
+    """Correction residual along a trial, then its slopes in the free parameters: (n, ny, 1 + n_free)."""
+    run = model.compiled_residual.run(
+        trial.time, model.residual_inputs(trial), parameters, hidden_start, substeps=substeps, sensitivities=True
+    )
     assert run.sensitivities is not None
-    return np.concatenate([run.outputs[:, :, None], run.sensitivities[:, :, len(hidden) :]], axis=2)
+    return np.concatenate([run.outputs[:, :, None], run.sensitivities[:, :, len(hidden_start) :]], axis=2)
 
 
 def _second_difference(series: np.ndarray) -> np.ndarray:

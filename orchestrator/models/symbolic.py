@@ -3,10 +3,12 @@
 import hashlib
 from collections.abc import Sequence
 from functools import cached_property
+from typing import Protocol
 
 import casadi as ca
 import numpy as np
 
+from fmus.errors import ComponentError
 from fmus.symbolic.system import SymbolicSystem, Variable
 from orchestrator.models.compiled import CompiledModel
 from orchestrator.models.contract import FittedTrial
@@ -20,6 +22,30 @@ SETTLING_S = 2.0
 MOST_SUBSTEPS = 32
 # An error of a run that is this share of the noise is not found in ten thousand samples.
 UNSEEN = 0.03
+# Steps are short enough if halving them changes the outputs by less than this share of their range.
+CLOSE, ROUGH = 1e-5, 1e-2
+
+
+class Motion(Protocol):
+    """A trial, measured or simulated, with speeds and accelerations of its signals; see SmoothedTrial."""
+
+    @property
+    def time(self) -> np.ndarray: ...
+
+    @property
+    def inputs(self) -> np.ndarray: ...
+
+    @property
+    def measured(self) -> np.ndarray: ...
+
+    @property
+    def values(self) -> np.ndarray: ...
+
+    @property
+    def speeds(self) -> np.ndarray: ...
+
+    @property
+    def accelerations(self) -> np.ndarray: ...
 
 
 class SymbolicModel:
@@ -109,18 +135,15 @@ class SymbolicModel:
         They change by less than 1e-5 of their range, and less than a share of their `noise` (ny,): that error is the same
         in thousands of samples, and would be found.
         """
-        if not self.system.states:
-            return 1
-        count = 1
-        model, parameters = self.compiled, self.compiled.parameters
-        coarse = model.run(time, inputs, parameters, start, substeps=count).outputs
-        while count < MOST_SUBSTEPS:
-            fine = model.run(time, inputs, parameters, start, substeps=2 * count).outputs
-            most = np.minimum(1e-5 * np.ptp(fine, axis=0), UNSEEN * noise) + 1e-12
-            if np.all(np.abs(fine - coarse).max(axis=0) <= most):
-                break
-            count, coarse = 2 * count, fine
-        return count
+        return enough_substeps(self.compiled, time, inputs, self.compiled.parameters, start, CLOSE, noise)
+
+    def residual_substeps(self, trial: Motion, parameters: np.ndarray, start: np.ndarray) -> int:
+        """The same for the correction residual along a trial, whose states are those that are not measured.
+
+        A rough integration is enough for a first look; but a stiff effect, such as a tendon, must stay stable.
+        """
+        inputs = self.residual_inputs(trial)
+        return enough_substeps(self.compiled_residual, trial.time, inputs, parameters, start, ROUGH)
 
     def record(self, trial: SmoothedTrial, parameters: np.ndarray | None = None) -> Record:
         """A trial with first guesses of the start values and their bounds, at given values of all parameters.
@@ -174,7 +197,7 @@ class SymbolicModel:
         run = self.hidden.run(time, np.tile(inputs, (len(time), 1)), parameters, first, substeps=4)
         return dict(zip(names, map(float, run.outputs[-1]), strict=True))
 
-    def residual_inputs(self, trial: SmoothedTrial) -> np.ndarray:
+    def residual_inputs(self, trial: Motion) -> np.ndarray:
         """Inputs of the residual system along a trial, shape (n, n_inputs)."""
         assert self.residual is not None
         series = {v.name: trial.inputs[:, i] for i, v in enumerate(self.system.inputs)}
@@ -187,3 +210,37 @@ class SymbolicModel:
             series[f"speed:{name}"] = trial.speeds[:, k]
             series[f"target:{name}"] = trial.speeds[:, k] if position.speed is None else trial.accelerations[:, k]
         return np.column_stack([series[v.name] for v in self.residual.system.inputs])
+
+
+def enough_substeps(
+    model: CompiledModel,
+    time: np.ndarray,
+    inputs: np.ndarray,
+    parameters: np.ndarray,
+    start: np.ndarray,
+    share: float,
+    noise: np.ndarray | float = np.inf,
+) -> int:
+    """Integration steps in a sample interval at which halving them hardly changes the outputs, `MOST_SUBSTEPS` at most.
+
+    They change by less than `share` of their range and `UNSEEN` of their noise. Steps at which a run leaves the finite
+    numbers are too long.
+    """
+    if not model.system.states:
+        return 1
+
+    def outputs(count: int) -> np.ndarray | None:
+        try:
+            return model.run(time, inputs, parameters, start, substeps=count).outputs
+        except ComponentError:
+            return None
+
+    count, coarse = 1, outputs(1)
+    while count < MOST_SUBSTEPS:
+        fine = outputs(2 * count)
+        if coarse is not None and fine is not None:
+            most = np.minimum(share * np.ptp(fine, axis=0), UNSEEN * noise) + 1e-12
+            if np.all(np.abs(fine - coarse).max(axis=0) <= most):
+                break
+        count, coarse = 2 * count, fine
+    return count

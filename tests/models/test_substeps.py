@@ -1,0 +1,55 @@
+"""How many integration steps a sample needs."""
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from fmus.symbolic.system import SymbolicSystem, Variable
+from orchestrator.models.compiled import CompiledModel
+from orchestrator.models.symbolic import enough_substeps
+
+# Fourth-order Runge-Kutta is stable along the negative real axis down to this (Hairer and Wanner, Solving ODEs II, IV.2).
+STABLE = 2.785
+
+
+def decay() -> CompiledModel:
+    """dx/dt = r (u - x): stiff against steps longer than 1/r."""
+    t, x, u, d, r = (ca.SX.sym(name, n) for name, n in zip("txudr", (1, 1, 1, 0, 1), strict=True))
+    nothing = ca.SX(0, 1)
+    system = SymbolicSystem(
+        name="Decay",
+        description="",
+        inputs=(Variable("u"),),
+        states=(Variable("x", start=0.0),),
+        algebraics=(),
+        parameters=(Variable("r", "1/s", start=1.0),),
+        dependents=(),
+        outputs=("x",),
+        rhs=ca.Function("rhs", [t, x, u, d, r], [r * (u - x), nothing]),
+        history=ca.Function("history", [t, u, r], [nothing, nothing]),
+        dependent=ca.Function("dependent", [r], [nothing]),
+        initial=ca.Function("initial", [r], [ca.SX(0)]),
+    )
+    return CompiledModel(system, ["x"])
+
+
+@pytest.mark.parametrize("rate", [1.0, 500.0, 5000.0])
+def test_substeps_keep_a_stiff_state_stable_and_are_no_more_than_that_takes_to_settle(rate: float) -> None:
+    time = np.linspace(0, 10, 1001)
+    inputs = np.sin(time)[:, None]
+
+    count = enough_substeps(decay(), time, inputs, np.array([rate]), np.zeros(1), 1e-2)
+
+    width = rate * 0.01
+    assert width / count < STABLE
+    # A hundredth is reached well before eight steps for each time constant.
+    assert count <= max(1, 8 * width)
+
+
+def test_run_that_overflows_with_one_step_asks_for_more() -> None:
+    time = np.linspace(0, 20, 2001)
+    model = decay()
+    with np.errstate(all="ignore"), pytest.raises(Exception, match="left the finite numbers"):
+        model.run(time, np.sin(time)[:, None], np.array([2000.0]), np.zeros(1))
+
+    assert enough_substeps(model, time, np.sin(time)[:, None], np.array([2000.0]), np.zeros(1), 1e-5) >= 8
