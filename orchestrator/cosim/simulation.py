@@ -254,7 +254,8 @@ class Simulation:
             whole = math.floor((end - self._start) / step + 1e-9) - self._k
             if self._parts.master.adaptive:
                 self._advance(left)
-                self._record_point()
+                if self._k % self.every == 0:
+                    self._record_point()
             elif whole <= 0:
                 self.step(left)
                 self._record_point()

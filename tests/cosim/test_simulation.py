@@ -100,6 +100,16 @@ def test_a_run_need_not_end_at_a_multiple_of_the_step() -> None:
     np.testing.assert_allclose(recorder.result().time, [0.0, 0.3, 0.6, 0.9, 1.0], rtol=1e-12)
 
 
+def test_steps_that_the_master_chooses_can_be_thinned_out() -> None:
+    recorders = MemoryRecorder(), MemoryRecorder()
+    for recorder, every in zip(recorders, (1, 3), strict=True):
+        with Simulation(pair(master="adaptive", tolerance=1e-4), every=every, stop=0.3) as simulation:
+            simulation.run(recorder=recorder)
+    every_point, thinned = (recorder.result().time for recorder in recorders)
+    last = [] if (len(every_point) - 1) % 3 == 0 else [0.3]
+    np.testing.assert_array_equal(thinned, [*every_point[::3], *last])
+
+
 def test_an_fmu_of_fixed_steps_refuses_an_odd_end() -> None:
     fixed = {'canHandleVariableCommunicationStepSize="true"': 'canHandleVariableCommunicationStepSize="false"'}
     path = small_fmu("decay", replace=fixed)
