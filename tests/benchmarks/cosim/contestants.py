@@ -58,7 +58,7 @@ def misfit(folder: Path, pairs: int, steps: int, meter: Meter, **options) -> flo
 
 
 def misfit_python_master(folder: Path, pairs: int, steps: int, meter: Meter) -> float:
-    """The same master in Python, as systems with components in Python use it."""
+    """The same master in Python, as where there is no C compiler."""
     return misfit(folder, pairs, steps, meter, engine=False)
 
 
