@@ -162,6 +162,20 @@ def test_a_refused_step_names_fmu_time_step_and_message(version: int) -> None:
     fmu.terminate()
 
 
+@pytest.mark.parametrize(("version", "said"), [(2, "does not suit me (%u)"), (3, "does not suit me (7)")])
+def test_without_a_compiler_messages_of_fmi_2_lack_their_arguments(
+    version: int, said: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from orchestrator.cosim.engine import native
+
+    monkeypatch.setattr(native, "native_library", lambda: None)
+    fmu = started(opened(small_fmu("decay", version), interface="CoSimulation"), longest=0.05)
+    with pytest.raises(ComponentError) as caught:
+        fmu.step(0.0, 0.1)
+    assert str(caught.value).endswith(said)
+    fmu.terminate()
+
+
 def test_a_refused_value_names_variable_value_and_message() -> None:
     path = small_fmu("mass", replace={'name="fb" valueReference="1"': 'name="fb" valueReference="77"'})
     mass = started(opened(path, interface="CoSimulation"))

@@ -277,6 +277,20 @@ def test_a_component_can_end_the_run(version: int, step: float) -> None:
     assert recorder.result().time[-1] == (10.0 if step == 0.5 else pytest.approx(9.6))
 
 
+def test_a_step_that_does_not_settle_is_an_error_with_the_value_that_moves() -> None:
+    words = r"the step from t = 0 s \(step 0.1 s\) did not settle in 1 turns: .* still moves by .*; take a smaller step"
+    what = pair(step=0.1, master="iterative", options={"turns": 1})
+    with Simulation(what) as simulation, pytest.raises(ComponentError, match=words):
+        simulation.step()
+
+
+def test_a_tolerance_that_no_step_meets_is_an_error() -> None:
+    words = r"the error stays above the tolerance 1e-12 at t = 0 s although the step has shrunk to"
+    what = pair(step=0.1, master="adaptive", tolerance=1e-12, options={"smallest_step": 1e-3})
+    with Simulation(what) as simulation, pytest.raises(ComponentError, match=words):
+        simulation.run(1.0)
+
+
 def test_a_master_with_rollback_refuses_components_that_cannot_go_back(monkeypatch: pytest.MonkeyPatch) -> None:
     from orchestrator.cosim import assembly
 
