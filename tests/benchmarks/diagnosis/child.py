@@ -68,6 +68,7 @@ def end_with_parent() -> None:
     A process pool's worker would wait for ever for work from a parent that was killed.
     """
     parent = os.getppid()
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the parent, whose end is enough
 
     def watch() -> None:
         while os.getppid() == parent:

@@ -5,6 +5,7 @@ one stopped.
 """
 
 import argparse
+import os
 import subprocess
 import time
 from pathlib import Path
@@ -30,9 +31,13 @@ def main() -> None:
     began = time.monotonic()
     jobs = [Job(wish, out, args.limit_s, began + args.budget) for wish in wishes]
     done = []
-    for case in side_by_side(do_case, lost_case, jobs, args.workers):
-        done.append(case)
-        _say(case)
+    try:
+        for case in side_by_side(do_case, lost_case, jobs, args.workers):
+            done.append(case)
+            _say(case)
+    except KeyboardInterrupt:
+        print(f"stopped; the same call goes on after the {len(done)} cases that are done", flush=True)
+        os._exit(130)  # its workers notice; an ordinary end would wait for them
     order = {wish.name: k for k, wish in enumerate(wishes)}
     done.sort(key=lambda case: order[case.name])
     about = About(args.size, len(wishes), _commit(), args.workers, args.limit_s, args.budget, time.monotonic() - began)
