@@ -1,6 +1,6 @@
 """The check of a system before anything is loaded: names, causality, types, shapes, units, ranges, start values."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import groupby
 from typing import Any, Protocol
@@ -12,8 +12,9 @@ from orchestrator.cosim.addresses import Element, resolve
 from orchestrator.cosim.compatible import Transfer, transfer, unit_scaling
 from orchestrator.cosim.component import Port
 from orchestrator.cosim.system import Connection, System, Value, split_address
+from orchestrator.cosim.unconnected import unconnected_inputs
 from orchestrator.cosim.values import port_value
-from orchestrator.cosim.wiring import OUTSIDE, Link, Slot, Unconnected, Wiring
+from orchestrator.cosim.wiring import OUTSIDE, Link, Slot, Wiring
 from orchestrator.cosim.wording import nearest
 
 _MOST_PROBLEMS = 10
@@ -74,7 +75,7 @@ class _Checker:
             more = len(self.problems) - _MOST_PROBLEMS
             raise MisfitError("; ".join(self.problems[:_MOST_PROBLEMS]) + (f"; and {more} more" if more > 0 else ""))
         self.slots, self.links = self._started(starts)
-        unconnected = (*self._free_inputs(), *self._unconnected(starts))
+        unconnected = tuple(unconnected_inputs(self.system, self.slots, starts, self.driven))
         return Wiring(self.slots, self.size, tuple(self.links), starts, unconnected, (*self.system.notes, *self.notes))
 
     def _started(self, starts: Mapping[str, Mapping[str, Any]]) -> tuple[tuple[Slot, ...], list[Link]]:
@@ -222,36 +223,6 @@ class _Checker:
         whole.flat[elements[0].index] = port_value(replace(port, shape=()), value, definitions)
         return {port.name: whole}
 
-    def _free_inputs(self) -> Iterator[Unconnected]:
-        """Inputs of the system: whoever steps it may set them, a plain run leaves them."""
-        for slot in self.slots:
-            if slot.component == OUTSIDE and slot.port.causality == "output":
-                inside = self.system.inputs[slot.port.name][0]
-                component, variable = split_address(inside)
-                given = variable in self.system.components[component].values
-                yield Unconnected(
-                    f"input {slot.port.name}", _default(slot.port, slot.port.start), slot.port.unit, given
-                )
-
-    def _unconnected(self, starts: Mapping[str, Mapping[str, Any]]) -> list[Unconnected]:
-        found = []
-        for slot in self.slots:
-            if slot.component == OUTSIDE or slot.port.causality != "input" or slot.port.type == "Clock":
-                continue
-            free = [k for k in range(slot.port.size) if slot.first + k not in self.driven]
-            given = slot.port.name in starts[slot.component]
-            value = starts[slot.component].get(slot.port.name, slot.port.start)
-            if len(free) == slot.port.size and free:
-                found.append(Unconnected(slot.address, _default(slot.port, value), slot.port.unit, given))
-                continue
-            for k in free:
-                address = f"{slot.component}.{slot.port.elements[k]}"
-                element = None if value is None else np.ravel(value)[k]
-                found.append(
-                    Unconnected(address, _default(replace(slot.port, shape=()), element), slot.port.unit, given)
-                )
-        return found
-
 
 def _numbered(ports: Mapping[str, Mapping[str, Port]]) -> tuple[tuple[Slot, ...], int]:
     slots, size = [], 0
@@ -281,11 +252,3 @@ def _array_shape(elements: list[Element]) -> tuple[int, ...]:
 
 def _shape(elements: list[Element]) -> str:
     return "one value" if len(elements) == 1 else f"{len(elements)} values"
-
-
-def _default(port: Port, value: Any) -> Any:
-    """The start value; where there is none what FMI takes for it, zero or empty."""
-    if value is not None:
-        return value
-    zero: Any = {"Boolean": False, "String": "", "Binary": b""}.get(port.type, 0)
-    return np.full(port.shape, zero) if port.shape else zero
