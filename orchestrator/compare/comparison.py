@@ -2,9 +2,11 @@
 
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 
+from orchestrator.compare.estimates import estimate_floor
 from orchestrator.compare.floor import noise_floor, over_floor
 from orchestrator.compare.result import Comparison, SetErrors, TrialCurves, TrialErrors
 from orchestrator.compare.where import findings, where_it_fails
@@ -36,6 +38,9 @@ def compare(
     followed = list(zip(data.trials, runs, strict=True))
     if floor is None:
         floor = noise_floor(model, data, [pair for pair in followed if pair[0].subset == "learning"])
+        estimates = estimate_floor(data, floor)
+        floor = {name: estimate.used for name, estimate in estimates.items()}
+        return replace(summarise(model, measurements, data, followed, floor), noise_estimates=estimates)
     return summarise(model, measurements, data, followed, floor)
 
 

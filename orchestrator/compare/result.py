@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from orchestrator.compare.estimates import FloorEstimate, floor_sentence
+
 
 @dataclass(frozen=True)
 class TrialErrors:
@@ -59,7 +61,13 @@ class Comparison:
     where: Mapping[str, list[dict[str, Any]]]
     findings: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
+    noise_estimates: Mapping[str, FloorEstimate] = field(default_factory=dict)
     curves: tuple[TrialCurves, ...] = field(default=(), repr=False)
+
+    @property
+    def noise_sentences(self) -> tuple[str, ...]:
+        """Where the noise floor of each signal comes from."""
+        return tuple(floor_sentence(name, self.units[name], each) for name, each in self.noise_estimates.items())
 
     def to_json(self) -> dict[str, Any]:
         """Return the `misfit.compare/1` document."""
@@ -77,7 +85,8 @@ class Comparison:
             else asdict(self.held_out) | self._times_floor(self.held_out.rmse),
             "where": dict(self.where),
             "findings": list(self.findings),
-            "notes": list(self.notes),
+            "notes": [*self.notes, *self.noise_sentences],
+            "noise_estimates": {name: asdict(each) for name, each in self.noise_estimates.items()},
         }
 
     def _times_floor(self, rmse: Mapping[str, float]) -> dict[str, Any]:

@@ -46,7 +46,7 @@ def comparison_report(comparison: Comparison) -> str:
                 tables=where_tables(comparison.where, comparison.units, comparison.noise_floor),
             ),
             Section("Figures", pictures=(*_trial_pictures(comparison, {}), *_residual_pictures(comparison))),
-            Section("Notes", comparison.notes),
+            Section("Notes", (*comparison.notes, *comparison.noise_sentences)),
             Section("Provenance", pairs=provenance(comparison.model, comparison.data)),
         ),
     )
@@ -105,7 +105,7 @@ def _diagnosis_page(diagnosis: Diagnosis, entries: list[LedgerEntry]) -> Page:
                 tables=where_tables(given.where, given.units, given.noise_floor),
                 pictures=tuple(_residual_pictures(given)),
             ),
-            Section("Notes", given.notes),
+            Section("Notes", (*given.notes, *given.noise_sentences)),
             Section(
                 "Provenance", pairs=provenance(diagnosis.model, diagnosis.data) + seconds + ledger_provenance(entries)
             ),
