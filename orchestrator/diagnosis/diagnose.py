@@ -99,6 +99,8 @@ def diagnose(
     if adjusted:
         note = f"fitted within stated tolerances, and so in a patched model: {', '.join(map(str, adjusted))}"
         found = replace(found, warnings=(*found.warnings, note))
+    of_data = [note.removeprefix("warning: ") for note in data.notes if note.startswith("warning: ")]
+    found = replace(found, warnings=(*found.warnings, *of_data))
     found = replace(found, adjusted=adjusted, clock_shift_s=fitted.fit.shift)
     where, findings = where_forces_lack(plain, searcher.learning)
     named = best if found.verdict in ("named", "ambiguous") else None
