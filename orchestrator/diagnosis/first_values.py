@@ -6,25 +6,39 @@ import numpy as np
 
 from orchestrator.diagnosis.calibration import Stage
 from orchestrator.diagnosis.candidates import Candidate
+from orchestrator.diagnosis.evidence import Refit
 from orchestrator.diagnosis.tangent import Block, orthonormal
 
 
-def first_values(stage: Stage, chosen: Sequence[Candidate]) -> list[np.ndarray]:
+def first_values(stage: Stage, chosen: Sequence[Candidate], nearer: Sequence[Refit] = ()) -> list[np.ndarray]:
     """Rows of parameters (k,) for a set that contains the tested one: new effects by least squares, and just visible.
 
     Those of the tested set stay. No rows if the set does not contain the tested one, or a new effect has no first order.
+
+    Args:
+        nearer: fitted sets; from the best of them that lies between the tested set and this one starts a further row, in
+            which the rest is just visible.
     """
     base = stage.tangent.base
     if not base.labels <= {c.label for c in chosen}:
         return []
-    owners = np.array(base.effects.owners()) if base.effects.candidates else np.zeros(0, dtype=int)
-    known = {c.label: base.values[owners == k] for k, c in enumerate(base.effects.candidates)}
+    known = _values_of(base) if base.ids else {}
     blocks = [block for c in chosen if c.label not in known and (block := _best_block(stage, c.label)) is not None]
     if len(blocks) + len(known) < len(chosen):
         return []
     error = stage.tangent.error
     visible = {b.candidate.label: _values(b, _just_visible(b, stage.colour.level * len(error) ** 0.5)) for b in blocks}
-    return [np.concatenate([(known | new)[c.label] for c in chosen]) for new in (_sizes(blocks, error), visible)]
+    starts = [known | _sizes(blocks, error), known | visible]
+    labels = {c.label for c in chosen}
+    inside = [r for r in nearer if base.labels < r.labels < labels]
+    if inside:
+        starts.append(known | visible | _values_of(min(inside, key=lambda r: r.fit.misfit)))
+    return [np.concatenate([start[c.label] for c in chosen]) for start in starts]
+
+
+def _values_of(found: Refit) -> dict[str, np.ndarray]:
+    owners = np.array(found.effects.owners())
+    return {c.label: found.values[owners == k] for k, c in enumerate(found.effects.candidates)}
 
 
 def _best_block(stage: Stage, label: str) -> Block | None:

@@ -10,7 +10,7 @@ import numpy as np
 from fmus.catalogue import ModelicaModel
 from fmus.errors import ComponentError, MisfitError
 from orchestrator.diagnosis.calibration import SIGNIFICANT, Stage
-from orchestrator.diagnosis.candidates import Candidate, EffectSet, can_join
+from orchestrator.diagnosis.candidates import Candidate, EffectSet, as_fmu, can_join
 from orchestrator.diagnosis.confusion import DECISIVE, half_bic
 from orchestrator.diagnosis.evidence import TOLERANCE, LearningData, Refit, fit_nominal
 from orchestrator.diagnosis.first_values import first_values
@@ -144,8 +144,9 @@ class Searcher:
         """Test a fitted set on what it leaves."""
         self.progress(f"testing what {' + '.join(base.ids) or 'the model'} leaves")
         tangent = Tangent(base, self.nominal, self.learning)
-        calibrated = tangent.response.is_formula
-        blocks = tangent.blocks(self.candidates, self.slots, self._side_by_side) if calibrated else []
+        # Equations that are solved by iteration take too long to run for every candidate; an FMU's fits take longer still.
+        first_order = tangent.response.is_formula or as_fmu(self.base) is not None
+        blocks = tangent.blocks(self.candidates, self.slots, self._side_by_side) if first_order else []
         stages = self.trace.stages
         stage = Stage(tangent, blocks, further, len(stages), stages[0] if stages else None)
         stages.append(stage)
@@ -227,20 +228,25 @@ class Searcher:
         hidden = [s for s in screened if np.isnan(s.gain)] if not stage.blocks else []
         by_labels = {frozenset(c.label for c in s.candidates): s for s in screened}
         chosen = [*judged, *hidden, *(by_labels[labels] for labels in wanted if labels in by_labels)]
-        chosen += self._whole_sets(stage, singles)
         unique = {frozenset(c.label for c in s.candidates): s for s in chosen}
         ordered = [unique[labels] for labels in sorted(unique, key=sorted)]
 
-        def one(entry: Screened) -> Refit | None:
-            self.progress(f"refitting {' + '.join(c.label for c in entry.candidates)}")
-            first = np.array([entry.values, *first_values(stage, entry.candidates)])
-            return self._attempted(entry.candidates, first, beam[0].fit.values[beam[0].size :], ROUGH)
+        whole = [s for s in self._whole_sets(stage, singles) if frozenset(c.label for c in s.candidates) not in unique]
+
+        def fitted(entries: Sequence[Screened], nearer: Sequence[Refit]) -> list[Refit]:
+            def one(entry: Screened) -> Refit | None:
+                self.progress(f"refitting {' + '.join(c.label for c in entry.candidates)}")
+                first = np.array([entry.values, *first_values(stage, entry.candidates, nearer)])
+                return self._attempted(entry.candidates, first, beam[0].fit.values[beam[0].size :], ROUGH)
+
+            return [r for r in self._side_by_side(one, entries) if r is not None]
 
         def closer(found: Refit) -> Refit:
             better = self._attempted(found.effects.candidates, found.values, found.fit.values[found.size :])
             return found if better is None else better
 
-        rough = sorted((r for r in self._side_by_side(one, ordered) if r is not None), key=lambda r: r.half_bic)
+        smaller = fitted(ordered, ())
+        rough = sorted([*smaller, *fitted(whole, smaller)], key=lambda r: r.half_bic)
         return [*self._side_by_side(closer, rough[:POLISHED]), *rough[POLISHED:]]
 
     def _attempted(

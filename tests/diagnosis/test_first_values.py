@@ -1,0 +1,60 @@
+"""Where fits begin: at the best of several starts, and with levels inside the range of the record."""
+
+import numpy as np
+
+from fmus.catalogue import ModelicaModel, find_modelica_model
+from orchestrator.diagnosis.candidates import Candidate, EffectSet, find_candidates
+from orchestrator.diagnosis.cards import effect_library
+from orchestrator.diagnosis.evidence import LearningData, fit_nominal, refit
+from orchestrator.diagnosis.placed import placed
+from orchestrator.diagnosis.response import Response
+from orchestrator.models.smoothing import SmoothedTrial
+
+TIME = np.arange(0, 5, 0.01)
+NOISE = np.array([1e-3])
+
+
+def candidates(base: ModelicaModel, *ids: str) -> list[Candidate]:
+    cards = [card for card in effect_library() if card.id in ids]
+    return find_candidates(base, base.compile(), cards)[0]
+
+
+def test_fit_takes_the_start_from_which_free_runs_are_nearest() -> None:
+    """Between 25 and 6 waves of cogging a turn lie others that fit worse than both: no descent leads across."""
+    pendulum, true = find_modelica_model("pendulum"), [5e-3, 0.0, 6.0]
+    effects = EffectSet(pendulum, candidates(pendulum, "cogging"), ["theta"])
+    model = effects.model
+    nothing = np.zeros((len(TIME), len(model.inputs)))
+    theta = model.compiled.run(TIME, nothing, model.compiled.with_values(true), np.array([np.pi + 1.0, 0.0])).outputs
+    measured = theta + NOISE * np.random.default_rng(1).standard_normal(theta.shape)
+    learning = LearningData((SmoothedTrial(TIME, nothing, measured, NOISE),), NOISE)
+    far, near = [1e-3, 1e-3, 25.0], [1e-3, 1e-3, 6.3]
+
+    lost, found = refit(effects, learning, np.array(far)), refit(effects, learning, np.array([far, near]))
+
+    assert found.cost < 1.3
+    assert abs(found.values[2] - 6.0) < 4 * found.std[2]
+    assert lost.cost > found.cost + 5 * (2 / found.fit.rows) ** 0.5  # five standard deviations of what noise does to it
+
+
+def test_levels_beyond_which_effects_act_start_within_the_range_of_the_record() -> None:
+    drive = find_modelica_model("drive")
+    chosen = candidates(drive, "saturation", "end_stop")
+    torque = 0.1 * np.sin(2 * np.pi * 0.5 * TIME)
+    inputs = np.column_stack([torque, np.zeros(len(TIME))])
+    effects = EffectSet(drive, (), ["phi"])
+    model = effects.model
+    phi = model.compiled.run(TIME, inputs, model.compiled.parameters, np.zeros(2)).outputs
+    learning = LearningData((SmoothedTrial(TIME, inputs, phi, NOISE),), NOISE)
+    base = fit_nominal(effects, model, learning)
+
+    found = placed(chosen, Response(base, [t.smoother for t in learning.trials]))
+
+    grids = {
+        f"{c.card.id} {c.card.variant}": np.array(p.grid) for c in found for p in c.card.parameters if len(p.grid) > 0
+    }
+    assert set(grids) == {"saturation drive", "end_stop above", "end_stop below"}
+    assert np.all((grids["saturation drive"] > 0) & (grids["saturation drive"] < 0.1))
+    middle = np.median(phi)
+    assert np.all((grids["end_stop above"] > middle) & (grids["end_stop above"] < phi.max()))
+    assert np.all((grids["end_stop below"] < middle) & (grids["end_stop below"] > phi.min()))
