@@ -46,7 +46,7 @@ def test_nothing_is_named_where_nothing_is_missing(family: str, machine: str, tm
 
 
 def test_spring_that_no_card_has_is_called_unknown(tmp_path: Path) -> None:
-    wish = Wish("O", "drive", 0, 5, enr=30.0, noise="mid", seconds=5.0, effects=("cubic_spring",))
+    wish = Wish("O", "drive", 0, 5, enr=30.0, noise="mid", seconds=2.5, effects=("cubic_spring",))
 
     row = judged(wish, tmp_path)
 
