@@ -1,6 +1,7 @@
 """An FMU on disk: its description, its hash, and the child processes that run it."""
 
 import hashlib
+import xml.etree.ElementTree as ET
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -13,7 +14,7 @@ from fmus.errors import FmuError
 from orchestrator.blackbox.ports import Description, Port, describe
 from orchestrator.blackbox.process import FmuProcesses
 from orchestrator.blackbox.sites import Position, find_positions, plain_sites
-from orchestrator.blackbox.worker import Probe, ProbeRequest
+from orchestrator.blackbox.worker import PathRequest, Probe, ProbeRequest
 
 
 @dataclass(frozen=True)
@@ -46,12 +47,16 @@ class FmuFile:
         """What the FMU shows, with the start values that it really has."""
         import fmpy
 
-        read_archive(self.path)  # refuses archives that are broken or unsafe
+        files = read_archive(self.path)  # refuses archives that are broken or unsafe
         try:
             read: Any = fmpy.read_model_description(str(self.path))
         except Exception as error:  # fmpy raises many kinds for a broken description
             reason = " ".join(str(error).split())[:200]
             raise FmuError(f"FMU {self.path.name} has no usable model description: {reason}") from error
+        if read.fmiVersion == "3.0" and read.modelExchange is not None:  # fmpy leaves this attribute out
+            exchange = ET.fromstring(files["modelDescription.xml"]).find("ModelExchange")
+            offered = exchange is not None and exchange.get("providesDirectionalDerivatives") in ("true", "1")
+            read.modelExchange.providesDirectionalDerivative = offered
         if self.stepped and read.coSimulation is not None:
             read.modelExchange = None
         return describe(read, self.path.name)
@@ -82,16 +87,39 @@ class FmuFile:
         """
         description, wiring = self.description, plain_sites(self.description).wiring
         idle = np.array([p.variable.start or 0.0 for p in description.inputs])
-        arrays = any(p.size > 1 for p in (*description.inputs, *description.outputs, *description.states))
         request = ProbeRequest(
             wiring,
             tuple(p.reference for p in description.states),
             tuple(p.reference for p in description.rates),
             idle if inputs is None else inputs,
             start,
-            description.directional and not arrays,
+            self._asks_directions,
         )
         return self.processes.ask(request)  # type: ignore[no-any-return]
+
+    def jacobians(self, time: np.ndarray, inputs: np.ndarray, start: np.ndarray, substeps: int) -> np.ndarray:
+        """Jacobians (n, nx + outputs, nx + inputs) of rates and outputs along a free run; model exchange only.
+
+        Raises:
+            ComponentError: if the FMU fails.
+        """
+        request = PathRequest(
+            plain_sites(self.description).wiring,
+            tuple(p.reference for p in self.description.states),
+            tuple(p.reference for p in self.description.rates),
+            time,
+            inputs,
+            start,
+            substeps,
+            self._asks_directions,
+        )
+        return np.asarray(self.processes.ask(request))
+
+    @property
+    def _asks_directions(self) -> bool:
+        """Whether directional derivatives are offered, for scalars."""
+        ports = (*self.description.inputs, *self.description.outputs, *self.description.states)
+        return self.description.directional and all(port.size == 1 for port in ports)
 
     def positions(self) -> dict[int, Position]:
         """Outputs that read a state whose rate is another state; found in model exchange only."""

@@ -25,7 +25,7 @@ class Scales:
     """Typical sizes of one kind of site, in the FMU's units, and the units themselves.
 
     `sizes` and `units` have the keys force, speed, position, input, output; `sizes` may have s, by which times are
-    multiplied for plants that are slower than 50 samples in a second; `place` is (middle, half the range) of the
+    multiplied for plants that are slower than 100 samples in a second; `place` is (middle, half the range) of the
     positions.
     """
 

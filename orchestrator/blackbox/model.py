@@ -18,7 +18,7 @@ from orchestrator.models.smoothing import SmoothedTrial
 from orchestrator.models.symbolic import SymbolicModel
 
 # What a sensor shows of a start value depends on the parameters of these.
-READING_SLOTS = ("outputScale.", "outputOffset.")
+READING_SLOTS = ("outputLag.", "outputScale.", "outputOffset.")
 
 
 class CoupledModel(SymbolicModel):
@@ -58,6 +58,16 @@ class CoupledModel(SymbolicModel):
     def reads_through_parameters(self) -> bool:  # type: ignore[override]
         return any(name.startswith(READING_SLOTS) for name in self.compiled.free)
 
+    def _lag(self, k: int, parameters: np.ndarray | None) -> float:
+        """Time constant in s between output k and its reading, 0 without one."""
+        if not any(
+            m.slot == "outputLag" and self.sites.measured[p - 1] == k for m in self.coupled.mounted for p in m.places
+        ):
+            return 0.0
+        names = [v.name for v in self.system.parameters]
+        values = self.compiled.parameters if parameters is None else parameters
+        return float(values[names.index("outputLag.T")])
+
     def _sensor(self, k: int, parameters: np.ndarray | None) -> tuple[float, float]:
         """Scale and offset between output k and its reading, as far as sensor errors are attached."""
         if k not in self.sites.measured:
@@ -68,6 +78,18 @@ class CoupledModel(SymbolicModel):
         wanted = ((f"outputScale.k[{place}]", 1.0), (f"outputOffset.c[{place}]", 0.0))
         scale, offset = (float(values[names.index(name)]) if name in names else absent for name, absent in wanted)
         return scale, offset
+
+    @property
+    def shows_jacobians(self) -> bool:
+        """Whether the FMU can be asked how it answers to small changes: model exchange, with no effect around it."""
+        return bool(self.sites.states) and not self.file.description.cosimulation and not self.coupled.mounted
+
+    def jacobians(self, record: Record, start: np.ndarray, substeps: int) -> tuple[np.ndarray, ...]:
+        """Along a free run, d rates/d states, d rates/d inputs, d signals/d states, d signals/d inputs, each (n, ., .)."""
+        full = self.file.jacobians(record.time, record.inputs, start, substeps)
+        nx, names = len(start), [v.name for v in self.sites.outputs]
+        rows = [nx + names.index(name) for name in self.signals]
+        return full[:, :nx, :nx], full[:, :nx, nx:], full[:, rows, :nx], full[:, rows, nx:]
 
     def restricted(self, signals: Sequence[str], free: Sequence[str] = ()) -> "CoupledModel":
         if tuple(signals) == self.signals and tuple(free) == self.compiled.free:
@@ -94,8 +116,13 @@ class CoupledModel(SymbolicModel):
             shown = [(position.state, value, std)]
             if position.speed is not None:
                 shown.append((position.speed, first.speed / slope, first.speed_std / abs(slope)))
+            late = self._lag(k, parameters)
             for state, at, far in shown:
                 start[state], low[state], high[state] = at, at - 5 * far, at + 5 * far
+            if late > 0:  # the reading shows where the state was
+                start[position.state] += late * first.speed / slope
+                for state, _, _ in shown:
+                    low[state], high[state] = -np.inf, np.inf
         for j, follows in enumerate(self.coupled.follows, start=len(self.sites.states)):
             if follows is not None and follows[0] == "input":
                 start[j] = trial.inputs[0, follows[1]]

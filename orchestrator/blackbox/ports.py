@@ -66,7 +66,6 @@ def describe(description: Any, name: str) -> Description:
     states = [v.derivative for v in derivatives if v.derivative is not None]
     of_state = {id(v.derivative): v for v in variables if v.derivative is not None}
     outputs = [v for v in variables if v.causality == "output"]
-    flag = "providesDirectionalDerivative" + ("s" if description.fmiVersion == "3.0" else "")
     return Description(
         name=name,
         version=int(description.fmiVersion[0]),
@@ -82,7 +81,7 @@ def describe(description: Any, name: str) -> Description:
             if id(v) in of_state
             for one, other in zip(_ports([v]), _ports([of_state[id(v)]]), strict=True)
         },
-        directional=bool(exchangeable and getattr(exchange, flag, False)),
+        directional=bool(exchangeable and getattr(exchange, "providesDirectionalDerivative", False)),
     )
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from fmus.errors import ComponentError
-from orchestrator.blackbox.worker import ProbeRequest, RatesRequest, RunRequest
+from orchestrator.blackbox.worker import PathRequest, ProbeRequest, RatesRequest, RunRequest
 
 TIME_LIMIT_S = 300.0
 
@@ -26,7 +26,7 @@ class FmuProcesses:
         self._lock = threading.Lock()
         self._all: list[_Child] = []
 
-    def ask(self, request: RunRequest | ProbeRequest | RatesRequest) -> Any:
+    def ask(self, request: RunRequest | ProbeRequest | RatesRequest | PathRequest) -> Any:
         """Answer of the FMU.
 
         Raises:
@@ -74,7 +74,7 @@ class _Child:
         theirs.close()
         self.close = weakref.finalize(self, _end, self._process, self._connection)
 
-    def ask(self, request: RunRequest | ProbeRequest | RatesRequest) -> Any:
+    def ask(self, request: RunRequest | ProbeRequest | RatesRequest | PathRequest) -> Any:
         try:
             self._connection.send(request)
             if not self._connection.poll(TIME_LIMIT_S):

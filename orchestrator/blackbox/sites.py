@@ -16,7 +16,7 @@ from orchestrator.models.smoothing import SmoothedTrial
 FORCE_UNITS = {"N.m": "rad", "N": "m", "kg.m2/s2": "rad", "kg.m/s2": "m"}
 NEGLIGIBLE = 1e-7
 # Times of effects suit plants that are sampled at this interval in s or a shorter one.
-QUICK = 0.02
+QUICK = 0.01
 
 
 @dataclass(frozen=True)

@@ -81,6 +81,20 @@ class RatesRequest:
     inputs: np.ndarray
 
 
+@dataclass(frozen=True)
+class PathRequest:
+    """Ask for the Jacobians along a free run from `start` (nx,), without effects; model exchange only."""
+
+    wiring: Wiring
+    states: tuple[int, ...]
+    rates: tuple[int, ...]
+    time: np.ndarray
+    inputs: np.ndarray
+    start: np.ndarray
+    substeps: int
+    directional: bool
+
+
 class _Problem(ctypes.Structure):
     """Mirror of `problem` in runner.c."""
 
@@ -239,11 +253,11 @@ class Probe:
     outputs_by_inputs: np.ndarray
 
 
-def _probe(instance: _Instance, request: ProbeRequest) -> Probe:
-    instance.begin(0.0, {})
+def _jacobian(
+    instance: _Instance, request: "ProbeRequest | PathRequest", x: np.ndarray, inputs: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Rates and outputs, and their Jacobian in states and inputs: asked for, or by differences."""
     wiring, nx = request.wiring, len(request.states)
-    base = instance.states(nx) if nx else np.zeros(0)
-    x = base if request.start is None else request.start
 
     def values(at: np.ndarray, inputs: np.ndarray) -> np.ndarray:
         if nx:
@@ -252,7 +266,7 @@ def _probe(instance: _Instance, request: ProbeRequest) -> Probe:
         rates = instance.rates(nx) if nx else np.zeros(0)
         return np.concatenate([rates, instance.get(wiring.outputs, wiring.n_outputs)])
 
-    here = values(x, request.inputs)
+    here = values(x, inputs)
     if request.directional:
         unknown = [*request.rates, *wiring.outputs]
         columns = [
@@ -261,13 +275,48 @@ def _probe(instance: _Instance, request: ProbeRequest) -> Probe:
         ]
     else:
         columns = []
-        for k in range(nx + len(request.inputs)):
-            ahead = [x.copy(), request.inputs.copy()]
+        for k in range(nx + len(inputs)):
+            ahead = [x.copy(), inputs.copy()]
             part, place = (ahead[0], k) if k < nx else (ahead[1], k - nx)
             step = NUDGE * max(abs(part[place]), 1.0)
             part[place] += step
             columns.append((values(*ahead) - here) / step)
-    jacobian = np.column_stack(columns) if columns else np.zeros((len(here), 0))
+    return here, np.column_stack(columns) if columns else np.zeros((len(here), 0))
+
+
+def _path(instance: _Instance, request: PathRequest) -> np.ndarray:
+    """Jacobians (n, nx + outputs, nx + inputs) at the samples of a free run (Runge-Kutta, inputs linear between samples)."""
+    time, inputs, x = request.time, request.inputs, request.start
+    instance.begin(float(time[0]), {})
+
+    def rate(at: float, x: np.ndarray) -> np.ndarray:
+        instance.fmu.setTime(at)
+        instance.set_states(x)
+        instance.set(request.wiring.inputs, [float(np.interp(at, time, column)) for column in inputs.T])
+        return instance.rates(len(x))
+
+    found = []
+    for k, at in enumerate(time):
+        instance.fmu.setTime(float(at))
+        found.append(_jacobian(instance, request, x, inputs[k])[1])
+        h = (time[min(k + 1, len(time) - 1)] - at) / request.substeps
+        for j in range(request.substeps if h > 0 else 0):
+            t = float(at + j * h)
+            k1 = rate(t, x)
+            k2 = rate(t + h / 2, x + h / 2 * k1)
+            k3 = rate(t + h / 2, x + h / 2 * k2)
+            k4 = rate(t + h, x + h * k3)
+            x = x + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+    return np.array(found)
+
+
+def _probe(instance: _Instance, request: ProbeRequest) -> Probe:
+    instance.begin(0.0, {})
+    nx = len(request.states)
+    base = instance.states(nx) if nx else np.zeros(0)
+    x = base if request.start is None else request.start
+
+    here, jacobian = _jacobian(instance, request, x, request.inputs)
     return Probe(base, here[nx:], jacobian[:nx, :nx], jacobian[:nx, nx:], jacobian[nx:, :nx], jacobian[nx:, nx:])
 
 
@@ -283,7 +332,7 @@ def _rates(instance: _Instance, request: RatesRequest) -> np.ndarray:
     return found
 
 
-ANSWERS: dict[type, Any] = {RunRequest: _run, ProbeRequest: _probe, RatesRequest: _rates}
+ANSWERS: dict[type, Any] = {RunRequest: _run, ProbeRequest: _probe, RatesRequest: _rates, PathRequest: _path}
 
 
 def serve(path: Path, cosimulation: bool, connection: Connection) -> None:

@@ -58,7 +58,7 @@ def coloured_metric(own: Sequence[np.ndarray], stride: int, carried: np.ndarray)
     `own` holds, for each of the ny signals, the covariance (m, m) of the means of its noise.
     """
     thinned = thin(carried, stride)
-    wide = thinned.reshape(-1, thinned.shape[2])
+    wide = thinned.reshape(thinned.shape[0] * thinned.shape[1], thinned.shape[2])
     covariance = wide @ wide.T
     for i, each in enumerate(own):
         covariance[i :: len(own), i :: len(own)] += each

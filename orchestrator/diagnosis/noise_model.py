@@ -31,7 +31,7 @@ def metrics_of(response: Response, outputs: Sequence[Noise], inputs: Sequence[No
     for k, record in enumerate(response.base.records):
         stride = stride_for(len(record.time), 1)
         carried, rest = list[np.ndarray](), np.zeros(len(outputs))
-        for i, noise in enumerate(inputs if response.is_formula else ()):
+        for i, noise in enumerate(inputs if response.answers_inputs else ()):
             slow, fast = _carried(response, k, i, noise, std, random)
             rest += fast
             gaps = unknown_in_gaps(record.time, record.inputs[:, i])

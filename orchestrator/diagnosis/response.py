@@ -8,6 +8,7 @@ import casadi as ca
 import numpy as np
 from scipy import linalg
 
+from orchestrator.blackbox.model import CoupledModel
 from orchestrator.diagnosis.evidence import Refit
 from orchestrator.models.compiled import CompiledModel, linear_answer
 from orchestrator.models.correction import PREFIX
@@ -58,6 +59,8 @@ class Response:
         wanted = [PREFIX + signal for signal in self.model.signals]
         # An FMU, and equations that are solved by iteration, have no formula to differentiate.
         self.is_formula = self.model.system.rhs.is_a("SXFunction") and self.model.system.rhs.n_in() == 5
+        # An FMU may be asked for its Jacobians instead.
+        self.answers_inputs = self.is_formula or (isinstance(self.model, CoupledModel) and self.model.shows_jacobians)
         self.has_forces = self.is_formula and all(name in names for name in wanted)
         self._forces = [names.index(name) for name in wanted] if self.has_forces else []
         self.parameters = self.model.compiled.with_values(base.fit.values)
@@ -98,19 +101,25 @@ class Response:
 
     def _linear(self, trial: int) -> _Linear:
         if trial not in self._kept:
-            record, states = self.base.records[trial], self._states[trial]
-            n, nx, nu, ny = len(record.time), states.shape[1], record.inputs.shape[1], len(self.model.signals)
-            arguments = [record.time[None, :], states.T, record.inputs.T, self._delayed(trial), self.parameters]
-            values = [part.full().reshape(-1, n, order="F").T for part in self._derivatives(*arguments)]
-            shapes = [(nx, nx), (nx, nu), (ny, nx), (ny, nu)]
-            # casadi stacks matrices column by column
-            a, b, c, d = (
-                v.reshape(n, *shape[::-1]).transpose(0, 2, 1) for v, shape in zip(values, shapes, strict=True)
-            )
-            middle = 0.5 * (a[1:] + a[:-1]) * np.diff(record.time)[:, None, None]
-            step = linalg.expm(middle) if nx else np.zeros((n - 1, 0, 0))
+            time = self.base.records[trial].time
+            a, b, c, d = self._jacobians(trial)
+            middle = 0.5 * (a[1:] + a[:-1]) * np.diff(time)[:, None, None]
+            step = linalg.expm(middle) if a.shape[1] else np.zeros((len(time) - 1, 0, 0))
             self._kept[trial] = _Linear(step, b, c, d)
         return self._kept[trial]
+
+    def _jacobians(self, trial: int) -> Sequence[np.ndarray]:
+        """Along a trial, the Jacobians (n, ., .) of rates and then of outputs, each in states and in inputs."""
+        record = self.base.records[trial]
+        if isinstance(self.model, CoupledModel):
+            return self.model.jacobians(record, self.base.fit.starts[trial], self.base.substeps)
+        states = self._states[trial]
+        n, nx, nu, ny = len(record.time), states.shape[1], record.inputs.shape[1], len(self.model.signals)
+        arguments = [record.time[None, :], states.T, record.inputs.T, self._delayed(trial), self.parameters]
+        values = [part.full().reshape(-1, n, order="F").T for part in self._derivatives(*arguments)]
+        shapes = [(nx, nx), (nx, nu), (ny, nx), (ny, nu)]
+        # casadi stacks matrices column by column
+        return [v.reshape(n, *shape[::-1]).transpose(0, 2, 1) for v, shape in zip(values, shapes, strict=True)]
 
     @cached_property
     def _derivatives(self) -> ca.Function:
