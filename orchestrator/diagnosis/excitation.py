@@ -1,7 +1,7 @@
 """What the data say nothing about: sites where an effect of typical size would stay within the noise, and rest."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -12,9 +12,10 @@ from orchestrator.models.smoothing import SmoothedTrial
 
 # Drop of the misfit, in units of the noise, by which an effect is found with near certainty among a hundred candidates.
 FOUND = 36.0
-# A site is blind if the data would show no more than this share of its effects. A muscle that is never used shows none;
-# noise of 1e-3 rad alone hides up to half of those of a site that is well excited.
-SHOWN = 0.2
+# A site is blind if the data would show no more than this share of its effects.
+SHOWN = 0.5
+# An effect that does this share of what it does at another site is excited; noise that hides it hides it everywhere.
+AS_ELSEWHERE = 0.01
 # Effects of a blind site that the next experiment should show.
 MOST_UNSEEN = 2
 # These act only beyond a level; a range that was never entered says nothing against the data.
@@ -43,11 +44,10 @@ def blind_sites(stage: Stage, candidates: Sequence[Candidate]) -> tuple[str, ...
     """
     if is_at_rest(stage.tangent.learning):
         return tuple(dict.fromkeys(c.site for c in candidates))
-    noise = stage.colour.level**2
-    shown: dict[tuple[str, str], bool] = {}
+    powers: dict[tuple[str, str], float] = {}
     for candidate in candidates:
         if candidate.card.id not in BEYOND_A_LEVEL and "+" not in candidate.site:
-            shown[candidate.site, candidate.card.id] = False
+            powers[candidate.site, candidate.card.id] = 0.0
     for block in stage.blocks:
         candidate = block.candidate
         if candidate.card.id in BEYOND_A_LEVEL:
@@ -56,11 +56,17 @@ def blind_sites(stage: Stage, candidates: Sequence[Candidate]) -> tuple[str, ...
             if not name or not np.isfinite(block.sizes[k]):
                 continue
             key = (_site(candidate, name), candidate.card.id)
-            power = float(block.powers[k] * block.sizes[k] ** 2)
-            shown[key] = shown.get(key, False) or power > FOUND * noise
-    sites = dict.fromkeys(site for site, _ in shown)
+            powers[key] = max(powers.get(key, 0.0), float(block.powers[k] * block.sizes[k] ** 2))
+    sites = dict.fromkeys(site for site, _ in powers)
+    shown = {key: _is_shown(key, powers, FOUND * stage.colour.level**2) for key in powers}
     share = {site: np.mean([seen for (place, _), seen in shown.items() if place == site]) for site in sites}
     return tuple(site for site in sites if share[site] <= SHOWN)
+
+
+def _is_shown(key: tuple[str, str], powers: Mapping[tuple[str, str], float], least: float) -> bool:
+    """Whether an effect stands out, or fails to by the noise alone: it does as much as at the sites that are excited."""
+    elsewhere = [power for (site, effect), power in powers.items() if effect == key[1] and site != key[0]]
+    return powers[key] > least or (bool(elsewhere) and powers[key] > AS_ELSEWHERE * max(elsewhere) > 0.0)
 
 
 def unseen(candidates: Sequence[Candidate], blind: Sequence[str]) -> list[Candidate]:
