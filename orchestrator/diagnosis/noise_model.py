@@ -23,8 +23,8 @@ def metrics_of(response: Response, outputs: Sequence[Noise], inputs: Sequence[No
     Slow noise of inputs is carried as hat functions of time, the rest counts as white: what no hats can follow, in the
     noise and in what it does, or the power of all that noise does less that of the hats, whichever is smaller. (The latter
     alone would not do: where a model integrates its inputs, both powers are large and hardly differ.) Where the record of an
-    input has gaps, what it did meanwhile is noise, too. A model that is no
-    formula, such as an FMU, would take a run for each of them: its inputs count as exact.
+    input has gaps, what it did meanwhile is noise, too. Inputs of a model that neither is a formula nor shows its Jacobians,
+    such as an FMU that is stepped, would take a run for each of them: they count as exact.
     """
     std = np.array([noise.std for noise in outputs])
     random, found = np.random.default_rng(seed), []
