@@ -1,9 +1,13 @@
 """Which cases a run of the benchmark has, by size, and in which order."""
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from tests.benchmarks.diagnosis.truth.families import FAMILIES, Wish
+from tests.benchmarks.diagnosis.truth.library import EFFECTS, FOREIGN
 from tests.benchmarks.diagnosis.truth.machines import MACHINES
 
 SEED = 20
@@ -24,7 +28,7 @@ class Size:
 SIZES = {
     "tiny": Size(dict.fromkeys(FAMILIES, 1), 0),
     "small": Size(dict.fromkeys(FAMILIES, 1) | {"S": 2, "T": 0}, 0),
-    "medium": Size({"N0": 8, "N1": 6, "N2": 6, "S": 20, "D": 8, "T": 2, "O": 6, "I": 3}, 12),
+    "medium": Size({"N0": 8, "N1": 6, "N2": 6, "S": 16, "D": 8, "T": 1, "O": 6, "I": 5}, 9),
     "full": Size({"N0": 30, "N1": 15, "N2": 15, "S": 60, "D": 25, "T": 8, "O": 15, "I": 9}, 100),
 }
 
@@ -46,7 +50,23 @@ def suite(size: str) -> list[Wish]:
         for k in range(wanted.map_draws)
         for cell, wish in enumerate(_map_cells(k))
     ]
-    return [wish for _, wish in sorted(plain + drawn, key=lambda entry: (entry[0], entry[1].name))]
+    return _with_effects(wish for _, wish in sorted(plain + drawn, key=lambda entry: (entry[0], entry[1].name)))
+
+
+def _with_effects(wishes: Iterable[Wish]) -> list[Wish]:
+    """Single and foreign effects so that each comes as often as the others, as far as its machines allow, at any cut."""
+    used: Counter[str] = Counter()
+    found = []
+    for wish in wishes:
+        libraries = {"S": EFFECTS, "O": FOREIGN}.get(wish.family)
+        if libraries is not None:
+            library = libraries[wish.machine]
+            order = np.random.default_rng([wish.seed, wish.index]).permutation(sorted(library))
+            rarest = min(map(str, order), key=lambda name: used[name])
+            used[rarest] += 1
+            wish = replace(wish, effects=(rarest,))
+        found.append(wish)
+    return found
 
 
 def _place(k: int, of: int, first: int, second: int) -> float:

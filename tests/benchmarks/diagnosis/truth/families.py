@@ -119,9 +119,9 @@ def _enr(wish: Wish, cycle: tuple[float, ...]) -> float:
 def _choose(library: dict[str, object], wish: Wish) -> str:
     if wish.effects:
         return wish.effects[0]
-    # Effects and sizes cycle with different periods, so that all meet.
-    names = sorted(library)
-    return names[(wish.index + wish.seed + wish.index // len(names)) % len(names)]
+    # Every machine has an order of its own; effects and sizes cycle with different periods, so that all meet.
+    order = np.random.default_rng([wish.seed, zlib.crc32(wish.machine.encode())]).permutation(sorted(library))
+    return str(order[(wish.index + wish.index // len(order)) % len(order)])
 
 
 def _names(wish: Wish, machine: Machine, random: np.random.Generator) -> tuple[str, ...]:
