@@ -42,7 +42,8 @@ def diagnosis_after_experiment(wish: Wish, out: Path, limit_s: float) -> dict[st
 
     def again() -> dict[str, Any]:
         planned = first["next_experiment"]
-        advice = Advice(table, planned.get("experiment") == "repeat", planned.get("start_scale", 1.0))
+        start = (planned.get("start_scale", 1.0), planned.get("start_offset", 0.0))
+        advice = Advice(table, planned.get("experiment") == "repeat", *start)
         folder = out / "cases" / f"{name}_again"
         try:
             write_with_experiment(draw_case(wish), folder, advice)

@@ -16,12 +16,14 @@ from tests.benchmarks.diagnosis.truth.write import HELD_OUT, write_measurements
 class Advice:
     """A recommended experiment: a table of inputs, or a repetition of the first trial.
 
-    A machine that nothing drives is let go `start_scale` times as far from its mean position as in the first trial.
+    A machine that nothing drives is let go `start_scale` times as far from its mean position as in the first trial, and
+    `start_offset` (rad or m) further.
     """
 
     table: Path
     repeat: bool
     start_scale: float = 1.0
+    start_offset: float = 0.0
 
 
 def write_with_experiment(case: Drawn, folder: Path, advice: Advice) -> None:
@@ -51,7 +53,7 @@ def experiment_plan(case: Drawn, advice: Advice) -> Plan:
     learning = [run_trial(machine, plan, case.injections, case.changed) for plan in _learned(case)]
     start = learning[0].q[0, : len(machine.order)]
     middle = np.concatenate([run.q[:, : len(start)] for run in learning]).mean(axis=0)
-    q0 = middle + advice.start_scale * (start - middle)
+    q0 = middle + advice.start_scale * (start - middle) + advice.start_offset
     return Plan(len(case.plans), inputs, q0, np.zeros(len(start)), run_in_s=0.0)
 
 
