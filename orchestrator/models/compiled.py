@@ -98,7 +98,8 @@ class CompiledModel:
         keep = [np.ascontiguousarray(a, dtype=float) for a in (time, inputs, *self._delays(time, inputs, parameters))]
         keep.append(np.ascontiguousarray(parameters, dtype=float))
         sizes = (n, nx, len(system.inputs), system.n_delays, len(self.outputs), nfree, substeps, int(sensitivities))
-        functions = self._machine_code.with_slopes if sensitivities else self._machine_code.plain
+        code = self._machine_code  # kept until the run ends: what its functions point to belongs to it
+        functions = code.with_slopes if sensitivities else code.plain
         problem = _Problem(*sizes, *(a.ctypes.data for a in keep), *functions)
         outputs = np.empty((n, len(self.outputs)))
         slopes = np.empty((n, len(self.outputs), nx + nfree)) if sensitivities else None

@@ -1,5 +1,8 @@
 """Compiled free runs: closed forms, delays, sensitivities against finite differences."""
 
+from concurrent.futures import ThreadPoolExecutor
+from threading import Barrier
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -139,3 +142,22 @@ def test_answer_of_a_linear_system_equals_the_recurrence_written_out() -> None:
         assert np.allclose(answers[i], show[i] @ x + direct[i] @ changes[i])
         if i < n - 1:
             x = step[i] @ (x + half[i] * push[i] @ changes[i]) + half[i] * push[i + 1] @ changes[i + 1]
+
+
+def test_threads_that_share_a_model_not_yet_compiled_get_the_same_run() -> None:
+    model = CompiledModel(lag(), ["y"], ["tau"])
+    everybody = Barrier(8)
+
+    def run(_: int) -> tuple[np.ndarray, np.ndarray | None]:
+        everybody.wait()
+        found = model.run(TIME, TIME[:, None], model.parameters, np.zeros(1), substeps=20, sensitivities=True)
+        return found.outputs, found.sensitivities
+
+    with ThreadPoolExecutor(8) as pool:
+        runs = list(pool.map(run, range(8)))
+
+    alone = CompiledModel(lag(), ["y"], ["tau"])
+    expected = alone.run(TIME, TIME[:, None], alone.parameters, np.zeros(1), substeps=20, sensitivities=True)
+    for outputs, slopes in runs:
+        assert np.array_equal(outputs, expected.outputs)
+        assert np.array_equal(slopes, expected.sensitivities)
