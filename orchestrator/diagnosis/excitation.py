@@ -53,9 +53,10 @@ def blind_sites(stage: Stage, candidates: Sequence[Candidate]) -> tuple[str, ...
         if candidate.card.id in BEYOND_A_LEVEL:
             continue
         for k, name in enumerate(block.names):
-            if not name or not np.isfinite(block.sizes[k]):
+            site = _site(candidate, name)
+            if not name or site is None or not np.isfinite(block.sizes[k]):
                 continue
-            key = (_site(candidate, name), candidate.card.id)
+            key = (site, candidate.card.id)
             powers[key] = max(powers.get(key, 0.0), float(block.powers[k] * block.sizes[k] ** 2))
     sites = dict.fromkeys(site for site, _ in powers)
     shown = {key: _is_shown(key, powers, FOUND * stage.colour.level**2) for key in powers}
@@ -75,9 +76,9 @@ def unseen(candidates: Sequence[Candidate], blind: Sequence[str]) -> list[Candid
     return list({c.card.id: c for c in reversed(there)}.values())[::-1][:MOST_UNSEEN]
 
 
-def _site(candidate: Candidate, parameter: str) -> str:
-    """The site of one element of an effect that acts at several: `joint2` for `b[2]`."""
-    match = re.search(r"\[(\d+)\]$", parameter)
-    if "+" not in candidate.site or match is None:
+def _site(candidate: Candidate, parameter: str) -> str | None:
+    """The site of one element of an effect that acts at several: `joint2` for `b[2]`; None for what they share."""
+    if "+" not in candidate.site:
         return candidate.site
-    return candidate.site.split("+")[int(match[1]) - 1]
+    match = re.search(r"\[(\d+)\]$", parameter)
+    return candidate.site.split("+")[int(match[1]) - 1] if match else None
