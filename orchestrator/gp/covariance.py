@@ -1,0 +1,107 @@
+"""Covariances of rows of observations, and factors of them that are known to be sound."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg.lapack import dpotrf
+
+from fmus.errors import MisfitError
+from orchestrator.gp.kernels import Kernel
+from orchestrator.gp.observations import Rows
+from orchestrator.measurements.wording import listed
+
+Array = NDArray[Any]
+
+
+@dataclass(frozen=True)
+class Latent:
+    """A function that nobody sees directly: its kernel, and what is expected of it before any datum (0 if absent).
+
+    `mean` maps inputs (n, d) to (n,) or (n, p), such as the prediction of the current physics model; `mean_gradient` to (n, p, d).
+    """
+
+    kernel: Kernel
+    mean: Callable[[Array], Array] | None = None
+    mean_gradient: Callable[[Array], Array] | None = None
+
+
+Latents = Mapping[str, Latent]
+
+
+def known(latents: Latents, names: Mapping[str, Any]) -> None:
+    """Refuse names of latent functions that are not there."""
+    for name in names:
+        if name not in latents:
+            raise MisfitError(f"there is no latent function {name!r}; there are {listed(latents)}")
+
+
+def covariance(latents: Latents, one: Rows, other: Rows) -> Array:
+    """sum_f a_f,i k_f(x_i, y_j) b_f,j of rows with coefficients a and b, (n, m); latent functions are independent."""
+    total = np.zeros((len(one.inputs), len(other.inputs)))
+    for name in one.coefficients.keys() & other.coefficients.keys():
+        a, b = one.coefficients[name], other.coefficients[name]
+        i, j = np.flatnonzero(a), np.flatnonzero(b)
+        if i.size and j.size:
+            block = latents[name].kernel(one.inputs[i], other.inputs[j])
+            if np.iscomplexobj(block) and not np.iscomplexobj(total):
+                total = total.astype(complex)
+            total[np.ix_(i, j)] += a[i, None] * b[j] * block
+    return total
+
+
+def variances(latents: Latents, rows: Rows) -> Array:
+    """Diagonal of the covariance of rows with themselves, (n,)."""
+    total = np.zeros(len(rows.inputs))
+    for name, a in rows.coefficients.items():
+        total += a * a * latents[name].kernel.diagonal(rows.inputs)
+    return total
+
+
+def mean(latents: Latents, rows: Rows, components: int) -> Array:
+    """Prior mean of rows, (n, components)."""
+    total = np.zeros((len(rows.inputs), components))
+    for name, a in rows.coefficients.items():
+        function = latents[name].mean
+        if function is not None:
+            total += a[:, None] * shaped(name, function(rows.inputs), total.shape)
+    return total
+
+
+def shaped(name: str, found: Array, shape: tuple[int, ...]) -> Array:
+    """What a prior mean function returned, if it has the shape; one component may lack its axis."""
+    found = np.asarray(found, dtype=float)
+    if found.size == np.prod(shape) and found.shape[:1] == shape[:1]:
+        found = found.reshape(shape)
+    if found.shape != shape or not np.isfinite(found).all():
+        raise MisfitError(
+            f"the prior mean of {name} returned shape {found.shape}, finite {np.isfinite(found).all()}; "
+            f"expected finite numbers of shape {shape}"
+        )
+    return found
+
+
+def factor(matrix: Array) -> Array:
+    """Lower Cholesky factor of a covariance of observations.
+
+    A pivot says which share of an observation's variance the ones before it leave open. Below the rounding error of the
+    factorisation that share is noise of the computer, and so would be everything computed with it.
+
+    Raises:
+        MisfitError: if an observation follows from the others up to rounding.
+    """
+    lower, failed = dpotrf(matrix, lower=1, clean=1)
+    if not failed:
+        open_share = np.diagonal(lower) ** 2 / np.diagonal(matrix)
+        failed = (
+            int(np.argmin(open_share)) + 1 if not open_share.min() > 10.0 * len(matrix) * np.finfo(float).eps else 0
+        )
+    if failed:
+        scale = np.sqrt(max(float(matrix[failed - 1, failed - 1]), 0.0))
+        raise MisfitError(
+            f"observation {failed} of {len(matrix)} follows from the ones before it (prior deviation with noise {scale:.3g}); "
+            f"give observations a noise of at least {1e-6 * scale:.1g}, or leave out repeated ones"
+        )
+    return lower
