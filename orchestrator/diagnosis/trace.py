@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from orchestrator.diagnosis.calibration import NOTABLE, PRACTICAL, SIGNIFICANT, Stage
+from orchestrator.diagnosis.calibration import NEAR_FLOOR, NOTABLE, PRACTICAL, SIGNIFICANT, Stage
 from orchestrator.diagnosis.candidates import Candidate
 from orchestrator.diagnosis.confusion import half_bic
 from orchestrator.diagnosis.evidence import Refit
@@ -67,6 +67,11 @@ class Trace:
         noise = stage.colour.level**2
         does = max(before.cost - found.cost, 0.0) ** 0.5
         explicable = max(stage.nominal_rms**2 - noise, 0.0) ** 0.5
-        if found.is_meaningful() or (does >= NOTABLE * noise**0.5 and does > PRACTICAL * explicable):
+        falls = before.cost**0.5 - found.cost**0.5 > PRACTICAL * stage.nominal_rms
+        # Where much is left, what lowers the error by less may imitate a part of that.
+        clean = found.cost < NEAR_FLOOR**2 * max(noise, 1.0)
+        if found.is_meaningful() or falls:
+            return ""
+        if clean and does >= NOTABLE * noise**0.5 and does > PRACTICAL * explicable:
             return ""
         return "is of a size that does not matter"
