@@ -4,6 +4,7 @@ Each kernel is a formula and its derivatives, in inputs and in its own positive 
 complex arguments too, so that derivatives can be checked by a complex step.
 """
 
+import re
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, replace
@@ -35,6 +36,10 @@ class Kernel(ABC):
     @abstractmethod
     def value_gradients(self, x: Array, y: Array) -> Iterator[Array]:
         """d k(x_i, y_j) / d value, (n, m), one after the other in the order of `values`."""
+
+    def contraction(self, x: Array, weights: Array) -> Array:
+        """sum_ij weights_ij d k(x_i, x_j) / d value of each value, for symmetric weights (n, n)."""
+        return np.array([np.vdot(weights, gradient) for gradient in self.value_gradients(x, x)])
 
     @property
     @abstractmethod
@@ -106,8 +111,16 @@ class _Radial(_Leaf):
         """g and dg/d(r2)."""
 
     def __call__(self, x: Array, y: Array) -> Array:
-        scaled = self._difference(x, y, self.length_scales) / np.array(self.length_scales)
-        return self.variance * self._shape((scaled * scaled).sum(axis=2))[0]
+        return self.variance * self._shape(self._squared_distance(x, y))[0]
+
+    def _squared_distance(self, x: Array, y: Array) -> Array:
+        _check_inputs(self, x, len(self.length_scales))
+        # Differences column by column: exact for points close to each other, and no array of n m d numbers.
+        total: Array = np.zeros((len(x), len(y)))
+        for k, scale in enumerate(self.length_scales):
+            difference = np.subtract.outer(x[:, k] / scale, y[:, k] / scale)
+            total = total + difference * difference
+        return total
 
     def diagonal(self, x: Array) -> Array:
         _check_inputs(self, x, len(self.length_scales))
@@ -120,12 +133,19 @@ class _Radial(_Leaf):
         return 2.0 * self.variance * slope[:, :, None] * scaled / scales
 
     def value_gradients(self, x: Array, y: Array) -> Iterator[Array]:
-        scaled = self._difference(x, y, self.length_scales) / np.array(self.length_scales)
-        squared = scaled * scaled
-        shape, slope = self._shape(squared.sum(axis=2))
+        shape, slope = self._shape(self._squared_distance(x, y))
         yield shape
         for k, scale in enumerate(self.length_scales):
-            yield (-2.0 * self.variance / scale) * slope * squared[:, :, k]
+            difference = np.subtract.outer(x[:, k] / scale, y[:, k] / scale)
+            yield (-2.0 * self.variance / scale) * slope * difference * difference
+
+    def contraction(self, x: Array, weights: Array) -> Array:
+        shape, slope = self._shape(self._squared_distance(x, x))
+        slope *= weights
+        # sum_ij w_ij (x_i - x_j)^2 for all inputs in one product; centred, so that little cancels.
+        scaled = (x - x.mean(axis=0)) / np.array(self.length_scales)
+        sums = 2.0 * (slope.sum(axis=0) @ (scaled * scaled) - np.einsum("nd,nd->d", scaled, slope @ scaled))
+        return np.concatenate([[np.vdot(weights, shape)], -2.0 * self.variance * sums / np.array(self.length_scales)])
 
 
 @dataclass(frozen=True)
@@ -200,16 +220,16 @@ class Linear(_Leaf):
 
 @dataclass(frozen=True)
 class Periodic(_Leaf):
-    """variance * exp(-2 sum_j sin^2(pi (x_j - y_j) / period_j) / length_scale_j^2); length scales bear no unit."""
+    """variance * exp(-2 sum_j sin^2(pi (x_j - y_j) / period_j) / smoothness_j^2); smoothness bears no unit."""
 
     variance: float
     periods: tuple[float, ...]
-    length_scales: tuple[float, ...]
+    smoothness: tuple[float, ...]
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if len(self.periods) != len(self.length_scales):
-            raise MisfitError(f"Periodic: {len(self.periods)} periods and {len(self.length_scales)} length scales")
+        if len(self.periods) != len(self.smoothness):
+            raise MisfitError(f"Periodic: {len(self.periods)} periods and {len(self.smoothness)} numbers of smoothness")
 
     def _angles(self, x: Array, y: Array) -> Array:
         return np.pi * self._difference(x, y, self.periods) / np.array(self.periods)
@@ -218,7 +238,7 @@ class Periodic(_Leaf):
         return self.variance * self._decay(self._angles(x, y))
 
     def _decay(self, angles: Array) -> Array:
-        waves = np.sin(angles) / np.array(self.length_scales)
+        waves = np.sin(angles) / np.array(self.smoothness)
         return np.exp(-2.0 * (waves * waves).sum(axis=2))
 
     def diagonal(self, x: Array) -> Array:
@@ -227,17 +247,17 @@ class Periodic(_Leaf):
 
     def input_gradient(self, x: Array, y: Array) -> Array:
         angles = self._angles(x, y)
-        factors = -2.0 * np.pi / (np.array(self.periods) * np.array(self.length_scales) ** 2)
+        factors = -2.0 * np.pi / (np.array(self.periods) * np.array(self.smoothness) ** 2)
         return self.variance * self._decay(angles)[:, :, None] * factors * np.sin(2.0 * angles)
 
     def value_gradients(self, x: Array, y: Array) -> Iterator[Array]:
         angles = self._angles(x, y)
         decay = self._decay(angles)
         yield decay
-        for k, (period, scale) in enumerate(zip(self.periods, self.length_scales, strict=True)):
+        for k, (period, scale) in enumerate(zip(self.periods, self.smoothness, strict=True)):
             angle = angles[:, :, k]
             yield self.variance * decay * 2.0 * angle * np.sin(2.0 * angle) / (period * scale**2)
-        for k, scale in enumerate(self.length_scales):
+        for k, scale in enumerate(self.smoothness):
             yield self.variance * decay * 4.0 * np.sin(angles[:, :, k]) ** 2 / scale**3
 
 
@@ -276,6 +296,9 @@ class Sum(_Pair):
         yield from self.one.value_gradients(x, y)
         yield from self.other.value_gradients(x, y)
 
+    def contraction(self, x: Array, weights: Array) -> Array:
+        return np.concatenate([self.one.contraction(x, weights), self.other.contraction(x, weights)])
+
 
 @dataclass(frozen=True)
 class Product(_Pair):
@@ -298,6 +321,10 @@ class Product(_Pair):
         for slope in self.other.value_gradients(x, y):
             yield one * slope
 
+    def contraction(self, x: Array, weights: Array) -> Array:
+        one, other = self.one(x, x), self.other(x, x)
+        return np.concatenate([self.one.contraction(x, weights * other), self.other.contraction(x, weights * one)])
+
 
 @dataclass(frozen=True)
 class OnInputs(Kernel):
@@ -308,7 +335,9 @@ class OnInputs(Kernel):
 
     @property
     def names(self) -> tuple[str, ...]:
-        return self.kernel.names
+        return tuple(
+            re.sub(r"(\d+)(?=\]$)", lambda k: str(self.columns[int(k[1]) - 1] + 1), n) for n in self.kernel.names
+        )
 
     @property
     def values(self) -> Array:
@@ -336,6 +365,9 @@ class OnInputs(Kernel):
 
     def value_gradients(self, x: Array, y: Array) -> Iterator[Array]:
         return self.kernel.value_gradients(self._of(x), self._of(y))
+
+    def contraction(self, x: Array, weights: Array) -> Array:
+        return self.kernel.contraction(self._of(x), weights)
 
 
 def _check_inputs(kernel: Kernel, x: Array, count: int) -> None:

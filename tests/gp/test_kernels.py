@@ -75,6 +75,22 @@ def test_value_gradients_agree_with_the_complex_step(kernel):
 
 
 @every
+def test_a_contraction_is_the_weighted_sum_of_value_gradients(kernel):
+    x, half = points(5, 20), np.random.default_rng(21).normal(size=(5, 5))
+    weights = half + half.T
+    expected = [(weights * gradient).sum() for gradient in kernel.value_gradients(x, x)]
+    assert np.allclose(kernel.contraction(x, weights), expected, rtol=1e-12, atol=1e-13)
+
+
+def test_names_count_the_inputs_of_the_points():
+    assert OnInputs((3, 1), SquaredExponential(1.0, (2.0, 3.0))).names == (
+        "variance",
+        "length_scales[4]",
+        "length_scales[2]",
+    )
+
+
+@every
 def test_a_gradient_at_the_same_point_is_finite(kernel):
     x = points(3, 6)
     assert np.all(np.isfinite(kernel.input_gradient(x, x)))

@@ -1,0 +1,126 @@
+"""Bounds and priors of hyperparameters: from what the data can show, or from the user, with units."""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmus.errors import MisfitError
+from fmus.units import si_exponents
+from orchestrator.gp.likelihood import Likelihood
+from orchestrator.gp.observations import Observation, stacked
+from orchestrator.measurements.wording import listed
+
+Array = NDArray[Any]
+# A length scale beyond this many times the range of an input says that the function is straight in it; data of that range
+# cannot show more. Below the smaller share of it, neighbouring points would say nothing of each other.
+REACH = (0.01, 10.0)
+_VARIANCE = 1e6
+_WEIGHT = 10.0
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Where a hyperparameter may lie, and where it is expected: a log-normal prior about `median` by a factor `spread`.
+
+    Numbers are in `unit`; "" stands for the unit of the data. Weights of noise have a normal prior: `median` is its mean,
+    `spread` its deviation.
+    """
+
+    low: float
+    high: float
+    unit: str = ""
+    median: float | None = None
+    spread: float = 2.0
+
+
+@dataclass(frozen=True)
+class Units:
+    """Units of the inputs, (d,), and of the values; "" where nobody said."""
+
+    inputs: Sequence[str] = ()
+    values: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Box:
+    """Bounds and priors in the parameters of a `Likelihood`: low, high, prior mean and precision, each (k,); what is held."""
+
+    low: Array
+    high: Array
+    mean: Array
+    precision: Array
+    held: tuple[str, ...]
+
+    def prior(self, parameters: Array) -> tuple[float, Array]:
+        """Negative logarithm of the prior but for a constant, and its gradient."""
+        off = parameters - self.mean
+        return 0.5 * float(self.precision @ (off * off)), self.precision * off
+
+
+def box(likelihood: Likelihood, observations: Sequence[Observation], limits: Mapping[str, Limits], units: Units) -> Box:
+    """Bounds of all parameters; those that `limits` does not name follow from the data.
+
+    A length scale lies within `REACH` of the range of its input where the latent function is seen. Where the input never
+    varies, the data say nothing about its length scale: it stays what the kernel has, and is named in `held`.
+
+    Raises:
+        MisfitError: if a limit names no parameter, is empty, or has a unit of another dimension.
+    """
+    for name in limits:
+        if name not in likelihood.names:
+            raise MisfitError(f"limits for {name!r}, which is no hyperparameter; there are {listed(likelihood.names)}")
+    rows = stacked(observations)
+    low, high, held = likelihood.start.copy(), likelihood.start.copy(), []
+    mean, precision = np.zeros(len(low)), np.zeros(len(low))
+    for k, name in enumerate(likelihood.names):
+        if name in limits:
+            low[k], high[k], mean[k], precision[k] = _given(name, limits[name], likelihood.logarithmic[k], units)
+            continue
+        scale = re.search(r"^(.*?)\.(?:.*\.)?length_scales\[(\d+)\]$", name)
+        if scale is None:
+            reach = np.log(_VARIANCE) if likelihood.logarithmic[k] else _WEIGHT
+            low[k], high[k] = low[k] - reach, high[k] + reach
+            continue
+        seen = rows.inputs[rows.coefficients[scale[1]] != 0.0, int(scale[2]) - 1]
+        if np.ptp(seen) > 0.0:
+            low[k], high[k] = np.log(np.ptp(seen) * np.array(REACH))
+        else:
+            held.append(name)
+    return Box(low, high, mean, precision, tuple(held))
+
+
+def _given(name: str, limits: Limits, logarithmic: bool, units: Units) -> tuple[float, float, float, float]:
+    factor = _factor(name, limits.unit, units) if logarithmic else 1.0
+    numbers = np.array([limits.low, limits.high, limits.low if limits.median is None else limits.median]) * factor
+    if not limits.low <= limits.high or not np.isfinite(numbers).all() or (logarithmic and numbers.min() <= 0.0):
+        raise MisfitError(
+            f"{name}: limits from {limits.low:g} to {limits.high:g} {limits.unit}, median {limits.median}; "
+            f"expected low <= high{', all positive' if logarithmic else ''}"
+        )
+    if limits.median is not None and not limits.spread > (1.0 if logarithmic else 0.0):
+        raise MisfitError(f"{name}: a spread of {limits.spread:g}; expected a factor above 1 (a deviation for noise)")
+    low, high, median = np.log(numbers) if logarithmic else numbers
+    spread = np.log(limits.spread) if logarithmic else limits.spread
+    return low, high, median, 0.0 if limits.median is None else 1.0 / spread**2
+
+
+def _factor(name: str, unit: str, units: Units) -> float:
+    """What turns a number in the limit's unit into one in the units of the data."""
+    if not unit:
+        return 1.0
+    column = re.search(r"(?:length_scales|periods)\[(\d+)\]$", name)
+    if column is not None and int(column[1]) <= len(units.inputs):
+        target, power = units.inputs[int(column[1]) - 1], 1
+    elif name.endswith(".variance"):
+        target, power = units.values, 2
+    else:
+        raise MisfitError(f"{name}: a limit in {unit}, but the unit of the data is not known; give a plain number")
+    from_unit, to_unit = si_exponents(unit), si_exponents(target)
+    if from_unit.dimension != {base: power * each for base, each in to_unit.dimension.items()}:
+        wanted = f"({target})^2" if power == 2 else target
+        raise MisfitError(f"{name}: a limit in {unit}; expected a unit that converts to {wanted}")
+    return from_unit.factor / to_unit.factor**power
