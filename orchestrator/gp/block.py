@@ -1,0 +1,101 @@
+"""Learned effects as a block: named inputs with units in, named outputs with units and uncertainty out."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmus.errors import MisfitError
+from orchestrator.gp.posterior import Posterior
+from orchestrator.measurements.wording import listed
+
+Array = NDArray[Any]
+
+
+@dataclass(frozen=True)
+class Term:
+    """What a latent function counts in an output: `factor`, times an input such as an activation where one is named."""
+
+    latent: str
+    factor: float = 1.0
+    input: str = ""
+
+
+@dataclass(frozen=True)
+class Output:
+    """A sum of terms, of one component (from 0) of the latent functions, in `unit`."""
+
+    name: str
+    unit: str
+    terms: tuple[Term, ...]
+    component: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """A posterior with names: `inputs` are names and units of the points' columns, in order.
+
+    Inputs that only terms name come behind them and bear no unit.
+
+    Raises:
+        MisfitError: if names repeat, or a term or component is not there.
+    """
+
+    posterior: Posterior
+    inputs: Mapping[str, str]
+    outputs: Sequence[Output]
+
+    def __post_init__(self) -> None:
+        d, p = self.posterior.rows.inputs.shape[1], self.posterior.weights.shape[1]
+        if len(self.inputs) != d:
+            raise MisfitError(f"{len(self.inputs)} names of inputs ({listed(self.inputs)}), the data have {d} inputs")
+        names = [*self.inputs, *self.factors, *(output.name for output in self.outputs)]
+        twice = [name for name in dict.fromkeys(names) if names.count(name) > 1]
+        if twice or not self.outputs:
+            raise MisfitError(
+                f"the names of inputs and outputs repeat {listed(twice)}; expected outputs, each name once"
+            )
+        for output in self.outputs:
+            if not 0 <= output.component < p:
+                raise MisfitError(f"{output.name} is component {output.component + 1}; the data have {p}")
+            for term in output.terms:
+                if term.latent not in self.posterior.latents:
+                    raise MisfitError(
+                        f"{output.name} has the term {term.latent!r}; there are {listed(self.posterior.latents)}"
+                    )
+
+    @property
+    def factors(self) -> tuple[str, ...]:
+        """Inputs that only factors of terms name."""
+        named = (term.input for output in self.outputs for term in output.terms if term.input)
+        return tuple(name for name in dict.fromkeys(named) if name not in self.inputs)
+
+    def mean(self, output: Output, values: Mapping[str, float]) -> float:
+        """Expected value of an output at values of all inputs."""
+        return float(self.posterior.mean(self._of(output, values), self._point(values))[0, output.component])
+
+    def deviation(self, output: Output, values: Mapping[str, float]) -> float:
+        """Standard deviation of what is known of an output, without noise of a measurement of it."""
+        return float(np.sqrt(self.posterior.variance(self._of(output, values), self._point(values))[0]))
+
+    def slope(self, output: Output, values: Mapping[str, float], direction: Mapping[str, float]) -> float:
+        """Directional derivative of the mean; inputs that the direction does not name do not move."""
+        point, k = self._point(values), output.component
+        seed = np.array([direction.get(name, 0.0) for name in self.inputs])
+        total = float(self.posterior.gradient(self._of(output, values), point)[0, k] @ seed)
+        for term in output.terms:
+            if direction.get(term.input, 0.0):
+                total += term.factor * direction[term.input] * float(self.posterior.mean(term.latent, point)[0, k])
+        return total
+
+    def _point(self, values: Mapping[str, float]) -> Array:
+        return np.array([[values[name] for name in self.inputs]])
+
+    def _of(self, output: Output, values: Mapping[str, float]) -> dict[str, float]:
+        found: dict[str, float] = {}
+        for term in output.terms:
+            factor = term.factor * (values[term.input] if term.input else 1.0)
+            found[term.latent] = found.get(term.latent, 0.0) + factor
+        return found

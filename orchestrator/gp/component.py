@@ -1,0 +1,134 @@
+"""A Gaussian process in the loop of a co-simulation: predicts an effect from signals of the same instant."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fmus.errors import ComponentError, MisfitError
+from orchestrator.cosim.component import Component, Port, StepEnd
+from orchestrator.cosim.system import ComponentSpec
+from orchestrator.cosim.wording import nearest
+from orchestrator.gp.block import Block, Output
+from orchestrator.measurements.toml_values import number
+from orchestrator.measurements.wording import shown
+
+DEVIATION = "_sd"
+_OPTIONS = ("inputs", "outputs", "kernel", "noise")
+
+
+def open_gp(spec: ComponentSpec, folder: Path) -> Component:
+    """Make a component of a saved block (`.json`), or of one learned from a file of measurements.
+
+    A saved block has all it needs. Measurements need the options `inputs` and `outputs`, names of columns; `kernel` is
+    squared_exponential, matern32 or matern52 (the default), `noise` the standard deviation of the outputs if known. Each
+    output `tau` comes with `tau_sd`, how well it is known.
+
+    Raises:
+        MisfitError: if the file or an option is not what is expected.
+    """
+    for key in spec.options:
+        if key not in _OPTIONS:
+            raise MisfitError(f"unknown key {shown(key)}; {nearest(key, _OPTIONS)}")
+    path = folder / spec.source
+    if path.suffix == ".json":
+        if spec.options:
+            raise MisfitError(f"{spec.source} is a saved block, which takes no {', '.join(spec.options)}; leave it out")
+        from orchestrator.gp.saved import read_block
+
+        return GpComponent([read_block(path)])
+    from orchestrator.gp.learned import learn
+
+    noise = spec.options.get("noise")
+    if noise is not None and ((noise := number(noise)) is None or noise <= 0.0):
+        raise MisfitError(f"noise = {shown(spec.options['noise'])}; expected a standard deviation above 0")
+    kernel = spec.options.get("kernel", "matern52")
+    return GpComponent(learn(path, _names(spec, "inputs"), _names(spec, "outputs"), str(kernel), noise))
+
+
+def _names(spec: ComponentSpec, key: str) -> list[str]:
+    given = spec.options.get(key)
+    if not isinstance(given, list) or not given or not all(isinstance(name, str) for name in given):
+        raise MisfitError(f'{key} = {shown(given)}; expected columns of {spec.source}, such as ["w1"]')
+    return given
+
+
+class GpComponent(Component):
+    """Means and standard deviations of blocks, for the inputs of the same instant; time does not count."""
+
+    kind = "gp"
+    can_save = True
+    can_differentiate = True
+
+    def __init__(self, blocks: Sequence[Block]) -> None:
+        units = {name: unit for block in blocks for name, unit in block.inputs.items()}
+        units.update({name: "1" for block in blocks for name in block.factors})
+        self._outputs: Mapping[str, tuple[Block, Output]] = {o.name: (b, o) for b in blocks for o in b.outputs}
+        self._values: dict[str, float] = dict.fromkeys(units, 0.0)
+        ports = [Port(name, "input", unit=unit, start=0.0) for name, unit in units.items()]
+        self.feedthrough: dict[str, tuple[str, ...]] = {}
+        for name, (block, output) in self._outputs.items():
+            for port, text in ((name, "expected value"), (name + DEVIATION, "standard deviation")):
+                ports.append(Port(port, "output", unit=output.unit, description=text))
+                self.feedthrough[port] = (*block.inputs, *block.factors)
+        names = [port.name for port in ports]
+        if len(set(names)) < len(names):
+            raise MisfitError(f"inputs and outputs repeat a name: {', '.join(names)}; expected each once")
+        self.ports = tuple(ports)
+
+    def initialise(self, time: float, stop: float | None, tolerance: float | None) -> None:
+        """Nothing to do."""
+
+    def start(self) -> None:
+        """Nothing to do."""
+
+    def set(self, names: Sequence[str], values: Sequence[Any]) -> None:
+        """Keep inputs."""
+        for name, value in zip(names, values, strict=True):
+            if not np.isfinite(value):
+                raise ComponentError(f"input {name} = {value}; expected a finite number")
+            self._values[name] = float(value)
+
+    def get(self, names: Sequence[str]) -> list[Any]:
+        """Inputs, means and standard deviations."""
+        return [self._value(name) for name in names]
+
+    def step(self, time: float, size: float) -> StepEnd:
+        """Only time passes."""
+        return StepEnd(time + size)
+
+    def terminate(self) -> None:
+        """Nothing to do."""
+
+    def save(self) -> object:
+        """The inputs."""
+        return dict(self._values)
+
+    def restore(self, state: object) -> None:
+        """Go back to inputs."""
+        assert isinstance(state, dict)
+        self._values = dict(state)
+
+    def derivative(self, outputs: Sequence[str], inputs: Sequence[str], seed: Sequence[float]) -> list[float]:
+        """Exact slopes of means; standard deviations have none here.
+
+        Raises:
+            ComponentError: for a standard deviation.
+        """
+        direction = dict(zip(inputs, seed, strict=True))
+        for name in outputs:
+            if name not in self._outputs:
+                raise ComponentError(f"{name} has no derivative; only means have")
+        return [
+            block.slope(output, self._values, direction) for block, output in map(self._outputs.__getitem__, outputs)
+        ]
+
+    def _value(self, name: str) -> float:
+        if name in self._values:
+            return self._values[name]
+        if name in self._outputs:
+            block, output = self._outputs[name]
+            return block.mean(output, self._values)
+        block, output = self._outputs[name.removesuffix(DEVIATION)]
+        return block.deviation(output, self._values)

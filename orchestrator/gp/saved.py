@@ -1,0 +1,111 @@
+"""Blocks as JSON files: kernels, the data they were conditioned on, names and units; read without running anything."""
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+from fmus.errors import MisfitError
+from orchestrator.gp import kernels
+from orchestrator.gp.block import Block, Output, Term
+from orchestrator.gp.covariance import Latent
+from orchestrator.gp.kernels import Kernel
+from orchestrator.gp.observations import Observation, observe
+from orchestrator.gp.posterior import condition
+from orchestrator.measurements.wording import listed, shown
+
+SCHEMA = "misfit.gp/1"
+_KINDS: dict[str, Callable[..., Kernel]] = {
+    kind.__name__: kind
+    for kind in (
+        kernels.SquaredExponential,
+        kernels.Matern32,
+        kernels.Matern52,
+        kernels.Constant,
+        kernels.Linear,
+        kernels.Periodic,
+        kernels.Sum,
+        kernels.Product,
+        kernels.OnInputs,
+    )
+}
+
+
+def write_block(block: Block, observations: tuple[Observation, ...], path: Path) -> Path:
+    """Write a block and the observations that its posterior is conditioned on; numbers come back as the same bits.
+
+    Raises:
+        MisfitError: if a latent function has a prior mean, which is code and no data.
+    """
+    for name, latent in block.posterior.latents.items():
+        if latent.mean is not None:
+            raise MisfitError(f"{name} has a prior mean, which cannot be saved; let another component add it")
+    content = {
+        "schema": SCHEMA,
+        "inputs": dict(block.inputs),
+        "outputs": [
+            {"name": o.name, "unit": o.unit, "component": o.component, "terms": [vars(term) for term in o.terms]}
+            for o in block.outputs
+        ],
+        "latents": {name: _kernel_out(latent.kernel) for name, latent in block.posterior.latents.items()},
+        "observations": [
+            {
+                "name": each.name,
+                "inputs": each.inputs.tolist(),
+                "coefficients": {name: parts.tolist() for name, parts in each.coefficients.items()},
+                "values": each.values.tolist(),
+                "noise": each.deviation.tolist(),
+            }
+            for each in observations
+        ],
+    }
+    path.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    return path
+
+
+def read_block(path: Path) -> Block:
+    """Read a block and condition it again.
+
+    Raises:
+        MisfitError: if the file cannot be read or is not what `write_block` writes; the message names the file.
+    """
+    try:
+        content = json.loads(path.read_bytes())
+        if content["schema"] != SCHEMA:
+            raise MisfitError(f"schema = {shown(content['schema'])}; expected {SCHEMA!r}")
+        latents = {name: Latent(_kernel_in(each)) for name, each in content["latents"].items()}
+        observations = [
+            observe(each["name"], each["inputs"], each["coefficients"], each["values"], each["noise"])
+            for each in content["observations"]
+        ]
+        outputs = [
+            Output(each["name"], each["unit"], tuple(Term(**term) for term in each["terms"]), each["component"])
+            for each in content["outputs"]
+        ]
+        return Block(condition(latents, observations), content["inputs"], outputs)
+    except OSError as error:
+        raise MisfitError(f"{path} cannot be read: {error.strerror}; expected a saved block") from error
+    except MisfitError as error:
+        raise MisfitError(f"{path}: {error}") from error
+    except (ValueError, TypeError, KeyError, AttributeError) as error:
+        raise MisfitError(f"{path} is not a saved block: {type(error).__name__} {error}; write it again") from error
+
+
+def _kernel_out(kernel: Kernel) -> dict[str, Any]:
+    found: dict[str, Any] = {"kind": type(kernel).__name__}
+    for field in fields(kernel):  # type: ignore[arg-type]
+        value = getattr(kernel, field.name)
+        found[field.name] = _kernel_out(value) if isinstance(value, Kernel) else value
+    return found
+
+
+def _kernel_in(given: Mapping[str, Any]) -> Kernel:
+    if given.get("kind") not in _KINDS:
+        raise MisfitError(f"a kernel of the kind {shown(given.get('kind'))}; expected one of {listed(_KINDS)}")
+    values: dict[str, Any] = {
+        key: _kernel_in(value) if isinstance(value, dict) else tuple(value) if isinstance(value, list) else value
+        for key, value in given.items()
+        if key != "kind"
+    }
+    return _KINDS[given["kind"]](**values)
