@@ -68,7 +68,9 @@ def test_element_of_an_array_is_adjusted_and_its_neighbours_stay() -> None:
 
 
 def test_adjusted_parameter_that_the_model_lacks_is_refused() -> None:
-    with pytest.raises(MisfitError, match="J was adjusted within its tolerance, but .*TwoMassDrive has no such parameter"):
+    with pytest.raises(
+        MisfitError, match="J was adjusted within its tolerance, but .*TwoMassDrive has no such parameter"
+    ):
         with_neighbours(find_modelica_model("two-mass").compile(), [adjusted("J", 3, 3.1)])
 
 
