@@ -17,7 +17,7 @@ from orchestrator.diagnosis.verdict import Left, decide, reducible_removed
 
 # Below this chance, what a set leaves is no accident: with two tests of it, one right set in a hundred.
 CLEAR = 0.005
-# How often the truth was among the sets tried, by verdict, in the benchmark (docs/decisions/010-what-is-left-decides.md).
+# How likely the truth is among the sets tried, by verdict: a judgement, to be replaced by the rates of `make bench-diagnosis`.
 TRUST: dict[Verdict, float] = {"adequate": 1.0, "cannot_tell": 1.0, "named": 0.9, "ambiguous": 0.9, "unknown": 0.1}
 
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fmus.errors import ComponentError
+from orchestrator.diagnosis.calibration import BEYOND_NOISE
 from orchestrator.diagnosis.evidence import LearningData, Refit
 from orchestrator.models.estimation import Z90, Fit, Prior, fit, linearise
 
@@ -37,9 +38,10 @@ class Profiled:
 def profiles(found: Refit, learning: LearningData) -> list[Profiled]:
     """Profile the effects' parameters whose interval from curvature leaves the bounds or misses a parabola's rise.
 
-    Sets of more than six parameters are left as they are.
+    Sets of more than six parameters are left as they are, and those that leave much more than noise: the likelihood, and so
+    its profile, means something only where what is left is noise.
     """
-    if not 0 < found.size <= MOST_PARAMETERS:
+    if not 0 < found.size <= MOST_PARAMETERS or found.cost > BEYOND_NOISE**2:
         return []
     problem = _Problem(found, learning)
     positions = [k for k in range(found.size) if np.isfinite(found.std[k]) and found.std[k] > 0]
