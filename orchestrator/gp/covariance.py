@@ -95,13 +95,21 @@ def factor(matrix: Array) -> Array:
     lower, failed = dpotrf(matrix, lower=1, clean=1)
     if not failed:
         open_share = np.diagonal(lower) ** 2 / np.diagonal(matrix)
-        failed = (
-            int(np.argmin(open_share)) + 1 if not open_share.min() > 10.0 * len(matrix) * np.finfo(float).eps else 0
-        )
+        failed = 0 if open_share.min() > least_share(len(matrix)) else int(np.argmin(open_share)) + 1
     if failed:
         scale = np.sqrt(max(float(matrix[failed - 1, failed - 1]), 0.0))
         raise MisfitError(
             f"observation {failed} of {len(matrix)} follows from the ones before it (prior deviation with noise {scale:.3g}); "
-            f"give observations a noise of at least {1e-6 * scale:.1g}, or leave out repeated ones"
+            f"give observations a noise of at least {least_noise(len(matrix), scale):.1g}, or leave out repeated ones"
         )
     return lower
+
+
+def least_share(count: int) -> float:
+    """The share of a variance that is not yet rounding error in a factor of `count` observations."""
+    return 10.0 * count * float(np.finfo(float).eps)
+
+
+def least_noise(count: int, scale: float) -> float:
+    """A standard deviation of noise that is surely enough for a factor, for observations of this standard deviation."""
+    return 3.0 * float(np.sqrt(least_share(count))) * scale

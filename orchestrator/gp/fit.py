@@ -95,6 +95,9 @@ def fit(
 
 def _run(objective: "_Objective", begin: Array, limit: Box) -> tuple[Array, float, int]:
     """Where IPOPT ends, the objective there (inf where it cannot be computed) and the number of evaluations."""
+    if not np.any(limit.high > limit.low):  # all is given: nothing to search
+        value = objective.at(begin)[0]
+        return begin, value if np.isfinite(value) else np.inf, objective.evaluations
     x = casadi.MX.sym("x", len(begin))
     options: Any = {
         "print_time": False,

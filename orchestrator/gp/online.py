@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.linalg.blas import dtrsv
 
 from fmus.errors import MisfitError
-from orchestrator.gp.covariance import Latents, covariance, known, mean, variances
+from orchestrator.gp.covariance import Latents, covariance, known, least_noise, least_share, mean, variances
 from orchestrator.gp.observations import Observation, Rows
 from orchestrator.gp.posterior import Posterior
 
@@ -101,10 +101,10 @@ class Learner:
         cross[:n] = covariance(self._latents, self._rows(), new)[:, 0]
         explained = self._solve(cross)
         left = total - float(explained @ explained)
-        if not left > 10.0 * (n + 1) * np.finfo(float).eps * total:
+        if not left > least_share(n + 1) * total:
             raise MisfitError(
                 f"{datum.name}: the datum follows from the {n} before it (prior deviation with noise {np.sqrt(total):.3g}); "
-                f"give it a noise of at least {1e-6 * np.sqrt(total):.1g}, or leave it out"
+                f"give it a noise of at least {least_noise(n + 1, np.sqrt(total)):.1g}, or leave it out"
             )
         gain = self._solve(explained, transposed=True)[:n]
         self._precision[:n] += gain**2 / left

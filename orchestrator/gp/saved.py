@@ -1,6 +1,7 @@
 """Blocks as JSON files: kernels, the data they were conditioned on, names and units; read without running anything."""
 
 import json
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import fields
 from pathlib import Path
@@ -16,6 +17,7 @@ from orchestrator.gp.posterior import condition
 from orchestrator.measurements.wording import listed, shown
 
 SCHEMA = "misfit.gp/1"
+MOST_ROWS = 5000
 _KINDS: dict[str, Callable[..., Kernel]] = {
     kind.__name__: kind
     for kind in (
@@ -80,16 +82,26 @@ def read_block(path: Path) -> Block:
             for each in content["observations"]
         ]
         outputs = [
-            Output(each["name"], each["unit"], tuple(Term(**term) for term in each["terms"]), each["component"])
+            Output(str(each["name"]), str(each["unit"]), tuple(map(_term, each["terms"])), int(each["component"]))
             for each in content["outputs"]
         ]
-        return Block(condition(latents, observations), content["inputs"], outputs)
+        if (rows := sum(len(each.inputs) for each in observations)) > MOST_ROWS:
+            raise MisfitError(f"{rows} observations; expected at most {MOST_ROWS}, whose covariance fits into memory")
+        inputs = {name: str(unit) for name, unit in content["inputs"].items()}
+        return Block(condition(latents, observations), inputs, outputs)
     except OSError as error:
         raise MisfitError(f"{path} cannot be read: {error.strerror}; expected a saved block") from error
     except MisfitError as error:
         raise MisfitError(f"{path}: {error}") from error
-    except (ValueError, TypeError, KeyError, AttributeError) as error:
+    except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
         raise MisfitError(f"{path} is not a saved block: {type(error).__name__} {error}; write it again") from error
+
+
+def _term(given: Mapping[str, Any]) -> Term:
+    factor = float(given["factor"])
+    if not math.isfinite(factor):
+        raise MisfitError(f"a term has the factor {factor}; expected a number")
+    return Term(str(given["latent"]), factor, str(given["input"]))
 
 
 def _kernel_out(kernel: Kernel) -> dict[str, Any]:

@@ -237,6 +237,29 @@ def test_a_prior_mean_cannot_be_saved(tmp_path):
         write_block(block, seen, tmp_path / "b.json")
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('"Matern52"', '"Matern72"', "a kernel of the kind 'Matern72'"),
+        ('"latent": "strong"', '"latent": "weak"', "fx has the term 'weak'; there are 'statics', 'strong'"),
+        ('"factor": -1.0', '"factor": NaN', "a term has the factor nan"),
+        ('"component": 1', '"component": 2', "fy is component 3; the data have 2"),
+        ('"q2": "rad"', '"q1x": "rad", "q2": "rad"', "3 names of inputs .*, the data have 2 inputs"),
+        ('"name": "fy"', '"name": "q1"', "the names of inputs and outputs repeat 'q1'"),
+        ('"variance": 2.0', '"variance": "2"', "is not a saved block: TypeError"),
+        ('"noise": [', '"noise": [NaN,', "noise of shape"),
+    ],
+)
+def test_a_damaged_block_is_refused_with_the_place(old, new, message, tmp_path):
+    block, seen = joint_block()
+    path = write_block(block, seen, tmp_path / "b.json")
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new, 1))
+    with pytest.raises(MisfitError, match=f"b.json.*({message})"):
+        read_block(path)
+
+
 def test_reading_gives_the_same_bits(tmp_path):
     block, seen = joint_block()
     again = read_block(write_block(block, seen, tmp_path / "b.json"))

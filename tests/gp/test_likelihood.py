@@ -135,6 +135,16 @@ def test_limits_have_units():
     assert found.parameters["f.variance"] <= 1.0 + 1e-9
 
 
+def test_hyperparameters_that_are_all_given_stay_as_given():
+    latents, observations = plain(*smooth_data(10))
+    likelihood = Likelihood(latents, observations)
+    given = {name: Limits(0.5, 0.5) for name in likelihood.names}
+    found = fit(latents, observations, given)
+    assert list(found.parameters.values()) == pytest.approx([0.5] * 4, rel=1e-12)
+    assert found.evaluations == (1, 1, 1)
+    assert found.at_bounds == ()
+
+
 def test_a_tight_prior_wins_over_the_data():
     latents, observations = plain(*smooth_data())
     prior = {"f.length_scales[1]": Limits(0.1, 10.0, median=3.0, spread=1.0001)}

@@ -1,5 +1,6 @@
 """The joint posterior of mixed data against a dense conditioning written here, and what must hold of any posterior."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -203,6 +204,15 @@ def test_repeated_points_without_noise_are_refused_with_what_to_do():
         MisfitError, match=r"observation 2 of 2 follows from the ones before .* give observations a noise"
     ):
         condition(LATENTS, [observe("data", x, "strong", [[1.0, 1.0], [2.0, 2.0]], 0.0)])
+
+
+def test_the_noise_that_a_refusal_asks_for_is_enough():
+    x = np.zeros((60, 2))
+    with pytest.raises(MisfitError) as refusal:
+        condition(LATENTS, [observe("data", x, "strong", np.ones(60), 0.0)])
+    noise = float(re.search(r"at least (\S+),", str(refusal.value))[1])
+    found = condition(LATENTS, [observe("data", x, "strong", np.ones(60), noise)])
+    assert found.mean("strong", x[:1])[0, 0] == pytest.approx(1.0, rel=1e-4)  # rounding grows with 1 / noise share
 
 
 def test_constant_inputs_and_fewer_points_than_inputs_give_the_mean_of_the_data():
