@@ -90,6 +90,20 @@ class Block:
                 total += term.factor * direction[term.input] * float(self.posterior.mean(term.latent, point)[0, k])
         return total
 
+    def deviation_slope(self, output: Output, values: Mapping[str, float], direction: Mapping[str, float]) -> float:
+        """Directional derivative of the standard deviation; 0 where it is 0, since there it has none."""
+        deviation = self.deviation(output, values)
+        if deviation == 0.0:
+            return 0.0
+        point, of = self._point(values), self._of(output, values)
+        seed = np.array([direction.get(name, 0.0) for name in self.inputs])
+        total = float(self.posterior.variance_gradient(of, point)[0] @ seed)
+        for term in output.terms:
+            if direction.get(term.input, 0.0):
+                shared = float(self.posterior.covariance(term.latent, point, of, point)[0, 0])
+                total += 2.0 * term.factor * direction[term.input] * shared
+        return total / (2.0 * deviation)
+
     def _point(self, values: Mapping[str, float]) -> Array:
         return np.array([[values[name] for name in self.inputs]])
 

@@ -111,18 +111,16 @@ class GpComponent(Component):
         self._values = dict(state)
 
     def derivative(self, outputs: Sequence[str], inputs: Sequence[str], seed: Sequence[float]) -> list[float]:
-        """Exact slopes of means; standard deviations have none here.
-
-        Raises:
-            ComponentError: for a standard deviation.
-        """
+        """Exact slopes of means and standard deviations."""
         direction = dict(zip(inputs, seed, strict=True))
-        for name in outputs:
-            if name not in self._outputs:
-                raise ComponentError(f"{name} has no derivative; only means have")
-        return [
-            block.slope(output, self._values, direction) for block, output in map(self._outputs.__getitem__, outputs)
-        ]
+        return [self._slope(name, direction) for name in outputs]
+
+    def _slope(self, name: str, direction: Mapping[str, float]) -> float:
+        if name in self._outputs:
+            block, output = self._outputs[name]
+            return block.slope(output, self._values, direction)
+        block, output = self._outputs[name.removesuffix(DEVIATION)]
+        return block.deviation_slope(output, self._values, direction)
 
     def _value(self, name: str) -> float:
         if name in self._values:

@@ -48,7 +48,12 @@ def covariance(latents: Latents, one: Rows, other: Rows) -> Array:
             block = latents[name].kernel(one.inputs[i], other.inputs[j])
             if np.iscomplexobj(block) and not np.iscomplexobj(total):
                 total = total.astype(complex)
-            total[np.ix_(i, j)] += a[i, None] * b[j] * block
+            block *= a[i, None]
+            block *= b[j]
+            if block.shape == total.shape:
+                total += block
+            else:
+                total[np.ix_(i, j)] += block
     return total
 
 
@@ -84,7 +89,7 @@ def shaped(name: str, found: Array, shape: tuple[int, ...]) -> Array:
 
 
 def factor(matrix: Array) -> Array:
-    """Lower Cholesky factor of a covariance of observations.
+    """Lower Cholesky factor of a covariance of observations, which is overwritten.
 
     A pivot says which share of an observation's variance the ones before it leave open. Below the rounding error of the
     factorisation that share is noise of the computer, and so would be everything computed with it.
@@ -92,12 +97,14 @@ def factor(matrix: Array) -> Array:
     Raises:
         MisfitError: if an observation follows from the others up to rounding.
     """
-    lower, failed = dpotrf(matrix, lower=1, clean=1)
+    variance = np.diagonal(matrix).copy()
+    # The transpose of a symmetric matrix is in the order of LAPACK, so that nothing is copied.
+    lower, failed = dpotrf(matrix.T, lower=1, clean=1, overwrite_a=1)
     if not failed:
-        open_share = np.diagonal(lower) ** 2 / np.diagonal(matrix)
+        open_share = np.diagonal(lower) ** 2 / variance
         failed = 0 if open_share.min() > least_share(len(matrix)) else int(np.argmin(open_share)) + 1
     if failed:
-        scale = np.sqrt(max(float(matrix[failed - 1, failed - 1]), 0.0))
+        scale = np.sqrt(max(float(variance[failed - 1]), 0.0))
         raise MisfitError(
             f"observation {failed} of {len(matrix)} follows from the ones before it (prior deviation with noise {scale:.3g}); "
             f"give observations a noise of at least {least_noise(len(matrix), scale):.1g}, or leave out repeated ones"

@@ -97,6 +97,7 @@ def _by_noise(observations: Sequence[Observation], slope: Array) -> list[Array]:
 
 
 def _inverse(lower: Array) -> Array:
-    triangle, _ = dpotri(lower, lower=1)
-    triangle = np.tril(triangle)
-    return triangle + np.tril(triangle, -1).T
+    triangle, _ = dpotri(lower, lower=1)  # zeros stay above the diagonal
+    whole = triangle + triangle.T
+    whole[np.diag_indices_from(whole)] *= 0.5
+    return whole

@@ -66,7 +66,9 @@ class Learner:
         n = self.count
         if not 0 <= place < n:
             raise MisfitError(f"there is no datum {place} to forget; there are {n}, from 0")
-        column = self._solve(self._solve(np.eye(len(self._noise))[place]), transposed=True)
+        unit = np.zeros(len(self._noise))
+        unit[place] = 1.0
+        column = self._solve(self._solve(unit), transposed=True)
         self._precision[:n] -= column[:n] ** 2 / column[place]
         self._remove_from_factor(place)
         for rows in (

@@ -67,6 +67,21 @@ class Posterior:
                 total += a[:, None, None] * shaped(name, latent.mean_gradient(query.inputs), total.shape)
         return total
 
+    def variance_gradient(self, of: Of, inputs: ArrayLike) -> Array:
+        """Derivative of the variance by the inputs, (m, d), for coefficients that do not depend on the inputs."""
+        query = self._query(of, inputs)
+        weights = solve_lower(self.lower, covariance(self.latents, self.rows, query))
+        total = np.zeros(query.inputs.shape)
+        for name, a in query.coefficients.items():
+            kernel = self.latents[name].kernel
+            for k, point in enumerate(query.inputs[:, None, :]):
+                # k(x, x) changes with both of its arguments, which count the same.
+                total[k] += 2.0 * a[k] ** 2 * kernel.input_gradient(point, point)[0, 0]
+                if name in self.rows.coefficients:
+                    slope = kernel.input_gradient(point, self.rows.inputs)[0]
+                    total[k] -= 2.0 * a[k] * (self.rows.coefficients[name] * weights[:, k]) @ slope
+        return total
+
     def _query(self, of: Of, inputs: ArrayLike) -> Rows:
         x = np.array(inputs, dtype=float, ndmin=2)
         if x.ndim != 2 or x.shape[1] != self.rows.inputs.shape[1]:

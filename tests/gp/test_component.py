@@ -166,9 +166,9 @@ def test_the_directional_derivative_is_the_slope_of_the_outputs(joint):
     around = []
     for sign in (1, -1):
         component.set(list(VALUES), np.array(list(VALUES.values())) + sign * step * seed)
-        around.append(np.array(component.get(["fx", "fy"])))
+        around.append(np.array(component.get(["fx", "fy", "fy_sd"])))
     component.set(list(VALUES), list(VALUES.values()))
-    found = component.derivative(["fx", "fy"], list(VALUES), seed)
+    found = component.derivative(["fx", "fy", "fy_sd"], list(VALUES), seed)
     assert np.allclose(found, (around[0] - around[1]) / (2 * step), rtol=1e-7)
 
 

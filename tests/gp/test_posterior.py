@@ -118,6 +118,15 @@ def test_the_gradient_is_the_slope_of_the_mean(posterior, name):
         assert np.allclose(posterior.gradient(name, QUERY)[:, :, k], slope, rtol=1e-7, atol=1e-8)
 
 
+@pytest.mark.parametrize("of", [*LATENTS, {"statics": -1.0, "strong": 0.4}], ids=str)
+def test_the_gradient_of_the_variance_is_its_slope(posterior, of):
+    step = 1e-5
+    for k in range(2):
+        move = step * np.eye(2)[k]
+        slope = (posterior.variance(of, QUERY + move) - posterior.variance(of, QUERY - move)) / (2 * step)
+        assert np.allclose(posterior.variance_gradient(of, QUERY)[:, k], slope, rtol=1e-6, atol=1e-8)
+
+
 @settings(deadline=None, max_examples=10)
 @given(seed=st.integers(0, 10**6))
 def test_the_order_of_observations_changes_nothing(seed):

@@ -26,10 +26,12 @@ class _Radial(Leaf):
     def _squared_distance(self, x: Array, y: Array) -> Array:
         check_inputs(self, x, len(self.length_scales))
         # Differences column by column: exact for points close to each other, and no array of n m d numbers.
-        total: Array = np.zeros((len(x), len(y)))
+        total: Array | None = None
         for k, scale in enumerate(self.length_scales):
             difference = np.subtract.outer(x[:, k] / scale, y[:, k] / scale)
-            total = total + difference * difference
+            difference *= difference
+            total = difference if total is None else total + difference
+        assert total is not None
         return total
 
     def diagonal(self, x: Array) -> Array:
