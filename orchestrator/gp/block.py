@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmus.errors import MisfitError
+from orchestrator.gp.observations import Observation
 from orchestrator.gp.posterior import Posterior
 from orchestrator.measurements.wording import listed
 
@@ -37,7 +38,7 @@ class Output:
 class Block:
     """A posterior with names: `inputs` are names and units of the points' columns, in order.
 
-    Inputs that only terms name come behind them and bear no unit.
+    Inputs that only terms name come behind them and bear no unit. `observations` are those of the posterior.
 
     Raises:
         MisfitError: if names repeat, or a term or component is not there.
@@ -46,6 +47,7 @@ class Block:
     posterior: Posterior
     inputs: Mapping[str, str]
     outputs: Sequence[Output]
+    observations: tuple[Observation, ...]
 
     def __post_init__(self) -> None:
         d, p = self.posterior.rows.inputs.shape[1], self.posterior.weights.shape[1]
@@ -74,17 +76,17 @@ class Block:
 
     def mean(self, output: Output, values: Mapping[str, float]) -> float:
         """Expected value of an output at values of all inputs."""
-        return float(self.posterior.mean(self._of(output, values), self._point(values))[0, output.component])
+        return float(self.posterior.mean(self.coefficients(output, values), self.point(values))[0, output.component])
 
     def deviation(self, output: Output, values: Mapping[str, float]) -> float:
         """Standard deviation of what is known of an output, without noise of a measurement of it."""
-        return float(np.sqrt(self.posterior.variance(self._of(output, values), self._point(values))[0]))
+        return float(np.sqrt(self.posterior.variance(self.coefficients(output, values), self.point(values))[0]))
 
     def slope(self, output: Output, values: Mapping[str, float], direction: Mapping[str, float]) -> float:
         """Directional derivative of the mean; inputs that the direction does not name do not move."""
-        point, k = self._point(values), output.component
+        point, k = self.point(values), output.component
         seed = np.array([direction.get(name, 0.0) for name in self.inputs])
-        total = float(self.posterior.gradient(self._of(output, values), point)[0, k] @ seed)
+        total = float(self.posterior.gradient(self.coefficients(output, values), point)[0, k] @ seed)
         for term in output.terms:
             if direction.get(term.input, 0.0):
                 total += term.factor * direction[term.input] * float(self.posterior.mean(term.latent, point)[0, k])
@@ -95,7 +97,7 @@ class Block:
         deviation = self.deviation(output, values)
         if deviation == 0.0:
             return 0.0
-        point, of = self._point(values), self._of(output, values)
+        point, of = self.point(values), self.coefficients(output, values)
         seed = np.array([direction.get(name, 0.0) for name in self.inputs])
         total = float(self.posterior.variance_gradient(of, point)[0] @ seed)
         for term in output.terms:
@@ -104,10 +106,12 @@ class Block:
                 total += 2.0 * term.factor * direction[term.input] * shared
         return total / (2.0 * deviation)
 
-    def _point(self, values: Mapping[str, float]) -> Array:
+    def point(self, values: Mapping[str, float]) -> Array:
+        """The inputs of the latent functions, (1, d)."""
         return np.array([[values[name] for name in self.inputs]])
 
-    def _of(self, output: Output, values: Mapping[str, float]) -> dict[str, float]:
+    def coefficients(self, output: Output, values: Mapping[str, float]) -> dict[str, float]:
+        """What each latent function counts in an output."""
         found: dict[str, float] = {}
         for term in output.terms:
             factor = term.factor * (values[term.input] if term.input else 1.0)

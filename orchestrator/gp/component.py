@@ -15,13 +15,13 @@ from orchestrator.measurements.toml_values import number
 from orchestrator.measurements.wording import shown
 
 DEVIATION = "_sd"
-_OPTIONS = ("inputs", "outputs", "kernel", "noise")
+_OPTIONS = ("inputs", "outputs", "kernel", "noise", "learn")
 
 
 def open_gp(spec: ComponentSpec, folder: Path) -> Component:
     """Make a component of a saved block (`.json`), or of one learned from a file of measurements.
 
-    A saved block has all it needs. Measurements need the options `inputs` and `outputs`, names of columns; `kernel` is
+    A saved block has all it needs; with `learn = { budget = 200, noise = 0.1 }` it learns during the run, see `LearningGp`. Measurements need the options `inputs` and `outputs`, names of columns; `kernel` is
     squared_exponential, matern32 or matern52 (the default), `noise` the standard deviation of the outputs if known. Each
     output `tau` comes with `tau_sd`, how well it is known.
 
@@ -33,11 +33,18 @@ def open_gp(spec: ComponentSpec, folder: Path) -> Component:
             raise MisfitError(f"unknown key {shown(key)}; {nearest(key, _OPTIONS)}")
     path = folder / spec.source
     if path.suffix == ".json":
-        if spec.options:
-            raise MisfitError(f"{spec.source} is a saved block, which takes no {', '.join(spec.options)}; leave it out")
+        if others := [key for key in spec.options if key != "learn"]:
+            raise MisfitError(f"{spec.source} is a saved block, which takes no {', '.join(others)}; leave it out")
         from orchestrator.gp.saved import read_block
 
-        return GpComponent([read_block(path)])
+        block = read_block(path)
+        if "learn" not in spec.options:
+            return GpComponent([block])
+        from orchestrator.gp.learning import LearningGp
+
+        return LearningGp(block, spec.options["learn"])
+    if "learn" in spec.options:
+        raise MisfitError(f"learn goes with a saved block (.json), {spec.source} is none; save a block of it first")
     from orchestrator.gp.learned import learn
 
     noise = spec.options.get("noise")

@@ -55,9 +55,9 @@ def learn(
         given: LearntNoise | float = constant_noise(0.1 * spread, len(y)) if noise is None else noise
         best = fit(latents, [observe(name, x, name, y, given)])
         ports = {each: units[each] for each in inputs}
-        blocks.append(
-            Block(condition(best.latents, best.observations), ports, [Output(name, units[name], (Term(name),))])
-        )
+        output = Output(name, units[name], (Term(name),))
+        posterior = condition(best.latents, best.observations)
+        blocks.append(Block(posterior, ports, [output], best.observations))
     return blocks
 
 

@@ -12,7 +12,7 @@ from orchestrator.gp import kernels
 from orchestrator.gp.block import Block, Output, Term
 from orchestrator.gp.covariance import Latent
 from orchestrator.gp.kernels import Kernel
-from orchestrator.gp.observations import Observation, observe
+from orchestrator.gp.observations import observe
 from orchestrator.gp.posterior import condition
 from orchestrator.measurements.wording import listed, shown
 
@@ -34,8 +34,8 @@ _KINDS: dict[str, Callable[..., Kernel]] = {
 }
 
 
-def write_block(block: Block, observations: tuple[Observation, ...], path: Path) -> Path:
-    """Write a block and the observations that its posterior is conditioned on; numbers come back as the same bits.
+def write_block(block: Block, path: Path) -> Path:
+    """Write a block with the observations that its posterior is conditioned on; numbers come back as the same bits.
 
     Raises:
         MisfitError: if a latent function has a prior mean, which is code and no data.
@@ -59,7 +59,7 @@ def write_block(block: Block, observations: tuple[Observation, ...], path: Path)
                 "values": each.values.tolist(),
                 "noise": each.deviation.tolist(),
             }
-            for each in observations
+            for each in block.observations
         ],
     }
     path.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
@@ -77,10 +77,10 @@ def read_block(path: Path) -> Block:
         if content["schema"] != SCHEMA:
             raise MisfitError(f"schema = {shown(content['schema'])}; expected {SCHEMA!r}")
         latents = {name: Latent(_kernel_in(each)) for name, each in content["latents"].items()}
-        observations = [
+        observations = tuple(
             observe(each["name"], each["inputs"], each["coefficients"], each["values"], each["noise"])
             for each in content["observations"]
-        ]
+        )
         outputs = [
             Output(str(each["name"]), str(each["unit"]), tuple(map(_term, each["terms"])), int(each["component"]))
             for each in content["outputs"]
@@ -88,7 +88,7 @@ def read_block(path: Path) -> Block:
         if (rows := sum(len(each.inputs) for each in observations)) > MOST_ROWS:
             raise MisfitError(f"{rows} observations; expected at most {MOST_ROWS}, whose covariance fits into memory")
         inputs = {name: str(unit) for name, unit in content["inputs"].items()}
-        return Block(condition(latents, observations), inputs, outputs)
+        return Block(condition(latents, observations), inputs, outputs, observations)
     except OSError as error:
         raise MisfitError(f"{path} cannot be read: {error.strerror}; expected a saved block") from error
     except MisfitError as error:

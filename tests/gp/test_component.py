@@ -1,5 +1,6 @@
 """The block in the loop: friction learned from its formula takes the place of the friction itself."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from orchestrator.gp.block import Block, Output, Term
 from orchestrator.gp.covariance import Latent
 from orchestrator.gp.kernels import Matern52, OnInputs, Periodic, SquaredExponential
 from orchestrator.gp.observations import observe
+from orchestrator.gp.online import Learner
 from orchestrator.gp.posterior import condition
 from orchestrator.gp.saved import read_block, write_block
 
@@ -33,8 +35,8 @@ def friction_block(damping: float, folder: Path, points: int = 33) -> Path:
     x = np.column_stack([w, w])
     seen = tuple(observe(name, x, name, -damping * w, 1e-4) for name in latents)
     outputs = [Output("tau1", "N.m", (Term("shoulder"),)), Output("tau2", "N.m", (Term("elbow"),))]
-    block = Block(condition(latents, seen), {"w1": "rad/s", "w2": "rad/s"}, outputs)
-    return write_block(block, seen, folder / "friction.json")
+    block = Block(condition(latents, seen), {"w1": "rad/s", "w2": "rad/s"}, outputs, seen)
+    return write_block(block, folder / "friction.json")
 
 
 def activated(system: System) -> System:
@@ -127,15 +129,13 @@ def joint_block() -> tuple[Block, tuple]:
     )
     terms = (Term("statics", -1.0), Term("strong", -1.0, "alpha"))
     outputs = [Output("fx", "N", terms, 0), Output("fy", "N", terms, 1)]
-    return Block(condition(latents, seen), {"q1": "rad", "q2": "rad"}, outputs), seen
+    return Block(condition(latents, seen), {"q1": "rad", "q2": "rad"}, outputs, seen), seen
 
 
 @pytest.fixture
 def joint(tmp_path):
     block, seen = joint_block()
-    return block, open_component(
-        ComponentSpec("gp", "gp", str(write_block(block, seen, tmp_path / "b.json"))), tmp_path
-    )
+    return block, open_component(ComponentSpec("gp", "gp", str(write_block(block, tmp_path / "b.json"))), tmp_path)
 
 
 VALUES = {"q1": 0.3, "q2": -0.2, "alpha": 0.6}
@@ -232,9 +232,9 @@ def test_an_input_that_is_no_number_is_told(joint):
 def test_a_prior_mean_cannot_be_saved(tmp_path):
     latents = {"f": Latent(SquaredExponential(1.0, (1.0,)), lambda x: x)}
     seen = (observe("d", [[1.0]], "f", [1.0], 0.1),)
-    block = Block(condition(latents, seen), {"x": ""}, [Output("y", "", (Term("f"),))])
+    block = Block(condition(latents, seen), {"x": ""}, [Output("y", "", (Term("f"),))], seen)
     with pytest.raises(MisfitError, match="f has a prior mean, which cannot be saved"):
-        write_block(block, seen, tmp_path / "b.json")
+        write_block(block, tmp_path / "b.json")
 
 
 @pytest.mark.parametrize(
@@ -252,7 +252,7 @@ def test_a_prior_mean_cannot_be_saved(tmp_path):
 )
 def test_a_damaged_block_is_refused_with_the_place(old, new, message, tmp_path):
     block, seen = joint_block()
-    path = write_block(block, seen, tmp_path / "b.json")
+    path = write_block(block, tmp_path / "b.json")
     text = path.read_text()
     assert old in text
     path.write_text(text.replace(old, new, 1))
@@ -262,5 +262,58 @@ def test_a_damaged_block_is_refused_with_the_place(old, new, message, tmp_path):
 
 def test_reading_gives_the_same_bits(tmp_path):
     block, seen = joint_block()
-    again = read_block(write_block(block, seen, tmp_path / "b.json"))
+    again = read_block(write_block(block, tmp_path / "b.json"))
     assert np.array_equal(again.posterior.weights, block.posterior.weights)
+
+
+LEARN = {"learn": {"budget": 30, "noise": 0.05}}
+
+
+def test_a_block_learns_during_the_run_what_its_learner_would(tmp_path):
+    block, seen = joint_block()
+    path = write_block(block, tmp_path / "b.json")
+    component = open_component(ComponentSpec("gp", "gp", str(path), options=LEARN), tmp_path)
+    learner = Learner(block.posterior.latents, 2, 2, 30)
+    for each in seen:
+        learner.add(each)
+    rng = np.random.default_rng(0)
+    for k in range(25):
+        q1, q2, alpha, fx, fy = rng.normal(size=5)
+        component.set(["q1", "q2", "alpha", "fx_seen", "fy_seen"], [q1, q2, alpha, fx, fy])
+        component.step(0.01 * k, 0.01)
+        learner.add(observe("same", [[q1, q2]], {"statics": -1.0, "strong": -alpha}, [[fx, fy]], 0.05))
+    expected = learner.posterior().mean({"statics": -1.0, "strong": -alpha}, [[q1, q2]])[0]
+    assert component.get(["fx", "fy"]) == pytest.approx(expected, rel=1e-9)
+    assert component.get(["fx_sd"])[0] < 0.05
+
+
+def test_an_arm_block_learns_the_friction_that_it_sees(tmp_path):
+    path = friction_block(0.0, tmp_path, points=2)
+    component = open_component(ComponentSpec("gp", "gp", str(path), options=LEARN), tmp_path)
+    for k, w in enumerate(np.linspace(-10.0, 10.0, 28)):
+        component.set(["w1", "w2", "tau1_seen", "tau2_seen"], [w, -w, -DAMPING * w, 0.0])
+        component.step(0.01 * k, 0.01)
+    component.set(["w1", "w2"], [5.0, 5.0])
+    assert component.get(["tau1", "tau2"]) == pytest.approx([-DAMPING * 5.0, 0.0], abs=0.1)  # two deviations
+
+
+@pytest.mark.parametrize(
+    ("learn", "message"),
+    [
+        ({"budget": 0, "noise": 0.1}, "learn = .*; expected { budget"),
+        ({"budget": 5}, "learn = .*; expected { budget"),
+        (True, "learn = True; expected"),
+        ({"budget": 5, "noise": -1.0}, "a standard deviation above 0"),
+    ],
+)
+def test_wrong_settings_of_learning_are_told(learn, message, tmp_path):
+    path = friction_block(0.1, tmp_path)
+    with pytest.raises(MisfitError, match=message):
+        open_component(ComponentSpec("gp", "gp", str(path), options={"learn": learn}), tmp_path)
+
+
+def test_half_of_the_components_cannot_be_learned(tmp_path):
+    block, _ = joint_block()
+    path = write_block(replace(block, outputs=block.outputs[:1]), tmp_path / "b.json")
+    with pytest.raises(MisfitError, match="fx is learned only with all 2 components"):
+        open_component(ComponentSpec("gp", "gp", str(path), options=LEARN), tmp_path)

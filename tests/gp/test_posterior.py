@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from fmus.errors import MisfitError
 from orchestrator.gp.covariance import Latent
-from orchestrator.gp.kernels import Matern52, SquaredExponential
+from orchestrator.gp.kernels import Linear, Matern52, SquaredExponential
 from orchestrator.gp.noise import growing_noise
 from orchestrator.gp.observations import Observation, observe
 from orchestrator.gp.posterior import Posterior, condition
@@ -125,6 +125,14 @@ def test_the_gradient_of_the_variance_is_its_slope(posterior, of):
         move = step * np.eye(2)[k]
         slope = (posterior.variance(of, QUERY + move) - posterior.variance(of, QUERY - move)) / (2 * step)
         assert np.allclose(posterior.variance_gradient(of, QUERY)[:, k], slope, rtol=1e-6, atol=1e-8)
+
+
+def test_the_variance_of_a_straight_line_grows_as_its_formula_says():
+    # One datum y = x w + e of a slope w ~ N(0, 2): var(w) = 2 s^2 / (2 x^2 + s^2), and that of the line var(w) q^2.
+    found = condition({"f": Latent(Linear((2.0,)))}, [observe("datum", [[3.0]], "f", [1.0], 0.5)])
+    slope = 2.0 * 0.25 / (2.0 * 9.0 + 0.25)
+    assert found.variance("f", [[4.0]])[0] == pytest.approx(16.0 * slope, rel=1e-12)
+    assert found.variance_gradient("f", [[4.0]])[0, 0] == pytest.approx(8.0 * slope, rel=1e-12)
 
 
 @settings(deadline=None, max_examples=10)

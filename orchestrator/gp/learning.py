@@ -1,0 +1,79 @@
+"""A block that learns during a run from what is seen of its outputs."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+from fmus.errors import MisfitError
+from orchestrator.cosim.component import Port, StepEnd
+from orchestrator.gp.block import Block, Output
+from orchestrator.gp.component import GpComponent
+from orchestrator.gp.observations import observe
+from orchestrator.gp.online import Learner
+from orchestrator.measurements.toml_values import number
+from orchestrator.measurements.wording import shown
+
+SEEN = "_seen"
+
+
+class LearningGp(GpComponent):
+    """Predicts as a block does and learns at each of its steps, from inputs `tau_seen` beside the outputs `tau`.
+
+    What is learned are the inputs at the begin of the step. A step of the component's own, such as 10 ms, keeps data apart. Not more
+    than `budget` data are kept, `noise` is the standard deviation of what is seen, in the unit of the outputs. It does not go
+    back in time.
+    """
+
+    can_save = False
+
+    def __init__(self, block: Block, settings: Any) -> None:
+        super().__init__([block])
+        budget, noise = _settings(settings)
+        self._block, self._noise = block, noise
+        rows = block.posterior.rows
+        components = block.posterior.weights.shape[1]
+        self._groups = _groups(block.outputs, components)
+        self._learner = Learner(block.posterior.latents, rows.inputs.shape[1], components, budget)
+        for each in block.observations:
+            self._learner.add(each)
+        seen = [Port(o.name + SEEN, "input", unit=o.unit, start=0.0, description="to learn") for o in block.outputs]
+        self._values.update(dict.fromkeys((port.name for port in seen), 0.0))
+        self.ports = (*self.ports, *seen)
+        self._use()
+
+    def step(self, time: float, size: float) -> StepEnd:
+        """Learn what is seen now; outputs follow from it at the step's end."""
+        for group in self._groups:
+            of = self._block.coefficients(group[0], self._values)
+            values = [[self._values[output.name + SEEN] for output in group]]
+            self._learner.add(observe(f"t = {time:.9g} s", self._block.point(self._values), of, values, self._noise))
+        self._use()
+        return super().step(time, size)
+
+    def _use(self) -> None:
+        self._block = replace(self._block, posterior=self._learner.posterior())
+        self._outputs = {output.name: (self._block, output) for output in self._block.outputs}
+
+
+def _settings(given: Any) -> tuple[int, float]:
+    found = given if isinstance(given, dict) and set(given) == {"budget", "noise"} else {}
+    budget, noise = found.get("budget"), number(found.get("noise"))
+    if isinstance(budget, bool) or not isinstance(budget, int) or budget < 1 or noise is None or noise <= 0.0:
+        raise MisfitError(
+            f"learn = {shown(given)}; expected {{ budget = ..., noise = ... }}, a number of data and a standard deviation above 0"
+        )
+    return budget, noise
+
+
+def _groups(outputs: Sequence[Output], components: int) -> list[list[Output]]:
+    """Outputs that are the components of one combination, in order; only all of them together are an observation."""
+    groups: dict[Any, list[Output]] = {}
+    for output in outputs:
+        groups.setdefault(output.terms, []).append(output)
+    for group in groups.values():
+        group.sort(key=lambda output: output.component)
+        if [output.component for output in group] != list(range(components)):
+            raise MisfitError(
+                f"{group[0].name} is learned only with all {components} components of its functions; add outputs for the others"
+            )
+    return list(groups.values())
