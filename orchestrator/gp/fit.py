@@ -86,7 +86,7 @@ def fit(
         observations=fitted[1],
         parameters=dict(zip(likelihood.names, map(float, physical), strict=True)),
         value=likelihood(found)[0],
-        values=tuple(value for _, value, _ in runs),
+        values=tuple(float(value) for _, value, _ in runs),
         evaluations=tuple(count for *_, count in runs),
         at_bounds=tuple(name for name, at in zip(likelihood.names, near & (width > 0.0), strict=True) if at),
         held=limit.held,
