@@ -53,7 +53,7 @@ def hold(
     out = folder or Path(tempfile.mkdtemp(prefix="session-", dir=_made(Path("recordings"))))
     with contextlib.ExitStack() as stack:
         settings = _settings(virtual, bench, rate_hz, stack)
-        at_home, may_arm = (_yes, _yes) if virtual else (_ask_home, _ask_arm)
+        at_home, may_arm = (_yes, _yes) if virtual else (ask_home, ask_arm)
         operator = Operator(at_home, may_arm, threading.Event())
         document = run_session(settings, seconds, operator, out, dry_run=dry_run)
     write_json(json_file, document)
@@ -155,11 +155,11 @@ def _yes(robot: object = None) -> bool:
     return True
 
 
-def _ask_home() -> bool:
+def ask_home() -> bool:
     return sys.stdin.isatty() and click.confirm("The arm has not been zeroed. Is it on its stops?")
 
 
-def _ask_arm(robot: object) -> bool:
+def ask_arm(robot: object) -> bool:
     if not sys.stdin.isatty():
         raise MisfitError("arming needs somebody at a terminal who confirms it")
     return click.prompt("Type ARM to switch the torques on", default="", show_default=False) == "ARM"

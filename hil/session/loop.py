@@ -65,36 +65,46 @@ class Loop:
         self.dry_run, self.watch = dry_run, watch
         self._computing_ns = 0
         self._letting_down = False
+        self.summary = Summary()
 
     def run(self, wishes: Callable[[], Wishes]) -> Summary:
         """Cycle until the wishes say that it is over, or a rule has stopped the arm; then let it down and go."""
-        summary = Summary()
+        self.begin()
+        try:
+            while not (wish := wishes()).over and not self.pilot.is_over:
+                self.beat(wish)
+        finally:
+            self.end()
+        return self.summary
+
+    def begin(self) -> None:
+        """Forget what waits on the bus; the next frames are those of cycles."""
         self.wire.drain()
         if self.recorder is not None:
             self.recorder.begin(self.wire.now())
-        try:
-            while not (wish := wishes()).over and not self.pilot.is_over:
-                self._beat(summary, wish)
-            self._letting_down = True
-            while self.pilot.is_armed and not self.pilot.is_over:
-                self._beat(summary, Wishes(abort=True))
-        finally:
-            # Whatever went wrong, the last torque on the bus is none.
-            self._cycle(Wishes(abort=True, over=True))
-        summary.frames_lost = self.pilot.missing_answers
-        return summary
 
-    def _beat(self, summary: Summary, wish: Wishes) -> None:
+    def beat(self, wish: Wishes) -> None:
+        """Wait for the next beat and do one cycle."""
         beat, now = self.beats.wait()
-        summary.lateness.add(now - beat)
+        self.summary.lateness.add(now - beat)
         self._cycle(wish)
-        summary.cycles += 1
+        self.summary.cycles += 1
+        self.summary.frames_lost = self.pilot.missing_answers
         trip = self.pilot.stopped
         if trip is None or not self.pilot.is_armed or (self._letting_down and trip.rule == not_aborted.__name__):
             return
         words = f"{trip} ({self.pilot.controller_error})" if self.pilot.controller_error else str(trip)
-        if words not in summary.faults:
-            summary.faults.append(words)
+        if words not in self.summary.faults:
+            self.summary.faults.append(words)
+
+    def end(self) -> None:
+        """Let the arm down; whatever goes wrong, the last torque on the bus is none."""
+        self._letting_down = True
+        try:
+            while self.pilot.is_armed and not self.pilot.is_over:
+                self.beat(Wishes(abort=True))
+        finally:
+            self._cycle(Wishes(abort=True, over=True))
 
     def _cycle(self, wish: Wishes) -> None:
         # What waits on the bus answers an earlier question; what comes after this moment answers this one.
