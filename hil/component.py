@@ -1,6 +1,7 @@
 """A robot on its bus as a component of a co-simulation: it stands where an FMU of the robot stood."""
 
 import contextlib
+import threading
 import time as clock
 from collections.abc import Sequence
 from dataclasses import replace
@@ -23,26 +24,30 @@ from hil.session.timing import Metronome
 from hil.session.watchdog import watchdog
 from hil.virtual.process import virtual_robot
 from orchestrator.cosim import Component, Port, StepEnd
+from orchestrator.cosim.isolate.component import IsolatedComponent
 from orchestrator.cosim.system import ComponentSpec
 
 # Somebody has so long to press Activate on the pendant.
 PATIENCE_S = 60.0
+# Torques that were not asked for again within this time count no longer.
+STALE_S = 0.2
 _JOINTS = range(1, proficio.JOINTS + 1)
 
 
 class _Asked:
-    """A controller that asks for what was set last."""
+    """A controller that asks for what was set last, as long as that is not old: a run that hangs must not go on pushing."""
 
     def __init__(self) -> None:
         self.torques = np.zeros(proficio.JOINTS)
+        self.until = 0.0
 
     def torque(self, observed: Observed) -> np.ndarray:
         """The torques that were set."""
-        return self.torques
+        return self.torques if clock.monotonic() < self.until else np.zeros(proficio.JOINTS)
 
 
 class RobotComponent(Component):
-    """One step is one cycle of a session, at the session's own pace: a run with a robot takes as long as it takes.
+    """Cycles at its own rate beside the run; a step waits until its time has passed, so the run keeps pace with the robot.
 
     Inputs `asked1..3` (N.m) pass the safety core like those of any controller; outputs are angles, speeds, the force at the
     wrist, the torques sent, and what the core did. Outputs change by a step only.
@@ -50,7 +55,6 @@ class RobotComponent(Component):
 
     kind = "robot"
     follows_inputs = False
-    variable_step = False
     ports = (
         *(
             Port(f"asked{k}", "input", unit="N.m", start=0.0, description=f"torque wanted at joint {k}")
@@ -66,10 +70,12 @@ class RobotComponent(Component):
 
     def __init__(self, settings: Settings, *, virtual: bool) -> None:
         self.settings, self.virtual = settings, virtual
-        self.own_step = settings.limits.period_ns * 1e-9
         self._asked = _Asked()
         self._stack = contextlib.ExitStack()
         self._loop: Loop | None = None
+        self._thread: threading.Thread | None = None
+        self._failure, self._ended = "", threading.Event()
+        self._began: float | None = None
         self._values: dict[str, float] = dict.fromkeys(self.feedthrough, 0.0)
 
     def initialise(self, time: float, stop: float | None, tolerance: float | None) -> None:
@@ -87,46 +93,71 @@ class RobotComponent(Component):
         beats = Metronome(settings.limits.period_ns)
         self._loop = Loop(wire, pilot, beats, None, heart, watch=self._watch)
         self._loop.begin()
-        self._stack.callback(self._loop.end)
 
     def start(self) -> None:
-        """Cycle with zero torque until the arm is armed.
+        """Cycle with zero torque until the arm is armed, and from then on beside the run.
 
         Raises:
-            ComponentError: if it cannot be.
+            ComponentError: if it cannot be armed.
         """
-        loop, deadline = self._running(), clock.monotonic() + PATIENCE_S
+        loop = self._running()
+        self._thread = threading.Thread(target=self._cycle, args=(loop,), daemon=True)
+        self._thread.start()
+        deadline = clock.monotonic() + PATIENCE_S
         while not loop.pilot.is_armed:
-            if clock.monotonic() > deadline:
-                raise ComponentError(f"the robot could not be armed: {loop.pilot.refused}")
-            loop.beat(Wishes(arm=True))
+            if self._failure or clock.monotonic() > deadline:
+                raise ComponentError(f"the robot could not be armed: {self._failure or loop.pilot.refused}")
+            clock.sleep(0.01)
 
     def set(self, names: Sequence[str], values: Sequence[Any]) -> None:
         """Ask for torques."""
+        torques = self._asked.torques.copy()
         for name, value in zip(names, values, strict=True):
-            self._asked.torques[int(name.removeprefix("asked")) - 1] = value
+            torques[int(name.removeprefix("asked")) - 1] = value
+        self._asked.torques = torques
+        self._asked.until = clock.monotonic() + STALE_S
 
     def get(self, names: Sequence[str]) -> list[Any]:
         """What the last cycle has shown; inputs as they were set."""
         inputs = {f"asked{k}": float(self._asked.torques[k - 1]) for k in _JOINTS}
-        return [{**self._values, **inputs}[name] for name in names]
+        values = {**self._values, **inputs}
+        return [values[name] for name in names]
 
     def step(self, time: float, size: float) -> StepEnd:
-        """Do one cycle.
+        """Wait until the robot has lived through the step.
 
         Raises:
-            ComponentError: if a rule of the safety core has stopped the arm.
+            ComponentError: if the bus broke, or a rule of the safety core has stopped the arm.
         """
         loop = self._running()
-        loop.beat(Wishes())
-        if loop.pilot.stopped is not None:
-            raise ComponentError(f"the safety core stopped the robot: {loop.pilot.stopped}")
+        if self._began is None:
+            self._began = clock.monotonic() - time
+        self._asked.until = max(self._asked.until, clock.monotonic() + size + STALE_S)
+        self._ended.wait(max(self._began + time + size - clock.monotonic(), 0.0))
+        if loop.summary.faults:
+            raise ComponentError(f"the safety core stopped the robot: {loop.summary.faults[0]}")
+        if self._failure:
+            raise ComponentError(self._failure)
         return StepEnd(time + size)
 
     def terminate(self) -> None:
         """Let the arm down and give the bus back."""
+        self._ended.set()
+        if self._thread is not None:
+            self._thread.join(timeout=10)
+        elif self._loop is not None:
+            self._loop.end()
         self._stack.close()
-        self._loop = None
+        self._loop = self._thread = None
+
+    def _cycle(self, loop: Loop) -> None:
+        try:
+            while not self._ended.is_set() and not loop.pilot.is_over:
+                loop.beat(Wishes(arm=not loop.pilot.is_armed))
+            loop.end()
+        except MisfitError as error:
+            self._failure = str(error)
+            self._ended.set()
 
     def _running(self) -> Loop:
         if self._loop is None:
@@ -135,16 +166,20 @@ class RobotComponent(Component):
 
     def _watch(self, start_ns: int, decision: Decision) -> None:
         sent = decision.outcome.torques or (0.0,) * proficio.JOINTS
-        seen = decision.observed
+        seen, values = decision.observed, dict[str, float]()
         for k in _JOINTS:
-            self._values |= {f"q{k}": float(seen.angles[k - 1]), f"w{k}": float(seen.speeds[k - 1])}
-            self._values[f"tau{k}"] = float(sent[k - 1])
-        self._values |= {f"f{axis}": float(part) for axis, part in zip("xyz", seen.force, strict=True)}
-        self._values["reaction"] = int(decision.outcome.reaction)
+            values |= {f"q{k}": float(seen.angles[k - 1]), f"w{k}": float(seen.speeds[k - 1])}
+            values[f"tau{k}"] = float(sent[k - 1])
+        values |= {f"f{axis}": float(part) for axis, part in zip("xyz", seen.force, strict=True)}
+        values["reaction"] = int(decision.outcome.reaction)
+        self._values = values  # all at once: the run reads from another thread
 
 
 def open_robot(spec: ComponentSpec, folder: Path) -> Component:
     """Make the component of a system file: `kind = "robot"` with `virtual = true`, or `source` a bench file.
+
+    It gets a process of its own unless `isolate = false`: whatever else Python does would stop its cycle for too long. To ask
+    an operator, as a real robot does, it needs the terminal, and so `isolate = false`.
 
     Raises:
         MisfitError: if neither or both are given, or the bench file is wrong.
@@ -153,6 +188,8 @@ def open_robot(spec: ComponentSpec, folder: Path) -> Component:
     unknown = set(spec.options) - {"virtual", "rate_hz"}
     if unknown or virtual == bool(spec.source):
         raise MisfitError("a robot takes either virtual = true or source = BENCH.toml, and rate_hz")
+    if spec.isolate is None and virtual:
+        return IsolatedComponent(replace(spec, isolate=False), folder)
     rate = float(spec.options.get("rate_hz", 500.0))
     if virtual:
         return RobotComponent(replace(default_settings(rate_hz=rate), gravity=False), virtual=True)

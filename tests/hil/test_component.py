@@ -10,7 +10,7 @@ from orchestrator.cosim.system import ComponentSpec
 
 
 def robot(**options: object):  # type: ignore[no-untyped-def]
-    return open_robot(ComponentSpec("robot", "robot", options={"rate_hz": 100.0, **options}), Path())
+    return open_robot(ComponentSpec("robot", "robot", isolate=False, options={"rate_hz": 100.0, **options}), Path())
 
 
 def test_a_torque_that_is_asked_for_turns_the_joint_its_way() -> None:
@@ -39,7 +39,7 @@ def test_what_the_safety_core_stops_ends_the_run_with_its_reason() -> None:
         component.start()
         component.set(["asked1"], [float("nan")])
         with pytest.raises(ComponentError, match="the safety core stopped the robot: finite_command"):
-            component.step(0.0, 0.01)
+            component.step(0.0, 0.5)
     finally:
         component.terminate()
 

@@ -13,7 +13,8 @@ def named_ports(given: Any, causality: str, key: str) -> tuple[Port, ...]:
     Raises:
         MisfitError: if `given` is neither.
     """
-    units = dict.fromkeys(given, "") if isinstance(given, list | tuple) else given
+    names = isinstance(given, list | tuple) and all(isinstance(name, str) for name in given)
+    units = dict.fromkeys(given, "") if names else given
     if not isinstance(units, dict) or not all(isinstance(text, str) for pair in units.items() for text in pair):
         raise MisfitError(
             f'{key} = {shown(given)}; expected names, such as ["u"], or names with units, such as {{ u = "m" }}'
