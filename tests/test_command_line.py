@@ -230,6 +230,8 @@ def test_models_lists_every_built_in() -> None:
     assert [line.split()[0] for line in misfit("models").stdout.splitlines()] == [
         "arm",
         "arm-paper",
+        "arm-without-muscles",
+        "arm-muscle",
         "muscle",
         "rat-muscle",
         "pendulum",

@@ -1,7 +1,7 @@
 """System files in TOML."""
 
 import pytest
-from hypothesis import given
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from small_fmus import small_fmu
 
@@ -165,6 +165,7 @@ VALUES = st.one_of(
 )
 
 
+@settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])  # tables of any characters take long to draw
 @given(
     name=NAMES,
     component=NAMES,

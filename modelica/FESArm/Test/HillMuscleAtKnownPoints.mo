@@ -2,6 +2,7 @@ within FESArm.Test;
 model HillMuscleAtKnownPoints "Force at the optimum, at known speeds and lengths"
   FESArm.Muscles.RigidTendonMuscle still, half, fastest, pulled, long(Kp=7500), narrow;
   FESArm.Muscles.PaperMuscle paper;
+  FESArm.Muscles.MuscleAlone alone;
   output Real activeError(unit="N"), passiveError(unit="N") "Zero when the law is right";
 equation
   still.alpha = 0.5;
@@ -32,7 +33,10 @@ equation
   long.V = 0;
   narrow.V = 0;
   paper.V = 0;
-  activeError = abs(still.F - 320) + abs(half.F - 800/6) + abs(fastest.F) + abs(pulled.F - 800*1.25)
+  alone.alpha = 0.5;
+  alone.L = 0.0538 + 0.128;
+  alone.V = 0;
+  activeError = abs(still.F - 320) + abs(half.F - 800/6) + abs(fastest.F) + abs(pulled.F - 800*1.25) + abs(alone.F - 400)
     + abs(narrow.F - 800/exp(1));
   passiveError = abs(long.F - 3) + abs(paper.F - 3);
   annotation (experiment(StopTime=1), Documentation(info="<html>
