@@ -26,6 +26,7 @@ from hil.virtual.process import virtual_robot
 from orchestrator.cosim import Component, Port, StepEnd
 from orchestrator.cosim.isolate.component import IsolatedComponent
 from orchestrator.cosim.system import ComponentSpec
+from orchestrator.measurements.toml_values import number
 
 # Somebody has so long to press Activate on the pendant.
 PATIENCE_S = 60.0
@@ -190,7 +191,9 @@ def open_robot(spec: ComponentSpec, folder: Path) -> Component:
         raise MisfitError("a robot takes either virtual = true or source = BENCH.toml, and rate_hz")
     if spec.isolate is None and virtual:
         return IsolatedComponent(replace(spec, isolate=False), folder)
-    rate = float(spec.options.get("rate_hz", 500.0))
+    rate = number(spec.options.get("rate_hz", 500.0))
+    if rate is None:
+        raise MisfitError(f"rate_hz = {spec.options['rate_hz']!r}; a number of cycles a second was expected")
     if virtual:
         return RobotComponent(replace(default_settings(rate_hz=rate), gravity=False), virtual=True)
     return RobotComponent(read_settings(folder / spec.source, rate), virtual=False)

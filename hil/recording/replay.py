@@ -32,7 +32,10 @@ def read_records(folder: Path) -> Iterator[Record]:
         raise MisfitError(f"{path} cannot be read: {error.strerror}; name the folder of a recording") from error
     if not data.startswith(MAGIC):
         raise MisfitError(f"{path} is no recording of this version; it should begin with {MAGIC.decode().strip()!r}")
-    yield from unpack_records(data[len(MAGIC) :])
+    try:
+        yield from unpack_records(data[len(MAGIC) :])
+    except ValueError as error:
+        raise MisfitError(f"{path} is damaged: {error}; what comes before is whole") from error
 
 
 def cycles_of(records: Iterator[Record]) -> Iterator[RecordedCycle]:

@@ -91,11 +91,15 @@ def recorded_pilot(folder: Path) -> Pilot:
     """A pilot set up as that of a recording."""
     try:
         settings = settings_of_json((folder / SETTINGS).read_text())
-        robot = json.loads((folder / ROBOT).read_text())
+        known = json.loads((folder / ROBOT).read_text())
+        robot = Robot(**{**known, **{name: tuple(known[name]) for name in ("counts", "torque_units")}})
     except FileNotFoundError as error:
         raise MisfitError(f"{folder} holds no cycles to replay: {Path(error.filename).name} is missing") from error
-    robot |= {name: tuple(robot[name]) for name in ("counts", "torque_units")}
-    return Pilot(Robot(**robot), settings.limits, settings.make_controller(), gravity=settings.gravity)
+    except (KeyError, TypeError, ValueError) as error:
+        raise MisfitError(
+            f"{folder}: {SETTINGS} or {ROBOT} is damaged ({error!r}); they must be as the session wrote them"
+        ) from error
+    return Pilot(robot, settings.limits, settings.make_controller(), gravity=settings.gravity)
 
 
 def _recorder(folder: Path | None, settings: Settings) -> Recorder | None:

@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from fmus.errors import ComponentError
+from fmus.errors import ComponentError, MisfitError
 from hil.bus.gate import TORQUE_IDENTIFIERS, let_go
 from hil.bus.wire import open_wire
 from hil.session.heart import Heart
@@ -73,8 +73,9 @@ def watchdog(settings: Mapping[str, Any]) -> Iterator[Heart]:
     )
     try:
         assert process.stdout is not None
-        if process.stdout.readline().strip() != "watching":
-            raise ComponentError("the watchdog cannot reach the bus; without it no session is begun")
+        said = process.stdout.readline().strip()
+        if said != "watching":
+            raise ComponentError(f"the watchdog cannot reach the bus, without it no session is begun: {said}")
         yield heart
     finally:
         heart.finish()
@@ -85,4 +86,7 @@ def watchdog(settings: Mapping[str, Any]) -> Iterator[Heart]:
 if __name__ == "__main__":
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     with real_time_priority(PRIORITY):
-        watch(Heart(Path(sys.argv[1])), json.loads(sys.argv[2]))
+        try:
+            watch(Heart(Path(sys.argv[1])), json.loads(sys.argv[2]))
+        except MisfitError as error:  # for the session to say
+            print(error, flush=True)

@@ -125,8 +125,7 @@ class SocketcandServer:
 
     def _on_the_bus(self, sender: _Client, frame: Frame) -> None:
         """A client's frame reaches the robot and all other clients."""
-        client_spoke = sender.raw_since
-        sender.raw_since = min(client_spoke, time.monotonic_ns() - _SETTLE_NS)
+        sender.raw_since = min(sender.raw_since, time.monotonic_ns() - _SETTLE_NS)
         now = time.monotonic_ns()
         for timed in self.faults.to_robot(Timed(now, frame)):
             answers = self.robot.receive(timed.frame, now)

@@ -50,6 +50,11 @@ def test_a_robot_that_is_neither_virtual_nor_at_a_bench_is_refused(options: dict
         robot(**options)
 
 
+def test_a_rate_that_is_no_number_is_refused_by_its_value() -> None:
+    with pytest.raises(MisfitError, match="rate_hz = 'fast'; a number"):
+        robot(virtual=True, rate_hz="fast")
+
+
 def test_a_robot_that_was_not_started_up_does_not_step() -> None:
     with pytest.raises(ComponentError, match="has not been started up"):
         robot(virtual=True).step(0.0, 0.01)

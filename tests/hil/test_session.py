@@ -15,12 +15,13 @@ from hil.codecs.barrett.torques import pack_torques, unpack_torques
 from hil.codecs.frame import Frame, Timed
 from hil.errors import BusError
 from hil.recording.recorder import Recorder
-from hil.recording.records import Flag
-from hil.recording.replay import Replayed, replay
+from hil.recording.records import MAGIC, RECORD, Flag
+from hil.recording.replay import Replayed, read_records, replay
 from hil.robots import proficio
 from hil.session.controllers import Passive
 from hil.session.loop import Loop, Wishes
 from hil.session.pilot import Pilot
+from hil.session.session import recorded_pilot
 from hil.session.start_up import scan
 from hil.virtual.motor import IDLE, TORQUE
 from tests.hil.bench import Beats, Bench
@@ -241,6 +242,16 @@ def test_a_folder_that_holds_a_recording_is_not_written_over(tmp_path: Path) -> 
     Recorder(tmp_path).finish()
     with pytest.raises(MisfitError, match="holds a recording already"):
         Recorder(tmp_path)
+
+
+def test_a_damaged_recording_is_named_in_one_line(tmp_path: Path) -> None:
+    (tmp_path / "frames.bin").write_bytes(MAGIC + b"\x09" * RECORD.size)
+    for name in ("settings.json", "robot.json"):
+        (tmp_path / name).write_text("{}")
+    with pytest.raises(MisfitError, match="settings.json or robot.json is damaged"):
+        recorded_pilot(tmp_path)
+    with pytest.raises(MisfitError, match="frames.bin is damaged"):
+        list(read_records(tmp_path))
 
 
 def test_every_wish_has_a_bit_of_its_own() -> None:
