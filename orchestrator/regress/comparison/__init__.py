@@ -4,5 +4,6 @@ from orchestrator.regress.comparison.check import Check
 from orchestrator.regress.comparison.result import SignalVerdict
 from orchestrator.regress.comparison.signal import Interpolation, Signal
 from orchestrator.regress.comparison.tolerance import Tolerance
+from orchestrator.regress.comparison.tube import Tube, compare
 
-__all__ = ["Check", "Interpolation", "Signal", "SignalVerdict", "Tolerance"]
+__all__ = ["Check", "Interpolation", "Signal", "SignalVerdict", "Tolerance", "Tube", "compare"]

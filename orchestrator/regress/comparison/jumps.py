@@ -1,0 +1,50 @@
+"""Where a signal jumps."""
+
+import numpy as np
+
+from orchestrator.regress.comparison.signal import Signal
+
+# A step from sample to sample is a jump when it is this share of the whole range ...
+RANGE_SHARE = 0.05
+# ... and this many times the median step; ordinary curves, sampled well, have no such steps.
+MEDIAN_STEPS = 20.0
+MEDIAN_SAMPLES = 4096
+
+
+def sampled_jumps(signal: Signal) -> np.ndarray:
+    """Return the indices k where the signal jumps at an unknown moment between the samples k and k + 1.
+
+    All changes of a "hold" signal between different stamps; of a "linear" one the steps that stand out.
+    """
+    steps = np.abs(np.diff(signal.values))
+    apart = np.diff(signal.time) > 0
+    if signal.interpolation == "hold":
+        return np.flatnonzero((steps > 0) & apart)
+    if not len(steps):
+        return np.zeros(0, dtype=int)
+    large = max(RANGE_SHARE * float(np.ptp(signal.values)), MEDIAN_STEPS * _median(steps))
+    return np.flatnonzero((steps >= large) & (steps > 0) & apart)
+
+
+def exact_jumps(signal: Signal, smallest: float = 0.0) -> np.ndarray:
+    """Return the indices k where the samples k and k + 1 share a stamp and differ by more than `smallest`."""
+    shared = np.flatnonzero(signal.time[1:] == signal.time[:-1])
+    return shared[np.abs(signal.values[shared + 1] - signal.values[shared]) > smallest]
+
+
+def jump_times(signal: Signal, smallest: float = 0.0) -> np.ndarray:
+    """Return when the signal jumps, s, rising; of a linear one the middle of the two samples around a jump.
+
+    A "hold" signal changes at the second of the two samples. Changes up to `smallest` do not count.
+    """
+    if signal.interpolation == "hold":
+        return signal.time[1:][np.abs(np.diff(signal.values)) > smallest]
+    between = sampled_jumps(signal)
+    between = between[np.abs(np.diff(signal.values)[between]) > smallest]
+    middles = (signal.time[between] + signal.time[between + 1]) / 2
+    return np.unique(np.concatenate([signal.time[exact_jumps(signal, smallest)], middles]))
+
+
+def _median(steps: np.ndarray) -> float:
+    """The median, of evenly spread samples where there are many: it is only a yardstick."""
+    return float(np.median(steps[:: 1 + len(steps) // MEDIAN_SAMPLES]))
