@@ -89,7 +89,17 @@ def shaped(name: str, found: Array, shape: tuple[int, ...]) -> Array:
 
 
 def factor(matrix: Array) -> Array:
-    """Lower Cholesky factor of a covariance of observations, which is overwritten.
+    """Lower Cholesky factor of a covariance of observations, which is overwritten; see `factor_in_place`."""
+    # The transpose of a symmetric matrix is in the order of LAPACK, so that nothing is copied.
+    lower = matrix.T
+    factor_in_place(lower, clean=True)
+    return lower
+
+
+def factor_in_place(matrix: Array, clean: bool = False) -> None:
+    """Replace the lower triangle of a covariance of observations, in column order, by its Cholesky factor.
+
+    What is above the diagonal is not read; it stays, or becomes 0 if that is to be `clean`.
 
     A pivot says which share of an observation's variance the ones before it leave open. Below the rounding error of the
     factorisation that share is noise of the computer, and so would be everything computed with it.
@@ -98,10 +108,9 @@ def factor(matrix: Array) -> Array:
         MisfitError: if an observation follows from the others up to rounding.
     """
     variance = np.diagonal(matrix).copy()
-    # The transpose of a symmetric matrix is in the order of LAPACK, so that nothing is copied.
-    lower, failed = dpotrf(matrix.T, lower=1, clean=1, overwrite_a=1)
+    _, failed = dpotrf(matrix, lower=1, clean=int(clean), overwrite_a=1)
     if not failed:
-        open_share = np.diagonal(lower) ** 2 / variance
+        open_share = np.diagonal(matrix) ** 2 / variance
         failed = 0 if open_share.min() > least_share(len(matrix)) else int(np.argmin(open_share)) + 1
     if failed:
         scale = np.sqrt(max(float(variance[failed - 1]), 0.0))
@@ -109,7 +118,6 @@ def factor(matrix: Array) -> Array:
             f"observation {failed} of {len(matrix)} follows from the ones before it (prior deviation with noise {scale:.3g}); "
             f"give observations a noise of at least {least_noise(len(matrix), scale):.1g}, or leave out repeated ones"
         )
-    return lower
 
 
 def least_share(count: int) -> float:

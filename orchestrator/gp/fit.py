@@ -1,26 +1,27 @@
-"""Hyperparameters that make the observations most probable, found by IPOPT through CasADi with exact gradients."""
+"""Hyperparameters that make the observations most probable, found with CasADi and exact gradients."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
-import casadi
 import numpy as np
 from numpy.typing import NDArray
-from threadpoolctl import threadpool_limits
+from threadpoolctl import ThreadpoolController
 
 from fmus.errors import MisfitError
 from orchestrator.gp.covariance import Latents
 from orchestrator.gp.likelihood import Likelihood
 from orchestrator.gp.limits import Box, Limits, Units, box
 from orchestrator.gp.observations import Observation
+from orchestrator.gp.search import Found, minimise
 
 Array = NDArray[Any]
-# The objective has a rounding floor: IPOPT asked for less than this slope searches there for thousands of evaluations,
-# while the optimum is already within 1e-7 (the error goes with the square of the slope).
-_SLOPE = 1e-3
-_MOST_ITERATIONS = 200
 _AT_BOUND = 1e-3
+# From so many observations on, a share of them shows the way first: an evaluation costs the cube of their number.
+_MANY, _SHARE = 200, 1.0 / 3.0
+# Starts that a share of the data leads to points as close as this lead to the same optimum.
+_SAME = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,8 +29,8 @@ class Fit:
     """Latent functions and observations with the best hyperparameters found, and how they were found.
 
     `value` is the negative log marginal likelihood, without priors. `values` are those of all starts, `evaluations` how often
-    each computed it. `at_bounds` names parameters at a bound that came from the data or the user; `held` those about which
-    the data say nothing.
+    each computed it on all data (0 where a start joined an earlier one). `at_bounds` names parameters at a bound that came from the
+    data or the user; `held` those about which the data say nothing.
     """
 
     latents: Latents
@@ -57,7 +58,7 @@ def fit(
     Args:
         limits: bounds and priors by name of a parameter, such as `strong.length_scales[3]`.
         units: units of the data, for limits that have one.
-        seed: of the other starts, which lie within a factor of 10 of the first.
+        seed: of the other starts, which lie within a factor of 10 of the first, and of the share of many data that is used first.
 
     Raises:
         MisfitError: if a limit is wrong, or no start leads anywhere.
@@ -66,123 +67,79 @@ def fit(
     limit = box(likelihood, observations, limits or {}, units or Units())
     rng = np.random.default_rng(seed)
     others = [rng.uniform(-1.0, 1.0, len(likelihood.start)) * np.log(10.0) for _ in range(starts - 1)]
-    runs = []
-    with threadpool_limits(1, "blas"):
-        for move in (0.0, *others):
-            begin = np.clip(likelihood.start + move, limit.low, limit.high)
-            runs.append(_run(_Objective(likelihood, limit), begin, limit))
-    best = min(runs, key=lambda run: run[1])
-    if not np.isfinite(best[1]):
+    begins = [np.clip(likelihood.start + move, limit.low, limit.high) for move in (0.0, *others)]
+    with _blas().limit(limits=1, user_api="blas"):
+        runs = _search(_Objective(likelihood, limit), _rough(latents, observations, likelihood, limit, rng), begins)
+    best = min(runs, key=lambda run: run.value)
+    if not np.isfinite(best.value):
         raise MisfitError(
             f"no start of {starts} gave a likelihood; give observations more noise, or narrower limits to the hyperparameters"
         )
-    found = best[0]
-    fitted = likelihood.at(found)
+    fitted = likelihood.at(best.point)
     width = limit.high - limit.low
-    near = (found - limit.low < _AT_BOUND) | (limit.high - found < _AT_BOUND)
-    physical = np.where(likelihood.logarithmic, np.exp(found), found)
+    near = (best.point - limit.low < _AT_BOUND) | (limit.high - best.point < _AT_BOUND)
+    physical = np.where(likelihood.logarithmic, np.exp(best.point), best.point)
     return Fit(
         latents=fitted[0],
         observations=fitted[1],
         parameters=dict(zip(likelihood.names, map(float, physical), strict=True)),
-        value=likelihood(found)[0],
-        values=tuple(float(value) for _, value, _ in runs),
-        evaluations=tuple(count for *_, count in runs),
+        value=best.value - limit.prior(best.point)[0],
+        values=tuple(run.value for run in runs),
+        evaluations=tuple(run.evaluations for run in runs),
         at_bounds=tuple(name for name, at in zip(likelihood.names, near & (width > 0.0), strict=True) if at),
         held=limit.held,
     )
 
 
-def _run(objective: "_Objective", begin: Array, limit: Box) -> tuple[Array, float, int]:
-    """Where IPOPT ends, the objective there (inf where it cannot be computed) and the number of evaluations."""
-    if not np.any(limit.high > limit.low):  # all is given: nothing to search
-        value = objective.at(begin)[0]
-        return begin, value if np.isfinite(value) else np.inf, objective.evaluations
-    x = casadi.MX.sym("x", len(begin))
-    options: Any = {
-        "print_time": False,
-        "show_eval_warnings": False,
-        "ipopt.print_level": 0,
-        "ipopt.sb": "yes",
-        "ipopt.tol": _SLOPE,
-        "ipopt.max_iter": _MOST_ITERATIONS,
-        "ipopt.hessian_approximation": "limited-memory",
-        "ipopt.nlp_scaling_method": "none",
-        "ipopt.bound_relax_factor": 0.0,
-    }
-    problem: Any = {"x": x, "f": objective(x)}
-    solver = casadi.nlpsol("fit", "ipopt", problem, options)
-    found = np.clip(np.array(solver(x0=begin, lbx=limit.low, ubx=limit.high)["x"]).ravel(), limit.low, limit.high)
-    value = objective.at(found)[0]
-    return found, value if np.isfinite(value) else np.inf, objective.evaluations
-
-
-class _Objective(casadi.Callback):
-    """Likelihood and prior as a function of CasADi, with the exact gradient as its Jacobian."""
+class _Objective:
+    """Likelihood and prior within bounds; NaN where the covariance has no factor."""
 
     def __init__(self, likelihood: Likelihood, limit: Box) -> None:
-        casadi.Callback.__init__(self)
-        self._likelihood, self._limit = likelihood, limit
-        self._last: tuple[bytes, float, Array] = (b"", 0.0, np.zeros(0))
-        self._slope: _Slope | None = None
-        self.evaluations = 0
-        self.construct("likelihood", {})
+        self.limit, self.count = limit, likelihood.count
+        self._likelihood = likelihood
 
-    def at(self, parameters: Array) -> tuple[float, Array]:
-        """Value and gradient; NaN where the covariance has no factor, from which IPOPT steps back."""
-        key = parameters.tobytes()
-        if key != self._last[0]:
-            self.evaluations += 1
-            try:
-                value, slope = self._likelihood(parameters)
-                prior, prior_slope = self._limit.prior(parameters)
-                self._last = (key, value + prior, slope + prior_slope)
-            except MisfitError:
-                self._last = (key, np.nan, np.full(len(parameters), np.nan))
-        return self._last[1], self._last[2]
+    def __call__(self, parameters: Array) -> tuple[float, Array]:
+        try:
+            value, slope = self._likelihood(parameters)
+        except MisfitError:
+            return np.nan, np.full(len(parameters), np.nan)
+        prior, prior_slope = self.limit.prior(parameters)
+        return value + prior, slope + prior_slope
 
-    def get_n_in(self) -> int:
-        return 1
-
-    def get_n_out(self) -> int:
-        return 1
-
-    def get_sparsity_in(self, place: int) -> Any:
-        return casadi.Sparsity.dense(len(self._likelihood.start), 1)
-
-    def get_sparsity_out(self, place: int) -> Any:
-        return casadi.Sparsity.dense(1, 1)
-
-    def eval(self, arguments: Sequence[Any]) -> list[float]:
-        return [self.at(np.array(arguments[0]).ravel())[0]]
-
-    def has_jacobian(self) -> bool:
-        return True
-
-    def get_jacobian(self, name: str, names_in: Any, names_out: Any, options: Any) -> Any:
-        self._slope = _Slope(self, name, len(self._likelihood.start))
-        return self._slope
+    def least(self, begin: Array, curvature: Array | None = None) -> Found:
+        return minimise(self, begin, self.limit.low, self.limit.high, curvature)
 
 
-class _Slope(casadi.Callback):
-    """The gradient of an objective, from parameters and the value there, as CasADi asks for Jacobians."""
+def _search(objective: _Objective, rough: _Objective | None, begins: Sequence[Array]) -> list[Found]:
+    """The optimum from each start; of those that meet on a share of the data, the first goes on alone."""
+    if rough is None:
+        return [objective.least(begin) for begin in begins]
+    runs: list[tuple[Array, Found]] = []
+    for begin in begins:
+        near = rough.least(begin)
+        same = [run for point, run in runs if np.max(np.abs(point - near.point)) < _SAME]
+        if same:
+            run = Found(same[0].point, same[0].value, same[0].curvature, 0)
+        elif np.isfinite(near.value):
+            run = objective.least(near.point, near.curvature * (objective.count / rough.count))
+        else:
+            run = objective.least(begin)
+        runs.append((near.point, run))
+    return [run for _, run in runs]
 
-    def __init__(self, objective: _Objective, name: str, count: int) -> None:
-        casadi.Callback.__init__(self)
-        self._objective, self._count = objective, count
-        self.construct(name, {})
 
-    def get_n_in(self) -> int:
-        return 2
+def _rough(
+    latents: Latents, observations: Sequence[Observation], whole: Likelihood, limit: Box, rng: np.random.Generator
+) -> _Objective | None:
+    """The objective on a share of the data; None where there are few, or where that share leaves a parameter out."""
+    if whole.count < _MANY:
+        return None
+    chosen = (rng.permutation(len(each.inputs))[: max(1, int(_SHARE * len(each.inputs)))] for each in observations)
+    part = [each.rows(np.sort(rows)) for each, rows in zip(observations, chosen, strict=True)]
+    likelihood = Likelihood(latents, part)
+    return _Objective(likelihood, limit) if likelihood.names == whole.names else None
 
-    def get_n_out(self) -> int:
-        return 1
 
-    def get_sparsity_in(self, place: int) -> Any:
-        return casadi.Sparsity.dense(1 if place else self._count, 1)
-
-    def get_sparsity_out(self, place: int) -> Any:
-        return casadi.Sparsity.dense(1, self._count)
-
-    def eval(self, arguments: Sequence[Any]) -> list[Any]:
-        return [self._objective.at(np.array(arguments[0]).ravel())[1][None, :]]
+@cache
+def _blas() -> ThreadpoolController:
+    return ThreadpoolController()

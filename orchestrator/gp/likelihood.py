@@ -1,19 +1,22 @@
 """How probable observations are under hyperparameters, with the exact gradient."""
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dpotri
+from scipy.linalg.blas import dsyrk
 
-from orchestrator.gp.covariance import Latents, covariance, factor, known
+from orchestrator.gp.covariance import Latents, factor_in_place, known
+from orchestrator.gp.kernels.pairs import Pairs
 from orchestrator.gp.noise import LearntNoise
 from orchestrator.gp.observations import Observation, stacked
-from orchestrator.gp.posterior import residuals_and_noise, solve_lower
+from orchestrator.gp.posterior import residuals_and_noise
+from orchestrator.gp.triangle import inverse_from_factor, solve_lower
 
 Array = NDArray[Any]
+Contract = Callable[[Array], Array]
 
 
 class Likelihood:
@@ -27,8 +30,11 @@ class Likelihood:
         self._rows = stacked(observations)
         known(latents, self._rows.coefficients)
         self._latents, self._observations = dict(latents), tuple(observations)
+        self.count = len(self._rows.inputs)
         # A latent function that no observation names has nothing to be learnt from.
         self._seen = [name for name in latents if np.any(self._rows.coefficients.get(name, 0.0))]
+        pairs: dict[bytes, Pairs] = {}
+        self._parts = [_Part.of(self._rows.inputs, self._rows.coefficients[name], pairs) for name in self._seen]
         kernels = [(name, self._latents[name].kernel) for name in self._seen]
         noises = [(each.name, each.noise) for each in observations if isinstance(each.noise, LearntNoise)]
         self.names = (
@@ -62,28 +68,55 @@ class Likelihood:
         """
         latents, observations = self.at(parameters)
         residuals, noise = residuals_and_noise(latents, self._rows, observations)
-        matrix = covariance(latents, self._rows, self._rows)
-        matrix[np.diag_indices_from(matrix)] += noise
-        lower = factor(matrix)
-        weights = solve_lower(lower, residuals)
         n, p = residuals.shape
-        logarithm = 2.0 * p * np.log(np.diagonal(lower)).sum() + n * p * np.log(2.0 * np.pi)
+        matrix, slopes = self._covariance(latents)
+        matrix[np.diag_indices(n)] += noise
+        factor_in_place(matrix)
+        weights = solve_lower(matrix, residuals)
+        logarithm = 2.0 * p * np.log(np.diagonal(matrix)).sum() + n * p * np.log(2.0 * np.pi)
         value = 0.5 * (float(np.vdot(residuals, weights)) + logarithm)
-        # d value = sum_ij slope_ij d matrix_ij with slope = (p matrix^-1 - weights weights') / 2
-        slope = 0.5 * (p * _inverse(lower) - weights @ weights.T)
-        return value, np.concatenate(
-            [*self._by_kernel(latents, slope), *_by_noise(observations, np.diagonal(slope)), []]
-        )
+        # d value = sum_ij slope_ij d matrix_ij / 2 with slope = p matrix^-1 - weights weights', of which the lower triangle is made.
+        slope = dsyrk(-1.0, weights, beta=p, c=inverse_from_factor(matrix), lower=1, overwrite_c=1)
+        slope[np.diag_indices(n)] *= 0.5
+        entries = slope.ravel(order="K")
+        by_kernel = [part.slope(entries, of) for part, of in zip(self._parts, slopes, strict=True)]
+        by_value = [latents[name].kernel.values * each for name, each in zip(self._seen, by_kernel, strict=True)]
+        return value, np.concatenate([*by_value, *_by_noise(observations, np.diagonal(slope)), []])
 
-    def _by_kernel(self, latents: Latents, slope: Array) -> list[Array]:
-        found = []
-        for name in self._seen:
-            a = self._rows.coefficients[name]
-            i = np.flatnonzero(a)
-            kernel = latents[name].kernel
-            part = a[i, None] * a[i] * slope[np.ix_(i, i)]
-            found.append(kernel.values * kernel.contraction(self._rows.inputs[i], part))
-        return found
+    def _covariance(self, latents: Latents) -> tuple[Array, list[Contract]]:
+        """Lower triangle in column order, (n, n), and for each latent function what makes slopes of its kernel's values."""
+        matrix = np.zeros((self.count, self.count), order="F")
+        entries, slopes = matrix.ravel(order="K"), []
+        for name, part in zip(self._seen, self._parts, strict=True):
+            found, contract = latents[name].kernel.on_pairs(part.pairs)
+            entries[part.places] += found if part.factors is None else found * part.factors
+            slopes.append(contract)
+        return matrix, slopes
+
+
+@dataclass(frozen=True, eq=False)
+class _Part:
+    """The pairs of observations that a latent function connects.
+
+    `places` are those of the pairs in the covariance, column after column, `factors` the products of their coefficients, None if all are 1.
+    """
+
+    pairs: Pairs
+    places: Array
+    factors: Array | None
+
+    @staticmethod
+    def of(points: Array, coefficients: Array, known: dict[bytes, Pairs]) -> "_Part":
+        chosen = np.flatnonzero(coefficients)
+        pairs = known.setdefault(chosen.tobytes(), Pairs(points[chosen]))
+        row, column = chosen[pairs.row], chosen[pairs.column]
+        factors = coefficients[row] * coefficients[column]
+        return _Part(pairs, column * len(points) + row, None if np.all(factors == 1.0) else factors)
+
+    def slope(self, entries: Array, contract: Contract) -> Array:
+        """Slopes of the kernel's values, of slopes of the covariance."""
+        weights = entries[self.places]
+        return contract(weights if self.factors is None else weights * self.factors)
 
 
 def _by_noise(observations: Sequence[Observation], slope: Array) -> list[Array]:
@@ -94,10 +127,3 @@ def _by_noise(observations: Sequence[Observation], slope: Array) -> list[Array]:
         if isinstance(each.noise, LearntNoise):
             found.append(2.0 * (part * each.deviation**2) @ each.noise.features)
     return found
-
-
-def _inverse(lower: Array) -> Array:
-    triangle, _ = dpotri(lower, lower=1)  # zeros stay above the diagonal
-    whole = triangle + triangle.T
-    whole[np.diag_indices_from(whole)] *= 0.5
-    return whole

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.linalg import solve_triangular
 
 from fmus.errors import MisfitError
 from orchestrator.gp.covariance import Latents, covariance, factor, known, mean, shaped, variances
 from orchestrator.gp.observations import Observation, Rows, coefficients_of, stacked
+from orchestrator.gp.triangle import solve_half, solve_lower
 
 Array = NDArray[Any]
 Of = str | Mapping[str, ArrayLike]
@@ -93,7 +93,7 @@ class Posterior:
         return Rows(x, parts)
 
     def _explained(self, query: Rows) -> Array:
-        return solve_triangular(self.lower, covariance(self.latents, self.rows, query), lower=True, check_finite=False)
+        return solve_half(self.lower, covariance(self.latents, self.rows, query))
 
 
 def condition(latents: Latents, observations: Sequence[Observation]) -> Posterior:
@@ -116,9 +116,3 @@ def residuals_and_noise(latents: Latents, rows: Rows, observations: Sequence[Obs
     values = np.concatenate([each.values for each in observations])
     deviation = np.concatenate([each.deviation for each in observations])
     return values - mean(latents, rows, values.shape[1]), deviation * deviation
-
-
-def solve_lower(lower: Array, right: Array) -> Array:
-    """Solve lower lower' x = right."""
-    half = solve_triangular(lower, right, lower=True, check_finite=False)
-    return solve_triangular(lower, half, lower=True, trans="T", check_finite=False)

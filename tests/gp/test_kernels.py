@@ -16,6 +16,7 @@ from orchestrator.gp.kernels import (
     Periodic,
     SquaredExponential,
 )
+from orchestrator.gp.kernels.pairs import Pairs
 
 SMOOTH = SquaredExponential(1.7, (0.8, 2.5))
 KERNELS: dict[str, Kernel] = {
@@ -75,11 +76,27 @@ def test_value_gradients_agree_with_the_complex_step(kernel):
 
 
 @every
-def test_a_contraction_is_the_weighted_sum_of_value_gradients(kernel):
-    x, half = points(5, 20), np.random.default_rng(21).normal(size=(5, 5))
-    weights = half + half.T
-    expected = [(weights * gradient).sum() for gradient in kernel.value_gradients(x, x)]
-    assert np.allclose(kernel.contraction(x, weights), expected, rtol=1e-12, atol=1e-13)
+def test_values_of_pairs_are_the_lower_triangle(kernel):
+    x = points(6, 22)
+    pairs = Pairs(x)
+    values, _ = kernel.on_pairs(pairs)
+    triangle = np.zeros((6, 6))
+    triangle[pairs.row, pairs.column] = values
+    assert np.allclose(triangle, np.tril(kernel(x, x)), rtol=1e-13, atol=1e-15)
+
+
+@every
+def test_slopes_of_pairs_are_the_weighted_sum_of_value_gradients(kernel):
+    x, weights = points(5, 20), np.random.default_rng(21).normal(size=15)
+    pairs = Pairs(x)
+    expected = [weights @ gradient[pairs.row, pairs.column] for gradient in kernel.value_gradients(x, x)]
+    assert np.allclose(kernel.on_pairs(pairs)[1](weights), expected, rtol=1e-12, atol=1e-13)
+
+
+@every
+def test_a_prepared_kernel_is_the_kernel_at_one_point(kernel):
+    x, y = points(6, 23), points(1, 24)
+    assert np.allclose(kernel.towards(x)(y[0]), kernel(x, y)[:, 0], rtol=1e-13, atol=1e-15)
 
 
 def test_names_count_the_inputs_of_the_points():

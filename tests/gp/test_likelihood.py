@@ -98,6 +98,18 @@ def test_the_optimum_is_that_of_another_optimiser_from_every_start():
     assert found.parameters["data.log deviation"] == pytest.approx(np.log(0.05), abs=0.3)
 
 
+def test_many_data_lead_to_the_optimum_of_another_optimiser_and_starts_that_meet_are_searched_once():
+    latents, observations = plain(*smooth_data(240))
+    found = fit(latents, observations, starts=2)
+    likelihood = Likelihood(latents, observations)
+    reference = minimize(
+        likelihood, likelihood.start, jac=True, method="L-BFGS-B", options={"ftol": 1e-15, "gtol": 1e-8}
+    )
+    assert found.value == pytest.approx(reference.fun, abs=1e-6)
+    assert found.evaluations[0] < reference.nfev
+    assert found.evaluations[1] == 0
+
+
 def test_the_optimum_is_never_worse_than_that_of_scikit_learn():
     process = pytest.importorskip("sklearn.gaussian_process")
     x, y = smooth_data()

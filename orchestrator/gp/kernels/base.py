@@ -5,7 +5,7 @@ complex arguments too, so that derivatives can be checked by a complex step.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any, Self
 
@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmus.errors import MisfitError
+from orchestrator.gp.kernels.pairs import Pairs
 
 Array = NDArray[Any]
 
@@ -36,9 +37,18 @@ class Kernel(ABC):
     def value_gradients(self, x: Array, y: Array) -> Iterator[Array]:
         """d k(x_i, y_j) / d value, (n, m), one after the other in the order of `values`."""
 
-    def contraction(self, x: Array, weights: Array) -> Array:
-        """sum_ij weights_ij d k(x_i, x_j) / d value of each value, for symmetric weights (n, n)."""
-        return np.array([np.vdot(weights, gradient) for gradient in self.value_gradients(x, x)])
+    def on_pairs(self, pairs: Pairs) -> tuple[Array, Callable[[Array], Array]]:
+        """k of each pair, (m,), and a function: from weights (m,) it makes sum_m weights_m d k_m / d value of each value."""
+        x = pairs.points
+
+        def contract(weights: Array) -> Array:
+            return np.array([weights @ pairs.packed(gradient) for gradient in self.value_gradients(x, x)])
+
+        return pairs.packed(self(x, x)), contract
+
+    def towards(self, points: Array) -> Callable[[Array], Array]:
+        """A quick function of one point x, (d,): k(points_i, x), (n,)."""
+        return lambda x: self(points, x[None, :])[:, 0]
 
     @property
     @abstractmethod

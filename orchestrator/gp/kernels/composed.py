@@ -1,7 +1,7 @@
 """Kernels made of kernels."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Self
 
@@ -9,6 +9,7 @@ import numpy as np
 
 from fmus.errors import MisfitError
 from orchestrator.gp.kernels.base import Array, Kernel
+from orchestrator.gp.kernels.pairs import Pairs
 
 
 @dataclass(frozen=True)
@@ -46,8 +47,13 @@ class Sum(_Pair):
         yield from self.one.value_gradients(x, y)
         yield from self.other.value_gradients(x, y)
 
-    def contraction(self, x: Array, weights: Array) -> Array:
-        return np.concatenate([self.one.contraction(x, weights), self.other.contraction(x, weights)])
+    def on_pairs(self, pairs: Pairs) -> tuple[Array, Callable[[Array], Array]]:
+        (one, of_one), (other, of_other) = self.one.on_pairs(pairs), self.other.on_pairs(pairs)
+        return one + other, lambda weights: np.concatenate([of_one(weights), of_other(weights)])
+
+    def towards(self, points: Array) -> Callable[[Array], Array]:
+        one, other = self.one.towards(points), self.other.towards(points)
+        return lambda x: one(x) + other(x)
 
 
 @dataclass(frozen=True)
@@ -71,9 +77,13 @@ class Product(_Pair):
         for slope in self.other.value_gradients(x, y):
             yield one * slope
 
-    def contraction(self, x: Array, weights: Array) -> Array:
-        one, other = self.one(x, x), self.other(x, x)
-        return np.concatenate([self.one.contraction(x, weights * other), self.other.contraction(x, weights * one)])
+    def on_pairs(self, pairs: Pairs) -> tuple[Array, Callable[[Array], Array]]:
+        (one, of_one), (other, of_other) = self.one.on_pairs(pairs), self.other.on_pairs(pairs)
+        return one * other, lambda weights: np.concatenate([of_one(weights * other), of_other(weights * one)])
+
+    def towards(self, points: Array) -> Callable[[Array], Array]:
+        one, other = self.one.towards(points), self.other.towards(points)
+        return lambda x: one(x) * other(x)
 
 
 @dataclass(frozen=True)
@@ -116,5 +126,10 @@ class OnInputs(Kernel):
     def value_gradients(self, x: Array, y: Array) -> Iterator[Array]:
         return self.kernel.value_gradients(self._of(x), self._of(y))
 
-    def contraction(self, x: Array, weights: Array) -> Array:
-        return self.kernel.contraction(self._of(x), weights)
+    def on_pairs(self, pairs: Pairs) -> tuple[Array, Callable[[Array], Array]]:
+        self._of(pairs.points[:0])
+        return self.kernel.on_pairs(pairs.part(self.columns))
+
+    def towards(self, points: Array) -> Callable[[Array], Array]:
+        inner, columns = self.kernel.towards(self._of(points)), list(self.columns)
+        return lambda x: inner(x[columns])

@@ -1,12 +1,13 @@
 """Kernels of a distance that is scaled input by input."""
 
 from abc import abstractmethod
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from orchestrator.gp.kernels.base import Array, Leaf, check_inputs
+from orchestrator.gp.kernels.pairs import Pairs
 
 
 @dataclass(frozen=True)
@@ -17,11 +18,17 @@ class _Radial(Leaf):
     length_scales: tuple[float, ...]
 
     @abstractmethod
-    def _shape(self, r2: Array) -> tuple[Array, Array]:
-        """g and dg/d(r2)."""
+    def _shape(self, r2: Array) -> Array:
+        """g of r2."""
+
+    @abstractmethod
+    def _slope(self, r2: Array, shape: Array) -> Array:
+        """dg/d(r2) of r2 and g."""
 
     def __call__(self, x: Array, y: Array) -> Array:
-        return self.variance * self._shape(self._squared_distance(x, y))[0]
+        shape = self._shape(self._squared_distance(x, y))
+        shape *= self.variance
+        return shape
 
     def _squared_distance(self, x: Array, y: Array) -> Array:
         check_inputs(self, x, len(self.length_scales))
@@ -41,49 +48,77 @@ class _Radial(Leaf):
     def input_gradient(self, x: Array, y: Array) -> Array:
         scales = np.array(self.length_scales)
         scaled = self._difference(x, y, self.length_scales) / scales
-        slope = self._shape((scaled * scaled).sum(axis=2))[1]
+        r2 = (scaled * scaled).sum(axis=2)
+        slope = self._slope(r2, self._shape(r2))
         return 2.0 * self.variance * slope[:, :, None] * scaled / scales
 
     def value_gradients(self, x: Array, y: Array) -> Iterator[Array]:
-        shape, slope = self._shape(self._squared_distance(x, y))
+        r2 = self._squared_distance(x, y)
+        shape = self._shape(r2)
         yield shape
+        slope = self._slope(r2, shape)
         for k, scale in enumerate(self.length_scales):
             difference = np.subtract.outer(x[:, k] / scale, y[:, k] / scale)
             yield (-2.0 * self.variance / scale) * slope * difference * difference
 
-    def contraction(self, x: Array, weights: Array) -> Array:
-        shape, slope = self._shape(self._squared_distance(x, x))
-        slope *= weights
-        # sum_ij w_ij (x_i - x_j)^2 for all inputs in one product; centred, so that little cancels.
-        scaled = (x - x.mean(axis=0)) / np.array(self.length_scales)
-        sums = 2.0 * (slope.sum(axis=0) @ (scaled * scaled) - np.einsum("nd,nd->d", scaled, slope @ scaled))
-        return np.concatenate([[np.vdot(weights, shape)], -2.0 * self.variance * sums / np.array(self.length_scales)])
+    def on_pairs(self, pairs: Pairs) -> tuple[Array, Callable[[Array], Array]]:
+        check_inputs(self, pairs.points, len(self.length_scales))
+        scales = np.array(self.length_scales)
+        r2 = (1.0 / scales**2) @ pairs.squares
+        shape = self._shape(r2)
+
+        def contract(weights: Array) -> Array:
+            slope = self._slope(r2, shape)
+            slope *= weights
+            return np.append(weights @ shape, (-2.0 * self.variance / scales**3) * (pairs.squares @ slope))
+
+        return self.variance * shape, contract
+
+    def towards(self, points: Array) -> Callable[[Array], Array]:
+        check_inputs(self, points, len(self.length_scales))
+        scales = np.array(self.length_scales)[:, None]
+        scaled = np.ascontiguousarray(points.T / scales)
+
+        def seen_from(x: Array) -> Array:
+            difference = scaled - x[:, None] / scales
+            shape = self._shape(np.einsum("dn,dn->n", difference, difference))
+            shape *= self.variance
+            return shape
+
+        return seen_from
 
 
 @dataclass(frozen=True)
 class SquaredExponential(_Radial):
     """variance * exp(-r2 / 2): smooth functions."""
 
-    def _shape(self, r2: Array) -> tuple[Array, Array]:
-        shape = np.exp(-0.5 * r2)
-        return shape, -0.5 * shape
+    def _shape(self, r2: Array) -> Array:
+        return np.exp(-0.5 * r2)
+
+    def _slope(self, r2: Array, shape: Array) -> Array:
+        return -0.5 * shape
 
 
 @dataclass(frozen=True)
 class Matern32(_Radial):
     """variance * (1 + a) exp(-a), a = sqrt(3 r2): functions with one derivative."""
 
-    def _shape(self, r2: Array) -> tuple[Array, Array]:
+    def _shape(self, r2: Array) -> Array:
         a = np.sqrt(3.0 * r2)
-        decay = np.exp(-a)
-        return (1.0 + a) * decay, -1.5 * decay
+        return (1.0 + a) * np.exp(-a)
+
+    def _slope(self, r2: Array, shape: Array) -> Array:
+        return -1.5 * shape / (1.0 + np.sqrt(3.0 * r2))
 
 
 @dataclass(frozen=True)
 class Matern52(_Radial):
     """variance * (1 + a + a^2 / 3) exp(-a), a = sqrt(5 r2): functions with two derivatives."""
 
-    def _shape(self, r2: Array) -> tuple[Array, Array]:
+    def _shape(self, r2: Array) -> Array:
         a = np.sqrt(5.0 * r2)
-        decay = np.exp(-a)
-        return (1.0 + a + 5.0 / 3.0 * r2) * decay, -5.0 / 6.0 * (1.0 + a) * decay
+        return (1.0 + a + 5.0 / 3.0 * r2) * np.exp(-a)
+
+    def _slope(self, r2: Array, shape: Array) -> Array:
+        a = np.sqrt(5.0 * r2)
+        return -5.0 / 6.0 * (1.0 + a) * shape / (1.0 + a + 5.0 / 3.0 * r2)

@@ -1,0 +1,6 @@
+def exchange():
+    return True
+
+
+def predictions():
+    return True

@@ -1,0 +1,109 @@
+"""Cost of the Gaussian-process block beside a likelihood written by hand on LAPACK and scikit-learn; run by `make bench`, never as a test.
+
+Figures are CPU times, the least of rounds in turn in one process with one BLAS thread. Libraries that are not installed are said
+to be missing. Exit code 1 when a limit is missed or an optimum is worse than another's.
+"""
+
+import sys
+import time
+from collections.abc import Callable
+
+import numpy as np
+from lapack_reference import problem
+from online_cost import exchange, predictions
+from peers import PEERS, STARTS, begins, misfit_fit, misfit_likelihood
+from threadpoolctl import threadpool_limits
+
+SIZES = (84, 336, 756)
+ROUNDS = 7
+WORSE = 1e-6
+# A likelihood may cost this share of one written by hand for one kernel, a fit this share of the fastest other.
+LIMITS_LIKELIHOOD, LIMITS_FIT = (2.0, 1.2, 1.2), (1.2, 1.0, 1.0)
+
+
+def main() -> None:
+    """Print the tables."""
+    with threadpool_limits(1, "blas"):
+        kept = all([_likelihoods(), _fits(), exchange(), predictions()])
+    sys.exit(0 if kept else 1)
+
+
+def _least(work: dict[str, Callable[[], object]]) -> dict[str, float]:
+    """CPU ms of each, the least over rounds; short work is repeated within a round."""
+    found = dict.fromkeys(work, np.inf)
+    for _ in range(ROUNDS):
+        for name, each in work.items():
+            began, count = time.process_time(), 0
+            while count == 0 or time.process_time() - began < 0.02:
+                each()
+                count += 1
+            found[name] = min(found[name], 1e3 * (time.process_time() - began) / count)
+    return found
+
+
+def _likelihoods() -> bool:
+    print(f"{'likelihood and gradient, CPU ms':38s}" + "".join(f"{f'n = {n}':>12s}" for n in SIZES))
+    table: dict[str, list[float]] = {}
+    for n in SIZES:
+        x, y = problem(n)
+        work = {"misfit": misfit_likelihood(x, y)}
+        for name, (likelihood, _) in PEERS.items():
+            try:
+                work[name] = likelihood(x, y)
+            except ImportError:
+                print(f"{name}: not installed")
+        for name, figure in _least(work).items():
+            table.setdefault(name, []).append(figure)
+    for name, row in table.items():
+        print(f"{name:38s}" + "".join(f"{each:12.3f}" for each in row))
+    ratios = [one / other for one, other in zip(table["misfit"], table["LAPACK by hand"], strict=True)]
+    return _judge("misfit / by hand", ratios, LIMITS_LIKELIHOOD)
+
+
+def _fits() -> bool:
+    print(f"\n{f'one fit, CPU s (median of {STARTS} starts)':38s}" + "".join(f"{f'n = {n}':>12s}" for n in SIZES))
+    fits = {"misfit": misfit_fit} | {name: each for name, (_, each) in PEERS.items()}
+    table: dict[str, list[float]] = {}
+    values: dict[str, list[float]] = {}
+    for n in SIZES:
+        x, y = problem(n)
+        for name, each in fits.items():
+            try:
+                seconds, optima = _starts(each, x, y)
+            except ImportError:
+                continue
+            table.setdefault(name, []).append(seconds)
+            values.setdefault(name, []).append(optima)
+    for name, row in table.items():
+        print(f"{name:38s}" + "".join(f"{each:12.4f}" for each in row))
+    fastest = [min(row[k] for name, row in table.items() if name != "misfit") for k in range(len(SIZES))]
+    kept = _judge("misfit / fastest other", [a / b for a, b in zip(table["misfit"], fastest, strict=True)], LIMITS_FIT)
+    print(f"\n{'worst optimum of the starts':38s}")
+    for name, row in values.items():
+        print(f"{name:38s}" + "".join(f"{each:18.8f}" for each in row))
+    best = [min(row[k] for row in values.values()) for k in range(len(SIZES))]
+    return kept and all(value <= least + WORSE for value, least in zip(values["misfit"], best, strict=True))
+
+
+def _starts(each: Callable, x: np.ndarray, y: np.ndarray) -> tuple[float, float]:
+    """Median CPU seconds of a fit, each start's the least of two, and the worst value."""
+    seconds, values = [], []
+    for begin in begins(x.shape[1]):
+        least = np.inf
+        for _ in range(2):
+            began = time.process_time()
+            value, _ = each(x, y, begin)
+            least = min(least, time.process_time() - began)
+        seconds.append(least)
+        values.append(value)
+    return float(np.median(seconds)), max(values)
+
+
+def _judge(name: str, ratios: list[float], limits: tuple[float, ...]) -> bool:
+    late = any(ratio > limit for ratio, limit in zip(ratios, limits, strict=True))
+    print(f"{name:38s}" + "".join(f"{ratio:12.2f}" for ratio in ratios) + (f"   ABOVE {limits}" if late else ""))
+    return not late
+
+
+if __name__ == "__main__":
+    main()
