@@ -83,6 +83,20 @@ def _excess(signal: Signal, reference: Signal, tolerance: Tolerance, slack: floa
     return None
 
 
+def window_defect(signal: Signal, tolerance: Tolerance) -> str | None:
+    """Return why a signal does not cover the window that a tolerance states, or None."""
+    slack = max(tolerance.time_shift_s, END_SHARE * (signal.time[-1] - signal.time[0]))
+    if tolerance.until_s is not None and signal.time[-1] < tolerance.until_s - slack:
+        return (
+            f"the result ends at {seconds(signal.time[-1])}, before {seconds(tolerance.until_s)}; the run stopped early"
+        )
+    if tolerance.from_s is not None and tolerance.from_s > signal.time[-1] + slack:
+        return (
+            f"the result ends at {seconds(signal.time[-1])}, before {seconds(tolerance.from_s)}; the run stopped early"
+        )
+    return None
+
+
 def unit_defect(signal: Signal, reference: Signal) -> str | None:
     """Return why the units do not fit, or None; an unknown unit fits every other."""
     if signal.unit == reference.unit or not signal.unit or not reference.unit:

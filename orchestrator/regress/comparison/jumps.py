@@ -26,23 +26,27 @@ def sampled_jumps(signal: Signal) -> np.ndarray:
     return np.flatnonzero((steps >= large) & (steps > 0) & apart)
 
 
-def exact_jumps(signal: Signal, smallest: float = 0.0) -> np.ndarray:
-    """Return the indices k where the samples k and k + 1 share a stamp and differ by more than `smallest`."""
+def exact_jumps(signal: Signal) -> np.ndarray:
+    """Return the indices k where the samples k and k + 1 share a stamp and differ."""
     shared = np.flatnonzero(signal.time[1:] == signal.time[:-1])
-    return shared[np.abs(signal.values[shared + 1] - signal.values[shared]) > smallest]
+    return shared[signal.values[shared + 1] != signal.values[shared]]
 
 
-def jump_times(signal: Signal, smallest: float = 0.0) -> np.ndarray:
+def jump_times(signal: Signal, smallest: float = 0.0, direction: str = "any") -> np.ndarray:
     """Return when the signal jumps, s, rising; of a linear one the middle of the two samples around a jump.
 
-    A "hold" signal changes at the second of the two samples. Changes up to `smallest` do not count.
+    A "hold" signal changes at the second of the two samples. Changes up to `smallest`, in the signal's unit, do not
+    count; `direction` is "any", "rising" or "falling".
     """
+    k = np.sort(np.concatenate([sampled_jumps(signal), exact_jumps(signal)]))
+    heights = signal.values[k + 1] - signal.values[k]
+    if direction != "any":
+        heights = heights if direction == "rising" else -heights
+        k, heights = k[heights > 0], heights[heights > 0]
+    k = k[np.abs(heights) > smallest]
     if signal.interpolation == "hold":
-        return signal.time[1:][np.abs(np.diff(signal.values)) > smallest]
-    between = sampled_jumps(signal)
-    between = between[np.abs(np.diff(signal.values)[between]) > smallest]
-    middles = (signal.time[between] + signal.time[between + 1]) / 2
-    return np.unique(np.concatenate([signal.time[exact_jumps(signal, smallest)], middles]))
+        return signal.time[k + 1]
+    return (signal.time[k] + signal.time[k + 1]) / 2
 
 
 def _median(steps: np.ndarray) -> float:

@@ -4,11 +4,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from orchestrator.regress.comparison.defects import coverage_defect, defect, unit_defect
+from orchestrator.regress.comparison.defects import coverage_defect, defect, unit_defect, window_defect
 from orchestrator.regress.comparison.envelope import values_at
 from orchestrator.regress.comparison.result import SignalVerdict
 from orchestrator.regress.comparison.signal import Signal
 from orchestrator.regress.comparison.tolerance import Band, Tolerance, band
+
+_NO_SAMPLE = "the result has no sample in the compared window; record more often"
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,9 +36,7 @@ def prepare(check: str, signal: Signal, reference: Signal | None, tolerance: Tol
         return SignalVerdict(signal.name, False, reason or "", check, signal.unit)
     result = cut(signal, tolerance)
     if not len(result.time):
-        return SignalVerdict(
-            signal.name, False, "the result has no sample in the compared window; record more often", check
-        )
+        return SignalVerdict(signal.name, False, _NO_SAMPLE, check, signal.unit)
     expected = cut(reference, tolerance, keep_edges=True)
     expected = replace(
         expected,
@@ -44,6 +44,17 @@ def prepare(check: str, signal: Signal, reference: Signal | None, tolerance: Tol
         nominal=reference.nominal if reference.nominal is not None else signal.nominal,
     )
     return Pair(result, expected, band(tolerance, expected))
+
+
+def alone(check: str, signal: Signal, tolerance: Tolerance) -> Signal | SignalVerdict:
+    """Return a signal cut to the compared window, or a failed verdict that says why there is nothing to judge."""
+    reason = tolerance.refusal() or defect(signal, "the result") or window_defect(signal, tolerance)
+    if reason is not None:
+        return SignalVerdict(signal.name, False, reason, check, signal.unit)
+    result = cut(signal, tolerance)
+    if not len(result.time):
+        return SignalVerdict(signal.name, False, _NO_SAMPLE, check, signal.unit)
+    return result
 
 
 def pair_defect(signal: Signal, reference: Signal | None, tolerance: Tolerance) -> str | None:

@@ -13,7 +13,7 @@ from orchestrator.regress.comparison.missed import missed
 from orchestrator.regress.comparison.prepare import Pair, prepare
 from orchestrator.regress.comparison.result import SignalVerdict
 from orchestrator.regress.comparison.signal import Signal
-from orchestrator.regress.comparison.tolerance import Tolerance
+from orchestrator.regress.comparison.tolerance import ROUNDING, Tolerance
 from orchestrator.regress.comparison.wording import quantity, rounded_up, seconds
 
 # A band this large a share of the reference's range sees little of what it is meant to watch.
@@ -47,13 +47,15 @@ def compare(signal: Signal, reference: Signal | None, tolerance: Tolerance) -> S
     pair = prepare("tube", signal, reference, tolerance)
     if isinstance(pair, SignalVerdict):
         return pair
-    return judge_pair(pair, "tube", np.asarray(pair.band.half_height))
+    return judge_pair(pair, "tube")
 
 
-def judge_pair(pair: Pair, kind: str, half_height: np.ndarray) -> SignalVerdict:
-    """Return the verdict on a pair; `half_height` is one number, shape (), or one for each result sample, shape (n,)."""
-    widened = half_height * (1 + 1e-7)
-    found, too_far = distances(pair, widened)
+def judge_pair(pair: Pair, kind: str, opening_per_s: float = 0.0) -> SignalVerdict:
+    """Return the verdict on a pair; the band's half-height grows by `opening_per_s`, the signal's unit a second."""
+    half_height = np.asarray(pair.band.half_height)
+    if opening_per_s:
+        half_height = half_height + opening_per_s * np.clip(pair.result.time - pair.reference.time[0], 0.0, None)
+    found, too_far = distances(pair, half_height * (1 + ROUNDING))
     outside = int(np.count_nonzero(too_far))
     worst = _worst(found, half_height)
     verdict = _figures(pair, kind, found, half_height, worst)
