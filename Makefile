@@ -37,6 +37,7 @@ check: setup
 bench: setup
 	@$(BIN)/python tests/benchmarks/run.py
 	@$(BIN)/python tests/benchmarks/cosim/run.py
+	@$(BIN)/python tests/benchmarks/gp/run.py
 
 # Tools for the comparison that ask for other versions of shared packages; `make bench` uses them when they are there.
 bench-peers:

@@ -51,7 +51,7 @@ class LearningGp(GpComponent):
         return super().step(time, size)
 
     def _use(self) -> None:
-        self._block = replace(self._block, posterior=self._learner.posterior())
+        self._block = replace(self._block, posterior=self._learner.live())
         self._outputs = {output.name: (self._block, output) for output in self._block.outputs}
 
 

@@ -7,9 +7,10 @@ from numpy.typing import NDArray
 from scipy.linalg.blas import dtrsv
 
 from fmus.errors import MisfitError
-from orchestrator.gp.covariance import Latents, covariance, known, least_noise, least_share, mean, variances
+from orchestrator.gp.covariance import Latents, known, least_noise, least_share, mean, variances
 from orchestrator.gp.observations import Observation, Rows
 from orchestrator.gp.posterior import Posterior
+from orchestrator.gp.removal import remove
 
 Array = NDArray[Any]
 
@@ -29,7 +30,7 @@ class Learner:
         self._lower = np.asfortranarray(np.eye(room))
         self._inputs = np.zeros((room, inputs))
         self._coefficients = {name: np.zeros(room) for name in latents}
-        self._residuals, self._half = np.zeros((room, components)), np.zeros((room, components))
+        self._residuals, self._half = np.zeros((room, components)), np.zeros((components, room))
         self._noise, self._precision = np.zeros(room), np.zeros(room)
         self._posterior: Posterior | None = None
 
@@ -46,8 +47,10 @@ class Learner:
         ):
             if mine.shape[1] != theirs.shape[1]:
                 raise MisfitError(f"{observation.name} has {theirs.shape[1]} {what}, the learner {mine.shape[1]}")
+        deviation = observation.deviation
         for k in range(len(observation.inputs)):
-            self._append(observation.rows(np.array([k])))
+            one = Rows(observation.inputs[[k]], {name: a[[k]] for name, a in observation.coefficients.items()})
+            self._append(observation.name, one, observation.values[[k]], float(deviation[k] ** 2))
             if self.count > self._budget:
                 self.forget(int(np.argmin(self.information())))
 
@@ -70,7 +73,7 @@ class Learner:
         unit[place] = 1.0
         column = self._solve(self._solve(unit), transposed=True)
         self._precision[:n] -= column[:n] ** 2 / column[place]
-        self._remove_from_factor(place)
+        remove(self._lower, self._half, n, place)
         for rows in (
             self._inputs,
             self._residuals,
@@ -81,66 +84,52 @@ class Learner:
             rows[place : n - 1] = rows[place + 1 : n]
             rows[n - 1] = 0.0
         self.count, self._posterior = n - 1, None
-        for k in range(self._half.shape[1]):
-            self._half[:, k] = self._solve(self._residuals[:, k])
+
+    def live(self) -> Posterior:
+        """The posterior of the data kept now, in the learner's own memory: to be used before it changes again."""
+        if self._posterior is None:
+            weights = [self._solve(column, transposed=True) for column in self._half]
+            rows = Rows(self._inputs, self._coefficients)
+            self._posterior = Posterior(self._latents, rows, self._lower, np.column_stack(weights))
+        return self._posterior
 
     def posterior(self) -> Posterior:
         """The posterior of the data kept now; later learning does not change it."""
-        if self._posterior is None:
-            n = self.count
-            weights = [self._solve(column, transposed=True) for column in self._half.T]
-            rows = self._rows()
-            kept = Rows(rows.inputs.copy(), {name: each.copy() for name, each in rows.coefficients.items()})
-            self._posterior = Posterior(self._latents, kept, self._lower[:n, :n].copy(), np.column_stack(weights)[:n])
-        return self._posterior
+        n, now = self.count, self.live()
+        rows = Rows(self._inputs[:n].copy(), {name: each[:n].copy() for name, each in self._coefficients.items()})
+        return Posterior(self._latents, rows, self._lower[:n, :n].copy(order="F"), now.weights[:n].copy())
 
-    def _append(self, datum: Observation) -> None:
+    def _append(self, name: str, new: Rows, values: Array, noise: float) -> None:
         n = self.count
-        new = Rows(datum.inputs, datum.coefficients)
-        noise = float(datum.deviation[0] ** 2)
         total = float(variances(self._latents, new)[0]) + noise
-        cross = np.zeros(len(self._noise))
-        cross[:n] = covariance(self._latents, self._rows(), new)[:, 0]
-        explained = self._solve(cross)
+        explained = self._solve(self._covariance(new))
         left = total - float(explained @ explained)
         if not left > least_share(n + 1) * total:
             raise MisfitError(
-                f"{datum.name}: the datum follows from the {n} before it (prior deviation with noise {np.sqrt(total):.3g}); "
+                f"{name}: the datum follows from the {n} before it (prior deviation with noise {np.sqrt(total):.3g}); "
                 f"give it a noise of at least {least_noise(n + 1, np.sqrt(total)):.1g}, or leave it out"
             )
         gain = self._solve(explained, transposed=True)[:n]
         self._precision[:n] += gain**2 / left
         self._precision[n] = 1.0 / left
-        self._inputs[n], self._noise[n] = datum.inputs[0], noise
-        for name, column in self._coefficients.items():
-            column[n] = datum.coefficients[name][0] if name in datum.coefficients else 0.0
-        self._residuals[n] = (datum.values - mean(self._latents, new, self._half.shape[1]))[0]
-        self._half[n] = (self._residuals[n] - explained[:n] @ self._half[:n]) / np.sqrt(left)
+        self._inputs[n], self._noise[n] = new.inputs[0], noise
+        for latent, column in self._coefficients.items():
+            column[n] = new.coefficients[latent][0] if latent in new.coefficients else 0.0
+        self._residuals[n] = (values - mean(self._latents, new, len(self._half)))[0]
+        self._half[:, n] = (self._residuals[n] - self._half[:, :n] @ explained[:n]) / np.sqrt(left)
         self._lower[n, :n], self._lower[n, n] = explained[:n], np.sqrt(left)
         self.count, self._posterior = n + 1, None
 
-    def _remove_from_factor(self, place: int) -> None:
-        """Take a row out of the factor: the block behind it, L, becomes the factor of L L' + l l' (l its column).
-
-        That is L M with M M' = I + v v' and v = inv(L) l, whose factor is known in closed form: with s_j = 1 + sum_{k<=j} v_k^2,
-        M_jj = sqrt(s_j / s_{j-1}) and M_kj = v_k v_j / sqrt(s_j s_{j-1}) below it (Gill, Golub, Murray and Saunders 1974).
-        """
+    def _covariance(self, new: Rows) -> Array:
+        """Covariance of a new datum with all that are kept, with zeros behind them."""
         n = self.count
-        block = self._lower[place + 1 : n, place + 1 : n].copy(order="F")
-        if len(block):
-            v = dtrsv(block, self._lower[place + 1 : n, place], lower=1)
-            s = np.concatenate([[1.0], 1.0 + np.cumsum(v * v)])
-            below = np.zeros_like(block)  # column j: sum_{k>j} L_k v_k
-            below[:, :-1] = np.cumsum((block * v)[:, :0:-1], axis=1)[:, ::-1]
-            block = np.tril(block * np.sqrt(s[1:] / s[:-1]) + below * (v / np.sqrt(s[1:] * s[:-1])))
-        self._lower[place : n - 1, :place] = self._lower[place + 1 : n, :place]
-        self._lower[place : n - 1, place : n - 1] = block
-        self._lower[n - 1, :n] = 0.0
-        self._lower[n - 1, n - 1] = 1.0
-
-    def _rows(self) -> Rows:
-        n = self.count
-        return Rows(self._inputs[:n], {name: each[:n] for name, each in self._coefficients.items()})
+        cross = np.zeros(len(self._noise))
+        for name, a in new.coefficients.items():
+            if n and a[0] != 0.0:
+                found = self._latents[name].kernel.towards(self._inputs[:n])(new.inputs[0])
+                found *= a[0] * self._coefficients[name][:n]
+                cross[:n] += found
+        return cross
 
     def _solve(self, right: Array, transposed: bool = False) -> Array:
         return dtrsv(self._lower, right, lower=1, trans=int(transposed))

@@ -142,6 +142,16 @@ def test_a_posterior_does_not_change_when_its_learner_goes_on():
     assert np.array_equal(before.mean("strong", QUERY), mean)
 
 
+def test_the_live_posterior_is_the_one_of_the_data_kept():
+    observations = mixed(np.random.default_rng(10))
+    learner = learnt(observations)
+    live, kept = learner.live(), learner.posterior()
+    for name in LATENTS:
+        assert np.allclose(live.mean(name, QUERY), kept.mean(name, QUERY), rtol=1e-12)
+        assert np.allclose(live.variance(name, QUERY), kept.variance(name, QUERY), rtol=1e-11)
+    assert live.lower is learner.live().lower
+
+
 def test_a_repeated_datum_without_noise_is_refused_and_changes_nothing():
     learner = learnt(mixed(np.random.default_rng(9)))
     exact = observe("exact", [[0.5, 0.5]], "strong", [[1.0, 2.0]], 0.0)

@@ -1,6 +1,94 @@
-def exchange():
-    return True
+"""Cost of learning a datum and forgetting another, and of predictions in the loop."""
+
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+from orchestrator.gp.covariance import Latent
+from orchestrator.gp.kernels import SquaredExponential
+from orchestrator.gp.observations import Observation, observe
+from orchestrator.gp.online import Learner
+from orchestrator.gp.posterior import Posterior, condition
+from orchestrator.gp.predictor import Predictor
+
+MUSCLES = 6
+OWN = 12  # data of each function alone; the rest are corrections, which see all
+LIMIT_EXCHANGE_MS = 1.0
+LIMITS_PREDICTION_US = {84: 50.0, 756: 100.0}
+ROUNDS, REPEATS = 20, 20
 
 
-def predictions():
-    return True
+def arm(count: int) -> tuple[dict[str, Latent], list[Observation], np.random.Generator]:
+    """Statics and six muscles of four inputs and two components, seen alone and together in `count` data."""
+    rng = np.random.default_rng(count)
+    names = ["statics", *(f"muscle{k}" for k in range(1, MUSCLES + 1))]
+    latents = {
+        name: Latent(SquaredExponential(1.0, tuple(map(float, scales))))
+        for name, scales in zip(names, rng.uniform(0.5, 2.0, (len(names), 4)), strict=True)
+    }
+    own = min(OWN, count // (2 * len(names)))
+    data = [observe(name, rng.normal(size=(own, 4)), name, rng.normal(size=(own, 2)), 0.05) for name in names]
+    left = count - own * len(names)
+    return latents, [*data, correction(rng, left)], rng
+
+
+def correction(rng: np.random.Generator, count: int) -> Observation:
+    """Corrections at random states and activations."""
+    of = {"statics": -np.ones(count)} | {f"muscle{k}": -rng.uniform(size=count) for k in range(1, MUSCLES + 1)}
+    return observe("corrections", rng.normal(size=(count, 4)), of, rng.normal(size=(count, 2)), 0.2)
+
+
+def exchange() -> bool:
+    """An update of a full learner: one datum learnt, the least informative forgotten, the mean ready again."""
+    print("\nsix muscles and statics together          CPU us       limit")
+    kept = True
+    for count in (84, 336, 756):
+        latents, data, rng = arm(count)
+        learner = Learner(latents, 4, 2, count)
+        for each in data:
+            learner.add(each)
+        new = iter([correction(rng, 1) for _ in range(ROUNDS * REPEATS + 1)])
+
+        def update(learner: Learner = learner, new: object = new) -> None:
+            learner.add(next(new))
+            learner.live()
+
+        update()
+        kept &= _row(f"learn one, forget one, n = {count}", 1e6 * _least(update), 1e3 * LIMIT_EXCHANGE_MS)
+    return kept
+
+
+def predictions() -> bool:
+    """Means of all functions at one state."""
+    kept = True
+    for count in (84, 336, 756):
+        latents, data, rng = arm(count)
+        posterior = condition(latents, data)
+        predictor, x = Predictor(posterior, list(latents)), rng.normal(size=4)
+        if not np.allclose(predictor(x), [posterior.mean(name, x)[0] for name in latents], rtol=1e-10, atol=1e-12):
+            return False
+        limit = LIMITS_PREDICTION_US.get(count, np.inf)
+        kept &= _row(f"predict all at one state, n = {count}", 1e6 * _least(lambda p=predictor, x=x: p(x)), limit)
+        _row("  one function, mean and variance", 1e6 * _least(_mean_and_variance(posterior, x)), np.inf)
+    return kept
+
+
+def _mean_and_variance(posterior: Posterior, x: np.ndarray) -> Callable[[], object]:
+    return lambda: (posterior.mean("muscle1", x), posterior.variance("muscle1", x))
+
+
+def _least(work: Callable[[], object]) -> float:
+    """CPU seconds of one call, the least over rounds."""
+    least = np.inf
+    for _ in range(ROUNDS):
+        began = time.process_time()
+        for _ in range(REPEATS):
+            work()
+        least = min(least, (time.process_time() - began) / REPEATS)
+    return least
+
+
+def _row(name: str, figure: float, limit: float) -> bool:
+    print(f"{name:38s}{figure:11.1f}{limit:12.0f}" + ("" if figure <= limit else "   ABOVE"))
+    return figure <= limit
