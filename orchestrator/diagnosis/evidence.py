@@ -162,7 +162,7 @@ def _rough_misfit(model: SymbolicModel, learning: LearningData, guess: np.ndarra
     for trial, metric in zip(learning.trials, learning.metrics, strict=True):
         record = model.record(trial, parameters)
         try:
-            steps = model.substeps(record.time, record.inputs, record.start)
+            steps = model.substeps(record, parameters)
             run = model.compiled.run(
                 record.time, record.inputs, parameters, record.start, substeps=steps, sensitivities=True
             )
@@ -219,7 +219,7 @@ def _fit(
         # Start values are bounded by what the encoders show, and what they show depends on a sensor error's size.
         parameters = model.compiled.with_values(guess)
         records = tuple(model.record(trial, parameters) for trial in learning.trials)
-        steps = max(model.substeps(r.time, r.inputs, r.start, learning.trials[0].noise) for r in records[:2])
+        steps = _steps(model, records, parameters, learning)
         again = fit(
             model.compiled,
             records,
@@ -233,13 +233,21 @@ def _fit(
             tolerance=tolerance,
             threads=1,
         )
-        if found is None or again.misfit < found.fit.misfit:
+        if found is None or steps > found.substeps or again.misfit < found.fit.misfit:
             found = Refit(effects, model, records, again, steps)
-        if not model.reads_through_parameters or not _pressed(again.starts, records):
-            break
         guess = again.values
+        moved = model.reads_through_parameters and _pressed(again.starts, records)
+        # Steps that were short enough for a poor first guess may be too long for a good fit.
+        nearer = tolerance <= TOLERANCE and steps < _steps(model, records, model.compiled.with_values(guess), learning)
+        if not (moved or nearer):
+            break
     assert found is not None
     return found
+
+
+def _steps(model: SymbolicModel, records: Sequence[Record], parameters: np.ndarray, learning: LearningData) -> int:
+    """Integration steps in a sample interval, by the first two trials."""
+    return max(model.substeps(record, parameters, learning.trials[0].noise) for record in records[:2])
 
 
 def _pressed(starts: Sequence[np.ndarray], records: Sequence[Record]) -> bool:

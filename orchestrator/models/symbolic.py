@@ -22,6 +22,8 @@ SETTLING_S = 2.0
 MOST_SUBSTEPS = 32
 # An error of a run that is this share of the noise is not found in ten thousand samples.
 UNSEEN = 0.03
+# An error of a run that is this share of what the model misses cannot change which set of effects is the better one.
+NEGLIGIBLE = 0.01
 # Steps are short enough if halving them changes the outputs by less than this share of their range.
 CLOSE, ROUGH = 1e-5, 1e-2
 
@@ -107,14 +109,15 @@ class SymbolicModel:
     ) -> np.ndarray:
         model = self.restricted(names).compiled
         first = np.array([start[v.name] for v in self.system.states])
-        return model.run(time, inputs, model.parameters, first, substeps=self.substeps(time, inputs, first)).outputs
+        steps = enough_substeps(model, time, inputs, model.parameters, first, CLOSE)
+        return model.run(time, inputs, model.parameters, first, substeps=steps).outputs
 
     def follow(
         self, time: np.ndarray, inputs: np.ndarray, measured: np.ndarray, names: Sequence[str], noise: np.ndarray
     ) -> FittedTrial:
         model = self.restricted(names)
         record = model.record(SmoothedTrial(time, inputs, measured, noise))
-        steps = model.substeps(time, inputs, record.start, noise)
+        steps = model.substeps(record, model.compiled.parameters, noise)
         found = fit(model.compiled, [record], noise, (), (), (), substeps=steps, threads=1)
         return model.run_fit(record, found, 0, steps)
 
@@ -127,15 +130,16 @@ class SymbolicModel:
         reach = 0.5 * (record.start_high - record.start_low)
         return FittedTrial(run.outputs, *(dict(zip(names, map(float, part), strict=True)) for part in (start, reach)))
 
-    def substeps(
-        self, time: np.ndarray, inputs: np.ndarray, start: np.ndarray, noise: np.ndarray | float = np.inf
-    ) -> int:
-        """Integration steps in a sample interval at which halving them hardly changes the outputs.
+    def substeps(self, record: Record, parameters: np.ndarray, noise: np.ndarray | float = np.inf) -> int:
+        """Integration steps in a sample interval at which halving them hardly changes the outputs of a record's run.
 
         They change by less than 1e-5 of their range, and less than a share of their `noise` (ny,): that error is the same
-        in thousands of samples, and would be found.
+        in thousands of samples, and would be found. Where the run is far from the measurement, it need not be closer to
+        the exact one than `NEGLIGIBLE` of that distance.
         """
-        return enough_substeps(self.compiled, time, inputs, self.compiled.parameters, start, CLOSE, noise)
+        return enough_substeps(
+            self.compiled, record.time, record.inputs, parameters, record.start, CLOSE, noise, record.measured
+        )
 
     def residual_substeps(self, trial: Motion, parameters: np.ndarray, start: np.ndarray) -> int:
         """The same for the correction residual along a trial, whose states are those that are not measured.
@@ -220,11 +224,12 @@ def enough_substeps(
     start: np.ndarray,
     share: float,
     noise: np.ndarray | float = np.inf,
+    measured: np.ndarray | None = None,
 ) -> int:
     """Integration steps in a sample interval at which halving them hardly changes the outputs, `MOST_SUBSTEPS` at most.
 
-    They change by less than `share` of their range and `UNSEEN` of their noise. Steps at which a run leaves the finite
-    numbers are too long.
+    They change by less than `share` of their range and `UNSEEN` of their noise, or, as a root mean square, by less than
+    `NEGLIGIBLE` of their distance from what was `measured`. Steps at which a run leaves the finite numbers are too long.
     """
     if not model.system.states:
         return 1
@@ -239,8 +244,16 @@ def enough_substeps(
     while count < MOST_SUBSTEPS:
         fine = outputs(2 * count)
         if coarse is not None and fine is not None:
+            change = np.abs(fine - coarse)
             most = np.minimum(share * np.ptp(fine, axis=0), UNSEEN * noise) + 1e-12
-            if np.all(np.abs(fine - coarse).max(axis=0) <= most):
+            enough = change.max(axis=0) <= most
+            if measured is not None:
+                enough |= _rms(change) <= NEGLIGIBLE * _rms(fine - measured)
+            if enough.all():
                 break
         count, coarse = 2 * count, fine
     return count
+
+
+def _rms(series: np.ndarray) -> np.ndarray:
+    return np.sqrt(np.mean(series**2, axis=0))

@@ -53,3 +53,18 @@ def test_run_that_overflows_with_one_step_asks_for_more() -> None:
         model.run(time, np.sin(time)[:, None], np.array([2000.0]), np.zeros(1))
 
     assert enough_substeps(model, time, np.sin(time)[:, None], np.array([2000.0]), np.zeros(1), 1e-5) >= 8
+
+
+def test_a_run_far_from_the_measurement_takes_fewer_steps_and_still_errs_by_little_of_that_distance() -> None:
+    time = np.linspace(0, 10, 1001)
+    inputs, rate, start = np.sign(np.sin(time))[:, None], np.array([50.0]), np.zeros(1)
+    model = decay()
+    exact = model.run(time, inputs, rate, start, substeps=64).outputs
+    measured = exact + 0.1
+
+    close = enough_substeps(model, time, inputs, rate, start, 1e-5, 1e-4)
+    enough = enough_substeps(model, time, inputs, rate, start, 1e-5, 1e-4, measured)
+
+    error = model.run(time, inputs, rate, start, substeps=enough).outputs - exact
+    assert enough < close
+    assert np.sqrt(np.mean(error**2)) < 0.01 * 0.1
