@@ -5,7 +5,10 @@ import numpy as np
 from orchestrator.regress.comparison.envelope import values_at, window_range
 from orchestrator.regress.comparison.jumps import sampled_jumps
 from orchestrator.regress.comparison.prepare import Pair
+from orchestrator.regress.comparison.signal import Signal
 
+# Share of a record's length up to which a step is short: the moment of a jump within it does not count.
+SHORT_STEP = 0.01
 # Interpolating between samples rounds by a few units in the last place.
 _ROUNDING = 8 * np.finfo(float).eps
 
@@ -44,10 +47,6 @@ def distances(pair: Pair, half_height: np.ndarray | float | None = None) -> tupl
         far = np.flatnonzero(too_far)
         distance[far] = window_distances(pair, far)
         too_far = ~(distance <= limit)
-        far = np.flatnonzero(too_far)
-        between = far[_within_jump(pair, far, limit)]
-        distance[between] = 0.0
-        too_far[between] = False
     return distance, too_far
 
 
@@ -59,28 +58,31 @@ def window_distances(pair: Pair, which: np.ndarray) -> np.ndarray:
     if pair.band.local:
         local = pair.band.local * np.abs(reference.values)
         low, high = low - local, high + local
-    low, high = window_range(reference.time, low, high, time - shift, time + shift, reference.interpolation)
-    distance = np.maximum(values - high, low - values)
+    lowest, highest = window_range(reference.time, low, high, time - shift, time + shift, reference.interpolation)
+    _widen_at_jumps(reference, time, low, high, lowest, highest)
+    distance = np.maximum(values - highest, lowest - values)
     beyond = np.maximum(time - reference.time[-1], reference.time[0] - time)
     # No tolerance in value makes up for a moment that the reference does not reach.
     return np.where(beyond > shift, np.inf, np.clip(distance, 0.0, None))
 
 
-def _within_jump(pair: Pair, which: np.ndarray, limit: np.ndarray | float) -> np.ndarray:
-    """Return which positions of `which` hold samples between the two ends of a jump between two reference samples.
+def _widen_at_jumps(
+    reference: Signal, time: np.ndarray, low: np.ndarray, high: np.ndarray, lowest: np.ndarray, highest: np.ndarray
+) -> None:
+    """Let the ranges at times between two reference samples hold both of them when the reference jumps in between.
 
-    When a jump falls between two samples of the reference, it is known to happen there and not when.
+    Such a jump is known to happen between the two, and not when. Of a record with long steps that would excuse too
+    much, so there the time shift alone counts.
     """
-    reference, result = pair.reference, pair.result
-    jumps = sampled_jumps(reference) if len(which) else which
+    jumps = sampled_jumps(reference)
+    steps = reference.time[jumps + 1] - reference.time[jumps]
+    jumps = jumps[steps <= SHORT_STEP * (reference.time[-1] - reference.time[0])]
     if not len(jumps):
-        return np.zeros(0, dtype=int)
+        return
     starts_jump = np.zeros(len(reference.time), dtype=bool)
     starts_jump[jumps] = True
-    segment = np.maximum(np.searchsorted(reference.time, result.time[which], "right") - 1, 0)
-    within = np.flatnonzero(starts_jump[segment])
-    segment, which = segment[within], which[within]
-    one, other = reference.values[segment], reference.values[segment + 1]
-    room = limit if np.ndim(limit) == 0 else np.asarray(limit)[which]
-    values = result.values[which]
-    return within[(values >= np.minimum(one, other) - room) & (values <= np.maximum(one, other) + room)]
+    segment = np.maximum(np.searchsorted(reference.time, time, "right") - 1, 0)
+    here = np.flatnonzero(starts_jump[segment])
+    one, other = segment[here], segment[here] + 1
+    lowest[here] = np.minimum(lowest[here], np.minimum(low[one], low[other]))
+    highest[here] = np.maximum(highest[here], np.maximum(high[one], high[other]))
