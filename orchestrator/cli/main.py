@@ -49,6 +49,7 @@ SUMMARIES = {
     "discover": "Compare, diagnose, add, compare again.",
     "ledger": "List every version of a model and its errors.",
     "models": "List the built-in models.",
+    "regress": "Test whether the behaviour of FMUs changed.",
     "run": "Run a system of FMUs and other components.",
     "sweep": "Run a system with many values, seeds or FMUs.",
     "validate": "Check FMUs, one line a finding.",

@@ -50,17 +50,17 @@ def comparison_report(comparison: Comparison) -> str:
             Section("Provenance", pairs=provenance(comparison.model, comparison.data)),
         ),
     )
-    return _render(page)
+    return render(page)
 
 
 def diagnosis_report(diagnosis: Diagnosis) -> str:
     """Return the page of a diagnosis: the verdict, the error that falls, and the evidence."""
-    return _render(_diagnosis_page(diagnosis, []))
+    return render(_diagnosis_page(diagnosis, []))
 
 
 def discovery_report(diagnosis: Diagnosis, entries: list[LedgerEntry]) -> str:
     """Return the page of a discovery: the diagnosis with the ledger of the versions it led to."""
-    return _render(_diagnosis_page(diagnosis, entries))
+    return render(_diagnosis_page(diagnosis, entries))
 
 
 def _diagnosis_page(diagnosis: Diagnosis, entries: list[LedgerEntry]) -> Page:
@@ -180,7 +180,8 @@ def _short(path: str) -> str:
     return Path(path).name or path
 
 
-def _render(page: Page) -> str:
+def render(page: Page) -> str:
+    """Return a page as one HTML file."""
     return _template().render(page=page)
 
 

@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from itertools import count
 from multiprocessing.connection import Connection
+from pkgutil import resolve_name
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,7 @@ from orchestrator.cosim.progress import Progress
 from orchestrator.cosim.results.column import Column
 
 
-class _Host:
+class Host:
     """The connection to the host, with the calls that a simulation makes back to it."""
 
     def __init__(self, connection: Connection, memory: SharedMemory) -> None:
@@ -60,13 +61,17 @@ class _Host:
 
 
 def main() -> None:
-    """Entry of the child: what it serves, the inherited connection and memory, and the host's process number."""
+    """Entry of the child: what it serves, the inherited connection and memory, and the host's process number.
+
+    What it serves is a simulation, a component, or `module:function`, which is called with the host.
+    """
     task, pipe, memory = sys.argv[1], int(sys.argv[2]), int(sys.argv[3])
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     connection = Connection(pipe)
     threading.Thread(target=_end_with, args=(int(sys.argv[4]),), daemon=True).start()
-    host = _Host(connection, SharedMemory(memory))
-    serve = {"simulation": _serve_simulation, "component": _serve_component}[task]
+    host = Host(connection, SharedMemory(memory))
+    ours = {"simulation": _serve_simulation, "component": _serve_component}
+    serve = ours[task] if task in ours else resolve_name(task)
     try:
         serve(host)
     except EOFError:
@@ -81,7 +86,7 @@ def _end_with(parent: int) -> None:
     os._exit(1)
 
 
-def _answer(host: _Host, call: Callable[[], Any], state: Callable[[], Any] = lambda: None) -> None:
+def _answer(host: Host, call: Callable[[], Any], state: Callable[[], Any] = lambda: None) -> None:
     try:
         answer = call()
     except MisfitError as error:
@@ -93,7 +98,7 @@ def _answer(host: _Host, call: Callable[[], Any], state: Callable[[], Any] = lam
         host.send("answer", answer, state())
 
 
-def _serve_simulation(host: _Host) -> None:
+def _serve_simulation(host: Host) -> None:
     from orchestrator.cosim.isolate.simulation import State
     from orchestrator.cosim.simulation import Simulation
 
@@ -117,7 +122,7 @@ def _serve_simulation(host: _Host) -> None:
         _answer(host, lambda: getattr(made[0], name)(*arguments), state)  # noqa: B023
 
 
-def _serve_component(host: _Host) -> None:
+def _serve_component(host: Host) -> None:
     from orchestrator.cosim.kinds import open_component
 
     spec, folder = host.receive()

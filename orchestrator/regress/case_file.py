@@ -1,0 +1,222 @@
+"""Cases read from TOML: `NAME.regress.toml` (or `regress.toml`), one case a file or several as [[case]]."""
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from fmus.errors import MisfitError
+from orchestrator.cosim.system import Value
+from orchestrator.cosim.wording import nearest
+from orchestrator.measurements.toml_values import TomlTable, number
+from orchestrator.measurements.wording import shown
+from orchestrator.regress.case import Case, Limits, Reference, Stimulus
+from orchestrator.regress.check_tables import read_signals, read_tolerance
+from orchestrator.regress.wholes import settings_of
+
+ENDING = ".regress.toml"
+_CASE = (
+    "model",
+    "run",
+    "parameters",
+    "inputs",
+    "reference",
+    "tolerance",
+    "signals",
+    "checks",
+    "limits",
+    "tags",
+    "description",
+)
+_RUN = ("start", "stop", "step", "master", "tolerance", "interface")
+_INTERFACES = ("CoSimulation", "ModelExchange")
+_LIMITS = ("seconds", "patience_s", "memory_gib", "retries")
+
+
+def is_case_file(path: Path) -> bool:
+    """Whether a file holds cases, going by its name.
+
+    Example:
+        >>> is_case_file(Path("models/ball.regress.toml")), is_case_file(Path("models/arm.toml"))
+        (True, False)
+    """
+    return path.name == "regress.toml" or path.name.endswith(ENDING)
+
+
+def read_cases(path: Path) -> list[Case]:
+    """Read the cases of a file.
+
+    Raises:
+        MisfitError: if it is no TOML or no case; names file, table, key, value and what was expected.
+    """
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise MisfitError(f"{path} cannot be read: {error.strerror}; expected a case file") from error
+    table = TomlTable.parse(path, content)
+    _known_keys(table, (*_CASE, "case"))
+    base = path.name.removesuffix(ENDING).removesuffix(".toml")
+    several = table.values.get("case")
+    if several is None:
+        return [_case(table, base, path)]
+    if not isinstance(several, list) or not several or not all(isinstance(each, dict) for each in several):
+        raise table.wrong("case", "tables [[case]], each with a name")
+    shared = {key: value for key, value in table.values.items() if key != "case"}
+    cases = []
+    for place, each in enumerate(several, 1):
+        one = TomlTable(f"{path} [[case]] {place}", _merged(shared, {k: v for k, v in each.items() if k != "name"}))
+        name = each.get("name")
+        if not isinstance(name, str) or not name or "/" in name:
+            raise MisfitError(f"{one.where}: name = {shown(name)}; expected a name for this case, without '/'")
+        cases.append(_case(one, f"{base}/{name}", path))
+    names = [case.name for case in cases]
+    twice = [name for name in names if names.count(name) > 1]
+    if twice:
+        raise MisfitError(f"{path}: two cases are called {twice[0]!r}; give each its own name")
+    return cases
+
+
+def _merged(shared: Mapping[str, Any], own: Mapping[str, Any]) -> dict[str, Any]:
+    """What all cases of a file have, with one case's own keys over it, table by table."""
+    found = dict(shared)
+    for key, value in own.items():
+        both = isinstance(value, dict) and isinstance(found.get(key), dict)
+        found[key] = _merged(found[key], value) if both else value
+    return found
+
+
+def _case(table: TomlTable, name: str, path: Path) -> Case:
+    _known_keys(table, _CASE)
+    model = _text(table, "model")
+    if not model:
+        raise MisfitError(
+            f'{table.where}: no model; expected an FMU, a system file or a built-in, such as model = "Ball.fmu"'
+        )
+    run = table.get_table("run")
+    _known_keys(run, _RUN)
+    interface = _text(run, "interface")
+    if interface and interface not in _INTERFACES:
+        raise run.wrong("interface", " or ".join(_INTERFACES))
+    tolerance = read_tolerance(table.get_table("tolerance"))
+    parameters = table.get_table("parameters")
+    return Case(
+        name=name,
+        file=path,
+        model=model,
+        interface=interface,
+        start=_number(run, "start"),
+        stop=_number(run, "stop"),
+        step=run.get_positive("step"),
+        master=_text(run, "master") or None,
+        solver_tolerance=run.get_positive("tolerance"),
+        parameters={key: _value(parameters, key) for key in parameters.values},
+        stimulus=_stimulus(table.get_table("inputs"), path.parent),
+        reference=_reference(table) or _default_reference(table, name, path),
+        signals=read_signals(table.get_table("signals"), tolerance),
+        tolerance=tolerance,
+        checks=settings_of(table.get_table("checks")),
+        limits=_limits(table.get_table("limits")),
+        tags=table.get_texts("tags") or (),
+    )
+
+
+def _stimulus(table: TomlTable, folder: Path) -> Stimulus:
+    """`file`, `hold` and `columns`, then one generator, or constant number, for each input."""
+    file = _text(table, "file")
+    signals: dict[str, Mapping[str, Any]] = {}
+    for key, value in table.values.items():
+        if key in ("file", "hold", "columns"):
+            continue
+        constant = number(value) if not isinstance(value, bool) else float(value)
+        if constant is not None:
+            signals[key] = {"kind": "constant", "value": constant}
+        elif isinstance(value, dict):
+            signals[key] = value
+        else:
+            raise table.wrong(key, 'a number or a generator such as { kind = "step", at = 1.0, to = 2.0 }')
+    columns = table.get_table("columns").texts()
+    return Stimulus(folder / file if file else None, table.get_flag("hold") is True, signals, columns)
+
+
+def _reference(table: TomlTable) -> Reference | None:
+    if isinstance(table.values.get("reference"), str):
+        return Reference("file", table.values["reference"])
+    given = table.get_table("reference")
+    if not given.values:
+        return None
+    _known_keys(given, ("file", "own", "model", "measurement", "columns", "trial", "floors", "points"))
+    kinds = [kind for kind in ("file", "own", "model", "measurement") if kind in given.values]
+    if len(kinds) != 1:
+        found = " and ".join(kinds) or "none of them"
+        raise MisfitError(f"{given.where}: {found}; expected one of file, own, model or measurement")
+    kind = kinds[0]
+    if kind == "own":
+        if given.get_flag("own") is not True:
+            raise given.wrong("own", "true, for the results that the FMU brings along")
+        return Reference("own", points=True)
+    trial = given.values.get("trial", 1)
+    if isinstance(trial, bool) or not isinstance(trial, int | str):
+        raise given.wrong("trial", "a trial's number from 1, or its name")
+    columns = given.get_table("columns").texts()
+    floors, points = given.get_positive("floors") or 5.0, given.get_flag("points") is True
+    return Reference(kind, _text(given, kind), columns, trial, floors, points)
+
+
+def default_reference(name: str) -> str:
+    """Where a case without a word on it has its reference, beside its file.
+
+    Example:
+        >>> default_reference("ball/drop")
+        'ball_drop_ref.csv'
+    """
+    return f"{name.replace('/', '_')}_ref.csv"
+
+
+def _default_reference(table: TomlTable, name: str, path: Path) -> Reference | None:
+    """The usual file, where it exists or where nothing else is asked for."""
+    source = default_reference(name)
+    asked = table.values.get("signals") or table.values.get("checks")
+    return None if asked and not (path.parent / source).is_file() else Reference("file", source)
+
+
+def _limits(table: TomlTable) -> Limits:
+    _known_keys(table, _LIMITS)
+    retries = table.values.get("retries", 0)
+    if isinstance(retries, bool) or not isinstance(retries, int) or not 0 <= retries <= 10:
+        raise table.wrong("retries", "a whole number from 0 to 10")
+    usual = Limits()
+    return Limits(
+        table.get_positive("seconds") or usual.seconds,
+        table.get_positive("patience_s") or usual.patience_s,
+        table.get_positive("memory_gib") or usual.memory_gib,
+        retries,
+    )
+
+
+def _value(table: TomlTable, key: str) -> Value:
+    value = table.values[key]
+    if not isinstance(value, dict):
+        return Value(value)
+    if set(value) - {"value", "unit"} or "value" not in value or not isinstance(value.get("unit", ""), str):
+        raise table.wrong(key, 'a value or { value = ..., unit = "..." }')
+    return Value(value["value"], value.get("unit", ""))
+
+
+def _number(table: TomlTable, key: str) -> float | None:
+    value = number(table.values[key]) if key in table.values else None
+    if value is None and key in table.values:
+        raise table.wrong(key, "a finite number")
+    return value
+
+
+def _text(table: TomlTable, key: str) -> str:
+    value = table.values.get(key, "")
+    if not isinstance(value, str):
+        raise table.wrong(key, "a string in quotation marks")
+    return value
+
+
+def _known_keys(table: TomlTable, known: Iterable[str]) -> None:
+    names = list(known)
+    for key in table.values:
+        if key not in names:
+            raise MisfitError(f"{table.where}: unknown key {shown(key)}; {nearest(key, names)}")

@@ -1,0 +1,132 @@
+"""What results are compared with, from wherever a case says."""
+
+import xml.etree.ElementTree as ET
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+from urllib.parse import unquote
+
+import numpy as np
+
+from fmus.errors import MisfitError
+from orchestrator.regress.case import Case, Reference
+from orchestrator.regress.comparison import Signal, Tolerance
+from orchestrator.regress.tables import Table, read_table
+
+if TYPE_CHECKING:
+    from fmus.reference_files import Replay
+
+KINDS = ("file", "own", "model", "measurement")
+
+
+@dataclass(frozen=True)
+class Expected:
+    """Reference signals by name; tolerances that the reference itself brings; where it is from, in words."""
+
+    signals: Mapping[str, Signal]
+    where: str
+    tolerances: Mapping[str, Tolerance] = field(default_factory=dict)
+
+
+def expected_of_table(table: Table, columns: Mapping[str, str], where: str) -> Expected:
+    """Signals of a table; a file says nothing about how to interpolate, so that is taken from the result later."""
+    names = columns or {name: name for name in table.columns}
+    found = {}
+    for name, column in names.items():
+        if column in table.columns:
+            found[name] = Signal(name, table.time, table.columns[column], table.units.get(column, ""))
+    return Expected(found, where)
+
+
+def expected_from_file(case: Case, reference: Reference) -> Expected:
+    """The reference in a file.
+
+    Raises:
+        MisfitError: if it cannot be read.
+    """
+    path = case.folder / reference.source
+    if not path.is_file():
+        raise MisfitError(
+            f"{path} does not exist; misfit regress --update writes it once the result is as it should be"
+        )
+    return expected_of_table(read_table(path), reference.columns, str(path))
+
+
+def expected_of_fmu(path: Path) -> Expected:
+    """The results that the manifest of an FMU names (fmi-ls-ref), or in the older way `Model_ref.csv` beside it.
+
+    Raises:
+        MisfitError: if there are none.
+    """
+    replay = replay_of(path)
+    if replay is not None:
+        results = replay.results
+        signals = {n: Signal(n, results.times, results.values[:, k]) for k, n in enumerate(results.names)}
+        limits = {n: Tolerance(absolute=limit, relative=0.0) for n, limit in replay.tolerances.items()}
+        return Expected(signals, f"{path} (its own results)", limits)
+    named = named_results(path)
+    if named is not None:
+        return expected_of_table(read_table(named), {}, f"{path}, {named.name}")
+    beside = path.with_name(f"{path.stem}_ref.csv")
+    if beside.is_file():
+        return expected_of_table(read_table(beside), {}, str(beside))
+    raise MisfitError(f"{path} brings no results: no manifest of fmi-ls-ref names any, and there is no {beside.name}")
+
+
+def replay_of(path: Path) -> "Replay | None":
+    """The experiment with results and tolerances that an FMU built by misfit brings along; None where there is none."""
+    from fmus.reference_files import read_replay
+    from orchestrator.cosim.fmu import read_description
+    from orchestrator.cosim.fmu.unpacked import unpacked
+
+    return read_replay(unpacked(read_description(path)))
+
+
+def named_results(path: Path) -> Path | None:
+    """The first result file that an FMU's manifest labels as such."""
+    from fmus.archive import check_xml
+    from fmus.reference_files import MANIFEST
+    from orchestrator.cosim.fmu import read_description
+    from orchestrator.cosim.fmu.unpacked import unpacked
+
+    folder = unpacked(read_description(path)).resolve()
+    manifest = folder / MANIFEST
+    if not manifest.is_file():
+        return None
+    check_xml(manifest.read_bytes(), MANIFEST)
+    for element in ET.fromstring(manifest.read_bytes()).iterfind("Related"):
+        source = (manifest.parent / unquote(str(element.get("source")))).resolve()
+        if element.get("role") == "result" and source.is_relative_to(folder) and source.suffix in (".csv", ".parquet"):
+            return source
+    return None
+
+
+def like(reference: Signal, result: Signal) -> Signal:
+    """The reference in the unit of the result and interpolated as it is, since files rarely say.
+
+    Raises:
+        MisfitError: if the dimensions of the units differ.
+    """
+    values, unit = reference.values, result.unit
+    if reference.unit and result.unit and reference.unit != result.unit:
+        from fmus.units import conversion
+
+        values = np.asarray(values, dtype=float) * conversion(reference.unit, result.unit)
+    return replace(reference, values=values, unit=unit, interpolation=result.interpolation, nominal=result.nominal)
+
+
+def at_points(result: Signal, reference: Signal) -> Signal:
+    """The samples of a result that are nearest to those of a coarse reference, each at the reference's time.
+
+    A result that ends early stays short, so that it is told.
+    """
+    if not len(result.time) or not len(reference.time):
+        return result
+    step = float(np.median(np.diff(result.time))) if len(result.time) > 1 else 0.0
+    inside = reference.time[reference.time <= result.time[-1] + 0.5 * step]
+    after = np.clip(np.searchsorted(result.time, inside), 1, max(len(result.time) - 1, 1))
+    before = after - 1
+    after = np.minimum(after, len(result.time) - 1)
+    nearer = np.where(inside - result.time[before] < result.time[after] - inside, before, after)
+    return replace(result, time=inside, values=result.values[nearer])

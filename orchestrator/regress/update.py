@@ -1,0 +1,114 @@
+"""New references from results, with a diff for people to review."""
+
+import io
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from fmus.errors import MisfitError
+from fmus.files import write_atomically
+from orchestrator.cosim.results.column import Column
+from orchestrator.regress.case import Case
+from orchestrator.regress.case_file import default_reference
+from orchestrator.regress.comparison import Signal, SignalVerdict
+from orchestrator.regress.outcome import Outcome
+
+
+def update_references(cases: Sequence[Case], outcomes: Sequence[Outcome]) -> tuple[list[Outcome], list[str]]:
+    """Write the results of cases that differ as their references: the outcomes after that, and what changed, line by line.
+
+    Only references that are files can be written; a case that failed for another reason than its reference stays failed. A
+    reference that a component's failure, or a NaN, would get into is left alone.
+    """
+    by_name = {(str(case.file), case.name): case for case in cases}
+    shared = Counter(_target(case) for case in cases if _target(case) is not None)
+    after, lines = [], []
+    for outcome in outcomes:
+        case = by_name.get((outcome.file, outcome.name))
+        if case is None or outcome.verdict == "passed" or not outcome.signals_kept:
+            after.append(outcome)
+            continue
+        target = _target(case)
+        why_not = _why_not(case, outcome, target, shared)
+        if why_not or target is None:
+            lines.append(f"not updated: {outcome.name}: {why_not}")
+            after.append(outcome)
+            continue
+        names = (case.reference.columns if case.reference else {}) or {}
+        write_table(target, outcome.signals_kept, names)
+        lines += [f"updated {outcome.name}: {target}", *(f"  {line}" for line in _changes(outcome))]
+        after.append(
+            replace(outcome, verdict="passed", reason="", problem="", signals=(), curves=(), notes=("updated",))
+        )
+    return after, lines
+
+
+def write_table(path: Path, signals: Mapping[str, Signal], names: Mapping[str, str]) -> None:
+    """Write signals over time as a whole file; `names` are columns by signal, where they differ.
+
+    Raises:
+        MisfitError: if the file cannot be written.
+    """
+    columns = [Column(names.get(name, name), signal.unit) for name, signal in signals.items()]
+    time = next(iter(signals.values())).time
+    values = np.column_stack([signal.values for signal in signals.values()])
+    try:
+        if path.suffix.lower() == ".csv":
+            write_atomically(path, _csv(columns, time, values))
+            return
+        from orchestrator.cosim.results.recorder import recorder_for
+
+        recorder = recorder_for(path)
+        recorder.begin(columns, {})
+        recorder.rows(time, values)
+        recorder.finish()
+    except OSError as error:
+        raise MisfitError(f"{path} cannot be written: {error.strerror}; choose another place") from error
+
+
+def _csv(columns: Sequence[Column], time: np.ndarray, values: np.ndarray) -> bytes:
+    """Numbers so that they read back as the same bits."""
+    text = io.StringIO()
+    names = ("time", *(column.name for column in columns))
+    text.write(",".join(f'"{name}"' if "," in name else name for name in names) + "\n")
+    for t, row in zip(time.tolist(), values.tolist(), strict=True):
+        text.write(",".join(repr(x) for x in (t, *row)) + "\n")
+    return text.getvalue().encode()
+
+
+def _target(case: Case) -> Path | None:
+    if case.reference is None:
+        return case.folder / default_reference(case.name)
+    return case.folder / case.reference.source if case.reference.kind == "file" else None
+
+
+def _why_not(case: Case, outcome: Outcome, target: Path | None, shared: Mapping[Path | None, int]) -> str:
+    assert outcome.signals_kept
+    if target is None:
+        assert case.reference is not None
+        return f"its reference is no file of its own, but {case.reference.kind} {case.reference.source}".rstrip()
+    if shared[target] > 1:
+        return f"{shared[target]} cases have the reference {target}; give each its own file"
+    broken = [name for name, signal in outcome.signals_kept.items() if not np.isfinite(signal.values).all()]
+    if broken:
+        return f"{', '.join(broken)} would put values that are no numbers into {target}"
+    rest = [each for each in outcome.wholes if not each.passed]
+    if rest and not [each for each in outcome.signals if not each.passed]:
+        return f"a reference does not mend {rest[0].check}: {rest[0].reason}"
+    return ""
+
+
+def _changes(outcome: Outcome) -> list[str]:
+    """What changed by how much, a line for each signal."""
+    verdicts: dict[str, list[SignalVerdict]] = {}
+    for verdict in outcome.signals:
+        verdicts.setdefault(verdict.name, []).append(verdict)
+    lines = [f"{name}: new" for name in outcome.signals_kept if name not in verdicts]
+    for name, several in verdicts.items():
+        worst = next((each for each in several if not each.passed), several[0])
+        gone = name not in outcome.signals_kept
+        lines.append(f"{name}: taken out" if gone else f"{name}: {'as before' if worst.passed else worst.reason}")
+    return lines
