@@ -3,12 +3,10 @@
 import numpy as np
 
 from orchestrator.regress.comparison.envelope import values_at, window_range
-from orchestrator.regress.comparison.jumps import sampled_jumps
+from orchestrator.regress.comparison.jumps import SHORT_STEP, sampled_jumps
 from orchestrator.regress.comparison.prepare import Pair
 from orchestrator.regress.comparison.signal import Signal
 
-# Share of a record's length up to which a step is short: the moment of a jump within it does not count.
-SHORT_STEP = 0.01
 # Interpolating between samples rounds by a few units in the last place.
 _ROUNDING = 8 * np.finfo(float).eps
 
@@ -28,7 +26,7 @@ def distances(pair: Pair, half_height: np.ndarray | float | None = None) -> tupl
         Distances, shape (n,), in the signal's unit; and which exceed the band, shape (n,).
     """
     limit = pair.band.limit if half_height is None else half_height
-    result, reference = pair.result, pair.reference
+    result, reference = pair.result, pair.around
     same_grid = pair.same_grid
     expected = (
         reference.values
@@ -52,14 +50,15 @@ def distances(pair: Pair, half_height: np.ndarray | float | None = None) -> tupl
 
 def window_distances(pair: Pair, which: np.ndarray) -> np.ndarray:
     """Return the exact distance of some result samples, shape (m,), from the reference within the time shift."""
-    result, reference, shift = pair.result, pair.reference, pair.band.half_width
+    result, reference, shift = pair.result, pair.around, pair.band.half_width
     time, values = result.time[which], result.values[which]
     low = high = reference.values
     if pair.band.local:
         local = pair.band.local * np.abs(reference.values)
         low, high = low - local, high + local
     lowest, highest = window_range(reference.time, low, high, time - shift, time + shift, reference.interpolation)
-    _widen_at_jumps(reference, time, low, high, lowest, highest)
+    if pair.excuses_jumps:
+        _widen_at_jumps(reference, time, low, high, lowest, highest)
     distance = np.maximum(values - highest, lowest - values)
     beyond = np.maximum(time - reference.time[-1], reference.time[0] - time)
     # No tolerance in value makes up for a moment that the reference does not reach.
@@ -69,20 +68,20 @@ def window_distances(pair: Pair, which: np.ndarray) -> np.ndarray:
 def _widen_at_jumps(
     reference: Signal, time: np.ndarray, low: np.ndarray, high: np.ndarray, lowest: np.ndarray, highest: np.ndarray
 ) -> None:
-    """Let the ranges at times between two reference samples hold both of them when the reference jumps in between.
+    """Let the ranges at times from one reference sample to the next hold both when the reference jumps in between.
 
-    Such a jump is known to happen between the two, and not when. Of a record with long steps that would excuse too
-    much, so there the time shift alone counts.
+    Such a jump is known to happen between the two, and not when; and one that falls on a sample may, by rounding,
+    show there or at the next. Of a record with long steps that would excuse too much: there the time shift alone counts.
     """
     jumps = sampled_jumps(reference)
     steps = reference.time[jumps + 1] - reference.time[jumps]
     jumps = jumps[steps <= SHORT_STEP * (reference.time[-1] - reference.time[0])]
     if not len(jumps):
         return
-    starts_jump = np.zeros(len(reference.time), dtype=bool)
-    starts_jump[jumps] = True
-    segment = np.maximum(np.searchsorted(reference.time, time, "right") - 1, 0)
-    here = np.flatnonzero(starts_jump[segment])
-    one, other = segment[here], segment[here] + 1
-    lowest[here] = np.minimum(lowest[here], np.minimum(low[one], low[other]))
-    highest[here] = np.maximum(highest[here], np.maximum(high[one], high[other]))
+    first = np.searchsorted(time, reference.time[jumps], "left")
+    length = np.searchsorted(time, reference.time[jumps + 1], "right") - first
+    begins = np.cumsum(length) - length
+    here = np.arange(length.sum()) + np.repeat(first - begins, length)
+    for end in (np.repeat(jumps, length), np.repeat(jumps + 1, length)):
+        np.minimum.at(lowest, here, low[end])
+        np.maximum.at(highest, here, high[end])

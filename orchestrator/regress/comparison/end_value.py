@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
+from orchestrator.regress.comparison.figures import numbers
 from orchestrator.regress.comparison.one_number import judge_number
 from orchestrator.regress.comparison.prepare import alone, prepare
 from orchestrator.regress.comparison.result import SignalVerdict
@@ -17,6 +18,9 @@ class EndValue:
     tolerance: Tolerance = Tolerance()
     value: float | None = None
     kind: ClassVar[str] = "end_value"
+
+    def __post_init__(self) -> None:
+        numbers(value=self.value)
 
     @property
     def needs_reference(self) -> bool:

@@ -9,6 +9,8 @@ RANGE_SHARE = 0.05
 # ... and this many times the median step; ordinary curves, sampled well, have no such steps.
 MEDIAN_STEPS = 20.0
 MEDIAN_SAMPLES = 4096
+# Share of a record's length up to which a step is short: the moment of a jump within it does not count.
+SHORT_STEP = 0.01
 
 
 def sampled_jumps(signal: Signal) -> np.ndarray:

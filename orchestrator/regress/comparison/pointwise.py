@@ -15,7 +15,8 @@ class Pointwise:
     """A result is near its reference at each of its own stamps; `relative` counts the local value, as in `isclose`.
 
     The tolerance at each moment is `absolute` + `relative` x |reference|; a time shift in it is refused, as it would
-    not count. At an event, any value between those before and after it is near.
+    not count. At a stamp that the reference has twice, any value between the two is near; a jump between two stamps
+    excuses nothing.
     """
 
     tolerance: Tolerance = Tolerance()
@@ -30,4 +31,6 @@ class Pointwise:
             return SignalVerdict(signal.name, False, reason, self.kind, signal.unit)
         tolerance = replace(given, relative=0.0, local=given.local + given.relative)
         pair = prepare(self.kind, signal, reference, tolerance)
-        return pair if isinstance(pair, SignalVerdict) else judge_pair(pair, self.kind)
+        if isinstance(pair, SignalVerdict):
+            return pair
+        return judge_pair(replace(pair, excuses_jumps=False), self.kind)

@@ -15,18 +15,23 @@ _NO_SAMPLE = "the result has no sample in the compared window; record more often
 
 @dataclass(frozen=True, eq=False)
 class Pair:
-    """A result and its reference over the compared window, without defects, and the band around the reference."""
+    """A result and its reference over the compared window, without defects, and the band around the reference.
+
+    `reference` ends where the window ends; `around` holds what the time shift reaches beyond it, too.
+    `excuses_jumps` lets a sample next to a jump between two reference samples lie anywhere between them.
+    """
 
     result: Signal
     reference: Signal
+    around: Signal
     band: Band
+    excuses_jumps: bool = True
 
     @property
     def same_grid(self) -> bool:
         """Whether both have the same stamps, so that samples can be compared one by one."""
-        return self.result.time.shape == self.reference.time.shape and np.array_equal(
-            self.result.time, self.reference.time
-        )
+        one, other = self.result.time, self.around.time
+        return one.shape == other.shape and np.array_equal(one, other)
 
 
 def prepare(check: str, signal: Signal, reference: Signal | None, tolerance: Tolerance) -> Pair | SignalVerdict:
@@ -37,13 +42,24 @@ def prepare(check: str, signal: Signal, reference: Signal | None, tolerance: Tol
     result = cut(signal, tolerance)
     if not len(result.time):
         return SignalVerdict(signal.name, False, _NO_SAMPLE, check, signal.unit)
-    expected = cut(reference, tolerance, keep_edges=True)
-    expected = replace(
-        expected,
+    known = replace(
+        reference,
         unit=reference.unit or signal.unit,
         nominal=reference.nominal if reference.nominal is not None else signal.nominal,
     )
-    return Pair(result, expected, band(tolerance, expected))
+    expected = cut(known, tolerance, keep_edges=True)
+    return Pair(result, expected, _around(known, tolerance), band(tolerance, expected))
+
+
+def _around(reference: Signal, tolerance: Tolerance) -> Signal:
+    """The reference over the window and as far beyond it as the time shift reaches."""
+    start, end, shift = tolerance.from_s, tolerance.until_s, tolerance.time_shift_s
+    wider = replace(
+        tolerance,
+        from_s=None if start is None else max(start - shift, float(reference.time[0])),
+        until_s=None if end is None else min(end + shift, float(reference.time[-1])),
+    )
+    return cut(reference, wider, keep_edges=True)
 
 
 def alone(check: str, signal: Signal, tolerance: Tolerance) -> Signal | SignalVerdict:

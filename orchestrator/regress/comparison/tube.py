@@ -162,9 +162,13 @@ def _unseen(pair: Pair, verdict: SignalVerdict, unseen: np.ndarray, amounts: np.
         f"{quantity(near, unit)}; {len(unseen)} reference samples are missed: record more often, or at events; "
         f"would pass with absolute = {needed:g}"
     )
+    jumps = align(pair)
+    left = amplitude_error(pair, jumps) if jumps.shift_s else None
     return replace(
         verdict,
-        reason=reason,
+        reason=reason + _jumps_text(jumps, left, unit),
+        event_shift_s=jumps.shift_s,
+        amplitude_error=verdict.amplitude_error if left is None else left,
         worst_time=when,
         worst_value=near,
         reference_value=value,
