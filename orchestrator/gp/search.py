@@ -28,11 +28,19 @@ class Found:
     evaluations: int
 
 
-def minimise(objective: Objective, begin: Array, low: Array, high: Array, curvature: Array | None = None) -> Found:
+def minimise(
+    objective: Objective,
+    begin: Array,
+    low: Array,
+    high: Array,
+    curvature: Array | None = None,
+    promise: float = _PROMISE,
+) -> Found:
     """Search from `begin` within bounds (k,); the objective gives value and gradient, NaN where it has none.
 
     Each step solves a quadratic program with bounds (CasADi, qrqp) whose matrix learns from the gradients (BFGS, damped as
-    Powell 1978); a step that does not gain enough is cut. `curvature` is the matrix to begin with, where one is known.
+    Powell 1978); a step that does not gain enough is cut. `curvature` is the matrix to begin with, where one is known. It ends where a
+    step would gain less than `promise`.
     """
     here = _Point(begin, *objective(begin))
     if not np.isfinite(here.value) or not np.any(high > low):
@@ -43,8 +51,7 @@ def minimise(objective: Objective, begin: Array, low: Array, high: Array, curvat
     fresh, evaluations = curvature is None, 1
     for _ in range(_MOST_ITERATIONS):
         step = _step(program, matrix, here, low, high)
-        promise = -float(here.slope @ step + 0.5 * step @ matrix @ step)
-        if not promise > _PROMISE:
+        if not -float(here.slope @ step + 0.5 * step @ matrix @ step) > promise:
             break
         there, count = _cut(objective, here, step, low, high)
         evaluations += count

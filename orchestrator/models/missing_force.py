@@ -1,0 +1,206 @@
+"""The force that a model lacks along measured trials, with how well the measurement shows it.
+
+The force on each correction input (see `correction`) is an unknown smooth function of time, a Gaussian process of the Matern 3/2
+kind; it joins the model's states, and a Kalman smoother finds both from noisy measurements. What the force can be like, its size
+and how fast it changes, is what makes the measurements most probable. No second difference of an encoder is ever formed.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import expm
+
+from fmus.errors import MisfitError
+from orchestrator.gp.search import minimise
+from orchestrator.models.correction import PREFIX
+from orchestrator.models.kalman import LinearSystem, States, filtered, smoothed
+from orchestrator.models.linearised import Along, Equations
+from orchestrator.models.smoothing import SmoothedTrial
+from orchestrator.models.symbolic import SymbolicModel
+
+# Size and duration are learned from so many samples of so many trials; more hardly change them.
+SAMPLES, TRIALS = 400, 2
+# A model that is linear in its states is right after one pass; the others converge as Newton's method does.
+PASSES = 2
+# Their logarithms are changed by so much to see a slope, until a step would gain less than this in log likelihood.
+CHANGE, ENOUGH = 1e-3, 0.01
+# Size and duration lie within these factors of the first guess.
+REACH = np.log(1e4)
+
+
+@dataclass(frozen=True, eq=False)
+class Force:
+    """The missing force on each output along a trial: `mean` and `std` (n, k) in `units`, at `time` (n,) s.
+
+    Errors of neighbours are alike over about `duration` (k,) s, in which the force changes; so many samples are one datum. `size` (k,)
+    is how large it is, in its unit. `states` (n, nx) and `states_std` are the model's states in the order of its system.
+    """
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    time: np.ndarray
+    mean: np.ndarray
+    std: np.ndarray
+    size: np.ndarray
+    duration: np.ndarray
+    states: np.ndarray
+    states_std: np.ndarray
+
+
+def missing_forces(model: SymbolicModel, trials: Sequence[SmoothedTrial]) -> tuple[Force, ...]:
+    """The force that makes the model follow each trial, with its standard deviation; size and duration are those of all trials.
+
+    The deviation holds what noise of outputs and measured inputs leaves open, not errors of a model's parameters: these are
+    part of what is missing. Next to a jump of the force it is too small, since the force is taken to be smooth.
+
+    Raises:
+        MisfitError: if the model has no correction inputs for its signals, or its equations do not show what they act on.
+    """
+    followers = [_Follower(model, trial) for trial in trials]
+    character = _character(followers)
+    return tuple(each.force(character) for each in followers)
+
+
+class _Follower:
+    """A trial and the model linearised along it."""
+
+    def __init__(self, model: SymbolicModel, trial: SmoothedTrial) -> None:
+        self.model, self.trial = model, trial
+        names = [v.name for v in model.system.inputs]
+        missing = [name for name in model.signals if PREFIX + name not in names]
+        if missing or model.residual is None or model.system.n_delays:
+            raise MisfitError(
+                f"{model.name} does not show which force it lacks on {', '.join(missing or model.signals)}; expected a model with an "
+                f"input {PREFIX}{(missing or model.signals)[0]}, equations in closed form and no delays"
+            )
+        self._places = [names.index(PREFIX + name) for name in model.signals]
+        self._count = len(model.system.states)
+        self._equations = Equations(model)
+        self._substeps = model.substeps(model.record(trial), model.compiled.parameters, trial.noise)
+        self._linear = self._linearised(self._path(), np.zeros((len(trial.time), len(model.signals))))
+        self.first_guess = self._first_guess()
+
+    def log_likelihood(self, character: np.ndarray, samples: int) -> float:
+        """Of the first samples, for logarithms of sizes and durations (2 k,)."""
+        system = self._system(self._linear, character, samples)
+        return filtered(system, self.trial.measured[:samples]).log_likelihood
+
+    def force(self, character: np.ndarray) -> Force:
+        """The smoothed force, linearised again along what was found."""
+        linear, k = self._linear, len(self._places)
+        for _ in range(PASSES):
+            found = smoothed(self._system(linear, character, len(self.trial.time)), self.trial.measured)
+            linear = self._linearised(found.means[:, : self._count], found.means[:, self._count : self._count + k])
+        return self._shown(found, character)
+
+    def _shown(self, found: States, character: np.ndarray) -> Force:
+        nx, k = self._count, len(self._places)
+        deviations = np.sqrt(np.maximum(np.diagonal(found.covariances, axis1=1, axis2=2), 0.0))
+        inputs = self.model.system.inputs
+        return Force(
+            self.model.signals,
+            tuple(inputs[place].unit for place in self._places),
+            self.trial.time,
+            found.means[:, nx : nx + k],
+            deviations[:, nx : nx + k],
+            np.exp(character[:k]),
+            np.exp(character[k:]),
+            found.means[:, :nx],
+            deviations[:, :nx],
+        )
+
+    def _path(self) -> np.ndarray:
+        """States (n, nx) as the smoothed measurements show them; those that nothing shows are simulated along them."""
+        model, trial = self.model, self.trial
+        assert model.residual is not None
+        names = [v.name for v in model.system.states]
+        hidden = [v.name for v in model.residual.system.states]
+        parameters = model.compiled.parameters
+        path = np.empty((len(trial.time), len(names)))
+        for signal, position in model.residual.positions.items():
+            j = model.signals.index(signal)
+            scale, offset = (float(part(parameters)) for part in (position.scale, position.offset))
+            path[:, names.index(position.state)] = (trial.values[:, j] - offset) / scale
+            if position.speed is not None:
+                path[:, names.index(position.speed)] = trial.speeds[:, j] / scale
+        if hidden:
+            places = [names.index(name) for name in hidden]
+            start = model.record(trial).start[places]
+            path[:, places] = model.hidden.run(trial.time, model.residual_inputs(trial), parameters, start).outputs
+        return path
+
+    def _first_guess(self) -> np.ndarray:
+        """Logarithms of sizes, from second differences, and of durations, from the band of the signals."""
+        model, trial = self.model, self.trial
+        names = [v.name for v in model.system.states]
+        assert model.residual is not None
+        hidden = [names.index(v.name) for v in model.residual.system.states]
+        compiled = model.compiled_residual
+        start = model.record(trial).start[hidden]
+        crude = compiled.run(trial.time, model.residual_inputs(trial), compiled.parameters, start).outputs
+        size = np.maximum(trial.smoother.thin(crude).std(axis=0), 1e-9)
+        return np.log(np.concatenate([size, np.full(len(size), 0.5 / trial.smoother.cutoff_hz)]))
+
+    def _linearised(self, states: np.ndarray, forces: np.ndarray) -> Along:
+        inputs = self.trial.quiet_inputs.copy()
+        inputs[:, self._places] = forces
+        return self._equations.along(self.trial.time, states, inputs, self._places, self._substeps)
+
+    def _system(self, linear: Along, character: np.ndarray, samples: int) -> LinearSystem:
+        """The model and its force as one system: states, then the force and its rate."""
+        nx, k, n = self._count, len(self._places), min(samples, len(self.trial.time))
+        size, rate = np.exp(character[:k]), np.sqrt(3.0) / np.exp(character[k:])
+        m, steps = nx + 2 * k, np.diff(self.trial.time)[: n - 1]
+        force, speed = np.arange(nx, nx + k), np.arange(nx + k, m)
+        flow = np.zeros((n - 1, m, m))
+        flow[:, :nx, : nx + k] = linear.flow[: n - 1]
+        flow[:, force, speed], flow[:, speed, force], flow[:, speed, speed] = 1.0, -(rate**2), -2.0 * rate
+        step = expm(flow * steps[:, None, None])
+        lasting = np.diag(np.concatenate([np.zeros(nx), size**2, (rate * size) ** 2]))
+        # What a stationary process forgets in a step is what is new in it.
+        disturbance = lasting - step @ lasting @ np.transpose(step, (0, 2, 1))
+        disturbance[:, :nx, :], disturbance[:, :, :nx] = 0.0, 0.0
+        disturbance[:, :nx, :nx] = self._shaken(linear, steps)
+        covariance = lasting + np.diag(np.concatenate([linear.start_std**2, np.zeros(2 * k)]))
+        reference = np.zeros((n, m))
+        reference[:, : nx + k] = linear.reference[:n]
+        reached = np.zeros((n - 1, m))
+        reached[:, :nx] = linear.reached[: n - 1]
+        reached[:, nx:] = (step[:, nx:, nx:] @ reference[:-1, nx:, None])[:, :, 0]
+        show = np.zeros((n, len(self.model.signals), m))
+        show[:, :, : nx + k] = linear.show[:n]
+        return LinearSystem(
+            step,
+            reached - (step @ reference[:-1, :, None])[:, :, 0],
+            disturbance,
+            show,
+            linear.shown[:n] - (show @ reference[:, :, None])[:, :, 0],
+            self.trial.noise**2,
+            np.concatenate([self.model.record(self.trial).start, np.zeros(2 * k)]),
+            covariance,
+        )
+
+    def _shaken(self, linear: Along, steps: np.ndarray) -> np.ndarray:
+        """Covariance of the states that noise of measured inputs makes in a step, and rounding."""
+        shaken = np.tile(1e-18 * np.eye(self._count), (len(steps), 1, 1))
+        if self.trial.input_noise is not None:
+            push = linear.push[: len(steps)] * self.trial.input_noise * steps[:, None, None]
+            shaken += push @ np.transpose(push, (0, 2, 1))
+        return shaken
+
+
+def _character(followers: Sequence[_Follower]) -> np.ndarray:
+    """Logarithms of sizes and durations (2 k,) that make the first samples of the trials most probable."""
+    chosen = followers[:TRIALS]
+    guess = np.median([each.first_guess for each in chosen], axis=0)
+
+    def value(character: np.ndarray) -> float:
+        return -sum(each.log_likelihood(character, SAMPLES) for each in chosen)
+
+    def objective(character: np.ndarray) -> tuple[float, np.ndarray]:
+        here = value(character)
+        moved = character + CHANGE * np.eye(len(character))
+        return here, np.array([(value(each) - here) / CHANGE for each in moved])
+
+    return minimise(objective, guess, guess - REACH, guess + REACH / 2, promise=ENOUGH).point
