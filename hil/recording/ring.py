@@ -1,22 +1,22 @@
 """Shared memory between the loop, which must never wait, and the recorder, which waits for the disk.
 
 One writer, one reader, no locks: the writer counts what it has written after writing it, the reader what it has taken
-after taking it. On x86 and ARM an aligned store of eight bytes is seen whole.
+after taking it. On x86 and ARM an aligned store of eight bytes is seen whole. `Struct.pack_into` is none, it writes zeros
+first; an element of a memoryview in the machine's own byte order is.
 """
 
 import mmap
 import os
 import tempfile
 from pathlib import Path
-from struct import Struct
 
 from fmus.errors import ComponentError
 from hil.recording.records import RECORD
 
 # Two minutes of a session at 1 kHz with eight frames a cycle.
 CAPACITY = 1 << 20
-_COUNT = Struct("<Q")
-_HEADER, _WRITTEN, _TAKEN, _CLOSED = 64, 0, 8, 16
+# Bytes before the records; places of eight-byte numbers in them.
+_HEADER, _WRITTEN, _TAKEN, _CLOSED = 64, 0, 1, 2
 
 
 class Ring:
@@ -26,7 +26,8 @@ class Ring:
         self.path, self.capacity = path, capacity
         with path.open("r+b") as file:
             self._memory = mmap.mmap(file.fileno(), _HEADER + capacity * RECORD.size)
-        self._written = self._get(_WRITTEN)
+        self._counts = memoryview(self._memory)[:_HEADER].cast("Q")
+        self._written = self._counts[_WRITTEN]
         self.overflowed = False
 
     @staticmethod
@@ -41,40 +42,38 @@ class Ring:
 
     def put(self, record: bytes) -> None:
         """Add a record; if the reader is too slow it is lost, and `overflowed` says so from then on."""
-        if self._written - self._get(_TAKEN) >= self.capacity:
+        if self._written - self._counts[_TAKEN] >= self.capacity:
             self.overflowed = True
             return
         at = _HEADER + self._written % self.capacity * RECORD.size
         self._memory[at : at + RECORD.size] = record
         self._written += 1
-        _COUNT.pack_into(self._memory, _WRITTEN, self._written)
+        self._counts[_WRITTEN] = self._written
 
     def take(self) -> bytes:
         """All records that wait, one after the other."""
-        taken, written = self._get(_TAKEN), self._get(_WRITTEN)
-        if written - taken > self.capacity:
+        taken, written = self._counts[_TAKEN], self._counts[_WRITTEN]
+        if not 0 <= written - taken <= self.capacity:
             raise ComponentError(f"{self.path}: the ring of records is damaged ({written} written, {taken} taken)")
         first, count = taken % self.capacity, written - taken
         until_end = min(count, self.capacity - first)
         at = _HEADER + first * RECORD.size
         data = self._memory[at : at + until_end * RECORD.size]
         data += self._memory[_HEADER : _HEADER + (count - until_end) * RECORD.size]
-        _COUNT.pack_into(self._memory, _TAKEN, written)
+        self._counts[_TAKEN] = written
         return data
 
     def close(self) -> None:
         """Say that nothing more will come."""
-        _COUNT.pack_into(self._memory, _CLOSED, 1)
+        self._counts[_CLOSED] = 1
 
     @property
     def is_closed(self) -> bool:
         """Whether the writer is done."""
-        return self._get(_CLOSED) == 1
+        return self._counts[_CLOSED] == 1
 
     def remove(self) -> None:
         """Give the memory back."""
+        self._counts.release()
         self._memory.close()
         self.path.unlink(missing_ok=True)
-
-    def _get(self, at: int) -> int:
-        return int(_COUNT.unpack_from(self._memory, at)[0])

@@ -4,11 +4,11 @@ import mmap
 import os
 import tempfile
 from pathlib import Path
-from struct import Struct
 
-_NUMBER = Struct("<q")
 _SIZE = 64
-_BEAT, _TRIPPED, _DONE = 0, 8, 16
+# Places of eight-byte numbers. Elements of a memoryview are stored at once; `Struct.pack_into` writes zeros first, which
+# the watchdog would take for a loop that has not begun.
+_BEAT, _TRIPPED, _DONE = 0, 1, 2
 
 
 class Heart:
@@ -18,6 +18,7 @@ class Heart:
         self.path = path
         with path.open("r+b") as file:
             self._memory = mmap.mmap(file.fileno(), _SIZE)
+        self._numbers = memoryview(self._memory).cast("q")
 
     @staticmethod
     def create() -> "Heart":
@@ -30,32 +31,33 @@ class Heart:
 
     def beat(self, time_ns: int) -> None:
         """Say that the loop is alive."""
-        _NUMBER.pack_into(self._memory, _BEAT, time_ns)
+        self._numbers[_BEAT] = time_ns
 
     @property
     def last_ns(self) -> int:
         """The last beat."""
-        return int(_NUMBER.unpack_from(self._memory, _BEAT)[0])
+        return self._numbers[_BEAT]
 
     def trip(self, time_ns: int) -> None:
         """Say that the watchdog has let the arm go."""
-        _NUMBER.pack_into(self._memory, _TRIPPED, time_ns)
+        self._numbers[_TRIPPED] = time_ns
 
     @property
     def tripped_ns(self) -> int:
         """When the watchdog let the arm go; 0 if it did not."""
-        return int(_NUMBER.unpack_from(self._memory, _TRIPPED)[0])
+        return self._numbers[_TRIPPED]
 
     def finish(self) -> None:
         """Say that the session has ended in good order."""
-        _NUMBER.pack_into(self._memory, _DONE, 1)
+        self._numbers[_DONE] = 1
 
     @property
     def is_finished(self) -> bool:
         """Whether it has."""
-        return int(_NUMBER.unpack_from(self._memory, _DONE)[0]) == 1
+        return self._numbers[_DONE] == 1
 
     def remove(self) -> None:
         """Give the memory back."""
+        self._numbers.release()
         self._memory.close()
         self.path.unlink(missing_ok=True)
