@@ -3,7 +3,6 @@
 import contextlib
 import sys
 import tempfile
-import threading
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
@@ -11,10 +10,12 @@ from typing import TYPE_CHECKING, Literal
 import click
 
 from fmus.errors import MisfitError
+from hil.trials.cli import record
 from orchestrator.cli.common import show, write_json
 
 if TYPE_CHECKING:
     from hil.session.settings import Settings
+    from hil.virtual.body import Body
 
 
 @click.group()
@@ -52,9 +53,9 @@ def hold(
 
     out = folder or Path(tempfile.mkdtemp(prefix="session-", dir=_made(Path("recordings"))))
     with contextlib.ExitStack() as stack:
-        settings = _settings(virtual, bench, rate_hz, stack)
-        at_home, may_arm = (_yes, _yes) if virtual else (ask_home, ask_arm)
-        operator = Operator(at_home, may_arm, threading.Event())
+        settings = robot_of(virtual, bench, rate_hz, stack)
+        at_home, may_arm = (yes, yes) if virtual else (ask_home, ask_arm)
+        operator = Operator(at_home, may_arm)
         document = run_session(settings, seconds, operator, out, dry_run=dry_run)
     write_json(json_file, document)
     if json_file != "-":
@@ -87,7 +88,7 @@ def check(virtual: bool, bench: Path | None, rate_hz: float, json_file: str | No
     from hil.session.check import check as look
 
     with contextlib.ExitStack() as stack:
-        settings = _settings(virtual, bench, rate_hz, stack)
+        settings = robot_of(virtual, bench, rate_hz, stack)
         wire = open_wire(settings.bus, TORQUE_IDENTIFIERS)
         stack.callback(wire.close)
         findings = []
@@ -122,15 +123,34 @@ def replay(folder: Path, json_file: str | None, quiet: bool) -> None:
 @click.option("--port", type=click.IntRange(0, 65535), default=29536, show_default=True, help="TCP port on 127.0.0.1.")
 @click.option("--side", type=click.Choice(["left", "right"]), default="right", show_default=True)
 @click.option("--pendant", type=click.Choice(["idle", "active"]), default="active", show_default=True)
-def robot(port: int, side: Literal["left", "right"], pendant: str) -> None:
+@click.option("--body", metavar="MODEL", help="Strap an arm to it: `arm`, or FILE.mo:Class with the same ports.")
+@click.option("--set", "values", metavar="NAME=NUMBER", multiple=True, help="A parameter of that arm.")
+def robot(port: int, side: Literal["left", "right"], pendant: str, body: str | None, values: tuple[str, ...]) -> None:
     """Run a virtual robot that any CAN tool can talk to (python-can: interface socketcand)."""
     from hil.virtual.__main__ import serve
+    from hil.virtual.body import Body, parse_values
 
     click.echo(f"virtual Proficio ({side}) at 127.0.0.1, port (Ctrl-C ends it):", err=True)
-    serve(port, side, pendant == "active")
+    serve(port, side, pendant == "active", Body(body, parse_values(values)) if body is not None else None)
 
 
-def _settings(virtual: bool, bench: Path | None, rate_hz: float, stack: contextlib.ExitStack) -> "Settings":
+hil.add_command(record)
+
+
+@hil.command()
+@click.argument("words", nargs=-1, required=True, metavar="WORDS")
+@click.option("--port", type=click.IntRange(1, 65535), default=29536, show_default=True, help="Where it listens.")
+def tell(words: tuple[str, ...], port: int) -> None:
+    """Tell a virtual robot what happens to it: `lose 3`, `late`, `freeze`, `silence 2`, `press estop`, `hold`, `heal` ..."""
+    from hil.virtual.remote import Remote
+
+    with Remote(port) as remote:
+        remote.tell(" ".join(words))
+
+
+def robot_of(
+    virtual: bool, bench: Path | None, rate_hz: float, stack: contextlib.ExitStack, body: "Body | None" = None
+) -> "Settings":
     """Settings of the robot that the options mean; a virtual one lives as long as the stack."""
     from dataclasses import replace
 
@@ -142,7 +162,7 @@ def _settings(virtual: bool, bench: Path | None, rate_hz: float, stack: contextl
     if bench is not None:
         return read_settings(bench, rate_hz)
     settings = replace(default_settings(rate_hz=rate_hz), gravity=False)
-    return replace(settings, bus=stack.enter_context(virtual_robot(settings.side)))
+    return replace(settings, bus=stack.enter_context(virtual_robot(settings.side, body)))
 
 
 def _made(folder: Path) -> Path:
@@ -150,7 +170,7 @@ def _made(folder: Path) -> Path:
     return folder
 
 
-def _yes(robot: object = None) -> bool:
+def yes(robot: object = None) -> bool:
     """Nobody needs to be asked about a robot that is not there."""
     return True
 

@@ -30,6 +30,7 @@ class Flag(IntEnum):
     RECORDING = 4
     END = 8
     WATCHED = 16
+    CONFIRM = 32
 
 
 class Record(NamedTuple):

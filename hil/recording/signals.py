@@ -13,7 +13,10 @@ from fmus.files import write_atomically
 from hil.recording.records import Kind
 from hil.recording.replay import RecordedCycle, read_records, replay
 from hil.robots import proficio
+from hil.session.controllers import Showing
 from hil.session.pilot import Decision, Pilot
+from hil.trials.controller import Trials
+from hil.trials.files import TrialFiles
 from orchestrator.cosim.results import Column, recorder_for
 
 SIGNALS, FRAMES_BLF, CASE = "signals.parquet", "frames.blf", "case.toml"
@@ -40,21 +43,32 @@ _LEARNING = 2 / 3
 def write_signals(folder: Path, pilot: Pilot, provenance: dict[str, Any]) -> None:
     """Write `signals.parquet` and the `case.toml` that makes the folder a measurement set.
 
+    A session of trials becomes one of its trials, a file each; any other one is a single record.
+
     Args:
         pilot: set up as that of the session.
     """
+    shown = pilot.controller.signals if isinstance(pilot.controller, Showing) else ()
+    columns = (*COLUMNS, *(Column(signal.name, signal.unit, description=signal.description) for signal in shown))
     recorder = recorder_for(folder / SIGNALS)
-    recorder.begin(COLUMNS, provenance)
+    recorder.begin(columns, provenance)
+    trials = (
+        TrialFiles(folder, columns, pilot.controller.course.protocol) if isinstance(pilot.controller, Trials) else None
+    )
     cycles = replay(folder, pilot)
     began: int | None = None
     last = 0.0
     while block := list(islice(cycles, _BLOCK)):
         began = block[0][1].given.start_ns if began is None else began
         times = np.array([(cycle.given.start_ns - began) * 1e-9 for _, cycle, _ in block])
-        recorder.rows(times, np.array([_row(cycle, decision) for _, cycle, decision in block]))
+        rows = np.array([_row(cycle, decision) for _, cycle, decision in block])
+        recorder.rows(times, rows)
+        if trials is not None:
+            trials.rows(times, rows)
         last = float(times[-1])
     recorder.finish()
-    write_atomically(folder / CASE, _case(last).encode())
+    case = trials.finish() if trials is not None else ""
+    write_atomically(folder / CASE, (case or _case(last)).encode())
 
 
 def write_blf(folder: Path) -> None:
@@ -81,7 +95,8 @@ def _row(cycle: RecordedCycle, decision: Decision) -> list[float]:
     torques = outcome.torques if outcome.torques is not None else (0.0,) * proficio.JOINTS
     force = observed.force.tolist()
     asked = np.asarray(decision.asked, dtype=float).ravel().tolist()
-    return [*observed.angles.tolist(), *observed.speeds.tolist(), *torques, *asked, *force, float(outcome.reaction)]
+    motion = (*observed.angles.tolist(), *observed.speeds.tolist())
+    return [*motion, *torques, *asked, *force, float(outcome.reaction), *decision.shown]
 
 
 def _case(seconds: float) -> str:

@@ -1,18 +1,26 @@
 """What asks for torques: each gets where the arm is and says what it would like; the safety core decides."""
 
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
+_NOTHING = np.zeros(3)
+
 
 class Observed(NamedTuple):
-    """What a controller sees: time since arming in s (negative before), joint angles rad, speeds rad/s, wrist force N."""
+    """What a controller sees: time since arming in s (negative before), joint angles rad, speeds rad/s, wrist force N.
+
+    `sent` N.m is what the core let pass in the last cycle, without the part that holds the weight; `confirm` whether the
+    operator has just confirmed.
+    """
 
     seconds: float
     angles: np.ndarray
     speeds: np.ndarray
     force: np.ndarray
+    sent: np.ndarray = _NOTHING
+    confirm: bool = False
 
 
 class Controller(Protocol):
@@ -44,3 +52,29 @@ class Passive:
     def torque(self, observed: Observed) -> np.ndarray:
         """No torque."""
         return np.zeros_like(observed.angles)
+
+
+class Shown(NamedTuple):
+    """A signal that a controller shows beside its torque."""
+
+    name: str
+    unit: str
+    description: str
+
+
+@runtime_checkable
+class Showing(Protocol):
+    """A controller that shows what it knows: `signals` are what, `shown` their values in the last cycle."""
+
+    signals: tuple[Shown, ...]
+    shown: tuple[float, ...]
+
+
+@runtime_checkable
+class Ending(Protocol):
+    """A controller that knows when it is done."""
+
+    @property
+    def is_done(self) -> bool:
+        """Whether the session may end."""
+        ...

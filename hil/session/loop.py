@@ -30,6 +30,7 @@ class Wishes(NamedTuple):
     arm: bool = False
     abort: bool = False
     over: bool = False
+    confirm: bool = False
 
 
 @dataclass
@@ -117,7 +118,8 @@ class Loop:
         frames += self._answers(start_ns)
         recording = self.recorder is None or self.recorder.is_alive
         watched = self.heart is None or not self.heart.tripped_ns
-        given = CycleInput(start_ns, frames, self._computing_ns, wish.arm, wish.abort, recording, wish.over, watched)
+        wishes = (wish.arm, wish.abort, recording, wish.over, watched, wish.confirm)
+        given = CycleInput(start_ns, frames, self._computing_ns, *wishes)
         if self.recorder is not None:
             self.recorder.cycle(given)
         began = time.perf_counter_ns()

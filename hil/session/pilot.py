@@ -19,7 +19,7 @@ from hil.safety.core import begin, step
 from hil.safety.cycle import Module, Outcome, Reaction, Seen, State, Trip
 from hil.safety.limits import Limits
 from hil.safety.motion import follow
-from hil.session.controllers import Controller, Observed
+from hil.session.controllers import Controller, Observed, Showing
 from hil.session.start_up import Robot
 
 # The safety module is asked for its mode and its pendant in turn, every so many cycles; it is lost after so long.
@@ -49,15 +49,17 @@ class CycleInput(NamedTuple):
     recording: bool = True
     end: bool = False
     watched: bool = True
+    confirm: bool = False
 
 
 class Decision(NamedTuple):
-    """What a cycle sends, and what was known when that was decided."""
+    """What a cycle sends, and what was known when that was decided; `shown` are the controller's own signals."""
 
     frames: list[Frame]
     outcome: Outcome
     observed: Observed
     asked: np.ndarray
+    shown: tuple[float, ...] = ()
 
 
 class Pilot:
@@ -110,7 +112,8 @@ class Pilot:
         angles = np.array(motion.positions)
         armed = self.state.armed_ns
         seconds = -1.0 if armed is None else (given.start_ns - armed) * 1e-9
-        observed = Observed(seconds, angles, np.array(motion.speeds), self._force.copy())
+        sent = np.array(self.state.active)
+        observed = Observed(seconds, angles, np.array(motion.speeds), self._force.copy(), sent, given.confirm)
         asked = self._ask(observed)
         support = proficio.holding_torques(angles, self.robot.side) if self.gravity else np.zeros(proficio.JOINTS)
         seen = replace(seen, asked=tuple(asked.tolist()), support=tuple(support.tolist()))
@@ -119,7 +122,8 @@ class Pilot:
         if not self.is_armed and outcome.trips:
             # Nothing is worth remembering of an arm that was never energised; a first position may have been wrong.
             self.refused, self.state = outcome.trips[0], None
-        return Decision(self.gate.frames(outcome), outcome, observed, asked)
+        shown = self.controller.shown if isinstance(self.controller, Showing) else ()
+        return Decision(self.gate.frames(outcome), outcome, observed, asked, shown)
 
     @property
     def is_armed(self) -> bool:

@@ -6,7 +6,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +17,9 @@ from hil.bus.wire import open_wire
 from hil.recording.recorder import Recorder
 from hil.recording.replay import Replayed, replay
 from hil.recording.signals import write_blf, write_signals
+from hil.session.controllers import Ending
 from hil.session.loop import Loop, Summary, Wishes
-from hil.session.pilot import Pilot
+from hil.session.pilot import Decision, Pilot
 from hil.session.settings import Settings, settings_of_json
 from hil.session.start_up import Robot, start_up
 from hil.session.timing import Metronome, real_time_priority
@@ -31,11 +32,16 @@ PATIENCE_S = 60.0
 
 @dataclass(frozen=True)
 class Operator:
-    """Who is asked: whether the arm is on its stops, whether it may be armed; `abort` is looked at in every cycle."""
+    """Who is asked: whether the arm is on its stops, whether it may be armed.
+
+    `abort` and `confirm` are looked at in every cycle; `watch` is told of every decision and must not take long.
+    """
 
     at_home: Callable[[], bool]
     may_arm: Callable[[Robot], bool]
-    abort: threading.Event
+    abort: threading.Event = field(default_factory=threading.Event)
+    confirm: threading.Event = field(default_factory=threading.Event)
+    watch: Callable[[Pilot, Decision], None] = lambda pilot, decision: None
 
 
 def run_session(
@@ -63,8 +69,10 @@ def run_session(
         stack.enter_context(_signals(operator.abort))
         refused = stack.enter_context(real_time_priority())
         beats = Metronome(settings.limits.period_ns)
-        loop = Loop(wire, pilot, beats, recorder, heart, dry_run=dry_run)
-        summary = loop.run(_wishes(seconds, armed, pilot, operator.abort))
+        loop = Loop(
+            wire, pilot, beats, recorder, heart, dry_run=dry_run, watch=lambda start_ns, d: operator.watch(pilot, d)
+        )
+        summary = loop.run(_wishes(seconds, armed, pilot, operator))
         if armed and not pilot.is_armed:
             summary.faults.append(f"the arm could not be armed: {pilot.refused}")
         document = _result(settings, summary, beats.missed, recorder, refused)
@@ -114,8 +122,8 @@ def _robot_json(robot: Robot) -> dict[str, Any]:
     return {**asdict(robot), "motor": dict(robot.motor)}
 
 
-def _wishes(seconds: float, arm: bool, pilot: Pilot, abort: threading.Event) -> Callable[[], Wishes]:
-    """Arm as soon as the safety module is active and all is well; abort when told; end so long after arming."""
+def _wishes(seconds: float, arm: bool, pilot: Pilot, operator: Operator) -> Callable[[], Wishes]:
+    """Arm as soon as the safety module is active and all is well; abort when told; end when done, or so long after arming."""
     began = time.monotonic()
     armed: float | None = None if arm else began
 
@@ -125,7 +133,10 @@ def _wishes(seconds: float, arm: bool, pilot: Pilot, abort: threading.Event) -> 
         if armed is None and pilot.is_armed:
             armed = now
         over = now - began > PATIENCE_S if armed is None else now - armed > seconds
-        return Wishes(arm=armed is None, abort=abort.is_set(), over=over or (armed is None and abort.is_set()))
+        over |= isinstance(pilot.controller, Ending) and pilot.controller.is_done
+        abort, confirm = operator.abort.is_set(), operator.confirm.is_set()
+        operator.confirm.clear()
+        return Wishes(arm=armed is None, abort=abort, over=over or (armed is None and abort), confirm=confirm)
 
     return wishes
 

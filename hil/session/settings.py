@@ -10,10 +10,14 @@ from typing import Any
 import numpy as np
 
 from fmus.errors import MisfitError
+from hil.emulation.planar import Placement
+from hil.emulation.settings import Learning
 from hil.robots import proficio
 from hil.robots.proficio import Side
 from hil.safety.limits import JointLimits, Limits
 from hil.session.controllers import Controller, Hold, Passive
+from hil.trials.protocol import Protocol as ProtocolOfTrials
+from hil.trials.protocol import protocol_of_json
 
 # Ranges are those in which examples move a Proficio; torques are below the controllers' own limits of 31, 17, 31 N.m.
 _RANGES = {
@@ -28,7 +32,8 @@ class Settings:
     """A session's settings.
 
     `bus` is what python-can takes; `gravity` whether the arm's weight must be held; stiffness in N.m/rad and damping in
-    N.m.s/rad by joint are those of the posture that `hold` keeps.
+    N.m.s/rad by joint are those of the posture that `hold` keeps. With a `protocol` the session runs its trials: `shoulder`
+    rad says how the emulated arm lies on the robot, `learning` how what its model lacks is learned.
     """
 
     bus: Mapping[str, Any]
@@ -38,15 +43,23 @@ class Settings:
     controller: str = "hold"
     stiffness: tuple[float, ...] = (40.0, 40.0, 20.0)
     damping: tuple[float, ...] = (2.0, 2.0, 1.0)
+    shoulder: float = Placement.shoulder
+    protocol: ProtocolOfTrials | None = None
+    learning: Learning = Learning()
 
     def make_controller(self) -> Controller:
-        """The controller that is named.
+        """The controller that is named, or that of the protocol.
 
         Raises:
-            MisfitError: if there is none of that name.
+            MisfitError: if there is none of that name, or a model cannot be built.
         """
+        stiffness, damping = np.array(self.stiffness), np.array(self.damping)
+        if self.protocol is not None:
+            from hil.trials.controller import Trials
+
+            return Trials(self.protocol, Placement(self.side, self.shoulder), stiffness, damping, self.learning)
         if self.controller == "hold":
-            return Hold(np.array(self.stiffness), np.array(self.damping))
+            return Hold(stiffness, damping)
         if self.controller == "passive":
             return Passive()
         raise MisfitError(f"controller {self.controller!r} is not known; there are hold and passive")
@@ -92,13 +105,16 @@ def settings_of_json(text: str) -> Settings:
     limits = document.pop("limits")
     joints = tuple(JointLimits(**joint) for joint in limits.pop("joints"))
     document |= {name: tuple(document[name]) for name in ("stiffness", "damping")}
-    return Settings(limits=Limits(joints, **limits), **document)
+    protocol = document.pop("protocol", None)
+    trials = protocol_of_json(protocol) if protocol is not None else None
+    learning = Learning(**document.pop("learning", {}))
+    return Settings(limits=Limits(joints, **limits), protocol=trials, learning=learning, **document)
 
 
 def _settings(document: dict[str, Any], name: str, rate_hz: float) -> Settings:
-    _known(document, ("bus", "robot", "limits", "joints", "controller"), name)
+    _known(document, ("bus", "robot", "limits", "joints", "controller", "learning"), name)
     robot, controller = document.get("robot", {}), document.get("controller", {})
-    _known(robot, ("side", "gravity"), f"{name} [robot]")
+    _known(robot, ("side", "gravity", "shoulder"), f"{name} [robot]")
     _known(controller, ("kind", "stiffness", "damping"), f"{name} [controller]")
     side = robot.get("side", "right")
     if side not in proficio.HOME:
@@ -120,6 +136,9 @@ def _settings(document: dict[str, Any], name: str, rate_hz: float) -> Settings:
         }
         if any(len(values) != proficio.JOINTS for values in lists.values()):
             raise MisfitError(f"stiffness and damping need {proficio.JOINTS} numbers each")
+        wanted = document.get("learning", {})
+        _known(wanted, [f.name for f in fields(Learning)], f"{name} [learning]")
+        found = replace(found, learning=Learning(**wanted), shoulder=float(robot.get("shoulder", found.shoulder)))
         return replace(found, controller=controller.get("kind", "hold"), **lists)
     except MisfitError as error:
         raise MisfitError(f"{name}: {error}") from error

@@ -3,11 +3,15 @@
 import argparse
 import os
 import signal
+import sys
 
+from fmus.errors import MisfitError
+from hil.emulation.planar import Placement
 from hil.robots import proficio
 from hil.robots.proficio import Side
 from hil.session.timing import real_time_priority
-from hil.virtual.plant import FreeJoints
+from hil.virtual.body import Body
+from hil.virtual.plant import FreeJoints, Plant
 from hil.virtual.robot import VirtualRobot
 from hil.virtual.socketcand import SocketcandServer
 
@@ -15,9 +19,16 @@ from hil.virtual.socketcand import SocketcandServer
 PRIORITY = 70
 
 
-def serve(port: int, side: Side, eager: bool) -> None:
-    """Serve until told to stop, or until the process that began it is gone; prints the port first."""
-    robot = VirtualRobot(FreeJoints(proficio.HOME[side]), eager=eager)
+def serve(port: int, side: Side, eager: bool, body: Body | None = None) -> None:
+    """Serve until told to stop, or until the process that began it is gone; prints the port first.
+
+    Args:
+        body: the arm that is strapped to the robot; joints that do not feel each other without one.
+
+    Raises:
+        MisfitError: if there is no such model of an arm.
+    """
+    robot = VirtualRobot(_plant(side, body), eager=eager)
     server, parent = SocketcandServer(robot, port), os.getppid()
     ended: list[int] = []
     for number in (signal.SIGTERM, signal.SIGINT):
@@ -27,14 +38,26 @@ def serve(port: int, side: Side, eager: bool) -> None:
         server.serve(lambda: bool(ended) or os.getppid() != parent)
 
 
+def _plant(side: Side, body: Body | None) -> Plant:
+    if body is None:
+        return FreeJoints(proficio.HOME[side])
+    from hil.virtual.arm_plant import ArmPlant
+
+    return ArmPlant(proficio.HOME[side], Placement(side, body.shoulder), body.model, body.values)
+
+
 def main() -> None:
     """Run from the command line."""
     parser = argparse.ArgumentParser(description="A virtual Proficio on a socketcand server at 127.0.0.1")
     parser.add_argument("--port", type=int, default=0, help="TCP port; 0 takes a free one")
     parser.add_argument("--side", choices=["left", "right"], default="right")
     parser.add_argument("--pendant", choices=["idle", "active"], default="active", help="pressed once it is zeroed")
+    parser.add_argument("--body", type=Body.from_json, help="the arm on it, as JSON: model, values, shoulder")
     args = parser.parse_args()
-    serve(args.port, args.side, args.pendant == "active")
+    try:
+        serve(args.port, args.side, args.pendant == "active", args.body)
+    except MisfitError as error:  # for whoever began it to say
+        sys.exit(str(error))
 
 
 if __name__ == "__main__":

@@ -25,9 +25,6 @@ class Faults:
         return _through(self.towards_robot, timed)
 
 
-NO_FAULTS = Faults()
-
-
 def _through(faults: list[Fault], timed: Timed) -> list[Timed]:
     found = [timed]
     for fault in faults:

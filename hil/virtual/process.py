@@ -7,18 +7,20 @@ from contextlib import contextmanager
 
 from fmus.errors import ComponentError
 from hil.robots.proficio import Side
+from hil.virtual.body import Body
 
 
 @contextmanager
-def virtual_robot(side: Side = "right") -> Iterator[dict[str, object]]:
-    """Run one; yields what python-can needs to reach it.
+def virtual_robot(side: Side = "right", body: Body | None = None) -> Iterator[dict[str, object]]:
+    """Run one, with an arm on it or without; yields what python-can needs to reach it.
 
     Raises:
         ComponentError: if it does not come up.
     """
-    process = subprocess.Popen(
-        [sys.executable, "-m", "hil.virtual", "--side", side], stdout=subprocess.PIPE, text=True, start_new_session=True
-    )
+    command = [sys.executable, "-m", "hil.virtual", "--side", side]
+    if body is not None:
+        command += ["--body", body.to_json()]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, start_new_session=True)
     try:
         assert process.stdout is not None
         line = process.stdout.readline().strip()

@@ -10,7 +10,8 @@ import time
 from collections.abc import Callable
 
 from hil.codecs.frame import Frame, Timed
-from hil.virtual.faults import NO_FAULTS, Faults
+from hil.virtual.control import Control
+from hil.virtual.faults import Faults
 from hil.virtual.robot import VirtualRobot
 
 _COMMAND = re.compile(rb"<\s*([^<>]*?)\s*>")
@@ -58,8 +59,9 @@ class SocketcandServer:
         faults: what goes wrong on this bus.
     """
 
-    def __init__(self, robot: VirtualRobot, port: int = 0, faults: Faults = NO_FAULTS) -> None:
-        self.robot, self.faults = robot, faults
+    def __init__(self, robot: VirtualRobot, port: int = 0, faults: Faults | None = None) -> None:
+        self.robot, self.faults = robot, faults or Faults()
+        self.control = Control(robot, self.faults)
         self._listener = socket.create_server(("127.0.0.1", port))
         self._listener.setblocking(False)
         # epoll waits whole milliseconds, and answers are due after 75 us.
@@ -120,6 +122,10 @@ class SocketcandServer:
                 client.raw_since = time.monotonic_ns()
         elif words == [b"echo"]:
             client.say(b"< echo >")
+        elif words[:1] == [b"misfit"]:
+            said = [word.decode("ascii", "replace") for word in words[1:]]
+            understood = self.control.follow(said, time.monotonic_ns())
+            client.say(b"< ok >" if understood else b"< error 2 not understood >")
         else:
             client.say(b"< error 1 unknown command >")
 

@@ -1,0 +1,1 @@
+"""Trials from a protocol file: move, announce, stimulate, return."""

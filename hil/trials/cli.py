@@ -1,0 +1,112 @@
+"""`misfit hil record`: a session of trials."""
+
+import contextlib
+import sys
+import threading
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from fmus.errors import MisfitError
+from orchestrator.cli.common import show, write_json
+
+if TYPE_CHECKING:
+    from hil.session.session import Operator
+
+# Nobody waits longer than this for a session to end.
+LONGEST_S = 6 * 3600.0
+
+
+@click.command()
+@click.argument("protocol", metavar="PROTOCOL")
+@click.option("--virtual", is_flag=True, help="Bring a virtual robot with an arm and a caregiver along.")
+@click.option("--bench", metavar="FILE", type=click.Path(path_type=Path), help="Bus, robot and limits (TOML).")
+@click.option("--rate", "rate_hz", type=float, default=500.0, show_default=True, help="Cycles a second (Hz).")
+@click.option("--trials", "most", type=click.IntRange(1), help="Only so many of the trials.")
+@click.option("--body", default="arm", show_default=True, help="Model of the virtual arm; FILE.mo:Class for your own.")
+@click.option("--set", "values", metavar="NAME=NUMBER", multiple=True, help="A parameter of the virtual arm.")
+@click.option("--out", "folder", metavar="DIR", type=click.Path(path_type=Path), required=True, help="Where to record.")
+@click.option("--json", "json_file", metavar="F", help="Write the result to F ('-': standard output).")
+@click.option("--quiet", is_flag=True, help="Print nothing but errors.")
+def record(
+    protocol: str,
+    virtual: bool,
+    bench: Path | None,
+    rate_hz: float,
+    most: int | None,
+    body: str,
+    values: tuple[str, ...],
+    folder: Path,
+    json_file: str | None,
+    quiet: bool,
+) -> None:
+    """Run the trials of PROTOCOL (a TOML file, or `study`) and record them as a measurement set.
+
+    The arm of the model library is emulated: its muscles push through the robot, a person at the wrist pushes back.
+    """
+    from hil.cli import robot_of
+    from hil.emulation.anatomy import anatomy
+    from hil.emulation.muscles import Muscles
+    from hil.session.session import run_session
+    from hil.trials.protocol import read_protocol
+    from hil.virtual.body import Body, parse_values
+
+    trials = read_protocol(protocol)
+    trials = replace(trials, trials=trials.trials[:most], confirm=trials.confirm and not virtual)
+    wanted = Body(body, parse_values(values))
+    with contextlib.ExitStack() as stack:
+        settings = replace(robot_of(virtual, bench, rate_hz, stack, wanted), protocol=trials)
+        Muscles(anatomy())  # builds what is missing before anything moves
+        operator = _operator(virtual, trials.confirm, settings.bus, quiet or json_file == "-", stack)
+        document = run_session(settings, LONGEST_S, operator, folder)
+    write_json(json_file, document)
+    if json_file != "-":
+        whole = len(list(folder.glob("trial_*.parquet")))
+        show(
+            f"{document['cycles']} cycles at {document['rate_hz']:g} Hz, {document['missed']} missed,"
+            f" {document['frames_lost']} frames lost\n"
+            + "".join(f"stopped by {fault}\n" for fault in document["faults"])
+            + f"{whole} of {len(trials.trials)} trials recorded in {folder}"
+            + (f"; to go on: misfit compare arm {folder}" if whole else ""),
+            quiet,
+        )
+    if document["faults"]:
+        raise SystemExit(1)
+
+
+def _operator(
+    virtual: bool, confirm: bool, bus: Mapping[str, Any], quiet: bool, stack: contextlib.ExitStack
+) -> "Operator":
+    """Who is asked and told: people at the terminal, or the virtual caregiver."""
+    from hil.cli import ask_arm, ask_home, yes
+    from hil.session.session import Operator
+    from hil.trials.assistant import Assistant, words_of
+    from hil.trials.phases import Phase
+    from hil.virtual.remote import Remote
+
+    remote = stack.enter_context(Remote(int(bus["port"]))) if virtual else None
+
+    def tell(trial: int, count: int, phase: Phase) -> None:
+        if words := words_of(trial, count, phase, confirm):
+            show(words, quiet)
+        if remote is not None and phase in (Phase.ANNOUNCE, Phase.RETURN):
+            remote.tell("hold" if phase is Phase.ANNOUNCE else "relax")
+
+    assistant = Assistant(tell)
+    stack.enter_context(assistant.at_work())
+    at_home, may_arm = (yes, yes) if virtual else (ask_home, ask_arm)
+    operator = Operator(at_home, may_arm, watch=assistant.watch)
+    if confirm:
+        if not sys.stdin.isatty():
+            raise MisfitError("each trial is confirmed at a terminal; with confirm = false in the protocol none is")
+        threading.Thread(target=_listen, args=(operator.confirm,), daemon=True).start()
+    return operator
+
+
+def _listen(confirm: threading.Event) -> None:
+    """Each Enter confirms."""
+    for _ in sys.stdin:
+        confirm.set()

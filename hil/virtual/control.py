@@ -1,0 +1,104 @@
+"""Words to a virtual robot beside its bus: what its caregiver does, which button is pressed, which fault happens.
+
+They come as `< misfit WORDS >` over any connection to the socketcand server; other programs never say that.
+"""
+
+from collections.abc import Callable
+
+from hil.codecs.barrett.identifiers import Group, Node, answer_of
+from hil.codecs.barrett.safety_module import Button, Level
+from hil.codecs.frame import Frame, Timed
+from hil.virtual.arm_plant import ArmPlant
+from hil.virtual.faults import Fault, Faults
+from hil.virtual.robot import VirtualRobot
+
+LATE_NS = 3_000_000
+
+
+class Control:
+    """Follows words; `follow` says whether they were understood."""
+
+    def __init__(self, robot: VirtualRobot, faults: Faults) -> None:
+        self.robot, self.faults = robot, faults
+
+    def follow(self, words: list[str], time_ns: int) -> bool:
+        """Do what is said.
+
+        hold, relax: the caregiver takes hold of the wrist, or lets go.
+        press BUTTON: estop, activate, idle or none on the pendant.
+        lose|late|double|corrupt|freeze [N]: the next N position answers (all without a number) do not come, come 3 ms late, twice,
+        with a bit flipped, or repeat the first one.
+        silence N: node N answers no longer. drift NEWTON, saturate: of the force sensor. warn: the safety module warns.
+        heal: all faults end.
+        """
+        verb, rest = (words[0], words[1:]) if words else ("", [])
+        try:
+            return self._caregiver(verb) or self._node(verb, rest, time_ns) or self._frames(verb, rest)
+        except (ValueError, KeyError, IndexError):
+            return False
+
+    def _caregiver(self, verb: str) -> bool:
+        plant = self.robot.plant
+        if verb not in ("hold", "relax") or not isinstance(plant, ArmPlant):
+            return False
+        plant.caregiver.hold() if verb == "hold" else plant.caregiver.relax()
+        return True
+
+    def _node(self, verb: str, rest: list[str], time_ns: int) -> bool:
+        if verb == "press":
+            self.robot.safety.press(Button[rest[0].upper()], time_ns)
+        elif verb == "silence":
+            next(node for node in self.robot.nodes if node.number == int(rest[0])).powered = False
+        elif verb == "drift":
+            self.robot.sensor.zero = self.robot.sensor.zero + float(rest[0])
+        elif verb == "saturate":
+            self.robot.sensor.zero = self.robot.sensor.zero + 1e4
+        elif verb == "warn":
+            self.robot.safety.levels["voltage"] = Level.WARNING
+        else:
+            return False
+        return True
+
+    def _frames(self, verb: str, rest: list[str]) -> bool:
+        if verb == "heal":
+            self.faults.towards_host.clear()
+            return True
+        count = int(rest[0]) if rest else None
+        self.faults.towards_host.append(_limited(_CHANGES[verb](), count))
+        return True
+
+
+_POSITIONS = frozenset(answer_of(k, Group.POSITIONS) for k in range(1, Node.LAST_MOTOR + 1))
+
+
+def _limited(change: Fault, count: int | None) -> Fault:
+    """A fault of so many position answers."""
+    left = count
+
+    def fault(timed: Timed) -> list[Timed]:
+        nonlocal left
+        if timed.frame.identifier not in _POSITIONS or left == 0:
+            return [timed]
+        left = None if left is None else left - 1
+        return change(timed)
+
+    return fault
+
+
+def _flip(timed: Timed) -> list[Timed]:
+    data = timed.frame.data
+    return [Timed(timed.time_ns, Frame(timed.frame.identifier, bytes([data[0] ^ 0x10, *data[1:]])))]
+
+
+def _freeze() -> Fault:
+    first: dict[int, Frame] = {}
+    return lambda timed: [Timed(timed.time_ns, first.setdefault(timed.frame.identifier, timed.frame))]
+
+
+_CHANGES: dict[str, Callable[[], Fault]] = {
+    "lose": lambda: lambda timed: [],
+    "late": lambda: lambda timed: [Timed(timed.time_ns + LATE_NS, timed.frame)],
+    "double": lambda: lambda timed: [timed, timed],
+    "corrupt": lambda: _flip,
+    "freeze": _freeze,
+}

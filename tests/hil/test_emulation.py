@@ -1,0 +1,199 @@
+"""The emulated arm: its muscles, its dynamics, how it lies on the robot, and what shows that the model is wrong."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fmus.errors import MisfitError
+from hil.emulation.anatomy import anatomy
+from hil.emulation.corrections import Corrections
+from hil.emulation.muscles import Muscles
+from hil.emulation.planar import Placement
+from hil.emulation.residual import FOLLOWS, Residual
+from hil.emulation.settings import Learning
+from hil.virtual.arm_plant import ArmPlant
+from hil.virtual.caregiver import Caregiver, Person
+from tests.hil.trial_session import FRICTION, HIDDEN
+
+ANGLE = st.floats(-3.0, 3.0)
+PAIR = st.tuples(ANGLE, ANGLE).map(np.array)
+
+
+def force_of(muscle: dict[str, float], alpha: float, length: float, speed: float) -> float:
+    """The muscle's law written out again: alpha Fmax fL gV + Kp max(0, Lf - Lopt)^2."""
+    fibre = length - muscle["Lslack"]
+    bell = np.exp(-(((fibre - muscle["Lopt"]) / (0.65 * muscle["Lopt"])) ** 2))
+    fastest = muscle["Vmax"]
+    if speed <= 0:
+        gain = max((fastest + speed) / (fastest - speed / 0.25), 0.0)
+    else:
+        corner = fastest * 0.25 * 0.5 / 1.25
+        gain = (1.5 * speed + corner) / (speed + corner)
+    return alpha * muscle["Fmax"] * bell * gain + muscle["Kp"] * max(0.0, fibre - muscle["Lopt"]) ** 2
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_muscles_of_the_loop_follow_the_law_of_the_study(seed: int) -> None:
+    random, body = np.random.default_rng(seed), anatomy()
+    alpha, q, w = random.uniform(0, 1, 6), random.uniform(0.3, 1.6, 2), random.uniform(-1, 1, 2)
+    expected = np.zeros(2)
+    for k, muscle in enumerate(body.muscles):
+        length = body.at_zero[k] - body.arms[0, k] * q[0] - body.arms[1, k] * q[1]
+        speed = -body.arms[0, k] * w[0] - body.arms[1, k] * w[1]
+        expected += body.arms[:, k] * force_of(dict(muscle), alpha[k], length, speed)
+    assert Muscles(body).torques(alpha, q, w) == pytest.approx(expected, rel=1e-9)
+
+
+@given(PAIR, PAIR)
+def test_the_mass_matrix_gives_the_energy_of_two_moving_links(q: np.ndarray, w: np.ndarray) -> None:
+    body = anatomy()
+    first = body.centre[0] * w[0] * np.array([-np.sin(q[0]), np.cos(q[0])])
+    elbow = body.length[0] * w[0] * np.array([-np.sin(q[0]), np.cos(q[0])])
+    second = elbow + body.centre[1] * w.sum() * np.array([-np.sin(q.sum()), np.cos(q.sum())])
+    energy = 0.5 * (body.mass[0] * first @ first + body.mass[1] * second @ second)
+    energy += 0.5 * (body.inertia[0] * w[0] ** 2 + body.inertia[1] * w.sum() ** 2)
+    assert 0.5 * w @ body.mass_matrix(q) @ w == pytest.approx(energy, rel=1e-9, abs=1e-12)
+
+
+@given(PAIR, PAIR)
+def test_momentum_changes_by_the_slope_of_the_energy(q: np.ndarray, w: np.ndarray) -> None:
+    body, h = anatomy(), 1e-6
+    slope = [0.5 * w @ (body.mass_matrix(q + h * e) - body.mass_matrix(q - h * e)) @ w / (2 * h) for e in np.eye(2)]
+    assert body.momentum_rate(q, w) == pytest.approx(slope, abs=1e-6)
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+@given(arm=PAIR, torque=PAIR)
+def test_power_and_angles_are_the_same_on_arm_and_robot(side, arm: np.ndarray, torque: np.ndarray) -> None:  # type: ignore[no-untyped-def]
+    placement = Placement(side)
+    robot = placement.robot_angles(arm)
+    assert placement.angles(robot) == pytest.approx(arm)
+    speeds = np.array([0.0, 0.3, -0.7])
+    power = placement.robot_torques(torque) @ speeds
+    assert power == pytest.approx(torque @ placement.speeds(speeds))
+
+
+@given(PAIR, PAIR)
+def test_a_force_comes_back_from_the_sensor(force: np.ndarray, arm: np.ndarray) -> None:
+    placement = Placement()
+    assert placement.world_force(placement.sensor_force(force, arm), arm) == pytest.approx(force, abs=1e-12)
+
+
+def test_a_pull_along_a_straight_forearm_is_along_x_of_the_sensor() -> None:
+    shown = Placement().sensor_force(np.array([0.0, 5.0]), np.array([np.pi / 2, 0.0]))
+    assert shown == pytest.approx([5.0, 0.0, 0.0], abs=1e-12)
+
+
+@pytest.fixture(scope="module")
+def hidden(tmp_path_factory: pytest.TempPathFactory) -> str:
+    path = tmp_path_factory.mktemp("body") / "HiddenFriction.mo"
+    path.write_text(HIDDEN)
+    return f"{path}:HiddenFriction"
+
+
+def pushed(model: str, seconds: float = 1.0):  # type: ignore[no-untyped-def]
+    """Angles, speeds and known rate of momentum of a plant that is pushed to and fro, every 2 ms."""
+    plant, residual = ArmPlant(np.array([0.0, 0.0, 1.3]), Placement(), model), Residual(anatomy())
+    for k in range(int(seconds / 0.002)):
+        torque = np.array([0.4 * np.sin(0.02 * k), 0.3 * np.cos(0.017 * k)])
+        plant.step(Placement().robot_torques(torque), 0.002)
+        q, w = Placement().angles(plant.angles), Placement().speeds(plant.speeds)
+        yield q, w, residual.known(q, w, torque, np.zeros(2))
+
+
+def test_the_residual_of_the_nominal_arm_is_none() -> None:
+    residual = Residual(anatomy())
+    found = [residual.advance(q, w, known, 0.002) for q, w, known in pushed("arm")]
+    assert np.max(np.abs(found)) < 5e-3
+
+
+def test_the_residual_of_hidden_friction_is_the_friction_seen_through_its_low_pass(hidden: str) -> None:
+    residual, friction, found, expected = Residual(anatomy()), 0.0, [], []
+    for q, w, known in pushed(hidden):
+        found.append(residual.advance(q, w, known, 0.002)[1])
+        friction = (friction - FOLLOWS * 0.002 * FRICTION * w[1]) / (1 + FOLLOWS * 0.002)
+        expected.append(friction)
+    assert np.ptp(expected) > 0.1
+    assert found == pytest.approx(expected, abs=5e-3)
+
+
+def test_what_is_learned_of_hidden_friction_opposes_the_speed(hidden: str) -> None:
+    corrections = Corrections(anatomy(), Learning(noise=0.02))
+    speeds = []
+    for q, w, known in pushed(hidden, 4.0):
+        corrections.advance(q, w, known, 0.002, learn=True)
+        speeds.append(w)
+    assert corrections.windows == 39  # the first cycle begins the first window
+    for q, w, _ in pushed(hidden, 2.0):
+        missing = corrections.predict(q, w)
+    assert missing == pytest.approx([0.0, -FRICTION * w[1]], abs=0.03)
+
+
+def test_nothing_is_learned_of_interrupted_windows(hidden: str) -> None:
+    corrections = Corrections(anatomy())
+    for k, (q, w, known) in enumerate(pushed(hidden)):
+        corrections.advance(q, w, known, 0.002, learn=k % 40 != 0)
+    assert corrections.count == 0
+    assert corrections.predict(q, w).tolist() == [0.0, 0.0]
+
+
+def test_no_more_data_are_kept_than_the_budget() -> None:
+    corrections = Corrections(anatomy(), Learning(budget=5))
+    for q, w, known in pushed("arm"):
+        corrections.advance(q, w, known, 0.002, learn=True)
+    assert corrections.windows > 5
+    assert corrections.count == 5
+
+
+@pytest.mark.parametrize("wrong", [{"budget": 0}, {"noise": -1.0}, {"share": 1.5}, {"window_s": float("nan")}])
+def test_learning_that_cannot_be_is_refused_by_name(wrong: dict) -> None:
+    with pytest.raises(MisfitError, match=f"learning: {next(iter(wrong))} = "):
+        Learning(**wrong)
+
+
+# --- the virtual caregiver
+
+AWAY, STILL = np.array([0.05, 0.0]), np.zeros(2)
+
+
+def gripped(person: Person) -> Caregiver:
+    caregiver = Caregiver(person)
+    caregiver.hold()
+    caregiver.force(STILL, STILL, person.grip_s)
+    return caregiver
+
+
+def test_a_caregiver_who_was_not_told_to_hold_does_not_push() -> None:
+    assert Caregiver().force(AWAY, np.ones(2), 1.0).tolist() == [0.0, 0.0]
+
+
+def test_a_grip_is_a_spring_and_a_damper_until_the_person_reacts() -> None:
+    person = Person(stiffness=500.0, damping=20.0, reaction_s=0.2)
+    caregiver = gripped(person)
+    for _ in range(38):
+        force = caregiver.force(AWAY, np.array([0.1, 0.2]), 0.005)
+    assert force == pytest.approx([-500.0 * 0.05 - 2.0, -4.0])
+
+
+def test_a_person_pushes_harder_against_what_stays_away() -> None:
+    person = Person(stiffness=500.0, effort=300.0, brake=0.0, lag_s=0.01)
+    caregiver = gripped(person)
+    for _ in range(int(1.2 / 0.005)):
+        force = caregiver.force(AWAY, STILL, 0.005)
+    # The integral of 5 cm over the time since the reaction began, one second; the lag takes a hundredth of it.
+    assert force[0] == pytest.approx(-500 * 0.05 - 300 * 0.05 * 1.0, rel=0.02)
+
+
+def test_nobody_is_stronger_than_he_is() -> None:
+    force = gripped(Person(strength=60.0)).force(np.array([3.0, -4.0]), STILL, 0.005)
+    assert np.hypot(*force) == pytest.approx(60.0)
+    assert force == pytest.approx([-36.0, 48.0])
+
+
+def test_letting_go_takes_its_time_and_ends_without_force() -> None:
+    caregiver = gripped(Person(grip_s=0.3))
+    caregiver.relax()
+    forces = [abs(caregiver.force(AWAY, STILL, 0.03)[0]) for _ in range(12)]
+    assert forces == sorted(forces, reverse=True)
+    assert forces[-1] == 0.0
