@@ -37,12 +37,13 @@ check: setup
 bench: setup
 	@$(BIN)/python tests/benchmarks/run.py
 	@$(BIN)/python tests/benchmarks/cosim/run.py
+	@$(BIN)/python -m tests.benchmarks.regress.run
 	@$(BIN)/python tests/benchmarks/gp/run.py
 
 # Tools for the comparison that ask for other versions of shared packages; `make bench` uses them when they are there.
 bench-peers:
 	@$(PYTHON) -m venv build/peers
-	@build/peers/bin/python -m pip install --quiet --disable-pip-version-check --no-input cofmupy ecospy tbb
+	@build/peers/bin/python -m pip install --quiet --disable-pip-version-check --no-input cofmupy ecospy pyfunnel tbb
 
 # SIZE=tiny, small (at most about 15 minutes on two cores), medium or full; a run that was stopped goes on where it was.
 SIZE ?= small
