@@ -1,0 +1,93 @@
+"""The study as tables of texts, for the terminal and for the report."""
+
+from orchestrator.report.page import PageTable
+from orchestrator.study import published
+from orchestrator.study.draws import SIZES
+from orchestrator.study.muscles import MUSCLES
+from orchestrator.study.study import LIMITS, Study
+from orchestrator.study.summary import (
+    Over,
+    bars,
+    chosen,
+    drawn,
+    growths_of,
+    improvements,
+    lines,
+    over,
+    strong_mean,
+)
+from orchestrator.study.variants import VARIANTS
+
+SHORT = ("ant. deltoid", "post. deltoid", "biceps", "tri. long", "tri. short", "brachialis")
+
+
+def regression_table(study: Study) -> PageTable:
+    """Error of corrections against required force: median over the seeds, and range."""
+    rows: list[tuple[str, ...]] = [
+        ("published", f"{published.REGRESSION['slope']:g}", "", f"{published.REGRESSION['r2']:g}")
+    ]
+    for limit in LIMITS:
+        for goal, where in ((False, "actual state"), (True, "goal posture")):
+            found = lines(study, limit, goal)
+            cells = (_range(over(getattr(line, name) for line in found), form) for name, form in _COLUMNS)
+            rows.append((f"{where}, limit {limit:g} N", *cells))
+    headings = ("perfect correction at", "slope", "intercept, N", "R2")
+    return PageTable(
+        "Error of a correction against required force, N: median (range) over the seeds", headings, tuple(rows)
+    )
+
+
+_COLUMNS = (("slope", ".2f"), ("intercept", ".0f"), ("r2", ".2f"))
+
+
+def growth_table(study: Study, variant: str, initial: str) -> PageTable:
+    """Improvement by the number of corrections, mean and standard deviation of draws, median over the seeds."""
+    table = drawn(growths_of(study, variant, initial))
+    rows = []
+    for muscle, sizes in table.items():
+        cells = [f"{sizes[str(size)].mean:.1f} ± {sizes[str(size)].sd:.1f}" for size in SIZES]
+        whole = sizes["672"]
+        paper = f"{published.IMPROVEMENT[muscle]:g}" if muscle in published.IMPROVEMENT else "see text"
+        rows.append((muscle, *cells, f"{whole.mean:.1f} ({whole.low:.0f} to {whole.high:.0f})", paper))
+    caption = f"Improvement in % by number of corrections, {variant}, {initial} initial set; all 672: range over seeds"
+    return PageTable(caption, ("muscle", *map(str, SIZES), "672", "published"), tuple(rows))
+
+
+def variants_table(study: Study, initial: str, limit: float) -> PageTable:
+    """Improvement with all corrections of every way to learn, medians over the seeds."""
+    rows = []
+    for name in VARIANTS:
+        cases = chosen(study, name, initial, limit)
+        mean = strong_mean(cases)
+        used = over(float(case.outcome.used) for case in cases).median
+        cells = (f"{each.median:.0f}" for each in improvements(cases))
+        rows.append((name, f"{used:.0f}", *cells, _range(mean, ".0f")))
+    caption = f"Improvement in % with all corrections, {initial} initial set, limit {limit:g} N: medians over the seeds"
+    return PageTable(caption, ("way to learn", "used", *SHORT, "strong four (range)"), tuple(rows))
+
+
+def bars_table(study: Study) -> PageTable:
+    """What had to be shown."""
+    rows = []
+    for bar in bars(study):
+        wanted = f"{bar.low:g} or more" if bar.high == float("inf") else f"{bar.low:g} to {bar.high:g}"
+        rows.append((bar.claim, f"{bar.found:.2f}", wanted, "met" if bar.met else "NOT met"))
+    return PageTable("What had to be shown (medians over the seeds)", ("claim", "found", "bar", ""), tuple(rows))
+
+
+def sentence(study: Study) -> str:
+    """The result in one sentence."""
+    actual = lines(study, LIMITS[0], goal=False)
+    r2, slope = over(line.r2 for line in actual), over(line.slope for line in actual)
+    main = strong_mean(chosen(study, "joint", "small"))
+    missed = sum(not bar.met for bar in bars(study))
+    return (
+        f"Errors of {actual[0].n} corrections grow with the required force by {slope.median:.2f} (R2 {r2.median:.2f}; published "
+        f"slope close to 1, R2 0.82); all of them improve the {len(MUSCLES) - 2} strong muscles by {main.median:.0f} % "
+        f"(range {main.low:.0f} to {main.high:.0f} over {len(study.seeds)} seeds; published 27 to 43 %). "
+        + ("All bars are met." if not missed else f"{missed} of {len(bars(study))} bars are not met.")
+    )
+
+
+def _range(found: Over, form: str) -> str:
+    return f"{found.median:{form}} ({found.low:{form}} to {found.high:{form}})"

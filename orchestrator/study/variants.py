@@ -1,0 +1,149 @@
+"""Ways to learn from the same corrections: the exact joint posterior, what fails, and what goes beyond the study."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orchestrator.gp.observations import observe
+from orchestrator.gp.printed import Reading, condition_printed
+from orchestrator.study.conditioned import GRID, coefficients, given_bench, size_over_grid
+from orchestrator.study.corrections import Corrections
+from orchestrator.study.draws import Problem
+from orchestrator.study.initial import Initial
+from orchestrator.study.muscles import MUSCLES, capabilities
+from orchestrator.study.noise_models import learn
+from orchestrator.study.selection import EXCLUDED_N, clear_of_stops, informative, only, robust, settled
+
+Array = NDArray[Any]
+INFORMATIVE = 200
+
+
+@dataclass(frozen=True, eq=False)
+class Setting:
+    """What a variant may use: models with and without joint speeds as inputs, and the corrections."""
+
+    initial: Initial
+    blind: Initial
+    corrections: Corrections
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """Improvement of each muscle, (6,), by `used` corrections.
+
+    `value` is -log likelihood of these where noise was learnt, `problem` what was solved where draws can be made of it.
+    """
+
+    improvement: Array
+    used: int
+    value: float | None = None
+    problem: Problem | None = None
+
+
+def joint(setting: Setting) -> tuple[Problem, float]:
+    """All corrections, noise learnt from force, motion and stops: the study's joint posterior as it should be."""
+    return _learnt(setting.initial, setting.corrections, "observed", None)
+
+
+def without_velocity(setting: Setting) -> tuple[Problem, float]:
+    """The same with models that do not see joint speeds; noise learnt anew."""
+    return _learnt(setting.blind, setting.corrections, "observed", None)
+
+
+def one_noise(setting: Setting) -> tuple[Problem, float]:
+    """One noise variance for all corrections."""
+    return _learnt(setting.initial, setting.corrections, "constant", None)
+
+
+def force_noise(setting: Setting) -> tuple[Problem, float]:
+    """Noise that grows with the predicted force only."""
+    return _learnt(setting.initial, setting.corrections, "force", None)
+
+
+def clear(setting: Setting) -> tuple[Problem, float]:
+    """Only corrections during which no joint touched an end, noise learnt."""
+    return _learnt(setting.initial, setting.corrections, "observed", clear_of_stops(setting.corrections))
+
+
+def settled_only(setting: Setting) -> tuple[Problem, float]:
+    """Only corrections that hardly moved, away from the ends, noise learnt."""
+    return _learnt(setting.initial, setting.corrections, "observed", settled(setting.corrections))
+
+
+def compensated(setting: Setting) -> tuple[Problem, float]:
+    """Clear of the ends, less the force that motion took, noise learnt."""
+    corrections = setting.corrections.compensated()
+    return _learnt(setting.initial, corrections, "observed", clear_of_stops(corrections))
+
+
+def without_outliers(setting: Setting) -> tuple[Problem, float | None]:
+    """All corrections, errors with Student's distribution; nothing else is looked at."""
+    given = given_bench(setting.initial, setting.corrections)
+    return Problem(setting.initial, setting.corrections, robust(given)), None
+
+
+def most_informative(setting: Setting) -> tuple[Problem, float]:
+    """Of the compensated ones the 200 that say most."""
+    problem, value = compensated(setting)
+    given = given_bench(problem.initial, problem.corrections)
+    usable = np.flatnonzero(problem.deviation < EXCLUDED_N)
+    chosen = informative(given.rows(usable), problem.deviation[usable], min(INFORMATIVE, len(usable)))
+    kept = np.isin(np.arange(len(problem.deviation)), usable[chosen])
+    return Problem(problem.initial, problem.corrections, only(problem.deviation[kept], kept)), value
+
+
+LEARNERS: dict[str, Callable[[Setting], tuple[Problem, float | None]]] = {
+    "joint": joint,
+    "without velocity": without_velocity,
+    "one noise": one_noise,
+    "force noise": force_noise,
+    "clear of stops": clear,
+    "settled only": settled_only,
+    "no outliers": without_outliers,
+    "compensated": compensated,
+    "informative 200": most_informative,
+}
+READINGS: dict[str, Reading] = {"printed raw": "raw", "printed residual": "residual", "printed sum": "sum"}
+VARIANTS = (*LEARNERS, *READINGS)
+
+
+def outcome(name: str, setting: Setting) -> Outcome:
+    """What a variant gains from all corrections."""
+    if name in READINGS:
+        return _printed(setting, READINGS[name])
+    problem, value = LEARNERS[name](setting)
+    given = given_bench(problem.initial, problem.corrections)
+    used = int(np.count_nonzero(problem.deviation < EXCLUDED_N))
+    return Outcome(given.improvement(problem.deviation), used, value, problem)
+
+
+def _learnt(initial: Initial, corrections: Corrections, kind: str, kept: Array | None) -> tuple[Problem, float]:
+    given = given_bench(initial, corrections)
+    if kept is None:
+        found = learn(kind, given, corrections)
+        return Problem(initial, corrections, found.deviation), found.value
+    found = learn(kind, given.rows(kept), corrections.rows(kept))
+    return Problem(initial, corrections, only(found.deviation, kept)), found.value
+
+
+def _printed(setting: Setting, reading: Reading) -> Outcome:
+    """The single-muscle form as printed, muscle by muscle, with the noise of the joint posterior."""
+    problem, _ = joint(setting)
+    corrections = observe(
+        "corrections",
+        setting.corrections.state,
+        coefficients(setting.corrections),
+        setting.corrections.force,
+        problem.deviation,
+    )
+    true = capabilities(GRID)
+    before = given_bench(setting.initial, setting.corrections.rows(np.arange(1))).before
+    after = []
+    for place, muscle in enumerate(MUSCLES):
+        observations = [*setting.initial.observations, corrections]
+        mean = condition_printed(setting.initial.latents, observations, muscle, reading).mean(muscle, GRID)
+        after.append(size_over_grid(mean - true[:, place]))
+    return Outcome(1.0 - np.array(after) / before, len(problem.deviation))

@@ -1,0 +1,84 @@
+"""Who does the tasks of the study: this process, several, or a Dask cluster; finished ones are kept until all are done."""
+
+import hashlib
+import shutil
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from multiprocessing import get_context
+from typing import Any
+
+from threadpoolctl import threadpool_limits
+
+from fmus.errors import ComponentError
+from fmus.files import cache_folder
+from orchestrator.diagnosis.work import Cluster, Resumable, Task, Work
+
+Told = Callable[[int, int], None]
+
+
+class Processes:
+    """Tasks in processes of their own; with one worker in this one."""
+
+    def __init__(self, workers: int) -> None:
+        self.callers: int | None = workers
+        context = get_context("spawn")
+        self._pool = ProcessPoolExecutor(workers, mp_context=context) if workers > 1 else None
+
+    def do(self, task: Task) -> Any:
+        """Result of a task.
+
+        Raises:
+            ComponentError: if a worker process dies.
+        """
+        if self._pool is None:
+            return alone(task)
+        try:
+            return self._pool.submit(alone, task).result()
+        except BrokenProcessPool as error:
+            raise ComponentError(
+                "a worker process of the study died, perhaps for lack of memory; try fewer --workers; finished parts are kept"
+            ) from error
+
+    def close(self) -> None:
+        """End the processes; what has not begun is not done."""
+        if self._pool is not None:
+            self._pool.shutdown(cancel_futures=True)
+
+
+def alone(task: Task) -> Any:
+    """Run a task with one BLAS thread, so that every worker rounds alike and factorisations of this size are quick."""
+    with threadpool_limits(limits=1, user_api="blas"):
+        return task.run()
+
+
+@contextmanager
+def working(name: str, workers: int, scheduler: str | None) -> Iterator[Work]:
+    """Work that goes on where an interrupted study of that name stopped; what it kept is forgotten once all ends well.
+
+    Args:
+        workers: processes here.
+        scheduler: address of a Dask scheduler instead, None for processes.
+    """
+    inner: Processes | Cluster = Processes(workers) if scheduler is None else Cluster(scheduler)
+    folder = cache_folder("resume") / hashlib.sha256(name.encode()).hexdigest()[:24]
+    try:
+        yield Resumable(inner, folder)
+    finally:
+        inner.close()
+    shutil.rmtree(folder, ignore_errors=True)
+
+
+def do_all(work: Work, tasks: Sequence[Task], told: Told = lambda done, total: None) -> list[Any]:
+    """Results of tasks in their order, whoever did them; `told` hears how many are done of how many."""
+    found = []
+    with ThreadPoolExecutor(work.callers or 1) as callers:
+        try:
+            for result in callers.map(work.do, tasks):
+                found.append(result)
+                told(len(found), len(tasks))
+        except BaseException:
+            callers.shutdown(cancel_futures=True)
+            raise
+    return found
