@@ -11,6 +11,9 @@ from hil.recording.records import MAGIC, Flag, Kind, Record, unpack_records
 from hil.session.pilot import CycleInput, Decision, Pilot
 
 
+_FLAGS = tuple(int(flag) for flag in Flag)
+
+
 @dataclass(frozen=True)
 class RecordedCycle:
     """What a decision had, and the frames that came out of it."""
@@ -48,7 +51,7 @@ def cycles_of(records: Iterator[Record]) -> Iterator[RecordedCycle]:
             if given is not None:
                 yield RecordedCycle(given, tuple(decided))
             computing = int.from_bytes(timed.frame.data, "little", signed=True)
-            wishes = [bool(flags & flag) for flag in Flag]
+            wishes = [bool(flags & flag) for flag in _FLAGS]
             given = CycleInput(timed.time_ns, tuple(frames), computing, *wishes)
             frames, decided = [], []
         elif kind is Kind.BEGIN:

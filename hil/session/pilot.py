@@ -29,6 +29,8 @@ MODULE_LOST_NS = 250_000_000
 # Answers that have not come in this share of a period are missing.
 LISTEN_SHARE = 0.5
 
+# Motors by joint whose angles it takes.
+_NEEDED = [frozenset(np.flatnonzero(row).tolist()) for row in proficio.MOTOR_TO_JOINT]
 _POSITIONS = {answer_of(k + 1, Group.POSITIONS): k for k in range(proficio.JOINTS)}
 _FORCE = answer_of(Node.FORCE_SENSOR, Group.FORCE)
 _MODULE = answer_of(Node.SAFETY, Group.PROPERTIES)
@@ -71,6 +73,7 @@ class Pilot:
 
     def __init__(self, robot: Robot, limits: Limits, controller: Controller, *, gravity: bool = True) -> None:
         self.robot, self.limits, self.controller, self.gravity = robot, limits, controller, gravity
+        self._showing = controller if isinstance(controller, Showing) else None
         self.gate = TorqueGate(robot.torque_units, robot.motor["MODE"])
         self.state: State | None = None
         self.cycle = 0
@@ -122,7 +125,7 @@ class Pilot:
         if not self.is_armed and outcome.trips:
             # Nothing is worth remembering of an arm that was never energised; a first position may have been wrong.
             self.refused, self.state = outcome.trips[0], None
-        shown = self.controller.shown if isinstance(self.controller, Showing) else ()
+        shown = self._showing.shown if self._showing is not None else ()
         return Decision(self.gate.frames(outcome), outcome, observed, asked, shown)
 
     @property
@@ -232,5 +235,4 @@ class Pilot:
 
     def _believed(self, joint: int, fresh: set[int]) -> bool:
         """Whether all motors that a joint's angle comes from have answered."""
-        needed = np.flatnonzero(proficio.MOTOR_TO_JOINT[joint])
-        return all(int(motor) in fresh for motor in needed)
+        return _NEEDED[joint] <= fresh
