@@ -2,11 +2,17 @@
 
 import os
 import sys
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
+from fmus.errors import MisfitError
 from orchestrator.cli.common import progress, result_options, show, write_json
+
+if TYPE_CHECKING:
+    from fmus.platforms import Platform
 
 
 @click.command()
@@ -37,7 +43,7 @@ def models() -> None:
 )
 @click.option("--quiet", is_flag=True, help="Print nothing but errors.")
 def build(names: tuple[str, ...], folder: str, workers: int, platforms: str | None, quiet: bool) -> None:
-    """Build NAME.fmu (FMI 2.0) and NAME.fmi3.fmu (FMI 3.0) of built-in models or FILE.mo:Package.Class.
+    """Build NAME.fmu (FMI 2.0) and NAME.fmi3.fmu (FMI 3.0) of built-in models, FILE.mo:Package.Class or saved blocks (FILE.json).
 
     Without a name all built-in models are built. What has not changed comes from the cache.
     """
@@ -45,15 +51,38 @@ def build(names: tuple[str, ...], folder: str, workers: int, platforms: str | No
     from fmus.catalogue import built_in_models, find_modelica_model
     from fmus.platforms import find_platforms
 
-    models = [find_modelica_model(name) for name in names or built_in_models()]
-    targets = targets_of(models, Path(folder), find_platforms(platforms) if platforms else ())
+    blocks = [Path(name) for name in names if name.endswith(".json")]
+    models = [find_modelica_model(name) for name in names or built_in_models() if not name.endswith(".json")]
+    others = find_platforms(platforms) if platforms else ()
+    targets = targets_of(models, Path(folder), others)
     with progress(quiet) as say:
-        say(f"building {len(targets)} FMUs")
-        notes = build_all(targets, workers)
+        say(f"building {len(targets) + 2 * len(blocks)} FMUs")
+        notes = build_all(targets, workers) if targets else {}
+        learned = _blocks(blocks, Path(folder), others)
     if not quiet:
         for name, found in notes.items():
             click.echo("\n".join(f"{name}: {note}" for note in found), err=True)
-    show("\n".join(str(target.path) for target in targets), quiet)
+    show("\n".join(map(str, [*(target.path for target in targets), *learned])), quiet)
+
+
+def _blocks(files: Sequence[Path], folder: Path, platforms: "tuple[Platform, ...]") -> list[Path]:
+    """FMUs of saved blocks, in all FMI versions."""
+    if not files:
+        return []
+    from fmus.build import SUFFIXES
+    from orchestrator.gp.export import block_fmu
+    from orchestrator.gp.saved import read_block
+
+    named: dict[str, Path] = {}
+    for file in files:
+        if named.setdefault(file.stem, file) != file:
+            raise MisfitError(f"{named[file.stem]} and {file} both build {file.stem}.fmu; use two --out folders")
+    read = {name: read_block(file) for name, file in named.items()}
+    return [
+        block_fmu(block, folder / f"{name}{suffix}", fmi_version, platforms)
+        for name, block in read.items()
+        for fmi_version, suffix in SUFFIXES.items()
+    ]
 
 
 @click.command()
