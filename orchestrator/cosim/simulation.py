@@ -3,6 +3,7 @@
 import math
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from types import TracebackType
 from typing import Any
 
@@ -14,6 +15,7 @@ from orchestrator.cosim.assembly import Assembly, assemble
 from orchestrator.cosim.engine.table import Table, left_to_python, why_not
 from orchestrator.cosim.masters import TableMaster
 from orchestrator.cosim.masters.coupling import Coupling
+from orchestrator.cosim.masters.rollback import Point, restore, save
 from orchestrator.cosim.progress import Progress
 from orchestrator.cosim.results.column import Column
 from orchestrator.cosim.results.recorder import Nowhere, Recorder
@@ -22,6 +24,15 @@ from orchestrator.cosim.wiring import OUTSIDE
 
 _BLOCK_ROWS = 4096
 _BLOCK_S = 0.05
+
+
+@dataclass(frozen=True)
+class SavedPoint:
+    """A communication point of a simulation: its values and states, and how its time is counted."""
+
+    coupling: Point
+    start: float
+    k: int
 
 
 class Simulation:
@@ -167,6 +178,21 @@ class Simulation:
             self._hand_over()
             self._progress.leave()
         return self.coupling.ended is None
+
+    def save(self) -> "SavedPoint":
+        """Everything at the present communication point, to come back to with `restore`.
+
+        Raises:
+            ComponentError: if a component cannot save its state.
+        """
+        self.initialise()
+        return SavedPoint(save(self.coupling), self._start, self._k)
+
+    def restore(self, point: "SavedPoint") -> None:
+        """Go back to a saved point, as often as wanted; the next rows go to a recorder that begins there."""
+        restore(self.coupling, point.coupling)
+        self._start, self._k = point.start, point.k
+        self._recorder, self._recorded_time = None, -math.inf
 
     def get(self, address: str) -> Any:
         """Value of a variable, `component.variable`, or of an output of the system, by its name."""

@@ -10,6 +10,7 @@ from orchestrator.cosim.system import RunSettings, System
 from orchestrator.regress.case import Case
 from orchestrator.regress.check_tables import default_check
 from orchestrator.regress.comparison import Check, Signal, SignalVerdict
+from orchestrator.regress.experiments import with_own_experiment
 from orchestrator.regress.outcome import Curve, Outcome, WholeVerdict, curve_of
 from orchestrator.regress.prepare import system_of
 from orchestrator.regress.recording import Recording, missing_reason, record, wanted_signals
@@ -142,13 +143,15 @@ def _verdict(check: Check, result: Signal, reference: Signal | None, expected: E
 
 def completed(case: Case) -> Case:
     """The case with the experiment that its reference brings along, where it says nothing itself."""
-    from orchestrator.regress.experiments import with_measured_inputs, with_own_experiment
-
-    if case.reference is None:
-        return case
-    if case.reference.kind == "own":
+    kind = "" if case.reference is None else case.reference.kind
+    if kind == "own":
         return with_own_experiment(case)
-    return with_measured_inputs(case) if case.reference.kind == "measurement" else case
+    if kind == "measurement":
+        # What estimates noise takes most of a second to import.
+        from orchestrator.regress.measured import with_measured_inputs
+
+        return with_measured_inputs(case)
+    return case
 
 
 def expected_of(case: Case, system: System, progress: Watched | None) -> Expected | None:
@@ -165,7 +168,7 @@ def expected_of(case: Case, system: System, progress: Watched | None) -> Expecte
     if reference.kind == "own":
         return expected_of_fmu(_only_fmu(system))
     if reference.kind == "measurement":
-        from orchestrator.regress.experiments import expected_from_measurement
+        from orchestrator.regress.measured import expected_from_measurement
 
         return expected_from_measurement(case, reference)
     other = system_of(case, reference.source)

@@ -1,4 +1,4 @@
-"""Checks of a whole model beside its trajectories, by name; each is a module of `wholes_...` with `judge`."""
+"""Checks of a whole model beside its trajectories, by name; each is a module of the folder `whole` with `judge`."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -12,8 +12,8 @@ from orchestrator.measurements.wording import shown
 CHECKS: dict[str, dict[str, Any]] = {
     "conformance": {"accept": ()},
     "determinism": {},
-    "save_restore": {"at": 0.5},
-    "convergence": {"halvings": 2},
+    "save_restore": {"at": 0.5, "within": 0.0},
+    "convergence": {"halvings": 2, "within": 1e-3},
     "release": {"fmu": None, "allow": "minor"},
     "speed": {"fmu": None, "at_most": 1.5, "memory_at_most": 1.5, "runs": 5},
 }

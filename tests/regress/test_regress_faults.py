@@ -1,0 +1,128 @@
+"""FMUs that crash, hang, are for other machines or give nonsense: the right verdict, the suite goes on, nothing is left."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from cases_of_balls import case_file, decay_reference, fmu
+from fault_table import FAULTS
+from faulty import held, write_fmu
+from odd_fmus import odd_fmu
+
+from orchestrator.regress.case import Case
+from orchestrator.regress.case_file import read_cases
+from orchestrator.regress.collect import collect
+from orchestrator.regress.outcome import exit_code
+from orchestrator.regress.pool import Lane, run_cases
+
+# y' = u = 1 from 0, so y = t.
+RAMP = "time,y\n" + "\n".join(f"{k / 100!r},{k / 100!r}" for k in range(101)) + "\n"
+
+
+def _case(folder: Path, path: Path, more: str = "") -> Case:
+    (folder / "ramp.csv").write_text(RAMP)
+    text = f'model = "{path.name}"\nreference = "ramp.csv"\n[run]\nstop = 1.0\nstep = 0.01\n{more}'
+    return read_cases(case_file(folder, path.stem, text))[0]
+
+
+@pytest.mark.parametrize(
+    ("fault", "problem", "words"),
+    [
+        ("segmentation fault", "component", "FMU 'tank' crashed in step at t = 0.5 s: segmentation fault"),
+        ("`abort()`", "component", "it said: solver: matrix is singular"),
+        ("endless loop", "component", "gave no answer for 1 s"),
+        ("`exit(0)`", "component", "ended its process in step at t = 0.5 s"),
+        ("allocates and fills 10 GB", "component", "GiB of memory"),
+        ("NaN output", "component", "nan"),
+        ("status Error, with a message", "component", "the tank at 3 percent is empty"),
+        ("instantiate returns NULL", "component", "could not be instantiated"),
+        ("missing dependency library", "input", "which is not installed"),
+        ("binary for another architecture", "input", "is built for aarch64"),
+        ("none", "", ""),
+    ],
+)
+def test_a_faulty_fmu_gets_the_right_verdict_in_words(fault: str, problem: str, words: str, tmp_path: Path) -> None:
+    case = _case(tmp_path, write_fmu(tmp_path / "tank.fmu", FAULTS[fault]()))
+    limits = replace(case.limits, memory_gib=0.5, patience_s=1.0 if fault == "endless loop" else 60.0)
+
+    (outcome,) = run_cases([replace(case, limits=limits)])
+
+    assert (outcome.verdict, outcome.problem) == ("error" if problem else "passed", problem), outcome.reason
+    assert words in outcome.reason.lower() if fault == "NaN output" else words in outcome.reason
+
+
+def test_a_suite_goes_on_after_crashes_and_leaves_nothing_behind(tmp_path: Path) -> None:
+    crash, ball = write_fmu(tmp_path / "crash.fmu", FAULTS["segmentation fault"]()), fmu(tmp_path, "decay")
+    decay_reference(tmp_path / "exact.csv")
+    bad = [_case(tmp_path, crash)] * 2
+    good = read_cases(
+        case_file(tmp_path, "d", f'model = "{ball.name}"\nreference = "exact.csv"\nrun = {{ stop = 2.0, step = 0.01 }}')
+    )
+    before = held()
+
+    outcomes = run_cases([bad[0], good[0], bad[1], good[0], good[0]], workers=2)
+
+    assert [each.verdict for each in outcomes] == ["error", "passed", "error", "passed", "passed"]
+    assert exit_code(outcomes) == 3
+    assert held() == before
+
+
+def test_a_case_that_passes_only_when_tried_again_has_failed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ODD_MARK", str(tmp_path / "mark"))
+    case = _case(tmp_path, odd_fmu(tmp_path, "once"), "[limits]\nretries = 2\n")
+
+    lane = Lane()
+    outcome, after = lane.run(case), lane.run(case)
+    lane.close()
+
+    assert (outcome.verdict, outcome.flaky, outcome.attempts) == ("failed", True, 2)
+    assert "flaky: attempt 1 of 2 did not pass" in outcome.reason and "crashed" in outcome.reason
+    assert (after.verdict, after.attempts) == ("passed", 1)
+
+
+def test_a_case_that_fails_each_time_says_how_often_it_was_tried(tmp_path: Path) -> None:
+    case = _case(
+        tmp_path, write_fmu(tmp_path / "t.fmu", FAULTS["instantiate returns NULL"]()), "[limits]\nretries = 1\n"
+    )
+
+    (outcome,) = run_cases([case])
+
+    assert (outcome.verdict, outcome.flaky, outcome.attempts) == ("error", False, 2)
+
+
+def test_a_run_that_never_pauses_is_stopped_by_the_limit_of_its_case(tmp_path: Path) -> None:
+    case = _case(tmp_path, odd_fmu(tmp_path, "slow"), "[limits]\nseconds = 1.2\n")
+
+    (outcome,) = run_cases([case])
+
+    assert outcome.verdict == "error" and "took more than 1.2 s" in outcome.reason
+    assert outcome.took_s < 10.0
+
+
+def test_a_value_that_is_no_number_for_one_step_is_never_passed(tmp_path: Path) -> None:
+    """The reference has a NaN in the same place, which many a tool takes for agreement."""
+    case = _case(tmp_path, odd_fmu(tmp_path, "blink"))
+    (tmp_path / "ramp.csv").write_text(RAMP.replace("0.5,0.5\n", "0.5,nan\n"))
+
+    (outcome,) = run_cases([case])
+
+    assert outcome.verdict in ("failed", "error")
+    assert "nan" in outcome.reason.lower() or "no number" in outcome.reason
+
+
+def test_a_file_that_is_no_fmu_and_a_case_that_is_no_toml_are_told_beside_the_others(tmp_path: Path) -> None:
+    (tmp_path / "broken.fmu").write_bytes(b"this is no archive")
+    (tmp_path / "odd.regress.toml").write_text("model = [")
+    fmu(tmp_path, "decay")
+    decay_reference(tmp_path / "decay_ref.csv")
+    (tmp_path / "decay_ref.opt").write_text("StopTime, 2.0\nStepSize, 0.01\n")
+
+    cases, wrong = collect([tmp_path])
+    outcomes = [*wrong, *run_cases(cases)]
+
+    assert {each.name: each.verdict for each in outcomes} == {
+        "odd.regress.toml": "error",
+        "broken": "error",
+        "decay": "passed",
+    }
+    assert exit_code(outcomes) == 2
