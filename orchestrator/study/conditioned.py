@@ -76,7 +76,7 @@ def given_bench(initial: Initial, corrections: Corrections) -> Conditioned:
 
     The models see as many of the inputs (q1, q2, w1, w2) as the bench data have.
     """
-    inputs = initial.observations[0].inputs.shape[1]
+    inputs = initial.inputs
     states, grid = corrections.state[:, :inputs], GRID[:, :inputs]
     count = len(states)
     predicted, covariance = np.zeros((count, 2)), np.zeros((count, count))

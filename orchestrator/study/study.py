@@ -23,7 +23,7 @@ Say = Callable[[str], None]
 LIMITS = (140.0, 90.0)
 SEEDS = 5
 # What is drawn 4096 times: variant and initial set.
-GROWTHS = (("joint", "small"), ("joint", "full"), ("compensated", "small"))
+GROWTHS = (("joint", "small"), ("joint", "full"), ("refitted", "small"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,18 +94,8 @@ def _grown(case: Case, draws: int, work: Work, say: Say) -> Growth:
     problem = case.outcome.problem
     assert problem is not None
     what = f"draws for seed {case.seed}, {case.variant}, {case.initial} initial set"
-    chunks = _do(work, tasks(problem, SIZES, draws, case.seed), say, what)
-    before = before_of(problem)
-    return Growth(
-        case.seed, case.initial, case.variant, 1.0 - np.concatenate(chunks) / before, case.outcome.improvement
-    )
-
-
-def before_of(problem: Any) -> Array:
-    """Errors of the initial models, (6,) N."""
-    from orchestrator.study.conditioned import given_bench
-
-    return given_bench(problem.initial, problem.corrections.rows(np.arange(1))).before
+    errors = np.concatenate(_do(work, tasks(problem, SIZES, draws, case.seed), say, what))
+    return Growth(case.seed, case.initial, case.variant, 1.0 - errors / case.outcome.before, case.outcome.improvement)
 
 
 def _do(work: Work, todo: list[Any], say: Say, what: str) -> list[Any]:

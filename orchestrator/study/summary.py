@@ -125,7 +125,7 @@ def bars(study: Study) -> list[Bar]:
         Bar("largest improvement of the weak pair, %", max(each[k].median for k in WEAK), -5.0, 20.0),
         Bar("cost of leaving out joint speeds, points", strong_mean(main).median - blind.median, 15.0, inf),
     ]
-    for variant in ("joint", "clear of stops", "compensated"):
+    for variant in ("joint", "clear of stops", "compensated", "refitted"):
         hard = improvements(chosen(study, variant, "small", LIMITS[1]))
         least = min(muscle.median for muscle in hard)
         found.append(

@@ -14,7 +14,7 @@ from orchestrator.study.corrections import Corrections
 from orchestrator.study.draws import Problem
 from orchestrator.study.initial import Initial
 from orchestrator.study.muscles import MUSCLES, capabilities
-from orchestrator.study.noise_models import learn
+from orchestrator.study.noise_models import learn, refit
 from orchestrator.study.selection import EXCLUDED_N, clear_of_stops, informative, only, robust, settled
 
 Array = NDArray[Any]
@@ -29,15 +29,20 @@ class Setting:
     blind: Initial
     corrections: Corrections
 
+    def initial_of(self, problem: Problem) -> Initial:
+        """The models that a problem began with: those with as many inputs."""
+        return self.blind if problem.initial.inputs == self.blind.inputs else self.initial
+
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """Improvement of each muscle, (6,), by `used` corrections.
+    """Improvement of each muscle, (6,), by `used` corrections, as a share of the errors `before`, (6,) N.
 
     `value` is -log likelihood of these where noise was learnt, `problem` what was solved where draws can be made of it.
     """
 
     improvement: Array
+    before: Array
     used: int
     value: float | None = None
     problem: Problem | None = None
@@ -95,6 +100,17 @@ def most_informative(setting: Setting) -> tuple[Problem, float]:
     return Problem(problem.initial, problem.corrections, only(problem.deviation[kept], kept)), value
 
 
+def refitted(setting: Setting) -> tuple[Problem, float]:
+    """As compensated, with the hyperparameters of all subsystems fitted anew to bench data and corrections together."""
+    corrections = setting.corrections.compensated()
+    kept = clear_of_stops(corrections)
+    chosen = corrections.rows(kept)
+    found = refit(setting.initial, chosen, given_bench(setting.initial, chosen))
+    deviation = found.observations[-1].deviation
+    initial = Initial(found.latents, setting.initial.observations)
+    return Problem(initial, corrections, only(deviation, kept)), found.value
+
+
 LEARNERS: dict[str, Callable[[Setting], tuple[Problem, float | None]]] = {
     "joint": joint,
     "without velocity": without_velocity,
@@ -105,6 +121,7 @@ LEARNERS: dict[str, Callable[[Setting], tuple[Problem, float | None]]] = {
     "no outliers": without_outliers,
     "compensated": compensated,
     "informative 200": most_informative,
+    "refitted": refitted,
 }
 READINGS: dict[str, Reading] = {"printed raw": "raw", "printed residual": "residual", "printed sum": "sum"}
 VARIANTS = (*LEARNERS, *READINGS)
@@ -116,8 +133,10 @@ def outcome(name: str, setting: Setting) -> Outcome:
         return _printed(setting, READINGS[name])
     problem, value = LEARNERS[name](setting)
     given = given_bench(problem.initial, problem.corrections)
+    errors = given.errors(problem.deviation, np.arange(len(problem.deviation)))
+    before = given_bench(setting.initial_of(problem), setting.corrections.rows(np.arange(1))).before
     used = int(np.count_nonzero(problem.deviation < EXCLUDED_N))
-    return Outcome(given.improvement(problem.deviation), used, value, problem)
+    return Outcome(1.0 - errors / before, before, used, value, problem)
 
 
 def _learnt(initial: Initial, corrections: Corrections, kind: str, kept: Array | None) -> tuple[Problem, float]:
@@ -146,4 +165,4 @@ def _printed(setting: Setting, reading: Reading) -> Outcome:
         observations = [*setting.initial.observations, corrections]
         mean = condition_printed(setting.initial.latents, observations, muscle, reading).mean(muscle, GRID)
         after.append(size_over_grid(mean - true[:, place]))
-    return Outcome(1.0 - np.array(after) / before, len(problem.deviation))
+    return Outcome(1.0 - np.array(after) / before, before, len(problem.deviation))
