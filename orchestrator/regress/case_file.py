@@ -11,9 +11,9 @@ from orchestrator.measurements.toml_values import TomlTable, number
 from orchestrator.measurements.wording import shown
 from orchestrator.regress.case import Case, Limits, Reference, Stimulus
 from orchestrator.regress.check_tables import read_signals, read_tolerance
+from orchestrator.regress.names import ENDING
 from orchestrator.regress.wholes import settings_of
 
-ENDING = ".regress.toml"
 _CASE = (
     "model",
     "run",
@@ -30,16 +30,6 @@ _CASE = (
 _RUN = ("start", "stop", "step", "master", "tolerance", "interface")
 _INTERFACES = ("CoSimulation", "ModelExchange")
 _LIMITS = ("seconds", "patience_s", "memory_gib", "retries")
-
-
-def is_case_file(path: Path) -> bool:
-    """Whether a file holds cases, going by its name.
-
-    Example:
-        >>> is_case_file(Path("models/ball.regress.toml")), is_case_file(Path("models/arm.toml"))
-        (True, False)
-    """
-    return path.name == "regress.toml" or path.name.endswith(ENDING)
 
 
 def read_cases(path: Path) -> list[Case]:

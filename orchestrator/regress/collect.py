@@ -5,7 +5,8 @@ from pathlib import Path
 
 from fmus.errors import MisfitError
 from orchestrator.regress.case import Case, Reference, Stimulus
-from orchestrator.regress.case_file import is_case_file, read_cases
+from orchestrator.regress.case_file import read_cases
+from orchestrator.regress.names import is_case_file
 from orchestrator.regress.outcome import Outcome
 from orchestrator.regress.reference import named_results, replay_of
 
@@ -35,7 +36,7 @@ def collect(paths: Sequence[Path]) -> tuple[list[Case], list[Outcome]]:
         named = {(case.folder / case.model).resolve() for case in cases}
         for file in files:
             if file.suffix == ".fmu" and file.resolve() not in named:
-                cases += _own_case(file, required=file == path)
+                cases += own_cases(file, required=file == path)
         if len(cases) + len(broken) == before:
             raise MisfitError(f"{path} holds no cases; expected NAME.regress.toml, or FMUs that bring results along")
     unique = {(case.file.resolve(), case.name): case for case in cases}
@@ -61,7 +62,7 @@ def _files(path: Path) -> Iterator[Path]:
             yield entry
 
 
-def _own_case(path: Path, required: bool) -> list[Case]:
+def own_cases(path: Path, required: bool) -> list[Case]:
     """The case of an FMU without a case file; none if it brings no results, unless they are required."""
     try:
         if replay_of(path) is not None or named_results(path) is not None:

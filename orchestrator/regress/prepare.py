@@ -1,7 +1,6 @@
 """From a case to a system that can run: the model with its parameters, and what drives its inputs."""
 
 from dataclasses import replace
-from pathlib import Path
 
 from fmus.errors import MisfitError
 from orchestrator.cosim.addresses import resolve
@@ -15,7 +14,8 @@ from orchestrator.regress.stimulus import SOURCE
 from orchestrator.regress.tables import read_table
 from orchestrator.regress.wave import Wave, checked_wave, generated
 
-_DRIVE = "drive"
+# Name of the component that drives the inputs.
+DRIVE = "inputs_of_the_case"
 _DEFAULT_STEPS = 500
 
 
@@ -55,7 +55,7 @@ def system_of(case: Case, model: str = "") -> System:
 
 def single(system: System) -> str:
     """Name of the only component besides what drives it; "" if there are several."""
-    names = [name for name in system.components if name != _DRIVE]
+    names = [name for name in system.components if name != DRIVE]
     return names[0] if len(names) == 1 else ""
 
 
@@ -123,13 +123,13 @@ def _driven(system: System, waves: dict[str, tuple[Wave, str]]) -> System:
         ports.append(
             Port(name, "output", port.type, unit=unit or port.unit, si=None if unit else port.si, items=port.items)
         )
-        connections += [Connection(f"{_DRIVE}.{name}", target) for target in targets]
-    if _DRIVE in system.components:
-        raise MisfitError(f"system {system.name!r} has a component {_DRIVE!r}, a name that cases use; rename it")
+        connections += [Connection(f"{DRIVE}.{name}", target) for target in targets]
+    if DRIVE in system.components:
+        raise MisfitError(f"system {system.name!r} has a component {DRIVE!r}, a name that cases use; rename it")
     arguments = {"ports": ports, "waves": {name: wave for name, (wave, _) in waves.items()}}
-    drive = ComponentSpec(_DRIVE, "python", SOURCE, options={"arguments": arguments})
+    drive = ComponentSpec(DRIVE, "python", SOURCE, options={"arguments": arguments})
     # First, so that what it drives gets the values of the instant.
-    components = {_DRIVE: drive, **system.components}
+    components = {DRIVE: drive, **system.components}
     kept = {name: targets for name, targets in inputs.items()}
     return replace(system, components=components, connections=(*system.connections, *connections), inputs=kept)
 
@@ -142,8 +142,3 @@ def _target(system: System, address: str) -> Port:
     component, variable = split_address(address)
     ports = {port.name: port for port in describe(system.component(component), system.folder).ports}
     return resolve(ports, variable, component)[0].port
-
-
-def folder_of(path: str) -> Path:
-    """The folder of a model's file."""
-    return Path(path).parent

@@ -15,7 +15,7 @@ from orchestrator.cosim.simulation import Simulation
 from orchestrator.cosim.system import System, split_address
 from orchestrator.cosim.wording import nearest
 from orchestrator.regress.comparison import Signal
-from orchestrator.regress.prepare import single
+from orchestrator.regress.prepare import DRIVE, single
 from orchestrator.regress.watched import Watched
 
 
@@ -53,7 +53,7 @@ def wanted_signals(system: System, names: Sequence[str] = ()) -> tuple[Wanted, t
     ports = _ports(system)
     if not names:
         names = [_short(address, alone) for address, port in ports.items() if port.causality == "output"]
-        names = [name for name in names if not name.startswith("drive.")]
+        names = [name for name in names if not name.startswith(f"{DRIVE}.")]
     addresses, missing = {}, []
     for name in names:
         address = next((a for a in (name, f"{alone}.{name}", system.outputs.get(name, "")) if a in ports), None)
