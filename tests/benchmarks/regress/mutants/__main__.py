@@ -30,6 +30,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=ROOT / "build/bench-regress")
     parser.add_argument("--report", type=Path, default=ROOT / "docs/benchmarks/regress.md")
     arguments = parser.parse_args()
+    until = time.perf_counter() + arguments.budget
     out = arguments.out / version()
     workshop = Workshop.open(out / "workshop")
     fates: list[Fate] = []
@@ -39,10 +40,10 @@ def main() -> None:
         campaign = Campaign(subject, out / subject.name, workshop)
         campaign.prepare()
         mutants = chosen_mutants(subject, arguments.per_row)
-        campaign.run(mutants, until=arguments.budget, clock=time.perf_counter)
+        campaign.run(mutants, until=until, clock=time.perf_counter)
         chosen += len(mutants)
         fates += [campaign.fates[mutant.name] for mutant in mutants if mutant.name in campaign.fates]
-        if time.perf_counter() < arguments.budget:
+        if time.perf_counter() < until:
             rebuilds[subject.name] = run_rebuilds(subject, campaign.folder, workshop)
         print(
             f"{subject.name}: {len(campaign.fates)} mutants, {len(rebuilds.get(subject.name, {}))} rebuilds", flush=True
