@@ -38,7 +38,7 @@ def minimise(
 ) -> Found:
     """Search from `begin` within bounds (k,); the objective gives value and gradient, NaN where it has none.
 
-    Each step solves a quadratic program with bounds (CasADi, qrqp) whose matrix learns from the gradients (BFGS, damped as
+    Each step solves a quadratic program with bounds (CasADi, DAQP) whose matrix learns from the gradients (BFGS, damped as
     Powell 1978); a step that does not gain enough is cut. `curvature` is the matrix to begin with, where one is known. It ends where a
     step would gain less than `promise`.
     """
@@ -73,8 +73,8 @@ class _Point:
 
 
 def _program(count: int) -> casadi.Function:
-    options: dict[str, Any] = {"print_iter": False, "print_header": False, "error_on_fail": False}
-    return casadi.conic("step", "qrqp", {"h": casadi.Sparsity.dense(count, count)}, options)
+    options: dict[str, Any] = {"error_on_fail": False}
+    return casadi.conic("step", "daqp", {"h": casadi.Sparsity.dense(count, count)}, options)
 
 
 def _first(slope: Array) -> Array:

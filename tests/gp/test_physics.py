@@ -1,0 +1,69 @@
+"""Prior means from a physics model, against running that model."""
+
+import numpy as np
+import pytest
+
+from fmus.catalogue import find_modelica_model
+from fmus.errors import MisfitError
+from orchestrator.gp.covariance import Latent
+from orchestrator.gp.kernels import SquaredExponential
+from orchestrator.gp.observations import observe
+from orchestrator.gp.physics import prior_means
+from orchestrator.gp.posterior import condition
+from orchestrator.models.symbolic import SymbolicModel
+
+STATES = ("linkage.q[1]", "linkage.q[2]", "linkage.w[1]", "linkage.w[2]")
+TORQUES = ("tauMuscle[1]", "tauMuscle[2]")
+ACTIVATIONS = tuple(f"alpha_{k}" for k in range(1, 7))
+POINTS = np.random.default_rng(0).uniform([0.2, 0.8, -1, -1], [1.2, 1.8, 1, 1], size=(5, 4))
+
+
+@pytest.fixture(scope="module")
+def system():
+    return find_modelica_model("arm").compile()
+
+
+@pytest.fixture(scope="module")
+def means(system):
+    return prior_means(system, TORQUES, STATES, ACTIVATIONS)
+
+
+def test_statics_and_capabilities_add_up_to_the_torque_that_the_model_simulates(system, means):
+    statics, muscles = means
+    alpha = np.random.default_rng(1).uniform(size=6)
+    inputs = np.tile([*alpha, 0.0, 0.0, 0.0, 0.0], (2, 1))
+    model = SymbolicModel("arm", system, TORQUES)
+    for point in POINTS:
+        start = dict(zip(STATES, point, strict=True))
+        torque = model.simulate(np.array([0.0, 1e-4]), inputs, TORQUES, start)[0]
+        parts = [
+            statics.mean(point[None])[0],
+            *(a * m.mean(point[None])[0] for a, m in zip(alpha, muscles, strict=True)),
+        ]
+        assert np.sum(parts, axis=0) == pytest.approx(torque, rel=1e-12)
+
+
+def test_gradients_are_slopes_of_the_means(means):
+    step = 1e-6
+    for part in (means[0], *means[1]):
+        found = part.gradient(POINTS)
+        for k in range(4):
+            moved = step * np.eye(4)[k]
+            slope = (part.mean(POINTS + moved) - part.mean(POINTS - moved)) / (2 * step)
+            assert np.allclose(found[:, :, k], slope, rtol=1e-6, atol=1e-7)
+
+
+def test_without_data_the_posterior_is_the_physics_model_and_far_from_data_it_returns_to_it(means):
+    statics, _ = means
+    latents = {"statics": Latent(SquaredExponential(1.0, (0.1,) * 4), statics.mean, statics.gradient)}
+    seen = observe("d", POINTS[:1], "statics", statics.mean(POINTS[:1]) + 0.5, 0.01)
+    found = condition(latents, [seen])
+    far = POINTS[:1] + 3.0
+    assert np.allclose(found.mean("statics", far), statics.mean(far), rtol=1e-12)
+    assert np.allclose(found.mean("statics", POINTS[:1]), statics.mean(POINTS[:1]) + 0.5, atol=1e-3)
+    assert np.allclose(found.gradient("statics", far), statics.gradient(far), rtol=1e-9)
+
+
+def test_a_name_that_the_model_lacks_is_refused(system):
+    with pytest.raises(MisfitError, match="Arm has no 'alpha_7'"):
+        prior_means(system, TORQUES, STATES, ("alpha_7",))
