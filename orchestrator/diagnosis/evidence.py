@@ -1,7 +1,7 @@
 """What a set of effects explains in free runs of the learning trials."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from orchestrator.diagnosis.candidates import Candidate, EffectSet, model_of
 from orchestrator.diagnosis.metric import Metric, stride_for, white_metric
 from orchestrator.diagnosis.nuisances import Nuisances
 from orchestrator.measurements import BoundSet, BoundTrial
-from orchestrator.models.estimation import STEEPEST, Fit, Record, fit
+from orchestrator.models.estimation import STEEPEST, Fit, Prior, Record, fit, linearise
 from orchestrator.models.smoothing import SmoothedTrial
 from orchestrator.models.symbolic import SymbolicModel
 
@@ -18,6 +18,9 @@ from orchestrator.models.symbolic import SymbolicModel
 TOLERANCE = 1e-6
 # A departure from absence by less than this share of it may be rounding.
 ROUNDING = 1e-6
+# A fit is repeated with shorter steps if they change its misfit by more than one, and by more than this share of it.
+NOTICED = 1e-3
+MOST_FINER = 4
 
 
 @dataclass(frozen=True)
@@ -128,6 +131,7 @@ def refit(
     nuisances: np.ndarray | None = None,
     *,
     tolerance: float = TOLERANCE,
+    earlier: Fit | None = None,
 ) -> Refit:
     """Fit a set's parameters, the nuisances, and the start values of all trials, by free runs.
 
@@ -135,13 +139,15 @@ def refit(
         first: first values of the effects' parameters (k,), or several rows of them: that with the best free runs is taken.
         nuisances: first values of the nuisances, their nominal ones if left out.
         tolerance: change of the misfit, as a share, at which the fit ends.
+        earlier: a fit of the same set, from where start values and clocks are searched.
     """
     low, high = effects.bounds()
     extra, model = learning.nuisances, with_nuisances(effects, learning)
     others = extra.mean if nuisances is None else nuisances
     guesses = [np.r_[_inside(row, effects), others] for row in np.atleast_2d(first)]
     guess = guesses[0] if len(guesses) == 1 else min(guesses, key=lambda g: _rough_misfit(model, learning, g))
-    return _fit(effects, model, learning, guess, np.r_[low, extra.low], np.r_[high, extra.high], tolerance)
+    bounds = (np.r_[low, extra.low], np.r_[high, extra.high])
+    return _fit(effects, model, learning, guess, *bounds, tolerance, earlier)
 
 
 def _inside(first: np.ndarray, effects: EffectSet) -> np.ndarray:
@@ -212,6 +218,7 @@ def _fit(
     low: np.ndarray,
     high: np.ndarray,
     tolerance: float = TOLERANCE,
+    earlier: Fit | None = None,
 ) -> Refit:
     prior = learning.nuisances.prior(len(guess) - len(learning.nuisances.names))
     found: Refit | None = None
@@ -219,7 +226,7 @@ def _fit(
         # Start values are bounded by what the encoders show, and what they show depends on a sensor error's size.
         parameters = model.compiled.with_values(guess)
         records = tuple(model.record(trial, parameters) for trial in learning.trials)
-        steps = _steps(model, records, parameters, learning)
+        steps = _steps(model, _begun(records, earlier), parameters, learning)
         again = fit(
             model.compiled,
             records,
@@ -232,22 +239,48 @@ def _fit(
             reduce=learning.metrics,
             tolerance=tolerance,
             threads=1,
+            earlier=earlier,
         )
         if found is None or steps > found.substeps or again.misfit < found.fit.misfit:
             found = Refit(effects, model, records, again, steps)
-        guess = again.values
+        guess, earlier = again.values, again
         moved = model.reads_through_parameters and _pressed(again.starts, records)
-        # Steps that were short enough for a poor first guess may be too long for a good fit.
-        nearer = tolerance <= TOLERANCE and steps < _steps(model, records, model.compiled.with_values(guess), learning)
-        if not (moved or nearer):
+        if not (moved or (tolerance <= TOLERANCE and _steps_were_long(found, learning, prior))):
             break
     assert found is not None
     return found
 
 
+def _begun(records: Sequence[Record], earlier: Fit | None) -> Sequence[Record]:
+    """Records that begin at the start values that a fit has found, if there is one."""
+    if earlier is None:
+        return records
+    return [replace(r, start=start) for r, start in zip(records, earlier.starts, strict=True)]
+
+
 def _steps(model: SymbolicModel, records: Sequence[Record], parameters: np.ndarray, learning: LearningData) -> int:
-    """Integration steps in a sample interval, by the first two trials."""
-    return max(model.substeps(record, parameters, learning.trials[0].noise) for record in records[:2])
+    """Integration steps in a sample interval that are enough for every trial."""
+    return max(model.substeps(record, parameters, learning.trials[0].noise) for record in records)
+
+
+def _steps_were_long(found: Refit, learning: LearningData, prior: Prior) -> bool:
+    """Whether steps that were short enough for a poor first guess are too long for the fit that came of it."""
+    model, parameters = found.model, found.model.compiled.with_values(found.fit.values)
+    needed = _steps(model, _begun(found.records, found.fit), parameters, learning)
+    # A state so fast that it needs more is at rest within a step; how fast it is no longer shows.
+    if not found.substeps < needed <= MOST_FINER * found.substeps:
+        return False
+    errors, _ = linearise(
+        model.compiled,
+        found.records,
+        np.ones(len(model.signals)),
+        found.fit,
+        substeps=needed,
+        prior=prior,
+        reduce=learning.metrics,
+    )
+    change = abs(float(errors @ errors) - found.fit.misfit)
+    return change > max(1.0, NOTICED * found.fit.misfit)
 
 
 def _pressed(starts: Sequence[np.ndarray], records: Sequence[Record]) -> bool:

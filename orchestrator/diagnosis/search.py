@@ -21,6 +21,7 @@ from orchestrator.diagnosis.screening import Explanation, Screened, Screener
 from orchestrator.diagnosis.tangent import Tangent
 from orchestrator.diagnosis.trace import Accepted, Trace
 from orchestrator.diagnosis.work import Here, ScreenTask, Work, done_by
+from orchestrator.models.estimation import Fit
 from orchestrator.models.symbolic import SymbolicModel
 
 MOST_EFFECTS = 3
@@ -242,7 +243,8 @@ class Searcher:
             return [r for r in self._side_by_side(one, entries) if r is not None]
 
         def closer(found: Refit) -> Refit:
-            better = self._attempted(found.effects.candidates, found.values, found.fit.values[found.size :])
+            nuisances = found.fit.values[found.size :]
+            better = self._attempted(found.effects.candidates, found.values, nuisances, earlier=found.fit)
             return found if better is None else better
 
         smaller = fitted(ordered, ())
@@ -250,21 +252,31 @@ class Searcher:
         return [*self._side_by_side(closer, rough[:POLISHED]), *rough[POLISHED:]]
 
     def _attempted(
-        self, chosen: Sequence[Candidate], first: np.ndarray, nuisances: np.ndarray, tolerance: float = TOLERANCE
+        self,
+        chosen: Sequence[Candidate],
+        first: np.ndarray,
+        nuisances: np.ndarray,
+        tolerance: float = TOLERANCE,
+        earlier: Fit | None = None,
     ) -> Refit | None:
         """Refit a set; None, and the reason in the trace, if it cannot be built, simulated or fitted."""
         try:
-            return self._fitted(chosen, first, nuisances, tolerance)
+            return self._fitted(chosen, first, nuisances, tolerance, earlier)
         except MisfitError as error:
             self.trace.fail(chosen, error)
             return None
 
     def _fitted(
-        self, chosen: Sequence[Candidate], first: np.ndarray, nuisances: np.ndarray, tolerance: float = TOLERANCE
+        self,
+        chosen: Sequence[Candidate],
+        first: np.ndarray,
+        nuisances: np.ndarray,
+        tolerance: float = TOLERANCE,
+        earlier: Fit | None = None,
     ) -> Refit:
         signals = self.nominal.signals
         try:
-            return done_by(self.work, self.base, chosen, signals, self.learning, first, nuisances, tolerance)
+            return done_by(self.work, self.base, chosen, signals, self.learning, first, nuisances, tolerance, earlier)
         except ValueError as error:  # bounds that exclude each other, numbers that overflow
             raise ComponentError(f"{' + '.join(c.label for c in chosen)} cannot be fitted: {error}") from error
 

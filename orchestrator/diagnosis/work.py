@@ -50,17 +50,21 @@ class RefitTask:
     first: np.ndarray
     nuisances: np.ndarray
     tolerance: float
+    earlier: Fit | None = None
 
     @property
     def key(self) -> str:
         """Hash over model, effects, data, first values and program."""
-        values = np.r_[self.first.ravel(), self.nuisances, self.tolerance]
+        begun = [] if self.earlier is None else [[self.earlier.shift], *self.earlier.starts]
+        values = np.concatenate([self.first.ravel(), self.nuisances, [self.tolerance], *begun])
         return _digest(self.base, self.candidates, self.signals, self.learning, values.tobytes())
 
     def run(self) -> tuple[Fit, tuple[Record, ...], int]:
         """The fit, the records as it saw them, and its integration steps in a sample."""
         effects = EffectSet(self.base, self.candidates, self.signals)
-        found = refit(effects, self.learning, self.first, self.nuisances, tolerance=self.tolerance)
+        found = refit(
+            effects, self.learning, self.first, self.nuisances, tolerance=self.tolerance, earlier=self.earlier
+        )
         return found.fit, found.records, found.substeps
 
 
@@ -210,10 +214,11 @@ def done_by(
     first: np.ndarray,
     nuisances: np.ndarray,
     tolerance: float = TOLERANCE,
+    earlier: Fit | None = None,
 ) -> Refit:
     """Refit a set of candidates, wherever the work is done."""
     values = (np.asarray(first, dtype=float), np.asarray(nuisances, dtype=float))
-    task = RefitTask(base, tuple(candidates), tuple(signals), learning, *values, tolerance)
+    task = RefitTask(base, tuple(candidates), tuple(signals), learning, *values, tolerance, earlier)
     effects = EffectSet(base, candidates, signals)
     found, records, substeps = work.do(task)
     return Refit(effects, with_nuisances(effects, learning), records, found, substeps)

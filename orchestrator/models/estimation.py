@@ -93,6 +93,7 @@ def fit(
     reduce: Reduce | Sequence[Reduce] = lambda series: series,
     tolerance: float = 1e-7,
     threads: int = 2,
+    earlier: Fit | None = None,
 ) -> Fit:
     """Fit the model's free parameters and every trial's start values.
 
@@ -107,6 +108,7 @@ def fit(
         reduce: linear map along the first axis, such as a filter, applied to residuals and gradients alike; one for all
             trials, or one for each.
         tolerance: iterate until the cost changes by less than this share.
+        earlier: a fit of the same model to the same records, where the search for start values and shift begins.
 
     Raises:
         ComponentError: if the model fails already at the first guess.
@@ -121,7 +123,8 @@ def fit(
         problem.join(low, -reach, [r.start_low for r in records]),
         problem.join(high, reach, [r.start_high for r in records]),
     )
-    guess = np.clip(problem.join(first, 0.0, [r.start for r in records]), *bounds)
+    shift, starts = (0.0, [r.start for r in records]) if earlier is None else (earlier.shift, earlier.starts)
+    guess = np.clip(problem.join(first, shift, starts), *bounds)
     residual, jacobian = problem.evaluate(guess, strict=guess.size > 0)
     if not jacobian[: problem.data_rows].any():  # nothing to fit, or nothing that the data depend on
         values, _, starts = problem.split(guess)
