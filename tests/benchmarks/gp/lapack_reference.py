@@ -10,6 +10,9 @@ from scipy.linalg.blas import dsyr
 from scipy.linalg.lapack import dpotrf, dpotri
 from scipy.optimize import minimize
 
+LOW, HIGH = np.log(1e-2), np.log(1e3)
+STARTS = 3
+
 
 class Reference:
     """The negative log marginal likelihood of y, (n,), at x, (n, d)."""
@@ -63,3 +66,10 @@ def problem(count: int) -> tuple[np.ndarray, np.ndarray]:
     y = np.sin(x[:, 0]) * np.cos(1.3 * x[:, 1]) + 0.3 * np.tanh(x[:, 2]) + 0.05 * x[:, 3] * x[:, 1]
     y = (y - y.mean()) / y.std() + 0.05 * rng.normal(size=756)
     return x[:count], y[:count]
+
+
+def begins(inputs: int) -> np.ndarray:
+    """Logarithms of length scales, variance and noise variance of each start."""
+    rng = np.random.default_rng(7)
+    middle = np.append(np.zeros(inputs + 1), np.log(0.01))
+    return middle + np.vstack([np.zeros(inputs + 2), rng.uniform(-1.0, 1.0, (STARTS - 1, inputs + 2))])

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 import numpy as np
-from lapack_reference import Reference
+from lapack_reference import HIGH, LOW, Reference, begins
 
 from orchestrator.gp.covariance import Latent
 from orchestrator.gp.fit import fit
@@ -13,17 +13,8 @@ from orchestrator.gp.limits import Limits
 from orchestrator.gp.noise import constant_noise
 from orchestrator.gp.observations import observe
 
-LOW, HIGH = np.log(1e-2), np.log(1e3)
-STARTS = 3
 # value, evaluations
 Outcome = tuple[float, int]
-
-
-def begins(inputs: int) -> np.ndarray:
-    """Logarithms of length scales, variance and noise variance of each start."""
-    rng = np.random.default_rng(7)
-    middle = np.append(np.zeros(inputs + 1), np.log(0.01))
-    return middle + np.vstack([np.zeros(inputs + 2), rng.uniform(-1.0, 1.0, (STARTS - 1, inputs + 2))])
 
 
 def misfit_problem(x: np.ndarray, y: np.ndarray, begin: np.ndarray) -> tuple[dict, list, dict]:

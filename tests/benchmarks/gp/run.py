@@ -1,21 +1,25 @@
-"""Cost of the Gaussian-process block beside a likelihood written by hand on LAPACK and scikit-learn; run by `make bench`, never as a test.
+"""Cost of the Gaussian-process block beside a likelihood written by hand on LAPACK and other libraries; run by `make bench`, never as a test.
 
 Figures are CPU times, the least of rounds in turn in one process with one BLAS thread. Libraries that are not installed are said
 to be missing. Exit code 1 when a limit is missed or an optimum is worse than another's.
 """
 
+import json
+import subprocess
 import sys
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
-from lapack_reference import problem
+from lapack_reference import STARTS, begins, problem
 from online_cost import exchange, predictions
-from peers import PEERS, STARTS, begins, misfit_fit, misfit_likelihood
+from peers import PEERS, misfit_fit, misfit_likelihood
 from threadpoolctl import threadpool_limits
 
 SIZES = (84, 336, 756)
 ROUNDS = 7
+OTHER: dict = {}
 WORSE = 1e-6
 # A likelihood may cost this share of one written by hand for one kernel, a fit this share of the fastest other.
 LIMITS_LIKELIHOOD, LIMITS_FIT = (2.0, 1.2, 1.2), (1.2, 1.0, 1.0)
@@ -23,9 +27,24 @@ LIMITS_LIKELIHOOD, LIMITS_FIT = (2.0, 1.2, 1.2), (1.2, 1.0, 1.0)
 
 def main() -> None:
     """Print the tables."""
+    OTHER.update(_other())
     with threadpool_limits(1, "blas"):
         kept = all([_likelihoods(), _fits(), exchange(), predictions()])
     sys.exit(0 if kept else 1)
+
+
+def _other() -> dict:
+    """Figures of tinygp, which needs an environment of its own; nothing where it is not installed."""
+    python = Path(__file__).parents[3] / "build/peers/bin/python"
+    if not python.exists():
+        print("tinygp: not installed (make bench-peers)")
+        return {}
+    command = [python, Path(__file__).with_name("tinygp_peer.py"), *map(str, SIZES)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        print(f"tinygp: {(done.stderr.strip().splitlines() or ['failed'])[-1][:80]}")
+        return {}
+    return json.loads(done.stdout)
 
 
 def _least(work: dict[str, Callable[[], object]]) -> dict[str, float]:
@@ -54,6 +73,8 @@ def _likelihoods() -> bool:
                 print(f"{name}: not installed")
         for name, figure in _least(work).items():
             table.setdefault(name, []).append(figure)
+    if OTHER:
+        table[OTHER["name"]] = OTHER["likelihood_ms"]
     for name, row in table.items():
         print(f"{name:38s}" + "".join(f"{each:12.3f}" for each in row))
     ratios = [one / other for one, other in zip(table["misfit"], table["LAPACK by hand"], strict=True)]
@@ -74,6 +95,8 @@ def _fits() -> bool:
                 continue
             table.setdefault(name, []).append(seconds)
             values.setdefault(name, []).append(optima)
+    if OTHER:
+        table[OTHER["name"]], values[OTHER["name"]] = OTHER["fit_s"], OTHER["value"]
     for name, row in table.items():
         print(f"{name:38s}" + "".join(f"{each:12.4f}" for each in row))
     fastest = [min(row[k] for name, row in table.items() if name != "misfit") for k in range(len(SIZES))]
