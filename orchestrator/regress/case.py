@@ -7,6 +7,7 @@ from typing import Any
 
 from orchestrator.cosim.system import Value
 from orchestrator.regress.comparison import Check, Tolerance
+from orchestrator.regress.formulas import Formula
 
 
 @dataclass(frozen=True)
@@ -64,6 +65,7 @@ class Case:
         solver_tolerance: relative tolerance that FMUs are told.
         parameters: by variable, or `component.variable` in a system.
         signals: checks by signal; empty: a tube with `tolerance` around each column of the reference.
+        formulas: signals that are computed from variables, by name.
         tolerance: for signals without checks of their own.
         checks: settings of the checks of the whole model by their name, see `wholes`.
     """
@@ -81,6 +83,7 @@ class Case:
     stimulus: Stimulus = field(default_factory=Stimulus)
     reference: Reference | None = None
     signals: Mapping[str, tuple[Check, ...]] = field(default_factory=dict)
+    formulas: Mapping[str, Formula] = field(default_factory=dict)
     tolerance: Tolerance = field(default_factory=Tolerance)
     checks: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     limits: Limits = field(default_factory=Limits)

@@ -11,6 +11,7 @@ from orchestrator.measurements.toml_values import TomlTable, number
 from orchestrator.measurements.wording import shown
 from orchestrator.regress.case import Case, Limits, Reference, Stimulus
 from orchestrator.regress.check_tables import read_signals, read_tolerance
+from orchestrator.regress.formulas import check_names, read_formulas
 from orchestrator.regress.names import ENDING
 from orchestrator.regress.wholes import settings_of
 
@@ -22,6 +23,7 @@ _CASE = (
     "reference",
     "tolerance",
     "signals",
+    "formulas",
     "checks",
     "limits",
     "tags",
@@ -88,6 +90,9 @@ def _case(table: TomlTable, name: str, path: Path) -> Case:
         raise run.wrong("interface", " or ".join(_INTERFACES))
     tolerance = read_tolerance(table.get_table("tolerance"))
     parameters = table.get_table("parameters")
+    signals = read_signals(table.get_table("signals"), tolerance)
+    formulas = read_formulas(table.get_table("formulas"))
+    check_names(formulas, tuple(signals))
     return Case(
         name=name,
         file=path,
@@ -101,7 +106,8 @@ def _case(table: TomlTable, name: str, path: Path) -> Case:
         parameters={key: _value(parameters, key) for key in parameters.values},
         stimulus=_stimulus(table.get_table("inputs"), path.parent),
         reference=_reference(table) or _default_reference(table, name, path),
-        signals=read_signals(table.get_table("signals"), tolerance),
+        signals=signals,
+        formulas=formulas,
         tolerance=tolerance,
         checks=settings_of(table.get_table("checks")),
         limits=_limits(table.get_table("limits")),

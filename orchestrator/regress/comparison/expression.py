@@ -40,10 +40,7 @@ def combine(name: str, formula: str, signals: Mapping[str, Signal], unit: str = 
         >>> combine("energy", "0.5 * 3 * 'body.v' ** 2", {"body.v": v}, "J").values
         array([0., 6.])
     """
-    try:
-        tree = ast.parse(formula.strip(), mode="eval")
-    except (SyntaxError, ValueError) as error:
-        raise MisfitError(f"formula of {name}: {formula!r} cannot be read: {error}") from error
+    tree = _parsed(name, formula)
     used = [signals[word] for word in _words(tree) if word in signals]
     if not used:
         raise MisfitError(f"formula of {name}: {formula!r} has no variable; quote names that are no plain words")
@@ -82,11 +79,36 @@ def combine(name: str, formula: str, signals: Mapping[str, Signal], unit: str = 
     return Signal(name, time, values, unit)
 
 
+def variables_of(name: str, formula: str) -> tuple[str, ...]:
+    """Return the variables that a formula asks for, in the order in which they occur.
+
+    Raises:
+        MisfitError: if the formula cannot be read or asks for none.
+
+    Example:
+        >>> variables_of("energy", "0.5 * sin(pi * q) ** 2 + 'body.v' - q")
+        ('q', 'body.v')
+    """
+    found = tuple(dict.fromkeys(_words(_parsed(name, formula))))
+    if not found:
+        raise MisfitError(f"formula of {name}: {formula!r} has no variable; quote names that are no plain words")
+    return found
+
+
+def _parsed(name: str, formula: str) -> ast.Expression:
+    try:
+        return ast.parse(formula.strip(), mode="eval")
+    except (SyntaxError, ValueError) as error:
+        raise MisfitError(f"formula of {name}: {formula!r} cannot be read: {error}") from error
+
+
 def _words(tree: ast.AST) -> list[str]:
+    """Variables from left to right, without functions and constants."""
     words = []
+    functions = {id(node.func) for node in ast.walk(tree) if isinstance(node, ast.Call)}
     for node in ast.walk(tree):
-        if isinstance(node, ast.Name):
-            words.append(node.id)
+        if isinstance(node, ast.Name) and id(node) not in functions and node.id not in _CONSTANTS:
+            words.append((node.lineno, node.col_offset, node.id))
         elif isinstance(node, ast.Constant) and isinstance(node.value, str):
-            words.append(node.value)
-    return words
+            words.append((node.lineno, node.col_offset, node.value))
+    return [word for _, _, word in sorted(words)]
