@@ -17,12 +17,16 @@ def study() -> None:
 @click.option("--draws", type=click.IntRange(2, 1_000_000), default=4096, show_default=True, help="Draws of each size.")
 @click.option("--seed", type=click.IntRange(0, 2**31), default=1, show_default=True, help="First of the seeds.")
 @click.option("--seeds", type=click.IntRange(1, 100), default=5, show_default=True, help="How many seeds.")
+@click.option(
+    "--caregivers", "people", type=click.IntRange(1, 100), default=8, show_default=True, help="How many caregivers."
+)
 @scheduler_option
 @result_options()
 def caregivers(
     draws: int,
     seed: int,
     seeds: int,
+    people: int,
     scheduler: str | None,
     workers: int,
     quiet: bool,
@@ -36,9 +40,9 @@ def caregivers(
 
     began = time.perf_counter()
     chosen = tuple(range(seed, seed + seeds))
-    name = f"study caregivers {draws} {chosen}"
+    name = f"study caregivers {draws} {people} {chosen}"
     with progress(quiet) as say, working(name, workers, scheduler) as work:
-        found = run_study(chosen, draws, work, say)
+        found = run_study(chosen, draws, people, work, say)
     seconds = time.perf_counter() - began
     if json_file != "-":
         _print(found, quiet)

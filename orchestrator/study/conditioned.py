@@ -20,6 +20,7 @@ from orchestrator.study.initial import Initial
 from orchestrator.study.muscles import MUSCLES, capabilities
 
 Array = NDArray[Any]
+_NINETY = 1.6448536269514722  # standard deviations to either side
 _Q1, _Q2 = np.meshgrid(np.linspace(0.0, 1.5, 13), np.linspace(0.5, 2.2, 15), indexing="ij")
 GRID = np.column_stack([_Q1.ravel(), _Q2.ravel(), np.zeros(_Q1.size), np.zeros(_Q1.size)])
 
@@ -53,6 +54,22 @@ class Conditioned:
     def improvement(self, deviation: Array) -> Array:
         """Share of the error over the grid that all corrections remove, (6,); negative where they harm."""
         return 1.0 - self.errors(deviation, np.arange(len(self.residuals))) / self.before
+
+    def coverage(self, deviation: Array, groups: Array) -> float:
+        """Share of force components inside their 90 % intervals, each predicted from the corrections of other groups, (n,).
+
+        With P the inverse covariance of all, a block B left out is predicted with errors P_BB^-1 (P r)_B and covariance P_BB^-1.
+        """
+        lower = factor(self.covariance + np.diag(deviation**2))
+        precision = solve_lower(lower, np.eye(len(lower)))
+        solved = precision @ self.residuals
+        inside = 0
+        for group in np.unique(groups):
+            block = np.flatnonzero(groups == group)
+            spread = np.linalg.inv(precision[np.ix_(block, block)])
+            limit = _NINETY * np.sqrt(np.diagonal(spread))
+            inside += int(np.count_nonzero(np.abs(spread @ solved[block]) <= limit[:, None]))
+        return inside / self.residuals.size
 
     def rows(self, chosen: Array) -> "Conditioned":
         """The same with some of the corrections, by number or by a mask."""

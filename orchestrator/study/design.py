@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 Array = NDArray[Any]
 POSITIONS = np.array([[0.3, 1.0], [0.3, 1.7], [0.75, 0.8], [0.75, 1.35], [0.75, 1.9], [1.2, 1.0], [1.2, 1.7]])
 REPEATS = 3
-CAREGIVERS = 8
 TRIAL_S, WINDOW_S = 2.0, 0.5
 SPREAD = 0.25  # of the logarithm of each number of a caregiver
 TARGET_OFF = 0.01  # m, how far off the remembered posture is
@@ -60,11 +59,11 @@ class Trial:
     phases: Array
 
 
-def draw_caregivers(seed: int, mean: Caregiver) -> tuple[Caregiver, ...]:
-    """Eight people about a mean person, each number log-normal with the spread, medians as given."""
+def draw_caregivers(seed: int, mean: Caregiver, count: int) -> tuple[Caregiver, ...]:
+    """People about a median person, each number log-normal with the spread."""
     rng = np.random.default_rng([seed, 1])
     names = tuple(vars(mean))
-    factors = np.exp(SPREAD * rng.standard_normal((CAREGIVERS, len(names))))
+    factors = np.exp(SPREAD * rng.standard_normal((count, len(names))))
     # Nobody answers at once, and Caregivers.mo remembers 0.6 s.
     people = []
     for row in factors:
@@ -74,13 +73,13 @@ def draw_caregivers(seed: int, mean: Caregiver) -> tuple[Caregiver, ...]:
     return tuple(people)
 
 
-def draw_trials(seed: int) -> tuple[Trial, ...]:
-    """168 trials: all caregivers meet the same 21 patterns, each pairs them with positions in an order of its own."""
+def draw_trials(seed: int, caregivers: int) -> tuple[Trial, ...]:
+    """21 trials each: all caregivers meet the same patterns, each pairs them with positions in an order of its own."""
     rng = np.random.default_rng([seed, 2])
     slots = np.repeat(np.arange(len(POSITIONS)), REPEATS)
     patterns = rng.uniform(0.0, 1.0, (len(slots), 6))
     trials: list[Trial] = []
-    for caregiver in range(CAREGIVERS):
+    for caregiver in range(caregivers):
         for pattern, position in zip(patterns, rng.permutation(slots), strict=True):
             off = TARGET_OFF * rng.standard_normal(2)
             tremor = np.exp(rng.uniform(np.log(TREMOR_HZ[0]), np.log(TREMOR_HZ[1]), 4))

@@ -12,7 +12,6 @@ from orchestrator.study.summary import (
     bars,
     chosen,
     drawn,
-    growths_of,
     improvements,
     lines,
     over,
@@ -68,13 +67,14 @@ def _regression(study: Study, limit: float, goal: bool) -> dict[str, Any]:
 
 
 def _growth(study: Study, variant: str, initial: str) -> dict[str, Any]:
-    table = drawn(growths_of(study, variant, initial))
+    table = drawn(study, variant, initial)
     return {muscle: {size: asdict(each) for size, each in sizes.items()} for muscle, sizes in table.items()}
 
 
 def _variant(study: Study, name: str, initial: str, limit: float) -> dict[str, Any]:
     cases = chosen(study, name, initial, limit)
     values = [case.outcome.value for case in cases if case.outcome.value is not None]
+    covered = [case.outcome.coverage for case in cases if case.outcome.coverage is not None]
     return {
         "variant": name,
         "initial": initial,
@@ -86,4 +86,5 @@ def _variant(study: Study, name: str, initial: str, limit: float) -> dict[str, A
             for k, (muscle, each) in enumerate(zip(MUSCLES, improvements(cases), strict=True))
         },
         "minus_log_likelihood": over(values).median if values else None,
+        "coverage_90": over(covered).median if covered else None,
     }

@@ -4,10 +4,9 @@ import numpy as np
 
 from orchestrator.report.figures._canvas import BLACK, GREY, canvas, image
 from orchestrator.study import published
-from orchestrator.study.draws import SIZES
 from orchestrator.study.muscles import MUSCLES
 from orchestrator.study.study import LIMITS, Study
-from orchestrator.study.summary import drawn, growths_of, lines, over
+from orchestrator.study.summary import drawn, lines, over
 
 _COLOURS = ("#0072B2", "#D55E00", "#999999", "#009E73", "#CC79A7", "#000000")
 
@@ -35,22 +34,22 @@ def errors_figure(study: Study) -> str:
 def growth_figure(study: Study, ways: tuple[tuple[str, str], ...]) -> str:
     """Improvement of each muscle by the number of corrections; bands are ranges over the seeds, crosses the published values."""
     figure, axes = canvas(1, len(ways), 4.0, sharey=True)
-    numbers = [*SIZES, 672]
     for ax, way in zip(axes[0], ways, strict=True):
-        table = drawn(growths_of(study, *way))
+        table = drawn(study, *way)
         for muscle, colour in zip(MUSCLES, _COLOURS, strict=True):
-            found = [table[muscle][str(number)] for number in numbers]
+            found = list(table[muscle].values())
+            numbers = [int(size) for size in table[muscle]]
             ax.plot(numbers, [each.mean for each in found], color=colour, label=muscle, linewidth=1.4)
             ax.fill_between(
                 numbers, [e.low for e in found], [e.high for e in found], color=colour, alpha=0.1, linewidth=0
             )
             if muscle in published.IMPROVEMENT:
-                ax.plot(672, published.IMPROVEMENT[muscle], "x", color=colour, markersize=6)
+                ax.plot(study.count, published.IMPROVEMENT[muscle], "x", color=colour, markersize=6)
         ax.axhline(0.0, color=GREY, linewidth=0.8)
         ax.set_title(f"{way[0]}, {way[1]} initial set", fontsize=8)
         ax.set_xlabel("corrections", fontsize=8)
     axes[0, 0].set_ylabel("improvement (%)", fontsize=8)
     axes[0, 0].legend(fontsize=7, frameon=False)
-    last = drawn(growths_of(study, *ways[0]))
-    said = ", ".join(f"{muscle} {sizes['672'].mean:.0f} %" for muscle, sizes in last.items())
+    last = drawn(study, *ways[0])
+    said = ", ".join(f"{muscle} {sizes[str(study.count)].mean:.0f} %" for muscle, sizes in last.items())
     return image(figure, f"Improvement by number of corrections, {ways[0][0]}, with all: {said}.")

@@ -3,7 +3,6 @@
 from orchestrator.report.html import render
 from orchestrator.report.page import Page, Picture, Section
 from orchestrator.report.provenance import provenance
-from orchestrator.study.draws import SIZES
 from orchestrator.study.pictures import errors_figure, growth_figure
 from orchestrator.study.researcher import SETS
 from orchestrator.study.study import GROWTHS, LIMITS, Study
@@ -27,7 +26,7 @@ def study_report(study: Study, seconds: float) -> str:
     ways = tuple(way for way in GROWTHS if way[1] == "small")
     second = Picture(
         growth_figure(study, ways),
-        f"Mean of {study.draws} draws for each of {', '.join(map(str, SIZES))} corrections, and all 672; crosses are published.",
+        f"Mean of {study.draws} draws of each number of corrections, and all {study.count}; crosses are published.",
     )
     page = Page(
         title="The caregivers' study",

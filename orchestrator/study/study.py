@@ -21,7 +21,6 @@ Say = Callable[[str], None]
 # Median of the caregivers' strength limits, N. The first was chosen on seeds that are not reported (docs/study.md) so that
 # the error of corrections grows with the required force as the study found; the second is the hard case.
 LIMITS = (140.0, 90.0)
-SEEDS = 5
 # What is drawn 4096 times: variant and initial set.
 GROWTHS = (("joint", "small"), ("joint", "full"), ("refitted", "small"))
 
@@ -39,19 +38,24 @@ class Case:
 
 @dataclass(frozen=True, eq=False)
 class Growth:
-    """Improvement by the number of corrections, (draws, sizes, 6), and with all of them, (6,)."""
+    """Improvement by the number of corrections, one of `sizes`, (draws, sizes, 6), and with all of them, (6,)."""
 
     seed: int
     initial: str
     variant: str
+    sizes: tuple[int, ...]
     improvement: Array
     whole: Array
 
 
 @dataclass(frozen=True, eq=False)
 class Study:
-    """All that was found; `errors` by (seed, limit): at the actual state, and at the goal posture."""
+    """All that was found from `count` corrections a seed.
 
+    `errors` by (seed, limit): at the actual state, and at the goal posture.
+    """
+
+    count: int
     seeds: tuple[int, ...]
     draws: int
     errors: dict[tuple[int, float], tuple[Errors, Errors]]
@@ -59,10 +63,12 @@ class Study:
     growths: tuple[Growth, ...]
 
 
-def run_study(seeds: tuple[int, ...], draws: int, work: Work, say: Say) -> Study:
+def run_study(seeds: tuple[int, ...], draws: int, caregivers: int, work: Work, say: Say) -> Study:
     """Run the study for some seeds; every step may be done by many hands."""
     places = [(seed, limit) for seed in seeds for limit in LIMITS]
-    collected = dict(zip(places, _do(work, [CollectTask(*place) for place in places], say, "trials"), strict=True))
+    collected = dict(
+        zip(places, _do(work, [CollectTask(*place, caregivers) for place in places], say, "trials"), strict=True)
+    )
     kinds = [(seed, name, sees) for seed in seeds for name in SETS for sees in (True, False)]
     fits = [ModelsTask(seed, SETS[name], sees) for seed, name, sees in kinds]
     models = dict(zip(kinds, _do(work, fits, say, "initial models"), strict=True))
@@ -71,15 +77,19 @@ def run_study(seeds: tuple[int, ...], draws: int, work: Work, say: Say) -> Study
         for seed, limit in places
         for name in SETS
     }
-    wanted = [(*place, variant) for place in settings for variant in VARIANTS]
-    outcomes = _do(work, [OutcomeTask(each[3], settings[each[:3]]) for each in wanted], say, "ways to learn")
-    cases = tuple(Case(*each, found) for each, found in zip(wanted, outcomes, strict=True))
+    outcomes = _do(work, [OutcomeTask(setting) for setting in settings.values()], say, "ways to learn")
+    cases = tuple(
+        Case(*place, variant, found[variant])
+        for place, found in zip(settings, outcomes, strict=True)
+        for variant in VARIANTS
+    )
     growths = tuple(
         _grown(case, draws, work, say)
         for case in cases
         if case.limit == LIMITS[0] and _is_drawn(case.variant, case.initial)
     )
-    return Study(seeds, draws, {place: _errors(each) for place, each in collected.items()}, cases, growths)
+    count = len(next(iter(collected.values())))
+    return Study(count, seeds, draws, {place: _errors(each) for place, each in collected.items()}, cases, growths)
 
 
 def _is_drawn(variant: str, initial: str) -> bool:
@@ -93,9 +103,11 @@ def _errors(corrections: Corrections) -> tuple[Errors, Errors]:
 def _grown(case: Case, draws: int, work: Work, say: Say) -> Growth:
     problem = case.outcome.problem
     assert problem is not None
+    sizes = tuple(size for size in SIZES if size < len(problem.corrections))
     what = f"draws for seed {case.seed}, {case.variant}, {case.initial} initial set"
-    errors = np.concatenate(_do(work, tasks(problem, SIZES, draws, case.seed), say, what))
-    return Growth(case.seed, case.initial, case.variant, 1.0 - errors / case.outcome.before, case.outcome.improvement)
+    errors = np.concatenate(_do(work, tasks(problem, sizes, draws, case.seed), say, what))
+    improvement = 1.0 - errors / case.outcome.before
+    return Growth(case.seed, case.initial, case.variant, sizes, improvement, case.outcome.improvement)
 
 
 def _do(work: Work, todo: list[Any], say: Say, what: str) -> list[Any]:

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from orchestrator.study.draws import SIZES
 from orchestrator.study.muscles import MUSCLES, STRONG, WEAK
 from orchestrator.study.regression import Line
 from orchestrator.study.study import LIMITS, Case, Growth, Study
@@ -66,14 +65,15 @@ class Drawn:
     high: float
 
 
-def drawn(growths: Sequence[Growth]) -> dict[str, dict[str, Drawn]]:
+def drawn(study: Study, variant: str, initial: str) -> dict[str, dict[str, Drawn]]:
     """By muscle and number of corrections. All corrections are one set, not a draw: their spread over draws is zero."""
+    growths = growths_of(study, variant, initial)
     found: dict[str, dict[str, Drawn]] = {muscle: {} for muscle in MUSCLES}
     for m, muscle in enumerate(MUSCLES):
-        for k, size in enumerate(SIZES):
+        for k, size in enumerate(growths[0].sizes):
             found[muscle][str(size)] = _drawn([100.0 * growth.improvement[:, k, m] for growth in growths])
         whole = over(100.0 * float(growth.whole[m]) for growth in growths)
-        found[muscle]["672"] = Drawn(whole.median, 0.0, 0.0, whole.low, whole.high)
+        found[muscle][str(study.count)] = Drawn(whole.median, 0.0, 0.0, whole.low, whole.high)
     return found
 
 

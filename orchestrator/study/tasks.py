@@ -7,15 +7,16 @@ from orchestrator.study.corrections import Corrections, collect
 from orchestrator.study.design import Caregiver, draw_caregivers, draw_trials
 from orchestrator.study.initial import Initial, initial_models
 from orchestrator.study.researcher import measure
-from orchestrator.study.variants import Outcome, Setting, outcome
+from orchestrator.study.variants import VARIANTS, Outcome, Setting, outcome
 
 
 @dataclass(frozen=True)
 class CollectTask:
-    """All trials of a seed with caregivers of a mean strength limit in N."""
+    """All trials of a seed with so many caregivers of a median strength limit in N."""
 
     seed: int
     limit: float
+    caregivers: int
 
     @property
     def key(self) -> str:
@@ -23,9 +24,9 @@ class CollectTask:
         return digest(self)
 
     def run(self) -> Corrections:
-        """The 672 corrections."""
-        people = draw_caregivers(self.seed, Caregiver(limit=self.limit))
-        return collect(self.seed, draw_trials(self.seed), people)
+        """The corrections, four a trial."""
+        people = draw_caregivers(self.seed, Caregiver(limit=self.limit), self.caregivers)
+        return collect(self.seed, draw_trials(self.seed, self.caregivers), people)
 
 
 @dataclass(frozen=True)
@@ -49,9 +50,8 @@ class ModelsTask:
 
 @dataclass(frozen=True, eq=False)
 class OutcomeTask:
-    """What a variant gains from all corrections of a setting."""
+    """What every way to learn gains from all corrections of a setting."""
 
-    name: str
     setting: Setting
 
     @property
@@ -59,6 +59,6 @@ class OutcomeTask:
         """Content hash."""
         return digest(self)
 
-    def run(self) -> Outcome:
-        """The outcome."""
-        return outcome(self.name, self.setting)
+    def run(self) -> dict[str, Outcome]:
+        """The outcomes by name."""
+        return {name: outcome(name, self.setting) for name in VARIANTS}

@@ -1,7 +1,8 @@
 """Ways to learn from the same corrections: the exact joint posterior, what fails, and what goes beyond the study."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 
 from orchestrator.gp.observations import observe
 from orchestrator.gp.printed import Reading, condition_printed
-from orchestrator.study.conditioned import GRID, coefficients, given_bench, size_over_grid
+from orchestrator.study.conditioned import GRID, Conditioned, coefficients, given_bench, size_over_grid
 from orchestrator.study.corrections import Corrections
 from orchestrator.study.draws import Problem
 from orchestrator.study.initial import Initial
@@ -29,6 +30,23 @@ class Setting:
     blind: Initial
     corrections: Corrections
 
+    @cached_property
+    def given(self) -> Conditioned:
+        """The corrections given the bench data."""
+        return given_bench(self.initial, self.corrections)
+
+    @cached_property
+    def learnt(self) -> tuple[Problem, float]:
+        """All corrections with noise learnt from force, motion and stops, and its -log likelihood."""
+        found = learn("observed", self.given, self.corrections)
+        return Problem(self.initial, self.corrections, found.deviation), found.value
+
+    @cached_property
+    def freed(self) -> tuple[Problem, float]:
+        """Those clear of the ends, less the force that motion took, noise learnt, and its -log likelihood."""
+        corrections = self.corrections.compensated()
+        return _learnt(self.initial, corrections, clear_of_stops(corrections))
+
     def initial_of(self, problem: Problem) -> Initial:
         """The models that a problem began with: those with as many inputs."""
         return self.blind if problem.initial.inputs == self.blind.inputs else self.initial
@@ -38,61 +56,76 @@ class Setting:
 class Outcome:
     """Improvement of each muscle, (6,), by `used` corrections, as a share of the errors `before`, (6,) N.
 
-    `value` is -log likelihood of these where noise was learnt, `problem` what was solved where draws can be made of it.
+    `value` is -log likelihood of these where noise was learnt, `coverage` the share of their components inside 90 % intervals
+    predicted without their trial, `problem` what was solved where draws can be made of it.
     """
 
     improvement: Array
     before: Array
     used: int
     value: float | None = None
+    coverage: float | None = None
     problem: Problem | None = None
 
 
 def joint(setting: Setting) -> tuple[Problem, float]:
     """All corrections, noise learnt from force, motion and stops: the study's joint posterior as it should be."""
-    return _learnt(setting.initial, setting.corrections, "observed", None)
+    return setting.learnt
 
 
 def without_velocity(setting: Setting) -> tuple[Problem, float]:
     """The same with models that do not see joint speeds; noise learnt anew."""
-    return _learnt(setting.blind, setting.corrections, "observed", None)
+    given = given_bench(setting.blind, setting.corrections)
+    found = learn("observed", given, setting.corrections)
+    return Problem(setting.blind, setting.corrections, found.deviation), found.value
 
 
 def one_noise(setting: Setting) -> tuple[Problem, float]:
     """One noise variance for all corrections."""
-    return _learnt(setting.initial, setting.corrections, "constant", None)
+    return _simple(setting, "constant")
 
 
 def force_noise(setting: Setting) -> tuple[Problem, float]:
     """Noise that grows with the predicted force only."""
-    return _learnt(setting.initial, setting.corrections, "force", None)
+    return _simple(setting, "force")
 
 
 def clear(setting: Setting) -> tuple[Problem, float]:
     """Only corrections during which no joint touched an end, noise learnt."""
-    return _learnt(setting.initial, setting.corrections, "observed", clear_of_stops(setting.corrections))
+    return _learnt(setting.initial, setting.corrections, clear_of_stops(setting.corrections))
 
 
 def settled_only(setting: Setting) -> tuple[Problem, float]:
     """Only corrections that hardly moved, away from the ends, noise learnt."""
-    return _learnt(setting.initial, setting.corrections, "observed", settled(setting.corrections))
+    return _learnt(setting.initial, setting.corrections, settled(setting.corrections))
 
 
 def compensated(setting: Setting) -> tuple[Problem, float]:
     """Clear of the ends, less the force that motion took, noise learnt."""
-    corrections = setting.corrections.compensated()
-    return _learnt(setting.initial, corrections, "observed", clear_of_stops(corrections))
+    return setting.freed
+
+
+def shared(setting: Setting) -> tuple[Problem, float]:
+    """All corrections, all muscles with the same hyperparameters (geometric means), noise learnt: a guess at the paper's model."""
+    logs = [np.log(setting.initial.latents[name].kernel.values) for name in MUSCLES]
+    values = np.exp(np.mean(logs, axis=0))
+    latents = {
+        name: replace(each, kernel=each.kernel.with_values(values)) if name in MUSCLES else each
+        for name, each in setting.initial.latents.items()
+    }
+    initial = Initial(latents, setting.initial.observations)
+    found = learn("observed", given_bench(initial, setting.corrections), setting.corrections)
+    return Problem(initial, setting.corrections, found.deviation), found.value
 
 
 def without_outliers(setting: Setting) -> tuple[Problem, float | None]:
     """All corrections, errors with Student's distribution; nothing else is looked at."""
-    given = given_bench(setting.initial, setting.corrections)
-    return Problem(setting.initial, setting.corrections, robust(given)), None
+    return Problem(setting.initial, setting.corrections, robust(setting.given)), None
 
 
 def most_informative(setting: Setting) -> tuple[Problem, float]:
     """Of the compensated ones the 200 that say most."""
-    problem, value = compensated(setting)
+    problem, value = setting.freed
     given = given_bench(problem.initial, problem.corrections)
     usable = np.flatnonzero(problem.deviation < EXCLUDED_N)
     chosen = informative(given.rows(usable), problem.deviation[usable], min(INFORMATIVE, len(usable)))
@@ -116,6 +149,7 @@ LEARNERS: dict[str, Callable[[Setting], tuple[Problem, float | None]]] = {
     "without velocity": without_velocity,
     "one noise": one_noise,
     "force noise": force_noise,
+    "shared hyperparameters": shared,
     "clear of stops": clear,
     "settled only": settled_only,
     "no outliers": without_outliers,
@@ -135,22 +169,25 @@ def outcome(name: str, setting: Setting) -> Outcome:
     given = given_bench(problem.initial, problem.corrections)
     errors = given.errors(problem.deviation, np.arange(len(problem.deviation)))
     before = given_bench(setting.initial_of(problem), setting.corrections.rows(np.arange(1))).before
-    used = int(np.count_nonzero(problem.deviation < EXCLUDED_N))
-    return Outcome(1.0 - errors / before, before, used, value, problem)
+    used = problem.deviation < EXCLUDED_N
+    covered = given.rows(used).coverage(problem.deviation[used], setting.corrections.trial[used])
+    return Outcome(1.0 - errors / before, before, int(used.sum()), value, covered, problem)
 
 
-def _learnt(initial: Initial, corrections: Corrections, kind: str, kept: Array | None) -> tuple[Problem, float]:
-    given = given_bench(initial, corrections)
-    if kept is None:
-        found = learn(kind, given, corrections)
-        return Problem(initial, corrections, found.deviation), found.value
-    found = learn(kind, given.rows(kept), corrections.rows(kept))
+def _simple(setting: Setting, kind: str) -> tuple[Problem, float]:
+    found = learn(kind, setting.given, setting.corrections)
+    return Problem(setting.initial, setting.corrections, found.deviation), found.value
+
+
+def _learnt(initial: Initial, corrections: Corrections, kept: Array) -> tuple[Problem, float]:
+    chosen = corrections.rows(kept)
+    found = learn("observed", given_bench(initial, chosen), chosen)
     return Problem(initial, corrections, only(found.deviation, kept)), found.value
 
 
 def _printed(setting: Setting, reading: Reading) -> Outcome:
     """The single-muscle form as printed, muscle by muscle, with the noise of the joint posterior."""
-    problem, _ = joint(setting)
+    problem, _ = setting.learnt
     corrections = observe(
         "corrections",
         setting.corrections.state,
