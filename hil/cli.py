@@ -92,7 +92,7 @@ def check(virtual: bool, bench: Path | None, rate_hz: float, json_file: str | No
         wire = open_wire(settings.bus, TORQUE_IDENTIFIERS)
         stack.callback(wire.close)
         findings = []
-        for finding in look(wire, rate_hz, time.sleep):
+        for finding in look(wire, rate_hz, time.sleep, settings.limits.joints):
             findings.append(finding)
             if json_file != "-":
                 show(f"{'ok ' if finding.good else 'BAD'}  {finding.words}", quiet)
@@ -151,7 +151,7 @@ def tell(words: tuple[str, ...], port: int) -> None:
 def robot_of(
     virtual: bool, bench: Path | None, rate_hz: float, stack: contextlib.ExitStack, body: "Body | None" = None
 ) -> "Settings":
-    """Settings of the robot that the options mean; a virtual one lives as long as the stack."""
+    """Settings of the robot that the options mean; a virtual one lives as long as the stack, and proves itself with a body on it."""
     from dataclasses import replace
 
     from hil.session.settings import default_settings, read_settings
@@ -161,7 +161,7 @@ def robot_of(
         raise MisfitError("say either --virtual or --bench FILE: one of them tells which robot")
     if bench is not None:
         return read_settings(bench, rate_hz)
-    settings = replace(default_settings(rate_hz=rate_hz), gravity=False)
+    settings = replace(default_settings(rate_hz=rate_hz), gravity=False, proof=body is not None)
     return replace(settings, bus=stack.enter_context(virtual_robot(settings.side, body)))
 
 

@@ -10,7 +10,6 @@ from hil.recording.recorder import FRAMES
 from hil.recording.records import MAGIC, Flag, Kind, Record, unpack_records
 from hil.session.pilot import CycleInput, Decision, Pilot
 
-
 _FLAGS = tuple(int(flag) for flag in Flag)
 
 

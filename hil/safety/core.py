@@ -4,18 +4,31 @@ import math
 from dataclasses import replace
 
 from hil.safety.cycle import Module, Motion, Outcome, Reaction, Seen, State, Vector
-from hil.safety.limiters import LIMITERS, Limiter
+from hil.safety.limiters import LIMITERS, Limiter, pinch_torque
 from hil.safety.limits import Limits
 from hil.safety.motion import at_rest, follow
 from hil.safety.rules import RULES, Rule, is_late
 
 SECOND_NS = 1_000_000_000
+# A joint presses with all that it may from this share of its torque on, and rests below this speed in rad/s.
+PRESSING, RESTING = 0.99, 0.02
 
 
 def begin(limits: Limits, time_ns: int, positions: Vector) -> State:
     """The state before the first cycle: not armed, at rest."""
-    zeros = (0.0,) * len(limits.joints)
-    return State(time_ns, at_rest(positions), zeros, zeros, zeros, flips=((),) * len(limits.joints), swing=zeros)
+    count = len(limits.joints)
+    zeros = (0.0,) * count
+    return State(
+        time_ns,
+        at_rest(positions),
+        torques=zeros,
+        active=zeros,
+        asked=zeros,
+        flips=((),) * count,
+        swing=zeros,
+        heat=zeros,
+        pinched=(0,) * count,
+    )
 
 
 def step(
@@ -58,12 +71,11 @@ def step(
 
 
 def _armed(limits: Limits, state: State, motion: Motion, seen: Seen, rules: tuple[Rule, ...]) -> State:
-    """Arm if the operator says so, the module allows it, and nothing is wrong now; whatever was stored is forgotten."""
+    """Arm if the operator says so, the module allows it, and nothing is wrong now; all but the motors' heat is forgotten."""
     if not seen.arm or seen.abort or seen.module is not Module.ACTIVE:
         return state
-    zeros = (0.0,) * len(limits.joints)
     fresh = begin(limits, state.time_ns, motion.positions)
-    fresh = replace(fresh, motion=state.motion, torques=zeros, armed_ns=seen.time_ns, late=state.late)
+    fresh = replace(fresh, motion=state.motion, armed_ns=seen.time_ns, late=state.late, heat=state.heat)
     if any(rule(limits, fresh, motion, seen) is not None for rule in rules):
         return state
     return fresh
@@ -137,4 +149,24 @@ def _remember(limits: Limits, state: State, motion: Motion, seen: Seen, sent: Ve
         force_still=state.force_still + 1 if same else 0,
         flips=tuple(flips),
         swing=tuple(swing),
+        heat=_heat(limits, state, sent, motion.seconds),
+        pinched=_pinched(limits, state, motion, sent),
+    )
+
+
+def _heat(limits: Limits, state: State, sent: Vector, seconds: float) -> Vector:
+    """Heat of each joint after a cycle: dh/dt = ((tau/continuous)^2 - h)/thermal_s, by backward Euler."""
+    share = seconds / limits.thermal_s
+    return tuple(
+        (before + share * (t / joint.continuous) ** 2) / (1.0 + share)
+        for joint, before, t in zip(limits.joints, state.heat, sent, strict=True)
+    )
+
+
+def _pinched(limits: Limits, state: State, motion: Motion, sent: Vector) -> tuple[int, ...]:
+    """Cycles in which each joint has pressed with all that it may where it can pinch, and has not moved."""
+    moving = zip(limits.joints, motion.positions, motion.speeds, sent, state.pinched, strict=True)
+    return tuple(
+        count + 1 if abs(t) >= PRESSING * pinch_torque(joint, position) and abs(speed) < RESTING else 0
+        for joint, position, speed, t, count in moving
     )

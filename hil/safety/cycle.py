@@ -42,6 +42,7 @@ class Seen:
         computing_ns: time that the controller took.
         force: N at the wrist; None if there is no sensor.
         force_saturated: whether the sensor says that it is beyond its range.
+        temperatures: degC of each motor as it was last told; None where it is not known.
         expected: rad of each joint where a model expects the arm; None without a model.
         module: what the safety module says; None if it did not answer for too long.
         warning, fault: whether it warns of, or has found, a limit passed.
@@ -60,6 +61,7 @@ class Seen:
     computing_ns: int = 0
     force: Vector | None = None
     force_saturated: bool = False
+    temperatures: tuple[float | None, ...] = ()
     expected: Vector | None = None
     module: Module | None = Module.ACTIVE
     warning: bool = False
@@ -107,7 +109,9 @@ class State:
     `torques` were sent last, `active` is the part of them that does not hold the weight, `asked` what the controller asked
     for while all was well; `armed_ns` is when the arm was armed, None while it is not; `stopped` is the first trip that stays; `fading` the share of
     the controller's torque that is left while the arm gives way; `energy` J given so far; `flips` the times (ns) of recent
-    changes of sign of each joint's torque, `swing` the last torque of each joint that was more than half its limit.
+    changes of sign of each joint's torque, `swing` the last torque of each joint that was more than half its limit; `heat` of
+    each joint as a share of what its motor bears for ever; `pinched` cycles in a row in which a joint has pressed with all
+    that it may where it can pinch.
     """
 
     time_ns: int
@@ -125,6 +129,8 @@ class State:
     force_still: int = 0
     flips: tuple[tuple[int, ...], ...] = ()
     swing: Vector = ()
+    heat: Vector = ()
+    pinched: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

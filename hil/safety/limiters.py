@@ -3,10 +3,11 @@
 After the first all numbers are finite, and each of the others only brings torques nearer to zero, so none undoes another.
 """
 
+import math
 from collections.abc import Callable
 
 from hil.safety.cycle import Motion, Vector
-from hil.safety.limits import Limits
+from hil.safety.limits import JointLimits, Limits
 
 # limits, motion, the torques sent last, those wanted now -> those left
 Limiter = Callable[[Limits, Motion, Vector, Vector], Vector]
@@ -42,6 +43,20 @@ def torque(limits: Limits, motion: Motion, last: Vector, wanted: Vector) -> Vect
     return tuple(min(max(t, -joint.torque), joint.torque) for joint, t in zip(limits.joints, wanted, strict=True))
 
 
+def unpinching(limits: Limits, motion: Motion, last: Vector, wanted: Vector) -> Vector:
+    """Where a joint can pinch it gets less."""
+    kept = []
+    for joint, position, t in zip(limits.joints, motion.positions, wanted, strict=True):
+        most = pinch_torque(joint, position)
+        kept.append(min(max(t, -most), most))
+    return tuple(kept)
+
+
+def pinch_torque(joint: JointLimits, position: float) -> float:
+    """Torque in N.m that a joint may have at an angle in rad; the smallest of its zones there, infinite outside of them."""
+    return min((zone.torque for zone in joint.zones if zone.low <= position <= zone.high), default=math.inf)
+
+
 def torque_rate(limits: Limits, motion: Motion, last: Vector, wanted: Vector) -> Vector:
     """No torque grows faster than its rate; towards zero it may go at once.
 
@@ -56,4 +71,4 @@ def torque_rate(limits: Limits, motion: Motion, last: Vector, wanted: Vector) ->
     return tuple(kept)
 
 
-LIMITERS: tuple[Limiter, ...] = (torque, braking_only, inwards_only, power, torque_rate)
+LIMITERS: tuple[Limiter, ...] = (torque, unpinching, braking_only, inwards_only, power, torque_rate)

@@ -16,6 +16,8 @@ LOST_PERIODS = 15
 SLOW_SHARE = 0.5
 # So many late cycles in a row leave less torque.
 LATE_REDUCE = 3
+# Share of the heat that a motor bears from which on there is less torque.
+WARM_SHARE = 0.8
 # Beyond this times its limit of speed a joint is damped and no more, and beyond the second it is let go.
 GIVES_WAY, LET_GO = 1.25, 2.0
 
@@ -122,6 +124,37 @@ def force_bounded(limits: Limits, state: State, motion: Motion, seen: Seen) -> T
     return None
 
 
+def cool(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip | None:
+    """A motor that overheats fails, and burns who touches it; its heat is estimated where it does not tell."""
+    heat, warm = max(state.heat), False
+    for temperature in seen.temperatures:
+        if temperature is None:
+            continue
+        if not temperature < limits.hot:
+            words = f"a motor is at {temperature:g} degC, the limit is {limits.hot:g} degC"
+            return Trip("cool", Reaction.COMPLY, words)
+        warm |= temperature >= limits.warm
+    if heat > 1.0:
+        joint = state.heat.index(heat) + 1
+        words = (
+            f"joint {joint} has made more torque than the {limits.joints[joint - 1].continuous:g} N.m its motor bears"
+        )
+        return Trip("cool", Reaction.COMPLY, words)
+    if warm or heat > WARM_SHARE:
+        return Trip("cool", Reaction.REDUCE, "a motor is getting hot")
+    return None
+
+
+def unpinched(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip | None:
+    """A joint that presses with all that it may and does not move, where it can pinch, has something in between."""
+    worst = max(state.pinched)
+    if worst < limits.pinch_cycles:
+        return None
+    joint = state.pinched.index(worst) + 1
+    words = f"joint {joint} has pressed without moving for {worst} cycles where it can pinch"
+    return Trip("unpinched", Reaction.COMPLY, words)
+
+
 def follows_model(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip | None:
     """A model that expects the arm elsewhere asks for torques that do not fit."""
     if seen.expected is None:
@@ -204,6 +237,8 @@ RULES: tuple[Rule, ...] = (
     inside_range,
     energy_bounded,
     force_bounded,
+    cool,
+    unpinched,
     follows_model,
     calm,
     module_agrees,

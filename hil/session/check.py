@@ -1,6 +1,6 @@
 """Walk through a bus and say in plain words what is there, missing or set up wrongly; nothing is energised."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from fmus.errors import MisfitError
@@ -11,6 +11,8 @@ from hil.codecs.barrett.safety_module import decode_mode, decode_pendant
 from hil.codecs.barrett.tables import Kind
 from hil.codecs.frame import Frame
 from hil.errors import BusError, FrameError
+from hil.safety.limits import JointLimits
+from hil.session.module_limits import looser_than
 from hil.session.start_up import ANSWER_S, FoundNode, Sleep, ask, scan, wake
 
 # A cycle is tried so many times; its slowest tells whether a rate can be held.
@@ -25,8 +27,8 @@ class Finding:
     words: str
 
 
-def check(wire: Wire, rate_hz: float, sleep: Sleep) -> Iterator[Finding]:
-    """Look at everything that a session needs; motors are woken for it.
+def check(wire: Wire, rate_hz: float, sleep: Sleep, joints: Sequence[JointLimits] = ()) -> Iterator[Finding]:
+    """Look at everything that a session needs; motors are woken for it. Limits of `joints` are compared with the module's.
 
     Raises:
         BusError: if the bus breaks.
@@ -58,6 +60,8 @@ def check(wire: Wire, rate_hz: float, sleep: Sleep) -> Iterator[Finding]:
         yield Finding(False, str(error))
         return
     yield from _motors(wire, motors)
+    if Node.SAFETY in by_number and by_number[Node.SAFETY].awake and joints:
+        yield _tighter(wire, motors, by_number[Node.SAFETY], joints)
     yield _round_trip(wire, motors[0], rate_hz)
 
 
@@ -112,6 +116,18 @@ def _motors(wire: Wire, motors: list[FoundNode]) -> Iterator[Finding]:
                 False,
                 f"motor {node.number} takes torque {slot} of the frame; {k} (or {k + 1}, counted from 1) was expected",
             )
+
+
+def _tighter(wire: Wire, motors: list[FoundNode], module: FoundNode, joints: Sequence[JointLimits]) -> Finding:
+    """Whether the session's limits are within the module's."""
+    units = [ask(wire, node.number, node.numbers["IPNM"], ANSWER_S) for node in motors]
+    torque, speed = (ask(wire, Node.SAFETY, module.numbers[name], ANSWER_S) for name in ("TL2", "VL2"))
+    known = [value for value in (*units, torque, speed) if value is not None]
+    if len(known) < len(units) + 2:
+        return Finding(False, "the session's limits cannot be compared with the safety module's: it does not answer")
+    *scales, torque_limit, speed_limit = known
+    found = looser_than(joints, scales, torque_limit, speed_limit)
+    return Finding(not found, "; ".join(found) or "the session's torques are within the safety module's limit")
 
 
 def _round_trip(wire: Wire, motor: FoundNode, rate_hz: float) -> Finding:

@@ -20,18 +20,22 @@ from hil.safety.cycle import Module, Outcome, Reaction, Seen, State, Trip
 from hil.safety.limits import Limits
 from hil.safety.motion import follow
 from hil.session.controllers import Controller, Observed, Showing
+from hil.session.proof import Proof
 from hil.session.start_up import Robot
 
 # The safety module is asked for its mode and its pendant in turn, every so many cycles; it is lost after so long.
 MODULE_EVERY = 10
 MODULE_LOST_NS = 250_000_000
 
+# The motors are asked in turn for their temperature, one every so many cycles.
+TEMPERATURE_EVERY = 100
 # Answers that have not come in this share of a period are missing.
 LISTEN_SHARE = 0.5
 
 # Motors by joint whose angles it takes.
 _NEEDED = [frozenset(np.flatnonzero(row).tolist()) for row in proficio.MOTOR_TO_JOINT]
 _POSITIONS = {answer_of(k + 1, Group.POSITIONS): k for k in range(proficio.JOINTS)}
+_PROPERTIES = {answer_of(k + 1, Group.PROPERTIES): k for k in range(proficio.JOINTS)}
 _FORCE = answer_of(Node.FORCE_SENSOR, Group.FORCE)
 _MODULE = answer_of(Node.SAFETY, Group.PROPERTIES)
 
@@ -69,9 +73,13 @@ class Pilot:
 
     Args:
         gravity: whether the arm's weight is held; a robot whose joints are vertical has none to hold.
+        proof: what an armed arm has to prove before the controller gets it.
     """
 
-    def __init__(self, robot: Robot, limits: Limits, controller: Controller, *, gravity: bool = True) -> None:
+    def __init__(
+        self, robot: Robot, limits: Limits, controller: Controller, *, gravity: bool = True, proof: Proof | None = None
+    ) -> None:
+        self.proof, self._proved_s = proof, 0.0
         self.robot, self.limits, self.controller, self.gravity = robot, limits, controller, gravity
         self._showing = controller if isinstance(controller, Showing) else None
         self.gate = TorqueGate(robot.torque_units, robot.motor["MODE"])
@@ -85,6 +93,7 @@ class Pilot:
         self._counts: list[int | None] = [None] * proficio.JOINTS
         self._force = np.zeros(3)
         self._force_saturated = False
+        self._temperatures: list[float | None] = [None] * proficio.JOINTS
         self._module: Module | None = Module.ACTIVE if robot.module is None else None
         self._module_ns = 0
         self._warning = self._fault = self._foreign = False
@@ -97,6 +106,10 @@ class Pilot:
         if self.robot.module is not None and self.cycle % MODULE_EVERY in (0, MODULE_EVERY // 2):
             name = "MODE" if self.cycle % MODULE_EVERY == 0 else "PEN"
             frames.append(Frame(to_node(Node.SAFETY), encode_request(self.robot.module[name])))
+        turn, rest = divmod(self.cycle, TEMPERATURE_EVERY)
+        if rest == TEMPERATURE_EVERY - 1:
+            motor = turn % proficio.JOINTS + 1
+            frames.append(Frame(to_node(motor), encode_request(self.robot.motor["TEMP"])))
         return frames
 
     @property
@@ -149,7 +162,11 @@ class Pilot:
     def _ask(self, observed: Observed) -> np.ndarray:
         """What the controller asks for; one that raises asks for what is no number, which the core does not let pass."""
         try:
-            return np.asarray(self.controller.torque(observed), dtype=float).ravel()
+            if self.proof is not None and observed.seconds >= 0 and not self.proof.is_done:
+                self._proved_s = observed.seconds
+                return self.proof.torque(observed)
+            begun = observed._replace(seconds=observed.seconds - self._proved_s if observed.seconds >= 0 else -1.0)
+            return np.asarray(self.controller.torque(begun), dtype=float).ravel()
         except Exception as error:  # a user's own class may raise anything
             self.controller_error = f"{type(error).__name__}: {error}"
             return np.full(proficio.JOINTS, np.nan)
@@ -169,6 +186,7 @@ class Pilot:
             computing_ns=given.computing_ns,
             force=tuple(self._force.tolist()) if self.robot.sensor is not None else None,
             force_saturated=self._force_saturated,
+            temperatures=tuple(self._temperatures),
             module=None if lost else self._module,
             warning=self._warning,
             fault=self._fault,
@@ -195,6 +213,10 @@ class Pilot:
                     reading = unpack_reading(Group.FORCE, frame.data)
                     self._force = np.array(reading[:3])
                     self._force_saturated = reading.status is not None and bool(reading.status.saturated_gauges)
+                elif frame.identifier in _PROPERTIES:
+                    number, value = decode_value(frame.data)
+                    if number == self.robot.motor["TEMP"]:
+                        self._temperatures[_PROPERTIES[frame.identifier]] = float(value)
                 elif frame.identifier == _MODULE:
                     self._hear_module(frame.data, at)
                 elif frame.identifier in TORQUE_IDENTIFIERS:

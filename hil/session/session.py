@@ -13,15 +13,18 @@ from typing import Any
 from fmus.errors import MisfitError
 from fmus.files import write_atomically
 from hil.bus.gate import TORQUE_IDENTIFIERS
-from hil.bus.wire import open_wire
+from hil.bus.wire import Wire, open_wire
+from hil.codecs.barrett.identifiers import Node
 from hil.recording.recorder import Recorder
 from hil.recording.replay import Replayed, replay
 from hil.recording.signals import write_blf, write_signals
+from hil.safety.limits import Limits
 from hil.session.controllers import Ending
 from hil.session.loop import Loop, Summary, Wishes
+from hil.session.module_limits import looser_than
 from hil.session.pilot import Decision, Pilot
 from hil.session.settings import Settings, settings_of_json
-from hil.session.start_up import Robot, start_up
+from hil.session.start_up import Robot, must, start_up
 from hil.session.timing import Metronome, real_time_priority
 from hil.session.watchdog import watchdog
 
@@ -62,10 +65,11 @@ def run_session(
             wire.tap = recorder.frame
             stack.callback(recorder.finish)
         robot = start_up(wire, settings.side, time.sleep, operator.at_home)
+        _refuse_looser(wire, robot, settings.limits)
         armed = operator.may_arm(robot)
         if recorder is not None:
             (recorder.folder / ROBOT).write_text(json.dumps(_robot_json(robot), indent=2) + "\n")
-        pilot = Pilot(robot, settings.limits, settings.make_controller(), gravity=settings.gravity)
+        pilot = _pilot(robot, settings)
         stack.enter_context(_signals(operator.abort))
         refused = stack.enter_context(real_time_priority())
         beats = Metronome(settings.limits.period_ns)
@@ -107,7 +111,25 @@ def recorded_pilot(folder: Path) -> Pilot:
         raise MisfitError(
             f"{folder}: {SETTINGS} or {ROBOT} is damaged ({error!r}); they must be as the session wrote them"
         ) from error
-    return Pilot(robot, settings.limits, settings.make_controller(), gravity=settings.gravity)
+    return _pilot(robot, settings)
+
+
+def _pilot(robot: Robot, settings: Settings) -> Pilot:
+    controller, proof = settings.make_controller(), settings.make_proof()
+    return Pilot(robot, settings.limits, controller, gravity=settings.gravity, proof=proof)
+
+
+def _refuse_looser(wire: Wire, robot: Robot, limits: Limits) -> None:
+    """Only a session whose limits are tighter than the module's is armed.
+
+    Raises:
+        MisfitError: if one is looser, or the module has none.
+    """
+    if robot.module is None:
+        return
+    torque, speed = (must(wire, Node.SAFETY, name, robot.module) for name in ("TL2", "VL2"))
+    if found := looser_than(limits.joints, robot.torque_units, torque, speed):
+        raise MisfitError(f"{wire.name}: {'; '.join(found)}")
 
 
 def _recorder(folder: Path | None, settings: Settings) -> Recorder | None:

@@ -14,8 +14,9 @@ from hil.emulation.planar import Placement
 from hil.emulation.settings import Learning
 from hil.robots import proficio
 from hil.robots.proficio import Side
-from hil.safety.limits import JointLimits, Limits
+from hil.safety.limits import JointLimits, Limits, Zone
 from hil.session.controllers import Controller, Hold, Passive
+from hil.session.proof import Proof
 from hil.trials.protocol import Protocol as ProtocolOfTrials
 from hil.trials.protocol import protocol_of_json
 
@@ -33,7 +34,8 @@ class Settings:
 
     `bus` is what python-can takes; `gravity` whether the arm's weight must be held; stiffness in N.m/rad and damping in
     N.m.s/rad by joint are those of the posture that `hold` keeps. With a `protocol` the session runs its trials: `shoulder`
-    rad says how the emulated arm lies on the robot, `learning` how what its model lacks is learned.
+    rad says how the emulated arm lies on the robot, `learning` how what its model lacks is learned. With `proof` an armed arm
+    first shows that it stands still and that each joint turns its way, under `proof_torque` N.m at most.
     """
 
     bus: Mapping[str, Any]
@@ -46,6 +48,15 @@ class Settings:
     shoulder: float = Placement.shoulder
     protocol: ProtocolOfTrials | None = None
     learning: Learning = Learning()
+    proof: bool = False
+    proof_torque: tuple[float, ...] = (4.0, 4.0, 3.0)
+
+    def make_proof(self) -> Proof | None:
+        """What the arm has to prove once it is armed; nothing if the settings do not ask for it."""
+        if not self.proof:
+            return None
+        middles = np.array([0.5 * (joint.low + joint.high) for joint in self.limits.joints])
+        return Proof(middles, np.array(self.proof_torque))
 
     def make_controller(self) -> Controller:
         """The controller that is named, or that of the protocol.
@@ -103,8 +114,8 @@ def settings_of_json(text: str) -> Settings:
     """Settings of a recording."""
     document = json.loads(text)
     limits = document.pop("limits")
-    joints = tuple(JointLimits(**joint) for joint in limits.pop("joints"))
-    document |= {name: tuple(document[name]) for name in ("stiffness", "damping")}
+    joints = tuple(JointLimits(**_with_zones(joint)) for joint in limits.pop("joints"))
+    document |= {name: tuple(document[name]) for name in ("stiffness", "damping", "proof_torque")}
     protocol = document.pop("protocol", None)
     trials = protocol_of_json(protocol) if protocol is not None else None
     learning = Learning(**document.pop("learning", {}))
@@ -114,7 +125,7 @@ def settings_of_json(text: str) -> Settings:
 def _settings(document: dict[str, Any], name: str, rate_hz: float) -> Settings:
     _known(document, ("bus", "robot", "limits", "joints", "controller", "learning"), name)
     robot, controller = document.get("robot", {}), document.get("controller", {})
-    _known(robot, ("side", "gravity", "shoulder"), f"{name} [robot]")
+    _known(robot, ("side", "gravity", "shoulder", "proof", "proof_torque"), f"{name} [robot]")
     _known(controller, ("kind", "stiffness", "damping"), f"{name} [controller]")
     side = robot.get("side", "right")
     if side not in proficio.HOME:
@@ -125,17 +136,19 @@ def _settings(document: dict[str, Any], name: str, rate_hz: float) -> Settings:
         for k, joint in enumerate(document.get("joints", [])):
             _known(joint, [f.name for f in fields(JointLimits)], f"{name} [[joints]]")
             joints = list(limits.joints)
-            joints[k] = replace(joints[k], **joint)
+            joints[k] = replace(joints[k], **_with_zones(joint))
             limits = replace(limits, joints=tuple(joints))
         wanted = document.get("limits", {})
         _known(wanted, [f.name for f in fields(Limits)[2:]], f"{name} [limits]")
         limits = replace(limits, **wanted)
         found = replace(found, bus=document.get("bus", {}), limits=limits, gravity=bool(robot.get("gravity", True)))
+        given = {**controller, **robot}
         lists: dict[str, Any] = {
-            key: tuple(map(float, controller[key])) for key in ("stiffness", "damping") if key in controller
+            key: tuple(map(float, given[key])) for key in ("stiffness", "damping", "proof_torque") if key in given
         }
         if any(len(values) != proficio.JOINTS for values in lists.values()):
-            raise MisfitError(f"stiffness and damping need {proficio.JOINTS} numbers each")
+            raise MisfitError(f"stiffness, damping and proof_torque need {proficio.JOINTS} numbers each")
+        found = replace(found, proof=bool(robot.get("proof", True)))
         wanted = document.get("learning", {})
         _known(wanted, [f.name for f in fields(Learning)], f"{name} [learning]")
         found = replace(found, learning=Learning(**wanted), shoulder=float(robot.get("shoulder", found.shoulder)))
@@ -144,6 +157,11 @@ def _settings(document: dict[str, Any], name: str, rate_hz: float) -> Settings:
         raise MisfitError(f"{name}: {error}") from error
     except (TypeError, ValueError, IndexError) as error:
         raise MisfitError(f"{name} has a value of the wrong kind: {error}; see docs/bench.md") from error
+
+
+def _with_zones(joint: Mapping[str, Any]) -> dict[str, Any]:
+    """Arguments of a joint's limits from a table."""
+    return {**joint, "zones": tuple(Zone(**zone) for zone in joint["zones"])} if "zones" in joint else dict(joint)
 
 
 def _known(table: Mapping[str, Any], names: Any, where: str) -> None:

@@ -74,7 +74,7 @@ def scan(wire: Wire) -> list[FoundNode]:
     for patience in SCAN_S:
         for number in range(1, LAST_NODE + 1):
             if number not in found and ask(wire, number, MONITOR["STAT"], patience) is not None:
-                role, version, stat = (_must(wire, number, name) for name in ("ROLE", "VERS", "STAT"))
+                role, version, stat = (must(wire, number, name) for name in ("ROLE", "VERS", "STAT"))
                 found[number] = FoundNode(number, kind_of(role), version, stat == AWAKE)
     return [found[number] for number in sorted(found)]
 
@@ -116,8 +116,8 @@ def start_up(wire: Wire, side: Side, sleep: Sleep, at_home: Callable[[], bool]) 
     wake(wire, nodes, sleep)
     module = by_number.get(Node.SAFETY)
     numbers = motors[0].numbers
-    counts = tuple(_must(wire, node.number, "CTS", node.numbers) for node in motors)
-    units = tuple(_must(wire, node.number, "IPNM", node.numbers) for node in motors)
+    counts = tuple(must(wire, node.number, "CTS", node.numbers) for node in motors)
+    units = tuple(must(wire, node.number, "IPNM", node.numbers) for node in motors)
     if min(counts) <= 0 or min(units) <= 0:
         raise MisfitError(
             f"motors say {counts} counts a turn and {units} units per N.m; positive numbers were expected"
@@ -139,7 +139,7 @@ def start_up(wire: Wire, side: Side, sleep: Sleep, at_home: Callable[[], bool]) 
 
 def _zero(wire: Wire, robot: Robot, at_home: Callable[[], bool]) -> None:
     """Define the positions at the stops, unless that has been done since the power came on."""
-    if robot.module is not None and _must(wire, Node.SAFETY, "ZERO", robot.module) == 1:
+    if robot.module is not None and must(wire, Node.SAFETY, "ZERO", robot.module) == 1:
         return
     if not at_home():
         raise MisfitError("the arm is not zeroed and not on its stops; move it there and start again")
@@ -177,7 +177,12 @@ def _asked(wire: Wire, node: int, property: int, timeout_s: float) -> int | None
     return None
 
 
-def _must(wire: Wire, node: int, name: str, numbers: Mapping[str, int] = MONITOR) -> int:
+def must(wire: Wire, node: int, name: str, numbers: Mapping[str, int] = MONITOR) -> int:
+    """Value of a property that a session cannot do without.
+
+    Raises:
+        BusError: if the node does not answer.
+    """
     value = ask(wire, node, numbers[name], ANSWER_S, TRIES)
     if value is None:
         raise BusError(f"{wire.name}: node {node} did not answer for its {name} within {ANSWER_S:g} s")

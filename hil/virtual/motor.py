@@ -12,6 +12,8 @@ from hil.robots.proficio import Controller
 from hil.virtual.node import ANSWER_NS, Node
 
 IDLE, TORQUE = 0, 2
+# degC
+AMBIENT = 30
 
 
 class Motor(Node):
@@ -33,6 +35,7 @@ class Motor(Node):
             "GRPB": torques,
             "GRPC": Group.ARM,
             "MODE": IDLE,
+            "TEMP": AMBIENT,
         }
         self.stored = dict(self.values)
 

@@ -6,11 +6,14 @@ from typing import Any
 from hil.safety.core import begin, step
 from hil.safety.cycle import Outcome, Seen, State
 from hil.safety.limiters import LIMITERS, Limiter
-from hil.safety.limits import JointLimits, Limits
+from hil.safety.limits import JointLimits, Limits, Zone
 from hil.safety.rules import RULES, Rule
 
 JOINT = JointLimits(torque=10.0, torque_rate=2000.0, speed=1.0, low=-1.0, high=1.0, margin=0.1, breakaway=3.0)
-LIMITS = Limits(joints=(JOINT, JOINT), energy=0.5, frozen_cycles=20, ramp_s=0.1)
+# The first joint's motor bears 5 N.m for ever, the second pinches where it is bent furthest.
+FIRST = replace(JOINT, continuous=5.0)
+SECOND = replace(JOINT, zones=(Zone(0.8, 1.2, 2.0),))
+LIMITS = Limits(joints=(FIRST, SECOND), energy=0.5, frozen_cycles=20, ramp_s=0.1, thermal_s=1.0, pinch_cycles=30)
 PERIOD = LIMITS.period_ns
 PERIOD_S = PERIOD * 1e-9
 

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from fmus.errors import MisfitError
 from hil.safety.core import begin, step
 from hil.safety.cycle import Module, Reaction, Seen
-from hil.safety.limiters import LIMITERS
-from hil.safety.limits import JointLimits, Limits
+from hil.safety.limiters import LIMITERS, pinch_torque
+from hil.safety.limits import JointLimits, Limits, Zone
 from hil.safety.rules import RULES
 from tests.hil.cycles import JOINT, LIMITS, PERIOD, PERIOD_S, Arm
 
@@ -30,6 +30,7 @@ ADVERSARIAL = st.fixed_dictionaries(
         "computing_ns": st.sampled_from([0, PERIOD, 10**9]),
         "force": st.none() | st.lists(NUMBER, min_size=3, max_size=3).map(tuple),
         "force_saturated": st.booleans(),
+        "temperatures": st.lists(st.none() | NUMBER, max_size=3).map(tuple),
         "expected": st.none() | ANY_VECTOR,
         "module": st.none() | st.sampled_from(Module),
         "warning": st.booleans(),
@@ -206,6 +207,11 @@ HAZARDS: list[tuple[str, Drive, Reaction]] = [
     ("force_bounded", lambda arm: arm.cycle(force=(math.nan, 0.0, 0.0)), Reaction.COMPLY),
     ("force_bounded", lambda arm: arm.cycle(force=(1.0, 0.0, 0.0), force_saturated=True), Reaction.COMPLY),
     ("force_bounded", lambda arm: arm.cycles(25, force=(1.0, 2.0, 3.0)), Reaction.COMPLY),
+    ("cool", lambda arm: arm.cycle(temperatures=(20.0, 60.0)), Reaction.REDUCE),
+    ("cool", lambda arm: arm.cycle(temperatures=(75.0, None)), Reaction.COMPLY),
+    ("cool", lambda arm: _overload(arm, 6.0, 450), Reaction.REDUCE),
+    ("cool", lambda arm: _overload(arm, 6.0, 600), Reaction.COMPLY),
+    ("unpinched", lambda arm: _press(arm, 60), Reaction.COMPLY),
     ("follows_model", lambda arm: arm.cycle(expected=(0.0, 0.31)), Reaction.COMPLY),
     ("follows_model", lambda arm: arm.cycle(expected=(0.0, math.nan)), Reaction.COMPLY),
     ("follows_model", lambda arm: arm.cycle(expected=(0.0,)), Reaction.COMPLY),
@@ -223,11 +229,26 @@ HAZARDS: list[tuple[str, Drive, Reaction]] = [
 ]
 
 
-def _creep(arm: Arm, position: float) -> None:
+def _overload(arm: Arm, torque: float, cycles: int) -> None:
+    """Hold against a load that the first motor does not bear for ever: 6 N.m instead of 5, for a second."""
+    for k in range(cycles):
+        arm.cycle(positions=(1e-6 * (k % 2), 0.0), support=(torque, 0.0))
+
+
+def _press(arm: Arm, cycles: int) -> None:
+    """Press into the zone of the second joint with more than is allowed there."""
+    _creep(arm, 0.85, joint=1)
+    for k in range(cycles):
+        arm.cycle(positions=(0.0, 0.85 + 1e-6 * (k % 2)), support=(0.0, 3.0))
+
+
+def _creep(arm: Arm, position: float, joint: int = 0) -> None:
     """Bring a joint to a position slowly."""
-    start = arm.state.motion.positions[0]
+    start = arm.state.motion.positions[joint]
     for k in range(1, 801):
-        arm.cycle(positions=(start + (position - start) * k / 800, 0.0))
+        here = [0.0, 0.0]
+        here[joint] = start + (position - start) * k / 800
+        arm.cycle(positions=tuple(here))
 
 
 @pytest.mark.parametrize(("rule", "drive", "reaction"), HAZARDS)
@@ -267,6 +288,9 @@ def test_every_rule_has_a_hazard() -> None:
         lambda arm: arm.cycles(500, positions=(0.0, 0.0), asked=(2.9, 0.0)),
         lambda arm: arm.cycle(expected=(0.0, 0.29)),
         lambda arm: arm.cycle(force=(0.0, 79.0, 0.0)),
+        lambda arm: arm.cycle(temperatures=(59.0, None)),
+        lambda arm: _overload(arm, 4.9, 2000),
+        lambda arm: _press(arm, 25),
         lambda arm: _throw(arm, 1.2),
         lambda arm: [_creep(arm, q) for q in (1.05, 1.09)],
     ],
@@ -342,6 +366,7 @@ CUTS: list[tuple[str, Drive, tuple[float, float]]] = [
     ("torque", lambda arm: arm.cycles(9, asked=(25.0, -25.0)), (10.0, -10.0)),
     ("torque_rate", lambda arm: arm.cycle(asked=(9.0, -9.0)), (4.0, -4.0)),
     ("power", lambda arm: _moving(arm, 0.95, asked=(0.0, 0.0), support=(9.0, -9.0)), (9.0, -9.0)),
+    ("unpinching", lambda arm: _press(arm, 20), (0.0, 2.0)),
     ("braking_only", lambda arm: _moving(arm, 1.1, asked=(5.0, 1.0)), (0.0, 1.0)),
     ("braking_only", lambda arm: _moving(arm, -1.1, asked=(-5.0, 1.0)), (0.0, 1.0)),
     ("inwards_only", lambda arm: (_creep(arm, 1.05), _stay(arm, 1.05, (5.0, 1.0))), (0.0, 1.0)),
@@ -450,6 +475,8 @@ def test_after_missing_answers_the_speed_is_that_of_the_whole_gap() -> None:
         {"high": math.inf},
         {"margin": 0.0},
         {"breakaway": 0.0},
+        {"continuous": -1.0},
+        {"continuous": math.nan},
     ],
 )
 def test_limits_of_a_joint_that_limit_nothing_are_refused(change: dict) -> None:
@@ -464,7 +491,29 @@ def test_limits_of_a_session_that_limit_nothing_are_refused(name: str, value: fl
         replace(LIMITS, **{name: value})
 
 
-@pytest.mark.parametrize("change", [{"joints": ()}, {"reduced": 1.0}, {"missing_comply": 16}])
+@pytest.mark.parametrize("zone", [(0.0, 1.0, 0.0), (1.0, 1.0, 2.0), (0.0, math.nan, 2.0), (0.0, 1.0, math.inf)])
+def test_a_zone_that_limits_nothing_is_refused(zone: tuple[float, float, float]) -> None:
+    with pytest.raises(MisfitError, match="zone"):
+        Zone(*zone)
+
+
+def test_the_smallest_of_the_zones_counts_and_outside_of_them_none() -> None:
+    joint = replace(JOINT, zones=(Zone(0.0, 1.0, 3.0), Zone(0.5, 0.8, 2.0)))
+    assert [pinch_torque(joint, q) for q in (-0.1, 0.0, 0.5, 0.8, 1.0)] == [math.inf, 3.0, 2.0, 2.0, 3.0]
+
+
+def test_heat_outlives_a_new_arming() -> None:
+    arm = Arm().armed()
+    _overload(arm, 6.0, 600)
+    assert arm.state.stopped is not None and arm.state.stopped.rule == "cool"
+    arm.cycle(arm=True)
+    assert arm.state.stopped is not None
+    arm.cycles(600)
+    arm.cycle(arm=True)
+    assert arm.state.stopped is None
+
+
+@pytest.mark.parametrize("change", [{"joints": ()}, {"reduced": 1.0}, {"missing_comply": 16}, {"warm": 80.0}])
 def test_limits_that_contradict_themselves_are_refused(change: dict) -> None:
     with pytest.raises(MisfitError):
         replace(LIMITS, **change)
