@@ -97,7 +97,23 @@ def test_a_switch_may_be_late_by_the_time_shift_and_no_more() -> None:
     assert within.passed and within.event_shift_s == pytest.approx(0.2)
     assert not beyond.passed
     assert beyond.event_shift_s == pytest.approx(0.3) and beyond.amplitude_error == 0.0
+    assert beyond.would_have_passed_time_shift_s == pytest.approx(0.3)
     assert "its jumps come up to 0.3 s late (at 5 s)" in beyond.reason
+
+
+def test_a_result_that_is_only_late_names_the_time_shift_with_which_it_passes() -> None:
+    def jump(at: float, height: float) -> Signal:
+        return signal(np.where(at - 1e-9 <= TIME, height, 0.0) + 0.001 * np.sin(TIME))
+
+    late = compare(jump(5.3, 1.0), jump(5.0, 1.0), Tolerance(0.01, 0.0, 0.1))
+    late_and_high = compare(jump(5.3, 1.2), jump(5.0, 1.0), Tolerance(0.01, 0.0, 0.1))
+
+    assert (
+        late.would_have_passed_time_shift_s == pytest.approx(0.3)
+        and "or would pass with time_shift_s = 0.3" in late.reason
+    )
+    assert compare(jump(5.3, 1.0), jump(5.0, 1.0), Tolerance(0.01, 0.0, late.would_have_passed_time_shift_s)).passed
+    assert late_and_high.would_have_passed_time_shift_s is None
 
 
 def test_lateness_and_size_of_a_jump_are_told_apart() -> None:

@@ -6,7 +6,7 @@ from typing import ClassVar
 import numpy as np
 
 from orchestrator.regress.comparison.alignment import Alignment, align, amplitude_error
-from orchestrator.regress.comparison.distance import distances
+from orchestrator.regress.comparison.distance import distances, window_distances
 from orchestrator.regress.comparison.envelope import values_at
 from orchestrator.regress.comparison.jumps import exact_jumps
 from orchestrator.regress.comparison.missed import missed
@@ -119,6 +119,7 @@ def _outside(pair: Pair, verdict: SignalVerdict, found: np.ndarray, too_far: np.
     jumps = align(pair)
     left = amplitude_error(pair, jumps) if jumps.shift_s else None
     needed = rounded_up(verdict.would_have_passed or 0.0)
+    shift = _needed_shift(pair, jumps, left, outside)
     first = float(pair.result.time[outside[0]])
     unit = pair.reference.unit
     reason = (
@@ -129,8 +130,9 @@ def _outside(pair: Pair, verdict: SignalVerdict, found: np.ndarray, too_far: np.
     )
     return replace(
         verdict,
-        reason=reason + _jumps_text(jumps, left, unit),
+        reason=reason + _jumps_text(jumps, left, unit, shift),
         would_have_passed=needed,
+        would_have_passed_time_shift_s=shift,
         event_shift_s=jumps.shift_s,
         amplitude_error=verdict.amplitude_error if left is None else left,
         first_time=first,
@@ -139,7 +141,20 @@ def _outside(pair: Pair, verdict: SignalVerdict, found: np.ndarray, too_far: np.
     )
 
 
-def _jumps_text(jumps: Alignment, left: float | None, unit: str) -> str:
+def _needed_shift(pair: Pair, jumps: Alignment, left: float | None, outside: np.ndarray) -> float | None:
+    """The time shift with which a result passes that is right but for the moments of its jumps, or None."""
+    if left is None or jumps.shift_s is None or left > pair.band.limit:
+        return None
+    # Moved back by as much, every sample is within the old shift of where it belongs; mostly less will do.
+    for shift in (abs(jumps.shift_s), abs(jumps.shift_s) + pair.band.half_width):
+        needed = rounded_up(shift)
+        wider = replace(pair, band=replace(pair.band, half_width=needed * (1 + ROUNDING)))
+        if (window_distances(wider, outside) <= pair.band.limit).all() and not len(missed(wider)[0]):
+            return needed
+    return None
+
+
+def _jumps_text(jumps: Alignment, left: float | None, unit: str, shift: float | None) -> str:
     if len(jumps.found) != len(jumps.due):
         return f"; it jumps {len(jumps.found)} times, the reference {len(jumps.due)} times"
     if not jumps.shift_s or left is None:
@@ -148,6 +163,7 @@ def _jumps_text(jumps: Alignment, left: float | None, unit: str) -> str:
     return (
         f"; its jumps come up to {seconds(abs(jumps.shift_s))} {side} (at {seconds(jumps.due[jumps.worst])}), and moved "
         f"onto the reference's they leave an error of {quantity(left, unit)}"
+        + ("" if shift is None else f"; or would pass with time_shift_s = {shift:g}")
     )
 
 
@@ -164,9 +180,11 @@ def _unseen(pair: Pair, verdict: SignalVerdict, unseen: np.ndarray, amounts: np.
     )
     jumps = align(pair)
     left = amplitude_error(pair, jumps) if jumps.shift_s else None
+    shift = _needed_shift(pair, jumps, left, np.zeros(0, dtype=int))
     return replace(
         verdict,
-        reason=reason + _jumps_text(jumps, left, unit),
+        reason=reason + _jumps_text(jumps, left, unit, shift),
+        would_have_passed_time_shift_s=shift,
         event_shift_s=jumps.shift_s,
         amplitude_error=verdict.amplitude_error if left is None else left,
         worst_time=when,
