@@ -39,6 +39,7 @@ bench: setup
 	@$(BIN)/python tests/benchmarks/cosim/run.py
 	@$(BIN)/python -m tests.benchmarks.regress.run
 	@$(BIN)/python tests/benchmarks/gp/run.py
+	@$(BIN)/python tests/benchmarks/study/run.py
 
 # Tools for the comparison that ask for other versions of shared packages; `make bench` uses them when they are there.
 bench-peers:

@@ -16,7 +16,7 @@ from orchestrator.study.summary import (
 )
 from orchestrator.study.variants import VARIANTS
 
-SHORT = ("ant. deltoid", "post. deltoid", "biceps", "tri. long", "tri. short", "brachialis")
+SHORT = ("ant", "post", "bic", "tri l", "tri s", "brach")
 
 
 def regression_table(study: Study) -> PageTable:
@@ -64,9 +64,9 @@ def variants_table(study: Study, initial: str, limit: float) -> PageTable:
         rows.append((name, f"{used:.0f}", *cells, _range(mean, ".0f"), coverage))
     caption = (
         f"Improvement in % with all corrections, {initial} initial set, limit {limit:g} N: medians over the seeds. "
-        "Coverage: share in % of forces inside 90 % intervals predicted without their trial"
+        "Strong four: their mean, with its range. Inside: share in % of forces inside 90 % intervals predicted without their trial"
     )
-    return PageTable(caption, ("way to learn", "used", *SHORT, "strong four (range)", "coverage"), tuple(rows))
+    return PageTable(caption, ("way to learn", "used", *SHORT, "strong four", "inside"), tuple(rows))
 
 
 def bars_table(study: Study) -> PageTable:
