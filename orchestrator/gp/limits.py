@@ -83,7 +83,8 @@ def box(likelihood: Likelihood, observations: Sequence[Observation], limits: Map
         scale = re.search(r"^(.*?)\.(?:.*\.)?length_scales\[(\d+)\]$", name)
         if scale is None:
             reach = np.log(_VARIANCE) if likelihood.logarithmic[k] else _WEIGHT
-            low[k], high[k] = low[k] - reach, high[k] + reach
+            at = np.array([low[k], *_shown(name, observations)])
+            low[k], high[k] = at.min() - reach, at.max() + reach
             continue
         seen = rows.inputs[rows.coefficients[scale[1]] != 0.0, int(scale[2]) - 1]
         if np.ptp(seen) > 0.0:
@@ -91,6 +92,20 @@ def box(likelihood: Likelihood, observations: Sequence[Observation], limits: Map
         else:
             held.append(name)
     return Box(low, high, mean, precision, tuple(held))
+
+
+def _shown(name: str, observations: Sequence[Observation]) -> list[float]:
+    """Where the values themselves put a parameter: the logarithm of a variance or of a deviation of noise, if it is one."""
+    if name.endswith(".variance"):
+        seen = [each.values for each in observations if name.split(".")[0] in each.coefficients]
+        power = 2.0
+    elif name.endswith(".log deviation"):
+        seen = [each.values for each in observations if name == f"{each.name}.log deviation"]
+        power = 1.0
+    else:
+        return []
+    sizes = [float(np.sqrt(np.mean(values**2))) for values in seen]
+    return [power * float(np.log(size)) for size in sizes if size > 0.0]
 
 
 def _given(name: str, limits: Limits, logarithmic: bool, units: Units) -> tuple[float, float, float, float]:

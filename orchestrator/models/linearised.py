@@ -30,9 +30,9 @@ class Along:
 class Equations:
     """Rates, outputs and their exact slopes at many instants at once."""
 
-    def __init__(self, model: SymbolicModel) -> None:
+    def __init__(self, model: SymbolicModel, parameters: np.ndarray) -> None:
         system = model.system
-        self._parameters = ca.DM(model.compiled.parameters)
+        self._parameters = ca.DM(parameters)
         t, p = ca.SX.sym("t"), ca.SX.sym("p", len(system.parameters))
         x, u = ca.SX.sym("x", len(system.states)), ca.SX.sym("u", len(system.inputs))
         dx, z = system.rhs(t, x, u, ca.SX(0, 1), p)

@@ -48,16 +48,22 @@ class Force:
     states_std: np.ndarray
 
 
-def missing_forces(model: SymbolicModel, trials: Sequence[SmoothedTrial]) -> tuple[Force, ...]:
+def missing_forces(
+    model: SymbolicModel, trials: Sequence[SmoothedTrial], parameters: np.ndarray | None = None
+) -> tuple[Force, ...]:
     """The force that makes the model follow each trial, with its standard deviation; size and duration are those of all trials.
 
     The deviation holds what noise of outputs and measured inputs leaves open, not errors of a model's parameters: these are
     part of what is missing. Next to a jump of the force it is too small, since the force is taken to be smooth.
 
+    Args:
+        parameters: all of the model's, in its order; its own if they are left out.
+
     Raises:
         MisfitError: if the model has no correction inputs for its signals, or its equations do not show what they act on.
     """
-    followers = [_Follower(model, trial) for trial in trials]
+    values = model.compiled.parameters if parameters is None else parameters
+    followers = [_Follower(model, trial, values) for trial in trials]
     character = _character(followers)
     return tuple(each.force(character) for each in followers)
 
@@ -65,8 +71,8 @@ def missing_forces(model: SymbolicModel, trials: Sequence[SmoothedTrial]) -> tup
 class _Follower:
     """A trial and the model linearised along it."""
 
-    def __init__(self, model: SymbolicModel, trial: SmoothedTrial) -> None:
-        self.model, self.trial = model, trial
+    def __init__(self, model: SymbolicModel, trial: SmoothedTrial, parameters: np.ndarray) -> None:
+        self.model, self.trial, self._parameters = model, trial, parameters
         names = [v.name for v in model.system.inputs]
         missing = [name for name in model.signals if PREFIX + name not in names]
         if missing or model.residual is None or model.system.n_delays:
@@ -76,8 +82,8 @@ class _Follower:
             )
         self._places = [names.index(PREFIX + name) for name in model.signals]
         self._count = len(model.system.states)
-        self._equations = Equations(model)
-        self._substeps = model.substeps(model.record(trial), model.compiled.parameters, trial.noise)
+        self._equations = Equations(model, parameters)
+        self._substeps = model.substeps(model.record(trial, parameters), parameters, trial.noise)
         self._linear = self._linearised(self._path(), np.zeros((len(trial.time), len(model.signals))))
         self.first_guess = self._first_guess()
 
@@ -116,7 +122,7 @@ class _Follower:
         assert model.residual is not None
         names = [v.name for v in model.system.states]
         hidden = [v.name for v in model.residual.system.states]
-        parameters = model.compiled.parameters
+        parameters = self._parameters
         path = np.empty((len(trial.time), len(names)))
         for signal, position in model.residual.positions.items():
             j = model.signals.index(signal)
@@ -126,7 +132,7 @@ class _Follower:
                 path[:, names.index(position.speed)] = trial.speeds[:, j] / scale
         if hidden:
             places = [names.index(name) for name in hidden]
-            start = model.record(trial).start[places]
+            start = model.record(trial, self._parameters).start[places]
             path[:, places] = model.hidden.run(trial.time, model.residual_inputs(trial), parameters, start).outputs
         return path
 
@@ -137,8 +143,8 @@ class _Follower:
         assert model.residual is not None
         hidden = [names.index(v.name) for v in model.residual.system.states]
         compiled = model.compiled_residual
-        start = model.record(trial).start[hidden]
-        crude = compiled.run(trial.time, model.residual_inputs(trial), compiled.parameters, start).outputs
+        start = model.record(trial, self._parameters).start[hidden]
+        crude = compiled.run(trial.time, model.residual_inputs(trial), self._parameters, start).outputs
         size = np.maximum(trial.smoother.thin(crude).std(axis=0), 1e-9)
         return np.log(np.concatenate([size, np.full(len(size), 0.5 / trial.smoother.cutoff_hz)]))
 
@@ -177,7 +183,7 @@ class _Follower:
             show,
             linear.shown[:n] - (show @ reference[:, :, None])[:, :, 0],
             self.trial.noise**2,
-            np.concatenate([self.model.record(self.trial).start, np.zeros(2 * k)]),
+            np.concatenate([self.model.record(self.trial, self._parameters).start, np.zeros(2 * k)]),
             covariance,
         )
 

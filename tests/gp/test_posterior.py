@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from fmus.errors import MisfitError
 from orchestrator.gp.covariance import Latent
-from orchestrator.gp.kernels import Linear, Matern52, SquaredExponential
+from orchestrator.gp.kernels import Constant, Linear, Matern32, Matern52, Periodic, SquaredExponential
 from orchestrator.gp.noise import growing_noise
 from orchestrator.gp.observations import Observation, observe
 from orchestrator.gp.posterior import Posterior, condition
@@ -288,12 +288,27 @@ def test_the_residual_reading_takes_away_what_the_others_say_alone():
     assert np.allclose(found, -0.5 * 1.5 / (0.25 * 1.5 + 0.09) * left, rtol=1e-5)
 
 
-def test_the_plain_problem_agrees_with_scikit_learn():
-    gaussian_process = pytest.importorskip("sklearn.gaussian_process")
-    x, y = RNG.normal(size=(15, 2)), RNG.normal(size=15)
-    kernel = 1.5 * gaussian_process.kernels.RBF([1.2, 0.7])
-    theirs = gaussian_process.GaussianProcessRegressor(kernel, alpha=0.04, optimizer=None).fit(x, y)
-    mean, deviation = theirs.predict(QUERY, return_std=True)
-    ours = condition(LATENTS, [observe("data", x, "strong", y, 0.2)])
-    assert np.allclose(ours.mean("strong", QUERY)[:, 0], mean, rtol=1e-9, atol=1e-12)
-    assert np.allclose(ours.variance("strong", QUERY), deviation**2, rtol=1e-9)
+@pytest.mark.parametrize(
+    "kind", ["squared exponential", "matern 3/2", "matern 5/2", "sum with a plane", "product with a wave"]
+)
+def test_the_plain_problem_agrees_with_scikit_learn(kind):
+    theirs_by = pytest.importorskip("sklearn.gaussian_process")
+    k, x, y = theirs_by.kernels, RNG.normal(size=(15, 2)), RNG.normal(size=15)
+    smooth, wave = SquaredExponential(1.5, (1.2, 0.7)), Periodic(1.0, (2.0,), (0.8,))
+    pairs = {
+        "squared exponential": (smooth, 1.5 * k.RBF([1.2, 0.7])),
+        "matern 3/2": (Matern32(1.5, (1.2, 0.7)), 1.5 * k.Matern([1.2, 0.7], nu=1.5)),
+        "matern 5/2": (Matern52(1.5, (1.2, 0.7)), 1.5 * k.Matern([1.2, 0.7], nu=2.5)),
+        "sum with a plane": (
+            smooth + Linear((0.3, 0.3)) + Constant(0.3),
+            1.5 * k.RBF([1.2, 0.7]) + 0.3 * k.DotProduct(1.0),
+        ),
+        "product with a wave": (SquaredExponential(1.5, (1.2,)) * wave, 1.5 * k.RBF(1.2) * k.ExpSineSquared(0.8, 2.0)),
+    }
+    ours_by, kernel = pairs[kind]
+    inputs = 1 if kind == "product with a wave" else 2
+    theirs = theirs_by.GaussianProcessRegressor(kernel, alpha=0.04, optimizer=None).fit(x[:, :inputs], y)
+    mean, deviation = theirs.predict(QUERY[:, :inputs], return_std=True)
+    ours = condition({"f": Latent(ours_by)}, [observe("data", x[:, :inputs], "f", y, 0.2)])
+    assert np.allclose(ours.mean("f", QUERY[:, :inputs])[:, 0], mean, rtol=1e-9, atol=1e-12)
+    assert np.allclose(ours.variance("f", QUERY[:, :inputs]), deviation**2, rtol=1e-9)
