@@ -53,4 +53,4 @@ class Limb:
 
     @cached_property
     def _predictor(self) -> Predictor:
-        return Predictor(self._learner.posterior(), (self.statics, *self.muscles))
+        return Predictor(self._learner.live(), (self.statics, *self.muscles))

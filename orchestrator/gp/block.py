@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 from fmus.errors import MisfitError
 from orchestrator.gp.observations import Observation
 from orchestrator.gp.posterior import Posterior
+from orchestrator.gp.predictor import Predictor
 from orchestrator.measurements.wording import listed
 
 Array = NDArray[Any]
@@ -74,13 +76,20 @@ class Block:
         named = (term.input for output in self.outputs for term in output.terms if term.input)
         return tuple(name for name in dict.fromkeys(named) if name not in self.inputs)
 
+    @cached_property
+    def predictor(self) -> Predictor:
+        """Predictions of the latent functions that outputs are made of."""
+        return Predictor(self.posterior, list(dict.fromkeys(t.latent for o in self.outputs for t in o.terms)))
+
     def mean(self, output: Output, values: Mapping[str, float]) -> float:
         """Expected value of an output at values of all inputs."""
-        return float(self.posterior.mean(self.coefficients(output, values), self.point(values))[0, output.component])
+        mean, _ = self.predictor.combined(self.coefficients(output, values), self.point(values)[0])
+        return float(mean[output.component])
 
     def deviation(self, output: Output, values: Mapping[str, float]) -> float:
         """Standard deviation of what is known of an output, without noise of a measurement of it."""
-        return float(np.sqrt(self.posterior.variance(self.coefficients(output, values), self.point(values))[0]))
+        _, variance = self.predictor.combined(self.coefficients(output, values), self.point(values)[0])
+        return float(np.sqrt(variance))
 
     def slope(self, output: Output, values: Mapping[str, float], direction: Mapping[str, float]) -> float:
         """Directional derivative of the mean; inputs that the direction does not name do not move."""

@@ -33,6 +33,22 @@ def test_a_predictor_says_what_the_posterior_says(posterior):
         assert np.allclose(predictor(x), [posterior.mean(name, x)[0] for name in LATENTS], rtol=1e-12, atol=1e-13)
 
 
+def test_a_combination_has_the_mean_and_variance_of_the_posterior(posterior):
+    predictor, of = Predictor(posterior, list(LATENTS)), {"statics": -1.0, "strong": 0.4, "unseen": 2.0}
+    for x in np.random.default_rng(2).normal(size=(5, 2)):
+        mean, variance = predictor.combined(of, x)
+        assert np.allclose(mean, posterior.mean(of, x)[0], rtol=1e-12)
+        assert variance == pytest.approx(posterior.variance(of, x)[0], rel=1e-12)
+
+
+def test_what_a_predictor_says_does_not_depend_on_what_was_asked_before(posterior):
+    predictor, x = Predictor(posterior, ["strong", "weak"]), np.array([0.3, -0.2])
+    before = predictor(x)
+    predictor(-x)
+    predictor.combined({"weak": 1.0}, x)
+    assert np.array_equal(predictor(x), before)
+
+
 def test_a_function_without_data_is_predicted_as_expected_before(posterior):
     assert np.array_equal(Predictor(posterior, ["unseen"])(np.ones(2)), np.zeros((1, 2)))
 

@@ -76,12 +76,13 @@ class _Radial(Leaf):
 
     def towards(self, points: Array) -> Callable[[Array], Array]:
         check_inputs(self, points, len(self.length_scales))
-        scales = np.array(self.length_scales)[:, None]
-        scaled = np.ascontiguousarray(points.T / scales)
+        per_scale = 1.0 / np.array(self.length_scales)
+        scaled, ones = np.ascontiguousarray(points.T * per_scale[:, None]), np.ones(len(per_scale))
 
         def seen_from(x: Array) -> Array:
-            difference = scaled - x[:, None] / scales
-            shape = self._shape(np.einsum("dn,dn->n", difference, difference))
+            squares = scaled - (x * per_scale)[:, None]
+            squares *= squares
+            shape = self._shape(ones @ squares)
             shape *= self.variance
             return shape
 
