@@ -44,13 +44,13 @@ def caregivers(
     with progress(quiet) as say, working(name, workers, scheduler) as work:
         found = run_study(chosen, draws, people, work, say)
     seconds = time.perf_counter() - began
-    if json_file != "-":
-        _print(found, quiet)
     write_json(json_file, document(found, seconds))
     if html_file is not None:
         from orchestrator.study.report import study_report
 
         write_file(html_file, study_report(found, seconds))
+    if json_file != "-":
+        _print(found, quiet)
 
 
 def _print(found: Any, quiet: bool) -> None:
@@ -70,7 +70,11 @@ def _print(found: Any, quiet: bool) -> None:
         bars_table(found),
     ]
     for part in parts:
-        table = Table(*part.headings, title=part.caption, box=SIMPLE_HEAD, title_justify="left", title_style="bold")
+        table = Table(
+            title=part.caption, box=SIMPLE_HEAD, title_justify="left", title_style="bold", padding=(0, 1, 0, 0)
+        )
+        for place, heading in enumerate(part.headings):
+            table.add_column(heading, no_wrap=place > 0 or len(part.headings) > 5)
         for row in part.rows:
             table.add_row(*row)
         show(table, quiet)

@@ -93,4 +93,4 @@ def sentence(study: Study) -> str:
 
 
 def _range(found: Over, form: str) -> str:
-    return f"{found.median:{form}} ({found.low:{form}} to {found.high:{form}})"
+    return f"{found.median:{form}} ({found.low:{form}}…{found.high:{form}})"

@@ -148,6 +148,34 @@ def test_noise_that_is_learnt_tells_stops_from_the_rest() -> None:
     assert found.value < learn("constant", given_bench(models(), seen), seen).value - 50.0
 
 
+def test_coverage_is_that_of_predictions_made_without_the_group() -> None:
+    """Each group of four left out in turn, with a posterior of its own."""
+    case, groups = problem(24), np.arange(24) // 4
+    inside = 0
+    for group in range(6):
+        left, rest = case.corrections.rows(groups == group), case.corrections.rows(groups != group)
+        seen = observe("rest", rest.state, coefficients(rest), rest.force, case.deviation[groups != group])
+        posterior = condition(case.initial.latents, [*case.initial.observations, seen])
+        variance = posterior.variance(coefficients(left), left.state) + case.deviation[groups == group] ** 2
+        error = left.force - posterior.mean(coefficients(left), left.state)
+        inside += int(np.count_nonzero(np.abs(error) < 1.6448536 * np.sqrt(variance)[:, None]))
+
+    given = given_bench(case.initial, case.corrections)
+
+    assert 0 < inside < 48
+    assert given.coverage(case.deviation, groups) == pytest.approx(inside / 48, abs=1e-12)
+
+
+def test_hyperparameters_fitted_anew_leave_weak_muscles_alone() -> None:
+    setting = Setting(models(), models(False), corrections(90))
+    found = outcome("refitted", setting).problem
+
+    assert found is not None
+    for name in MUSCLES:
+        same = found.initial.latents[name] == setting.initial.latents[name]
+        assert same == (name in ("biceps", "triceps short head"))
+
+
 def test_an_unknown_kind_of_noise_is_refused_by_name() -> None:
     with pytest.raises(MisfitError, match="'white'; expected one of constant, force, observed"):
         learn("white", given_bench(models(), corrections()), corrections())
