@@ -14,9 +14,9 @@ def serve(host: Host) -> None:
     """Run cases until the host closes the connection."""
     progress = Watched(host.memory.page, lambda labels: host.send("labels", labels))
     while True:
-        case, keep = host.receive()
+        case, want = host.receive()
         try:
-            outcome = execute(case, progress, keep)
+            outcome = execute(case, progress, want)
         except MemoryError:
             host.send("error", "ComponentError", f"{case.name}: no memory is left")
             continue

@@ -4,6 +4,7 @@ import time as clock
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Literal
 
 from fmus.errors import ComponentError, MisfitError
 from orchestrator.cosim.system import RunSettings, System
@@ -11,11 +12,15 @@ from orchestrator.regress.case import Case
 from orchestrator.regress.check_tables import default_check
 from orchestrator.regress.comparison import Check, Signal, SignalVerdict
 from orchestrator.regress.experiments import with_own_experiment
+from orchestrator.regress.formulas import variables_for, with_formulas
 from orchestrator.regress.outcome import Curve, Outcome, WholeVerdict, curve_of
 from orchestrator.regress.prepare import system_of
 from orchestrator.regress.recording import Recording, missing_reason, record, wanted_signals
 from orchestrator.regress.reference import Expected, at_points, expected_from_file, expected_of_fmu, like
 from orchestrator.regress.watched import Watched
+
+# What an outcome holds beside its verdict.
+Want = Literal["verdict", "signals", "coverage"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,20 +35,28 @@ class Compared:
     curves: tuple[Curve, ...]
 
 
-def execute(case: Case, progress: Watched | None = None, keep: bool = False) -> Outcome:
-    """Run a case and judge it; `keep` its signals in the outcome, for a new reference.
+def execute(case: Case, progress: Watched | None = None, want: Want = "verdict") -> Outcome:
+    """Run a case and judge it; `want` says what else the outcome holds: the signals, or what the run reached.
 
     Raises:
         Nothing that a case can cause: a component that fails and a case that cannot be run are outcomes.
     """
     began = clock.perf_counter()
     try:
-        outcome = _judged(case, progress or Watched(), keep)
+        outcome = _executed(case, progress or Watched(), want)
     except ComponentError as error:
         outcome = Outcome(case.name, str(case.file), "error", str(error), "component")
     except MisfitError as error:
         outcome = Outcome(case.name, str(case.file), "error", str(error), "input")
     return replace(outcome, took_s=clock.perf_counter() - began)
+
+
+def _executed(case: Case, progress: Watched, want: Want) -> Outcome:
+    if want == "coverage":
+        from orchestrator.regress.reached import reached
+
+        return Outcome(case.name, str(case.file), "passed", coverage=reached(completed(case), progress))
+    return _judged(case, progress, want == "signals")
 
 
 def _judged(case: Case, progress: Watched, keep: bool) -> Outcome:
@@ -87,13 +100,16 @@ def compare(case: Case, progress: Watched | None = None, may_lack: bool = False)
     names = tuple(case.signals) or (tuple(expected.signals) if expected else ())
     # Outputs that the reference lacks are a difference, too, so without named signals all of them are looked at.
     outputs = wanted_signals(system)[0].addresses if not case.signals else {}
-    wanted, missing = wanted_signals(system, tuple(dict.fromkeys((*names, *outputs))))
+    names = tuple(dict.fromkeys((*names, *outputs)))
+    wanted, missing = wanted_signals(system, variables_for(names, case.formulas))
     recording = record(system, wanted, progress)
+    recording = replace(recording, signals=with_formulas(names, case.formulas, recording.signals))
     verdicts: list[SignalVerdict] = []
     curves = []
     for name, checks in _checks(case, expected, wanted.addresses, missing).items():
-        if name in missing:
-            verdicts.append(SignalVerdict(name, False, missing_reason(system, name), "missing"))
+        if name not in recording.signals:
+            gone = next(each for each in variables_for((name,), case.formulas) if each in missing)
+            verdicts.append(SignalVerdict(name, False, missing_reason(system, gone), "missing"))
             continue
         result = recording.signals[name]
         reference = expected.signals.get(name) if expected else None
@@ -164,7 +180,7 @@ def expected_of(case: Case, system: System, progress: Watched | None) -> Expecte
     if reference is None:
         return None
     if reference.kind == "file":
-        return expected_from_file(case, reference)
+        return _computed(expected_from_file(case, reference), case)
     if reference.kind == "own":
         return expected_of_fmu(_only_fmu(system))
     if reference.kind == "measurement":
@@ -172,8 +188,14 @@ def expected_of(case: Case, system: System, progress: Watched | None) -> Expecte
 
         return expected_from_measurement(case, reference)
     other = system_of(case, reference.source)
-    wanted, _ = wanted_signals(other, tuple(case.signals))
-    return Expected(record(other, wanted, progress).signals, f"{reference.source}, run beside")
+    wanted, _ = wanted_signals(other, variables_for(tuple(case.signals), case.formulas))
+    return _computed(Expected(record(other, wanted, progress).signals, f"{reference.source}, run beside"), case)
+
+
+def _computed(expected: Expected, case: Case) -> Expected:
+    """What is expected, with the formulas of the case where the reference has their variables and not themselves."""
+    missing = [name for name in case.formulas if name not in expected.signals]
+    return replace(expected, signals={**expected.signals, **with_formulas(missing, case.formulas, expected.signals)})
 
 
 def _lacks_reference(case: Case) -> bool:

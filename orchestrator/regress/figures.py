@@ -1,10 +1,15 @@
 """A signal with its reference as an inline image."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from orchestrator.regress.comparison import SignalVerdict
 from orchestrator.regress.outcome import Curve
-from orchestrator.report.figures._canvas import BLACK, ORANGE, axis_label, canvas, image, label
+from orchestrator.report.figures._canvas import BLACK, ORANGE, axis_label, canvas, image, label, plain_log_axis
+
+# More lines in one picture cannot be told apart, and errors above this only hide the others.
+_MOST_LINES, _HIGHEST = 8, 1e6
 
 
 def curve_figure(curve: Curve, verdict: SignalVerdict | None) -> str:
@@ -38,3 +43,18 @@ def _zoom(ax: "object", curve: Curve, worst: float) -> None:
     if seen.size:
         spare = 0.1 * float(np.ptp(seen)) or 1e-9
         ax.set_ylim(float(seen.min()) - spare, float(seen.max()) + spare)  # type: ignore[attr-defined]
+
+
+def trend_figure(case: str, lines: Sequence[tuple[str, Sequence[float | None]]]) -> str:
+    """Worst error over tolerance of each signal, run by run; the line at 1 is the limit."""
+    figure, axes = canvas(1, 1, 2.6)
+    ax = axes[0, 0]
+    for name, values in lines[:_MOST_LINES]:
+        heights = np.array([np.nan if value is None else min(value, _HIGHEST) for value in values], dtype=float)
+        ax.plot(np.arange(1, len(heights) + 1), np.maximum(heights, 1e-6), marker="o", markersize=3, label=label(name))
+    ax.axhline(1.0, color=BLACK, linewidth=0.8, linestyle=":")
+    plain_log_axis(ax, "y")
+    ax.set_xlabel("run", fontsize=9)
+    ax.set_ylabel("worst error / tolerance", fontsize=9)
+    ax.legend(fontsize=8, frameon=False)
+    return image(figure, f"Worst error over tolerance of {len(lines)} signals of {label(case)} by run")

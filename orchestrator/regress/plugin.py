@@ -15,10 +15,11 @@ from orchestrator.regress.names import is_case_file
 if TYPE_CHECKING:
     from orchestrator.regress.case import Case
     from orchestrator.regress.comparison import Signal, SignalVerdict
+    from orchestrator.regress.execute import Want
     from orchestrator.regress.outcome import Outcome
     from orchestrator.regress.pool import Lane
 
-_LANES: "pytest.StashKey[dict[bool, Lane]]" = pytest.StashKey()
+_LANES: "pytest.StashKey[dict[Want, Lane]]" = pytest.StashKey()
 
 
 def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Collector | None:
@@ -93,7 +94,7 @@ class CaseItem(pytest.Item):
 
     def runtest(self) -> None:
         """Run the case in a process of its own."""
-        outcome = _lane(self.config, keep=False).run(self.case)
+        outcome = _lane(self.config, "verdict").run(self.case)
         self.user_properties.append(("misfit", outcome.to_json()["verdict"]))
         if outcome.verdict != "passed":
             raise Difference(outcome)
@@ -112,14 +113,14 @@ class CaseItem(pytest.Item):
         return self.path, 0, f"case {self.case.name}"
 
 
-def _lane(config: pytest.Config, keep: bool) -> "Lane":
+def _lane(config: pytest.Config, want: "Want") -> "Lane":
     """The process for cases of this session; those whose signals are kept have one of their own."""
     from orchestrator.regress.pool import Lane
 
     lanes = config.stash.setdefault(_LANES, {})
-    if keep not in lanes:
-        lanes[keep] = Lane(keep)
-    return lanes[keep]
+    if want not in lanes:
+        lanes[want] = Lane(want)
+    return lanes[want]
 
 
 @pytest.fixture
@@ -135,7 +136,7 @@ def misfit_run(request: pytest.FixtureRequest) -> Iterator[Callable[..., "Mappin
         from orchestrator.regress.one_run import case_of, kept_signals
 
         case = case_of(request.node.name, Path(request.path), str(model), options)
-        return kept_signals(_lane(request.config, keep=True).run(case))
+        return kept_signals(_lane(request.config, "signals").run(case))
 
     yield run
 

@@ -11,6 +11,7 @@ from orchestrator.cosim.isolate.process import Child
 from orchestrator.cosim.isolate.process import Limits as ChildLimits
 from orchestrator.regress.case import Case
 from orchestrator.regress.child import TASK
+from orchestrator.regress.execute import Want
 from orchestrator.regress.outcome import Outcome
 
 _GIB = 2**30
@@ -23,7 +24,7 @@ class Worker(Child):
         super().__init__(TASK, [], ChildLimits())
         self._deadline = self._seconds = 0.0
 
-    def run(self, case: Case, keep: bool) -> tuple[Outcome, int]:
+    def run(self, case: Case, want: Want) -> tuple[Outcome, int]:
         """Run a case: its outcome, and the bytes that the process holds then.
 
         Raises:
@@ -33,7 +34,7 @@ class Worker(Child):
         self.labels = []
         self.limits = ChildLimits(limits.patience_s, limits.memory_gib)
         self._seconds, self._deadline = limits.seconds, clock.monotonic() + limits.seconds
-        self.send(case, keep)
+        self.send(case, want)
         while True:
             kind, *content = self.receive()
             if kind == "labels":
@@ -50,11 +51,11 @@ class Worker(Child):
 class Lane:
     """A place for one worker at a time, which is made when it is needed; `close` ends it at any time.
 
-    `keep` asks for the signals in the outcomes.
+    `want` says what the outcomes hold beside the verdict.
     """
 
-    def __init__(self, keep: bool = False) -> None:
-        self._keep = keep
+    def __init__(self, want: Want = "verdict") -> None:
+        self._want = want
         self._worker: Worker | None = None
         self._closed = False
 
@@ -75,7 +76,7 @@ class Lane:
         try:
             if self._worker is None:
                 self._worker = Worker()
-            outcome, held = self._worker.run(case, self._keep)
+            outcome, held = self._worker.run(case, self._want)
         except MisfitError as error:
             self._end()
             took = clock.perf_counter() - began
@@ -99,17 +100,17 @@ def run_cases(
     cases: Sequence[Case],
     workers: int = 1,
     tell: Callable[[Outcome], None] = lambda outcome: None,
-    keep: bool = False,
+    want: Want = "verdict",
 ) -> list[Outcome]:
     """Run cases on so many processes; outcomes in the order of the cases.
 
     Args:
         tell: is called with each outcome as it comes.
-        keep: the signals in the outcomes.
+        want: what the outcomes hold beside the verdict.
     """
     build_models(cases)
     found: dict[int, Outcome] = {}
-    lanes = [Lane(keep) for _ in range(max(1, min(workers, len(cases))))]
+    lanes = [Lane(want) for _ in range(max(1, min(workers, len(cases))))]
     for place, outcome in _as_they_come(cases, lanes):
         found[place] = outcome
         tell(outcome)

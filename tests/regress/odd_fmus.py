@@ -52,6 +52,8 @@ ODD: dict[str, tuple[dict[str, str], dict[str, str]]] = {
         },
         {},
     ),
+    # Half a percent too much.
+    "biased": ({_STEP: "c->y += 1.005 * h * c->u;"}, {}),
     # Never silent, never done: every step takes a while.
     "slow": ({_STEP: "usleep(20000); c->y += h * c->u;"}, {}),
     # A value that is no number, for one step only.

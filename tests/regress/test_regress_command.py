@@ -78,7 +78,7 @@ def test_exit_codes_put_a_difference_before_a_component_before_a_wrong_case() ->
 def test_an_update_writes_the_result_and_says_what_changed(tmp_path: Path) -> None:
     _team(tmp_path)
     (case,) = read_cases(tmp_path / "bad.regress.toml")
-    before = execute(case, keep=True)
+    before = execute(case, want="signals")
 
     (after,), lines = update_references([case], [before])
 
@@ -92,7 +92,7 @@ def test_an_update_writes_the_result_and_says_what_changed(tmp_path: Path) -> No
 def test_an_update_never_writes_what_is_no_number_or_what_two_cases_share(tmp_path: Path) -> None:
     _team(tmp_path)
     (case,) = read_cases(tmp_path / "bad.regress.toml")
-    outcome = execute(case, keep=True)
+    outcome = execute(case, want="signals")
     old = (tmp_path / "exact.csv").read_bytes()
     kept = outcome.signals_kept["x"]
     damaged = replace(outcome, signals_kept={"x": Signal("x", kept.time, np.full(len(kept.time), np.nan))})
@@ -113,11 +113,11 @@ def test_a_case_without_a_reference_gets_one_beside_its_file(tmp_path: Path) -> 
     (case,) = read_cases(path)
 
     assert "does not exist" in execute(case).reason
-    update_references([case], [execute(case, keep=True)])
+    update_references([case], [execute(case, want="signals")])
 
     (again,) = read_cases(path)
     assert execute(again).verdict == "passed"
-    np.testing.assert_allclose(execute(again, keep=True).signals_kept["x"].values[-1], np.exp(-1.0), rtol=1e-9)
+    np.testing.assert_allclose(execute(again, want="signals").signals_kept["x"].values[-1], np.exp(-1.0), rtol=1e-9)
 
 
 def test_an_output_that_only_one_side_has_is_a_difference(tmp_path: Path) -> None:

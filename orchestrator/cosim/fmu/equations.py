@@ -79,6 +79,8 @@ class Equations:
         self.tolerance = _TOLERANCE
         self.time = 0.0
         self.next_event: float | None = None
+        # Called before an event is handled, while the indicators still show what crossed.
+        self.at_event: Callable[[], None] = _nothing
         self._started: set[str] = set()
         self._terminate = False
 
@@ -199,6 +201,7 @@ class Equations:
         return wants
 
     def _event(self) -> None:
+        self.at_event()
         for instance in self.instances.values():
             instance.call("EnterEventMode")
         self._settle()
@@ -275,6 +278,10 @@ class Equations:
                 return name, f"'{names[position]}'" if len(names) == n else f"state {position + 1}"
             position -= n
         return ", ".join(self.instances), "time"
+
+
+def _nothing() -> None:
+    """Nobody looks at events."""
 
 
 def _count(instance: Instance, what: str) -> int:
