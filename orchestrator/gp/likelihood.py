@@ -31,6 +31,7 @@ class Likelihood:
         known(latents, self._rows.coefficients)
         self._latents, self._observations = dict(latents), tuple(observations)
         self.count = len(self._rows.inputs)
+        self._kept: list[Contract] = []
         # A latent function that no observation names has nothing to be learnt from.
         self._seen = [name for name in latents if np.any(self._rows.coefficients.get(name, 0.0))]
         pairs: dict[bytes, Pairs] = {}
@@ -70,6 +71,9 @@ class Likelihood:
         residuals, noise = residuals_and_noise(latents, self._rows, observations)
         n, p = residuals.shape
         matrix, slopes = self._covariance(latents)
+        # What the last evaluation took is kept until here: memory that goes back to the system is handed out again page by page,
+        # which takes as long as the arithmetic.
+        self._kept = slopes
         matrix[np.diag_indices(n)] += noise
         factor_in_place(matrix)
         weights = solve_lower(matrix, residuals)

@@ -31,6 +31,15 @@ def misfit_likelihood(x: np.ndarray, y: np.ndarray) -> Callable[[], object]:
     return lambda: likelihood(likelihood.start)
 
 
+def misfit_mixed(x: np.ndarray, y: np.ndarray, count: int) -> Callable[[], object]:
+    """The likelihood of a sum of so many functions with known factors."""
+    rng = np.random.default_rng(0)
+    latents = {f"f{k}": Latent(SquaredExponential(1.0, (1.0 + 0.1 * k,) * x.shape[1])) for k in range(count)}
+    of = {name: 1.0 if name == "f0" else rng.uniform(size=len(x)) for name in latents}
+    likelihood = Likelihood(latents, [observe("data", x, of, y, constant_noise(0.05, len(x)))])
+    return lambda: likelihood(likelihood.start)
+
+
 def misfit_fit(x: np.ndarray, y: np.ndarray, begin: np.ndarray) -> Outcome:
     latents, data, limits = misfit_problem(x, y, begin)
     found = fit(latents, data, limits, starts=1)

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from lapack_reference import STARTS, begins, problem
 from online_cost import exchange, predictions
-from peers import PEERS, misfit_fit, misfit_likelihood
+from peers import PEERS, misfit_fit, misfit_likelihood, misfit_mixed
 from threadpoolctl import threadpool_limits
 
 SIZES = (84, 336, 756)
@@ -22,6 +22,7 @@ ROUNDS = 7
 OTHER: dict = {}
 WORSE = 1e-6
 # A likelihood may cost this share of one written by hand for one kernel, a fit this share of the fastest other.
+LIMITS_MIXED = {2: 1.3, 3: 1.5, 7: 2.8}
 LIMITS_LIKELIHOOD, LIMITS_FIT = (2.0, 1.2, 1.2), (1.2, 1.0, 1.0)
 
 
@@ -29,7 +30,7 @@ def main() -> None:
     """Print the tables."""
     OTHER.update(_other())
     with threadpool_limits(1, "blas"):
-        kept = all([_likelihoods(), _fits(), exchange(), predictions()])
+        kept = all([_likelihoods(), _mixed(), _fits(), exchange(), predictions()])
     sys.exit(0 if kept else 1)
 
 
@@ -79,6 +80,17 @@ def _likelihoods() -> bool:
         print(f"{name:38s}" + "".join(f"{each:12.3f}" for each in row))
     ratios = [one / other for one, other in zip(table["misfit"], table["LAPACK by hand"], strict=True)]
     return _judge("misfit / by hand", ratios, LIMITS_LIKELIHOOD)
+
+
+def _mixed() -> bool:
+    """Likelihoods of sums of functions with known factors, as a ratio to that of one function."""
+    x, y = problem(SIZES[-1])
+    figures = _least({str(count): misfit_mixed(x, y, count) for count in (1, *LIMITS_MIXED)})
+    print(
+        f"\n{f'sums of functions, n = {SIZES[-1]}, CPU ms':38s}" + "".join(f"{each:12.3f}" for each in figures.values())
+    )
+    ratios = [figures[str(count)] / figures["1"] for count in LIMITS_MIXED]
+    return _judge(f"{', '.join(map(str, LIMITS_MIXED))} functions / one", ratios, tuple(LIMITS_MIXED.values()))
 
 
 def _fits() -> bool:
