@@ -62,7 +62,9 @@ def _block(folder: Path) -> None:
     )
     print(f"  missing torque, RMS N.m by joint:  {_pair(before)} without it, {_pair(after)} with it")
     without, with_block = error_ahead(trials[kept:], None), error_ahead(trials[kept:], corrections)
-    print(f"  a quarter of a second ahead, RMS mrad: {_pair(1e3 * without)} without it, {_pair(1e3 * with_block)} with it")
+    print(
+        f"  a quarter of a second ahead, RMS mrad: {_pair(1e3 * without)} without it, {_pair(1e3 * with_block)} with it"
+    )
 
 
 def _discover(folder: Path) -> None:
