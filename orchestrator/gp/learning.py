@@ -11,29 +11,30 @@ from orchestrator.gp.component import GpComponent
 from orchestrator.gp.observations import observe
 from orchestrator.gp.online import Learner
 from orchestrator.measurements.toml_values import number
-from orchestrator.measurements.wording import shown
+from orchestrator.measurements.wording import listed, shown
 
 SEEN = "_seen"
+_FORGET = ("least informative", "oldest")
 
 
 class LearningGp(GpComponent):
     """Predicts as a block does and learns at each of its steps, from inputs `tau_seen` beside the outputs `tau`.
 
     What is learned are the inputs at the begin of the step. A step of the component's own, such as 10 ms, keeps data apart. Not more
-    than `budget` data are kept, `noise` is the standard deviation of what is seen, in the unit of the outputs. It does not go
-    back in time.
+    than `budget` data are kept, `noise` is the standard deviation of what is seen, in the unit of the outputs; `forget` is
+    "least informative" (if absent) or "oldest". It does not go back in time.
     """
 
     can_save = False
 
     def __init__(self, block: Block, settings: Any) -> None:
         super().__init__([block])
-        budget, noise = _settings(settings)
+        budget, noise, oldest = _settings(settings)
         self._block, self._noise = block, noise
         rows = block.posterior.rows
         components = block.posterior.weights.shape[1]
         self._groups = _groups(block.outputs, components)
-        self._learner = Learner(block.posterior.latents, rows.inputs.shape[1], components, budget)
+        self._learner = Learner(block.posterior.latents, rows.inputs.shape[1], components, budget, oldest)
         for each in block.observations:
             self._learner.add(each)
         seen = [Port(o.name + SEEN, "input", unit=o.unit, start=0.0, description="to learn") for o in block.outputs]
@@ -55,14 +56,19 @@ class LearningGp(GpComponent):
         self._outputs = {output.name: (self._block, output) for output in self._block.outputs}
 
 
-def _settings(given: Any) -> tuple[int, float]:
-    found = given if isinstance(given, dict) and set(given) == {"budget", "noise"} else {}
+def _settings(given: Any) -> tuple[int, float, bool]:
+    found = (
+        given if isinstance(given, dict) and {"budget", "noise"} <= set(given) <= {"budget", "noise", "forget"} else {}
+    )
     budget, noise = found.get("budget"), number(found.get("noise"))
+    forget = found.get("forget", _FORGET[0])
     if isinstance(budget, bool) or not isinstance(budget, int) or budget < 1 or noise is None or noise <= 0.0:
         raise MisfitError(
             f"learn = {shown(given)}; expected {{ budget = ..., noise = ... }}, a number of data and a standard deviation above 0"
         )
-    return budget, noise
+    if forget not in _FORGET:
+        raise MisfitError(f"learn: forget = {shown(forget)}; expected one of {listed(_FORGET)}")
+    return budget, noise, forget == _FORGET[1]
 
 
 def _groups(outputs: Sequence[Output], components: int) -> list[list[Output]]:

@@ -18,15 +18,19 @@ Array = NDArray[Any]
 class Learner:
     """The exact joint posterior of the data kept, at most `budget` of them; learning and forgetting take time n^2.
 
-    Everything is allocated at once. The factor is kept at full size, with ones on the diagonal where there are no data yet,
+    A full learner forgets the least informative datum; if it `forgets_oldest`, the oldest: for functions that change with time, of which
+    old data say what is no longer so. Everything is allocated at once. The factor is kept at full size, with ones on the diagonal where there are no data yet,
     so that BLAS works in place on it.
     """
 
-    def __init__(self, latents: Latents, inputs: int, components: int, budget: int) -> None:
+    def __init__(
+        self, latents: Latents, inputs: int, components: int, budget: int, forgets_oldest: bool = False
+    ) -> None:
         if budget < 1:
             raise MisfitError(f"a budget of {budget} observations; expected at least 1")
         room = budget + 1  # a new datum comes before the least informative goes
         self._latents, self._budget, self.count = latents, budget, 0
+        self._forgets_oldest = forgets_oldest
         self._lower = np.asfortranarray(np.eye(room))
         self._inputs = np.zeros((room, inputs))
         self._coefficients = {name: np.zeros(room) for name in latents}
@@ -52,7 +56,7 @@ class Learner:
             one = Rows(observation.inputs[[k]], {name: a[[k]] for name, a in observation.coefficients.items()})
             self._append(observation.name, one, observation.values[[k]], float(deviation[k] ** 2))
             if self.count > self._budget:
-                self.forget(int(np.argmin(self.information())))
+                self.forget(0 if self._forgets_oldest else int(np.argmin(self.information())))
 
     def information(self) -> Array:
         """What each datum says about the functions beyond the others, (n,), in nats; inf without noise.

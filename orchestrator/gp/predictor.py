@@ -38,6 +38,7 @@ class Predictor:
         self._posterior, self._components = posterior, posterior.weights.shape[1]
         self._parts = {name: _prepared(posterior, name) for name in names}
         self._last: tuple[bytes, dict[str, Array]] = (b"", {})
+        self._combined: dict[tuple[tuple[str, float], ...], tuple[Array, float]] = {}
 
     def __call__(self, x: Array) -> Array:
         """Expected values at x.
@@ -54,7 +55,16 @@ class Predictor:
 
     def combined(self, coefficients: Mapping[str, float], x: Array) -> tuple[Array, float]:
         """Expected value (p,) and variance of each component of a combination of the functions at x, without noise of an observation."""
-        kernels, posterior = self._kernels(x), self._posterior
+        kernels = self._kernels(x)
+        key = tuple(coefficients.items())
+        if key not in self._combined:  # components and deviations of one combination are asked for one after the other
+            self._combined[key] = self._combination(coefficients, x, kernels)
+        return self._combined[key]
+
+    def _combination(
+        self, coefficients: Mapping[str, float], x: Array, kernels: Mapping[str, Array]
+    ) -> tuple[Array, float]:
+        posterior = self._posterior
         mean, variance, shared = np.zeros(self._components), 0.0, np.zeros(len(posterior.lower))
         for name, factor in coefficients.items():
             part, kernel = self._parts[name], kernels[name]
@@ -75,6 +85,7 @@ class Predictor:
             raise MisfitError(f"a prediction at {x}; expected {inputs} finite inputs")
         key = x.tobytes()
         if key != self._last[0]:
+            self._combined = {}
             self._last = (key, {name: part.kernel(x) for name, part in self._parts.items()})
         return self._last[1]
 

@@ -297,6 +297,22 @@ def test_an_arm_block_learns_the_friction_that_it_sees(tmp_path):
     assert component.get(["tau1", "tau2"]) == pytest.approx([-DAMPING * 5.0, 0.0], abs=0.1)  # two deviations
 
 
+def test_a_block_that_forgets_the_oldest_follows_friction_that_changes(tmp_path):
+    path = friction_block(0.0, tmp_path, points=2)
+    errors = {}
+    for forget in ("least informative", "oldest"):
+        learn = {"budget": 12, "noise": 0.05, "forget": forget}
+        component = open_component(ComponentSpec("gp", "gp", str(path), options={"learn": learn}), tmp_path)
+        for k, w in enumerate(np.tile(np.linspace(-10.0, 10.0, 6), 6)):
+            damping = 0.2 if k < 18 else 0.6  # a bearing runs dry
+            component.set(["w1", "w2", "tau1_seen", "tau2_seen"], [w, 0.0, -damping * w, 0.0])
+            component.step(0.01 * k, 0.01)
+        component.set(["w1", "w2"], [6.0, 0.0])
+        errors[forget] = abs(component.get(["tau1"])[0] + 0.6 * 6.0)
+    assert errors["oldest"] < 0.1
+    assert errors["least informative"] > 3 * errors["oldest"]
+
+
 @pytest.mark.parametrize(
     ("learn", "message"),
     [
@@ -304,6 +320,7 @@ def test_an_arm_block_learns_the_friction_that_it_sees(tmp_path):
         ({"budget": 5}, "learn = .*; expected { budget"),
         (True, "learn = True; expected"),
         ({"budget": 5, "noise": -1.0}, "a standard deviation above 0"),
+        ({"budget": 5, "noise": 1.0, "forget": "all"}, "forget = 'all'; expected one of 'least informative', 'oldest'"),
     ],
 )
 def test_wrong_settings_of_learning_are_told(learn, message, tmp_path):

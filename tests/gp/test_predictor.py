@@ -45,8 +45,10 @@ def test_what_a_predictor_says_does_not_depend_on_what_was_asked_before(posterio
     predictor, x = Predictor(posterior, ["strong", "weak"]), np.array([0.3, -0.2])
     before = predictor(x)
     predictor(-x)
-    predictor.combined({"weak": 1.0}, x)
+    first = predictor.combined({"weak": 1.0}, x)
     assert np.array_equal(predictor(x), before)
+    assert predictor.combined({"weak": 2.0}, x)[1] == pytest.approx(4.0 * first[1], rel=1e-12)
+    assert predictor.combined({"weak": 1.0}, -x)[1] != first[1]
 
 
 def test_a_function_without_data_is_predicted_as_expected_before(posterior):
