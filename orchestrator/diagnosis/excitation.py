@@ -65,9 +65,12 @@ def blind_sites(stage: Stage, candidates: Sequence[Candidate]) -> tuple[str, ...
 
 
 def _is_shown(key: tuple[str, str], powers: Mapping[tuple[str, str], float], least: float) -> bool:
-    """Whether an effect stands out, or fails to by the noise alone: it does as much as at the sites that are excited."""
+    """Whether an effect stands out, or fails to by the noise alone: it does as much as at the sites that are excited.
+
+    An effect that acts at one site only, such as a tilt of the base, has but the noise to compare with.
+    """
     elsewhere = [power for (site, effect), power in powers.items() if effect == key[1] and site != key[0]]
-    return powers[key] > least or (bool(elsewhere) and powers[key] > AS_ELSEWHERE * max(elsewhere) > 0.0)
+    return powers[key] > least or powers[key] > AS_ELSEWHERE * max(elsewhere, default=least) > 0.0
 
 
 def unseen(candidates: Sequence[Candidate], blind: Sequence[str]) -> list[Candidate]:
