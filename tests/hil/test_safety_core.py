@@ -349,7 +349,7 @@ def test_the_first_reason_stays_unless_a_worse_one_comes() -> None:
     arm = Arm().armed()
     arm.cycle(abort=True)
     arm.cycle(recording=False)
-    assert arm.state.stopped is not None and arm.state.stopped.rule == "not_aborted"
+    assert str(arm.state.stopped) == "not_aborted: stopped by the operator"
     arm.cycle(foreign_torque=True)
     assert arm.state.stopped.rule == "alone_on_the_bus"
 
