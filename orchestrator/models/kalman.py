@@ -1,9 +1,17 @@
 """What a series of measurements says about the states of a linear time-varying system: Kalman filter and smoother."""
 
-from collections.abc import Iterable
+import ctypes
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
 
 import numpy as np
+
+from fmus.errors import MisfitError
+from orchestrator.models.compiled import FOR_LOOPS, build_library
+
+_SOURCE = Path(__file__).with_name("kalman.c")
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,51 +41,51 @@ class States:
     log_likelihood: float
 
 
+@dataclass(frozen=True, eq=False)
+class _Filtered:
+    """States up to each instant, and means and covariances ahead of each measurement but the first."""
+
+    states: States
+    ahead_means: np.ndarray
+    ahead_covariances: np.ndarray
+
+
 def filtered(system: LinearSystem, measured: np.ndarray) -> States:
     """States given the measurements (n, ny) up to each of them."""
-    return _forward(system, measured)[0]
+    return _forward(system, measured).states
 
 
 def smoothed(system: LinearSystem, measured: np.ndarray) -> States:
     """States given all measurements (n, ny), by Rauch, Tung and Striebel (AIAA J. 3, 1965)."""
-    found, ahead = _forward(system, measured)
+    forward = _forward(system, measured)
+    found = forward.states
     means, covariances = found.means.copy(), found.covariances.copy()
+    shared = system.step @ found.covariances[:-1]
+    gains = np.linalg.solve(forward.ahead_covariances, shared).transpose(0, 2, 1)
     for k in range(len(means) - 2, -1, -1):
-        mean, covariance = ahead[k]
-        gain = np.linalg.solve(covariance, system.step[k] @ found.covariances[k]).T
-        means[k] += gain @ (means[k + 1] - mean)
-        covariances[k] += gain @ (covariances[k + 1] - covariance) @ gain.T
+        means[k] += gains[k] @ (means[k + 1] - forward.ahead_means[k])
+        covariances[k] += gains[k] @ (covariances[k + 1] - forward.ahead_covariances[k]) @ gains[k].T
     return States(means, covariances, found.log_likelihood)
 
 
-def _forward(system: LinearSystem, measured: np.ndarray) -> tuple[States, list[tuple[np.ndarray, np.ndarray]]]:
-    n, m = len(measured), len(system.mean)
+def _forward(system: LinearSystem, measured: np.ndarray) -> _Filtered:
+    n, m, ny = len(measured), len(system.mean), measured.shape[1]
     means, covariances = np.empty((n, m)), np.empty((n, m, m))
-    ahead: list[tuple[np.ndarray, np.ndarray]] = []
-    mean, covariance, total = system.mean, system.covariance, 0.0
-    for k in range(n):
-        if k:
-            step = system.step[k - 1]
-            mean = step @ mean + system.offset[k - 1]
-            covariance = step @ covariance @ step.T + system.disturbance[k - 1]
-            ahead.append((mean, covariance))
-        channels = zip(system.show[k], measured[k] - system.shift[k], system.noise, strict=True)
-        mean, covariance, gained = _seen(mean, covariance, channels)
-        total += gained
-        means[k], covariances[k] = mean, covariance
-    return States(means, covariances, total), ahead
+    means[0], covariances[0] = system.mean, system.covariance
+    ahead_means, ahead_covariances = np.empty((n - 1, m)), np.empty((n - 1, m, m))
+    given = (system.step, system.offset, system.disturbance, system.show, measured - system.shift, system.noise)
+    keep = [np.array([n, m, ny], dtype=np.longlong), *(np.ascontiguousarray(part, dtype=float) for part in given)]
+    keep += [means, covariances, ahead_means, ahead_covariances, np.empty(2 * m * m + m)]
+    total = _filter()(*(part.ctypes.data for part in keep))
+    return _Filtered(States(means, covariances, total), ahead_means, ahead_covariances)
 
 
-def _seen(
-    mean: np.ndarray, covariance: np.ndarray, channels: Iterable[tuple[np.ndarray, float, float]]
-) -> tuple[np.ndarray, np.ndarray, float]:
-    """Mean and covariance after measurements of one instant, one after the other, and their log likelihood."""
-    total = 0.0
-    for show, value, noise in channels:
-        shared = covariance @ show
-        variance = float(show @ shared) + float(noise)
-        surprise = float(value - show @ mean)
-        mean = mean + shared * (surprise / variance)
-        covariance = covariance - np.outer(shared, shared) / variance
-        total -= 0.5 * (surprise * surprise / variance + np.log(2.0 * np.pi * variance))
-    return mean, covariance, total
+@cache
+def _filter() -> Callable[..., float]:
+    """The compiled filter; models are compiled, too, so that a compiler is there."""
+    try:
+        function = ctypes.CDLL(str(build_library(_SOURCE.read_text(), level=FOR_LOOPS))).misfit_filter
+    except OSError as error:
+        raise MisfitError(f"the compiled Kalman filter cannot be loaded: {error}") from error
+    function.argtypes, function.restype = [ctypes.c_void_p] * 12, ctypes.c_double
+    return function
