@@ -1,6 +1,6 @@
 """Cases read from TOML: `NAME.regress.toml` (or `regress.toml`), one case a file or several as [[case]]."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +11,7 @@ from orchestrator.measurements.toml_values import TomlTable, number
 from orchestrator.measurements.wording import shown
 from orchestrator.regress.case import Case, Limits, Reference, Stimulus
 from orchestrator.regress.check_tables import read_signals, read_tolerance
+from orchestrator.regress.comparison import Check
 from orchestrator.regress.formulas import check_names, read_formulas
 from orchestrator.regress.names import ENDING
 from orchestrator.regress.wholes import settings_of
@@ -29,6 +30,8 @@ _CASE = (
     "tags",
     "description",
 )
+# What a case says that is only about the model as a whole.
+NO_REFERENCE = "none"
 _RUN = ("start", "stop", "step", "master", "tolerance", "interface")
 _INTERFACES = ("CoSimulation", "ModelExchange")
 _LIMITS = ("seconds", "patience_s", "memory_gib", "retries")
@@ -105,7 +108,7 @@ def _case(table: TomlTable, name: str, path: Path) -> Case:
         solver_tolerance=run.get_positive("tolerance"),
         parameters={key: _value(parameters, key) for key in parameters.values},
         stimulus=_stimulus(table.get_table("inputs"), path.parent),
-        reference=_reference(table) or _default_reference(table, name, path),
+        reference=_reference(table) or _default_reference(table, name, path, signals),
         signals=signals,
         formulas=formulas,
         tolerance=tolerance,
@@ -134,6 +137,8 @@ def _stimulus(table: TomlTable, folder: Path) -> Stimulus:
 
 
 def _reference(table: TomlTable) -> Reference | None:
+    if table.values.get("reference") == NO_REFERENCE:
+        return None
     if isinstance(table.values.get("reference"), str):
         return Reference("file", table.values["reference"])
     given = table.get_table("reference")
@@ -167,11 +172,15 @@ def default_reference(name: str) -> str:
     return f"{name.replace('/', '_')}_ref.csv"
 
 
-def _default_reference(table: TomlTable, name: str, path: Path) -> Reference | None:
-    """The usual file, where it exists or where nothing else is asked for."""
+def _default_reference(
+    table: TomlTable, name: str, path: Path, signals: Mapping[str, Sequence[Check]]
+) -> Reference | None:
+    """The usual file, unless nothing of the case could be compared with it or it says `reference = "none"`."""
+    if table.values.get("reference") == NO_REFERENCE:
+        return None
     source = default_reference(name)
-    asked = table.values.get("signals") or table.values.get("checks")
-    return None if asked and not (path.parent / source).is_file() else Reference("file", source)
+    compared = not signals or any(check.needs_reference for several in signals.values() for check in several)
+    return Reference("file", source) if compared or (path.parent / source).is_file() else None
 
 
 def _limits(table: TomlTable) -> Limits:

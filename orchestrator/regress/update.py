@@ -12,9 +12,8 @@ from fmus.errors import MisfitError
 from fmus.files import write_atomically
 from orchestrator.cosim.results.column import Column
 from orchestrator.regress.case import Case
-from orchestrator.regress.case_file import default_reference
 from orchestrator.regress.comparison import Signal, SignalVerdict
-from orchestrator.regress.outcome import Outcome
+from orchestrator.regress.outcome import Outcome, WholeVerdict
 
 
 def update_references(cases: Sequence[Case], outcomes: Sequence[Outcome]) -> tuple[list[Outcome], list[str]]:
@@ -28,10 +27,11 @@ def update_references(cases: Sequence[Case], outcomes: Sequence[Outcome]) -> tup
     after, lines = [], []
     for outcome in outcomes:
         case = by_name.get((outcome.file, outcome.name))
-        if case is None or outcome.verdict == "passed" or not outcome.signals_kept:
+        target = None if case is None else _target(case)
+        has_reference = target is None or target.exists()
+        if case is None or not outcome.signals_kept or (outcome.verdict == "passed" and has_reference):
             after.append(outcome)
             continue
-        target = _target(case)
         why_not = _why_not(case, outcome, target, shared)
         if why_not or target is None:
             lines.append(f"not updated: {outcome.name}: {why_not}")
@@ -80,25 +80,31 @@ def _csv(columns: Sequence[Column], time: np.ndarray, values: np.ndarray) -> byt
 
 
 def _target(case: Case) -> Path | None:
-    if case.reference is None:
-        return case.folder / default_reference(case.name)
-    return case.folder / case.reference.source if case.reference.kind == "file" else None
+    if case.reference is None or case.reference.kind != "file":
+        return None
+    return case.folder / case.reference.source
 
 
 def _why_not(case: Case, outcome: Outcome, target: Path | None, shared: Mapping[Path | None, int]) -> str:
     assert outcome.signals_kept
+    if case.reference is None:
+        return "it has no reference"
     if target is None:
-        assert case.reference is not None
         return f"its reference is no file of its own, but {case.reference.kind} {case.reference.source}".rstrip()
     if shared[target] > 1:
         return f"{shared[target]} cases have the reference {target}; give each its own file"
     broken = [name for name, signal in outcome.signals_kept.items() if not np.isfinite(signal.values).all()]
     if broken:
         return f"{', '.join(broken)} would put values that are no numbers into {target}"
-    rest = [each for each in outcome.wholes if not each.passed]
-    if rest and not [each for each in outcome.signals if not each.passed]:
-        return f"a reference does not mend {rest[0].check}: {rest[0].reason}"
-    return ""
+    rest: list[WholeVerdict | SignalVerdict] = [each for each in outcome.wholes if not each.passed]
+    alone = {
+        (n, str(getattr(c, "kind", "")))
+        for n, several in case.signals.items()
+        for c in several
+        if not c.needs_reference
+    }
+    rest += [each for each in outcome.signals if not each.passed and (each.name, each.check) in alone]
+    return f"a reference does not mend {rest[0].check}: {rest[0].reason}" if rest else ""
 
 
 def _changes(outcome: Outcome) -> list[str]:
@@ -109,6 +115,10 @@ def _changes(outcome: Outcome) -> list[str]:
     lines = [f"{name}: new" for name in outcome.signals_kept if name not in verdicts]
     for name, several in verdicts.items():
         worst = next((each for each in several if not each.passed), several[0])
-        gone = name not in outcome.signals_kept
-        lines.append(f"{name}: taken out" if gone else f"{name}: {'as before' if worst.passed else worst.reason}")
+        if name not in outcome.signals_kept:
+            lines.append(f"{name}: taken out")
+        elif worst.check == "missing":
+            lines.append(f"{name}: new")
+        else:
+            lines.append(f"{name}: {'as before' if worst.passed else worst.reason}")
     return lines

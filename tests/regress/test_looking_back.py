@@ -89,7 +89,9 @@ def test_the_command_names_the_version_and_the_signal(tmp_path: Path) -> None:
     for minor in (8, 9, 10, 11):
         shutil.copy(bad if minor >= 10 else good, versions / f"tank-1.{minor}.fmu")
     case_file(
-        tmp_path, "tank", 'model = "none.fmu"\nrun = { stop = 0.9, step = 0.01 }\nchecks = { determinism = true }'
+        tmp_path,
+        "tank",
+        'model = "none.fmu"\nrun = { stop = 0.9, step = 0.01 }\nreference = "none"\nchecks = { determinism = true }',
     )
 
     done = misfit("bisect", "versions", "tank.regress.toml", "--json", "b.json", folder=tmp_path)

@@ -120,6 +120,20 @@ def test_a_case_without_a_reference_gets_one_beside_its_file(tmp_path: Path) -> 
     np.testing.assert_allclose(execute(again, want="signals").signals_kept["x"].values[-1], np.exp(-1.0), rtol=1e-9)
 
 
+def test_an_update_gives_a_reference_to_a_case_that_had_none_and_leaves_laws_alone(tmp_path: Path) -> None:
+    fmu(tmp_path, "decay")
+    text = 'model = "decay.fmu"\n[run]\nstop = 1.0\n[checks]\ndeterminism = true\n'
+    (case,) = read_cases(case_file(tmp_path, "new", text))
+    law = "[[signals.x]]\n[[signals.x]]\ncheck = 'bounds'\nlower = 0.9\n"
+    (lawful,) = read_cases(case_file(tmp_path, "law", text + law))
+
+    _, lines = update_references([case, lawful], [execute(each, want="signals") for each in (case, lawful)])
+
+    assert execute(case).verdict == "passed" and (tmp_path / "new_ref.csv").exists()
+    assert not (tmp_path / "law_ref.csv").exists()
+    assert any("a reference does not mend bounds" in line for line in lines)
+
+
 def test_an_output_that_only_one_side_has_is_a_difference(tmp_path: Path) -> None:
     _team(tmp_path)
     (case,) = read_cases(tmp_path / "good.regress.toml")

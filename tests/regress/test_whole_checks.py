@@ -28,6 +28,7 @@ def test_a_sound_fmu_passes_every_check(tmp_path: Path) -> None:
         tmp_path,
         """
         model = "ball.fmu"
+        reference = "none"
         run = { stop = 2.0, step = 0.01 }
         [checks]
         determinism = true
@@ -48,7 +49,10 @@ def test_a_sound_fmu_passes_every_check(tmp_path: Path) -> None:
 def test_a_random_output_is_no_deterministic_one(tmp_path: Path) -> None:
     odd_fmu(tmp_path, "random")
 
-    found = _found(tmp_path, 'model = "random.fmu"\nrun = { stop = 0.9, step = 0.01 }\nchecks = { determinism = true }')
+    found = _found(
+        tmp_path,
+        'model = "random.fmu"\nrun = { stop = 0.9, step = 0.01 }\nreference = "none"\nchecks = { determinism = true }',
+    )
 
     assert not found["determinism"].passed
     assert "y parts at 0.5" in found["determinism"].reason
@@ -57,7 +61,10 @@ def test_a_random_output_is_no_deterministic_one(tmp_path: Path) -> None:
 def test_a_library_that_remembers_earlier_runs_is_no_deterministic_one(tmp_path: Path) -> None:
     odd_fmu(tmp_path, "static")
 
-    found = _found(tmp_path, 'model = "static.fmu"\nrun = { stop = 0.9, step = 0.01 }\nchecks = { determinism = true }')
+    found = _found(
+        tmp_path,
+        'model = "static.fmu"\nrun = { stop = 0.9, step = 0.01 }\nreference = "none"\nchecks = { determinism = true }',
+    )
 
     assert "the second run in one process differs" in found["determinism"].reason
 
@@ -66,7 +73,8 @@ def test_an_fmu_that_forgets_part_of_its_state_does_not_come_back_to_it(tmp_path
     odd_fmu(tmp_path, "forgetful")
 
     found = _found(
-        tmp_path, 'model = "forgetful.fmu"\nrun = { stop = 0.9, step = 0.01 }\nchecks = { save_restore = true }'
+        tmp_path,
+        'model = "forgetful.fmu"\nrun = { stop = 0.9, step = 0.01 }\nreference = "none"\nchecks = { save_restore = true }',
     )
 
     assert not found["save_restore"].passed
@@ -76,7 +84,10 @@ def test_an_fmu_that_forgets_part_of_its_state_does_not_come_back_to_it(tmp_path
 def test_an_fmu_without_states_to_save_says_so(tmp_path: Path) -> None:
     plain_fmu(tmp_path)
 
-    found = _found(tmp_path, 'model = "none.fmu"\nrun = { stop = 0.9, step = 0.01 }\nchecks = { save_restore = true }')
+    found = _found(
+        tmp_path,
+        'model = "none.fmu"\nrun = { stop = 0.9, step = 0.01 }\nreference = "none"\nchecks = { save_restore = true }',
+    )
 
     assert found["save_restore"].reason == "none cannot save the state"
 
@@ -89,6 +100,7 @@ def test_the_order_of_a_held_sine_is_one(tmp_path: Path) -> None:
         tmp_path,
         """
         model = "decay.fmu"
+        reference = "none"
         run = { stop = 2.0, step = 0.02, interface = "CoSimulation" }
         inputs = { u = { kind = "sine", amplitude = 1.0, frequency = 1.0 } }
         checks = { convergence = { halvings = 3, within = 1e-4 } }
@@ -127,7 +139,9 @@ def test_a_change_of_the_interface_asks_for_a_version(
 
 def test_conformance_is_what_validate_finds(tmp_path: Path) -> None:
     path = fmu(tmp_path, "decay")
-    (case,) = read_cases(case_file(tmp_path, "c", 'model = "decay.fmu"\n[checks]\nconformance = true\n'))
+    (case,) = read_cases(
+        case_file(tmp_path, "c", 'model = "decay.fmu"\nreference = "none"\n[checks]\nconformance = true\n')
+    )
     findings = {each.check: each for each in execute(case).wholes}["conformance"]
     accepting = replace(case, checks={"conformance": {"accept": ("",)}})
 
