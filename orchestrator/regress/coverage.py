@@ -129,8 +129,19 @@ def coverage_lines(model: ModelCoverage) -> list[str]:
         if port.minimum is not None and port.maximum is not None and port.maximum > port.minimum:
             declared = f", {(high - low) / (port.maximum - port.minimum):.0%} of its declared range"
         lines.append(f"  {kind} {name}: {low:.4g} to {high:.4g} {port.unit}{declared}".rstrip())
+    for name, values in model.parameters.items():
+        lines.append(f"  parameter {name}: {', '.join(map(str, values))}{_declared(model.description, name)}")
     if model.branches:
         both = sum(low and high for low, high in model.branches)
         lines.append(f"  branches: {both} of {len(model.branches)} conditions were seen on both sides")
     lines += [f"  not reached: {goal}" for goal in sorted(model.goals)]
     return lines
+
+
+def _declared(description: FmuDescription, name: str) -> str:
+    if name not in description.by_name:
+        return ""
+    port = description.by_name[name][0]
+    if port.minimum is None or port.maximum is None:
+        return ""
+    return f", declared {port.minimum:.4g} to {port.maximum:.4g}"

@@ -1,10 +1,13 @@
 """FMUs that crash, hang, are for other machines or give nonsense: the right verdict, the suite goes on, nothing is left."""
 
+import signal
+import subprocess
+import time
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from cases_of_balls import case_file, decay_reference, fmu
+from cases_of_balls import MISFIT, case_file, decay_reference, fmu
 from fault_table import FAULTS
 from faulty import held, write_fmu
 from odd_fmus import odd_fmu
@@ -126,3 +129,34 @@ def test_a_file_that_is_no_fmu_and_a_case_that_is_no_toml_are_told_beside_the_ot
         "decay": "passed",
     }
     assert exit_code(outcomes) == 2
+
+
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL])
+def test_a_run_that_is_interrupted_leaves_no_process_behind(how: signal.Signals, tmp_path: Path) -> None:
+    _case(tmp_path, odd_fmu(tmp_path, "slow"))
+    host = subprocess.Popen(
+        [MISFIT, "regress", ".", "--workers", "1"], cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
+    )
+    worker = _eventually(lambda: _children(host.pid))
+    assert worker
+
+    host.send_signal(how)
+    said = host.communicate(timeout=30)[0].decode()
+
+    assert _eventually(lambda: not any(Path(f"/proc/{pid}").exists() for pid in worker))
+    assert "Traceback" not in said
+    assert host.returncode == (130 if how == signal.SIGINT else -signal.SIGKILL)
+
+
+def _children(pid: int) -> set[str]:
+    """Processes that one has started, from any of its threads."""
+    tasks = Path(f"/proc/{pid}/task")
+    return {child for task in tasks.iterdir() for child in (task / "children").read_text().split()}
+
+
+def _eventually(condition, seconds: float = 20.0):
+    """Whether a condition holds within a time that even a busy machine keeps."""
+    deadline = time.monotonic() + seconds
+    while not (found := condition()) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    return found

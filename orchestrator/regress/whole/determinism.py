@@ -1,6 +1,7 @@
-"""The same case gives the same bits: twice in one process, with and without the loop in C, and in a process of its own."""
+"""The same case gives the same bits: twice in one process, without the loop in C, and isolated in either way."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -15,7 +16,7 @@ from orchestrator.regress.whole.same import difference
 
 
 def judge(case: Case, system: System, settings: Mapping[str, Any], progress: Watched) -> WholeVerdict:
-    """Run the case four times; all outputs count."""
+    """Run the case five times; all outputs count."""
     wanted, _ = wanted_signals(system)
     first = record(system, wanted, progress)
     limits = Limits(case.limits.patience_s, case.limits.memory_gib)
@@ -23,6 +24,7 @@ def judge(case: Case, system: System, settings: Mapping[str, Any], progress: Wat
         "the second run in one process": lambda: record(system, wanted, progress),
         "a run without the loop in C": lambda: record(system, wanted, progress, engine=False),
         "a run in a process of its own": lambda: _isolated(system, wanted, limits, progress),
+        "a run with each FMU in a process of its own": lambda: record(_apart(system), wanted, progress),
     }
     for words, run in ways.items():
         found = difference(first.signals, run().signals)
@@ -30,6 +32,13 @@ def judge(case: Case, system: System, settings: Mapping[str, Any], progress: Wat
             return WholeVerdict("determinism", False, f"{words} differs from the first: {found}")
     count = len(wanted.addresses)
     return WholeVerdict("determinism", True, f"the same bits of {count} outputs in {1 + len(ways)} runs")
+
+
+def _apart(system: System) -> System:
+    for spec in system.components.values():
+        if spec.kind == "fmu":
+            system = system.with_component(replace(spec, isolate=True))
+    return system
 
 
 def _isolated(system: System, wanted: Wanted, limits: Limits, progress: Watched) -> Recording:

@@ -54,7 +54,11 @@ def judge(case: Case, system: System, settings: Mapping[str, Any], progress: Wat
     change = interface_change(read_description(old), read_description(fmus[0]))
     version = version_of(old)
     advice = f"a {change.level} version" + (f", {next_version(version, change.level)}" if version else "")
-    figures: dict[str, Any] = {"level": change.level, "breaking": list(change.breaking), "compatible": list(change.compatible)}
+    figures: dict[str, Any] = {
+        "level": change.level,
+        "breaking": list(change.breaking),
+        "compatible": list(change.compatible),
+    }
     figures["advice"] = advice
     lines = (*change.breaking, *change.compatible)
     words = f"{advice} after {old.name}{f' {version}' if version else ''}"
