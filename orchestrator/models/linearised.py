@@ -8,14 +8,11 @@ import numpy as np
 
 from orchestrator.models.symbolic import SymbolicModel
 
-# A first state without bounds lies within this many times its size, or 1.
-_UNKNOWN = 1e3
-
 
 @dataclass(frozen=True, eq=False)
 class Along:
     """A model along a reference of states and forces (n, nx + k): slopes of the rates `flow` (n - 1, nx, nx + k) in them and `push`
-    (n - 1, nx, nu) in inputs, where a step leads to, `reached` (n - 1, nx), what is `shown` (n, ny) there, its slopes, and how far the first states may be off.
+    (n - 1, nx, nu) in inputs, where a step leads to, `reached` (n - 1, nx), what is `shown` (n, ny) there, its slopes.
     """
 
     reference: np.ndarray
@@ -24,7 +21,18 @@ class Along:
     reached: np.ndarray
     shown: np.ndarray
     show: np.ndarray
-    start_std: np.ndarray
+
+    def part(self, begin: int, end: int) -> "Along":
+        """The same for samples from `begin` to before `end`."""
+        steps, samples = slice(begin, end - 1), slice(begin, end)
+        return Along(
+            self.reference[samples],
+            self.flow[steps],
+            self.push[steps],
+            self.reached[steps],
+            self.shown[samples],
+            self.show[samples],
+        )
 
 
 class Equations:
@@ -42,9 +50,6 @@ class Equations:
         slopes = [ca.densify(ca.jacobian(value, by)) for value in (dx, y) for by in (x, u)]
         self._rates = ca.Function("rates", [t, x, u, p], [ca.densify(dx)])
         self._all = ca.Function("slopes", [t, x, u, p], [ca.densify(y), *slopes])
-        starts = np.array([v.start or 0.0 for v in system.states])
-        ranges = [np.inf if v.minimum is None or v.maximum is None else v.maximum - v.minimum for v in system.states]
-        self._start_std = np.where(np.isfinite(ranges), ranges, _UNKNOWN * np.maximum(1.0, np.abs(starts)))
 
     def along(
         self, time: np.ndarray, states: np.ndarray, inputs: np.ndarray, forces: Sequence[int], substeps: int
@@ -54,7 +59,10 @@ class Equations:
         shown, fx, fu, hx, hu = (
             np.array(part) for part in self._all.map(n)(time[None, :], states.T, inputs.T, self._parameters)
         )
-        blocks = [part.reshape(part.shape[0], n, -1).transpose(1, 0, 2) for part in (fx, fu, hx, hu)]
+        blocks = [
+            part.reshape(len(part), n, width).transpose(1, 0, 2)
+            for part, width in zip((fx, fu, hx, hu), (nx, inputs.shape[1]) * 2, strict=True)
+        ]
         by_states, by_inputs, show_states, show_inputs = blocks
         flow = np.concatenate([by_states, by_inputs[:, :, list(forces)]], axis=2)
         return Along(
@@ -64,7 +72,6 @@ class Equations:
             self._steps(time, states, inputs, substeps),
             shown.T,
             np.concatenate([show_states, show_inputs[:, :, list(forces)]], axis=2),
-            self._start_std,
         )
 
     def _steps(self, time: np.ndarray, states: np.ndarray, inputs: np.ndarray, substeps: int) -> np.ndarray:

@@ -25,8 +25,11 @@ SAMPLES, TRIALS = 400, 2
 PASSES = 2
 # Their logarithms are changed by so much to see a slope, until a step would gain less than this in log likelihood.
 CHANGE, ENOUGH = 1e-3, 0.01
-# Size and duration lie within these factors of the first guess.
-REACH = np.log(1e4)
+# What a first state without bounds may be off by, in its unit.
+UNKNOWN = 1e3
+# Size and duration lie within these factors of the first guess, a duration is at least so many samples, and measurements are that much
+# noisier than they are said to be.
+REACH, SHORTEST, NOISIER = np.log(1e4), 5, (0.5, 100.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +37,7 @@ class Force:
     """The missing force on each output along a trial: `mean` and `std` (n, k) in `units`, at `time` (n,) s.
 
     Errors of neighbours are alike over about `duration` (k,) s, in which the force changes; so many samples are one datum. `size` (k,)
-    is how large it is, in its unit. `states` (n, nx) and `states_std` are the model's states in the order of its system.
+    is how large it is, in its unit, `noise` (k,) by which factor the measurements are noisier than they are said to be. `states` (n, nx) and `states_std` are the model's states in the order of its system.
     """
 
     names: tuple[str, ...]
@@ -44,6 +47,7 @@ class Force:
     std: np.ndarray
     size: np.ndarray
     duration: np.ndarray
+    noise: np.ndarray
     states: np.ndarray
     states_std: np.ndarray
 
@@ -83,20 +87,32 @@ class _Follower:
         self._places = [names.index(PREFIX + name) for name in model.signals]
         self._count = len(model.system.states)
         self._equations = Equations(model, parameters)
-        self._substeps = model.substeps(model.record(trial, parameters), parameters, trial.noise)
-        self._linear = self._linearised(self._path(), np.zeros((len(trial.time), len(model.signals))))
-        self.first_guess = self._first_guess()
+        record = model.record(trial, parameters)
+        reach = 0.5 * (record.start_high - record.start_low)
+        self._start, self._start_std = record.start, np.where(np.isfinite(reach), reach, UNKNOWN)
+        self._substeps = model.substeps(record, parameters, trial.noise)
+        path = self._path()
+        self._linear = self._linearised(path, np.zeros((len(trial.time), len(model.signals))))
+        crude = self._crude()
+        self.first_guess = self._first_guess(crude)
+        # Where most happens: a record may begin at rest.
+        starts = range(0, max(len(crude) - SAMPLES, 0) + 1, max(SAMPLES // 2, 1))
+        self._begin = max(starts, key=lambda k: float(np.sum(np.var(crude[k : k + SAMPLES], axis=0))))
+        self._part = self._linear.part(self._begin, self._begin + SAMPLES)
+        self._start_of_part = path[self._begin] if self._begin else record.start
 
-    def log_likelihood(self, character: np.ndarray, samples: int) -> float:
-        """Of the first samples, for logarithms of sizes and durations (2 k,)."""
-        system = self._system(self._linear, character, samples)
-        return filtered(system, self.trial.measured[:samples]).log_likelihood
+    def log_likelihood(self, character: np.ndarray) -> float:
+        """Of samples where much happens, for logarithms of sizes, durations and factors of noise (3 k,)."""
+        samples = slice(self._begin, self._begin + SAMPLES)
+        system = self._system(self._part, character, self.trial.time[samples], self._start_of_part)
+        return filtered(system, self.trial.measured[samples]).log_likelihood
 
     def force(self, character: np.ndarray) -> Force:
         """The smoothed force, linearised again along what was found."""
         linear, k = self._linear, len(self._places)
         for _ in range(PASSES):
-            found = smoothed(self._system(linear, character, len(self.trial.time)), self.trial.measured)
+            system = self._system(linear, character, self.trial.time, self._start)
+            found = smoothed(system, self.trial.measured)
             linear = self._linearised(found.means[:, : self._count], found.means[:, self._count : self._count + k])
         return self._shown(found, character)
 
@@ -111,7 +127,8 @@ class _Follower:
             found.means[:, nx : nx + k],
             deviations[:, nx : nx + k],
             np.exp(character[:k]),
-            np.exp(character[k:]),
+            np.exp(character[k : 2 * k]),
+            np.exp(character[2 * k :]),
             found.means[:, :nx],
             deviations[:, :nx],
         )
@@ -136,31 +153,42 @@ class _Follower:
             path[:, places] = model.hidden.run(trial.time, model.residual_inputs(trial), parameters, start).outputs
         return path
 
-    def _first_guess(self) -> np.ndarray:
-        """Logarithms of sizes, from second differences, and of durations, from the band of the signals."""
+    def _crude(self) -> np.ndarray:
+        """The force (n, k) by second differences, smoothed."""
         model, trial = self.model, self.trial
         names = [v.name for v in model.system.states]
         assert model.residual is not None
         hidden = [names.index(v.name) for v in model.residual.system.states]
         compiled = model.compiled_residual
         start = model.record(trial, self._parameters).start[hidden]
-        crude = compiled.run(trial.time, model.residual_inputs(trial), self._parameters, start).outputs
-        size = np.maximum(trial.smoother.thin(crude).std(axis=0), 1e-9)
-        return np.log(np.concatenate([size, np.full(len(size), 0.5 / trial.smoother.cutoff_hz)]))
+        return trial.smoother(compiled.run(trial.time, model.residual_inputs(trial), self._parameters, start).outputs)
+
+    def _first_guess(self, crude: np.ndarray) -> np.ndarray:
+        """Logarithms of sizes and durations, from the crude force and the band of the signals, and of noise as it is said to be."""
+        edge = len(crude) // 20
+        size = np.maximum(crude[edge : len(crude) - edge].std(axis=0), 1e-9)
+        duration = np.full(len(size), 0.5 / self.trial.smoother.cutoff_hz)
+        return np.log(np.concatenate([size, duration, np.ones(len(size))]))
+
+    @property
+    def shortest(self) -> float:
+        """s: what changes faster is noise."""
+        return SHORTEST * self.trial.smoother.step
 
     def _linearised(self, states: np.ndarray, forces: np.ndarray) -> Along:
         inputs = self.trial.quiet_inputs.copy()
         inputs[:, self._places] = forces
         return self._equations.along(self.trial.time, states, inputs, self._places, self._substeps)
 
-    def _system(self, linear: Along, character: np.ndarray, samples: int) -> LinearSystem:
+    def _system(self, linear: Along, character: np.ndarray, time: np.ndarray, start: np.ndarray) -> LinearSystem:
         """The model and its force as one system: states, then the force and its rate."""
-        nx, k, n = self._count, len(self._places), min(samples, len(self.trial.time))
-        size, rate = np.exp(character[:k]), np.sqrt(3.0) / np.exp(character[k:])
-        m, steps = nx + 2 * k, np.diff(self.trial.time)[: n - 1]
+        nx, k, n = self._count, len(self._places), len(time)
+        size, duration, noise = np.exp(character.reshape(3, k))
+        rate = np.sqrt(3.0) / duration
+        m, steps = nx + 2 * k, np.diff(time)
         force, speed = np.arange(nx, nx + k), np.arange(nx + k, m)
         flow = np.zeros((n - 1, m, m))
-        flow[:, :nx, : nx + k] = linear.flow[: n - 1]
+        flow[:, :nx, : nx + k] = linear.flow
         flow[:, force, speed], flow[:, speed, force], flow[:, speed, speed] = 1.0, -(rate**2), -2.0 * rate
         step = expm(flow * steps[:, None, None])
         lasting = np.diag(np.concatenate([np.zeros(nx), size**2, (rate * size) ** 2]))
@@ -168,22 +196,22 @@ class _Follower:
         disturbance = lasting - step @ lasting @ np.transpose(step, (0, 2, 1))
         disturbance[:, :nx, :], disturbance[:, :, :nx] = 0.0, 0.0
         disturbance[:, :nx, :nx] = self._shaken(linear, steps)
-        covariance = lasting + np.diag(np.concatenate([linear.start_std**2, np.zeros(2 * k)]))
+        covariance = lasting + np.diag(np.concatenate([self._start_std**2, np.zeros(2 * k)]))
         reference = np.zeros((n, m))
-        reference[:, : nx + k] = linear.reference[:n]
+        reference[:, : nx + k] = linear.reference
         reached = np.zeros((n - 1, m))
-        reached[:, :nx] = linear.reached[: n - 1]
+        reached[:, :nx] = linear.reached
         reached[:, nx:] = (step[:, nx:, nx:] @ reference[:-1, nx:, None])[:, :, 0]
         show = np.zeros((n, len(self.model.signals), m))
-        show[:, :, : nx + k] = linear.show[:n]
+        show[:, :, : nx + k] = linear.show
         return LinearSystem(
             step,
             reached - (step @ reference[:-1, :, None])[:, :, 0],
             disturbance,
             show,
-            linear.shown[:n] - (show @ reference[:, :, None])[:, :, 0],
-            self.trial.noise**2,
-            np.concatenate([self.model.record(self.trial, self._parameters).start, np.zeros(2 * k)]),
+            linear.shown - (show @ reference[:, :, None])[:, :, 0],
+            (self.trial.noise * noise) ** 2,
+            np.concatenate([start, np.zeros(2 * k)]),
             covariance,
         )
 
@@ -191,22 +219,27 @@ class _Follower:
         """Covariance of the states that noise of measured inputs makes in a step, and rounding."""
         shaken = np.tile(1e-18 * np.eye(self._count), (len(steps), 1, 1))
         if self.trial.input_noise is not None:
-            push = linear.push[: len(steps)] * self.trial.input_noise * steps[:, None, None]
+            push = linear.push * self.trial.input_noise * steps[:, None, None]
             shaken += push @ np.transpose(push, (0, 2, 1))
         return shaken
 
 
 def _character(followers: Sequence[_Follower]) -> np.ndarray:
-    """Logarithms of sizes and durations (2 k,) that make the first samples of the trials most probable."""
+    """Logarithms of sizes, durations and factors of noise (3 k,) that make the first samples of the trials most probable."""
     chosen = followers[:TRIALS]
     guess = np.median([each.first_guess for each in chosen], axis=0)
+    k = len(guess) // 3
+    low, high = guess - REACH, guess + REACH / 2
+    low[k : 2 * k] = np.log(max(each.shortest for each in chosen))
+    low[2 * k :], high[2 * k :] = np.log(NOISIER[0]), np.log(NOISIER[1])
+    guess = np.clip(guess, low, high)
 
     def value(character: np.ndarray) -> float:
-        return -sum(each.log_likelihood(character, SAMPLES) for each in chosen)
+        return -sum(each.log_likelihood(character) for each in chosen)
 
     def objective(character: np.ndarray) -> tuple[float, np.ndarray]:
         here = value(character)
         moved = character + CHANGE * np.eye(len(character))
         return here, np.array([(value(each) - here) / CHANGE for each in moved])
 
-    return minimise(objective, guess, guess - REACH, guess + REACH / 2, promise=ENOUGH).point
+    return minimise(objective, guess, low, high, promise=ENOUGH).point
