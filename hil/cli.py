@@ -138,6 +138,19 @@ hil.add_command(record)
 
 
 @hil.command()
+@click.option("--seconds", type=click.FloatRange(0.1), help="How long; until the session ends without it.")
+def view(seconds: float | None) -> None:
+    """Look at the session that runs in another terminal: rates, lateness, joints, forces, faults."""
+    from rich.console import Console
+
+    from hil.view.live import watch
+    from hil.view.window import newest
+
+    with contextlib.suppress(KeyboardInterrupt):
+        watch(newest(), Console(), float("inf") if seconds is None else seconds)
+
+
+@hil.command()
 @click.argument("words", nargs=-1, required=True, metavar="WORDS")
 @click.option("--port", type=click.IntRange(1, 65535), default=29536, show_default=True, help="Where it listens.")
 def tell(words: tuple[str, ...], port: int) -> None:

@@ -3,7 +3,7 @@
 import math
 from dataclasses import replace
 
-from hil.safety.cycle import Module, Motion, Outcome, Reaction, Seen, State, Vector
+from hil.safety.cycle import Module, Motion, Outcome, Reaction, Seen, State, Trip, Vector
 from hil.safety.limiters import LIMITERS, Limiter, pinch_torque
 from hil.safety.limits import Limits
 from hil.safety.motion import at_rest, follow
@@ -61,10 +61,7 @@ def step(
     sent, limited = _limited(limits, limiters, motion, state.torques, wanted)
     if state.armed_ns is None or reaction >= Reaction.RELEASE:
         sent, limited = (0.0,) * len(limits.joints), ()
-    after = _remember(limits, state, motion, seen, sent)
-    # While the arm gives way it follows what was asked before: what is asked now may be what went wrong.
-    asked = seen.asked if reaction < Reaction.COMPLY else state.asked
-    after = replace(after, asked=asked, stopped=stopped, reaction=reaction, fading=fading)
+    after = _remember(limits, state, motion, seen, sent, stopped, reaction, fading)
     released = reaction >= Reaction.RELEASE and state.armed_ns is not None
     silent = reaction is Reaction.SILENCE
     return after, Outcome(None if silent else sent, released and not silent, reaction, trips, limited)
@@ -122,8 +119,17 @@ def _limited(
     return wanted, tuple(cut)
 
 
-def _remember(limits: Limits, state: State, motion: Motion, seen: Seen, sent: Vector) -> State:
-    """The state after a cycle, but for the reaction."""
+def _remember(
+    limits: Limits,
+    state: State,
+    motion: Motion,
+    seen: Seen,
+    sent: Vector,
+    stopped: Trip | None,
+    reaction: Reaction,
+    fading: float,
+) -> State:
+    """The state after a cycle."""
     # What was sent last has acted since then; holding the weight is no gift to anybody who lifts the arm.
     given = sum(t * w for t, w in zip(state.active, motion.speeds, strict=True)) * motion.seconds
     flips, swing = [], []
@@ -141,8 +147,12 @@ def _remember(limits: Limits, state: State, motion: Motion, seen: Seen, sent: Ve
         motion=motion,
         torques=sent,
         active=tuple(t - s for t, s in zip(sent, _support(limits, seen), strict=True)),
-        asked=state.asked,
+        # While the arm gives way it follows what was asked before: what is asked now may be what went wrong.
+        asked=seen.asked if reaction < Reaction.COMPLY else state.asked,
         armed_ns=state.armed_ns,
+        stopped=stopped,
+        reaction=reaction,
+        fading=fading,
         energy=max(state.energy + given - limits.leak * motion.seconds, 0.0),
         late=state.late + 1 if is_late(limits, state, seen) else 0,
         force=seen.force,

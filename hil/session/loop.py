@@ -12,6 +12,7 @@ from hil.safety.rules import not_aborted
 from hil.session.heart import Heart
 from hil.session.pilot import CycleInput, Decision, Pilot
 from hil.session.timing import Lateness
+from hil.view.window import Window
 
 
 class Beats(Protocol):
@@ -48,7 +49,8 @@ class Loop:
 
     Args:
         dry_run: decide and record everything, send no torque.
-        watch: told of every decision, for a live view; it must not take long.
+        watch: told of every decision; it must not take long.
+        window: where the loop shows itself to a live view.
     """
 
     def __init__(
@@ -61,9 +63,11 @@ class Loop:
         *,
         dry_run: bool = False,
         watch: Callable[[int, Decision], None] = lambda start_ns, decision: None,
+        window: Window | None = None,
     ) -> None:
         self.wire, self.pilot, self.beats, self.recorder, self.heart = wire, pilot, beats, recorder, heart
-        self.dry_run, self.watch = dry_run, watch
+        self.dry_run, self.watch, self.window = dry_run, watch, window
+        self._late_ns = 0
         self._computing_ns = 0
         self._letting_down = False
         self.summary = Summary()
@@ -87,7 +91,8 @@ class Loop:
     def beat(self, wish: Wishes) -> None:
         """Wait for the next beat and do one cycle."""
         beat, now = self.beats.wait()
-        self.summary.lateness.add(now - beat)
+        self._late_ns = now - beat
+        self.summary.lateness.add(self._late_ns)
         self._cycle(wish)
         self.summary.cycles += 1
         self.summary.frames_lost = self.pilot.missing_answers
@@ -127,6 +132,8 @@ class Loop:
         self._computing_ns = time.perf_counter_ns() - began
         self._send(decision.frames)
         self.watch(start_ns, decision)
+        if self.window is not None:
+            self.window.put(start_ns, self._late_ns, self.pilot, decision)
 
     def _answers(self, start_ns: int) -> list[Timed]:
         """Frames until all answers are there, or time is up."""

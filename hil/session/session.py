@@ -27,6 +27,7 @@ from hil.session.settings import Settings, settings_of_json
 from hil.session.start_up import Robot, must, start_up
 from hil.session.timing import Metronome, real_time_priority
 from hil.session.watchdog import watchdog
+from hil.view.window import Window
 
 SETTINGS, ROBOT, SUMMARY = "settings.json", "robot.json", "summary.json"
 # So long somebody has time to press Activate on the pendant after the operator's word.
@@ -73,8 +74,17 @@ def run_session(
         stack.enter_context(_signals(operator.abort))
         refused = stack.enter_context(real_time_priority())
         beats = Metronome(settings.limits.period_ns)
+        window = Window.create(settings.limits.period_ns)
+        stack.callback(window.remove)
         loop = Loop(
-            wire, pilot, beats, recorder, heart, dry_run=dry_run, watch=lambda start_ns, d: operator.watch(pilot, d)
+            wire,
+            pilot,
+            beats,
+            recorder,
+            heart,
+            dry_run=dry_run,
+            watch=lambda start_ns, decision: operator.watch(pilot, decision),
+            window=window,
         )
         summary = loop.run(_wishes(seconds, armed, pilot, operator))
         if armed and not pilot.is_armed:

@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 
 from fmus.errors import MisfitError
 from hil.safety.core import begin, step
-from hil.safety.cycle import Module, Reaction, Seen
+from hil.safety.cycle import Module, Motion, Reaction, Seen
 from hil.safety.limiters import LIMITERS, pinch_torque
 from hil.safety.limits import JointLimits, Limits, Zone
 from hil.safety.rules import RULES
-from tests.hil.cycles import JOINT, LIMITS, PERIOD, PERIOD_S, Arm
+from tests.hil.cycles import FIRST, JOINT, LIMITS, PERIOD, PERIOD_S, SECOND, Arm
 
 # --- what always holds
 
@@ -459,6 +459,44 @@ def test_after_missing_answers_the_speed_is_that_of_the_whole_gap() -> None:
     arm.cycle(positions=(before.positions[0] + 0.6 * 3 * PERIOD_S, 0.0))
     assert arm.state.motion.speeds[0] == pytest.approx(0.6, rel=1e-3)
     assert arm.state.motion.missing == (0, 0)
+
+
+FAST = replace(LIMITS, joints=(replace(FIRST, speed=2.0), SECOND))
+
+
+@pytest.mark.parametrize(
+    ("periods", "jump", "believed"),
+    [
+        (1.0, 0.0159, True),  # 4 times 2 rad/s, for 2 ms
+        (1.0, 0.0161, False),
+        (1.0, -0.0161, False),
+        (3.0, 0.0477, True),
+        (3.0, 0.0483, False),
+        (0.001, 0.0159, True),  # answers may be due to the whole period, however short the cycle was
+        (0.001, 0.0161, False),
+    ],
+)
+def test_a_joint_is_believed_to_move_at_most_four_times_as_fast_as_it_may(
+    periods: float, jump: float, believed: bool
+) -> None:
+    arm = Arm(FAST).armed()
+    last = arm.state.motion.positions[0]
+    arm.cycle(time_ns=arm.now + int(periods * PERIOD), positions=(last + jump, 0.0))
+    assert (arm.state.motion.missing[0] == 0) is believed
+
+
+def test_when_the_clock_stands_still_no_time_passes_and_speeds_stay() -> None:
+    arm = Arm().armed()
+    _moving(arm, 0.5)
+    before = arm.state.motion.speeds
+    arm.cycle(time_ns=arm.now, positions=(arm.state.motion.positions[0] + 1e-3, 0.0))
+    assert arm.state.motion.seconds == 0.0
+    assert arm.state.motion.speeds == before
+
+
+def test_a_session_begins_at_rest() -> None:
+    motion = begin(LIMITS, 7, (0.1, 0.2)).motion
+    assert motion == Motion(0.0, (0.1, 0.2), (0.0, 0.0), (0, 0), (0, 0))
 
 
 # --- limits
