@@ -3,12 +3,17 @@
 import numpy as np
 
 from orchestrator.regress.comparison.envelope import values_at, window_range
-from orchestrator.regress.comparison.jumps import SHORT_STEP, sampled_jumps
+from orchestrator.regress.comparison.jumps import SHORT_STEP, bends, isolated_steps, sampled_jumps
 from orchestrator.regress.comparison.prepare import Pair
 from orchestrator.regress.comparison.signal import Signal
 
+# What a curve bends between samples matters from this share of the tolerance on.
+NOTICEABLE = 0.1
 # Interpolating between samples rounds by a few units in the last place.
 _ROUNDING = 8 * np.finfo(float).eps
+
+# The reference less and plus its local tolerance, (n,) each.
+Curves = tuple[np.ndarray, np.ndarray]
 
 
 def distances(pair: Pair, half_height: np.ndarray | float | None = None) -> tuple[np.ndarray, np.ndarray]:
@@ -57,31 +62,55 @@ def window_distances(pair: Pair, which: np.ndarray) -> np.ndarray:
         local = pair.band.local * np.abs(reference.values)
         low, high = low - local, high + local
     lowest, highest = window_range(reference.time, low, high, time - shift, time + shift, reference.interpolation)
-    if pair.excuses_jumps:
-        _widen_at_jumps(reference, time, low, high, lowest, highest)
+    if pair.excuses_sampling:
+        steps = np.diff(reference.time)
+        short = (steps > 0) & (steps <= SHORT_STEP * (reference.time[-1] - reference.time[0]))
+        _widen_between_samples(pair, time, lowest, highest, short)
+        _widen_at_jumps(reference, time, (low, high), lowest, highest, short)
     distance = np.maximum(values - highest, lowest - values)
     beyond = np.maximum(time - reference.time[-1], reference.time[0] - time)
     # No tolerance in value makes up for a moment that the reference does not reach.
     return np.where(beyond > shift, np.inf, np.clip(distance, 0.0, None))
 
 
+def _widen_between_samples(
+    pair: Pair, time: np.ndarray, lowest: np.ndarray, highest: np.ndarray, short: np.ndarray
+) -> None:
+    """Let the ranges at times between two reference samples hold what the reference's curve bends there.
+
+    Only within `short` steps, and where that is a noticeable share of the tolerance; at stamps nothing changes.
+    """
+    reference = pair.around
+    if reference.interpolation == "hold" or pair.same_grid:
+        return
+    bent = bends(reference.values)
+    bend = np.maximum(bent[:-1], bent[1:])
+    steps = np.flatnonzero(short & (bend > NOTICEABLE * pair.band.half_height))
+    here, step = _samples_of(time, reference.time[steps], reference.time[steps + 1], inside=True)
+    lowest[here] -= bend[steps[step]]
+    highest[here] += bend[steps[step]]
+
+
 def _widen_at_jumps(
-    reference: Signal, time: np.ndarray, low: np.ndarray, high: np.ndarray, lowest: np.ndarray, highest: np.ndarray
+    reference: Signal, time: np.ndarray, curves: Curves, lowest: np.ndarray, highest: np.ndarray, short: np.ndarray
 ) -> None:
     """Let the ranges at times from one reference sample to the next hold both when the reference jumps in between.
 
     Such a jump is known to happen between the two, and not when; and one that falls on a sample may, by rounding,
-    show there or at the next. Of a record with long steps that would excuse too much: there the time shift alone counts.
+    show there or at the next. Of a step that is not `short` that would excuse too much: there the time shift alone
+    counts.
     """
-    jumps = sampled_jumps(reference)
-    steps = reference.time[jumps + 1] - reference.time[jumps]
-    jumps = jumps[steps <= SHORT_STEP * (reference.time[-1] - reference.time[0])]
-    if not len(jumps):
-        return
-    first = np.searchsorted(time, reference.time[jumps], "left")
-    length = np.searchsorted(time, reference.time[jumps + 1], "right") - first
+    jumps = np.union1d(sampled_jumps(reference), isolated_steps(reference.values))
+    jumps = jumps[short[jumps]]
+    here, step = _samples_of(time, reference.time[jumps], reference.time[jumps + 1], inside=False)
+    for end in (jumps[step], jumps[step] + 1):
+        np.minimum.at(lowest, here, curves[0][end])
+        np.maximum.at(highest, here, curves[1][end])
+
+
+def _samples_of(time: np.ndarray, start: np.ndarray, end: np.ndarray, inside: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Return which of the rising times lie in which of the intervals, both as indices; `inside` leaves out their ends."""
+    first = np.searchsorted(time, start, "right" if inside else "left")
+    length = np.maximum(np.searchsorted(time, end, "left" if inside else "right") - first, 0)
     begins = np.cumsum(length) - length
-    here = np.arange(length.sum()) + np.repeat(first - begins, length)
-    for end in (np.repeat(jumps, length), np.repeat(jumps + 1, length)):
-        np.minimum.at(lowest, here, low[end])
-        np.maximum.at(highest, here, high[end])
+    return np.arange(length.sum()) + np.repeat(first - begins, length), np.repeat(np.arange(len(start)), length)

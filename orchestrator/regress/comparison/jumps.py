@@ -9,6 +9,8 @@ RANGE_SHARE = 0.05
 # ... and this many times the median step; ordinary curves, sampled well, have no such steps.
 MEDIAN_STEPS = 20.0
 MEDIAN_SAMPLES = 4096
+# A small step is a jump, too, when it is this many times its neighbours.
+STANDS_OUT = 3.0
 # Share of a record's length up to which a step is short: the moment of a jump within it does not count.
 SHORT_STEP = 0.01
 
@@ -26,6 +28,29 @@ def sampled_jumps(signal: Signal) -> np.ndarray:
         return np.zeros(0, dtype=int)
     large = max(RANGE_SHARE * float(np.ptp(signal.values)), MEDIAN_STEPS * _median(steps))
     return np.flatnonzero((steps >= large) & (steps > 0) & apart)
+
+
+def isolated_steps(values: np.ndarray) -> np.ndarray:
+    """Return the indices k where the step from sample k to k + 1 is several times that before and that after it.
+
+    On a curve that is sampled well neighbouring steps are alike, also around an extreme, where at most one is small.
+    """
+    steps = np.abs(np.diff(values))
+    if len(steps) < 3:
+        return np.zeros(0, dtype=int)
+    around = np.maximum(steps[:-2], steps[2:])
+    return np.flatnonzero(steps[1:-1] > STANDS_OUT * around) + 1
+
+
+def bends(values: np.ndarray) -> np.ndarray:
+    """Return what a curve may leave the straight line between two samples by, at each of them, shape (n,).
+
+    Half the second difference: what a kink between two samples leaves the line by, and four times what a parabola does.
+    """
+    found = np.zeros(len(values))
+    if len(values) > 2:
+        found[1:-1] = np.abs(values[:-2] - 2 * values[1:-1] + values[2:]) / 2
+    return found
 
 
 def exact_jumps(signal: Signal) -> np.ndarray:

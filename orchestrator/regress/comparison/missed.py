@@ -3,7 +3,7 @@
 import numpy as np
 
 from orchestrator.regress.comparison.envelope import values_at, window_range
-from orchestrator.regress.comparison.jumps import SHORT_STEP
+from orchestrator.regress.comparison.jumps import SHORT_STEP, bends
 from orchestrator.regress.comparison.prepare import Pair
 from orchestrator.regress.comparison.signal import Signal
 
@@ -35,7 +35,7 @@ def _reach(result: Signal, time: np.ndarray, shift: float) -> tuple[np.ndarray, 
     low, high = window_range(
         result.time, result.values, result.values, time - shift, time + shift, result.interpolation
     )
-    bends = _bends(result.values)
+    bent = bends(result.values)
     linear = result.interpolation == "linear"
     longest = np.inf if linear else SHORT_STEP * (result.time[-1] - result.time[0])
     # A time that is a stamp of the result touches the steps on both sides of it.
@@ -43,17 +43,8 @@ def _reach(result: Signal, time: np.ndarray, shift: float) -> tuple[np.ndarray, 
         other = np.clip(np.searchsorted(result.time, time, side), 1, len(result.time) - 1)
         one = other - 1
         short = result.time[other] - result.time[one] <= longest
-        bend = np.maximum(bends[one], bends[other]) if linear else 0.0
+        bend = np.maximum(bent[one], bent[other]) if linear else 0.0
         ends = result.values[one], result.values[other]
         low = np.where(short, np.minimum(low, np.minimum(*ends) - bend), low)
         high = np.where(short, np.maximum(high, np.maximum(*ends) + bend), high)
     return low, high
-
-
-def _bends(values: np.ndarray) -> np.ndarray:
-    """Twice what a smooth curve through samples leaves the line between them by, at each sample, shape (n,)."""
-    bends = np.zeros(len(values))
-    if len(values) > 2:
-        # A parabola through three samples leaves the chord by an eighth of their second difference.
-        bends[1:-1] = np.abs(values[:-2] - 2 * values[1:-1] + values[2:]) / 4
-    return bends

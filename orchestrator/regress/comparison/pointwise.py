@@ -33,4 +33,4 @@ class Pointwise:
         pair = prepare(self.kind, signal, reference, tolerance)
         if isinstance(pair, SignalVerdict):
             return pair
-        return judge_pair(replace(pair, excuses_jumps=False), self.kind)
+        return judge_pair(replace(pair, excuses_sampling=False), self.kind)

@@ -18,14 +18,15 @@ class Pair:
     """A result and its reference over the compared window, without defects, and the band around the reference.
 
     `reference` ends where the window ends; `around` holds what the time shift reaches beyond it, too.
-    `excuses_jumps` lets a sample next to a jump between two reference samples lie anywhere between them.
+    `excuses_sampling` lets a sample next to a jump between two reference samples lie anywhere between them, and one
+    between two reference samples where the reference's curve may bend to.
     """
 
     result: Signal
     reference: Signal
     around: Signal
     band: Band
-    excuses_jumps: bool = True
+    excuses_sampling: bool = True
 
     @property
     def same_grid(self) -> bool:

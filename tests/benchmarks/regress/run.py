@@ -95,7 +95,7 @@ def outside_points(case: SmallCase) -> np.ndarray:
     """Which samples of a small case's result are outside its tube, the moments of its jumps not excused."""
     pair = prepare("tube", case.result, case.reference, Tolerance(case.height, 0.0, case.shift_s))
     assert isinstance(pair, Pair)
-    return distances(replace(pair, excuses_jumps=False))[1]
+    return distances(replace(pair, excuses_sampling=False))[1]
 
 
 def _least_cpu(work: Callable[[], object]) -> float:

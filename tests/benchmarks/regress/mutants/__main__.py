@@ -13,6 +13,7 @@ from pathlib import Path
 
 from tests.benchmarks.regress.mutants.campaign import Campaign, Fate
 from tests.benchmarks.regress.mutants.choose import chosen_mutants
+from tests.benchmarks.regress.mutants.peers import seen_by_others
 from tests.benchmarks.regress.mutants.rebuilds import run_rebuilds
 from tests.benchmarks.regress.mutants.report import Found, report
 from tests.benchmarks.regress.mutants.subjects import SUBJECTS
@@ -34,6 +35,7 @@ def main() -> None:
     out = arguments.out / version()
     workshop = Workshop.open(out / "workshop")
     fates: list[Fate] = []
+    others: dict[str, dict[str, bool]] = {}
     chosen = 0
     rebuilds: dict[str, dict[str, dict]] = {}
     for subject in SUBJECTS.values():
@@ -42,13 +44,15 @@ def main() -> None:
         mutants = chosen_mutants(subject, arguments.per_row)
         campaign.run(mutants, until=until, clock=time.perf_counter)
         chosen += len(mutants)
-        fates += [campaign.fates[mutant.name] for mutant in mutants if mutant.name in campaign.fates]
+        done = [campaign.fates[mutant.name] for mutant in mutants if mutant.name in campaign.fates]
+        fates += done
+        others |= seen_by_others(subject, campaign.folder, done)
         if time.perf_counter() < until:
             rebuilds[subject.name] = run_rebuilds(subject, campaign.folder, workshop)
         print(
             f"{subject.name}: {len(campaign.fates)} mutants, {len(rebuilds.get(subject.name, {}))} rebuilds", flush=True
         )
-    found = Found(tuple(fates), chosen, rebuilds)
+    found = Found(tuple(fates), chosen, rebuilds, others)
     arguments.report.parent.mkdir(parents=True, exist_ok=True)
     arguments.report.write_text(report(found))
     print(found.summary)

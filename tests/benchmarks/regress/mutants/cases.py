@@ -54,6 +54,7 @@ def regress(cases: Sequence[Path], report: Path, *options: str) -> dict[str, dic
         RuntimeError: if the command itself gives no report.
     """
     command = [str(MISFIT), "regress", *map(str, cases), "--json", str(report), "--quiet", "--workers", "2", *options]
+    report.unlink(missing_ok=True)
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode not in (0, 1, 3) or not report.is_file():
         raise RuntimeError(f"misfit regress ended with {done.returncode}: {done.stderr.strip()[-300:]}")

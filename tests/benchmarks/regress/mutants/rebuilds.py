@@ -45,8 +45,9 @@ def run_rebuilds(subject: Subject, folder: Path, workshop: Workshop) -> dict[str
     for name, (compiler, flags) in BUILDS.items():
         command = find_compiler(compiler)
         if command is not None:
-            with _chosen(command), compiler_flags(flags):
-                workshop.build(subject, place / f"{name}.fmu")
+            if not (place / f"{name}.fmu").is_file():
+                with _chosen(command), compiler_flags(flags):
+                    workshop.build(subject, place / f"{name}.fmu")
             cases += _cases(subject, place, name)
     found = regress(cases, folder / "report.json")
     outcomes = {name: {"verdict": each["verdict"], "reason": each.get("reason", "")} for name, each in found.items()}

@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from tests.benchmarks.regress.mutants.campaign import Fate
 from tests.benchmarks.regress.mutants.operators import ALL_ROWS
@@ -13,11 +13,15 @@ LEAST_MUTANTS = LEAST_REBUILDS = 200
 
 @dataclass(frozen=True)
 class Found:
-    """Fates of mutants, how many were chosen, and outcomes of harmless rebuilds by model and name."""
+    """Fates of mutants, how many were chosen, and outcomes of harmless rebuilds by model and name.
+
+    `others` says by mutant which other tool sees it.
+    """
 
     fates: tuple[Fate, ...]
     chosen: int
     rebuilds: Mapping[str, Mapping[str, Mapping[str, str]]]
+    others: Mapping[str, Mapping[str, bool]] = field(default_factory=dict)
 
     def of(self, state: str, fates: Iterable[Fate] | None = None) -> list[Fate]:
         """Return the mutants of one state."""
@@ -78,6 +82,7 @@ start, it is invalid. `when`, `reinit` and `pre` have no mutants, as the models 
 
 **{found.summary}.**
 
+{_others(found)}
 ## By operator row
 
 {head}
@@ -116,6 +121,19 @@ def _row(name: str, fates: list[Fate], found: Found) -> str:
     score = f"{100 * killed / (killed + survived):.1f} %" if killed + survived else "-"
     equivalent, invalid = len(found.of("equivalent", fates)), len(found.of("invalid", fates))
     return f"| {name} | {len(fates)} | {killed} | {survived} | {score} | {equivalent} | {invalid} |"
+
+
+def _others(found: Found) -> str:
+    """What other tools see of the same mutants."""
+    if not found.others:
+        return ""
+    tools = dict.fromkeys(tool for seen in found.others.values() for tool in seen)
+    lines = []
+    for tool in tools:
+        count = sum(seen[tool] for seen in found.others.values())
+        lines.append(f"| {tool} | {count} | {100 * count / len(found.others):.0f} % |")
+    head = "Of those that should be caught, others see:\n\n| tool | caught | score |\n|---|---|---|"
+    return f"{head}\n{chr(10).join(lines)}\n"
 
 
 def _rebuild_table(found: Found) -> str:
