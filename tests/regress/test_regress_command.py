@@ -159,6 +159,13 @@ def test_results_of_the_cross_check_habit_are_cases(tmp_path: Path) -> None:
     assert execute(case).verdict == "passed"
 
 
+def test_the_schema_refuses_what_is_no_junit() -> None:
+    good = junit([Outcome("a", "f", "passed")])
+
+    assert junit_problems(good) == []
+    assert junit_problems(good.replace('classname="f"', "")) and junit_problems(good.replace('tests="1"', 'tests="2"'))
+
+
 def test_junit_and_annotations_stand_any_text() -> None:
     nasty = Outcome("a<b>&\x00\x1b", "m,odels/ä:1.toml", "failed", 'is "off"\n% by \ud800 <2>')
 
