@@ -38,8 +38,7 @@ class Setting:
     @cached_property
     def learnt(self) -> tuple[Problem, float]:
         """All corrections with noise learnt from force, motion and stops, and its -log likelihood."""
-        found = learn("observed", self.given, self.corrections)
-        return Problem(self.initial, self.corrections, found.deviation), found.value
+        return _with_noise("observed", self.initial, self.corrections, self.given)
 
     @cached_property
     def freed(self) -> tuple[Problem, float]:
@@ -76,18 +75,17 @@ def joint(setting: Setting) -> tuple[Problem, float]:
 def without_velocity(setting: Setting) -> tuple[Problem, float]:
     """The same with models that do not see joint speeds; noise learnt anew."""
     given = given_bench(setting.blind, setting.corrections)
-    found = learn("observed", given, setting.corrections)
-    return Problem(setting.blind, setting.corrections, found.deviation), found.value
+    return _with_noise("observed", setting.blind, setting.corrections, given)
 
 
 def one_noise(setting: Setting) -> tuple[Problem, float]:
     """One noise variance for all corrections."""
-    return _simple(setting, "constant")
+    return _with_noise("constant", setting.initial, setting.corrections, setting.given)
 
 
 def force_noise(setting: Setting) -> tuple[Problem, float]:
     """Noise that grows with the predicted force only."""
-    return _simple(setting, "force")
+    return _with_noise("force", setting.initial, setting.corrections, setting.given)
 
 
 def clear(setting: Setting) -> tuple[Problem, float]:
@@ -114,8 +112,7 @@ def shared(setting: Setting) -> tuple[Problem, float]:
         for name, each in setting.initial.latents.items()
     }
     initial = Initial(latents, setting.initial.observations)
-    found = learn("observed", given_bench(initial, setting.corrections), setting.corrections)
-    return Problem(initial, setting.corrections, found.deviation), found.value
+    return _with_noise("observed", initial, setting.corrections, given_bench(initial, setting.corrections))
 
 
 def without_outliers(setting: Setting) -> tuple[Problem, float | None]:
@@ -174,9 +171,9 @@ def outcome(name: str, setting: Setting) -> Outcome:
     return Outcome(1.0 - errors / before, before, int(used.sum()), value, covered, problem)
 
 
-def _simple(setting: Setting, kind: str) -> tuple[Problem, float]:
-    found = learn(kind, setting.given, setting.corrections)
-    return Problem(setting.initial, setting.corrections, found.deviation), found.value
+def _with_noise(kind: str, initial: Initial, corrections: Corrections, given: Conditioned) -> tuple[Problem, float]:
+    found = learn(kind, given, corrections)
+    return Problem(initial, corrections, found.deviation), found.value
 
 
 def _learnt(initial: Initial, corrections: Corrections, kept: Array) -> tuple[Problem, float]:
