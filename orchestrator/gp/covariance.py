@@ -41,8 +41,8 @@ def known(latents: Latents, names: Mapping[str, Any]) -> None:
 def covariance(latents: Latents, one: Rows, other: Rows) -> Array:
     """sum_f a_f,i k_f(x_i, y_j) b_f,j of rows with coefficients a and b, (n, m); latent functions are independent."""
     total = np.zeros((len(one.inputs), len(other.inputs)))
-    for name in one.coefficients.keys() & other.coefficients.keys():
-        a, b = one.coefficients[name], other.coefficients[name]
+    for name, a in one.coefficients.items():  # in their order, so that sums are the same bits in every process
+        b = other.coefficients.get(name, np.zeros(0))
         i, j = np.flatnonzero(a), np.flatnonzero(b)
         if i.size and j.size:
             block = latents[name].kernel(one.inputs[i], other.inputs[j])

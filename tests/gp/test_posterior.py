@@ -1,7 +1,11 @@
 """The joint posterior of mixed data against a dense conditioning written here, and what must hold of any posterior."""
 
+import os
 import re
+import subprocess
+import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -177,6 +181,31 @@ def test_a_datum_seen_twice_counts_as_one_of_half_the_variance():
     twice = condition(LATENTS, [one, replace(one, name="again")])
     sharper = condition(LATENTS, [replace(one, noise=one.deviation / np.sqrt(2.0))])
     assert np.allclose(twice.mean("strong", QUERY), sharper.mean("strong", QUERY), rtol=1e-9, atol=1e-12)
+
+
+def test_every_process_finds_the_same_bits():
+    """Python shuffles sets anew in each process; sums of seven functions must not."""
+    code = (
+        "from orchestrator.gp.covariance import Latent\n"
+        "from orchestrator.gp.kernels import SquaredExponential\n"
+        "from orchestrator.gp.observations import observe\n"
+        "from orchestrator.gp.posterior import condition\n"
+        "latents = {n: Latent(SquaredExponential(1.3 + k, (0.7 + k,))) for k, n in enumerate('abcdefg')}\n"
+        "seen = observe('d', [[0.1 * k] for k in range(9)], {n: 0.3 + k for k, n in enumerate('abcdefg')}, range(9), 0.1)\n"
+        "print(condition(latents, [seen]).mean('c', [[0.33]])[0, 0].hex())"
+    )
+    found = {
+        subprocess.run(
+            [sys.executable, "-c", code],
+            env={**os.environ, "PYTHONHASHSEED": seed},
+            cwd=Path(__file__).parents[2],
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stdout
+        for seed in ("1", "2", "3")
+    }
+    assert len(found) == 1
 
 
 def test_components_that_mix_are_latent_functions_of_their_own():
