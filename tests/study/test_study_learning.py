@@ -21,7 +21,7 @@ from orchestrator.study.draws import DrawTask, Problem, tasks
 from orchestrator.study.muscles import MUSCLES, capabilities
 from orchestrator.study.noise_models import learn
 from orchestrator.study.selection import EXCLUDED_N, clear_of_stops, informative, only, robust, settled
-from orchestrator.study.variants import Setting, outcome
+from orchestrator.study.variants import VARIANTS, Setting, outcome
 from orchestrator.study.work import Processes, alone, do_all
 
 
@@ -90,6 +90,20 @@ def test_models_fitted_in_another_process_have_the_same_content() -> None:
         other = pool.submit(models).result()
 
     assert digest(other) == digest(models())
+
+
+def bits(name: str) -> bytes:
+    return outcome(name, Setting(models(), models(False), corrections(90))).improvement.tobytes()
+
+
+def test_every_way_to_learn_gives_the_same_bits_in_another_process() -> None:
+    """Another process hashes strings in another way, so sets of names have another order there."""
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+        elsewhere = list(pool.map(bits, VARIANTS))
+
+    differ = [name for name, there in zip(VARIANTS, elsewhere, strict=True) if bits(name) != there]
+
+    assert differ == []
 
 
 def test_a_dask_cluster_gives_the_same_bits() -> None:
