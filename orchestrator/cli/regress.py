@@ -197,6 +197,7 @@ def _one_lane(quiet: bool) -> Iterator[Any]:
 
 def _covered(cases: "Sequence[Case]", workers: int, quiet: bool, suggest: bool) -> list[dict[str, Any]]:
     """Coverage of each model, with proposals where they are asked for."""
+    from orchestrator.regress import outcome as outcomes_of
     from orchestrator.regress.coverage import cover, coverage_lines
 
     def run(some: "Sequence[Case]") -> "list[Outcome]":
@@ -213,7 +214,7 @@ def _covered(cases: "Sequence[Case]", workers: int, quiet: bool, suggest: bool) 
             proposed = suggestions(model, run)
             document["suggestions"] = [each.to_json() for each in proposed]
             _say("\n".join(each.text for each in proposed) or "  nothing was found that reaches more", quiet)
-        found.append(document)
+        found.append(outcomes_of.plain(document))
     return found
 
 

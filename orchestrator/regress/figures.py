@@ -1,12 +1,16 @@
 """A signal with its reference as an inline image."""
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from orchestrator.regress.comparison import SignalVerdict
 from orchestrator.regress.outcome import Curve
 from orchestrator.report.figures._canvas import BLACK, ORANGE, axis_label, canvas, image, label, plain_log_axis
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 # More lines in one picture cannot be told apart, and errors above this only hide the others.
 _MOST_LINES, _HIGHEST = 8, 1e6
@@ -32,17 +36,17 @@ def curve_figure(curve: Curve, verdict: SignalVerdict | None) -> str:
     return image(figure, f"{label(curve.name)} over time{words}")
 
 
-def _zoom(ax: "object", curve: Curve, worst: float) -> None:
+def _zoom(ax: "Axes", curve: Curve, worst: float) -> None:
     """A twentieth of the run around the worst place."""
     width = 0.025 * float(curve.time[-1] - curve.time[0])
     parts = [curve.values[np.abs(curve.time - worst) <= width]]
     if curve.reference is not None and curve.reference_time is not None:
         parts.append(curve.reference[np.abs(curve.reference_time - worst) <= width])
     seen = np.concatenate(parts)
-    ax.set_xlim(worst - width, worst + width)  # type: ignore[attr-defined]
+    ax.set_xlim(worst - width, worst + width)
     if seen.size:
         spare = 0.1 * float(np.ptp(seen)) or 1e-9
-        ax.set_ylim(float(seen.min()) - spare, float(seen.max()) + spare)  # type: ignore[attr-defined]
+        ax.set_ylim(float(seen.min()) - spare, float(seen.max()) + spare)
 
 
 def trend_figure(case: str, lines: Sequence[tuple[str, Sequence[float | None]]]) -> str:

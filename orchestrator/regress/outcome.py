@@ -1,5 +1,6 @@
 """What became of a case."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any, Literal
@@ -90,11 +91,11 @@ class Outcome:
             for name in ("name", "file", "verdict", "reason", "problem", "where", "attempts", "flaky", "model_sha256")
         }
         found["signals"] = signals_json(self.signals)
-        found["checks"] = [asdict(each) for each in self.wholes]
+        found["checks"] = [plain(asdict(each)) for each in self.wholes]
         found["notes"] = list(self.notes)
         found["cpu_seconds"], found["seconds"] = round(self.seconds, 6), round(self.took_s, 6)
         if self.coverage:
-            found["coverage"] = dict(self.coverage)
+            found["coverage"] = plain(self.coverage)
         return found
 
 
@@ -121,6 +122,22 @@ def document(outcomes: Sequence[Outcome]) -> dict[str, Any]:
         "errors": sum(each.verdict == "error" for each in outcomes),
         "cases": [each.to_json() for each in outcomes],
     }
+
+
+def plain(value: Any) -> Any:
+    """Data fit for JSON: numbers that JSON cannot hold become words, as in `SignalVerdict.to_json`.
+
+    Example:
+        >>> plain({"order": float("nan"), "shares": (0.5, float("inf"))})
+        {'order': 'nan', 'shares': [0.5, 'inf']}
+    """
+    if isinstance(value, float) and not math.isfinite(value):
+        return str(value)
+    if isinstance(value, Mapping):
+        return {str(key): plain(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(each) for each in value]
+    return value
 
 
 def exit_code(outcomes: Sequence[Outcome]) -> int:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from orchestrator.regress.history import Entry
+from orchestrator.regress.outcome import plain
 from orchestrator.report.html import render
 from orchestrator.report.page import Page, PageTable, Picture, Section
 
@@ -50,12 +51,13 @@ class Trend:
         found = [line for line in self.lines if line.drift > _DRIFT and (line.exceed[-1] or 0.0) <= 1.0]
         return tuple(sorted(found, key=lambda line: -line.drift))
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> Any:
         """The trend as plain data."""
         lines = [{**vars(line), "exceed": list(line.exceed), "drift": line.drift} for line in self.lines]
         cases = {n: {"verdicts": list(v), "cpu_seconds": list(self.seconds[n])} for n, v in self.verdicts.items()}
         drifting = [f"{line.case}: {line.signal}" for line in self.drifting]
-        return {"schema": SCHEMA, "runs": list(self.runs), "cases": cases, "signals": lines, "drifting": drifting}
+        found = {"schema": SCHEMA, "runs": list(self.runs), "cases": cases, "signals": lines, "drifting": drifting}
+        return plain(found)
 
 
 def trend_of(entries: Sequence[Entry]) -> Trend:

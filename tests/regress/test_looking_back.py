@@ -1,6 +1,7 @@
 """History, trend, bisection and coverage."""
 
 import json
+import math
 import shutil
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -37,15 +38,16 @@ def test_a_history_only_grows_and_shows_a_drift_before_it_fails(tmp_path: Path) 
     for day, exceed in enumerate((0.1, 0.4, 0.8), 1):
         append(tmp_path, [_outcome(exceed)], datetime(2026, 5, day, tzinfo=UTC))
     before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
-    append(tmp_path, [_outcome(1.2)], datetime(2026, 5, 4, tzinfo=UTC))
+    append(tmp_path, [_outcome(math.inf)], datetime(2026, 5, 4, tzinfo=UTC))
 
     earlier = trend_of(read(tmp_path)[:-2])
     trend = trend_of(read(tmp_path))
 
     assert all((tmp_path / name).read_bytes() == content for name, content in before.items())
-    assert [line.exceed for line in trend.lines] == [(0.1, 0.4, 0.8, 1.2)]
+    assert [line.exceed for line in trend.lines] == [(0.1, 0.4, 0.8, math.inf)]
     assert trend.verdicts["ball"] == ("passed",) * 3 + ("failed",)
     assert [line.signal for line in earlier.drifting] == ["h"] and not trend.drifting
+    assert json.loads(json.dumps(trend.to_json(), allow_nan=False))["signals"][0]["exceed"][-1] == "inf"
     assert "4 runs of 1 cases" in trend_page(trend, str(tmp_path))
     assert pq.read_table(next(tmp_path.glob("*.parquet"))).num_rows == 2
 

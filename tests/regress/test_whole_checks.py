@@ -1,5 +1,6 @@
 """Checks of whole models: each passes on a model that has the property and fails on one that lacks it."""
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from orchestrator.regress.whole.release import interface_change
 def _found(folder: Path, text: str) -> dict[str, WholeVerdict]:
     (case,) = read_cases(case_file(folder, "whole", text))
     outcome = execute(case)
+    json.dumps(outcome.to_json(), allow_nan=False)
     assert outcome.verdict != "error", outcome.reason
     return {each.check: each for each in outcome.wholes}
 
