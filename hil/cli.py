@@ -123,15 +123,36 @@ def replay(folder: Path, json_file: str | None, quiet: bool) -> None:
 @click.option("--port", type=click.IntRange(0, 65535), default=29536, show_default=True, help="TCP port on 127.0.0.1.")
 @click.option("--side", type=click.Choice(["left", "right"]), default="right", show_default=True)
 @click.option("--pendant", type=click.Choice(["idle", "active"]), default="active", show_default=True)
+@click.option("--interface", help="Serve on an interface of python-can instead of TCP, such as socketcan.")
+@click.option("--channel", help="Channel of that interface, such as vcan0.")
+@click.option("--slcan", is_flag=True, help="Serve as a serial adapter, on a pseudo-terminal.")
 @click.option("--body", metavar="MODEL", help="Strap an arm to it: `arm`, or FILE.mo:Class with the same ports.")
 @click.option("--set", "values", metavar="NAME=NUMBER", multiple=True, help="A parameter of that arm.")
-def robot(port: int, side: Literal["left", "right"], pendant: str, body: str | None, values: tuple[str, ...]) -> None:
+def robot(
+    port: int,
+    side: Literal["left", "right"],
+    pendant: str,
+    interface: str | None,
+    channel: str | None,
+    slcan: bool,
+    body: str | None,
+    values: tuple[str, ...],
+) -> None:
     """Run a virtual robot that any CAN tool can talk to (python-can: interface socketcand)."""
-    from hil.virtual.__main__ import serve
+    from hil.virtual.__main__ import serve, serve_on, serve_slcan
     from hil.virtual.body import Body, parse_values
 
+    arm = Body(body, parse_values(values)) if body is not None else None
+    if slcan:
+        click.echo(f"virtual Proficio ({side}) behind a serial adapter (slcan) at (Ctrl-C ends it):", err=True)
+        serve_slcan(side, pendant == "active", arm)
+        return
+    if interface is not None:
+        click.echo(f"virtual Proficio ({side}) on {interface} {channel or ''} (Ctrl-C ends it)", err=True)
+        serve_on({"interface": interface, "channel": channel}, side, pendant == "active", arm)
+        return
     click.echo(f"virtual Proficio ({side}) at 127.0.0.1, port (Ctrl-C ends it):", err=True)
-    serve(port, side, pendant == "active", Body(body, parse_values(values)) if body is not None else None)
+    serve(port, side, pendant == "active", arm)
 
 
 hil.add_command(record)

@@ -14,6 +14,9 @@ from hil.errors import BusError
 # It writes to the terminal whenever a frame arrives in two parts, which is no news.
 logging.getLogger("can.socketcand").setLevel(logging.ERROR)
 
+# A wire that broke is tried so often, first after so long and then after twice as long each time.
+ATTEMPTS, PATIENCE_S = 5, 0.2
+
 Tap = Callable[[Timed, bool], None]
 
 # Without it two small writes in a row wait for each other: 42 ms a cycle instead of 0.3 ms.
@@ -34,8 +37,39 @@ class Wire:
         name: str,
         now: Callable[[], int] = time.monotonic_ns,
     ) -> None:
-        self._bus, self.torque_identifiers, self.name, self.now = bus, torque_identifiers, name, now
+        self.bus, self.torque_identifiers, self.name, self.now = bus, torque_identifiers, name, now
         self.tap: Tap = _nobody
+        # What `again` opens.
+        self.settings: Mapping[str, Any] | None = None
+
+    def again(
+        self, sleep: Callable[[float], None] = time.sleep, alive: "Callable[[Wire], bool] | None" = None
+    ) -> "Wire":
+        """Close a wire that broke and open it anew, with more and more patience; its tap goes along.
+
+        A session does not do this by itself: after a break nothing is known of the arm, which has to be started up and armed
+        again.
+
+        Args:
+            alive: whether the new wire works; that it could be opened is enough without it.
+
+        Raises:
+            BusError: if that does not succeed, or the wire was not opened by its settings.
+        """
+        self.close()
+        for attempt in range(ATTEMPTS):
+            sleep(PATIENCE_S * 2**attempt)
+            if self.settings is None:
+                break
+            try:
+                wire = open_wire(self.settings, self.torque_identifiers)
+            except MisfitError:
+                continue
+            if alive is None or alive(wire):
+                wire.tap = self.tap
+                return wire
+            wire.close()
+        raise BusError(f"{self.name}: could not be reached again in {ATTEMPTS} attempts; look at cable and power")
 
     def send(self, frame: Frame) -> None:
         """Put a frame on the bus.
@@ -51,7 +85,7 @@ class Wire:
         """Put a frame on the bus that the safety core let pass; for the loop of a session, and nobody else."""
         message = can.Message(arbitration_id=frame.identifier, data=frame.data, is_extended_id=False)
         try:
-            self._bus.send(message)
+            self.bus.send(message)
         except (can.CanError, OSError) as error:
             raise BusError(f"{self.name}: {frame} could not be sent: {error}") from error
         self.tap(Timed(self.now(), frame), True)
@@ -63,7 +97,7 @@ class Wire:
             BusError: if the bus broke or reported an error.
         """
         try:
-            message = self._bus.recv(timeout_s)
+            message = self.bus.recv(timeout_s)
         except (can.CanError, OSError) as error:
             raise BusError(f"{self.name}: the bus broke while receiving: {error}") from error
         if message is None:
@@ -85,7 +119,7 @@ class Wire:
 
     def close(self) -> None:
         """Give the bus back."""
-        self._bus.shutdown()
+        self.bus.shutdown()
 
 
 def _nobody(timed: Timed, sent: bool) -> None:
@@ -108,4 +142,6 @@ def open_wire(settings: Mapping[str, Any], torque_identifiers: frozenset[int]) -
     except (can.CanError, OSError, ValueError, TypeError, ImportError) as error:
         known = ", ".join(sorted(can.VALID_INTERFACES))
         raise MisfitError(f"bus {name!r} cannot be opened: {error}; interfaces are {known}") from error
-    return Wire(bus, torque_identifiers, name)
+    wire = Wire(bus, torque_identifiers, name)
+    wire.settings = dict(settings)
+    return wire

@@ -4,15 +4,19 @@ import argparse
 import os
 import signal
 import sys
+from collections.abc import Callable, Mapping
 
 from fmus.errors import MisfitError
+from hil.bus.wire import open_wire
 from hil.emulation.planar import Placement
 from hil.robots import proficio
 from hil.robots.proficio import Side
 from hil.session.timing import real_time_priority
+from hil.virtual.any_bus import BusServer
 from hil.virtual.body import Body
 from hil.virtual.plant import FreeJoints, Plant
 from hil.virtual.robot import VirtualRobot
+from hil.virtual.serial_adapter import SerialAdapter
 from hil.virtual.socketcand import SocketcandServer
 
 # Below that of a session's loop.
@@ -29,13 +33,42 @@ def serve(port: int, side: Side, eager: bool, body: Body | None = None) -> None:
         MisfitError: if there is no such model of an arm.
     """
     robot = VirtualRobot(_plant(side, body), eager=eager)
-    server, parent = SocketcandServer(robot, port), os.getppid()
-    ended: list[int] = []
+    server = SocketcandServer(robot, port)
+    print(server.port, flush=True)
+    _run(server.serve)
+
+
+def serve_on(settings: Mapping[str, object], side: Side, eager: bool, body: Body | None = None) -> None:
+    """Serve on a bus of python-can until told to stop.
+
+    Raises:
+        MisfitError: if there is no such bus, or no such model of an arm.
+    """
+    wire = open_wire(settings, frozenset())
+    try:
+        _run(BusServer(VirtualRobot(_plant(side, body), eager=eager), wire.bus).serve)
+    finally:
+        wire.close()
+
+
+def serve_slcan(side: Side, eager: bool, body: Body | None = None) -> None:
+    """Serve behind a serial adapter on a pseudo-terminal until told to stop; prints its path first.
+
+    Raises:
+        MisfitError: if there is no such model of an arm.
+    """
+    with SerialAdapter() as adapter:
+        print(adapter.path, flush=True)
+        _run(BusServer(VirtualRobot(_plant(side, body), eager=eager), adapter).serve)
+
+
+def _run(serve: Callable[[Callable[[], bool]], None]) -> None:
+    """Serve with priority until a signal comes, or the process that began this one is gone."""
+    parent, ended = os.getppid(), list[int]()
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda number, frame: ended.append(number))
-    print(server.port, flush=True)
     with real_time_priority(PRIORITY):
-        server.serve(lambda: bool(ended) or os.getppid() != parent)
+        serve(lambda: bool(ended) or os.getppid() != parent)
 
 
 def _plant(side: Side, body: Body | None) -> Plant:

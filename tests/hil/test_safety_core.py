@@ -494,6 +494,23 @@ def test_when_the_clock_stands_still_no_time_passes_and_speeds_stay() -> None:
     assert arm.state.motion.speeds == before
 
 
+def test_equal_positions_and_missing_ones_are_counted_and_forgotten() -> None:
+    arm = Arm().armed()
+    still, missing = [], []
+    for position in (0.001, 0.001, 0.001, 0.002, None, None, 0.002, 0.002):
+        arm.cycle(positions=(position, 0.0))
+        still.append(arm.state.motion.still[0])
+        missing.append(arm.state.motion.missing[0])
+    assert still == [0, 1, 2, 0, 0, 0, 1, 2]
+    assert missing == [0, 0, 0, 0, 1, 2, 0, 0]
+
+
+def test_the_furthest_believable_position_is_believed() -> None:
+    arm = Arm()
+    arm.cycle(positions=(0.008, 0.0))
+    assert arm.state.motion.positions[0] == 0.008
+
+
 def test_a_session_begins_at_rest() -> None:
     motion = begin(LIMITS, 7, (0.1, 0.2)).motion
     assert motion == Motion(0.0, (0.1, 0.2), (0.0, 0.0), (0, 0), (0, 0))

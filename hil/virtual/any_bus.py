@@ -1,0 +1,60 @@
+"""The virtual robot at the other end of any bus of python-can: a virtual one of the kernel, a second adapter, a pair of wires."""
+
+import heapq
+import itertools
+import time
+from collections.abc import Callable
+
+import can
+
+from hil.codecs.frame import Frame, Timed
+from hil.errors import BusError
+from hil.virtual.faults import Faults
+from hil.virtual.robot import VirtualRobot
+
+# The plant moves on at least so often.
+_IDLE_S = 0.01
+
+
+class BusServer:
+    """Answers on a bus until told to stop.
+
+    Args:
+        bus: where the session is; closing it is left to whoever opened it.
+        faults: what goes wrong on it.
+    """
+
+    def __init__(self, robot: VirtualRobot, bus: can.BusABC, faults: Faults | None = None) -> None:
+        self.robot, self.bus, self.faults = robot, bus, faults or Faults()
+        self._due: list[tuple[int, int, Frame]] = []
+        self._count = itertools.count()
+
+    def serve(self, stop: Callable[[], bool]) -> None:
+        """Answer, and let the plant move.
+
+        Raises:
+            BusError: if the bus breaks.
+        """
+        try:
+            while not stop():
+                self._turn()
+        except (can.CanError, OSError) as error:
+            raise BusError(f"the bus of the virtual robot broke: {error}") from error
+
+    def _turn(self) -> None:
+        now = time.monotonic_ns()
+        wait = min((self._due[0][0] - now) * 1e-9, _IDLE_S) if self._due else _IDLE_S
+        message = self.bus.recv(max(wait, 0.0))
+        now = time.monotonic_ns()
+        if message is not None and not (message.is_extended_id or message.is_remote_frame or message.is_error_frame):
+            self._hear(Timed(now, Frame(message.arbitration_id, bytes(message.data))))
+        self.robot.advance(now)
+        while self._due and self._due[0][0] <= now:
+            _, _, frame = heapq.heappop(self._due)
+            self.bus.send(can.Message(arbitration_id=frame.identifier, data=frame.data, is_extended_id=False))
+
+    def _hear(self, timed: Timed) -> None:
+        for heard in self.faults.to_robot(timed):
+            for answer in self.robot.receive(heard.frame, timed.time_ns):
+                for changed in self.faults.to_host(answer):
+                    heapq.heappush(self._due, (changed.time_ns, next(self._count), changed.frame))

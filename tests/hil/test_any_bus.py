@@ -1,0 +1,132 @@
+"""The same robot over different buses of python-can, in real time; SocketCAN where an interface is named.
+
+`MISFIT_CAN=vcan0 make test` runs it on an interface of the kernel, which docs/can_setup.md says how to set up.
+"""
+
+import os
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import can
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hil.bus.gate import TORQUE_IDENTIFIERS
+from hil.bus.wire import open_wire
+from hil.codecs.frame import Frame
+from hil.errors import BusError
+from hil.robots import proficio
+from hil.session.check import check
+from hil.session.start_up import start_up
+from hil.virtual.any_bus import BusServer
+from hil.virtual.plant import FreeJoints
+from hil.virtual.robot import VirtualRobot
+from hil.virtual.serial_adapter import SerialAdapter
+
+KERNEL = os.environ.get("MISFIT_CAN", "")
+BUSES = [
+    pytest.param({"interface": "virtual", "channel": "misfit"}, id="virtual"),
+    pytest.param({"interface": "slcan", "channel": "a pseudo-terminal", "bitrate": 1_000_000}, id="slcan"),
+    pytest.param(
+        {"interface": "socketcan", "channel": KERNEL},
+        id="socketcan",
+        marks=pytest.mark.skipif(not KERNEL, reason="no CAN interface is named: MISFIT_CAN=vcan0 make test"),
+    ),
+]
+
+
+@contextmanager
+def robot_on(settings: dict[str, Any]) -> Iterator[VirtualRobot]:
+    robot, done = VirtualRobot(FreeJoints(proficio.HOME["right"]), eager=True), threading.Event()
+    with SerialAdapter() if settings["interface"] == "slcan" else can.Bus(**settings) as bus:
+        if isinstance(bus, SerialAdapter):
+            settings["channel"] = bus.path
+        thread = threading.Thread(target=BusServer(robot, bus).serve, args=(done.is_set,), daemon=True)
+        thread.start()
+        try:
+            yield robot
+        finally:
+            done.set()
+            thread.join(timeout=5)
+
+
+@pytest.mark.parametrize("settings", BUSES)
+def test_a_robot_starts_up_over_any_bus_and_is_found_to_be_well(settings: dict[str, Any]) -> None:
+    with robot_on(settings) as robot:
+        wire = open_wire(settings, TORQUE_IDENTIFIERS)
+        try:
+            found = start_up(wire, "right", time.sleep, lambda: True)
+            assert found.counts == (4096,) * 3
+            time.sleep(0.2)  # a setting is not acknowledged
+            assert robot.safety.values["ZERO"] == 1
+            # A shared machine may be too slow for a rate; what is there must be right.
+            wrong = [finding.words for finding in check(wire, 50.0, time.sleep) if not finding.good]
+            assert [words for words in wrong if "too slow" not in words] == []
+        finally:
+            wire.close()
+
+
+class Flaky(can.BusABC):
+    """A bus that breaks, and is well again."""
+
+    broken = False
+
+    def __init__(self, **_: Any) -> None:
+        super().__init__(channel="flaky")
+
+    def send(self, msg: can.Message, timeout: float | None = None) -> None:
+        if Flaky.broken:
+            raise can.CanOperationError("bus off")
+
+    def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
+        return None, False
+
+
+def test_a_wire_that_broke_is_joined_again_when_the_bus_is_well(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(can, "Bus", Flaky)
+    monkeypatch.setattr(Flaky, "broken", False)
+    wire, told = open_wire({"interface": "virtual"}, frozenset()), []
+    wire.tap = lambda timed, sent: told.append(timed.frame)
+    Flaky.broken = True
+    with pytest.raises(BusError, match="bus off"):
+        wire.send(Frame(1, b"\x05"))
+    waits: list[float] = []
+
+    def sleep(seconds: float) -> None:
+        waits.append(seconds)
+        Flaky.broken = len(waits) < 3
+
+    again = wire.again(sleep=sleep, alive=lambda new: not Flaky.broken)
+    assert len(waits) == 3
+    assert waits == sorted(waits)  # with more and more patience
+    again.send(Frame(1, b"\x05"))
+    assert told == [Frame(1, b"\x05")]
+    again.close()
+
+
+def test_a_wire_that_stays_broken_is_given_up_with_its_name() -> None:
+    wire = open_wire({"interface": "virtual", "channel": "gone"}, frozenset())
+    with pytest.raises(BusError, match="virtual gone: could not be reached again in 5 attempts"):
+        wire.again(sleep=lambda seconds: None, alive=lambda new: False)
+
+
+@given(st.lists(st.binary(max_size=12), max_size=6))
+def test_a_serial_adapter_bears_whatever_is_typed(lines: list[bytes]) -> None:
+    with SerialAdapter() as adapter:
+        for line in lines:
+            adapter.hear(line + b"\r")
+        while (message := adapter.recv(0.0)) is not None:
+            assert message.arbitration_id <= 0x7FF
+
+
+@given(st.integers(0, 0x7FF), st.binary(max_size=8))
+def test_a_frame_that_is_typed_is_heard(identifier: int, data: bytes) -> None:
+    with SerialAdapter() as adapter:
+        adapter.hear(f"t{identifier:03X}{len(data)}{data.hex()}\r".encode())
+        message = adapter.recv(0.0)
+        assert message is not None
+        assert (message.arbitration_id, bytes(message.data)) == (identifier, data)
