@@ -17,6 +17,9 @@ from orchestrator.diagnosis.verdict import Left, decide, reducible_removed
 
 # Below this chance, what a set leaves is no accident: with two tests of it, one right set in a hundred.
 CLEAR = 0.005
+# Power of what no smooth force explains, over that of the declared noise, up to which it is noise: sensors do not declare
+# what inputs do between samples.
+MOST_NOISE = 1.5
 # How likely the truth is among the sets tried, by verdict: a judgement, to be replaced by the rates of `make bench-diagnosis`.
 TRUST: dict[Verdict, float] = {"adequate": 1.0, "cannot_tell": 1.0, "named": 0.9, "ambiguous": 0.9, "unknown": 0.1}
 
@@ -103,7 +106,7 @@ def _left(first: Stage, stage: Stage, refereed: Refereed, declared: bool) -> Lef
     return Left(
         (base.cost, best.cost, base.fit.rows),
         (refereed.held_out[0], refereed.held_out[-1], rows),
-        min(stage.colour.level**2, 1.0) if declared else stage.colour.level**2,
+        min(stage.colour.level**2, MOST_NOISE) if declared else stage.colour.level**2,
         structured,
         declared,
     )

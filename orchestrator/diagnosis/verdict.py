@@ -10,8 +10,10 @@ from orchestrator.diagnosis.result import Verdict
 EXCESS = 1.25
 # What a set leaves, as a share of what exceeded the noise (rms), before it counts as another effect: of declared sensors,
 # and where the noise is read from the record itself, which does not tell slow noise from a slow error.
-LEFT = 0.02
+LEFT = 0.04
 LEFT_UNDECLARED = 0.3
+# What noise leaves has a mean square that scatters by sqrt(2/rows); what lies within two such deviations is noise.
+SCATTER = 2.0
 
 
 def reducible_removed(before: float, after: float) -> float:
@@ -41,13 +43,17 @@ class Left:
     def share(self) -> float:
         """Share of the rms above the noise that is left.
 
-        >>> Left((101.0, 2.0, 300), (101.0, 2.0, 100), 1.0, False).share
+        >>> many = 10**6
+        >>> round(Left((101.0, 2.0, 3 * many), (101.0, 2.0, many), 1.0, False).share, 2)
         0.1
         """
-        before, after = (
-            sum(max(part[k] - self.noise, 0.0) * part[2] for part in (self.learning, self.held_out)) for k in (0, 1)
-        )
+        before = sum(max(part[0] - self.noise, 0.0) * part[2] for part in (self.learning, self.held_out))
+        after = sum(self._above_noise(part[1], part[2]) * part[2] for part in (self.learning, self.held_out))
         return float((after / max(before, 1e-9)) ** 0.5)
+
+    def _above_noise(self, mean_square: float, rows: int) -> float:
+        """Part of a mean square that noise does not account for."""
+        return max(mean_square - self.noise * (1.0 + SCATTER * (2.0 / rows) ** 0.5), 0.0)
 
     @property
     def exceeds(self) -> bool:
