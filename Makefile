@@ -10,7 +10,7 @@ export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
 export MKL_NUM_THREADS := 1
 
-.PHONY: demo setup test check bench bench-peers bench-diagnosis lock clean
+.PHONY: demo setup test check bench bench-peers bench-diagnosis bench-regress lock clean
 
 demo: setup
 	@echo "An arm with a hidden effect: which one is it?"
@@ -54,6 +54,10 @@ BUDGET ?= $(if $(filter small,$(SIZE)),780,inf)
 bench-diagnosis: $(VENV)/.bench
 	@$(BIN)/python -m tests.benchmarks.diagnosis.run --size $(SIZE) --workers $(WORKERS) --budget $(BUDGET) \
 		--out build/bench-diagnosis --report docs/benchmarks/diagnosis.md
+
+# Mutants of the models and harmless rebuilds, about 40 minutes; a run that was stopped goes on where it was.
+bench-regress: setup
+	@$(BIN)/python -m tests.benchmarks.regress.mutants
 
 $(VENV)/.bench: $(STAMP) requirements-bench.lock
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-input --require-hashes -r requirements-bench.lock

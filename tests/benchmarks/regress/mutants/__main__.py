@@ -46,7 +46,8 @@ def main() -> None:
         chosen += len(mutants)
         done = [campaign.fates[mutant.name] for mutant in mutants if mutant.name in campaign.fates]
         fates += done
-        others |= seen_by_others(subject, campaign.folder, done)
+        seen = seen_by_others(subject, campaign.folder, done)
+        others |= {f"{subject.name} {name}": each for name, each in seen.items()}
         if time.perf_counter() < until:
             rebuilds[subject.name] = run_rebuilds(subject, campaign.folder, workshop)
         print(

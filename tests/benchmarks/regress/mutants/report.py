@@ -1,5 +1,6 @@
 """What a campaign found, in words and tables."""
 
+import math
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
@@ -8,6 +9,7 @@ from tests.benchmarks.regress.mutants.campaign import Fate
 from tests.benchmarks.regress.mutants.operators import ALL_ROWS
 
 LEAST_SCORE = 0.99
+SIZES = (1.0, 2.0, 5.0, 20.0, 100.0, math.inf)
 LEAST_MUTANTS = LEAST_REBUILDS = 200
 
 
@@ -93,6 +95,10 @@ start, it is invalid. `when`, `reinit` and `pre` have no mutants, as the models 
 {head}
 {chr(10).join(by_model)}
 
+## By the size of the effect
+
+{_sizes(found)}
+
 ## Not caught
 
 {_listed([f"{each.subject}, {each.file}:{each.line}, {each.what}: effect {each.effect:.3g} times the tolerance" for each in found.of("survived")])}
@@ -121,6 +127,16 @@ def _row(name: str, fates: list[Fate], found: Found) -> str:
     score = f"{100 * killed / (killed + survived):.1f} %" if killed + survived else "-"
     equivalent, invalid = len(found.of("equivalent", fates)), len(found.of("invalid", fates))
     return f"| {name} | {len(fates)} | {killed} | {survived} | {score} | {equivalent} | {invalid} |"
+
+
+def _sizes(found: Found) -> str:
+    """Caught mutants by how far they are above the tolerance."""
+    lines = ["| largest difference over the tolerance | mutants | caught |", "|---|---|---|"]
+    for low, high in zip(SIZES[:-1], SIZES[1:], strict=True):
+        fates = [fate for fate in found.fates if fate.effect is not None and low < fate.effect <= high]
+        counted = [fate for fate in fates if fate.state in ("killed", "survived")]
+        lines.append(f"| {low:g} to {high:g} | {len(counted)} | {len(found.of('killed', counted))} |")
+    return "\n".join(lines)
 
 
 def _others(found: Found) -> str:
