@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from fmus.errors import MisfitError
 from hil.safety.core import begin, step
 from hil.safety.cycle import Module, Motion, Reaction, Seen
-from hil.safety.limiters import LIMITERS, pinch_torque
+from hil.safety.limiters import LIMITERS, braking_only, pinch_torque
 from hil.safety.limits import JointLimits, Limits, Zone
 from hil.safety.rules import RULES
 from tests.hil.cycles import FIRST, JOINT, LIMITS, PERIOD, PERIOD_S, SECOND, Arm
@@ -414,6 +414,22 @@ def test_braking_and_inward_torques_are_not_cut() -> None:
     _creep(arm, 1.05)
     _stay(arm, 1.05, (-5.0, 0.0))
     assert arm.outcomes[-1].torques == (-5.0, 0.0)
+
+
+@pytest.mark.parametrize("end", [1.0, -1.0])
+def test_at_the_very_end_of_its_range_a_joint_may_still_push_outwards(end: float) -> None:
+    arm = Arm(replace(LIMITS, energy=1e6))
+    arm.cycle(arm=True)
+    arm.cycles(60)
+    _creep(arm, end)
+    for _ in range(3):
+        outcome = arm.cycle(positions=(end, 0.0), asked=(2.0 * end, 0.0))
+    assert outcome.torques == (2.0 * end, 0.0)
+
+
+def test_at_its_very_limit_of_speed_a_joint_may_still_be_driven() -> None:
+    motion = Motion(PERIOD_S, (0.0, 0.0), (1.0, -1.0), (0, 0), (0, 0))
+    assert braking_only(LIMITS, motion, (0.0, 0.0), (3.0, -3.0)) == (3.0, -3.0)
 
 
 def test_a_torque_may_go_to_zero_at_once() -> None:

@@ -2,4 +2,7 @@
 
 EQUIVALENT: dict[str, str] = {
     "motion.py:36: 0.0 + 1": "the rate counts with the time that has passed, and here none has",
+    "Gt -> GtE in `torque > 0`": "a torque of zero is kept as it is, or replaced by zero",
+    "Lt -> LtE in `torque < 0`": "a torque of zero is kept as it is, or replaced by zero",
+    "Gt -> GtE in `torque * speed > 0`": "a torque without power at that speed is zero, and replaced by zero",
 }

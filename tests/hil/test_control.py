@@ -1,0 +1,129 @@
+"""Words to a virtual robot: they do what they say, over a connection beside the bus, and nonsense is refused."""
+
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fmus.errors import MisfitError
+from hil.codecs.barrett.identifiers import Group, answer_of
+from hil.codecs.barrett.positions import pack_positions
+from hil.codecs.barrett.safety_module import Level, Mode
+from hil.codecs.frame import Frame, Timed
+from hil.emulation.planar import Placement
+from hil.robots import proficio
+from hil.virtual.arm_plant import ArmPlant
+from hil.virtual.body import Body, parse_values
+from hil.virtual.control import LATE_NS, Control
+from hil.virtual.faults import Faults
+from hil.virtual.plant import FreeJoints
+from hil.virtual.remote import Remote
+from hil.virtual.robot import VirtualRobot
+from hil.virtual.socketcand import SocketcandServer
+
+ANSWER = Timed(1000, Frame(answer_of(2, Group.POSITIONS), pack_positions(77)))
+OTHER = Timed(1000, Frame(answer_of(2, Group.PROPERTIES), b"\x85\x00\x02\x00"))
+
+
+def control() -> Control:
+    return Control(VirtualRobot(FreeJoints(proficio.HOME["right"]), eager=True), Faults())
+
+
+@pytest.mark.parametrize(
+    ("words", "arrives"),
+    [
+        ("lose", []),
+        ("late", [Timed(1000 + LATE_NS, ANSWER.frame)]),
+        ("double", [ANSWER, ANSWER]),
+        ("corrupt", [Timed(1000, Frame(ANSWER.frame.identifier, bytes([0x10, 0, 77])))]),
+    ],
+)
+def test_position_answers_suffer_and_no_others(words: str, arrives: list[Timed]) -> None:
+    told = control()
+    assert told.follow([words], 0)
+    assert told.faults.to_host(ANSWER) == arrives
+    assert told.faults.to_host(OTHER) == [OTHER]
+
+
+def test_a_number_of_faults_ends_by_itself_and_heal_ends_all() -> None:
+    told = control()
+    assert told.follow(["lose", "2"], 0)
+    assert [told.faults.to_host(ANSWER) for _ in range(3)] == [[], [], [ANSWER]]
+    assert told.follow(["lose"], 0) and told.follow(["heal"], 0)
+    assert told.faults.to_host(ANSWER) == [ANSWER]
+
+
+def test_a_frozen_encoder_repeats_what_it_said_first() -> None:
+    told = control()
+    told.follow(["freeze"], 0)
+    told.faults.to_host(ANSWER)
+    moved = Timed(2000, Frame(ANSWER.frame.identifier, pack_positions(99)))
+    assert told.faults.to_host(moved) == [Timed(2000, ANSWER.frame)]
+
+
+def test_buttons_nodes_and_sensors_do_what_they_are_told() -> None:
+    told = control()
+    assert told.follow(["press", "estop"], 0)
+    assert told.robot.safety.mode is Mode.ESTOP
+    assert told.follow(["silence", "8"], 0)
+    assert not told.robot.sensor.powered
+    before = told.robot.sensor.zero.copy()
+    assert told.follow(["drift", "2.5"], 0)
+    assert told.robot.sensor.zero == pytest.approx(before + 2.5)
+    assert told.follow(["warn"], 0)
+    assert told.robot.safety.levels["voltage"] is Level.WARNING
+
+
+def test_a_caregiver_takes_hold_and_lets_go_where_there_is_one() -> None:
+    assert not control().follow(["hold"], 0)
+    plant = ArmPlant(proficio.HOME["right"], Placement())
+    told = Control(VirtualRobot(plant), Faults())
+    assert told.follow(["hold"], 0) and plant.caregiver.wants
+    assert told.follow(["relax"], 0) and not plant.caregiver.wants
+
+
+@given(st.lists(st.text(max_size=8), max_size=4))
+def test_nonsense_is_not_understood_and_breaks_nothing(words: list[str]) -> None:
+    told = control()
+    told.follow(words, 0)
+    assert np.isfinite(told.robot.plant.angles).all()
+
+
+@contextmanager
+def served() -> Iterator[SocketcandServer]:
+    server, done = SocketcandServer(VirtualRobot(FreeJoints(proficio.HOME["right"]))), threading.Event()
+    thread = threading.Thread(target=server.serve, args=(done.is_set,), daemon=True)
+    thread.start()
+    try:
+        yield server
+    finally:
+        done.set()
+        thread.join(timeout=5)
+
+
+def test_words_reach_a_robot_over_its_port() -> None:
+    with served() as server, Remote(server.port) as remote:
+        remote.tell("lose 3")
+        assert len(server.faults.towards_host) == 1
+        with pytest.raises(MisfitError, match="does not understand 'sing'"):
+            remote.tell("sing")
+        remote.tell("heal")
+        assert server.faults.towards_host == []
+
+
+def test_where_no_robot_listens_that_is_said() -> None:
+    with pytest.raises(MisfitError, match="no virtual robot at 127.0.0.1, port 1"):
+        Remote(1)
+
+
+def test_a_body_comes_back_from_its_json_and_values_are_read() -> None:
+    body = Body("arm", parse_values(("jointTorque1.b[2]=0.4", "Kp=1e3")), 0.5)
+    assert Body.from_json(body.to_json()) == body
+    assert body.values == {"jointTorque1.b[2]": 0.4, "Kp": 1000.0}
+    for wrong in ("b", "b=", "b=much"):
+        with pytest.raises(MisfitError, match="NAME=NUMBER was expected"):
+            parse_values((wrong,))
