@@ -7,6 +7,7 @@ import numpy as np
 
 from fmus.errors import MisfitError
 from fmus.units import conversion
+from orchestrator.measurements.bridges import bridged
 from orchestrator.measurements.cleaning import cleaned, pieces
 from orchestrator.measurements.colour import Noise
 from orchestrator.measurements.noise import NoiseLevel, measurement_noise
@@ -63,6 +64,8 @@ def read_channel(measurements: MeasurementSet, column: str, variable: "Variable"
     longest = max(map(len, parts))
     records = [part for part in parts if len(part) >= min(SHORTEST, longest)]
     noise = measurement_noise(column, variable.unit or unit, records, measurements.sensors, drives=drives)
+    if drives:
+        values = tuple(bridged(trial.time, each) for trial, each in zip(measurements.trials, values, strict=True))
     notes = (*notes, *_range_notes(values, column, variable), noise.note, *filter(None, [noise.warning]))
     return Channel(values, noise, notes)
 

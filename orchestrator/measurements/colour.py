@@ -18,6 +18,8 @@ HOLDS = 0.999
 # Bands left out where the motion begins; and the corner of slow noise, at least this share of the lowest frequency.
 MARGIN = 2
 LOWEST_CORNER = 0.5
+# Relative error of the power that is stated.
+STATED_ERROR = 0.2
 # A slow part must improve the misfit by as much as one in ten thousand white records would show by two parameters.
 SHOWN = 18.0
 # Ratio of the median to the mean of an exponential distribution, which the power in a bin has.
@@ -28,12 +30,15 @@ _MEDIAN_OF_POWER = float(np.log(2.0))
 class Noise:
     """Noise of a sampled signal: standard deviations of a white part and of a slow one, in the signal's unit.
 
-    The slow part is autoregressive of first order: each sample keeps `memory` of the one before.
+    The slow part is autoregressive of first order: each sample keeps `memory` of the one before. Of the white part, `moved`
+    comes on average from sampling instants that scatter by `jitter` samples: more while the signal moves, nothing at rest.
     """
 
     white: float
     slow: float = 0.0
     memory: float = 0.0
+    jitter: float = 0.0
+    moved: float = 0.0
 
     @property
     def std(self) -> float:
@@ -46,10 +51,26 @@ class Noise:
         share = 2 / np.pi * np.arctan((1 - self.memory) / (1 + self.memory))  # of the slow part's power
         return float(np.hypot(self.white, self.slow * np.sqrt(2 * share)))
 
+    @property
+    def steady(self) -> "Noise":
+        """The noise of the same signal at rest."""
+        return Noise(float(np.sqrt(max(self.white**2 - self.moved**2, 0.0))), self.slow, self.memory)
+
+    def with_jitter(self, jitter: float, moved: float) -> "Noise":
+        """The same and what a clock adds that jitters."""
+        return replace(self, white=float(np.hypot(self.white, moved)), jitter=jitter, moved=moved)
+
+    def density(self, frequency: Array) -> Array:
+        """Power at frequencies in cycles a sample, scaled so that white noise has its variance at each."""
+        turn = np.cos(2 * np.pi * np.asarray(frequency))
+        return np.asarray(
+            self.white**2 + self.slow**2 * (1 - self.memory**2) / (1 + self.memory**2 - 2 * self.memory * turn)
+        )
+
     def scaled(self, std: float) -> "Noise":
         """Noise of the same colour with another standard deviation."""
         factor = std / self.std if self.std > 0 else 0.0
-        return replace(self, white=factor * self.white, slow=factor * self.slow) if factor else Noise(std)
+        return replace(self.steady, white=factor * self.white, slow=factor * self.slow) if factor else Noise(std)
 
     def draw(self, shape: tuple[int, ...], random: np.random.Generator) -> Array:
         """Noise along the first axis, independent along the others."""
@@ -72,7 +93,7 @@ class Noise:
         return matrix
 
 
-def noise_of_records(records: Sequence[Array]) -> Noise | None:
+def noise_of_records(records: Sequence[Array], stated: float | None = None, shown: float = SHOWN) -> Noise | None:
     """Estimate noise from the band of frequencies above the motion, extrapolated to the frequencies of the motion.
 
     The power spectrum of the records (Welch's method on second differences with Hann windows; the median over windows,
@@ -81,6 +102,9 @@ def noise_of_records(records: Sequence[Array]) -> Noise | None:
 
     Args:
         records: the same signal in several trials, or in their pieces between gaps, evenly sampled.
+        stated: what is said of the standard deviation, which counts as one more band: what does not show at high
+            frequencies must then be slow.
+        shown: by how much a slow part must improve the misfit to count.
 
     Returns:
         None if the records are too short, or no frequency is free of motion.
@@ -91,7 +115,7 @@ def noise_of_records(records: Sequence[Array]) -> Noise | None:
     frequency, power, error = spectrum
     top, lowest = int(np.searchsorted(frequency, 0.25)), -1
     for first in range(top, -1, -1):
-        if _fitted(frequency[first:], power[first:], error[first:]) is None:
+        if _fitted(frequency[first:], power[first:], error[first:], stated, shown) is None:
             break
         lowest = first
     if lowest < 0:
@@ -99,7 +123,8 @@ def noise_of_records(records: Sequence[Array]) -> Noise | None:
     # A band that only just agrees may hold some motion already.
     lowest = min(lowest + MARGIN, top) if lowest > 0 else 0
     seen = frequency[lowest:], power[lowest:], error[lowest:]
-    return _fitted(*seen, LOWEST_CORNER) or _fitted(*seen)
+    # A statement says how much goes on below all bands.
+    return (_fitted(*seen, None, shown, LOWEST_CORNER) if stated is None else None) or _fitted(*seen, stated, shown)
 
 
 def _spectrum(records: Sequence[Array]) -> tuple[Array, Array, Array] | None:
@@ -130,23 +155,28 @@ def _spectrum(records: Sequence[Array]) -> tuple[Array, Array, Array] | None:
     return None if not np.all(level > 0) else (centre, level, np.hypot(error, MODEL_ERROR))
 
 
-def _fitted(frequency: Array, power: Array, error: Array, lowest_corner: float = 0.0) -> Noise | None:
-    """Noise whose spectrum agrees with the given one; None if there is none.
+def _fitted(
+    frequency: Array, power: Array, error: Array, stated: float | None, shown: float, lowest_corner: float = 0.0
+) -> Noise | None:
+    """Noise whose spectrum agrees with the given one, and with what is stated; None if there is none.
 
     Slow noise has its corner above `lowest_corner` times the lowest frequency.
     """
-    weight = 1 / (power * error)
+    # A band in which any noise has the power of all of it, whatever its colour.
+    in_all = np.zeros(0) if stated is None else np.ones(1)
+    power = np.r_[power, in_all * (stated or 0.0) ** 2]
+    weight = 1 / (power * np.r_[error, in_all * STATED_ERROR])
     flat = np.sum(weight**2 * power) / np.sum(weight**2)
     white = float(np.sum((weight * (power - flat)) ** 2))
     best, chosen = white, Noise(float(np.sqrt(flat)))
     for memory in MEMORIES:
         if 1 - memory < lowest_corner * 2 * np.pi * frequency[0]:
             break  # what goes on below all bands is not seen
-        shape = (1 - memory**2) / (1 + memory**2 - 2 * memory * np.cos(2 * np.pi * frequency))
+        shape = np.r_[(1 - memory**2) / (1 + memory**2 - 2 * memory * np.cos(2 * np.pi * frequency)), in_all]
         parts, left = optimize.nnls(np.column_stack([weight, weight * shape]), weight * power)
         if left**2 < best:
             best, chosen = float(left**2), Noise(float(parts[0] ** 0.5), float(parts[1] ** 0.5), float(memory))
     most = float(stats.chi2.ppf(HOLDS, max(len(power) - 2, 1)))
-    if white < min(most, best + SHOWN):
+    if white < min(most, best + shown):
         return Noise(float(np.sqrt(flat)))
     return chosen if best < most else None

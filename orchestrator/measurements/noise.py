@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from orchestrator.measurements.colour import Noise, noise_of_records
+from orchestrator.measurements.colour import MEMORIES, Noise, noise_of_records
+from orchestrator.measurements.jitter import ORDER, Clock, clock_jitter
 from orchestrator.measurements.sensors import declared
 from orchestrator.measurements.trial import Array
 from orchestrator.measurements.wording import shown
@@ -28,6 +29,8 @@ IMPACTS = 1.5
 SIZES = (2, 4, 8)
 # More noise than declared by this factor is no accident of the record.
 CONTRADICTED = 1.25
+# Neighbouring samples of white noise show at least this share of it, if what is stated of it is about right.
+WHITE = 0.9
 # Noise taken for a column that never changes, as a share of its value.
 _CONSTANT_SHARE = 1e-3
 
@@ -135,6 +138,11 @@ def measurement_noise(
     stated = declared_noise(sensors, unit, column) or None
     record = recorded_noise(records)
     shown_std = record.std or None
+    clock = clock_jitter(records)
+    if stated is not None and clock is not None:
+        at_rest = float(np.sqrt(max(record.fast**2 - clock.moved**2, 0.0)))
+        if at_rest <= CONTRADICTED * stated or clock.moved > at_rest:
+            return _jittering(column, unit, stated, record, records, clock)
     if stated is not None and record.fast > CONTRADICTED * stated:
         warning = (
             f"warning: noise of {shown(column)} is {record.std:.3g} {unit or '(unit unknown)'} as the record shows it above a"
@@ -145,7 +153,7 @@ def measurement_noise(
                 record, _note(column, record.std, unit, "estimated from the record"), stated, record.std, warning
             )
     elif stated is not None:
-        noise = record.scaled(stated) if shown_std else Noise(stated)
+        noise = _coloured(records, record, stated)
         return NoiseLevel(noise, _note(column, stated, unit, "declared in [sensors]"), stated, shown_std)
     if shown_std is not None:
         return NoiseLevel(record, _note(column, record.std, unit, "estimated from the record"), stated, shown_std)
@@ -155,6 +163,51 @@ def measurement_noise(
     std = _CONSTANT_SHARE * (max(float(np.max(np.abs(v))) for v in records) or 1.0)
     reason = f"assumed, because the column {how}; declare it in [sensors]"
     return NoiseLevel(Noise(std), _note(column, std, unit, reason))
+
+
+def _coloured(records: Sequence[Array], record: Noise, stated: float) -> Noise:
+    """Noise of the stated size with the colour that the records show together with that statement, or by themselves."""
+    if not record.std:
+        return Noise(stated)
+    found = noise_of_records(records, stated)
+    if found is not None and not _is_too_slow(found, records):
+        return found.scaled(stated)
+    level = float(np.median([level for level in map(estimated_noise, records) if level > 0.0]))
+    return _slower(stated, level, _ORDER) or record.scaled(stated)
+
+
+def _slower(stated: float, level: float, order: int) -> Noise | None:
+    """Autoregressive noise of the stated size whose differences of an order scatter like those of white noise of a `level`.
+
+    None if the two are alike: what neighbouring samples do not show of the stated noise, slower differences do.
+    """
+    if level >= WHITE * stated:
+        return None
+    weights = np.array([(-1) ** k * math.comb(order, k) for k in range(order + 1)])
+    lags = np.abs(np.subtract.outer(range(order + 1), range(order + 1)))
+    shares = np.sqrt([weights @ memory**lags @ weights / math.comb(2 * order, order) for memory in MEMORIES])
+    return Noise(0.0, stated, float(MEMORIES[np.argmin(np.abs(shares - level / stated))]))
+
+
+def _jittering(
+    column: str, unit: str, stated: float, record: Noise, records: Sequence[Array], clock: Clock
+) -> NoiseLevel:
+    """The noise of a signal that is sampled by a clock that jitters."""
+    jitter, moved = clock.jitter, clock.moved
+    # What the clock adds is white and hides most of the rest, whose colour is the likeliest one.
+    total = noise_of_records(records, float(np.hypot(stated, moved)), shown=0.0)
+    steady = _slower(stated, clock.fast, ORDER) or Noise(stated)
+    if total is not None and total.slow > 0.0 and not _is_too_slow(total, records):
+        left = float(np.sqrt(max(total.white**2 - moved**2, 0.0)))
+        steady = Noise(left, total.slow, total.memory).scaled(stated)
+    noise = steady.with_jitter(jitter, moved)
+    warning = (
+        f"warning: the clock of {shown(column)} jitters by {jitter:.2g} of a sample, as its noise shows, which grows with"
+        f" speed; that adds {moved:.3g} {unit or '(unit unknown)'} to the {stated:.3g} declared in [sensors]"
+    )
+    return NoiseLevel(
+        noise, _note(column, noise.std, unit, "declared, and a clock that jitters"), stated, record.std, warning
+    )
 
 
 def _is_too_slow(noise: Noise, records: Sequence[Array]) -> bool:

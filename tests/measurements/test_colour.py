@@ -62,3 +62,20 @@ def test_a_short_record_has_no_spectrum() -> None:
 
 def test_scaled_noise_keeps_its_colour() -> None:
     assert Noise(3.0, 4.0, 0.5).scaled(10.0) == Noise(6.0, 8.0, 0.5)
+
+
+@pytest.mark.parametrize("noise", [Noise(1.0), Noise(0.0, 1.0, 0.9)])
+def test_a_stated_size_tells_how_much_goes_on_beneath_the_motion(noise: Noise) -> None:
+    """Corners of plateaus hide all but the highest frequencies, where slow noise shows a fifteenth of its power."""
+    random = np.random.default_rng(8)
+    records = []
+    for _ in range(TRIALS):
+        plateaus = np.cumsum(random.normal(0, 40, COUNT) * (random.random(COUNT) < 0.02))
+        smooth = np.convolve(plateaus, np.hanning(15) / np.hanning(15).sum(), "same")
+        records.append(smooth + noise.draw((COUNT,), random))
+
+    found = noise_of_records(records, stated=1.0)
+
+    assert found is not None
+    density = [float(np.sum(each.covariance(400, 1)[200])) for each in (found, noise)]
+    assert density[0] == pytest.approx(density[1], rel=0.6)
