@@ -19,6 +19,7 @@ from orchestrator.diagnosis.evidence import LearningData, Refit, fit_nominal, sm
 from orchestrator.diagnosis.left_open import with_open_questions
 from orchestrator.diagnosis.noise_model import metrics_of
 from orchestrator.diagnosis.nuisances import Nuisances, nuisances
+from orchestrator.diagnosis.outliers import without_outliers
 from orchestrator.diagnosis.referee import Referee, version_name
 from orchestrator.diagnosis.response import Response
 from orchestrator.diagnosis.result import Diagnosis, Estimate, NamedEffect
@@ -29,6 +30,7 @@ from orchestrator.diagnosis.work import Work
 from orchestrator.measurements import BoundSet, BoundTrial, MeasurementSet, bind
 from orchestrator.models.estimation import Z90
 from orchestrator.models.patch import free_slots
+from orchestrator.models.smoothing import SmoothedTrial
 from orchestrator.models.symbolic import SymbolicModel
 
 __all__ = ["diagnose", "named_effects", "version_name"]
@@ -100,6 +102,7 @@ def diagnose(
         note = f"fitted within stated tolerances, and so in a patched model: {', '.join(map(str, adjusted))}"
         found = replace(found, warnings=(*found.warnings, note))
     of_data = [note.removeprefix("warning: ") for note in data.notes if note.startswith("warning: ")]
+    of_data += _on_outliers(data, (*searcher.learning.trials, *held_out.trials))
     found = replace(found, warnings=(*found.warnings, *of_data))
     found = replace(found, adjusted=adjusted, clock_shift_s=fitted.fit.shift)
     where, findings = where_forces_lack(plain, searcher.learning)
@@ -134,10 +137,25 @@ def _in_metric(
     outputs, inputs = ([data.noise_of(name) for name in names] for names in (data.output_names, data.input_names))
     fast = np.array([each.std for each in inputs])
     shown = tuple(replace(trial, input_noise=fast) for trial in smoothed(trials, noise))
-    first = LearningData(shown, noise, nuisances=Nuisances(shift_std=extra.shift_std))
-    base = fit_nominal(EffectSet(source, (), data.output_names), plain, first)
-    metrics = metrics_of(Response(base, [t.smoother for t in shown]), outputs, inputs)
-    return LearningData(shown, np.array([floor[name] for name in data.output_names]), tuple(metrics), extra)
+    of_floor = np.array([floor[name] for name in data.output_names])
+    found = LearningData(shown, noise, nuisances=Nuisances(shift_std=extra.shift_std))
+    # Precise sensors see how a machine carries noise at its own parameters rather than at the nominal ones.
+    for _ in range(2 if extra.names and fast.any() else 1):
+        base = fit_nominal(EffectSet(source, (), data.output_names), plain, found)
+        response = Response(base, [t.smoother for t in shown])
+        metrics = metrics_of(response, outputs, inputs)
+        found = LearningData(shown, of_floor, tuple(metrics), extra)
+    errors = [y - t.measured for y, t in zip(response.outputs, shown, strict=True)]
+    clean = tuple(map(without_outliers, shown, errors, metrics))
+    return replace(found, trials=clean)
+
+
+def _on_outliers(data: BoundSet, trials: Sequence[SmoothedTrial]) -> list[str]:
+    """What was replaced beside the samples that a look at the record shows to be wrong."""
+    recorded = (*data.learning, *data.held_out)
+    pairs = zip(recorded, trials, strict=True)
+    count = sum(int(np.count_nonzero(raw.outputs != clean.measured)) for raw, clean in pairs)
+    return [f"{count} further samples stand out of the errors around them and do not count"] if count else []
 
 
 def named_effects(found: Refit) -> tuple[NamedEffect, ...]:

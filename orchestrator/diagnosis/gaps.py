@@ -6,10 +6,11 @@ GAP = 1.5
 
 
 def unknown_in_gaps(time: np.ndarray, series: np.ndarray) -> np.ndarray:
-    """Histories (n, k) of an input, one for each gap of its record, of the size that its mean over a gap may be off by.
+    """Histories (n, k) of an input, four for each gap of its record, of the size that its mean over a gap may be off by.
 
-    A straight line bridges a gap. By how much its mean errs is seen where nothing is missing: the root mean square over
-    all other stretches of as many samples. Each history changes the two samples around its gap.
+    By how much the mean of a straight line over a gap errs is seen where nothing is missing: the root mean square over all
+    other stretches of as many samples. Each history changes one of the four samples around its gap: together they stand for
+    whatever a machine may have kept of what was done to it meanwhile, its speed and the phases of what swings in it.
 
     Args:
         time: (n,) s, even but for the gaps.
@@ -27,9 +28,10 @@ def unknown_in_gaps(time: np.ndarray, series: np.ndarray) -> np.ndarray:
         first = np.flatnonzero(whole)
         means = (sums[first + missing] - sums[first]) / missing
         off = means - 0.5 * (series[first] + series[first + missing])
-        column = np.zeros(len(time))
-        column[place : place + 2] = float(np.sqrt(np.mean(off**2)))
-        columns.append(column)
+        size = float(np.sqrt(np.mean(off**2)))
+        columns += [
+            size * (np.arange(len(time)) == near) for near in range(place - 1, place + 3) if 0 <= near < len(time)
+        ]
     return np.column_stack(columns) if columns else np.zeros((len(time), 0))
 
 

@@ -8,8 +8,19 @@ from scipy import linalg
 
 # Means over samples leave this many of a trial at most; the covariance of their noise is a full matrix.
 MOST_BLOCKS = 600
-# Noise of a measured input is spread over this many hat functions of time in a trial.
-HATS = 200
+# Noise of a measured input is spread over this many waves in a trial.
+WAVES = 200
+# The power of an input's noise is at most so many standard deviations above what is expected of it.
+MOST_LIKELY = 3.0
+
+
+@dataclass(frozen=True)
+class NoisyInput:
+    """Noise of one input: `shapes` (n, k) times independent numbers of unit variance, which show as `seen` (m, k)."""
+
+    column: int
+    shapes: np.ndarray
+    seen: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -17,11 +28,12 @@ class Metric:
     """Linear map of one trial: means over `stride` samples, then whitened; in it the noise is white with unit variance.
 
     `whitener` is a lower triangular matrix over all samples and signals (sample by sample), or the scales (ny,) of
-    noise that is white already.
+    noise that is white already. `noisy_inputs` are those of which part of the noise is carried to the outputs.
     """
 
     stride: int
     whitener: np.ndarray
+    noisy_inputs: tuple[NoisyInput, ...] = ()
 
     def __call__(self, series: np.ndarray) -> np.ndarray:
         """Map (n, ny) or (n, ny, k) to (m,) or (m, k)."""
@@ -34,6 +46,22 @@ class Metric:
             return np.asarray(self.whitener @ flat)
         # Half the work of a full product; without a copy if the whitener is stored column by column.
         return np.ascontiguousarray(linalg.blas.dtrmm(1.0, self.whitener, flat, lower=1))
+
+    def input_noise(self, error: np.ndarray, inputs: int) -> np.ndarray:
+        """The likeliest noise (n, inputs) of the inputs, given the errors (m,) of a run driven by what was recorded of them.
+
+        What is left of the noise once this is taken away is independent of these errors, as for all Gaussian variables.
+        Errors that are larger than noise would make them give no more noise than is likely.
+        """
+        if not self.noisy_inputs:
+            return np.zeros((1, inputs))
+        amounts = [each.seen.T @ error for each in self.noisy_inputs]
+        count, power = sum(map(len, amounts)), sum(float(a @ a) for a in amounts)
+        shrunk = min(1.0, np.sqrt((count + MOST_LIKELY * np.sqrt(2 * count)) / max(power, 1e-300)))
+        found = np.zeros((len(self.noisy_inputs[0].shapes), inputs))
+        for each, amount in zip(self.noisy_inputs, amounts, strict=True):
+            found[:, each.column] += shrunk * (each.shapes @ amount)
+        return found
 
 
 def thin(series: np.ndarray, stride: int) -> np.ndarray:
@@ -52,30 +80,37 @@ def white_metric(std: np.ndarray, stride: int) -> Metric:
     return Metric(stride, np.sqrt(stride) / std)
 
 
-def coloured_metric(own: Sequence[np.ndarray], stride: int, carried: np.ndarray) -> Metric:
+def coloured_metric(
+    own: Sequence[np.ndarray], stride: int, carried: np.ndarray, early: np.ndarray | None = None
+) -> Metric:
     """The metric of each sensor's own noise and of independent contributions `carried` (n, ny, k) of unit variance.
 
-    `own` holds, for each of the ny signals, the covariance (m, m) of the means of its noise.
+    `own` holds, for each of the ny signals, the covariance (m, m) of the means of its noise. `early` (n, ny) is by how much
+    the signals of each sample are off together, times an independent number of unit variance.
     """
     thinned = thin(carried, stride)
     wide = thinned.reshape(thinned.shape[0] * thinned.shape[1], thinned.shape[2])
     covariance = wide @ wide.T
     for i, each in enumerate(own):
         covariance[i :: len(own), i :: len(own)] += each
+    if early is not None and early.any():
+        together = thin(early[:, :, None] * early[:, None, :], stride) / stride
+        for i in range(len(own)):
+            for j in range(len(own)):
+                covariance[i :: len(own), j :: len(own)] += np.diag(together[:, i, j])
     lower = linalg.cholesky(covariance, lower=True)
     return Metric(stride, np.asfortranarray(linalg.solve_triangular(lower, np.eye(len(lower)), lower=True)))
 
 
-def hats(time: np.ndarray, count: int = HATS) -> np.ndarray:
-    """Hat functions (n, k) over the samples, k <= `count`, scaled to pass white noise of unit variance on.
+def waves(samples: int, count: int = WAVES) -> np.ndarray:
+    """Cosines (n, k) over the samples of a record, k <= `count`, orthonormal: those of the discrete cosine transform.
 
-    Noise w of unit variance in each sample acts on a slow system as sum_j h_j v_j with independent v_j of unit variance:
-    the hats add up to 1, and each stands for the mean of the samples beneath it.
+    Wave k has k half periods in the record. White noise has independent amounts of unit variance of each; so, nearly, has
+    coloured noise, each with the power of its spectrum there.
     """
-    knots = np.linspace(time[0], time[-1], min(count, len(time)))
-    place = (time - knots[0]) / (knots[1] - knots[0])
-    shape = np.clip(1 - np.abs(place[:, None] - np.arange(len(knots))[None, :]), 0, None)
-    return shape / np.sqrt(shape.sum(axis=0))
+    k = np.arange(min(count, samples))
+    shape = np.cos(np.pi * (np.arange(samples)[:, None] + 0.5) * k[None, :] / samples)
+    return np.asarray(shape * np.where(k == 0, 1.0, 2.0) ** 0.5 / samples**0.5)
 
 
 def concatenate(metrics: Sequence[Metric], per_trial: Sequence[np.ndarray]) -> np.ndarray:

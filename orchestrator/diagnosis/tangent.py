@@ -14,7 +14,7 @@ from orchestrator.diagnosis.candidates import Candidate, EffectSet, can_join
 from orchestrator.diagnosis.evidence import LearningData, Refit
 from orchestrator.diagnosis.metric import concatenate
 from orchestrator.diagnosis.response import Response
-from orchestrator.models.estimation import STEEPEST, linearise
+from orchestrator.models.estimation import STEEPEST, Record, linearise
 from orchestrator.models.smoothing import SmoothedTrial
 from orchestrator.models.symbolic import Motion, SymbolicModel
 
@@ -41,7 +41,7 @@ class Block:
 
     `sizes` (k,) are the typical sizes of the columns' parameters (their first guesses less their absence); a column
     times its size is what the effect does when it is of typical size. `names` are the parameters of the columns, `powers`
-    (k,) the sums of squares of what they do beyond start values and clocks, were the model's parameters known exactly.
+    (k,) the sums of squares of what they do beyond start values, were clocks and the model's parameters known exactly.
     `point` are the values of the candidate's parameters at which the block is taken.
     """
 
@@ -71,21 +71,10 @@ class Tangent:
 
     def __init__(self, base: Refit, nominal: SymbolicModel, learning: LearningData) -> None:
         self.base, self.nominal, self.learning = base, nominal, learning
-        # The error comes from the noise of the inputs, too: columns along the noisy inputs would go with it by chance.
-        records = tuple(replace(r, inputs=t.quiet_inputs) for r, t in zip(base.records, learning.trials, strict=True))
+        residual, _ = self._linearised(base.records)
+        records = self._quiet_records(residual)
         self.response = Response(replace(base, records=records), [t.smoother for t in learning.trials])
-        (residual, _), (_, jacobian) = (
-            linearise(
-                base.model.compiled,
-                each,
-                np.ones(len(base.model.signals)),
-                base.fit,
-                substeps=base.substeps,
-                prior=learning.nuisances.prior(base.size),
-                reduce=learning.metrics,
-            )
-            for each in (base.records, records)
-        )
+        _, jacobian = self._linearised(records)
         self.data_rows = base.fit.rows
         between = self._between_samples()
         jacobian = block_diag(jacobian, np.eye(between.shape[1]) / BETWEEN_STD)
@@ -93,9 +82,36 @@ class Tangent:
         residual = np.r_[residual, np.zeros(between.shape[1])]
         self.prior_rows = len(residual) - self.data_rows
         self.basis = orthonormal(jacobian, 1e-9)
-        tolerances = range(base.size, base.size + len(learning.nuisances.names))
-        self._exact = orthonormal(np.delete(jacobian, tolerances, axis=1), 1e-9) if tolerances else self.basis
+        starts = jacobian.shape[1] - between.shape[1] - sum(map(len, base.fit.starts))
+        given = [*range(base.size, starts), *range(jacobian.shape[1] - between.shape[1], jacobian.shape[1])]
+        self._exact = orthonormal(np.delete(jacobian, given, axis=1), 1e-9) if given else self.basis
         self.error = self.project(-residual)
+
+    def _linearised(self, records: Sequence[Record]) -> tuple[np.ndarray, np.ndarray]:
+        """Residuals (m,) and their slopes in all that was fitted, along records."""
+        return linearise(
+            self.base.model.compiled,
+            records,
+            np.ones(len(self.base.model.signals)),
+            self.base.fit,
+            substeps=self.base.substeps,
+            prior=self.learning.nuisances.prior(self.base.size),
+            reduce=self.learning.metrics,
+        )
+
+    def _quiet_records(self, residual: np.ndarray) -> tuple[Record, ...]:
+        """Records without the noise of the inputs, as far as it shows.
+
+        The error (m,) comes from that noise, too: columns along the recorded inputs would go with it by chance, most of all
+        those of effects that act where an input is highest.
+        """
+        found, at = [], 0
+        for record, trial, metric in zip(self.base.records, self.learning.trials, self.learning.metrics, strict=True):
+            rows = len(record.time) // metric.stride * len(self.base.model.signals)
+            noise = metric.input_noise(residual[at : at + rows], record.inputs.shape[1])
+            found.append(replace(record, inputs=replace(trial, inputs=trial.inputs - noise).quiet_inputs))
+            at += rows
+        return tuple(found)
 
     def project(self, columns: np.ndarray) -> np.ndarray:
         """Take away what nuisances explain; rows as in `error`."""
@@ -113,7 +129,7 @@ class Tangent:
         if not (measured and response.is_formula):
             return np.zeros((self.data_rows, 0))
         inputs = [
-            [response.to_input(k, i, _second_difference(t.quiet_inputs[:, [i]])) for k, t in enumerate(trials)]
+            [response.to_input(k, i, _second_difference(r.inputs[:, [i]])) for k, r in enumerate(response.base.records)]
             for i in measured
         ]
         own = np.eye(len(self.base.model.signals))
