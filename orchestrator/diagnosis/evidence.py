@@ -222,11 +222,12 @@ def _fit(
 ) -> Refit:
     prior = learning.nuisances.prior(len(guess) - len(learning.nuisances.names))
     found: Refit | None = None
+    finer = 0
     for _ in range(2):
         # Start values are bounded by what the encoders show, and what they show depends on a sensor error's size.
         parameters = model.compiled.with_values(guess)
         records = tuple(model.record(trial, parameters) for trial in learning.trials)
-        steps = _steps(model, _begun(records, earlier), parameters, learning)
+        steps = max(_steps(model, _begun(records, earlier), parameters, learning), finer)
         again = fit(
             model.compiled,
             records,
@@ -245,7 +246,8 @@ def _fit(
             found = Refit(effects, model, records, again, steps)
         guess, earlier = again.values, again
         moved = model.reads_through_parameters and _pressed(again.starts, records)
-        if not (moved or (tolerance <= TOLERANCE and _steps_were_long(found, learning, prior))):
+        finer = _finer_steps(found, learning, prior) if tolerance <= TOLERANCE else 0
+        if not (moved or finer):
             break
     assert found is not None
     return found
@@ -263,13 +265,16 @@ def _steps(model: SymbolicModel, records: Sequence[Record], parameters: np.ndarr
     return max(model.substeps(record, parameters, learning.trials[0].noise) for record in records)
 
 
-def _steps_were_long(found: Refit, learning: LearningData, prior: Prior) -> bool:
-    """Whether steps that were short enough for a poor first guess are too long for the fit that came of it."""
+def _finer_steps(found: Refit, learning: LearningData, prior: Prior) -> int:
+    """Steps for a fit for which those that were short enough for its first guess are too long; 0 if they are not.
+
+    What a step errs by may be small beside the noise of a sample and yet the same in thousands of them: the misfit decides.
+    """
     model, parameters = found.model, found.model.compiled.with_values(found.fit.values)
-    needed = _steps(model, _begun(found.records, found.fit), parameters, learning)
+    needed = max(_steps(model, _begun(found.records, found.fit), parameters, learning), 2 * found.substeps)
     # A state so fast that it needs more is at rest within a step; how fast it is no longer shows.
-    if not found.substeps < needed <= MOST_FINER * found.substeps:
-        return False
+    if needed > MOST_FINER * found.substeps:
+        return 0
     errors, _ = linearise(
         model.compiled,
         found.records,
@@ -280,7 +285,7 @@ def _steps_were_long(found: Refit, learning: LearningData, prior: Prior) -> bool
         reduce=learning.metrics,
     )
     change = abs(float(errors @ errors) - found.fit.misfit)
-    return change > max(1.0, NOTICED * found.fit.misfit)
+    return needed if change > max(1.0, NOTICED * found.fit.misfit) else 0
 
 
 def _pressed(starts: Sequence[np.ndarray], records: Sequence[Record]) -> bool:
