@@ -9,6 +9,10 @@ from orchestrator.diagnosis.candidates import Candidate
 from orchestrator.diagnosis.evidence import Refit
 from orchestrator.diagnosis.tangent import Block, orthonormal
 
+# A peak that explains this share of what the highest explains is worth a start; so many of them are tried.
+WORTH_A_START = 0.3
+MOST_ELSEWHERE = 3
+
 
 def first_values(stage: Stage, chosen: Sequence[Candidate], nearer: Sequence[Refit] = ()) -> list[np.ndarray]:
     """Rows of parameters (k,) for a set that contains the tested one: new effects by least squares, and just visible.
@@ -36,6 +40,40 @@ def first_values(stage: Stage, chosen: Sequence[Candidate], nearer: Sequence[Ref
     return [np.concatenate([start[c.label] for c in chosen]) for start in starts]
 
 
+def elsewhere(stage: Stage, found: Refit) -> list[np.ndarray]:
+    """Rows of parameters (k,) of a fitted set in which a new effect starts at another point of its grid.
+
+    A frequency or a number of periods has many values that explain part of an error, and a fit ends at the nearest. Each peak
+    of what the points explain to first order is a start, but for the one that the fit is at.
+    """
+    rows, owners = [], np.array(found.effects.owners())
+    for k, candidate in enumerate(found.effects.candidates):
+        blocks = [block for block in stage.blocks if block.candidate.label == candidate.label]
+        if candidate.label in stage.tangent.base.labels or len(blocks) < 2:
+            continue
+        own = found.values[owners == k]
+        peaks = _peaks([_gain(block, stage.tangent.error) for block in blocks])
+        span = np.ptp([block.point for block in blocks], axis=0)
+        scale = np.where(span > 0, span, np.inf)
+        peaks.remove(min(peaks, key=lambda i: float(np.max(np.abs(blocks[i].point - own) / scale))))
+        for i in peaks[:MOST_ELSEWHERE]:
+            row = found.values.copy()
+            row[owners == k] = _sizes([blocks[i]], stage.tangent.error)[candidate.label]
+            rows.append(row)
+    return rows
+
+
+def _peaks(gains: Sequence[float]) -> list[int]:
+    """Places of gains that no neighbour exceeds and that are worth a start, the highest first.
+
+    >>> _peaks([1.0, 3.0, 2.0, 2.5, 0.1, 0.2])
+    [1, 3]
+    """
+    padded = [-np.inf, *gains, -np.inf]
+    tops = [i for i, gain in enumerate(gains) if gain >= max(padded[i], padded[i + 2])]
+    return sorted((i for i in tops if gains[i] >= WORTH_A_START * max(gains)), key=lambda i: -gains[i])
+
+
 def _values_of(found: Refit) -> dict[str, np.ndarray]:
     owners = np.array(found.effects.owners())
     return {c.label: found.values[owners == k] for k, c in enumerate(found.effects.candidates)}
@@ -44,8 +82,11 @@ def _values_of(found: Refit) -> dict[str, np.ndarray]:
 def _best_block(stage: Stage, label: str) -> Block | None:
     """The block of a candidate that explains the most alone."""
     found = [block for block in stage.blocks if block.candidate.label == label]
-    gains = [float(np.sum((orthonormal(block.columns, 1e-3).T @ stage.tangent.error) ** 2)) for block in found]
-    return found[int(np.argmax(gains))] if found else None
+    return max(found, key=lambda block: _gain(block, stage.tangent.error), default=None)
+
+
+def _gain(block: Block, error: np.ndarray) -> float:
+    return float(np.sum((orthonormal(block.columns, 1e-3).T @ error) ** 2))
 
 
 def _sizes(blocks: Sequence[Block], error: np.ndarray) -> dict[str, np.ndarray]:

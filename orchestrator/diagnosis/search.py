@@ -9,11 +9,11 @@ import numpy as np
 
 from fmus.catalogue import ModelicaModel
 from fmus.errors import ComponentError, MisfitError
-from orchestrator.diagnosis.calibration import SIGNIFICANT, Stage
+from orchestrator.diagnosis.calibration import NEAR_FLOOR, SIGNIFICANT, Stage
 from orchestrator.diagnosis.candidates import Candidate, EffectSet, as_fmu, can_join
 from orchestrator.diagnosis.confusion import DECISIVE, half_bic
 from orchestrator.diagnosis.evidence import TOLERANCE, LearningData, Refit, fit_nominal
-from orchestrator.diagnosis.first_values import first_values
+from orchestrator.diagnosis.first_values import elsewhere, first_values
 from orchestrator.diagnosis.kinship import kin
 from orchestrator.diagnosis.placed import placed
 from orchestrator.diagnosis.response import Response
@@ -95,14 +95,18 @@ class Searcher:
         return self._nested(base)
 
     def try_kin(self, best: Refit) -> None:
-        """Refit what acts like an effect of a set and was not tried in its place, so that the odds are those of fits."""
+        """Refit what acts like an effect of a set and was not tried in its place, so that the odds are those of fits.
+
+        So is a simpler effect that its card calls confusable, of which it may be no more than a special case.
+        """
         tried = {r.labels for r in self.trace.refitted}
-        for entry in kin(best, self.trace.stages):
-            others = [c for c in best.effects.candidates if c.label != entry.effect.label]
-            twin = can_join(others, entry.other, self.slots)
-            if entry.odds > DECISIVE or twin is None or frozenset(c.label for c in (*others, twin)) in tried:
+        alike = [(entry.effect, entry.other) for entry in kin(best, self.trace.stages) if entry.odds <= DECISIVE]
+        for effect, other in dict.fromkeys([*alike, *self._simpler(best)]):
+            others = [c for c in best.effects.candidates if c.label != effect.label]
+            twin = can_join(others, other, self.slots)
+            if twin is None or frozenset(c.label for c in (*others, twin)) in tried:
                 continue
-            self.progress(f"refitting {twin.label} in place of {entry.effect.label}")
+            self.progress(f"refitting {twin.label} in place of {effect.label}")
             chosen = (*others, twin)
             values = [best.values[np.array(best.effects.owners()) == best.effects.candidates.index(c)] for c in others]
             guess = EffectSet(self.base, [twin], self.nominal.signals).first_guess()
@@ -110,6 +114,17 @@ class Searcher:
             first = np.array([np.concatenate([*values, guess]), *first_values(stage, chosen)])
             found = self._attempted(chosen, first, best.fit.values[best.size :])
             self.trace.refitted += [] if found is None else [found]
+
+    def _simpler(self, best: Refit) -> list[tuple[Candidate, Candidate]]:
+        """Effects of a set, each with an effect of fewer parameters at the same site that its card calls confusable."""
+        return [
+            (effect, other)
+            for effect in best.effects.candidates
+            for other in self.candidates
+            if other.site == effect.site
+            and other.card.id in effect.card.confusable
+            and len(other.card.parameters) < len(effect.card.parameters)
+        ]
 
     @staticmethod
     def _worth_a_search(stage: Stage) -> bool:
@@ -249,7 +264,17 @@ class Searcher:
 
         smaller = fitted(ordered, ())
         rough = sorted([*smaller, *fitted(whole, smaller)], key=lambda r: r.half_bic)
-        return [*self._side_by_side(closer, rough[:POLISHED]), *rough[POLISHED:]]
+        polished = sorted(self._side_by_side(closer, rough[:POLISHED]), key=lambda r: r.half_bic)
+        return [*(self._from_elsewhere(r, stage) for r in polished[:1]), *polished[1:], *rough[POLISHED:]]
+
+    def _from_elsewhere(self, found: Refit, stage: Stage) -> Refit:
+        """A fitted set, or the same from another point of a grid, if it leaves more than noise and that leaves less."""
+        if found.cost <= NEAR_FLOOR:
+            return found
+        nuisances = found.fit.values[found.size :]
+        starts = elsewhere(stage, found)
+        tried = self._side_by_side(lambda row: self._attempted(found.effects.candidates, row, nuisances), starts)
+        return min([found, *(r for r in tried if r is not None)], key=lambda r: r.fit.misfit)
 
     def _attempted(
         self,
