@@ -136,7 +136,7 @@ def _on_what_is_left(verdict: str, left: Left, stage: Stage, best: Refit | None)
         ]
     if best is not None and (left.exceeds or (left.structured and stage.structured_share > PRACTICAL)):
         return [f"a structured error is left: {noise}"]
-    if verdict == "cannot_tell" and left.exceeds:
+    if verdict == "cannot_tell" and left.shows_held_out_only:
         return [f"learning trials show nothing that held-out trials do: {noise}; learn from trials like those"]
     if verdict == "adequate" and stage.p_value <= SIGNIFICANT:
         return [

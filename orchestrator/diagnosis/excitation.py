@@ -38,9 +38,9 @@ def driven(trials: Sequence[SmoothedTrial]) -> np.ndarray:
 
 
 def blind_sites(stage: Stage, candidates: Sequence[Candidate]) -> tuple[str, ...]:
-    """Sites at which most effects of the library, at their typical sizes, would not be found in this record.
+    """Sites at which most effects of the library, at their typical sizes, would not be found.
 
-    That a stated tolerance would hide an effect says nothing against the record.
+    That a stated tolerance, or a clock, would hide an effect says nothing against the record.
     """
     if is_at_rest(stage.tangent.learning):
         return tuple(dict.fromkeys(c.site for c in candidates))

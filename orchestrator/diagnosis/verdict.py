@@ -61,6 +61,11 @@ class Left:
         return self.held_out[1] > EXCESS * self.noise
 
     @property
+    def shows_held_out_only(self) -> bool:
+        """Whether held-out errors are larger than the noise, and than whatever the learning trials are off by."""
+        return self.held_out[1] > EXCESS * max(self.noise, self.learning[1])
+
+    @property
     def is_another(self) -> bool:
         """Whether what is left is more than noise, and too much to be the imperfection of the right set."""
         most = LEFT if self.declared else LEFT_UNDECLARED
@@ -87,7 +92,7 @@ def decide(
         if left.structured:
             return "unknown"
         # What only held-out trials show, learning trials cannot name.
-        return "cannot_tell" if blind or left.exceeds else "adequate"
+        return "cannot_tell" if blind or left.shows_held_out_only else "adequate"
     if left.is_another:
         return "unknown"
     if ambiguous:
