@@ -23,7 +23,7 @@ SUBSETS = [
     ("passive_stiffness", "sensor_lag", "activation_dynamics", "fatigue"),
     ("payload", "stimulation_delay", "recruitment_curve"),
     ("joint_offset", "coulomb_friction", "quadratic_drag"),
-    ("constant_force", "cogging", "quadratic_drag_joint"),
+    ("constant_force", "cogging", "quadratic_drag_joint", "constant_force_joint"),
     ("saturation", "joint_scale", "end_stop_above", "hysteresis", "joint_offset"),
     ("viscous_friction", "force_sensor_offset", "payload", "joint_offset", "end_stop_below", "stretch_reflex"),
 ]
