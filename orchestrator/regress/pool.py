@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 
 from fmus.errors import MisfitError
-from orchestrator.cosim.isolate.process import Child
+from orchestrator.cosim.isolate.process import LOADING_S, Child
 from orchestrator.cosim.isolate.process import Limits as ChildLimits
 from orchestrator.regress.case import Case
 from orchestrator.regress.child import TASK
@@ -19,6 +19,8 @@ _GIB = 2**30
 
 class Worker(Child):
     """A process that runs cases; it ends with the first one that breaks it."""
+
+    patience_setting, memory_setting = "patience_s in [limits]", "memory_gib in [limits]"
 
     def __init__(self) -> None:
         super().__init__(TASK, [], ChildLimits())
@@ -33,7 +35,9 @@ class Worker(Child):
         limits = case.limits
         self.labels = []
         self.limits = ChildLimits(limits.patience_s, limits.memory_gib)
-        self._seconds, self._deadline = limits.seconds, clock.monotonic() + limits.seconds
+        # A model that is Modelica may have to be built first, which is no matter of the case.
+        spare = LOADING_S if case.is_built else 0.0
+        self._seconds, self._deadline = limits.seconds, clock.monotonic() + limits.seconds + spare
         self.send(case, want)
         while True:
             kind, *content = self.receive()

@@ -17,6 +17,8 @@ from orchestrator.regress.wave import Wave, checked_wave, generated
 # Name of the component that drives the inputs.
 DRIVE = "inputs_of_the_case"
 _DEFAULT_STEPS = 500
+# A signal of so many points takes a gigabyte.
+_MOST_STEPS = 1e8
 
 
 def model_path(case: Case, model: str = "") -> str:
@@ -46,6 +48,8 @@ def system_of(case: Case, model: str = "") -> System:
     step = case.step or system.run.step or (stop - start) / _DEFAULT_STEPS
     if case.step is None and system.run.step is None:
         step = min((each for each in map(_own_step, _described(system)) if each), default=step)
+    if not (stop - start) / step <= _MOST_STEPS:
+        raise MisfitError(f"{case.name}: {(stop - start) / step:.2g} steps of {step:g} s; give a longer step in [run]")
     master = case.master or system.run.master
     tolerance = case.solver_tolerance if case.solver_tolerance is not None else system.run.tolerance
     run = replace(system.run, start=start, stop=stop, step=step, master=master, tolerance=tolerance)

@@ -33,7 +33,7 @@ def _case(folder: Path, path: Path, more: str = "") -> Case:
     [
         ("segmentation fault", "component", "FMU 'tank' crashed in step at t = 0.5 s: segmentation fault"),
         ("`abort()`", "component", "it said: solver: matrix is singular"),
-        ("endless loop", "component", "gave no answer for 1 s"),
+        ("endless loop", "component", "patience_s in [limits] allows more"),
         ("`exit(0)`", "component", "ended its process in step at t = 0.5 s"),
         ("allocates and fills 10 GB", "component", "GiB of memory"),
         ("NaN output", "component", "nan"),

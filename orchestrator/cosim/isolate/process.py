@@ -54,6 +54,9 @@ class Child:
     host does. What it prints is kept for error messages, as far as it is the last line.
     """
 
+    # What a user sets to allow more, for messages.
+    patience_setting, memory_setting = "--patience", "--memory"
+
     def __init__(self, task: str, labels: Sequence[str], limits: Limits) -> None:
         self.labels, self.limits = list(labels), limits
         self.memory = SharedMemory()
@@ -120,10 +123,12 @@ class Child:
         loading = self.memory.word.component < 0 or CALLS[self.memory.word.call] == "load"
         patience = max(self.limits.patience_s, LOADING_S) if loading else self.limits.patience_s
         if silent_s > patience:
-            raise self._failure(f"gave no answer for {patience:g} s", "misfit stopped it; --patience allows more")
+            raise self._failure(
+                f"gave no answer for {patience:g} s", f"misfit stopped it; {self.patience_setting} allows more"
+            )
         used = _resident_gib(self._process.pid)
         if used > self.limits.memory_gib:
-            limit = f"the limit is {self.limits.memory_gib:g} GiB; --memory allows more"
+            limit = f"the limit is {self.limits.memory_gib:g} GiB; {self.memory_setting} allows more"
             raise self._failure(f"took {used:.1f} GiB of memory", limit)
 
     def _listen(self) -> None:
