@@ -44,7 +44,7 @@ bench: setup
 # Tools for the comparison that ask for other versions of shared packages; `make bench` uses them when they are there.
 bench-peers:
 	@$(PYTHON) -m venv build/peers
-	@build/peers/bin/python -m pip install --quiet --disable-pip-version-check --no-input cofmupy ecospy pyfunnel tbb
+	@build/peers/bin/python -m pip install --quiet --disable-pip-version-check --no-input cofmupy ecospy pyfunnel tbb tinygp ziglang
 
 # SIZE=tiny, small (at most about 15 minutes on two cores), medium or full; a run that was stopped goes on where it was.
 SIZE ?= small
