@@ -48,13 +48,17 @@ def distances(pair: Pair, half_height: np.ndarray | float | None = None) -> tupl
     too_far = ~(distance <= limit)
     if too_far.any():
         far = np.flatnonzero(too_far)
-        distance[far] = window_distances(pair, far)
+        distance[far] = window_distances(pair, far, limit if np.ndim(limit) == 0 else np.asarray(limit)[far])
         too_far = ~(distance <= limit)
     return distance, too_far
 
 
-def window_distances(pair: Pair, which: np.ndarray) -> np.ndarray:
-    """Return the exact distance of some result samples, shape (m,), from the reference within the time shift."""
+def window_distances(pair: Pair, which: np.ndarray, limit: np.ndarray | float = 0.0) -> np.ndarray:
+    """Return the exact distance of some result samples, shape (m,), from the reference within the time shift.
+
+    What a record cannot know between its samples is only looked for where a sample exceeds the `limit`, one number or
+    shape (m,).
+    """
     result, reference, shift = pair.result, pair.around, pair.band.half_width
     time, values = result.time[which], result.values[which]
     low = high = reference.values
@@ -62,12 +66,13 @@ def window_distances(pair: Pair, which: np.ndarray) -> np.ndarray:
         local = pair.band.local * np.abs(reference.values)
         low, high = low - local, high + local
     lowest, highest = window_range(reference.time, low, high, time - shift, time + shift, reference.interpolation)
-    if pair.excuses_sampling:
+    distance = np.maximum(values - highest, lowest - values)
+    if pair.excuses_sampling and (distance > limit).any():
         steps = np.diff(reference.time)
         short = (steps > 0) & (steps <= SHORT_STEP * (reference.time[-1] - reference.time[0]))
         _widen_between_samples(pair, time, lowest, highest, short)
         _widen_at_jumps(reference, time, (low, high), lowest, highest, short)
-    distance = np.maximum(values - highest, lowest - values)
+        distance = np.maximum(values - highest, lowest - values)
     beyond = np.maximum(time - reference.time[-1], reference.time[0] - time)
     # No tolerance in value makes up for a moment that the reference does not reach.
     return np.where(beyond > shift, np.inf, np.clip(distance, 0.0, None))

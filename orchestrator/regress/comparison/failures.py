@@ -50,7 +50,7 @@ def _needed_shift(pair: Pair, jumps: Alignment, left: float | None, outside: np.
     for shift in (abs(jumps.shift_s), abs(jumps.shift_s) + pair.band.half_width):
         needed = rounded_up(shift)
         wider = replace(pair, band=replace(pair.band, half_width=needed * (1 + ROUNDING)))
-        if (window_distances(wider, outside) <= pair.band.limit).all() and not len(missed(wider)[0]):
+        if (window_distances(wider, outside, pair.band.limit) <= pair.band.limit).all() and not len(missed(wider)[0]):
             return needed
     return None
 
