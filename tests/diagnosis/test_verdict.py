@@ -67,3 +67,12 @@ def test_held_out_trials_that_do_not_show_an_effect_leave_it_to_the_learning_tri
     """A force limit that only the learning trials reach takes 1 off their mean square and nothing off the others'."""
     assert confirmed(fit(2.0, 2000), fit(1.0, 2000), fit(1.0, 1000), fit(1.0, 1000), 1.0)
     assert not confirmed(fit(2.0, 2000), fit(1.0, 2000), fit(1.0, 1000), fit(1.2, 1000), 1.0)
+
+
+@pytest.mark.parametrize(("mean_square", "left"), [(1.04, False), (1.5, True)])
+def test_only_what_the_scatter_of_noise_does_not_explain_is_left(mean_square: float, left: bool) -> None:
+    rows = 4000  # mean squares of so many noise rows scatter by 0.022
+    after = Left((10.0, mean_square, rows), (10.0, 1.0, rows), noise=1.0, structured=True)
+
+    assert (after.share > 0) == left
+    assert decide(1, after) == ("unknown" if left else "named")
