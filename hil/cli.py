@@ -120,6 +120,17 @@ def replay(folder: Path, json_file: str | None, quiet: bool) -> None:
 
 
 @hil.command()
+@click.argument("folder", metavar="RECORDING", type=click.Path(path_type=Path))
+@click.argument("file", metavar="FILE", type=click.Path(path_type=Path))
+@click.option("--quiet", is_flag=True, help="Print nothing but errors.")
+def export(folder: Path, file: Path, quiet: bool) -> None:
+    """Write all frames of a recording to FILE for other CAN tools: .blf, .asc, .mf4, .trc or .log."""
+    from hil.recording.frames import write_frames
+
+    show(f"{write_frames(folder, file)} frames in {file}", quiet)
+
+
+@hil.command()
 @click.option("--port", type=click.IntRange(0, 65535), default=29536, show_default=True, help="TCP port on 127.0.0.1.")
 @click.option("--side", type=click.Choice(["left", "right"]), default="right", show_default=True)
 @click.option("--pendant", type=click.Choice(["idle", "active"]), default="active", show_default=True)

@@ -1,17 +1,14 @@
-"""A recording as other tools want it: signals in Parquet, a measurement set, frames in BLF. Made by replaying it."""
+"""A recording as other tools want it: signals in Parquet, a measurement set. Made by replaying it."""
 
 import json
-from collections.abc import Iterator
 from itertools import islice
 from pathlib import Path
 from typing import Any
 
-import can
 import numpy as np
 
 from fmus.files import write_atomically
-from hil.recording.records import Kind
-from hil.recording.replay import RecordedCycle, read_records, replay
+from hil.recording.replay import RecordedCycle, replay
 from hil.robots import proficio
 from hil.session.controllers import Showing
 from hil.session.pilot import Decision, Pilot
@@ -19,7 +16,7 @@ from hil.trials.controller import Trials
 from hil.trials.files import TrialFiles
 from orchestrator.cosim.results import Column, recorder_for
 
-SIGNALS, FRAMES_BLF, CASE = "signals.parquet", "frames.blf", "case.toml"
+SIGNALS, CASE = "signals.parquet", "case.toml"
 _JOINTS = range(1, proficio.JOINTS + 1)
 COLUMNS = (
     *(Column(f"q{k}", "rad", description=f"angle of joint {k}") for k in _JOINTS),
@@ -69,25 +66,6 @@ def write_signals(folder: Path, pilot: Pilot, provenance: dict[str, Any]) -> Non
     recorder.finish()
     case = trials.finish() if trials is not None else ""
     write_atomically(folder / CASE, (case or _case(last)).encode())
-
-
-def write_blf(folder: Path) -> None:
-    """Write all frames to `frames.blf`; times are monotonic seconds."""
-    with can.BLFWriter(str(folder / FRAMES_BLF)) as writer:
-        for message in _messages(folder):
-            writer.on_message_received(message)
-
-
-def _messages(folder: Path) -> Iterator[can.Message]:
-    for kind, _flags, (time_ns, frame) in read_records(folder):
-        if kind in (Kind.RECEIVED, Kind.SENT):
-            yield can.Message(
-                timestamp=time_ns * 1e-9,
-                arbitration_id=frame.identifier,
-                data=frame.data,
-                is_extended_id=False,
-                is_rx=kind is Kind.RECEIVED,
-            )
 
 
 def _row(cycle: RecordedCycle, decision: Decision) -> list[float]:

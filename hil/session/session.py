@@ -15,9 +15,10 @@ from fmus.files import write_atomically
 from hil.bus.gate import TORQUE_IDENTIFIERS
 from hil.bus.wire import Wire, open_wire
 from hil.codecs.barrett.identifiers import Node
+from hil.recording.frames import FRAMES_BLF, write_frames
 from hil.recording.recorder import Recorder
 from hil.recording.replay import Replayed, replay
-from hil.recording.signals import write_blf, write_signals
+from hil.recording.signals import write_signals
 from hil.safety.limits import Limits
 from hil.session.controllers import Ending
 from hil.session.loop import Loop, Summary, Wishes
@@ -93,7 +94,7 @@ def run_session(
     if folder is not None:
         write_atomically(folder / SUMMARY, (json.dumps(document, indent=2) + "\n").encode())
         write_signals(folder, recorded_pilot(folder), {"session": document})
-        write_blf(folder)
+        write_frames(folder, folder / FRAMES_BLF)
     return document
 
 

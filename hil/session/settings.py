@@ -33,7 +33,7 @@ class Settings:
     """A session's settings.
 
     `bus` is what python-can takes; `gravity` whether the arm's weight must be held; stiffness in N.m/rad and damping in
-    N.m.s/rad by joint are those of the posture that `hold` keeps. With a `protocol` the session runs its trials: `shoulder`
+    N.m.s/rad by joint are those of the posture that `hold` keeps, `source` the model of a controller `fmu`. With a `protocol` the session runs its trials: `shoulder`
     rad says how the emulated arm lies on the robot, `learning` how what its model lacks is learned. With `proof` an armed arm
     first shows that it stands still and that each joint turns its way, under `proof_torque` N.m at most.
     """
@@ -43,6 +43,7 @@ class Settings:
     gravity: bool
     limits: Limits
     controller: str = "hold"
+    source: str = ""
     stiffness: tuple[float, ...] = (40.0, 40.0, 20.0)
     damping: tuple[float, ...] = (2.0, 2.0, 1.0)
     shoulder: float = Placement.shoulder
@@ -73,7 +74,13 @@ class Settings:
             return Hold(stiffness, damping)
         if self.controller == "passive":
             return Passive()
-        raise MisfitError(f"controller {self.controller!r} is not known; there are hold and passive")
+        if self.controller == "fmu":
+            if not self.source:
+                raise MisfitError("the controller is an FMU, and `source` does not say which; name a file or a model")
+            from hil.emulation.fmu_controller import FmuController
+
+            return FmuController(self.source)
+        raise MisfitError(f"controller {self.controller!r} is not known; there are hold, passive and fmu")
 
     def to_json(self) -> dict[str, Any]:
         """All of it, for a recording."""
@@ -126,7 +133,7 @@ def _settings(document: dict[str, Any], name: str, rate_hz: float) -> Settings:
     _known(document, ("bus", "robot", "limits", "joints", "controller", "learning"), name)
     robot, controller = document.get("robot", {}), document.get("controller", {})
     _known(robot, ("side", "gravity", "shoulder", "proof", "proof_torque"), f"{name} [robot]")
-    _known(controller, ("kind", "stiffness", "damping"), f"{name} [controller]")
+    _known(controller, ("kind", "source", "stiffness", "damping"), f"{name} [controller]")
     side = robot.get("side", "right")
     if side not in proficio.HOME:
         raise MisfitError(f"{name}: side = {side!r}; left or right was expected")
@@ -152,7 +159,8 @@ def _settings(document: dict[str, Any], name: str, rate_hz: float) -> Settings:
         wanted = document.get("learning", {})
         _known(wanted, [f.name for f in fields(Learning)], f"{name} [learning]")
         found = replace(found, learning=Learning(**wanted), shoulder=float(robot.get("shoulder", found.shoulder)))
-        return replace(found, controller=controller.get("kind", "hold"), **lists)
+        kind, source = str(controller.get("kind", "hold")), str(controller.get("source", ""))
+        return replace(found, controller=kind, source=source, **lists)
     except MisfitError as error:
         raise MisfitError(f"{name}: {error}") from error
     except (TypeError, ValueError, IndexError) as error:

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from fmus.errors import MisfitError
 from hil.safety.core import begin, step
 from hil.safety.cycle import Module, Motion, Reaction, Seen
-from hil.safety.limiters import LIMITERS, braking_only, pinch_torque
+from hil.safety.limiters import LIMITERS, braking_only, inwards_only, pinch_torque, torque_rate
 from hil.safety.limits import JointLimits, Limits, Zone
 from hil.safety.rules import RULES
 from tests.hil.cycles import FIRST, JOINT, LIMITS, PERIOD, PERIOD_S, SECOND, Arm
@@ -427,9 +427,23 @@ def test_at_the_very_end_of_its_range_a_joint_may_still_push_outwards(end: float
     assert outcome.torques == (2.0 * end, 0.0)
 
 
+@pytest.mark.parametrize("size", [0.01, 0.9])
+def test_torques_of_any_size_are_cut_beyond_speed_and_range(size: float) -> None:
+    fast = Motion(PERIOD_S, (0.0, 0.0), (1.1, -1.1), (0, 0), (0, 0))
+    assert braking_only(LIMITS, fast, (0.0, 0.0), (size, -size)) == (0.0, 0.0)
+    beyond = Motion(PERIOD_S, (1.05, -1.05), (0.0, 0.0), (0, 0), (0, 0))
+    assert inwards_only(LIMITS, beyond, (0.0, 0.0), (size, -size)) == (0.0, 0.0)
+
+
 def test_at_its_very_limit_of_speed_a_joint_may_still_be_driven() -> None:
     motion = Motion(PERIOD_S, (0.0, 0.0), (1.0, -1.0), (0, 0), (0, 0))
     assert braking_only(LIMITS, motion, (0.0, 0.0), (3.0, -3.0)) == (3.0, -3.0)
+
+
+def test_a_torque_that_turns_round_begins_at_zero() -> None:
+    still = Motion(PERIOD_S, (0.0, 0.0), (0.0, 0.0), (0, 0), (0, 0))
+    most = LIMITS.joints[0].torque_rate * PERIOD_S
+    assert torque_rate(LIMITS, still, (5.0, -5.0), (-9.0, 9.0)) == pytest.approx((-most, most))
 
 
 def test_a_torque_may_go_to_zero_at_once() -> None:

@@ -5,4 +5,6 @@ EQUIVALENT: dict[str, str] = {
     "Gt -> GtE in `torque > 0`": "a torque of zero is kept as it is, or replaced by zero",
     "Lt -> LtE in `torque < 0`": "a torque of zero is kept as it is, or replaced by zero",
     "Gt -> GtE in `torque * speed > 0`": "a torque without power at that speed is zero, and replaced by zero",
+    "Gt -> GtE in `torque * speed > share`": "where torque times speed is the share, the share by the speed is the torque",
+    "Mult -> Div in `torque * speed`": "a product and a quotient have the same sign, and the speed is not zero there",
 }

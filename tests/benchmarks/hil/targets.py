@@ -16,9 +16,9 @@ from pathlib import Path
 from hil.codecs.barrett.positions import unpack_positions
 from hil.codecs.barrett.torques import pack_torques
 from hil.codecs.frame import Frame, Timed
+from hil.recording.frames import FRAMES_BLF, write_frames
 from hil.recording.records import Kind, pack_frame
 from hil.recording.ring import Ring
-from hil.recording.signals import write_blf
 from hil.safety.cycle import Reaction
 from tests.benchmarks.hil.loops import Timing, bare_timer, session
 from tests.benchmarks.hil.reactions import ABORTS, abort_cycles, slow_controller, watchdog_reactions
@@ -93,8 +93,8 @@ def _records() -> None:
         files = []
         began = time.perf_counter_ns()
         for _ in range(2):
-            write_blf(folder)
-            files.append((folder / "frames.blf").read_bytes())
+            write_frames(folder, folder / FRAMES_BLF)
+            files.append((folder / FRAMES_BLF).read_bytes())
         seconds = (time.perf_counter_ns() - began) * 0.5e-9
     lost = ring.overflowed
     ring.remove()
