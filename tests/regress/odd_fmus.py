@@ -52,6 +52,8 @@ ODD: dict[str, tuple[dict[str, str], dict[str, str]]] = {
         },
         {},
     ),
+    # Starts a process of its own and forgets it.
+    "forks": ({_STEP: "if (fabs(t - 0.5) < 1e-9 && !fork()) for (;;) pause(); c->y = t + h;"}, {}),
     # Half a percent too much.
     "biased": ({_STEP: "c->y += 1.005 * h * c->u;"}, {}),
     # Never silent, never done: every step takes a while.

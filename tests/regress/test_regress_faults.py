@@ -1,5 +1,6 @@
 """FMUs that crash, hang, are for other machines or give nonsense: the right verdict, the suite goes on, nothing is left."""
 
+import os
 import signal
 import subprocess
 import time
@@ -146,6 +147,29 @@ def test_a_run_that_is_interrupted_leaves_no_process_behind(how: signal.Signals,
     assert _eventually(lambda: not any(Path(f"/proc/{pid}").exists() for pid in worker))
     assert "Traceback" not in said
     assert host.returncode == (130 if how == signal.SIGINT else -signal.SIGKILL)
+
+
+def test_what_an_fmu_has_started_ends_with_its_worker(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ODD_MARK", str(tmp_path / "mark"))
+    case = _case(tmp_path, odd_fmu(tmp_path, "forks"))
+
+    (outcome,) = run_cases([case])
+
+    assert outcome.verdict == "passed", outcome.reason
+    assert _eventually(lambda: not _marked(str(tmp_path / "mark")))
+
+
+def _marked(mark: str) -> list[str]:
+    """Other processes that have inherited a mark in their environment."""
+    found = []
+    for place in Path("/proc").glob("[0-9]*/environ"):
+        try:
+            text = place.read_bytes()
+        except OSError:  # it has just ended, or is somebody else's
+            continue
+        if mark.encode() in text and place.parent.name != str(os.getpid()):
+            found.append(place.parent.name)
+    return found
 
 
 def _children(pid: int) -> set[str]:

@@ -9,6 +9,7 @@ import sys
 import time
 import weakref
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
@@ -176,6 +177,9 @@ def _resident_gib(pid: int) -> float:
 
 def _end(process: "subprocess.Popen[bytes]", connection: Connection, output: Connection, handle: int) -> None:
     connection.close()
+    # The child leads a group of its own, which whatever an FMU has started belongs to.
+    with suppress(ProcessLookupError, PermissionError):
+        os.killpg(process.pid, signal.SIGKILL)
     process.kill()
     process.wait()
     output.close()
