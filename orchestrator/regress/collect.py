@@ -10,7 +10,8 @@ from orchestrator.regress.names import is_case_file
 from orchestrator.regress.outcome import Outcome
 from orchestrator.regress.reference import named_results, replay_of
 
-_SKIPPED = ("node_modules", "__pycache__")
+# What tools write, as pytest skips it; a folder that is named as a path is searched whatever its name.
+_SKIPPED = ("build", "dist", "venv", "node_modules", "__pycache__")
 
 
 def collect(paths: Sequence[Path]) -> tuple[list[Case], list[Outcome]]:
