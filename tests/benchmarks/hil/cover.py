@@ -6,7 +6,7 @@ import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).parents[3]
-TESTS = ("tests/hil/test_safety_core.py", "tests/hil/test_adversary.py")
+TESTS = ("tests/hil/test_safety_rules.py", "tests/hil/test_safety_core.py", "tests/hil/test_adversary.py")
 
 
 def main() -> None:

@@ -150,6 +150,7 @@ def _as_mutant(mutant: Mutant) -> None:
             "no:cacheprovider",
             "-W",
             "ignore::pytest.PytestAssertRewriteWarning",
+            "tests/hil/test_safety_rules.py",
             "tests/hil/test_safety_core.py",
         ]
         # Those with thousands of random cycles only if no other test has noticed.

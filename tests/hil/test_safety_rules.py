@@ -1,0 +1,151 @@
+"""Each rule of the safety core by itself, at its limit and just before it; what is expected is written down as numbers."""
+
+import re
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from hil.safety import rules
+from hil.safety.core import begin
+from hil.safety.cycle import Module, Motion, Reaction, Seen, Trip
+from tests.hil.cycles import LIMITS, PERIOD, PERIOD_S
+
+PASS = None
+REDUCE, COMPLY, SUPPORT, RELEASE = Reaction.REDUCE, Reaction.COMPLY, Reaction.SUPPORT, Reaction.RELEASE
+
+
+def trip_of(rule: str, changes: dict[str, Any]) -> Trip | None:
+    """What a rule says of a calm cycle with changes; names begin with s_ (state), m_ (motion) or n_ (what is seen now)."""
+    parts: dict[str, Any] = {
+        "s": begin(LIMITS, 0, (0.0, 0.0)),
+        "m": Motion(PERIOD_S, (0.0, 0.0), (0.0, 0.0), (0, 0), (0, 0)),
+        "n": Seen(PERIOD, (0.0, 0.0), (0.0, 0.0), (0.0, 0.0)),
+    }
+    for name, value in changes.items():
+        part, field = name.split("_", 1)
+        parts[part] = replace(parts[part], **{field: value})
+    found: Trip | None = getattr(rules, rule)(LIMITS, *parts.values())
+    assert found is None or found.rule == rule
+    return found
+
+
+@pytest.mark.parametrize(
+    ("rule", "changes", "reaction"),
+    [
+        ("positions_answered", {"m_missing": (0, 1)}, REDUCE),
+        ("positions_answered", {"m_missing": (2, 0)}, REDUCE),
+        ("positions_answered", {"m_missing": (3, 0)}, COMPLY),
+        ("positions_answered", {"m_missing": (0, 14)}, COMPLY),
+        ("positions_answered", {"m_missing": (0, 15)}, RELEASE),
+        # breakaway is 3 N.m, frozen after 20 cycles
+        ("encoder_alive", {"s_active": (3.0, 0.0), "m_still": (99, 99)}, PASS),
+        ("encoder_alive", {"s_active": (0.0, 3.1), "m_still": (99, 19)}, PASS),
+        ("encoder_alive", {"s_active": (0.0, 3.1), "m_still": (0, 20)}, COMPLY),
+        ("encoder_alive", {"s_active": (-3.1, 0.0), "m_still": (20, 0)}, COMPLY),
+        ("on_time", {"n_time_ns": 0}, SUPPORT),
+        ("on_time", {"n_time_ns": -1}, SUPPORT),
+        ("on_time", {"n_time_ns": 1}, PASS),
+        ("on_time", {"n_time_ns": 15 * PERIOD}, PASS),
+        ("on_time", {"n_time_ns": 15 * PERIOD + 1}, COMPLY),
+        ("on_time", {"n_time_ns": 3 * PERIOD // 2, "s_late": 14}, PASS),
+        ("on_time", {"n_time_ns": 3 * PERIOD // 2 + 1, "s_late": 1}, PASS),
+        ("on_time", {"n_time_ns": 3 * PERIOD // 2 + 1, "s_late": 2}, REDUCE),
+        ("on_time", {"n_time_ns": 3 * PERIOD // 2 + 1, "s_late": 13}, REDUCE),
+        ("on_time", {"n_time_ns": 3 * PERIOD // 2 + 1, "s_late": 14}, COMPLY),
+        ("on_time", {"n_computing_ns": PERIOD // 2, "s_late": 14}, PASS),
+        ("on_time", {"n_computing_ns": PERIOD // 2 + 1, "s_late": 14}, COMPLY),
+        # 1 rad/s: gives way beyond 1.25, is let go beyond 2
+        ("speed_limited", {"m_speeds": (1.25, -1.25)}, PASS),
+        ("speed_limited", {"m_speeds": (0.0, -1.26)}, COMPLY),
+        ("speed_limited", {"m_speeds": (2.0, 0.0)}, COMPLY),
+        ("speed_limited", {"m_speeds": (0.0, 2.01)}, RELEASE),
+        # [-1, 1] rad with a margin of 0.1
+        ("inside_range", {"m_positions": (1.099, -1.099)}, PASS),
+        ("inside_range", {"m_positions": (0.0, 1.101)}, COMPLY),
+        ("inside_range", {"m_positions": (-1.101, 0.0)}, COMPLY),
+        ("energy_bounded", {"s_energy": 0.5}, PASS),
+        ("energy_bounded", {"s_energy": 0.501}, COMPLY),
+        ("force_bounded", {"n_force": (48.0, 64.0, 0.0)}, PASS),  # 80 N
+        ("force_bounded", {"n_force": (0.0, 48.0, -64.1)}, COMPLY),
+        ("force_bounded", {"n_force": (1.0, 1.0, 1.0), "s_force_still": 19}, PASS),
+        ("force_bounded", {"n_force": (1.0, 1.0, 1.0), "s_force_still": 20}, COMPLY),
+        ("force_bounded", {"n_force_saturated": True}, PASS),  # of a sensor that is not there
+        ("cool", {"n_temperatures": (59.9, None)}, PASS),
+        ("cool", {"n_temperatures": (None, 60.0)}, REDUCE),
+        ("cool", {"n_temperatures": (74.9,)}, REDUCE),
+        ("cool", {"n_temperatures": (20.0, 75.0)}, COMPLY),
+        ("cool", {"n_temperatures": (float("nan"),)}, COMPLY),
+        ("cool", {"s_heat": (0.0, 0.8)}, PASS),
+        ("cool", {"s_heat": (0.81, 0.0)}, REDUCE),
+        ("cool", {"s_heat": (1.0, 0.0)}, REDUCE),
+        ("cool", {"s_heat": (0.0, 1.01)}, COMPLY),
+        ("unpinched", {"s_pinched": (0, 29)}, PASS),
+        ("unpinched", {"s_pinched": (30, 0)}, COMPLY),
+        ("follows_model", {"n_expected": (0.3, -0.3)}, PASS),
+        ("follows_model", {"n_expected": (0.0, -0.301)}, COMPLY),
+        ("follows_model", {"n_expected": (0.0, 0.0, 0.0)}, COMPLY),
+        ("calm", {"s_flips": ((1,) * 10, ())}, PASS),
+        ("calm", {"s_flips": ((), (1,) * 11)}, COMPLY),
+        ("module_agrees", {"n_module": Module.IDLE}, PASS),  # an arm that is not armed may be idle
+        ("module_agrees", {"n_module": Module.IDLE, "s_armed_ns": 0}, RELEASE),
+        ("module_agrees", {"n_module": None}, RELEASE),
+        ("module_agrees", {"n_module": Module.ESTOP, "n_fault": True}, Reaction.SILENCE),
+        ("module_agrees", {"n_fault": True, "n_warning": True}, RELEASE),
+        ("module_agrees", {"n_warning": True}, REDUCE),
+        ("alone_on_the_bus", {"n_foreign_torque": True}, RELEASE),
+        ("watched", {"n_watched": False}, RELEASE),
+        ("recorded", {"n_recording": False}, COMPLY),
+        ("not_aborted", {"n_abort": True}, COMPLY),
+        ("not_ended", {"n_end": True}, RELEASE),
+        ("finite_command", {"n_asked": (0.0, float("inf"))}, SUPPORT),
+        ("finite_command", {"n_support": (float("nan"), 0.0)}, RELEASE),
+        ("finite_command", {"n_asked": ()}, RELEASE),
+        ("finite_command", {"n_support": (0.0,) * 3}, RELEASE),
+    ],
+)
+def test_a_rule_trips_beyond_its_limit_and_not_before(rule: str, changes: dict, reaction: Reaction | None) -> None:
+    trip = trip_of(rule, changes)
+    assert (trip.reaction if trip is not None else None) == reaction
+
+
+@pytest.mark.parametrize("rule", [rule.__name__ for rule in rules.RULES])
+def test_no_rule_trips_in_a_calm_cycle(rule: str) -> None:
+    assert trip_of(rule, {}) is None
+
+
+@pytest.mark.parametrize(
+    ("rule", "changes", "words"),
+    [
+        ("positions_answered", {"m_missing": (0, 1)}, "no believable position of joint 2 for 1 cycle"),
+        ("positions_answered", {"m_missing": (2, 1)}, "no believable position of joint 1 for 2 cycles"),
+        ("on_time", {"n_time_ns": 40_000_000}, "40 ms between two cycles of 2 ms"),
+        ("on_time", {"n_time_ns": -3_000_000}, "the clock moved by -3 ms between two cycles"),
+        (
+            "on_time",
+            {"n_computing_ns": PERIOD, "s_late": 14},
+            "15 cycles in a row were late or took more than half of 2 ms",
+        ),
+        ("on_time", {"n_computing_ns": PERIOD, "s_late": 2}, "3 cycles in a row were late"),
+        ("speed_limited", {"m_speeds": (0.0, -1.5)}, "joint 2 moves at -1.5 rad/s, its limit is 1 rad/s"),
+        ("inside_range", {"m_positions": (0.0, 1.2)}, r"joint 2 is at 1.2 rad, outside \[-1, 1\] rad"),
+        (
+            "encoder_alive",
+            {"s_active": (0.0, 4.0), "m_still": (0, 25)},
+            "joint 2 stands still .* under 4 N.m for 25 cycles",
+        ),
+        ("energy_bounded", {"s_energy": 0.75}, "0.75 J given, the limit is 0.5 J"),
+        ("force_bounded", {"n_force": (0.0, 0.0, 90.0)}, "90 N at the wrist, the limit is 80 N"),
+        ("cool", {"s_heat": (1.5, 0.0)}, "joint 1 has made more torque than the 5 N.m its motor bears"),
+        ("unpinched", {"s_pinched": (0, 31)}, "joint 2 has pressed without moving for 31 cycles"),
+        ("follows_model", {"n_expected": (0.0, 0.5)}, "joint 2 is at 0 rad, the model expects 0.5 rad"),
+        ("follows_model", {"n_expected": (0.0,)}, "the model expects 1 joints, the arm has 2"),
+        ("calm", {"s_flips": ((), (1,) * 12)}, "the torque of joint 2 changed its sign 12 times in a second"),
+        ("finite_command", {"n_asked": (0.0, float("nan"))}, "torque asked for at joint 2 is nan N.m"),
+        ("finite_command", {"n_asked": (0.0,)}, "1 and 2 torques for 2 joints"),
+    ],
+)
+def test_a_trip_names_the_joint_the_value_and_the_limit(rule: str, changes: dict, words: str) -> None:
+    trip = trip_of(rule, changes)
+    assert trip is not None
+    assert re.search(words, trip.words), trip.words
