@@ -1,17 +1,19 @@
 """What no effect of the library explains, as series along the learning trials: a residual, and what it may depend on."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
 
 from fmus.errors import MisfitError
-from orchestrator.blackbox.forces import missing_forces
+from orchestrator.blackbox.forces import missing_forces as forces_of_fmu
 from orchestrator.compare.maps import Coordinate, coordinates_of, error_map, sentence
 from orchestrator.compare.where import map_rows
 from orchestrator.diagnosis.evidence import LearningData, Refit
 from orchestrator.diagnosis.latent import LatentForce, Series, latent_force
 from orchestrator.models.correction import PREFIX
+from orchestrator.models.missing_force import knows_its_forces, missing_forces
 from orchestrator.models.smoothing import SmoothedTrial
 from orchestrator.models.symbolic import SymbolicModel
 
@@ -41,7 +43,7 @@ def where_forces_lack(nominal: SymbolicModel, learning: LearningData) -> tuple[l
     trials = learning.trials
     try:
         if nominal.residual is None:
-            residuals = [_series(*part) for part in missing_forces(nominal, trials)]
+            residuals = [_series(*part) for part in forces_of_fmu(nominal, trials)]
             hidden = list[Series]()
         else:
             residuals, hidden = _residuals(nominal, np.zeros(0), trials, None)
@@ -77,22 +79,37 @@ def _residuals(
     if model.residual is None:
         runs = [_free_residual(model, parameters, trial, k, best) for k, trial in enumerate(trials)]
         return [_series(name, units.get(name, ""), [r[:, m] for r in runs]) for m, name in enumerate(model.signals)], []
-    names = [v.name for v in model.system.states]
-    states = [v.name for v in model.residual.system.states]
-    rows, paths = [], []
-    for trial in trials:
-        start = model.record(trial, parameters).start[[names.index(name) for name in states]]
-        inputs = model.residual_inputs(trial)
-        run = model.compiled_residual.run(trial.time, inputs, parameters, start)
-        rows.append(trial.smoother.thin(run.outputs))
-        if states:
-            path = model.hidden.run(trial.time, inputs, parameters, start)
-            paths.append(trial.smoother.thin(path.outputs))
+    hidden = [v.name for v in model.residual.system.states]
+    along = [
+        [trial.smoother.thin(part) for part in parts]
+        for trial, parts in zip(trials, _along(model, parameters, trials, hidden), strict=True)
+    ]
     residuals = [
-        _series(name, units.get(PREFIX + name, ""), [part[:, m] for part in rows])
+        _series(name, units.get(PREFIX + name, ""), [force[:, m] for force, _ in along])
         for m, name in enumerate(model.signals)
     ]
-    return residuals, [_series(name, "", [path[:, j] for path in paths]) for j, name in enumerate(states)]
+    return residuals, [_series(name, "", [path[:, j] for _, path in along]) for j, name in enumerate(hidden)]
+
+
+def _along(
+    model: SymbolicModel, parameters: np.ndarray, trials: Sequence[SmoothedTrial], hidden: Sequence[str]
+) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Missing forces (n, ny) and hidden states (n, h) along each trial, by a smoother; by second differences where that cannot be."""
+    names = [v.name for v in model.system.states]
+    places = [names.index(name) for name in hidden]
+    if knows_its_forces(model):
+        with suppress(MisfitError):  # a smoother that breaks down leaves the differences
+            return [(force.mean, force.states[:, places]) for force in missing_forces(model, trials, parameters)]
+    assert model.residual is not None
+    found = []
+    for trial in trials:
+        start, inputs = model.record(trial, parameters).start[places], model.residual_inputs(trial)
+        force = model.compiled_residual.run(trial.time, inputs, parameters, start).outputs
+        states = (
+            model.hidden.run(trial.time, inputs, parameters, start).outputs if hidden else np.zeros((len(force), 0))
+        )
+        found.append((force, states))
+    return found
 
 
 def _free_residual(

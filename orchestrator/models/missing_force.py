@@ -2,7 +2,7 @@
 
 The force on each correction input (see `correction`) is an unknown smooth function of time, a Gaussian process of the Matern 3/2
 kind; it joins the model's states, and a Kalman smoother finds both from noisy measurements. What the force can be like, its size
-and how fast it changes, is what makes the measurements most probable. No second difference of an encoder is ever formed.
+and how fast it changes, is what makes the measurements most probable; second differences of encoders serve as a first guess alone.
 """
 
 from collections.abc import Sequence
@@ -19,7 +19,7 @@ from orchestrator.models.linearised import Along, Equations
 from orchestrator.models.smoothing import SmoothedTrial
 from orchestrator.models.symbolic import SymbolicModel
 
-# Size and duration are learned from so many samples of so many trials; more hardly change them.
+# Size, duration and noise are learned from so many samples of so many trials, where most happens; more hardly change them.
 SAMPLES, TRIALS = 400, 2
 # A model that is linear in its states is right after one pass; the others converge as Newton's method does.
 PASSES = 2
@@ -37,7 +37,8 @@ class Force:
     """The missing force on each output along a trial: `mean` and `std` (n, k) in `units`, at `time` (n,) s.
 
     Errors of neighbours are alike over about `duration` (k,) s, in which the force changes; so many samples are one datum. `size` (k,)
-    is how large it is, in its unit, `noise` (k,) by which factor the measurements are noisier than they are said to be. `states` (n, nx) and `states_std` are the model's states in the order of its system.
+    is how large it is, in its unit, `noise` (k,) by which factor the measurements are noisier than they are said to be. `states` (n, nx)
+    and `states_std` are the model's states in the order of its system.
     """
 
     names: tuple[str, ...]
@@ -64,12 +65,28 @@ def missing_forces(
         parameters: all of the model's, in its order; its own if they are left out.
 
     Raises:
-        MisfitError: if the model has no correction inputs for its signals, or its equations do not show what they act on.
+        MisfitError: if the model has no correction inputs for its signals, its equations do not show what they act on, or numbers overflow
+            along a trial.
     """
     values = model.compiled.parameters if parameters is None else parameters
-    followers = [_Follower(model, trial, values) for trial in trials]
-    character = _character(followers)
-    return tuple(each.force(character) for each in followers)
+    try:
+        followers = [_Follower(model, trial, values) for trial in trials]
+        character = _character(followers)
+        found = tuple(each.force(character) for each in followers)
+    except (np.linalg.LinAlgError, FloatingPointError) as error:
+        raise MisfitError(f"{model.name}: the missing force cannot be told from these trials: {error}") from error
+    if not all(np.isfinite(each.mean).all() and np.isfinite(each.std).all() for each in found):
+        raise MisfitError(
+            f"{model.name}: the missing force along these trials leaves the finite numbers; cut them shorter"
+        )
+    return found
+
+
+def knows_its_forces(model: SymbolicModel) -> bool:
+    """Whether a model has correction inputs for all of its signals, and equations that show what they act on."""
+    names = [v.name for v in model.system.inputs]
+    shown = all(PREFIX + name in names for name in model.signals)
+    return shown and model.residual is not None and not model.system.n_delays
 
 
 class _Follower:
@@ -77,13 +94,12 @@ class _Follower:
 
     def __init__(self, model: SymbolicModel, trial: SmoothedTrial, parameters: np.ndarray) -> None:
         self.model, self.trial, self._parameters = model, trial, parameters
-        names = [v.name for v in model.system.inputs]
-        missing = [name for name in model.signals if PREFIX + name not in names]
-        if missing or model.residual is None or model.system.n_delays:
+        if not knows_its_forces(model):
             raise MisfitError(
-                f"{model.name} does not show which force it lacks on {', '.join(missing or model.signals)}; expected a model with an "
-                f"input {PREFIX}{(missing or model.signals)[0]}, equations in closed form and no delays"
+                f"{model.name} does not show which force it lacks on {', '.join(model.signals)}; expected a model with an "
+                f"input {PREFIX}{model.signals[0]}, equations in closed form and no delays"
             )
+        names = [v.name for v in model.system.inputs]
         self._places = [names.index(PREFIX + name) for name in model.signals]
         self._count = len(model.system.states)
         self._equations = Equations(model, parameters)

@@ -5,10 +5,12 @@ import pytest
 
 from fmus.catalogue import find_modelica_model
 from fmus.errors import MisfitError
+from orchestrator.diagnosis.unexplained import _residuals
 from orchestrator.gp.covariance import Latent
 from orchestrator.gp.kernels import OnInputs, SquaredExponential
 from orchestrator.gp.posterior import condition
 from orchestrator.gp.residual import corrections
+from orchestrator.models import missing_force
 from orchestrator.models.missing_force import Force, missing_forces
 from orchestrator.models.smoothing import SmoothedTrial
 from orchestrator.models.symbolic import SymbolicModel
@@ -152,3 +154,25 @@ def test_other_parameters_than_the_models_own_are_missing_less(arm):
     speed = np.std(np.gradient(trial.values, TIME, axis=0), axis=0)
     assert some == pytest.approx(0.1 * speed, rel=0.1)
     assert np.all(none < 0.3 * some)
+
+
+def test_a_force_that_cannot_be_told_is_said_in_one_line_and_maps_fall_back_on_differences(arm, monkeypatch):
+    def breaks(system, values):
+        raise np.linalg.LinAlgError("Singular matrix")
+
+    trial = dragged(arm, 7)
+    monkeypatch.setattr(missing_force, "smoothed", breaks)
+    with pytest.raises(MisfitError, match="arm: the missing force cannot be told from these trials: Singular matrix"):
+        missing_forces(arm, [trial])
+    (first, _), _ = _residuals(arm, np.zeros(0), [trial], None)
+    compiled = arm.compiled_residual
+    crude = compiled.run(TIME, arm.residual_inputs(trial), compiled.parameters, np.zeros(0)).outputs
+    assert np.allclose(first.values[0], trial.smoother.thin(crude)[:, 0])
+
+
+def test_maps_show_a_drag_against_its_speed_as_the_smoother_finds_it(arm):
+    """Second differences of the same trial bury it in noise of several times its size."""
+    trial = dragged(arm, 8)
+    (first, _), _ = _residuals(arm, np.zeros(0), [trial], None)
+    speed = trial.smoother.thin(trial.speeds)[:, 0]
+    assert np.std(first.values[0] + 0.4 * speed) < 0.1 * np.std(0.4 * speed)
