@@ -55,7 +55,11 @@ def robot_on(settings: dict[str, Any]) -> Iterator[VirtualRobot]:
 
 
 @pytest.mark.parametrize("settings", BUSES)
-def test_a_robot_starts_up_over_any_bus_and_is_found_to_be_well(settings: dict[str, Any]) -> None:
+def test_a_robot_starts_up_over_any_bus_and_is_found_to_be_well(
+    settings: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Robot and session share a process here, so an answer may take longer than a node's millisecond.
+    monkeypatch.setattr("hil.session.start_up.SCAN_S", (0.01, 0.04))
     with robot_on(settings) as robot:
         wire = open_wire(settings, TORQUE_IDENTIFIERS)
         try:
