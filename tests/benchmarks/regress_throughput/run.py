@@ -25,7 +25,12 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests/cosim"), str(ROOT / "tests/regress"
 from small_fmus import small_fmu  # noqa: E402
 
 # FMU, stop and step in s, the parameter that is varied, and its usual value.
-MODELS = (("decay", 2.0, 0.01, "k", 1.0), ("ball", 1.0, 0.005, "g", 9.81), ("gain", 1.0, 0.01, "a", 0.5), ("mass", 2.0, 0.01, "m", 1.0))
+MODELS = (
+    ("decay", 2.0, 0.01, "k", 1.0),
+    ("ball", 1.0, 0.005, "g", 9.81),
+    ("gain", 1.0, 0.01, "a", 0.5),
+    ("mass", 2.0, 0.01, "m", 1.0),
+)
 MISFIT = str(Path(sys.executable).with_name("misfit"))
 
 
@@ -91,12 +96,16 @@ def main() -> None:
         write_cases(folder, given.cases)
         rows = []
         for _ in range(given.rounds):
-            rows.append((*measured(lambda: fmpy(folder, given.cases)), *measured(lambda: misfit(folder, given.workers))))
+            rows.append(
+                (*measured(lambda: fmpy(folder, given.cases)), *measured(lambda: misfit(folder, given.workers)))
+            )
     print(f"{given.cases} cases, {given.workers} workers; seconds of the clock and CPU seconds")
     print("| round | FMPy clock | FMPy CPU | misfit clock | misfit CPU | clock / (FMPy / 2) | CPU / FMPy |")
     print("|---|---|---|---|---|---|---|")
     for k, (clock, used, ours, taken) in enumerate(rows, 1):
-        print(f"| {k} | {clock:.1f} | {used:.1f} | {ours:.1f} | {taken:.1f} | {2 * ours / clock:.2f} | {taken / used:.2f} |")
+        print(
+            f"| {k} | {clock:.1f} | {used:.1f} | {ours:.1f} | {taken:.1f} | {2 * ours / clock:.2f} | {taken / used:.2f} |"
+        )
     print("limit: 1.5 in either of the last two columns")
 
 
