@@ -71,7 +71,8 @@ class Window:
     @staticmethod
     def create(period_ns: int) -> "Window":
         """A new one, in shared memory where there is any."""
-        handle, name = tempfile.mkstemp(prefix=PREFIX, dir=_folder())
+        _windows()
+        handle, name = tempfile.mkstemp(prefix=f"{PREFIX}{os.getpid()}-", dir=_folder())
         os.ftruncate(handle, _PLACES * 8 + _TEXT)
         os.close(handle)
         window = Window(Path(name))
@@ -133,10 +134,31 @@ def newest() -> Path:
     Raises:
         MisfitError: if none runs.
     """
-    found = sorted(Path(_folder()).glob(f"{PREFIX}*"), key=lambda path: path.stat().st_mtime)
+    found = sorted(_windows(), key=lambda path: path.stat().st_mtime)
     if not found:
         raise MisfitError("no session runs here; start one in another terminal: misfit hil hold --virtual")
     return found[-1]
+
+
+def _windows() -> list[Path]:
+    """Windows of sessions that run; those of killed ones are cleared away."""
+    found = []
+    for path in Path(_folder()).glob(f"{PREFIX}*"):
+        if _lives(path.name.removeprefix(PREFIX).split("-")[0]):
+            found.append(path)
+        else:
+            path.unlink(missing_ok=True)
+    return found
+
+
+def _lives(process: str) -> bool:
+    try:
+        os.kill(int(process), 0)
+    except PermissionError:
+        return True
+    except (ValueError, OSError):
+        return False
+    return True
 
 
 def _folder() -> str:

@@ -14,7 +14,7 @@ from hil.codecs.barrett.safety_module import Button
 from hil.session.loop import Loop, Wishes
 from hil.view.live import watch
 from hil.view.picture import picture
-from hil.view.window import CLASSES, Glance, Window
+from hil.view.window import CLASSES, Glance, Window, newest
 from tests.hil.bench import Beats, Bench
 
 
@@ -115,3 +115,13 @@ def test_a_view_ends_with_its_session(tmp_path: Path) -> None:
     with pytest.raises(MisfitError, match="shows no session"):
         watch(window.path, console)
     assert np.isfinite(bench.plant.angles).all()
+
+
+def test_the_window_of_a_killed_session_is_cleared_away() -> None:
+    code = "from hil.view.window import Window; print(Window.create(1).path)"
+    left = Path(subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.strip())
+    assert left.exists()
+    mine = Window.create(2_000_000)
+    assert not left.exists()
+    assert newest() == mine.path
+    mine.remove()
