@@ -173,8 +173,9 @@ def _predictions(
     low, high = measured.min(axis=0), measured.max(axis=0)
     reach = BEYOND * (high - low)
     if is_at_rest(learning):
-        units = [v.unit for v in members[0].model.outputs]
-        reach = np.array([2.5 * OUT_OF_REST.get(unit, OUT_OF_REST_ELSE) for unit in units])
+        units = {v.name: v.unit for v in members[0].model.outputs}  # measured or not
+        signals = members[0].model.signals
+        reach = np.array([2.5 * OUT_OF_REST.get(units[name], OUT_OF_REST_ELSE) for name in signals])
     runs = []
     for member in members:
         try:

@@ -16,7 +16,7 @@ from orchestrator.diagnosis.menu import menu
 from orchestrator.diagnosis.next_experiment import Explanation, plan
 from orchestrator.models.smoothing import SmoothedTrial
 
-DRIVE, MUSCLE = (find_modelica_model(name) for name in ("drive", "muscle"))
+DRIVE, MUSCLE, TANKS = (find_modelica_model(name) for name in ("drive", "muscle", "tanks"))
 TIME = np.arange(0, 4, 0.01)
 NOISE = np.array([1e-3])
 
@@ -142,3 +142,23 @@ def test_noise_that_counts_too_much_in_the_metric_does_not_hide_what_separates()
 
     assert usual is not None and quiet is not None
     assert norm.ppf(quiet.repeat[1]) == pytest.approx(10**0.5 * norm.ppf(usual.repeat[1]))
+
+
+def test_machine_at_rest_whose_model_has_more_outputs_than_were_measured_gets_an_experiment() -> None:
+    system = TANKS.compile()
+    candidates = find_candidates(TANKS, system, effect_library())[0]
+    time = np.arange(300.0)
+    level = (1e-4 / 5e-5) ** 2 / (2 * 9.81)
+    inputs = np.column_stack([np.full(300, 1e-4), np.zeros((300, len(system.inputs) - 1))])
+    noise = np.full(2, 1e-4)
+    data = LearningData((SmoothedTrial(time, inputs, np.full((300, 2), level), noise),), noise)
+    members = []
+    for name, values in (("stimulation_delay", [20.0]), ("leak", [1e-6])):
+        effects = EffectSet(TANKS, [next(c for c in candidates if c.card.id == name)], ("h1", "h2"))
+        low, high = effects.bounds()
+        members.append(Explanation(name, effects.model, np.array(values), low, high, np.full(2, level)))
+
+    found = plan(members, data)
+
+    assert found is not None
+    assert found.experiment.name != "repeat"
