@@ -7,4 +7,5 @@ EQUIVALENT: dict[str, str] = {
     "Gt -> GtE in `torque * speed > 0`": "a torque without power at that speed is zero, and replaced by zero",
     "Gt -> GtE in `torque * speed > share`": "where torque times speed is the share, the share by the speed is the torque",
     "Mult -> Div in `torque * speed`": "a product and a quotient have the same sign, and the speed is not zero there",
+    "1000000.0 + 1": "a millionth of a time that is printed with three digits",
 }
