@@ -2,6 +2,7 @@
 
 import json
 import os
+import resource
 import signal
 import subprocess
 import sys
@@ -170,18 +171,29 @@ def test_a_killed_run_leaves_its_rows(pair: Path, tmp_path: Path) -> None:
     assert result["mass.x"][0] == 1.0
 
 
+def hear_interrupts() -> None:
+    """Take SIGINT even where tests run in the background of a shell, which ignores it; and never fill a disk."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (2**30, 2**30))
+
+
 @pytest.mark.parametrize("isolate", ["--isolate", "--no-isolate"])
 def test_an_endless_run_ends_by_ctrl_c_with_a_whole_file(pair: Path, tmp_path: Path, isolate: str) -> None:
     root, out = Path(__file__).parents[2], tmp_path / "run.parquet"
     command = [sys.executable, "-m", "orchestrator.cli", "run", str(pair), "--stop", "inf", "--out", str(out), isolate]
     process = subprocess.Popen(
-        command, cwd=root, env={**os.environ, "PYTHONPATH": str(root)}, stderr=subprocess.PIPE, text=True
+        command,
+        cwd=root,
+        env={**os.environ, "PYTHONPATH": str(root)},
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=hear_interrupts,
     )
     journal = tmp_path / "run.parquet.unfinished"
     while process.poll() is None and not (journal.exists() and journal.stat().st_size > 1_000_000):
-        pass
+        time.sleep(0.02)
     process.send_signal(signal.SIGINT)
-    assert process.communicate()[1].strip() == "misfit: interrupted"
+    assert process.communicate(timeout=60)[1].strip() == "misfit: interrupted"
     assert process.returncode == 130
     result = read_result(out)
     assert len(result.time) > 10_000 and result.failure == "interrupted"
