@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from fmus.errors import MisfitError
+from fmus.files import write_atomically
 from orchestrator.gp import kernels
 from orchestrator.gp.block import Block, Output, Term
 from orchestrator.gp.covariance import Latent
@@ -62,7 +63,7 @@ def write_block(block: Block, path: Path) -> Path:
             for each in block.observations
         ],
     }
-    path.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    write_atomically(path, (json.dumps(content, indent=1) + "\n").encode())
     return path
 
 

@@ -1,0 +1,87 @@
+"""`misfit learn`: a block of what a model lacks along trials, as a function of its positions and speeds."""
+
+import json
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fmus.catalogue import find_modelica_model
+from orchestrator.cli.main import main
+from orchestrator.gp.saved import read_block
+from orchestrator.models.compiled import CompiledModel
+
+TIME = np.arange(500) * 0.004
+NOISE = 2e-4  # rad
+DAMPING = 0.4  # N.m.s/rad, at the elbow, that nobody is told of
+
+
+@pytest.fixture(scope="module")
+def trials(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Four trials of an arm whose elbow is damped more than the model says, the last one held out."""
+    folder, rng = tmp_path_factory.mktemp("trials"), np.random.default_rng(5)
+    arm = CompiledModel(find_modelica_model("arm").compile(), ["q1", "q2"], ["linkage.b[2]"])
+    names = [v.name for v in arm.system.inputs]
+    nominal = next(v.start for v in arm.system.parameters if v.name == "linkage.b[2]")
+    for k in range(1, 5):
+        alpha = 0.3 + 0.15 * np.sin(2 * np.pi * rng.uniform(0.3, 0.9, 6) * TIME[:, None] + rng.uniform(0.0, 6.0, 6))
+        drive = np.zeros((len(TIME), len(names)))
+        drive[:, [names.index(f"alpha_{i}") for i in range(1, 7)]] = alpha
+        q = arm.run(TIME, drive, arm.with_values([nominal + DAMPING]), np.array([0.8, 1.2, 0, 0]), substeps=2).outputs
+        table = np.column_stack([TIME, alpha, q + NOISE * rng.standard_normal(q.shape)])
+        header = "time," + ",".join(f"alpha_{i}" for i in range(1, 7)) + ",q1,q2"
+        np.savetxt(folder / f"trial_{k}.csv", table, delimiter=",", header=header, comments="")
+    files = ", ".join(f'"trial_{k}.csv"' for k in range(1, 5))
+    units = "\n".join(f'alpha_{i} = "1"' for i in range(1, 7))
+    (folder / "case.toml").write_text(
+        f'files = [{files}]\nlearning = [1, 2, 3]\nheld_out = [4]\n[columns]\ntime = "s"\n{units}\nq1 = "rad"\nq2 = "rad"\n'
+        f"[sensors]\nencoder_noise_std_rad = {NOISE}\n"
+    )
+    return folder
+
+
+@pytest.fixture
+def learn(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., tuple[int, str, str]]:
+    """Exit code, standard output and standard error of `misfit learn`."""
+
+    def run(*arguments: str | Path) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["misfit", "learn", *map(str, arguments)])
+        with pytest.raises(SystemExit) as ended:
+            main()
+        said = capsys.readouterr()
+        return int(ended.value.code or 0), said.out, said.err
+
+    return run
+
+
+def test_learned_friction_takes_most_of_the_missing_torque_off_a_trial_it_has_not_seen(
+    trials: Path, tmp_path: Path, learn: Callable[..., tuple[int, str, str]]
+) -> None:
+    code, out, _ = learn("arm", trials, "--out", tmp_path / "block.json", "--most", "120", "--json", "-")
+
+    assert code == 0
+    found = json.loads(out)
+    elbow = found["held_out"]["q2_missing"]
+    assert elbow["unit"] == "N.m"
+    assert elbow["after"] < 0.3 * elbow["before"]
+    block = read_block(tmp_path / "block.json")
+    assert list(block.inputs) == ["q1", "q2", "q1_speed", "q2_speed"]
+    middle = block.observations[0].inputs.mean(axis=0)
+    slope = np.diff(block.posterior.mean("q2", [middle - [0, 0, 0, 0.3], middle + [0, 0, 0, 0.3]])[:, 0])[0] / 0.6
+    assert slope == pytest.approx(-DAMPING, rel=0.15)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [(["arm", "nowhere"], "nowhere"), (["pendulum.fmu", "DATA"], "equations are closed")],
+)
+def test_what_cannot_be_learned_from_is_said_in_one_line(
+    trials: Path, learn: Callable[..., tuple[int, str, str]], arguments: list[str], words: str
+) -> None:
+    code, _, said = learn(*[trials if each == "DATA" else each for each in arguments])
+
+    assert code == 2
+    assert words in said
+    assert said.count("\n") == 1
