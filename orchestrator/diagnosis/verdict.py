@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from orchestrator.diagnosis.result import Verdict
 
 # Held-out errors exceed the noise if their mean square is this many times its power. Right sets of the benchmark's
-# drives and pendulums end between 0.98 and 1.05 (docs/decisions/010-what-is-left-decides.md).
-EXCESS = 1.25
+# drives and pendulums end between 0.98 and 1.05, of the arm up to 1.3, as its noise depends on the motion more than the
+# metric knows (docs/decisions/010-what-is-left-decides.md).
+EXCESS = 1.5
 # What a set leaves, as a share of what exceeded the noise (rms), before it counts as another effect: of declared sensors,
 # and where the noise is read from the record itself, which does not tell slow noise from a slow error.
 LEFT = 0.04
