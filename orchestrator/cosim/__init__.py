@@ -8,11 +8,11 @@ from orchestrator.cosim.system import ComponentSpec, Connection, RunSettings, Sy
 
 if TYPE_CHECKING:
     from orchestrator.cosim.load import load_system
-    from orchestrator.cosim.simulate import simulate
     from orchestrator.cosim.simulation import Simulation
+    from orchestrator.cosim.whole_run import simulate
 
 # What runs a system is imported when it is used; a description alone needs none of it.
-_HOMES = {"Simulation": "simulation", "load_system": "load", "simulate": "simulate"}
+_HOMES = {"Simulation": "simulation", "load_system": "load", "simulate": "whole_run"}
 
 __all__ = [
     "Component",
@@ -33,5 +33,5 @@ def __getattr__(name: str) -> Any:
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     found = getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
-    globals()[name] = found  # else the module `simulate` would hide the function of that name
+    globals()[name] = found
     return found
