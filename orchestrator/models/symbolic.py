@@ -248,7 +248,8 @@ def enough_substeps(
             most = np.minimum(share * np.ptp(fine, axis=0), UNSEEN * noise) + 1e-12
             enough = change.max(axis=0) <= most
             if measured is not None:
-                enough |= _rms(change) <= NEGLIGIBLE * _rms(fine - measured)
+                apart = _rms(change)
+                enough |= np.isfinite(apart) & (apart <= NEGLIGIBLE * _rms(fine - measured))
             if enough.all():
                 break
         count, coarse = 2 * count, fine
@@ -256,4 +257,5 @@ def enough_substeps(
 
 
 def _rms(series: np.ndarray) -> np.ndarray:
-    return np.sqrt(np.mean(series**2, axis=0))
+    with np.errstate(over="ignore"):  # a run with steps that are too long may grow beyond all bounds
+        return np.sqrt(np.mean(series**2, axis=0))
