@@ -31,6 +31,8 @@ CLEARLY = 3.0
 # Refitted in a round: those that explain the most of the correction residual, and the most of the free runs' error.
 BY_RESIDUAL = 5
 BY_FREE_RUNS = 3
+# And of effects of one parameter, where no residual of the equations shows what free runs hide.
+SIMPLE = 3
 # All are fitted roughly, the best few to the end.
 ROUGH = 1e-3
 POLISHED = 3
@@ -240,7 +242,8 @@ class Searcher:
         """
         judged = sorted((s for s in screened if s.gain > 0), key=lambda s: -s.gain)[:BY_RESIDUAL]
         inside = stage.tangent.base.labels
-        wanted = {inside | {label} for label in stage.nominated(BY_FREE_RUNS)}
+        blind = all(np.isnan(s.gain) for s in screened)
+        wanted = {inside | {label} for label in stage.nominated(BY_FREE_RUNS, SIMPLE if blind else 0)}
         hidden = [s for s in screened if np.isnan(s.gain)] if not stage.blocks else []
         by_labels = {frozenset(c.label for c in s.candidates): s for s in screened}
         chosen = [*judged, *hidden, *(by_labels[labels] for labels in wanted if labels in by_labels)]
