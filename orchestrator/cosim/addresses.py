@@ -7,7 +7,7 @@ from math import prod
 
 from fmus.errors import MisfitError
 from orchestrator.cosim.component import Port
-from orchestrator.cosim.wording import nearest
+from orchestrator.measurements.wording import nearest
 
 _ELEMENT = re.compile(r"(?P<base>.+)\[(?P<indices>\d+(,\d+)*)\]")
 

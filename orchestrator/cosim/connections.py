@@ -15,7 +15,7 @@ from orchestrator.cosim.system import Connection, System, Value, split_address
 from orchestrator.cosim.unconnected import unconnected_inputs
 from orchestrator.cosim.values import port_value
 from orchestrator.cosim.wiring import OUTSIDE, Link, Slot, Wiring
-from orchestrator.cosim.wording import nearest
+from orchestrator.measurements.wording import nearest
 
 _MOST_PROBLEMS = 10
 

@@ -7,10 +7,10 @@ from typing import Any
 from fmus.errors import MisfitError
 from orchestrator.cosim.built import built_fmu
 from orchestrator.cosim.kinds import OPTIONS, kinds
-from orchestrator.cosim.system import ComponentSpec, Connection, RunSettings, System, Value, split_address
-from orchestrator.cosim.wording import nearest
-from orchestrator.measurements.toml_values import TomlTable, number
-from orchestrator.measurements.wording import shown
+from orchestrator.cosim.system import ComponentSpec, Connection, RunSettings, System, split_address
+from orchestrator.cosim.values import value_of
+from orchestrator.measurements.toml_values import TomlTable
+from orchestrator.measurements.wording import nearest, shown
 
 # A component that is built from Modelica when the file is read, and an FMU from then on.
 MODELICA = "modelica"
@@ -31,12 +31,12 @@ def read_toml(path: Path) -> System:
     except OSError as error:
         raise MisfitError(f"{path} cannot be read: {error.strerror}; expected a system file") from error
     table = TomlTable.parse(path, content)
-    _known_keys(table, _SYSTEM)
+    table.check_keys(_SYSTEM)
     components = table.get_table("components")
     if not components.values:
         raise MisfitError(f'{path}: no [components]; expected at least one, such as mass = "Mass.fmu"')
     return System(
-        name=_text(table, "name") or path.stem,
+        name=table.get_text("name") or path.stem,
         components={name: _component(components, name, path.parent) for name in components.values},
         connections=tuple(_connections(table)),
         inputs=_inputs(table.get_table("inputs")),
@@ -60,13 +60,13 @@ def _component(components: TomlTable, name: str, folder: Path) -> ComponentSpec:
         kind, source = "fmu", str(_built(table, source, folder))
     own = {key: value for key, value in table.values.items() if key not in (*_COMPONENT, *kind_keys)}
     if kind in OPTIONS:
-        _known_keys(table, (*_COMPONENT, *kind_keys, *OPTIONS[kind]))
+        table.check_keys((*_COMPONENT, *kind_keys, *OPTIONS[kind]))
     parameters = table.get_table("parameters")
     return ComponentSpec(
         name,
         kind,
         source,
-        values={key: _value(parameters, key) for key in parameters.values},
+        values={key: value_of(parameters, key) for key in parameters.values},
         units=table.get_table("units").texts(),
         step=table.get_positive("step"),
         isolate=table.get_flag("isolate"),
@@ -77,10 +77,10 @@ def _component(components: TomlTable, name: str, folder: Path) -> ComponentSpec:
 def _kind(table: TomlTable) -> tuple[str, str, tuple[str, ...]]:
     """Kind and source of a component: `fmu = "Mass.fmu"`, or `kind = "fmu"` with `source = "Mass.fmu"`."""
     if "kind" in table.values:
-        kind = _text(table, "kind")
+        kind = table.get_text("kind")
         if kind not in OPTIONS and kind not in (known := [MODELICA, *kinds()]):
             raise MisfitError(f"{table.where}: kind = {shown(kind)}; {nearest(kind, known)}")
-        return kind, _text(table, "source"), ()
+        return kind, table.get_text("source"), ()
     # Kinds of other packages are looked for only where none of ours is named, since that takes a while.
     named = [kind for kind in (MODELICA, *OPTIONS) if kind in table.values]
     named = named or [kind for kind in kinds() if kind in table.values]
@@ -88,7 +88,7 @@ def _kind(table: TomlTable) -> tuple[str, str, tuple[str, ...]]:
         found = f"both {named[0]} and {named[1]}" if named else "no kind"
         every = ", ".join((MODELICA, *kinds()))
         raise MisfitError(f'{table.where}: {found}; expected one of {every}, such as fmu = "Mass.fmu"')
-    return named[0], _text(table, named[0]), (named[0],)
+    return named[0], table.get_text(named[0]), (named[0],)
 
 
 def _built(table: TomlTable, model: str, folder: Path) -> Path:
@@ -98,28 +98,19 @@ def _built(table: TomlTable, model: str, folder: Path) -> Path:
         raise type(error)(f"{table.where}: {error}") from error
 
 
-def _value(table: TomlTable, key: str) -> Value:
-    value = table.values[key]
-    if not isinstance(value, dict):
-        return Value(value)
-    if set(value) - {"value", "unit"} or "value" not in value or not isinstance(value.get("unit", ""), str):
-        raise table.wrong(key, 'a value or { value = ..., unit = "..." }')
-    return Value(value["value"], value.get("unit", ""))
-
-
 def _connections(table: TomlTable) -> Iterable[Connection]:
     given = table.values.get("connections", [])
     if not isinstance(given, list) or not all(isinstance(each, dict) for each in given):
         raise table.wrong("connections", "tables [[connections]] with from and to")
     for place, each in enumerate(given, 1):
         connection = TomlTable(f"{table.where} [[connections]] {place}", each)
-        _known_keys(connection, _CONNECTION)
-        factor = _number(connection, "factor")
+        connection.check_keys(_CONNECTION)
+        factor = connection.get_number("factor")
         yield Connection(
             source=_address(connection, "from"),
             target=_address(connection, "to"),
             factor=1.0 if factor is None else factor,
-            offset=_number(connection, "offset") or 0.0,
+            offset=connection.get_number("offset") or 0.0,
             mapping=_mapping(connection),
             convert=connection.get_flag("convert") is not False,
         )
@@ -141,12 +132,12 @@ def _inputs(table: TomlTable) -> dict[str, tuple[str, ...]]:
 
 
 def _run(table: TomlTable) -> RunSettings:
-    _known_keys(table, _RUN)
+    table.check_keys(_RUN)
     return RunSettings(
-        start=_number(table, "start"),
-        stop=_number(table, "stop"),
+        start=table.get_number("start"),
+        stop=table.get_number("stop"),
         step=table.get_positive("step"),
-        master=_text(table, "master") or "ordered",
+        master=table.get_text("master") or "ordered",
         tolerance=table.get_positive("tolerance"),
         options=dict(table.get_table("options").values),
     )
@@ -164,24 +155,3 @@ def _address(table: TomlTable, key: str) -> str:
     except MisfitError as error:
         raise table.wrong(key, wanted) from error
     return text
-
-
-def _number(table: TomlTable, key: str) -> float | None:
-    value = number(table.values[key]) if key in table.values else None
-    if value is None and key in table.values:
-        raise table.wrong(key, "a finite number")
-    return value
-
-
-def _text(table: TomlTable, key: str) -> str:
-    value = table.values.get(key, "")
-    if not isinstance(value, str):
-        raise table.wrong(key, "a string in quotation marks")
-    return value
-
-
-def _known_keys(table: TomlTable, known: Iterable[str]) -> None:
-    names = list(known)
-    for key in table.values:
-        if key not in names:
-            raise MisfitError(f"{table.where}: unknown key {shown(key)}; {nearest(key, names)}")

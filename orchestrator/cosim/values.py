@@ -13,6 +13,7 @@ from fmus.units import SiUnit
 from orchestrator.cosim.compatible import unit_scaling
 from orchestrator.cosim.component import FLOATS, INTEGERS, Port
 from orchestrator.cosim.system import Value
+from orchestrator.measurements.toml_values import TomlTable
 from orchestrator.measurements.wording import shown
 
 _SETTABLE = ("input", "parameter", "structuralParameter")
@@ -128,3 +129,17 @@ def _in_range(port: Port, value: Any, given: str) -> Any:
 def _wrong(port: Port, value: Any) -> MisfitError:
     kind = port.type if not port.shape else f"{port.type} of shape {port.shape}"
     return MisfitError(f"{port.name} = {shown(value)} is not of the type {kind}")
+
+
+def value_of(table: TomlTable, key: str) -> Value:
+    """A value from a TOML file, plain or with its unit: `3.0`, or `{ value = 3.0, unit = "cm" }`.
+
+    Raises:
+        MisfitError: if it is a table of another shape; names file, key and value.
+    """
+    value = table.values[key]
+    if not isinstance(value, dict):
+        return Value(value)
+    if set(value) - {"value", "unit"} or "value" not in value or not isinstance(value.get("unit", ""), str):
+        raise table.wrong(key, 'a value or { value = ..., unit = "..." }')
+    return Value(value["value"], value.get("unit", ""))

@@ -9,10 +9,9 @@ import numpy as np
 from fmus.errors import ComponentError, MisfitError
 from orchestrator.cosim.component import Component, Port, StepEnd
 from orchestrator.cosim.system import ComponentSpec
-from orchestrator.cosim.wording import nearest
 from orchestrator.gp.block import Block, Output
 from orchestrator.measurements.toml_values import number
-from orchestrator.measurements.wording import shown
+from orchestrator.measurements.wording import nearest, shown
 
 DEVIATION = "_sd"
 _OPTIONS = ("inputs", "outputs", "kernel", "noise", "learn")

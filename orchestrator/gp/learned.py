@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 
 from fmus.errors import MisfitError
-from orchestrator.cosim.wording import nearest
 from orchestrator.gp.block import Block, Output, Term
 from orchestrator.gp.covariance import Latent
 from orchestrator.gp.fit import fit
@@ -16,6 +15,7 @@ from orchestrator.gp.observations import observe
 from orchestrator.gp.posterior import condition
 from orchestrator.measurements.load import load_records
 from orchestrator.measurements.trial import Array, Record
+from orchestrator.measurements.wording import nearest
 
 KERNELS: dict[str, Callable[[float, tuple[float, ...]], Kernel]] = {
     "squared_exponential": SquaredExponential,

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from fmus.errors import MisfitError
 from fmus.symbolic.system import SymbolicSystem
-from orchestrator.cosim.wording import nearest
+from orchestrator.measurements.wording import nearest
 
 Array = NDArray[Any]
 

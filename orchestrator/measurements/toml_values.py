@@ -2,20 +2,20 @@
 
 import math
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
 
 from fmus.errors import MisfitError
-from orchestrator.measurements.wording import shown
+from orchestrator.measurements.wording import nearest, shown
 
 
 @dataclass(frozen=True)
 class TomlTable:
     """One table of a TOML file; `where` names the file and the table in messages.
 
-    Every `get_...` returns None (or an empty mapping) for an absent key and raises MisfitError for
+    Every `get_...` returns None (or an empty text or mapping) for an absent key and raises MisfitError for
     a value of another kind.
     """
 
@@ -53,6 +53,13 @@ class TomlTable:
                 raise self.wrong(key, "a string in quotation marks")
         return dict(self.values)
 
+    def get_text(self, key: str) -> str:
+        """A string, empty when absent."""
+        value = self.values.get(key, "")
+        if not isinstance(value, str):
+            raise self.wrong(key, "a string in quotation marks")
+        return value
+
     def get_texts(self, key: str) -> tuple[str, ...] | None:
         """A list of strings."""
         values = self._get_list(key, "a list of strings")
@@ -84,6 +91,13 @@ class TomlTable:
             raise self.wrong(key, wanted)
         return limits[0], limits[1]
 
+    def get_number(self, key: str) -> float | None:
+        """A finite number."""
+        value = number(self.values[key]) if key in self.values else None
+        if value is None and key in self.values:
+            raise self.wrong(key, "a finite number")
+        return value
+
     def get_positive(self, key: str) -> float | None:
         """A finite number above zero."""
         if key not in self.values:
@@ -99,6 +113,13 @@ class TomlTable:
         if value is not None and not isinstance(value, bool):
             raise self.wrong(key, "true or false")
         return value
+
+    def check_keys(self, known: Iterable[str]) -> None:
+        """Raise MisfitError for a key that is not known; the message says which was probably meant."""
+        names = list(known)
+        for key in self.values:
+            if key not in names:
+                raise MisfitError(f"{self.where}: unknown key {shown(key)}; {nearest(key, names)}")
 
     def wrong(self, key: str, expected: str) -> MisfitError:
         """The error for a value that is not what was expected."""

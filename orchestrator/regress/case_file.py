@@ -1,12 +1,11 @@
 """Cases read from TOML: `NAME.regress.toml` (or `regress.toml`), one case a file or several as [[case]]."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from fmus.errors import MisfitError
-from orchestrator.cosim.system import Value
-from orchestrator.cosim.wording import nearest
+from orchestrator.cosim.values import value_of
 from orchestrator.measurements.toml_values import TomlTable, number
 from orchestrator.measurements.wording import shown
 from orchestrator.regress.case import Case, Limits, Reference, Stimulus
@@ -48,7 +47,7 @@ def read_cases(path: Path) -> list[Case]:
     except OSError as error:
         raise MisfitError(f"{path} cannot be read: {error.strerror}; expected a case file") from error
     table = TomlTable.parse(path, content)
-    _known_keys(table, (*_CASE, "case"))
+    table.check_keys((*_CASE, "case"))
     base = path.name.removesuffix(ENDING).removesuffix(".toml")
     several = table.values.get("case")
     if several is None:
@@ -80,15 +79,15 @@ def _merged(shared: Mapping[str, Any], own: Mapping[str, Any]) -> dict[str, Any]
 
 
 def _case(table: TomlTable, name: str, path: Path) -> Case:
-    _known_keys(table, _CASE)
-    model = _text(table, "model")
+    table.check_keys(_CASE)
+    model = table.get_text("model")
     if not model:
         raise MisfitError(
             f'{table.where}: no model; expected an FMU, a system file or a built-in, such as model = "Ball.fmu"'
         )
     run = table.get_table("run")
-    _known_keys(run, _RUN)
-    interface = _text(run, "interface")
+    run.check_keys(_RUN)
+    interface = run.get_text("interface")
     if interface and interface not in _INTERFACES:
         raise run.wrong("interface", " or ".join(_INTERFACES))
     tolerance = read_tolerance(table.get_table("tolerance"))
@@ -101,12 +100,12 @@ def _case(table: TomlTable, name: str, path: Path) -> Case:
         file=path,
         model=model,
         interface=interface,
-        start=_number(run, "start"),
-        stop=_number(run, "stop"),
+        start=run.get_number("start"),
+        stop=run.get_number("stop"),
         step=run.get_positive("step"),
-        master=_text(run, "master") or None,
+        master=run.get_text("master") or None,
         solver_tolerance=run.get_positive("tolerance"),
-        parameters={key: _value(parameters, key) for key in parameters.values},
+        parameters={key: value_of(parameters, key) for key in parameters.values},
         stimulus=_stimulus(table.get_table("inputs"), path.parent),
         reference=_reference(table) or _default_reference(table, name, path, signals),
         signals=signals,
@@ -120,7 +119,7 @@ def _case(table: TomlTable, name: str, path: Path) -> Case:
 
 def _stimulus(table: TomlTable, folder: Path) -> Stimulus:
     """`file`, `hold` and `columns`, then one generator, or constant number, for each input."""
-    file = _text(table, "file")
+    file = table.get_text("file")
     signals: dict[str, Mapping[str, Any]] = {}
     for key, value in table.values.items():
         if key in ("file", "hold", "columns"):
@@ -144,7 +143,7 @@ def _reference(table: TomlTable) -> Reference | None:
     given = table.get_table("reference")
     if not given.values:
         return None
-    _known_keys(given, ("file", "own", "model", "measurement", "columns", "trial", "floors", "points"))
+    given.check_keys(("file", "own", "model", "measurement", "columns", "trial", "floors", "points"))
     kinds = [kind for kind in ("file", "own", "model", "measurement") if kind in given.values]
     if len(kinds) != 1:
         found = " and ".join(kinds) or "none of them"
@@ -159,7 +158,7 @@ def _reference(table: TomlTable) -> Reference | None:
         raise given.wrong("trial", "a trial's number from 1, or its name")
     columns = given.get_table("columns").texts()
     floors, points = given.get_positive("floors") or 5.0, given.get_flag("points") is True
-    return Reference(kind, _text(given, kind), columns, trial, floors, points)
+    return Reference(kind, given.get_text(kind), columns, trial, floors, points)
 
 
 def default_reference(name: str) -> str:
@@ -184,7 +183,7 @@ def _default_reference(
 
 
 def _limits(table: TomlTable) -> Limits:
-    _known_keys(table, _LIMITS)
+    table.check_keys(_LIMITS)
     retries = table.values.get("retries", 0)
     if isinstance(retries, bool) or not isinstance(retries, int) or not 0 <= retries <= 10:
         raise table.wrong("retries", "a whole number from 0 to 10")
@@ -195,33 +194,3 @@ def _limits(table: TomlTable) -> Limits:
         table.get_positive("memory_gib") or usual.memory_gib,
         retries,
     )
-
-
-def _value(table: TomlTable, key: str) -> Value:
-    value = table.values[key]
-    if not isinstance(value, dict):
-        return Value(value)
-    if set(value) - {"value", "unit"} or "value" not in value or not isinstance(value.get("unit", ""), str):
-        raise table.wrong(key, 'a value or { value = ..., unit = "..." }')
-    return Value(value["value"], value.get("unit", ""))
-
-
-def _number(table: TomlTable, key: str) -> float | None:
-    value = number(table.values[key]) if key in table.values else None
-    if value is None and key in table.values:
-        raise table.wrong(key, "a finite number")
-    return value
-
-
-def _text(table: TomlTable, key: str) -> str:
-    value = table.values.get(key, "")
-    if not isinstance(value, str):
-        raise table.wrong(key, "a string in quotation marks")
-    return value
-
-
-def _known_keys(table: TomlTable, known: Iterable[str]) -> None:
-    names = list(known)
-    for key in table.values:
-        if key not in names:
-            raise MisfitError(f"{table.where}: unknown key {shown(key)}; {nearest(key, names)}")

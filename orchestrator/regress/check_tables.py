@@ -7,9 +7,8 @@ from typing import Any
 
 import orchestrator.regress.comparison as comparison
 from fmus.errors import MisfitError
-from orchestrator.cosim.wording import nearest
 from orchestrator.measurements.toml_values import TomlTable, number
-from orchestrator.measurements.wording import shown
+from orchestrator.measurements.wording import nearest, shown
 from orchestrator.regress.comparison import Check, Tolerance
 
 DEFAULT = "tube"

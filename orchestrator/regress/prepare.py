@@ -8,7 +8,7 @@ from orchestrator.cosim.component import Port
 from orchestrator.cosim.kinds import describe
 from orchestrator.cosim.load import load_system
 from orchestrator.cosim.system import ComponentSpec, Connection, System, split_address
-from orchestrator.cosim.wording import nearest
+from orchestrator.measurements.wording import nearest
 from orchestrator.regress.case import Case
 from orchestrator.regress.stimulus import SOURCE
 from orchestrator.regress.tables import read_table

@@ -13,7 +13,7 @@ from orchestrator.cosim.kinds import describe
 from orchestrator.cosim.results.recorder import MemoryRecorder
 from orchestrator.cosim.simulation import Simulation
 from orchestrator.cosim.system import System, split_address
-from orchestrator.cosim.wording import nearest
+from orchestrator.measurements.wording import nearest
 from orchestrator.regress.comparison import Signal
 from orchestrator.regress.prepare import DRIVE, single
 from orchestrator.regress.watched import Watched

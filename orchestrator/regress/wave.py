@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 
 from fmus.errors import MisfitError
-from orchestrator.cosim.wording import nearest
 from orchestrator.measurements.toml_values import number
-from orchestrator.measurements.wording import shown
+from orchestrator.measurements.wording import nearest, shown
 
 # Times this close, as a share of the step, are the same.
 _SAME = 1e-9

@@ -4,9 +4,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from fmus.errors import MisfitError
-from orchestrator.cosim.wording import nearest
 from orchestrator.measurements.toml_values import TomlTable, number
-from orchestrator.measurements.wording import shown
+from orchestrator.measurements.wording import nearest, shown
 
 # Keys of each check with the value that `CHECK = true` stands for; None has to be given.
 CHECKS: dict[str, dict[str, Any]] = {

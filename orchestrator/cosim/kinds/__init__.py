@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from fmus.errors import MisfitError
 from orchestrator.cosim.component import Component
 from orchestrator.cosim.system import ComponentSpec
-from orchestrator.cosim.wording import nearest
+from orchestrator.measurements.wording import nearest
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint

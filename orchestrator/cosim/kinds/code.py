@@ -12,7 +12,7 @@ from typing import Any
 
 from fmus.errors import ComponentError, MisfitError
 from orchestrator.cosim.component import Component, StepEnd
-from orchestrator.cosim.wording import nearest
+from orchestrator.measurements.wording import nearest
 
 
 def load_object(source: str, folder: Path) -> Any:

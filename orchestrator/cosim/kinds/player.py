@@ -9,11 +9,10 @@ import numpy as np
 from fmus.errors import ComponentError, MisfitError
 from orchestrator.cosim.component import Component, Port, StepEnd
 from orchestrator.cosim.system import ComponentSpec
-from orchestrator.cosim.wording import nearest
 from orchestrator.measurements.load import load_records
 from orchestrator.measurements.toml_values import number
 from orchestrator.measurements.trial import Record
-from orchestrator.measurements.wording import listed, shown
+from orchestrator.measurements.wording import listed, nearest, shown
 
 # A time this close to a sample, as a share of the smallest distance of samples, is that of the sample.
 _SAME = 1e-6

@@ -13,7 +13,7 @@ from orchestrator.cosim.compatible import Transfer, transfer, unit_of, unit_scal
 from orchestrator.cosim.component import FLOATS, Port
 from orchestrator.cosim.swap.report import Difference, Match, SwapReport
 from orchestrator.cosim.system import Connection
-from orchestrator.cosim.wording import nearest
+from orchestrator.measurements.wording import nearest
 
 _GROUPS = {"parameter": "parameter", "structuralParameter": "parameter", "calculatedParameter": "parameter"}
 # Names that share half of their letters, and clearly more than with any other name.
