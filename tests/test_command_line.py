@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 import zipfile
+from importlib.metadata import entry_points
 from pathlib import Path
 
 import pytest
@@ -43,6 +44,14 @@ def fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
     done = misfit("build", "arm", "--out", folder)
     assert done.returncode == 0, done.stderr
     return folder / "arm.fmu"
+
+
+def test_help_says_of_every_command_what_it_does() -> None:
+    listed = misfit("--help").stdout.split("Commands:")[1].splitlines()
+
+    rows = [line.split(maxsplit=1) for line in listed if line.strip()]
+    assert {row[0] for row in rows} == {entry.name for entry in entry_points(group="misfit.commands")}
+    assert all(len(row) == 2 for row in rows), "a command without a summary"
 
 
 MISTAKES = {
