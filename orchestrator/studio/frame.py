@@ -1,0 +1,48 @@
+"""What every page stands in: a header with the navigation, the main part, and a footer."""
+
+import inspect
+from collections.abc import Sequence
+from importlib.metadata import version
+from pathlib import Path
+
+from fastapi import Request
+from nicegui import ui
+
+from orchestrator.studio.pages import Page
+
+STYLE = Path(__file__).with_name("studio.css")
+
+
+def mount(pages: Sequence[Page]) -> None:
+    """Give every page its route."""
+    ui.add_css(STYLE.read_text(), shared=True)
+    for page in pages:
+        _mount(page, pages)
+
+
+def _mount(page: Page, pages: Sequence[Page]) -> None:
+    @ui.page(page.path, title=f"{page.title} · misfit studio")
+    async def show(request: Request) -> None:
+        _header(page, pages)
+        with ui.element("div").classes("studio-main").props("id=content"):
+            built = page.build(**request.path_params)
+            if inspect.isawaitable(built):
+                await built
+        _footer()
+
+
+def _header(shown: Page, pages: Sequence[Page]) -> None:
+    with ui.header(fixed=False).classes("studio-header"):
+        ui.link("Skip to the content", "#content").classes("studio-skip")
+        ui.link("misfit studio", "/").classes("studio-brand")
+        with ui.element("nav").props('aria-label="Pages"').classes("studio-navigation"):
+            for page in pages:
+                if page.order is not None:
+                    link = ui.link(page.title, page.path)
+                    if page is shown:
+                        link.props('aria-current="page"')
+
+
+def _footer() -> None:
+    with ui.footer(fixed=False).classes("studio-footer"):
+        ui.label(f"misfit {version('misfit-fmu')} · everything stays on this machine")

@@ -1,0 +1,44 @@
+"""The server: NiceGUI behind the gate, on 127.0.0.1 only."""
+
+import os
+import socket
+from pathlib import Path
+
+from fmus.errors import MisfitError
+from orchestrator.studio.gate import Gate, Keys
+
+HOST = "127.0.0.1"
+
+
+def listen(port: int) -> socket.socket:
+    """A socket on 127.0.0.1; port 0 takes a free one.
+
+    Raises:
+        MisfitError: if the port is taken.
+    """
+    listener = socket.socket()
+    listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        listener.bind((HOST, port))
+    except OSError as error:
+        raise MisfitError(f"port {port} cannot be used ({error.strerror}); choose another with --port") from error
+    listener.listen(128)
+    return listener
+
+
+def serve(listener: socket.socket, keys: Keys, folder: Path) -> None:
+    """Serve until interrupted."""
+    os.environ["NICEGUI_STORAGE_PATH"] = str(folder / ".nicegui")
+    import uvicorn
+    from fastapi import FastAPI
+    from nicegui import ui
+
+    from orchestrator.studio.frame import mount
+    from orchestrator.studio.pages import registered_pages
+
+    mount(registered_pages())
+    app = FastAPI(openapi_url=None, docs_url=None, redoc_url=None)
+    ui.run_with(app, title="misfit studio", language="en-US", tailwind=False, show_welcome_message=False)
+    gate = Gate(app, listener.getsockname()[1], keys)
+    config = uvicorn.Config(gate, log_level="warning", server_header=False, timeout_graceful_shutdown=1)
+    uvicorn.Server(config).run(sockets=[listener])
