@@ -28,6 +28,8 @@ from hil.session.settings import Settings, settings_of_json
 from hil.session.start_up import Robot, must, start_up
 from hil.session.timing import Metronome, real_time_priority
 from hil.session.watchdog import watchdog
+from hil.stop.flag import StopFlag
+from hil.stop.server import stop_button
 from hil.view.window import Window
 
 SETTINGS, ROBOT, SUMMARY = "settings.json", "robot.json", "summary.json"
@@ -58,6 +60,20 @@ def run_session(
         MisfitError: if the bus, the robot or the settings do not fit.
         ComponentError: if the bus breaks, or records are lost.
     """
+    # The button outlives the loop: while files are written it says that the arm has been let go.
+    with stop_button() as stop:
+        document = _cycles(settings, seconds, operator, folder, stop, dry_run)
+        if folder is not None:
+            write_atomically(folder / SUMMARY, (json.dumps(document, indent=2) + "\n").encode())
+            write_signals(folder, recorded_pilot(folder), {"session": document})
+            write_frames(folder, folder / FRAMES_BLF)
+    return document
+
+
+def _cycles(
+    settings: Settings, seconds: float, operator: Operator, folder: Path | None, stop: StopFlag, dry_run: bool
+) -> dict[str, Any]:
+    """From the open bus to the last torque."""
     with ExitStack() as stack:
         heart = stack.enter_context(watchdog(settings.bus))
         wire = open_wire(settings.bus, TORQUE_IDENTIFIERS)
@@ -87,15 +103,11 @@ def run_session(
             watch=lambda start_ns, decision: operator.watch(pilot, decision),
             window=window,
         )
-        summary = loop.run(_wishes(seconds, armed, pilot, operator))
+        summary = loop.run(_wishes(seconds, armed, pilot, operator, stop))
+        stop.finish()
         if armed and not pilot.is_armed:
             summary.faults.append(f"the arm could not be armed: {pilot.refused}")
-        document = _result(settings, summary, beats.missed, recorder, refused)
-    if folder is not None:
-        write_atomically(folder / SUMMARY, (json.dumps(document, indent=2) + "\n").encode())
-        write_signals(folder, recorded_pilot(folder), {"session": document})
-        write_frames(folder, folder / FRAMES_BLF)
-    return document
+        return _result(settings, summary, beats.missed, recorder, refused)
 
 
 def replay_session(folder: Path) -> Replayed:
@@ -155,7 +167,7 @@ def _robot_json(robot: Robot) -> dict[str, Any]:
     return {**asdict(robot), "motor": dict(robot.motor)}
 
 
-def _wishes(seconds: float, arm: bool, pilot: Pilot, operator: Operator) -> Callable[[], Wishes]:
+def _wishes(seconds: float, arm: bool, pilot: Pilot, operator: Operator, stop: StopFlag) -> Callable[[], Wishes]:
     """Arm as soon as the safety module is active and all is well; abort when told; end when done, or so long after arming."""
     began = time.monotonic()
     armed: float | None = None if arm else began
@@ -168,6 +180,9 @@ def _wishes(seconds: float, arm: bool, pilot: Pilot, operator: Operator) -> Call
         over = now - began > PATIENCE_S if armed is None else now - armed > seconds
         over |= isinstance(pilot.controller, Ending) and pilot.controller.is_done
         abort, confirm = operator.abort.is_set(), operator.confirm.is_set()
+        if stop.is_pressed:
+            abort = True
+            stop.saw()
         operator.confirm.clear()
         return Wishes(arm=armed is None, abort=abort, over=over or (armed is None and abort), confirm=confirm)
 
