@@ -7,7 +7,8 @@ import numpy as np
 
 from orchestrator.regress.comparison import SignalVerdict
 from orchestrator.regress.outcome import Curve
-from orchestrator.report.figures._canvas import BLACK, ORANGE, axis_label, canvas, image, label, plain_log_axis
+from orchestrator.report.figures._canvas import axis_label, canvas, image, label, plain_log_axis
+from orchestrator.report.palette import Colour
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,11 +24,18 @@ def curve_figure(curve: Curve, verdict: SignalVerdict | None) -> str:
     figure, axes = canvas(2 if zoomed else 1, 1, 4.4 if zoomed else 2.6)
     for ax in axes[:, 0]:
         if curve.reference is not None and curve.reference_time is not None:
-            ax.plot(curve.reference_time, curve.reference, color=BLACK, linewidth=1.8, alpha=0.55, label="reference")
-        ax.plot(curve.time, curve.values, color=ORANGE, linewidth=1.2, linestyle="--", label="result")
+            ax.plot(
+                curve.reference_time,
+                curve.reference,
+                color=Colour.MEASURED,
+                linewidth=1.8,
+                alpha=0.55,
+                label="reference",
+            )
+        ax.plot(curve.time, curve.values, color=Colour.MODEL, linewidth=1.2, linestyle="--", label="result")
         ax.set_ylabel(axis_label(curve.name, curve.unit), fontsize=9)
         if worst is not None and np.isfinite(worst):
-            ax.axvline(worst, color=ORANGE, linewidth=0.8, alpha=0.6)
+            ax.axvline(worst, color=Colour.MODEL, linewidth=0.8, alpha=0.6)
     axes[-1, 0].set_xlabel("time (s)", fontsize=9)
     axes[0, 0].legend(fontsize=8, frameon=False)
     if zoomed and worst is not None:
@@ -56,7 +64,7 @@ def trend_figure(case: str, lines: Sequence[tuple[str, Sequence[float | None]]])
     for name, values in lines[:_MOST_LINES]:
         heights = np.array([np.nan if value is None else min(value, _HIGHEST) for value in values], dtype=float)
         ax.plot(np.arange(1, len(heights) + 1), np.maximum(heights, 1e-6), marker="o", markersize=3, label=label(name))
-    ax.axhline(1.0, color=BLACK, linewidth=0.8, linestyle=":")
+    ax.axhline(1.0, color=Colour.FLOOR, linewidth=0.8, linestyle=":")
     plain_log_axis(ax, "y")
     ax.set_xlabel("run", fontsize=9)
     ax.set_ylabel("worst error / tolerance", fontsize=9)

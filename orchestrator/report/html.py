@@ -24,6 +24,7 @@ from orchestrator.report.page import (
     tried_table,
     versions_table,
 )
+from orchestrator.report.palette import css_variables
 from orchestrator.report.provenance import ledger_provenance, provenance
 from orchestrator.report.sentences import comparison_sentence, effect_name, verdict_sentence
 from orchestrator.report.where_tables import where_tables
@@ -182,7 +183,7 @@ def _short(path: str) -> str:
 
 def render(page: Page) -> str:
     """Return a page as one HTML file."""
-    return _template().render(page=page)
+    return _template().render(page=page, colours=css_variables())
 
 
 @cache

@@ -2,13 +2,12 @@
 
 import numpy as np
 
-from orchestrator.report.figures._canvas import BLACK, GREY, canvas, image
+from orchestrator.report.figures._canvas import canvas, image
+from orchestrator.report.palette import SERIES, Colour
 from orchestrator.study import published
 from orchestrator.study.muscles import MUSCLES
 from orchestrator.study.study import LIMITS, Study
 from orchestrator.study.summary import drawn, lines, over
-
-_COLOURS = ("#0072B2", "#D55E00", "#999999", "#009E73", "#CC79A7", "#000000")
 
 
 def errors_figure(study: Study) -> str:
@@ -18,9 +17,9 @@ def errors_figure(study: Study) -> str:
     for ax, goal in zip(axes[0], (False, True), strict=True):
         for seed in study.seeds:
             errors = study.errors[seed, LIMITS[0]][int(goal)]
-            ax.plot(errors.required, errors.error, ".", color=GREY, markersize=2, alpha=0.4)
+            ax.plot(errors.required, errors.error, ".", color=Colour.OTHER, markersize=2, alpha=0.4)
             ends = np.array([errors.required.min(), errors.required.max()])
-            ax.plot(ends, errors.line.intercept + errors.line.slope * ends, color=BLACK, linewidth=0.8)
+            ax.plot(ends, errors.line.intercept + errors.line.slope * ends, color=Colour.INK, linewidth=0.8)
         found = lines(study, LIMITS[0], goal)
         slope, r2 = over(line.slope for line in found).median, over(line.r2 for line in found).median
         where = "goal posture" if goal else "actual state"
@@ -36,7 +35,7 @@ def growth_figure(study: Study, ways: tuple[tuple[str, str], ...]) -> str:
     figure, axes = canvas(1, len(ways), 4.0, sharey=True)
     for ax, way in zip(axes[0], ways, strict=True):
         table = drawn(study, *way)
-        for muscle, colour in zip(MUSCLES, _COLOURS, strict=True):
+        for muscle, colour in zip(MUSCLES, SERIES, strict=True):
             found = list(table[muscle].values())
             numbers = [int(size) for size in table[muscle]]
             ax.plot(numbers, [each.mean for each in found], color=colour, label=muscle, linewidth=1.4)
@@ -45,7 +44,7 @@ def growth_figure(study: Study, ways: tuple[tuple[str, str], ...]) -> str:
             )
             if muscle in published.IMPROVEMENT:
                 ax.plot(study.count, published.IMPROVEMENT[muscle], "x", color=colour, markersize=6)
-        ax.axhline(0.0, color=GREY, linewidth=0.8)
+        ax.axhline(0.0, color=Colour.FLOOR, linewidth=0.8)
         ax.set_title(f"{way[0]}, {way[1]} initial set", fontsize=8)
         ax.set_xlabel("corrections", fontsize=8)
     axes[0, 0].set_ylabel("improvement (%)", fontsize=8)

@@ -19,7 +19,7 @@ HOSTILE = "<script>alert('$x$')</script>&\"\n\x00日本.csv"
 
 
 class Page(HTMLParser):
-    """The elements of a page: tags with attributes, and the text outside `<style>`."""
+    """The elements of a page: tags with attributes, and the text outside `<style>` and `<script>`."""
 
     def __init__(self, source: str) -> None:
         super().__init__()
@@ -31,7 +31,8 @@ class Page(HTMLParser):
         self.elements.append((tag, dict(attributes)))
 
     def handle_data(self, data: str) -> None:
-        self.text += data
+        if self.cdata_elem is None:
+            self.text += data
 
     def alternatives(self) -> list[str]:
         return [attributes["alt"] or "" for tag, attributes in self.elements if tag == "img"]

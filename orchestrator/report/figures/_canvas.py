@@ -1,4 +1,4 @@
-"""What all figures share: a canvas, colours that also work in grey, and the way into a page as an inline image."""
+"""What all figures share: a canvas, and the way into a page as an inline image."""
 
 import base64
 import html
@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
 DPI = 110
 WIDTH = 9.0  # inches
-# Okabe and Ito's colour-blind-safe palette, in an order that also falls in lightness.
-BLACK, BLUE, ORANGE, GREEN, GREY = "#000000", "#0072B2", "#D55E00", "#009E73", "#767676"
 MAX_POINTS = 2000
 MAX_SIGNALS = 3
 

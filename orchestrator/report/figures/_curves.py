@@ -7,11 +7,7 @@ import numpy as np
 
 from orchestrator.compare.result import Comparison, TrialCurves
 from orchestrator.report.figures._canvas import (
-    BLACK,
-    BLUE,
-    GREY,
     MAX_SIGNALS,
-    ORANGE,
     axis_label,
     canvas,
     image,
@@ -19,6 +15,7 @@ from orchestrator.report.figures._canvas import (
     thinned,
 )
 from orchestrator.report.numbers import digits, quantity
+from orchestrator.report.palette import Colour
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -73,14 +70,14 @@ def trial_curves(comparison: Comparison, trial: TrialCurves, after: TrialCurves 
 def _draw_curves(ax: "Axes", trial: TrialCurves, after: TrialCurves | None, name: str) -> None:
     keep = thinned(trial.time.size)
     time = trial.time[keep]
-    ax.plot(time, trial.measured[name][keep], color=BLACK, linewidth=1.8, alpha=0.55, label="measured")
-    ax.plot(time, trial.modelled[name][keep], color=ORANGE, linewidth=1.2, linestyle="--", label=_model(after))
+    ax.plot(time, trial.measured[name][keep], color=Colour.MEASURED, linewidth=1.8, alpha=0.55, label="measured")
+    ax.plot(time, trial.modelled[name][keep], color=Colour.MODEL, linewidth=1.2, linestyle="--", label=_model(after))
     if after is not None:
         keep = thinned(after.time.size)
         ax.plot(
             after.time[keep],
             after.modelled[name][keep],
-            color=BLUE,
+            color=Colour.IMPROVED,
             linewidth=1.2,
             linestyle="-.",
             label="with effects",
@@ -88,13 +85,13 @@ def _draw_curves(ax: "Axes", trial: TrialCurves, after: TrialCurves | None, name
 
 
 def _draw_residuals(ax: "Axes", trial: TrialCurves, after: TrialCurves | None, name: str, floor: float) -> None:
-    ax.axhline(0.0, color=BLACK, linewidth=0.6)
+    ax.axhline(0.0, color=Colour.INK, linewidth=0.6)
     keep = thinned(trial.time.size)
-    ax.plot(trial.time[keep], _residual(trial, name)[keep], color=ORANGE, linewidth=0.9, linestyle="--")
+    ax.plot(trial.time[keep], _residual(trial, name)[keep], color=Colour.MODEL, linewidth=0.9, linestyle="--")
     if after is not None:
         keep = thinned(after.time.size)
-        ax.plot(after.time[keep], _residual(after, name)[keep], color=BLUE, linewidth=0.9)
-    ax.axhspan(-BAND * floor, BAND * floor, color=GREY, alpha=0.35, linewidth=0, label=f"±{BAND} noise floors")
+        ax.plot(after.time[keep], _residual(after, name)[keep], color=Colour.IMPROVED, linewidth=0.9)
+    ax.axhspan(-BAND * floor, BAND * floor, color=Colour.FLOOR, alpha=0.35, linewidth=0, label=f"±{BAND} noise floors")
 
 
 def _residual(trial: TrialCurves, name: str) -> np.ndarray:

@@ -5,8 +5,9 @@ from collections.abc import Sequence
 
 from orchestrator.compare.result import SetErrors
 from orchestrator.diagnosis.result import Diagnosis
-from orchestrator.report.figures._canvas import BLACK, BLUE, GREY, ORANGE, canvas, image, label, plain_log_axis
+from orchestrator.report.figures._canvas import canvas, image, label, plain_log_axis
 from orchestrator.report.numbers import digits, percent
+from orchestrator.report.palette import Colour
 from orchestrator.report.sentences import ranked_name
 
 RANKING_BARS = 10
@@ -19,9 +20,9 @@ def ranking(diagnosis: Diagnosis) -> str:
     entries = diagnosis.ranking[:RANKING_BARS]
     figure, axes = canvas(1, 1, 0.8 + 0.32 * max(1, len(entries)))
     ax, places = axes[0, 0], range(len(entries))
-    colours = [BLUE if place == 0 else GREY for place in places]
+    colours = [Colour.ACCENT if place == 0 else Colour.OTHER for place in places]
     shares = [100 * entry.score if math.isfinite(entry.score) else 0.0 for entry in entries]
-    ax.barh(places, shares, color=colours, edgecolor=BLACK, linewidth=0.6, height=0.65)
+    ax.barh(places, shares, color=colours, edgecolor=Colour.INK, linewidth=0.6, height=0.65)
     for place, (share, entry) in enumerate(zip(shares, entries, strict=True)):
         text = f"{percent(entry.score)}, probability {percent(entry.probability)}"
         ax.text(max(0.0, share) + 1, place, text, va="center", fontsize=8)
@@ -44,11 +45,11 @@ def falling_error(versions: Sequence[Version]) -> str:
     learning = [_drawable(found.over_floor) for _, found, _ in versions]
     held_out = [math.nan if found is None else _drawable(found.over_floor) for _, _, found in versions]
     places = range(len(versions))
-    ax.axhline(1.0, color=BLACK, linestyle="--", linewidth=1.2, label="noise floor")
+    ax.axhline(1.0, color=Colour.FLOOR, linestyle="--", linewidth=1.2, label="noise floor")
     ax.plot(
         places,
         learning,
-        color=ORANGE,
+        color=Colour.LEARNING,
         linestyle=":",
         marker="s",
         markersize=6,
@@ -56,7 +57,9 @@ def falling_error(versions: Sequence[Version]) -> str:
         label="learning trials",
     )
     if not all(math.isnan(value) for value in held_out):
-        ax.plot(places, held_out, color=BLUE, linewidth=1.8, marker="o", markersize=7, label="held-out trials")
+        ax.plot(
+            places, held_out, color=Colour.HELD_OUT, linewidth=1.8, marker="o", markersize=7, label="held-out trials"
+        )
     plain_log_axis(ax, "y")
     decisive = [(found or learned).over_floor for _, learned, found in versions]
     for place, value in zip(places, decisive, strict=True):

@@ -3,8 +3,9 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from orchestrator.report.figures._canvas import BLACK, GREY, axis_label, canvas, image
+from orchestrator.report.figures._canvas import axis_label, canvas, image
 from orchestrator.report.numbers import digits
+from orchestrator.report.palette import Colour
 
 MOST_MAPS = 4
 
@@ -22,10 +23,12 @@ def error_maps(name: str, rows: Sequence[Mapping[str, Any]]) -> str:
     for ax, group in zip(axes[0], shown, strict=True):
         edges = [group[0]["from"], *(row["to"] for row in group)]
         low, high = ([row[key] for row in group] for key in ("low", "high"))
-        ax.fill_between(edges, [*low, low[-1]], [*high, high[-1]], step="post", color=GREY, alpha=0.4, linewidth=0)
-        ax.stairs([row["rmse"] for row in group], edges, color=BLACK, linewidth=1.6)
+        ax.fill_between(
+            edges, [*low, low[-1]], [*high, high[-1]], step="post", color=Colour.FLOOR, alpha=0.3, linewidth=0
+        )
+        ax.stairs([row["rmse"] for row in group], edges, color=Colour.RESIDUAL, linewidth=1.6)
         middles = [0.5 * (row["from"] + row["to"]) for row in group]
-        ax.plot(middles, [row["bias"] for row in group], color=BLACK, linestyle=":", marker="o", markersize=3)
+        ax.plot(middles, [row["bias"] for row in group], color=Colour.RESIDUAL, linestyle=":", marker="o", markersize=3)
         ax.set_xlabel(axis_label(str(group[0]["against"]), str(group[0]["unit"])), fontsize=8)
         ax.set_title(f"p = {digits(group[0]['p_value'])}", fontsize=8)
     axes[0, 0].set_ylabel(f"{name}: rms (line), mean (dots)", fontsize=8)

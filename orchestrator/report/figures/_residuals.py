@@ -8,10 +8,6 @@ import numpy as np
 
 from orchestrator.compare.result import Comparison, TrialCurves, TrialErrors
 from orchestrator.report.figures._canvas import (
-    BLACK,
-    BLUE,
-    GREY,
-    ORANGE,
     axis_label,
     canvas,
     image,
@@ -21,6 +17,7 @@ from orchestrator.report.figures._canvas import (
 )
 from orchestrator.report.figures._curves import over, shown_signals
 from orchestrator.report.numbers import digits, quantity
+from orchestrator.report.palette import Colour
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -50,12 +47,12 @@ def _draw_bars(ax: "Axes", trials: Sequence[TrialErrors], errors: Sequence[float
     ax.bar(
         numbers,
         [error if math.isfinite(error) else 0.0 for error in errors],
-        color=["white" if out else BLUE for out in held_out],
-        edgecolor=BLUE,
+        color=["white" if out else Colour.MODEL for out in held_out],
+        edgecolor=Colour.MODEL,
         hatch=["///" if out else "" for out in held_out],
         width=0.7,
     )
-    ax.axhline(floor, color=BLACK, linestyle="--", linewidth=1.2)
+    ax.axhline(floor, color=Colour.FLOOR, linestyle="--", linewidth=1.2)
     ax.set_xticks(numbers)
     ax.set_xlabel("trial (hatched: held out; dashed: noise floor)", fontsize=9)
 
@@ -93,9 +90,11 @@ def residual_spectrum(comparison: Comparison) -> str:
         parts.append(f"{name} is strongest at {digits(float(peak))} Hz")
         positive = density > 0
         if positive.any():
-            ax.plot(frequency[positive], density[positive], color=ORANGE, linewidth=1.2, marker=".", markersize=3)
+            ax.plot(
+                frequency[positive], density[positive], color=Colour.RESIDUAL, linewidth=1.2, marker=".", markersize=3
+            )
             white = comparison.noise_floor[name] * np.sqrt(2 * _step(comparison.curves[0]))
-            ax.axhline(white, color=BLACK, linestyle="--", linewidth=1.2)
+            ax.axhline(white, color=Colour.FLOOR, linestyle="--", linewidth=1.2)
             plain_log_axis(ax, "x")
             plain_log_axis(ax, "y")
         ax.set_xlabel("frequency (Hz; dashed: floor, if white)", fontsize=9)
@@ -158,16 +157,16 @@ def binned(against: np.ndarray, residual: np.ndarray, bins: int = BINS) -> tuple
 
 
 def _draw_dependence(ax: "Axes", against: np.ndarray, residual: np.ndarray, floor: float) -> None:
-    ax.axhspan(-floor, floor, color=GREY, alpha=0.3, linewidth=0)
+    ax.axhspan(-floor, floor, color=Colour.FLOOR, alpha=0.3, linewidth=0)
     finite = np.isfinite(residual) & np.isfinite(against)
     against, residual = against[finite], residual[finite]
     if residual.size == 0:
         return
     keep = thinned(residual.size, FAINT_POINTS)
-    ax.plot(against[keep], residual[keep], linestyle="", marker=".", markersize=2, color=ORANGE, alpha=0.25)
+    ax.plot(against[keep], residual[keep], linestyle="", marker=".", markersize=2, color=Colour.RESIDUAL, alpha=0.25)
     centre, mean, spread = binned(against, residual)
-    ax.fill_between(centre, mean - spread, mean + spread, color=BLUE, alpha=0.2, linewidth=0)
-    ax.plot(centre, mean, color=BLUE, linewidth=1.3, marker="o", markersize=3)
+    ax.fill_between(centre, mean - spread, mean + spread, color=Colour.IMPROVED, alpha=0.2, linewidth=0)
+    ax.plot(centre, mean, color=Colour.IMPROVED, linewidth=1.3, marker="o", markersize=3)
 
 
 def _state_alt(comparison: Comparison, name: str, residual: np.ndarray) -> str:

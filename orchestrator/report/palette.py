@@ -1,0 +1,48 @@
+"""The one palette of figures, pages, studio and notebook: colours named by what they mean.
+
+Okabe and Ito's colour-blind-safe hues (2008), darkened where needed so that each can also carry text: at least 4.5:1 on
+white (WCAG 2.1, 1.4.3). Meanings that share a value never stand in one figure; the test says which ones must differ.
+"""
+
+from enum import StrEnum
+
+
+class Colour(StrEnum):
+    """A colour by its meaning, as `#rrggbb`; usable wherever a text is."""
+
+    # What data are.
+    MEASURED = "#000000"
+    MODEL = "#C24E00"
+    IMPROVED = "#0072B2"
+    RESIDUAL = "#A8478A"
+    FLOOR = "#4A4A4A"
+    LEARNING = MODEL
+    HELD_OUT = IMPROVED
+    # What to think of it.
+    GOOD = "#007D5A"
+    BAD = MODEL
+    WARNING = "#8F6400"
+    # What a page is made of.
+    INK = "#1A1A1A"
+    QUIET = "#595959"
+    ACCENT = IMPROVED
+    OTHER = "#6E6E6E"
+
+
+# Areas behind text and the lines that separate: nothing is written in them.
+SURFACES = {"paper": "#FFFFFF", "tint": "#F1F6FA", "rule": "#D5D5D5", "rule-strong": "#767676"}
+
+# For curves that are alike in kind, such as six muscles: vary the line's style, too, beyond the first four.
+SERIES = (Colour.IMPROVED, Colour.MODEL, Colour.GOOD, Colour.MEASURED, Colour.RESIDUAL, "#0B3C6F")
+
+
+def css_variables(selector: str = ":root") -> str:
+    """Return a CSS rule with each colour as a variable of the same name, such as `--held-out` and `--series-1`.
+
+    Example:
+        >>> ".plot {" in css_variables(".plot"), "--held-out: #0072B2;" in css_variables()
+        (True, True)
+    """
+    named: dict[str, str] = {name.lower().replace("_", "-"): colour for name, colour in Colour.__members__.items()}
+    named |= SURFACES | {f"series-{place}": colour for place, colour in enumerate(SERIES, start=1)}
+    return f"{selector} {{ {' '.join(f'--{name}: {colour};' for name, colour in named.items())} }}"
