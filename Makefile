@@ -42,9 +42,10 @@ bench: setup
 	@$(BIN)/python tests/benchmarks/study/run.py
 
 # Tools for the comparison that ask for other versions of shared packages; `make bench` uses them when they are there.
+# `make bench-peers MORE=gpytorch` adds GPyTorch, whose PyTorch may take 5 GB.
 bench-peers:
 	@$(PYTHON) -m venv build/peers
-	@build/peers/bin/python -m pip install --quiet --disable-pip-version-check --no-input cofmupy ecospy pyfunnel tbb tinygp ziglang
+	@build/peers/bin/python -m pip install --quiet --disable-pip-version-check --no-input cofmupy ecospy pyfunnel tbb tinygp ziglang $(MORE)
 
 # SIZE=tiny, small (at most about 15 minutes on two cores), medium or full; a run that was stopped goes on where it was.
 SIZE ?= small

@@ -2,8 +2,11 @@
 
 Figures are CPU times, the least of rounds in turn in one process with one BLAS thread. Libraries that are not installed are said
 to be missing. Exit code 1 when a limit is missed or an optimum is worse than another's.
+
+    python tests/benchmarks/gp/run.py [--peers PYTHON ...]
 """
 
+import argparse
 import json
 import subprocess
 import sys
@@ -19,7 +22,10 @@ from threadpoolctl import threadpool_limits
 
 SIZES = (84, 336, 756)
 ROUNDS = 7
-OTHER: dict = {}
+ROOT = Path(__file__).parents[3]
+# Libraries that need environments of their own: their scripts.
+ALONE = {"tinygp": "tinygp_peer.py", "GPyTorch": "gpytorch_peer.py"}
+OTHERS: list[dict] = []
 WORSE = 1e-6
 # A likelihood may cost this share of one written by hand for one kernel, a fit this share of the fastest other.
 LIMITS_MIXED = {2: 1.3, 3: 1.5, 7: 2.8}
@@ -28,22 +34,28 @@ LIMITS_LIKELIHOOD, LIMITS_FIT = (2.0, 1.2, 1.2), (1.2, 1.0, 1.0)
 
 def main() -> None:
     """Print the tables."""
-    OTHER.update(_other())
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--peers", metavar="PYTHON", nargs="+", default=[str(ROOT / "build/peers/bin/python")])
+    pythons = parser.parse_args().peers
+    OTHERS.extend(found for name, script in ALONE.items() if (found := _alone(name, script, pythons)))
     with threadpool_limits(1, "blas"):
         kept = all([_likelihoods(), _mixed(), _fits(), exchange(), predictions()])
     sys.exit(0 if kept else 1)
 
 
-def _other() -> dict:
-    """Figures of tinygp, which needs an environment of its own; nothing where it is not installed."""
-    python = Path(__file__).parents[3] / "build/peers/bin/python"
-    if not python.exists():
-        print("tinygp: not installed (make bench-peers)")
+def _alone(name: str, script: str, pythons: list[str]) -> dict:
+    """Figures of a library by the first of the interpreters that has it; nothing, and a word, where none has."""
+    for python in filter(Path.exists, map(Path, pythons)):
+        there = subprocess.run([python, "-c", f"import {name.lower()}"], capture_output=True, check=False)
+        if there.returncode == 0:
+            break
+    else:
+        print(f"{name}: not installed (make bench-peers)")
         return {}
-    command = [python, Path(__file__).with_name("tinygp_peer.py"), *map(str, SIZES)]
+    command = [python, Path(__file__).with_name(script), *map(str, SIZES)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode != 0:
-        print(f"tinygp: {(done.stderr.strip().splitlines() or ['failed'])[-1][:80]}")
+        print(f"{name}: {(done.stderr.strip().splitlines() or ['failed'])[-1][:80]}")
         return {}
     return json.loads(done.stdout)
 
@@ -74,8 +86,7 @@ def _likelihoods() -> bool:
                 print(f"{name}: not installed")
         for name, figure in _least(work).items():
             table.setdefault(name, []).append(figure)
-    if OTHER:
-        table[OTHER["name"]] = OTHER["likelihood_ms"]
+    table |= {other["name"]: other["likelihood_ms"] for other in OTHERS}
     for name, row in table.items():
         print(f"{name:38s}" + "".join(f"{each:12.3f}" for each in row))
     ratios = [one / other for one, other in zip(table["misfit"], table["LAPACK by hand"], strict=True)]
@@ -107,8 +118,8 @@ def _fits() -> bool:
                 continue
             table.setdefault(name, []).append(seconds)
             values.setdefault(name, []).append(optima)
-    if OTHER:
-        table[OTHER["name"]], values[OTHER["name"]] = OTHER["fit_s"], OTHER["value"]
+    for other in OTHERS:
+        table[other["name"]], values[other["name"]] = other["fit_s"], other["value"]
     for name, row in table.items():
         print(f"{name:38s}" + "".join(f"{each:12.4f}" for each in row))
     fastest = [min(row[k] for name, row in table.items() if name != "misfit") for k in range(len(SIZES))]
