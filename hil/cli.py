@@ -11,7 +11,7 @@ import click
 
 from fmus.errors import MisfitError
 from hil.trials.cli import record
-from orchestrator.cli.common import show, write_json
+from orchestrator.cli.common import json_option, quiet_option, show, write_json
 
 if TYPE_CHECKING:
     from hil.session.settings import Settings
@@ -36,8 +36,8 @@ def hil() -> None:
     help="Where to record; default: a new folder in ./recordings.",
 )
 @click.option("--dry-run", is_flag=True, help="Decide and record everything, send no torque.")
-@click.option("--json", "json_file", metavar="F", help="Write the result to F ('-': standard output).")
-@click.option("--quiet", is_flag=True, help="Print nothing but errors.")
+@json_option
+@quiet_option
 def hold(
     virtual: bool,
     bench: Path | None,
@@ -77,8 +77,8 @@ def hold(
 @click.option("--virtual", is_flag=True, help="Check a virtual robot; nothing needs to be attached.")
 @click.option("--bench", metavar="FILE", type=click.Path(path_type=Path), help="Bus, robot and limits (TOML).")
 @click.option("--rate", "rate_hz", type=float, default=500.0, show_default=True, help="Cycles a second (Hz) to hold.")
-@click.option("--json", "json_file", metavar="F", help="Write the result to F ('-': standard output).")
-@click.option("--quiet", is_flag=True, help="Print nothing but errors.")
+@json_option
+@quiet_option
 def check(virtual: bool, bench: Path | None, rate_hz: float, json_file: str | None, quiet: bool) -> None:
     """Say what is on a bus, what is missing, and what is set up wrongly. Motors are woken, not energised."""
     from dataclasses import asdict
@@ -103,8 +103,8 @@ def check(virtual: bool, bench: Path | None, rate_hz: float, json_file: str | No
 
 @hil.command()
 @click.argument("folder", metavar="RECORDING", type=click.Path(path_type=Path))
-@click.option("--json", "json_file", metavar="F", help="Write the result to F ('-': standard output).")
-@click.option("--quiet", is_flag=True, help="Print nothing but errors.")
+@json_option
+@quiet_option
 def replay(folder: Path, json_file: str | None, quiet: bool) -> None:
     """Run a recording through the same decisions: every frame must come out again, bit for bit."""
     from hil.session.session import replay_session
@@ -122,7 +122,7 @@ def replay(folder: Path, json_file: str | None, quiet: bool) -> None:
 @hil.command()
 @click.argument("folder", metavar="RECORDING", type=click.Path(path_type=Path))
 @click.argument("file", metavar="FILE", type=click.Path(path_type=Path))
-@click.option("--quiet", is_flag=True, help="Print nothing but errors.")
+@quiet_option
 def export(folder: Path, file: Path, quiet: bool) -> None:
     """Write all frames of a recording to FILE for other CAN tools: .blf, .asc, .mf4, .trc or .log."""
     from hil.recording.frames import write_frames

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from fmus.errors import MisfitError
-from orchestrator.cli.common import show, write_json
+from orchestrator.cli.common import json_option, quiet_option, show, write_json
 
 if TYPE_CHECKING:
     from hil.session.session import Operator
@@ -29,8 +29,8 @@ LONGEST_S = 6 * 3600.0
 @click.option("--body", default="arm", show_default=True, help="Model of the virtual arm; FILE.mo:Class for your own.")
 @click.option("--set", "values", metavar="NAME=NUMBER", multiple=True, help="A parameter of the virtual arm.")
 @click.option("--out", "folder", metavar="DIR", type=click.Path(path_type=Path), required=True, help="Where to record.")
-@click.option("--json", "json_file", metavar="F", help="Write the result to F ('-': standard output).")
-@click.option("--quiet", is_flag=True, help="Print nothing but errors.")
+@json_option
+@quiet_option
 def record(
     protocol: str,
     virtual: bool,

@@ -16,24 +16,58 @@ from fmus.files import write_atomically
 Say = Callable[[str], None]
 
 
+def json_option(command: Callable[..., None]) -> Callable[..., None]:
+    """Add `--json`."""
+    return click.option(
+        "--json",
+        "json_file",
+        metavar="F",
+        callback=can_be_written,
+        help="Write the result to F ('-': standard output).",
+    )(command)
+
+
+def html_option(command: Callable[..., None]) -> Callable[..., None]:
+    """Add `--html`."""
+    return click.option(
+        "--html", "html_file", metavar="F", callback=can_be_written, help="Write a self-contained report to F."
+    )(command)
+
+
+def quiet_option(command: Callable[..., None]) -> Callable[..., None]:
+    """Add `--quiet`."""
+    return click.option("--quiet", is_flag=True, help="Print nothing but errors.")(command)
+
+
 def result_options(html: bool = True) -> Callable[[Callable[..., None]], Callable[..., None]]:
     """Add `--json`, `--html`, `--quiet` and `--workers` to a command."""
 
     def decorate(command: Callable[..., None]) -> Callable[..., None]:
-        command = click.option(
-            "--json", "json_file", metavar="F", help="Write the result to F ('-': standard output)."
-        )(command)
+        command = json_option(command)
         if html:
-            command = click.option("--html", "html_file", metavar="F", help="Write a self-contained report to F.")(
-                command
-            )
-        command = click.option("--quiet", is_flag=True, help="Print nothing but errors.")(command)
+            command = html_option(command)
+        command = quiet_option(command)
         default = os.cpu_count() or 1
         return click.option(
             "--workers", type=click.IntRange(1, 64), default=default, show_default=True, help="Fits that run at a time."
         )(command)
 
     return decorate
+
+
+def can_be_written(context: click.Context, option: click.Parameter, target: str | None) -> str | None:
+    """Refuse a place that cannot be written to before the work, not after it."""
+    if target is None or target == "-":
+        return target
+    path = Path(target)
+    above = next(folder for folder in path.absolute().parents if folder.exists())
+    if path.is_dir():
+        raise MisfitError(f"{path} is a folder; expected a file to write")
+    if not above.is_dir():
+        raise MisfitError(f"{path} cannot be written: {above} is no folder; choose another place")
+    if not os.access(above, os.W_OK):
+        raise MisfitError(f"{path} cannot be written: no permission to write in {above}; choose another place")
+    return target
 
 
 def cards_option(command: Callable[..., None]) -> Callable[..., None]:

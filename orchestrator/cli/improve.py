@@ -10,6 +10,7 @@ import click
 from fmus.errors import MisfitError
 from orchestrator.cli.common import (
     cards_option,
+    json_option,
     progress,
     result_options,
     scheduler_option,
@@ -109,7 +110,7 @@ def _estimate(entry: dict[str, Any]) -> Any:
 
 @click.command()
 @click.argument("folder", default=RESULTS, metavar="[DIR]")
-@click.option("--json", "json_file", metavar="F", help="Write the ledger to F ('-': standard output).")
+@json_option
 def ledger(folder: str, json_file: str | None) -> None:
     """List every version of a model: its effects, its errors, and how far they are from the noise floor."""
     from orchestrator.ledger import read

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from orchestrator.cli.common import progress, show, write_json
+from orchestrator.cli.common import json_option, progress, quiet_option, show, write_json
 
 
 @click.command()
@@ -13,8 +13,8 @@ from orchestrator.cli.common import progress, show, write_json
 @click.option("--out", "block_file", metavar="F", type=click.Path(path_type=Path), default=Path("block.json"),
               show_default=True, help="Where to write the block; `misfit build F` makes an FMU of it.")  # fmt: skip
 @click.option("--most", type=click.IntRange(10, 2000), default=300, show_default=True, help="Data for each output.")
-@click.option("--json", "json_file", metavar="F", help="Write the result to F ('-': standard output).")
-@click.option("--quiet", is_flag=True, help="Print nothing but errors.")
+@json_option
+@quiet_option
 def learn(model: str, data: str, block_file: Path, most: int, json_file: str | None, quiet: bool) -> None:
     """Learn the force that MODEL lacks along DATA, such as a recorded session of trials, as a Gaussian process."""
     from orchestrator.gp.from_trials import learn_missing

@@ -10,7 +10,15 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from fmus.errors import MisfitError
-from orchestrator.cli.common import progress, write_file, write_json
+from orchestrator.cli.common import (
+    can_be_written,
+    html_option,
+    json_option,
+    progress,
+    quiet_option,
+    write_file,
+    write_json,
+)
 
 if TYPE_CHECKING:
     from orchestrator.regress.case import Case
@@ -21,14 +29,7 @@ Command = Callable[..., None]
 
 
 def _common(command: Command) -> Command:
-    command = click.option("--json", "json_file", metavar="F", help="Write the result to F ('-': standard output).")(
-        command
-    )
-    return click.option("--quiet", is_flag=True, help="Print nothing but errors.")(command)
-
-
-def _html(command: Command) -> Command:
-    return click.option("--html", "html_file", metavar="F", help="Write a self-contained report to F.")(command)
+    return quiet_option(json_option(command))
 
 
 def _say(text: str, quiet: bool) -> None:
@@ -54,7 +55,9 @@ def regress() -> None:
 @regress.command(name="cases")
 @click.argument("paths", nargs=-1, metavar="[PATH]...")
 @click.option("--update", is_flag=True, help="Write results that differ as the new references, and show what changed.")
-@click.option("--junit", "junit_file", metavar="F", help="Write the outcomes to F as JUnit XML.")
+@click.option(
+    "--junit", "junit_file", metavar="F", callback=can_be_written, help="Write the outcomes to F as JUnit XML."
+)
 @click.option("--github", is_flag=True, help="Print annotations for GitHub; on by itself in its workflows.")
 @click.option(
     "-k", "pattern", metavar="WORDS", default="", help="Only cases whose names or tags have all of these words."
@@ -62,7 +65,7 @@ def regress() -> None:
 @click.option("--history", metavar="DIR", help="Add the outcomes to the history in DIR, for misfit regress trend.")
 @click.option("--coverage", is_flag=True, help="Say which states, branches and ranges the cases reach.")
 @click.option("--suggest", is_flag=True, help="Propose cases that reach what is not covered; implies --coverage.")
-@_html
+@html_option
 @_common
 @click.option(
     "--workers", type=click.IntRange(1, 64), default=os.cpu_count() or 1, show_default=True, help="Processes."
@@ -114,7 +117,7 @@ def cases_command(
 
 @regress.command()
 @click.argument("folder", metavar="HISTORY")
-@_html
+@html_option
 @_common
 def trend(folder: str, json_file: str | None, html_file: str | None, quiet: bool) -> None:
     """Show the runs that --history kept in HISTORY: how near each signal came to its limit, and what each case costs."""

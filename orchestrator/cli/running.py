@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from orchestrator.cli.common import json_option, quiet_option
+
 if TYPE_CHECKING:
     from orchestrator.cosim.run import RunOptions
     from orchestrator.cosim.system import System
@@ -31,8 +33,8 @@ def running_options(command: Callable[..., None]) -> Callable[..., None]:
         click.option("--patience", type=float, default=60.0, metavar="S", help="Silence of an isolated FMU in s."),
         click.option("--memory", type=float, default=4.0, metavar="GIB", help="Memory of an isolated run in GiB."),
         click.option("--trust", "trusted", is_flag=True, help="Trust the FMUs of this system from now on."),
-        click.option("--json", "json_file", metavar="F", help="Write the result to F ('-': standard output)."),
-        click.option("--quiet", is_flag=True, help="Print nothing but errors."),
+        json_option,
+        quiet_option,
     )
     for option in reversed(options):
         command = option(command)
