@@ -8,6 +8,7 @@ from orchestrator.gp.covariance import Latent
 from orchestrator.gp.kernels import SquaredExponential
 from orchestrator.gp.observations import observe
 from orchestrator.gp.online import Learner
+from orchestrator.gp.posterior import Posterior
 
 LATENT = "residual"
 
@@ -24,6 +25,7 @@ class Corrections:
         kernel = SquaredExponential(self.learning.deviation**2, scale)
         self._learner = Learner({LATENT: Latent(kernel)}, inputs=4, components=2, budget=self.learning.budget)
         self.windows = 0
+        self._known: Posterior | None = None
         self._began: np.ndarray | None = None
         self._passed, self._expected = 0.0, np.zeros(2)
         self._where: list[np.ndarray] = []
@@ -35,9 +37,13 @@ class Corrections:
 
     def predict(self, q: np.ndarray, w: np.ndarray) -> np.ndarray:
         """The missing torque (2,) in N.m at angles and speeds (2,) each, as far as it has been learned."""
-        if not self._learner.count:
-            return np.zeros(2)
-        return np.asarray(self._learner.posterior().mean(LATENT, [[*q, *w]])[0])
+        return np.zeros(2) if self._known is None else np.asarray(self._known.mean(LATENT, [[*q, *w]])[0])
+
+    def uncertainty(self, q: np.ndarray, w: np.ndarray) -> float:
+        """Standard deviation in N.m of what `predict` says, the same for both joints; as before all learning at first."""
+        if self._known is None:
+            return self.learning.deviation
+        return float(np.sqrt(self._known.variance(LATENT, [[*q, *w]])[0]))
 
     def advance(self, q: np.ndarray, w: np.ndarray, known: np.ndarray, seconds: float, learn: bool) -> None:
         """Take in a cycle; a window that was interrupted is forgotten."""
@@ -58,6 +64,7 @@ class Corrections:
         where = np.mean(self._where, axis=0)
         self.windows += 1
         self._learner.add(observe(f"window {self.windows}", where[None], LATENT, missing[None], self.learning.noise))
+        self._known = self._learner.posterior()
         self._forget_window()
         self._began = momentum
 

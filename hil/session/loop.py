@@ -133,7 +133,7 @@ class Loop:
         self._send(decision.frames)
         self.watch(start_ns, decision)
         if self.window is not None:
-            self.window.put(start_ns, self._late_ns, self.pilot, decision)
+            self.window.put(start_ns, self._late_ns, self.beats.missed, self.pilot, decision)
 
     def _answers(self, start_ns: int) -> list[Timed]:
         """Frames until all answers are there, or time is up."""

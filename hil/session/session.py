@@ -30,6 +30,7 @@ from hil.session.timing import Metronome, real_time_priority
 from hil.session.watchdog import watchdog
 from hil.stop.flag import StopFlag
 from hil.stop.server import stop_button
+from hil.view.about import about
 from hil.view.window import Window
 
 SETTINGS, ROBOT, SUMMARY = "settings.json", "robot.json", "summary.json"
@@ -91,7 +92,7 @@ def _cycles(
         stack.enter_context(_signals(operator.abort))
         refused = stack.enter_context(real_time_priority())
         beats = Metronome(settings.limits.period_ns)
-        window = Window.create(settings.limits.period_ns)
+        window = Window.create(settings.limits.period_ns, about(settings, pilot, folder, stop.path, dry_run))
         stack.callback(window.remove)
         loop = Loop(
             wire,

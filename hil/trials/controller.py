@@ -25,7 +25,10 @@ SIGNALS = (
     Shown("phase", "1", "0 move, 1 settle, 2 announce, 3 stimulate, 4 return, 5 done"),
     *(Shown(f"alpha_{k}", "1", f"activation of muscle {k}") for k in range(1, MUSCLES + 1)),
     *(Shown(f"{name}{k}", unit, words.format(k)) for name, unit, words in _PAIRS for k in (1, 2)),
+    Shown("unsure", "N.m", "standard deviation of what has been learned, as it was lately"),
 )
+# The uncertainty costs as much as all else that is learned, and changes slowly: it is asked for once in so many cycles.
+UNSURE_EVERY = 25
 
 
 class Trials:
@@ -55,6 +58,7 @@ class Trials:
         self.course = Course(protocol, placement)
         self.shown = (0.0,) * len(SIGNALS)
         self._last = -1.0
+        self._cycle, self._unsure = 0, 0.0
 
     @property
     def is_done(self) -> bool:
@@ -78,7 +82,10 @@ class Trials:
             emulated = self.placement.robot_torques(pulled - self.learning.share * learned)
             asked[list(PLANE)] = emulated[list(PLANE)]
         parts = (alpha, q, w, pull, pulled, self.residual.torque, learned)
-        self.shown = (float(course.trial), float(course.phase), *np.concatenate(parts).tolist())
+        if self._cycle % UNSURE_EVERY == 0:
+            self._unsure = self.corrections.uncertainty(q, w)
+        self._cycle += 1
+        self.shown = (float(course.trial), float(course.phase), *np.concatenate(parts).tolist(), self._unsure)
         return asked
 
     def _held(self, observed: Observed) -> np.ndarray:

@@ -6,8 +6,8 @@ from pathlib import Path
 from rich.console import Console
 from rich.live import Live
 
+from hil.view.glance import Look
 from hil.view.picture import picture
-from hil.view.window import Window
 
 # How often it looks.
 PAUSE_S = 0.1
@@ -17,7 +17,7 @@ GONE_S = 2.0
 
 def watch(path: Path, console: Console, seconds: float = float("inf")) -> int:
     """Show a session until it ends, or so long; returns how many cycles were seen."""
-    window = Window(path)
+    window = Look(path)
     end = time.monotonic() + seconds
     seen, before, changed = 0, (0, time.monotonic()), time.monotonic()
     rate = 0.0

@@ -1,130 +1,107 @@
-"""What a loop shows of itself in shared memory: the last cycle, how late all of them were, and why it was stopped.
+"""What a loop shows of itself in shared memory: the last cycle, how late all of them were, and which rules were broken.
 
-One writer, any number of readers. The writer counts up before and after it writes, so a reader that sees an odd number, or
-two different ones, has looked in the middle of it and looks again.
+One writer, any number of readers, who cannot write. The writer counts up before and after it writes, so a reader that sees
+an odd number, or two different ones, has looked in the middle of it and looks again.
 """
 
+import json
 import mmap
 import os
 import tempfile
 from array import array
 from bisect import bisect
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from fmus.errors import MisfitError
+from hil.safety.cycle import Trip
 from hil.session.pilot import Decision, Pilot
+from hil.view import layout
 
 PREFIX = "misfit-view-"
-# Upper ends of the classes of lateness, in us; the last class has none.
-CLASSES = (10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0, 10000.0)
-_JOINTS = 3
-_VECTORS = ("angles", "speeds", "torques", "asked", "force")
-# Doubles: two counts of the writer, period ns, begin and time of the last cycle in ns, cycles, missing answers, reaction, stage; the vectors; the classes.
-_HEAD = 9
-_PLACES = _HEAD + len(_VECTORS) * _JOINTS + len(CLASSES) + 1
-_TEXT = 240
-_TRIES = 100
-
-
-@dataclass(frozen=True)
-class Glance:
-    """One look: times in ns, vectors by joint (force: x, y, z), counts of cycles by lateness, the reason of a stop."""
-
-    period_ns: float
-    began_ns: float
-    time_ns: float
-    cycles: int
-    missing: int
-    reaction: int
-    stage: int
-    angles: tuple[float, ...]
-    speeds: tuple[float, ...]
-    torques: tuple[float, ...]
-    asked: tuple[float, ...]
-    force: tuple[float, ...]
-    lateness: tuple[int, ...]
-    stopped: str
+_NOW = layout.HEAD
+_NOTHING = (0.0,) * layout.JOINTS
+_RULE = {name: place for place, name in enumerate(layout.RULE_NAMES)}
 
 
 class Window:
-    """A file in shared memory that the loop writes to and viewers read."""
+    """A file in shared memory that the loop writes to; `hil.view.glance` reads it."""
 
-    def __init__(self, path: Path) -> None:
-        """Open one.
-
-        Raises:
-            MisfitError: if it is none.
-        """
+    def __init__(self, path: Path, period_ns: int, about: Mapping[str, Any] | None = None) -> None:
+        """Begin to show in an empty file of the right size."""
+        text = json.dumps(about or {}).encode()
+        if len(text) > layout.ABOUT:
+            raise MisfitError(f"{len(text)} bytes about the session; a window has room for {layout.ABOUT}")
         self.path = path
-        try:
-            with path.open("r+b") as file:
-                self._memory = mmap.mmap(file.fileno(), _PLACES * 8 + _TEXT)
-        except (OSError, ValueError) as error:
-            raise MisfitError(f"{path} shows no session: {error}; it may have ended") from error
-        self._numbers = memoryview(self._memory)[: _PLACES * 8].cast("d")
-        self._classes = [0.0] * (len(CLASSES) + 1)
+        with path.open("r+b") as file:
+            self._memory = mmap.mmap(file.fileno(), layout.SIZE)
+        self._memory[layout.ABOUT_AT : layout.ABOUT_AT + len(text)] = text
+        self._numbers = memoryview(self._memory)[: layout.PLACES * 8].cast("d")
+        self._numbers[layout.PERIOD] = float(period_ns)
         self._writes = 0.0
         self._said = ""
 
     @staticmethod
-    def create(period_ns: int) -> "Window":
-        """A new one, in shared memory where there is any."""
-        _windows()
+    def create(period_ns: int, about: Mapping[str, Any] | None = None) -> "Window":
+        """A new one, in shared memory where there is any.
+
+        Args:
+            about: what never changes while the session lasts; see `hil.view.about`.
+        """
+        windows()
         handle, name = tempfile.mkstemp(prefix=f"{PREFIX}{os.getpid()}-", dir=_folder())
-        os.ftruncate(handle, _PLACES * 8 + _TEXT)
+        os.ftruncate(handle, layout.SIZE)
         os.close(handle)
-        window = Window(Path(name))
-        window._numbers[2] = float(period_ns)
-        return window
+        return Window(Path(name), period_ns, about)
 
-    def put(self, start_ns: int, late_ns: int, pilot: Pilot, decision: Decision) -> None:
-        """Show a cycle; takes a few microseconds."""
-        outcome, observed = decision.outcome, decision.observed
-        self._classes[bisect(CLASSES, late_ns * 1e-3)] += 1
-        torques: Sequence[float] = outcome.torques or (0.0,) * _JOINTS
-        numbers, stage = self._numbers, 2.0 if pilot.stopped is not None else float(pilot.is_armed)
+    def put(self, start_ns: int, late_ns: int, missed: int, pilot: Pilot, decision: Decision) -> None:
+        """Show a cycle; takes a few microseconds. `missed` cycles have been skipped so far."""
+        outcome, observed, numbers = decision.outcome, decision.observed, self._numbers
+        torques: Sequence[float] = outcome.torques or _NOTHING
+        armed, stopped = pilot.is_armed, pilot.stopped
+        late_us = late_ns * 1e-3
         self._writes += 1
-        numbers[0] = self._writes
-        if numbers[3] == 0.0:
-            numbers[3] = float(start_ns)
-        head = (start_ns, pilot.cycle, pilot.missing_answers, outcome.reaction, stage)
-        numbers[4:] = array(
-            "d", (*head, *observed.angles, *observed.speeds, *torques, *decision.asked, *observed.force, *self._classes)
-        )
-        if (words := str(pilot.stopped or "")) != self._said:
+        numbers[layout.BEGUN] = self._writes
+        if numbers[layout.BEGAN] == 0.0:
+            numbers[layout.BEGAN] = float(start_ns)
+        if late_us > numbers[layout.LATEST]:
+            numbers[layout.LATEST] = late_us
+        numbers[layout.CLASSES + bisect(layout.EDGES, late_us)] += 1.0
+        head = (start_ns, pilot.cycle, pilot.missing_answers, missed, outcome.reaction)
+        stage = 2.0 if stopped is not None else float(armed)
+        vectors = (*observed.angles, *observed.speeds, *torques, *decision.asked, *observed.force)
+        now = array("d", (*head, stage, *vectors, *decision.shown[: layout.SIGNALS]))
+        numbers[_NOW : _NOW + len(now)] = now
+        if armed and outcome.trips:
+            self._count(start_ns, outcome.trips)
+        reason = stopped if armed else pilot.refused
+        if (words := str(reason or "")) != self._said:
             self._said = words
-            self._memory[_PLACES * 8 :] = words.encode()[:_TEXT].ljust(_TEXT, b"\0")
-        numbers[1] = self._writes
+            self._write(layout.REASON_AT, layout.REASON, words)
+        numbers[layout.DONE] = self._writes
 
-    def look(self) -> Glance | None:
-        """The last cycle; None before the first one, or if the writer never lets one look."""
-        for _ in range(_TRIES):
-            after = self._numbers[1]
-            values = self._numbers.tolist()
-            text = bytes(self._memory[_PLACES * 8 :])
-            if after and self._numbers[0] == after:
-                break
-        else:
-            return None
-        places = range(_HEAD, _HEAD + len(_VECTORS) * _JOINTS, _JOINTS)
-        angles, speeds, torques, asked, force = (tuple(values[place : place + _JOINTS]) for place in places)
-        lateness = tuple(int(count) for count in values[_HEAD + len(_VECTORS) * _JOINTS :])
-        cycles, missing, reaction, stage = (int(value) for value in values[5:_HEAD])
-        said = text.rstrip(b"\0").decode("utf-8", "replace")
-        period, began, last = values[2:5]
-        head = (period, began, last, cycles, missing, reaction, stage)
-        return Glance(*head, angles, speeds, torques, asked, force, lateness, said)
+    def _count(self, time_ns: int, trips: tuple[Trip, ...]) -> None:
+        """Count rules that were broken; the words are those of the last cycle with the worst reaction."""
+        numbers = self._numbers
+        for trip in trips:
+            rule = _RULE[trip.rule]
+            place = layout.TRIPS + rule * layout.PER_TRIP
+            if numbers[place] == 0.0:
+                numbers[place] = float(time_ns)
+            numbers[place + 1] = float(time_ns)
+            numbers[place + 2] += 1.0
+            if trip.reaction >= numbers[place + 3]:
+                numbers[place + 3] = float(trip.reaction)
+                self._write(layout.WORDS_AT + rule * layout.WORDS, layout.WORDS, trip.words)
 
-    def close(self) -> None:
-        """Give the memory back; the file stays for others."""
-        self._numbers.release()
-        self._memory.close()
+    def _write(self, at: int, size: int, words: str) -> None:
+        self._memory[at : at + size] = words.encode()[:size].ljust(size, b"\0")
 
     def remove(self) -> None:
         """Give the memory back, and end the show."""
-        self.close()
+        self._numbers.release()
+        self._memory.close()
         self.path.unlink(missing_ok=True)
 
 
@@ -134,29 +111,41 @@ def newest() -> Path:
     Raises:
         MisfitError: if none runs.
     """
-    found = sorted(_windows(), key=lambda path: path.stat().st_mtime)
+    found = windows()
     if not found:
         raise MisfitError("no session runs here; start one in another terminal: misfit hil hold --virtual")
     return found[-1]
 
 
-def _windows() -> list[Path]:
-    """Windows of sessions that run; those of killed ones are cleared away."""
+def windows() -> list[Path]:
+    """Windows of sessions that run, the newest last; those of killed ones are cleared away."""
     found = []
     for path in Path(_folder()).glob(f"{PREFIX}*"):
-        if _lives(path.name.removeprefix(PREFIX).split("-")[0]):
-            found.append(path)
-        else:
-            path.unlink(missing_ok=True)
-    return found
+        try:
+            if lives(process_of(path)):
+                found.append((path.stat().st_mtime, path))
+            else:
+                path.unlink(missing_ok=True)
+        except OSError:  # another user's, or gone by now
+            continue
+    return [path for _, path in sorted(found)]
 
 
-def _lives(process: str) -> bool:
+def process_of(path: Path) -> int:
+    """Number of the process whose window this is; 0 for a name that has none."""
+    number = path.name.removeprefix(PREFIX).split("-")[0]
+    return int(number) if number.isdigit() else 0
+
+
+def lives(process: int) -> bool:
+    """Whether there is a process of this number."""
+    if process <= 0:
+        return False
     try:
-        os.kill(int(process), 0)
+        os.kill(process, 0)
     except PermissionError:
         return True
-    except (ValueError, OSError):
+    except OSError:
         return False
     return True
 

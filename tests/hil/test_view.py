@@ -12,16 +12,18 @@ from rich.console import Console
 from fmus.errors import MisfitError
 from hil.codecs.barrett.safety_module import Button
 from hil.session.loop import Loop, Wishes
+from hil.view.glance import Glance, Look
+from hil.view.layout import EDGES
 from hil.view.live import watch
 from hil.view.picture import picture
-from hil.view.window import CLASSES, Glance, Window, newest
+from hil.view.window import Window, newest
 from tests.hil.bench import Beats, Bench
 
 
 def shown(bench: Bench, cycles: int, estop_at: int = 0) -> Glance:
     """The last look at a session of so many cycles."""
     window = Window.create(bench.settings.limits.period_ns)
-    assert window.look() is None
+    assert Look(window.path).look() is None
     pilot, count = bench.pilot(), 0
 
     def wishes() -> Wishes:
@@ -33,7 +35,7 @@ def shown(bench: Bench, cycles: int, estop_at: int = 0) -> Glance:
 
     try:
         Loop(bench.wire, pilot, Beats(bench), window=window).run(wishes)
-        glance = Window(window.path).look()
+        glance = Look(window.path).look()
         assert glance is not None
         return glance
     finally:
@@ -70,11 +72,12 @@ def test_lateness_falls_into_its_class() -> None:
     for late_us in (0.0, 29.0, 31.0, 1e6):
         loop._late_ns = int(late_us * 1e3)
         loop._cycle(Wishes())
-    glance = window.look()
+    glance = Look(window.path).look()
     window.remove()
     assert glance is not None
-    assert glance.lateness == (1, 1, 1, 0, 0, 0, 0, 1)
-    assert len(glance.lateness) == len(CLASSES) + 1
+    found = {edge: count for edge, count in zip((*EDGES, np.inf), glance.lateness, strict=True) if count}
+    assert found == {1.0: 1, 30.0: 1, 40.0: 1, np.inf: 1}
+    assert (glance.late_us(0.5), glance.late_us(0.75), glance.late_us(1.0)) == (30.0, 40.0, 1e6)
 
 
 WRITER = """
@@ -82,23 +85,34 @@ import sys
 from pathlib import Path
 from types import SimpleNamespace as Some
 from hil.view.window import Window
-window = Window(Path(sys.argv[1]))
+window = Window(Path(sys.argv[1]), 1)
 for k in range(20000):
     v = (float(k),) * 3
-    outcome = Some(torques=v, reaction=0)
-    window.put(k + 1, 0, Some(stopped=None, is_armed=True, cycle=k, missing_answers=k),
-               Some(outcome=outcome, observed=Some(angles=v, speeds=v, force=v), asked=v))
+    trip = Some(rule='calm', reaction=0, words=str(k))
+    outcome = Some(torques=v, reaction=0, trips=(trip,))
+    window.put(k + 1, 0, k, Some(stopped=None, is_armed=True, cycle=k, missing_answers=k, refused=None),
+               Some(outcome=outcome, observed=Some(angles=v, speeds=v, force=v), asked=v, shown=v))
 """
 
 
 def test_a_look_never_mixes_two_cycles() -> None:
     window, looks = Window.create(2_000_000), 0
+    look = Look(window.path)
     with subprocess.Popen([sys.executable, "-c", WRITER, str(window.path)]) as writer:
         while writer.poll() is None:
-            glance = window.look()
+            glance = look.look()
             if glance is not None:
                 looks += 1
-                values = {glance.cycles, glance.missing, *glance.angles, *glance.torques, *glance.asked, *glance.force}
+                values = {
+                    glance.cycles,
+                    glance.missed,
+                    int(glance.broken[0].words),
+                    *glance.shown[:3],
+                    *glance.angles,
+                    *glance.torques,
+                    *glance.asked,
+                    *glance.force,
+                }
                 assert len(values) == 1
     window.remove()
     assert writer.returncode == 0

@@ -1,0 +1,40 @@
+"""What a session tells of itself once: where it records, its limits, its controller's signals, where its stop button is."""
+
+import os
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from hil.session.controllers import Showing
+from hil.session.pilot import Pilot
+from hil.session.settings import Settings
+
+
+def about(settings: Settings, pilot: Pilot, folder: Path | None, stop: Path, dry_run: bool) -> Mapping[str, Any]:
+    """All of it, as JSON takes it.
+
+    `clock_ns` is what the wall clock is ahead of the monotonic one; `arm` is there while an arm is emulated.
+    """
+    controller = pilot.controller
+    found: dict[str, Any] = {
+        "recording": str(folder.resolve()) if folder is not None else None,
+        "controller": "trials" if settings.protocol is not None else settings.controller,
+        "side": settings.side,
+        "bus": f"{settings.bus.get('interface', '')} {settings.bus.get('channel', '')}".strip(),
+        "dry_run": dry_run,
+        "stop": str(stop),
+        "process": os.getpid(),
+        "clock_ns": time.time_ns() - time.monotonic_ns(),
+        "joints": [
+            {"torque": joint.torque, "speed": joint.speed, "low": joint.low, "high": joint.high}
+            for joint in settings.limits.joints
+        ],
+        "force": settings.limits.force,
+        "signals": [signal.name for signal in controller.signals] if isinstance(controller, Showing) else [],
+    }
+    if settings.protocol is not None:
+        found["trials"] = len(settings.protocol.trials)
+        found["confirm"] = settings.protocol.confirm
+        found["deviation"] = settings.learning.deviation
+    return found
