@@ -1,0 +1,107 @@
+"""How the plot of curves is arranged: two panels over one axis of time; the browser fills in the points."""
+
+from typing import Any
+
+from orchestrator.report.palette import SURFACES, Colour
+from orchestrator.studio.views.data import ViewData
+from orchestrator.studio.views.window import BAND
+
+MARKS = {"measured": Colour.MEASURED, "model": Colour.MODEL, "residual": Colour.RESIDUAL, "selected": Colour.IMPROVED}
+FLOOR_NAME = f"±{BAND} noise floors"
+LEGEND = {**MARKS, FLOOR_NAME: Colour.OTHER}
+SHADE = 0.18
+LEFT, RIGHT = 78, 16
+
+
+def curve_options(data: ViewData, signal: str) -> dict[str, Any]:
+    """Options of ECharts for one signal; `lines` are those of each kind of series, for `plot.js`."""
+    unit, floor = data.units[signal], BAND * data.noise_floor[signal]
+    panels = [
+        {"left": LEFT, "right": RIGHT, "top": 34, "height": 210},
+        {"left": LEFT, "right": RIGHT, "top": 278, "height": 90},
+    ]
+    return {
+        "animation": False,
+        "grid": panels,
+        "xAxis": [_time_axis(data, panel) for panel in (0, 1)],
+        "yAxis": [_value_axis(_titled(signal, unit), 0), _value_axis(_titled("residual", unit), 1)],
+        "dataZoom": [
+            {"type": "inside", "xAxisIndex": [0, 1], "filterMode": "none", "zoomOnMouseWheel": "ctrl",
+             "moveOnMouseWheel": False, "preventDefaultMouseMove": False, "throttle": 0},
+            {"type": "slider", "xAxisIndex": [0, 1], "filterMode": "none", "bottom": 4, "height": 26, "left": LEFT,
+             "right": RIGHT, "throttle": 0, "showDetail": False, "brushSelect": False},
+        ],
+        "series": [
+            {"id": "above", **_empty(0), "markArea": _area(Colour.IMPROVED)},
+            {"id": "below", **_empty(1), "markArea": _area(Colour.IMPROVED)},
+            {"id": "floor", **_empty(1), "markArea": {**_area(Colour.OTHER), "data": [[{"yAxis": -floor}, {"yAxis": floor}]]}},
+        ],
+        "lines": {
+            "measured": _line(Colour.MEASURED, 1.6, 0.55),
+            "modelled": _line(Colour.MODEL, 1.2, 0.9),
+            "residual": _line(Colour.RESIDUAL, 1.0, 0.9),
+            "chosen": _line(Colour.IMPROVED, 2.2, 1.0),
+        },
+    }  # fmt: skip
+
+
+def _titled(name: str, unit: str) -> str:
+    return name if unit in ("", "1") else f"{name} ({unit})"
+
+
+def _time_axis(data: ViewData, panel: int) -> dict[str, Any]:
+    last = panel == 1
+    return {
+        "type": "value",
+        "gridIndex": panel,
+        "min": data.time.low,
+        "max": data.time.high,
+        "axisLabel": {
+            "show": last,
+            "color": Colour.INK,
+            "hideOverlap": True,
+            "showMinLabel": False,
+            "showMaxLabel": False,
+        },
+        "axisTick": {"show": last},
+        "axisLine": {"onZero": False, "lineStyle": {"color": Colour.OTHER}},
+        "splitLine": {"lineStyle": {"color": SURFACES["rule"]}},
+        "name": "time (s)" if last else "",
+        "nameLocation": "middle",
+        "nameGap": 24,
+        "nameTextStyle": {"color": Colour.INK},
+    }
+
+
+def _value_axis(title: str, panel: int) -> dict[str, Any]:
+    return {
+        "type": "value",
+        "gridIndex": panel,
+        "name": title,
+        "nameLocation": "end",
+        "nameTextStyle": {"color": Colour.INK, "align": "left"},
+        "nameGap": 8,
+        "splitNumber": 5 if panel == 0 else 2,
+        "axisLabel": {"color": Colour.INK},
+        "splitLine": {"lineStyle": {"color": SURFACES["rule"]}},
+    }
+
+
+def _line(colour: str, width: float, opacity: float) -> dict[str, Any]:
+    return {
+        "type": "line",
+        "dimensions": ["time", "value"],
+        "showSymbol": False,
+        "silent": True,
+        "animation": False,
+        "emphasis": {"disabled": True},
+        "lineStyle": {"color": colour, "width": width, "opacity": opacity, "join": "bevel"},
+    }
+
+
+def _empty(panel: int) -> dict[str, Any]:
+    return {"type": "line", "xAxisIndex": panel, "yAxisIndex": panel, "data": [], "silent": True}
+
+
+def _area(colour: str) -> dict[str, Any]:
+    return {"silent": True, "animation": False, "itemStyle": {"color": colour, "opacity": SHADE}, "data": []}

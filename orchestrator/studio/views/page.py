@@ -1,0 +1,26 @@
+"""All views of a comparison, linked, in one call."""
+
+from collections.abc import Sequence
+
+from orchestrator.ledger import LedgerEntry
+from orchestrator.studio.views.curves_view import CurvesView
+from orchestrator.studio.views.data import ViewData
+from orchestrator.studio.views.link import SelectionLink
+from orchestrator.studio.views.parts import use_style
+from orchestrator.studio.views.selection_view import SelectionView
+from orchestrator.studio.views.steps_view import StepsView
+
+
+def comparison_views(data: ViewData) -> SelectionLink:
+    """Add the views of a comparison to the present container; returns their link."""
+    use_style()
+    link = SelectionLink(data)
+    SelectionView(link)
+    CurvesView(link)
+    return link
+
+
+def error_steps(entries: Sequence[LedgerEntry]) -> StepsView:
+    """Add the picture of a ledger to the present container."""
+    use_style()
+    return StepsView(entries)

@@ -1,0 +1,121 @@
+"""The falling error drawn: bars on a log axis that fall to their height, one version after the other, in SVG and CSS.
+
+The drawing needs no script, so it works in a report as in a page; who prefers less motion sees the last state at once.
+"""
+
+import html
+from collections.abc import Sequence
+
+from orchestrator.report.numbers import digits
+from orchestrator.report.palette import SURFACES, Colour
+from orchestrator.studio.views.steps import Step, decades, drawable, summary
+
+WIDTH, HEIGHT = 900, 300
+LEFT, RIGHT, TOP, BOTTOM = 70, 20, 30, 60
+FALL_S = 0.9
+
+STYLE = f"""
+.steps-drawing {{ width: 100%; height: {HEIGHT}px; display: block; font: 14px system-ui, sans-serif; }}
+.steps-drawing .falls {{ transform-box: fill-box; transform-origin: bottom;
+  animation: steps-fall {FALL_S}s ease-in-out both; }}
+.steps-drawing .appears {{ animation: steps-appear 0.3s ease-in both; }}
+@keyframes steps-fall {{ from {{ transform: scaleY(var(--from)); }} }}
+@keyframes steps-appear {{ from {{ opacity: 0; }} }}
+@media (prefers-reduced-motion: reduce), print {{
+  .steps-drawing .falls, .steps-drawing .appears {{ animation: none; }} }}
+"""
+
+
+def drawing(steps: Sequence[Step], already_shown: int | None = None) -> str:
+    """Return the picture as SVG.
+
+    Bars beyond the first `already_shown` begin at the height of the version before and fall, one after the other; by
+    default none moves. `STYLE` has to be in the page once.
+    """
+    moving = len(steps) if already_shown is None else already_shown
+    low, high = decades(steps)
+    parts = [_axis(low, high)]
+    wide = (WIDTH - LEFT - RIGHT) / max(len(steps), 4)
+    for place, step in enumerate(steps):
+        before = steps[max(0, place - 1)]
+        delay = (place - moving) * FALL_S if place >= moving else None
+        parts.append(_version(step, before, LEFT + place * wide, wide, (low, high), delay))
+    parts.append(_floor(low, high))
+    text = html.escape(summary(steps))
+    return f'<svg class="steps-drawing" viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{text}">{"".join(parts)}</svg>'
+
+
+def height_of(value: float, decade: tuple[int, int]) -> float:
+    """Height of a bar above the lower end of the axis; equal ratios are equal heights."""
+    import math
+
+    low, high = decade
+    return (math.log10(value) - low) / (high - low) * (HEIGHT - TOP - BOTTOM)
+
+
+def _version(step: Step, before: Step, left: float, wide: float, decade: tuple[int, int], delay: float | None) -> str:
+    kinds = [("learning", step.learning, before.learning), ("held-out", step.held_out, before.held_out)]
+    bars = [(kind, value, earlier) for kind, value, earlier in kinds if value is not None]
+    bar = min(60.0, 0.7 * wide / len(bars))
+    start = left + (wide - bar * len(bars)) / 2
+    drawn = [
+        _bar(kind, value, earlier, start + k * bar, bar, decade, delay) for k, (kind, value, earlier) in enumerate(bars)
+    ]
+    middle = left + wide / 2
+    words = "".join(
+        _label(middle, HEIGHT - BOTTOM + 20 + 18 * k, text, wide)
+        for k, text in enumerate((f"version {step.version}", step.added))
+    )
+    return "".join(drawn) + words
+
+
+def _bar(
+    kind: str, value: float, earlier: float | None, x: float, wide: float, decade: tuple[int, int], delay: float | None
+) -> str:
+    ground = HEIGHT - BOTTOM
+    if not drawable(value):
+        return _label(x + wide / 2, ground - 8, digits(value), wide)
+    tall = max(2.0, height_of(value, decade))
+    moves, appears = "", ""
+    if delay is not None:
+        start = height_of(earlier, decade) if earlier is not None and drawable(earlier) else tall
+        moves = f' class="falls" style="--from: {start / tall:.4f}; animation-delay: {delay:g}s"'
+        appears = f' class="appears" style="animation-delay: {delay + FALL_S:g}s"'
+    fill = Colour.HELD_OUT if kind == "held-out" else SURFACES["paper"]
+    edge = Colour.HELD_OUT if kind == "held-out" else Colour.LEARNING
+    return (
+        f'<rect{moves} x="{x + 2:.1f}" y="{ground - tall:.1f}" width="{wide - 4:.1f}" height="{tall:.1f}" fill="{fill}"'
+        f' stroke="{edge}" stroke-width="2"><title>{kind} trials: {digits(value)} times the noise floor</title></rect>'
+        f'<text{appears} x="{x + wide / 2:.1f}" y="{ground - tall - 6:.1f}" text-anchor="middle" fill="{Colour.INK}">'
+        f"{digits(value)}</text>"
+    )
+
+
+def _axis(low: int, high: int) -> str:
+    lines = []
+    for power in range(low, high + 1):
+        y = HEIGHT - BOTTOM - height_of(10.0**power, (low, high))
+        lines.append(
+            f'<line x1="{LEFT}" x2="{WIDTH - RIGHT}" y1="{y:.1f}" y2="{y:.1f}" stroke="{SURFACES["rule"]}"/>'
+            f'<text x="{LEFT - 8}" y="{y + 5:.1f}" text-anchor="end" fill="{Colour.QUIET}">{10.0**power:g}</text>'
+        )
+    title = f'<text x="{LEFT - 50}" y="{TOP - 12}" fill="{Colour.QUIET}">error / noise floor</text>'
+    return title + "".join(lines)
+
+
+def _floor(low: int, high: int) -> str:
+    y = HEIGHT - BOTTOM - height_of(1.0, (low, high))
+    return (
+        f'<line x1="{LEFT}" x2="{WIDTH - RIGHT}" y1="{y:.1f}" y2="{y:.1f}" stroke="{Colour.FLOOR}" stroke-width="2"'
+        f' stroke-dasharray="7 4"/><text x="{WIDTH - RIGHT}" y="{y - 6:.1f}" text-anchor="end" fill="{Colour.FLOOR}">'
+        "noise floor</text>"
+    )
+
+
+def _label(x: float, y: float, text: str, wide: float) -> str:
+    most = max(6, int(wide / 7.5))
+    short = text if len(text) <= most else text[: most - 1] + "…"
+    return (
+        f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="middle" fill="{Colour.INK}">{html.escape(short)}'
+        f"<title>{html.escape(text)}</title></text>"
+    )
