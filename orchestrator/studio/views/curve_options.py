@@ -24,7 +24,7 @@ def curve_options(data: ViewData, signal: str) -> dict[str, Any]:
         "animation": False,
         "grid": panels,
         "xAxis": [_time_axis(data, panel) for panel in (0, 1)],
-        "yAxis": [_value_axis(_titled(signal, unit), 0), _value_axis(_titled("residual", unit), 1)],
+        "yAxis": [_value_axis(titled(signal, unit), 0), _value_axis(titled("residual", unit), 1)],
         "dataZoom": [
             {"type": "inside", "xAxisIndex": [0, 1], "filterMode": "none", "zoomOnMouseWheel": "ctrl",
              "moveOnMouseWheel": False, "preventDefaultMouseMove": False, "throttle": 0},
@@ -45,7 +45,8 @@ def curve_options(data: ViewData, signal: str) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _titled(name: str, unit: str) -> str:
+def titled(name: str, unit: str) -> str:
+    """A quantity with its unit in brackets, or alone when it has none."""
     return name if unit in ("", "1") else f"{name} ({unit})"
 
 

@@ -39,6 +39,11 @@ def selection_errors(data: ViewData, chosen: Mapping[int, Chosen]) -> tuple[Sign
     return tuple(_errors(data, chosen, name) for name in data.signals)
 
 
+def trial_errors(data: ViewData, signal: str, chosen: Mapping[int, Chosen]) -> dict[int, SignalErrors]:
+    """Errors of one signal in each trial of `chosen`, by its place."""
+    return {place: _errors(data, {place: samples}, signal) for place, samples in chosen.items()}
+
+
 def _errors(data: ViewData, chosen: Mapping[int, Chosen], name: str) -> SignalErrors:
     whole, selected = NOTHING, NOTHING
     for place, samples in chosen.items():

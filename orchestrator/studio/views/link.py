@@ -18,13 +18,20 @@ class SelectionLink:
     def __init__(self, data: ViewData) -> None:
         self.data = data
         self.coordinates = Coordinates(data)
+        self.signal = data.signals[0]
         self.selection = Selection()
         self._listeners: list[Listener] = []
         self._chosen: tuple[Selection, dict[int, Chosen]] | None = None
 
     def listen(self, listener: Listener) -> None:
-        """Call `listener` with every new selection."""
+        """Call `listener` with the selection whenever it changes, or the signal that the views show."""
         self._listeners.append(listener)
+
+    def choose_signal(self, signal: str) -> None:
+        """Show another signal in all views."""
+        if signal != self.signal:
+            self.signal = signal
+            self._tell()
 
     def choose_trials(self, trials: tuple[int, ...] | None) -> None:
         """Show these trials only; None for all."""
@@ -56,5 +63,8 @@ class SelectionLink:
     def _set(self, selection: Selection) -> None:
         if selection != self.selection:
             self.selection = selection
-            for listener in self._listeners:
-                listener(selection)
+            self._tell()
+
+    def _tell(self) -> None:
+        for listener in self._listeners:
+            listener(self.selection)

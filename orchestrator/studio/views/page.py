@@ -2,10 +2,15 @@
 
 from collections.abc import Sequence
 
+from nicegui import ui
+
 from orchestrator.ledger import LedgerEntry
+from orchestrator.studio.views.against import FREQUENCY
+from orchestrator.studio.views.bars_view import BarsView
 from orchestrator.studio.views.curves_view import CurvesView
 from orchestrator.studio.views.data import ViewData
 from orchestrator.studio.views.link import SelectionLink
+from orchestrator.studio.views.map_view import MapView
 from orchestrator.studio.views.parts import use_style
 from orchestrator.studio.views.selection_view import SelectionView
 from orchestrator.studio.views.steps_view import StepsView
@@ -17,6 +22,10 @@ def comparison_views(data: ViewData) -> SelectionLink:
     link = SelectionLink(data)
     SelectionView(link)
     CurvesView(link)
+    MapView(link)
+    with ui.element("div").classes("view-pair"):
+        BarsView(link, FREQUENCY)
+        BarsView(link)
     return link
 
 

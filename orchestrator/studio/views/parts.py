@@ -1,7 +1,7 @@
 """What all views share: a heading, a sentence that says what the picture shows, and the same as a table."""
 
 import html
-from collections.abc import Awaitable, Callable, Iterator, Sequence
+from collections.abc import Awaitable, Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -40,7 +40,7 @@ class Words:
         self.sentence = ui.element("p").props("aria-live=polite").classes("view-fixed")
         with self.sentence:
             self._text = ui.html("", sanitize=False, tag="span")
-        with ui.element("details"):
+        with ui.element("details").classes("view-details"):
             with ui.element("summary"):
                 ui.html(f"{html.escape(title)} as a table", sanitize=False, tag="span")
             self._table = ui.html("", sanitize=False).classes("view-scroll")
@@ -65,6 +65,12 @@ def table(caption: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -
         for row in rows
     )
     return f'<table class="view-table"><caption>{html.escape(caption)}</caption><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>'
+
+
+def legend(marks: Mapping[str, str]) -> str:
+    """What the colours of a picture stand for, as HTML."""
+    entries = "".join(f'<li><span style="background: {colour}"></span>{name}</li>' for name, colour in marks.items())
+    return f'<ul class="view-legend">{entries}</ul>'
 
 
 class Latest:

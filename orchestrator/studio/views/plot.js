@@ -1,13 +1,14 @@
 // Curves over time, drawn by the ECharts that NiceGUI brings. The page never holds more than what is in sight: each time
 // the view has moved, the server is asked for the visible part, one question at a time.
 import { echarts } from "nicegui-echart";
+import { selectByDragging } from "misfit-views";
 
 const KINDS = ["measured", "modelled", "residual", "chosen"];
 const KEY_STEP = 0.1; // of what is in sight
 const KEY_ZOOM = 0.7;
 
 export default {
-  template: `<div tabindex="0" role="group" class="view-plot">
+  template: `<div tabindex="0" class="view-plot">
     <div ref="canvas" class="view-canvas"></div><div ref="band" class="view-band"></div></div>`,
   props: { options: Object, source: String, selecting: Boolean, selected: Array },
   async mounted() {
@@ -94,12 +95,12 @@ export default {
     },
     listen() {
       this.$el.addEventListener("keydown", (event) => this.key(event));
-      this.$refs.canvas.addEventListener("pointerdown", (event) => this.begin(event), true);
-      // What begins as a selection must not pan, too.
-      for (const kind of ["mousedown", "touchstart"]) {
-        const stop = (event) => (this.selecting || event.shiftKey) && event.stopPropagation();
-        this.$refs.canvas.addEventListener(kind, stop, true);
-      }
+      const wanted = (event) => this.selecting || event.shiftKey;
+      selectByDragging(this.$refs.canvas, this.$refs.band, false, wanted, (...corners) => this.brush(...corners));
+    },
+    brush(...corners) {
+      const [from, to] = corners.map((corner) => this.chart.convertFromPixel({ gridIndex: 0 }, corner)[0]);
+      this.$emit("brush", { from, to });
     },
     key(event) {
       const [from, to] = this.visible();
@@ -116,28 +117,6 @@ export default {
       if (event.ctrlKey || event.metaKey || !moves[event.key]) return;
       event.preventDefault();
       moves[event.key]();
-    },
-    begin(event) {
-      if (!(this.selecting || event.shiftKey) || event.button !== 0) return;
-      event.stopPropagation();
-      const left = this.$refs.canvas.getBoundingClientRect().left;
-      const time = (x) => this.chart.convertFromPixel({ gridIndex: 0 }, [x - left, 0])[0];
-      const move = (now) => this.stretch(event.clientX - left, now.clientX - left);
-      const end = (now) => {
-        window.removeEventListener("pointermove", move);
-        this.$refs.band.style.display = "none";
-        if (now.type === "pointerup" && Math.abs(now.clientX - event.clientX) > 3)
-          this.$emit("brush", { from: time(event.clientX), to: time(now.clientX) });
-      };
-      window.addEventListener("pointermove", move);
-      for (const kind of ["pointerup", "pointercancel"]) window.addEventListener(kind, end, { once: true });
-    },
-    stretch(one, other) {
-      Object.assign(this.$refs.band.style, {
-        display: "block",
-        left: `${Math.min(one, other)}px`,
-        width: `${Math.abs(one - other)}px`,
-      });
     },
   },
 };

@@ -21,10 +21,12 @@ MOST_COLUMNS = 4000
 # What a plot shows of a range of time, in so many columns of pixels.
 View = Callable[[Range, int], bytes]
 
+SHARED = {"misfit-views": "browser"}
+
 _plots: "WeakValueDictionary[str, CurvePlot]" = WeakValueDictionary()
 
 
-class CurvePlot(EChart, component="plot.js"):
+class CurvePlot(EChart, component="plot.js", esm=SHARED):
     """Asks `view` for what is in sight, and emits `brush` with what was selected (from, to), or null."""
 
     def __init__(self, options: dict[str, Any], view: View) -> None:

@@ -1,6 +1,9 @@
 """What is selected, entered as numbers, and its errors beside those of the whole."""
 
-from nicegui import ui
+from collections.abc import Sequence
+from typing import Any
+
+from nicegui import events, run, ui
 
 from fmus.errors import MisfitError
 from orchestrator.report.numbers import digits, quantity
@@ -27,6 +30,7 @@ class SelectionView:
         self.link = link
         with section("Selection"):
             with ui.element("div").classes("view-row"):
+                self._choices()
                 self.low = ui.number("from, s", format="%.6g").classes("view-number")
                 self.high = ui.number("to, s", format="%.6g").classes("view-number")
                 ui.button("Select this time", on_click=self._entered).props("no-caps")
@@ -34,7 +38,23 @@ class SelectionView:
             self.words = Words("Errors of the selection")
         self._refresh = Latest(self._show)
         link.listen(self._heard)
-        self._say()
+        self._say(link.errors())
+
+    def _choices(self) -> None:
+        data = self.link.data
+        if len(data.signals) > 1:
+            signals = {name: name for name in data.signals}
+            ui.select(signals, value=self.link.signal, label="Signal", on_change=self._signal).classes("view-select")
+        if len(data.trials) > 1:
+            names = {-1: f"all {len(data.trials)} trials"}
+            names |= {k: f"{trial.name} ({trial.subset.replace('_', ' ')})" for k, trial in enumerate(data.trials)}
+            ui.select(names, value=-1, label="Trials", on_change=self._trial).classes("view-select")
+
+    def _signal(self, event: events.ValueChangeEventArguments[Any]) -> None:
+        self.link.choose_signal(event.value)
+
+    def _trial(self, event: events.ValueChangeEventArguments[Any]) -> None:
+        self.link.choose_trials(None if event.value < 0 else (event.value,))
 
     def _entered(self) -> None:
         try:
@@ -49,10 +69,9 @@ class SelectionView:
         self._refresh()
 
     async def _show(self) -> None:
-        self._say()
+        self._say(await run.io_bound(self.link.errors) or ())
 
-    def _say(self) -> None:
-        found = self.link.errors()
+    def _say(self, found: Sequence[SignalErrors]) -> None:
         if self.link.selection.brushed:
             sentence = "; ".join(errors.sentence() for errors in found) + "."
         else:

@@ -1,0 +1,75 @@
+"""The error over frequency and over any one coordinate, as the comparison found it, with the selected samples beside."""
+
+from typing import Any
+
+from nicegui import events, run, ui
+
+from orchestrator.report.numbers import quantity
+from orchestrator.studio.views.against import FREQUENCY, Bars, bars_against, bars_of_frequency, offered
+from orchestrator.studio.views.bars_options import LEGEND, bars_options
+from orchestrator.studio.views.link import SelectionLink
+from orchestrator.studio.views.parts import Latest, Words, legend, section
+
+COLUMNS = ("where", "rms, learning trials", "chance alone, 95 %", "rms, selected")
+
+
+class BarsView:
+    """Bars over one coordinate: at first the amplitude of the signal, where the comparison offers it."""
+
+    def __init__(self, link: SelectionLink, against: str | None = None) -> None:
+        self.link = link
+        self._names = {FREQUENCY: FREQUENCY} if against == FREQUENCY else _all_offered(link)
+        self._against = against or _amplitude(link)
+        title = "Error over frequency" if against == FREQUENCY else "Error over one coordinate"
+        with section(title):
+            if len(self._names) > 1:
+                ui.select(self._names, value=self._against, label="Over", on_change=self._choose).classes("view-select")
+            self.plot = ui.echart({"series": []}).classes("view-bars")
+            ui.html(legend(LEGEND), sanitize=False)
+            self.words = Words(title)
+            self.words.describe(self.plot, title)
+        self._refresh = Latest(self._show)
+        link.listen(lambda _: self._refresh())
+        self._refresh()
+
+    def _choose(self, event: events.ValueChangeEventArguments[Any]) -> None:
+        self._against = event.value
+        self._refresh()
+
+    async def _show(self) -> None:
+        found: Bars | None = await run.io_bound(self._bars)
+        if found is None:
+            return
+        unit, floor = self.link.data.units[found.signal], self.link.data.noise_floor[found.signal]
+        self.plot.options.clear()
+        self.plot.options.update(bars_options(found, unit))
+        self.plot.update()
+        self.words.say(found.sentence(unit, floor), COLUMNS, _rows(found, unit))
+
+    def _bars(self) -> Bars:
+        link = self.link
+        chosen = link.chosen() if link.selection.brushed else None
+        if self._against == FREQUENCY:
+            return bars_of_frequency(link.data, link.signal, chosen)
+        return bars_against(link.coordinates, link.signal, self._against, chosen)
+
+
+def _all_offered(link: SelectionLink) -> dict[str, str]:
+    return {name: name for signal in link.data.signals for name in offered(link.data, signal)}
+
+
+def _amplitude(link: SelectionLink) -> str:
+    names = offered(link.data, link.signal)
+    return next((name for name in names if name == f"amplitude of {link.signal}"), names[0] if names else FREQUENCY)
+
+
+def _rows(found: Bars, unit: str) -> list[list[str]]:
+    return [
+        [
+            found.place(bar),
+            quantity(bar.rms, unit),
+            f"{quantity(bar.chance[0], unit)} to {quantity(bar.chance[1], unit)}",
+            "none selected" if bar.selected is None else quantity(bar.selected, unit),
+        ]
+        for bar in found.bars
+    ]
