@@ -18,8 +18,10 @@ class Colour(StrEnum):
     FLOOR = "#4A4A4A"
     LEARNING = MODEL
     HELD_OUT = IMPROVED
+    FORCE = "#007D5A"
+    MUSCLE = "#9C2F2F"
     # What to think of it.
-    GOOD = "#007D5A"
+    GOOD = FORCE
     BAD = MODEL
     WARNING = "#8F6400"
     # What a page is made of.

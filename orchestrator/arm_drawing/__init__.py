@@ -1,0 +1,21 @@
+"""The planar arm as a picture: one instant as SVG, a motion as a replay; the same for report, notebook, studio and bench."""
+
+from orchestrator.arm_drawing.arrows import Scales
+from orchestrator.arm_drawing.curves import Line, Panel
+from orchestrator.arm_drawing.replay import Replay, replay_html, replay_script, replay_style
+from orchestrator.arm_drawing.shape import NOMINAL_ARM, ArmShape, Instant
+from orchestrator.arm_drawing.svg import arm_svg
+
+__all__ = [
+    "NOMINAL_ARM",
+    "ArmShape",
+    "Instant",
+    "Line",
+    "Panel",
+    "Replay",
+    "Scales",
+    "arm_svg",
+    "replay_html",
+    "replay_script",
+    "replay_style",
+]
