@@ -19,8 +19,11 @@ RATIO_MATTERS_ABOVE_BYTES = 2**24
 FMU_DESCRIPTION = "modelDescription.xml"
 
 
-def read_archive(path: Path, description: str = FMU_DESCRIPTION) -> dict[str, bytes]:
-    """Give all files of an archive, archive path -> content, after the checks of `extract_fmu`."""
+def read_archive(path: Path, description: str | None = FMU_DESCRIPTION) -> dict[str, bytes]:
+    """Give all files of an archive, archive path -> content, after the checks of `extract_fmu`.
+
+    None as `description` takes any zip archive.
+    """
     with _opened(path, description) as (archive, entries):
         return {entry.filename: _read(path, archive, entry) for entry in entries if not entry.is_dir()}
 
@@ -48,6 +51,12 @@ def extract_fmu(path: Path, folder: Path, description: str = FMU_DESCRIPTION) ->
     return folder
 
 
+def check_archive(path: Path, description: str | None = FMU_DESCRIPTION) -> None:
+    """Raise FmuError unless `extract_fmu` would begin to unpack a file; None as `description` takes any zip archive."""
+    with _opened(path, description):
+        pass
+
+
 def check_entry_name(name: str) -> None:
     """Raise FmuError unless `name` is a relative path with forward slashes that stays inside."""
     outside = name.startswith("/") or PureWindowsPath(name).drive or ".." in PurePosixPath(name).parts
@@ -73,8 +82,8 @@ def check_xml(content: bytes, what: str) -> None:
 
 
 @contextmanager
-def _opened(path: Path, description: str) -> Iterator[tuple[zipfile.ZipFile, list[zipfile.ZipInfo]]]:
-    kind = "an FMU" if description == FMU_DESCRIPTION else "an SSP"
+def _opened(path: Path, description: str | None) -> Iterator[tuple[zipfile.ZipFile, list[zipfile.ZipInfo]]]:
+    kind = {FMU_DESCRIPTION: "an FMU", None: "an archive"}.get(description, "an SSP")
     if not path.is_file():
         raise FmuError(f"{path} does not exist" if not path.exists() else f"{path} is not a file")
     try:
@@ -84,7 +93,8 @@ def _opened(path: Path, description: str) -> Iterator[tuple[zipfile.ZipFile, lis
     with archive:
         entries = archive.infolist()
         _check_entries(path, entries)
-        _check_description(path, archive, description, kind)
+        if description is not None:
+            _check_description(path, archive, description, kind)
         yield archive, entries
 
 

@@ -55,7 +55,7 @@ def discover(
     diagnosis = diagnose(source, measurements, cards=cards, workers=workers, progress=progress, work=work)
     nominal = diagnosis.steps[0].comparison
     given = model_of(source, source.compile())
-    entries = [_record(folder, source.name, source, given, (), nominal, measurements)]
+    entries = [record(folder, source.name, source, given, (), nominal, measurements)]
     versions = []
     for step in diagnosis.steps[1:]:
         progress(f"building the model with {' + '.join(effect.id for effect in step.effects)}")
@@ -67,7 +67,7 @@ def discover(
             floor=nominal.noise_floor,
         )
         name = version.source.name
-        entries.append(_record(folder, name, version.source, version.model, step.effects, again, measurements))
+        entries.append(record(folder, name, version.source, version.model, step.effects, again, measurements))
         versions.append(version)
     for number, curve in enumerate(diagnosis.latent_forces, start=1):
         write_atomically(folder / f"draft_{number}.toml", curve.draft_card(number).encode())
@@ -78,7 +78,7 @@ def discover(
     return Discovery(diagnosis, tuple(versions), tuple(entries))
 
 
-def _record(
+def record(
     folder: Path,
     name: str,
     source: ModelicaModel,

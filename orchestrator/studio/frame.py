@@ -6,16 +6,21 @@ from importlib.metadata import version
 from pathlib import Path
 
 from fastapi import Request
-from nicegui import ui
+from nicegui import app, ui
 
+from orchestrator.report.palette import Colour, css_variables
 from orchestrator.studio.pages import Page
+from orchestrator.studio.views.parts import STYLE as VIEWS_STYLE
 
 STYLE = Path(__file__).with_name("studio.css")
+STATIC = Path(__file__).with_name("static")
 
 
 def mount(pages: Sequence[Page]) -> None:
     """Give every page its route."""
-    ui.add_css(STYLE.read_text(), shared=True)
+    ui.add_css(css_variables() + VIEWS_STYLE.read_text() + STYLE.read_text(), shared=True)
+    app.add_static_files("/studio", STATIC)
+    ui.add_head_html('<script src="/studio/upload.js" defer></script>', shared=True)
     for page in pages:
         _mount(page, pages)
 
@@ -23,6 +28,7 @@ def mount(pages: Sequence[Page]) -> None:
 def _mount(page: Page, pages: Sequence[Page]) -> None:
     @ui.page(page.path, title=f"{page.title} · misfit studio")
     async def show(request: Request) -> None:
+        ui.colors(primary=Colour.ACCENT, negative=Colour.BAD, positive=Colour.GOOD, warning=Colour.WARNING)
         _header(page, pages)
         with ui.element("div").classes("studio-main").props("id=content"):
             built = page.build(**request.path_params)

@@ -124,6 +124,8 @@ def _headers(hosts: set[str]) -> dict[bytes, bytes]:
         "default-src 'self'; script-src 'self' 'unsafe-inline' 'unsafe-eval'; style-src 'self' 'unsafe-inline'; "
         "img-src 'self' data: blob:; font-src 'self' data:; worker-src 'self' blob:; "
         f"connect-src 'self' {' '.join(f'ws://{host}' for host in sorted(hosts))}; "
+        # The bench view's stop button is a server of its own on this machine, so that it outlives the studio.
+        "frame-src http://localhost:* http://127.0.0.1:*; "
         "object-src 'none'; base-uri 'none'; form-action 'self'; frame-ancestors 'none'"
     )
     return {

@@ -33,12 +33,18 @@ def serve(listener: socket.socket, keys: Keys, folder: Path) -> None:
     from fastapi import FastAPI
     from nicegui import ui
 
+    from orchestrator.studio import jobs, routes, workspace
     from orchestrator.studio.frame import mount
     from orchestrator.studio.pages import registered_pages
 
+    workspace.use(folder)
     mount(registered_pages())
+    routes.mount(workspace.current())
     app = FastAPI(openapi_url=None, docs_url=None, redoc_url=None)
     ui.run_with(app, title="misfit studio", language="en-US", tailwind=False, show_welcome_message=False)
     gate = Gate(app, listener.getsockname()[1], keys)
     config = uvicorn.Config(gate, log_level="warning", server_header=False, timeout_graceful_shutdown=1)
-    uvicorn.Server(config).run(sockets=[listener])
+    try:
+        uvicorn.Server(config).run(sockets=[listener])
+    finally:
+        jobs.cancel_all()

@@ -1,8 +1,15 @@
-"""The first page: what to work on."""
+"""The first page: examples to try, a new project, and the projects there are."""
 
-from nicegui import ui
+from collections.abc import Callable
 
+from nicegui import run, ui
+
+from orchestrator.studio import jobs, workspace
+from orchestrator.studio.examples import EXAMPLES, open_example
+from orchestrator.studio.live import Live
 from orchestrator.studio.pages import Page
+from orchestrator.studio.project import Project
+from orchestrator.studio.text import heading, paragraph
 
 
 def register() -> Page:
@@ -11,5 +18,61 @@ def register() -> Page:
 
 
 def build() -> None:
-    """What the studio does, and the projects."""
-    ui.html("<h1>Where does your model fail, and what is missing?</h1>", sanitize=False)
+    """What the studio does, examples, and the projects."""
+    heading("Where does your model fail, and what is missing?", 1)
+    paragraph(
+        "Give a model and measurements. You see where they part, which physical effect is missing, "
+        "and, once it is added, how the error falls towards the noise."
+    )
+    ui.button("New project", on_click=lambda: _open(workspace.current().create("New project"))).props(
+        "no-caps unelevated"
+    )
+    heading("Examples")
+    with ui.element("div").classes("studio-cards"):
+        for example in EXAMPLES:
+            with ui.element("section").classes("studio-card").props(f'aria-label="{example.title}"'):
+                heading(example.title, 3)
+                paragraph(example.text)
+                ui.button("Open", on_click=_opener(example.id)).props(
+                    f'no-caps outline aria-label="Open: {example.title}"'
+                )
+    heading("Projects")
+    listed = Live(lambda: tuple((p.id, p.name) for p in workspace.current().projects()), _projects)
+    ui.timer(2.0, listed.check)
+
+
+def _opener(id: str) -> Callable[[], None]:
+    return lambda: _open(open_example(workspace.current(), id))
+
+
+def _open(project: Project) -> None:
+    ui.navigate.to(f"/project/{project.id}")
+
+
+def _projects() -> None:
+    projects = workspace.current().projects()
+    if not projects:
+        paragraph("None yet. Open an example, or begin a new project with a model and measurements of your own.")
+        return
+    with ui.element("ul").classes("studio-files"):
+        for project in projects:
+            with ui.element("li"):
+                ui.link(project.name, f"/project/{project.id}")
+                ui.label(project.created.replace("T", " ")[:16] + " UTC").classes("studio-hint")
+                ui.button("Remove", on_click=_remover(project)).props(
+                    f'flat dense no-caps aria-label="Remove {project.name}"'
+                )
+
+
+def _remover(project: Project) -> Callable[[], object]:
+    async def remove() -> None:
+        with ui.dialog().props('aria-label="Remove a project"') as dialog, ui.card():
+            paragraph(f"Remove {project.name} with its measurements and results? They cannot be brought back.")
+            with ui.row():
+                ui.button("Keep it", on_click=lambda: dialog.submit(False)).props("no-caps outline")
+                ui.button("Remove it", on_click=lambda: dialog.submit(True)).props("no-caps color=negative")
+        if await dialog:
+            await run.io_bound(jobs.cancel, project)
+            await run.io_bound(workspace.current().remove, project)
+
+    return remove

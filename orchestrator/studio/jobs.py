@@ -1,0 +1,158 @@
+"""Long work in a process group of its own; all that is known about it is on disk."""
+
+import fcntl
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from fmus.errors import MisfitError
+from fmus.files import write_atomically
+from orchestrator.studio.project import Project
+
+State = Literal["none", "running", "done", "failed", "cancelled"]
+PATIENCE_S = 5.0
+_children: list["subprocess.Popen[bytes]"] = []
+
+
+@dataclass(frozen=True)
+class Job:
+    """The present or last job of a project: its kind, state, newest message, and seconds since it began."""
+
+    kind: str
+    state: State
+    message: str
+    seconds: float
+
+    @property
+    def running(self) -> bool:
+        """Whether it still works."""
+        return self.state == "running"
+
+
+def start(project: Project, kind: str, arguments: Sequence[str] = ()) -> None:
+    """Begin a job.
+
+    The child holds a lock on `job/lock` for as long as it or a descendant of it lives: whoever looks at the project
+    later, another tab or another server, can tell whether it runs, which a process number alone cannot.
+
+    Raises:
+        MisfitError: if the project has one that runs.
+    """
+    folder = project.folder / "job"
+    if _locked(folder):
+        raise MisfitError("another job of this project is running; wait for it or cancel it")
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir()
+    with (folder / "lock").open("w") as lock, (folder / "log.txt").open("wb") as log:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        child = subprocess.Popen(
+            [sys.executable, "-m", "orchestrator.studio.child", kind, *arguments],
+            cwd=project.folder,
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(part for part in sys.path if part)},
+            stdin=subprocess.DEVNULL,
+            stdout=log,
+            stderr=log,
+            start_new_session=True,
+            pass_fds=[lock.fileno()],
+        )
+    _children.append(child)
+    begun = {"kind": kind, "process": child.pid, "begun": time.time()}
+    write_atomically(folder / "begun.json", json.dumps(begun).encode())
+
+
+def look(project: Project) -> Job:
+    """The project's present or last job."""
+    _reap()
+    folder = project.folder / "job"
+    begun = _read(folder / "begun.json")
+    if not begun:
+        return Job("", "none", "", 0.0)
+    kind, seconds = str(begun["kind"]), time.time() - float(str(begun["begun"]))
+    if _locked(folder):
+        return Job(kind, "running", _last_line(folder / "progress.txt"), seconds)
+    end = _read(folder / "end.json")
+    if not end:
+        return Job(kind, "failed", "the work ended without a result; perhaps memory ran out: start it again", seconds)
+    state: State = "done" if end["state"] == "done" else "cancelled" if end["state"] == "cancelled" else "failed"
+    return Job(kind, state, str(end["message"]), float(str(end["seconds"])))
+
+
+def cancel(project: Project, why: str = "cancelled") -> None:
+    """End a job with all processes that it started; on return none of them runs."""
+    folder = project.folder / "job"
+    begun = _read(folder / "begun.json")
+    if not begun or not _locked(folder):
+        return
+    for number in (signal.SIGTERM, signal.SIGKILL):
+        _kill(int(str(begun["process"])), number)
+        if _ended(folder, PATIENCE_S):
+            break
+    if not (folder / "end.json").exists():
+        seconds = time.time() - float(str(begun["begun"]))
+        end = {"state": "cancelled", "message": why, "seconds": seconds}
+        write_atomically(folder / "end.json", json.dumps(end).encode())
+
+
+def cancel_all() -> None:
+    """End the jobs of this server, which is about to end; a diagnosis that is started again goes on where it was."""
+    for child in _children:
+        if child.poll() is None:
+            _kill(child.pid, signal.SIGTERM)
+    for child in _children:
+        try:
+            child.wait(PATIENCE_S)
+        except subprocess.TimeoutExpired:
+            _kill(child.pid, signal.SIGKILL)
+
+
+def _kill(group: int, number: signal.Signals) -> None:
+    try:
+        os.killpg(group, number)
+    except ProcessLookupError:
+        return
+
+
+def _ended(folder: Path, patience: float) -> bool:
+    deadline = time.monotonic() + patience
+    while _locked(folder) and time.monotonic() < deadline:
+        _reap()
+        time.sleep(0.02)
+    return not _locked(folder)
+
+
+def _locked(folder: Path) -> bool:
+    try:
+        with (folder / "lock").open("r") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except FileNotFoundError:
+        return False
+    except BlockingIOError:
+        return True
+    return False
+
+
+def _reap() -> None:
+    """Let ended children of this server go."""
+    _children[:] = [child for child in _children if child.poll() is None]
+
+
+def _read(path: Path) -> dict[str, object]:
+    try:
+        return dict(json.loads(path.read_text()))
+    except (OSError, ValueError):
+        return {}
+
+
+def _last_line(path: Path) -> str:
+    try:
+        return path.read_text().rstrip("\n").rpartition("\n")[2]
+    except OSError:
+        return "starting"

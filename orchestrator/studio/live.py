@@ -1,0 +1,44 @@
+"""Parts of a page that follow what is on disk, whoever changed it: this tab, another one, or a job."""
+
+from collections.abc import Callable, Hashable
+from pathlib import Path
+from typing import Protocol
+
+from nicegui import ui
+
+
+class Part(Protocol):
+    """A part of a page."""
+
+    def check(self) -> None:
+        """Look whether what it shows has changed, and follow."""
+        ...
+
+
+class Live:
+    """A part that is drawn again when its stamp has changed, and only then."""
+
+    def __init__(self, stamp: Callable[[], Hashable], build: Callable[[], None]) -> None:
+        self._stamp, self._build = stamp, build
+        self._box = ui.element("div").classes("studio-part")
+        self._seen: Hashable = object()
+        self.check()
+
+    def check(self) -> None:
+        """Look, and draw if needed."""
+        stamp = self._stamp()
+        if stamp == self._seen:
+            return
+        self._seen = stamp
+        self._box.clear()
+        with self._box:
+            self._build()
+
+
+def file_stamp(path: Path) -> Hashable:
+    """Changes whenever a file is written, made or removed."""
+    try:
+        found = path.stat()
+    except OSError:
+        return None
+    return found.st_mtime_ns, found.st_size, found.st_ino

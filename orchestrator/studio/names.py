@@ -1,0 +1,22 @@
+"""Names that come from a browser, made fit for a file."""
+
+import re
+import unicodedata
+
+# Bytes; most file systems take 255, and temporary names need some room.
+LONGEST = 200
+_FORBIDDEN = frozenset(':*?"<>|%')
+_RESERVED = re.compile(r"(?i)(con|prn|aux|nul|com\d|lpt\d)(\..*)?")
+
+
+def safe_name(text: str) -> str:
+    """The last part of a path, without anything that a file system or a shell could take amiss; never empty.
+
+    Example:
+        >>> safe_name("../../etc/passwd"), safe_name("C:\\\\a\\\\trial 1.csv"), safe_name("..")
+        ('passwd', 'trial 1.csv', 'file')
+    """
+    last = re.split(r"[/\\]", unicodedata.normalize("NFC", text))[-1]
+    kept = "".join("_" if c in _FORBIDDEN or unicodedata.category(c)[0] == "C" else c for c in last).strip(" .-~")
+    kept = kept.encode(errors="replace")[-LONGEST:].decode(errors="ignore")
+    return f"_{kept}" if _RESERVED.fullmatch(kept) else kept or "file"

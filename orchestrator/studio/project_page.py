@@ -1,0 +1,57 @@
+"""The page of a project: the whole main job from top to bottom."""
+
+import html
+
+from nicegui import ui
+
+from fmus.errors import MisfitError
+from orchestrator.studio import workspace
+from orchestrator.studio.columns_part import columns_part
+from orchestrator.studio.comparison_part import comparison_part
+from orchestrator.studio.diagnosis_part import diagnosis_part
+from orchestrator.studio.downloads_part import downloads_part
+from orchestrator.studio.job_part import JobPart
+from orchestrator.studio.live import Part
+from orchestrator.studio.pages import Page
+from orchestrator.studio.setup_part import setup_part
+from orchestrator.studio.text import heading, paragraph
+from orchestrator.studio.versions_part import VersionsPart
+
+EVERY_S = 0.5
+
+
+def register() -> Page:
+    """The page of a project."""
+    return Page("/project/{project}", "Project", build)
+
+
+def build(project: str) -> None:
+    """All parts; each follows the disk, so a reload or a second tab shows the same."""
+    try:
+        shown = workspace.current().project(project)
+        ui.page_title(f"{shown.name} · misfit studio")
+    except MisfitError as error:
+        heading("No such project", 1)
+        paragraph(str(error), "studio-problem")
+        ui.link("Go to the start page", "/")
+        return
+    ui.html(html.escape(shown.name), tag="h1", sanitize=False)
+    parts: list[Part] = [
+        JobPart(shown),
+        *setup_part(shown),
+        columns_part(shown),
+        VersionsPart(shown),
+        diagnosis_part(shown),
+        comparison_part(shown),
+        downloads_part(shown),
+    ]
+
+    def follow() -> None:
+        if not shown.exists:
+            timer.cancel()
+            ui.navigate.to("/")
+            return
+        for part in parts:
+            part.check()
+
+    timer = ui.timer(EVERY_S, follow)

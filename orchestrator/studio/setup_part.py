@@ -1,0 +1,88 @@
+"""The first part of a project: which model, which measurements."""
+
+import html
+from functools import cache
+
+from nicegui import run, ui
+from nicegui.events import GenericEventArguments
+
+from fmus.catalogue import built_in_models
+from orchestrator.studio.drop_zone import drop_zone
+from orchestrator.studio.live import Live, file_stamp
+from orchestrator.studio.project import FILE_NAME, Project
+from orchestrator.studio.receive import DATA_ENDINGS, make_way
+from orchestrator.studio.tell import telling
+from orchestrator.studio.text import heading, paragraph
+
+# Rows of the list of files; a set of hundreds would push everything else away.
+MOST_FILES = 12
+
+
+@cache
+def model_names() -> dict[str, str]:
+    """Built-in models with their one-line descriptions."""
+    return {name: f"{name}: {model.description}" for name, model in built_in_models().items()}
+
+
+def setup_part(project: Project) -> list[Live]:
+    """Add the part; returns what of it follows the disk."""
+    with ui.element("section").classes("studio-columns").props('aria-label="Model and measurements"'):
+        with ui.element("div"):
+            heading("Model")
+            model = _model(project)
+            drop_zone(project, "model", "Or drop an FMU here, or choose one:", ".fmu", multiple=False)
+        with ui.element("div"):
+            heading("Measurements")
+            text = "Drop files here, or choose them: csv, parquet, mf4 or h5, one trial each, with a case.toml if you have one; or all in a zip."
+            drop_zone(project, "measurements", text, ",".join((*DATA_ENDINGS, ".toml", ".zip")), multiple=True)
+            files = Live(lambda: tuple(map(str, project.data_files())), lambda: _files(project))
+    return [model, files]
+
+
+def _model(project: Project) -> Live:
+    async def choose(event: GenericEventArguments) -> None:
+        with telling():
+            await run.io_bound(make_way, project)
+            project.choose_model(str(event.args))
+
+    with ui.element("label").props('for="built-in"'):
+        ui.html("Built-in model", sanitize=False, tag="span")
+
+    def build() -> None:
+        chosen = project.model
+        select = ui.element("select").props('id="built-in"').classes("studio-select")
+        select.on("change", choose, js_handler="(event) => emit(event.target.value)")
+        with select:
+            options = {} if chosen in model_names() else {"": f"{chosen or 'none'} is chosen"}
+            for name, text in (options | model_names()).items():
+                option = ui.element("option")
+                option.props["value"] = name
+                option.props["selected"] = name == (chosen if chosen in model_names() else "")
+                if not name:
+                    option.props["disabled"] = True
+                with option:
+                    ui.html(html.escape(text), tag="span", sanitize=False)
+
+    return Live(lambda: (project.model, file_stamp(project.folder / FILE_NAME) and project.model), build)
+
+
+def _files(project: Project) -> None:
+    files = project.data_files()
+    if not files:
+        paragraph("No measurements yet.")
+        return
+    with ui.element("ul").classes("studio-files"):
+        for file in files[:MOST_FILES]:
+            with ui.element("li"):
+                ui.label(str(file.relative_to(project.measurements)))
+    if len(files) > MOST_FILES:
+        paragraph(f"and {len(files) - MOST_FILES} more")
+
+    async def clear() -> None:
+        with telling():
+            await run.io_bound(make_way, project)
+            for file in project.data_files():
+                file.unlink()
+            project.forget_results()
+
+    ui.button("Remove all measurements", on_click=clear).props("flat dense no-caps")

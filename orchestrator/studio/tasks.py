@@ -1,0 +1,157 @@
+"""What a job does: the same calls as the command line, with results written to the project's folder."""
+
+import json
+import os
+import pickle
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fmus.errors import MisfitError
+from fmus.files import write_atomically
+from orchestrator.compare.comparison import compare as compare_with
+from orchestrator.compare.result import Comparison
+from orchestrator.measurements import MeasurementSet, bind, load_measurements
+from orchestrator.measurements.case_file import read_case_file
+from orchestrator.models.load import load_model, load_source
+from orchestrator.studio.project import COMPARISON, DIAGNOSIS, MATCH, REPORT, VERSION, VIEWS, Project
+
+if TYPE_CHECKING:
+    from orchestrator.diagnosis.result import Diagnosis
+
+Say = Callable[[str], None]
+PICKLE = "diagnosis.pickle"
+WORKERS = os.cpu_count() or 1
+
+
+def match(project: Project, say: Say) -> None:
+    """Read the measurements and find out which column is which variable of the model."""
+    from orchestrator.studio.columns import column_rows, trial_rows
+
+    measurements = _measurements(project, say)
+    model = None
+    if project.model is not None:
+        say(f"building {project.model}")
+        model = load_model(project.model)
+    document: dict[str, Any] = {
+        "model": project.model,
+        "columns": column_rows(measurements, model),
+        "trials": trial_rows(measurements),
+        "notes": list(measurements.notes),
+        "problem": "",
+    }
+    if model is not None:
+        say("matching columns and variables")
+        try:
+            document["notes"] += bind(measurements, model.inputs, model.outputs).notes
+        except MisfitError as error:
+            document["problem"] = str(error)
+    _write(project, MATCH, document)
+
+
+def compare(project: Project, say: Say) -> None:
+    """Run the model along every trial."""
+    from orchestrator.report.html import comparison_report
+
+    measurements = _measurements(project, say)
+    say(f"building {project.model}")
+    model = load_model(_model(project))
+    say("running the model along every trial")
+    found = compare_with(model, measurements, workers=WORKERS)
+    _show(project, found, 0)
+    write_atomically(project.results / REPORT, comparison_report(found).encode())
+    _write(project, COMPARISON, found.to_json())
+
+
+def diagnose(project: Project, say: Say) -> None:
+    """Find the missing effects, and record the model as given in the ledger."""
+    from orchestrator.diagnosis.candidates import model_of
+    from orchestrator.diagnosis.diagnose import diagnose as find
+    from orchestrator.diagnosis.work import resumable
+    from orchestrator.discover import record
+    from orchestrator.report.html import diagnosis_report
+    from orchestrator.report.sentences import verdict_sentence
+
+    measurements = _measurements(project, say)
+    say(f"building {project.model}")
+    source = load_source(_model(project), measurements)
+    with resumable(f"{project.folder} {measurements.content_hash}") as work:
+        found = find(source, measurements, workers=WORKERS, progress=say, work=work)
+    given = found.steps[0].comparison
+    for number, step in enumerate(found.steps):
+        _show(project, step.comparison, number)
+    record(project.results, source.name, source, model_of(source, source.compile()), (), given, measurements)
+    if found.experiment_csv is not None:
+        write_atomically(project.results / "next_experiment.csv", found.experiment_csv.encode())
+    write_atomically(project.results / REPORT, diagnosis_report(found).encode())
+    # The report of a model with effects in it shows the whole diagnosis, of which JSON keeps but a part.
+    write_atomically(project.results / PICKLE, pickle.dumps(found))
+    _write(project, COMPARISON, given.to_json())
+    _write(project, DIAGNOSIS, found.to_json() | {"sentence": verdict_sentence(found)})
+
+
+def add(project: Project, say: Say, number: str) -> None:
+    """Build the model with the first `number` steps of the diagnosis, and compare it as the one before."""
+    from orchestrator import ledger
+    from orchestrator.discover import record
+    from orchestrator.report.html import discovery_report
+    from orchestrator.studio.read_back import adjusted_of, effects_of
+    from orchestrator.versions import add_effects
+
+    diagnosis = project.result(DIAGNOSIS)
+    if diagnosis is None:
+        raise MisfitError("there is no diagnosis of this model and these measurements yet; press Diagnose first")
+    step = diagnosis["steps"][int(number)]
+    measurements = _measurements(project, say)
+    source = load_source(_model(project), measurements)
+    effects = effects_of(step)
+    say(f"building the model with {' + '.join(effect.id for effect in effects)}")
+    version = add_effects(source, effects, project.results / "versions", adjusted=adjusted_of(step))
+    say("running it along every trial")
+    found = compare_with(version.model, measurements, workers=WORKERS, floor=diagnosis["noise_floor"])
+    entry = record(project.results, version.source.name, version.source, version.model, effects, found, measurements)
+    whole: Diagnosis = pickle.loads((project.results / PICKLE).read_bytes())
+    known = ledger.read(project.results)
+    earlier = [project.result(VERSION.format(k)) for k in range(1, int(number))]
+    shown = [known[0], *(known[each["entry"]] for each in earlier if each), entry]
+    write_atomically(project.results / REPORT, discovery_report(whole, shown).encode())
+    _write(project, VERSION.format(number), {"entry": entry.version, "comparison": found.to_json()})
+
+
+TASKS: dict[str, Callable[..., None]] = {"match": match, "compare": compare, "diagnose": diagnose, "add": add}
+
+
+def _model(project: Project) -> str:
+    if project.model is None:
+        raise MisfitError("no model is chosen; choose a built-in one or drop in an FMU")
+    return project.model
+
+
+def _measurements(project: Project, say: Say) -> MeasurementSet:
+    """The project's measurements; a case.toml that somebody else wrote must not lead to other files of this machine."""
+    say("reading the measurements")
+    folder = project.measurements
+    case = folder / "case.toml"
+    if case.is_file():
+        data = tuple(file.name for file in project.data_files() if file != case)
+        for name in read_case_file(Path("case.toml"), case.read_bytes(), data).files:
+            if not (folder / name).resolve().is_relative_to(folder.resolve()):
+                raise MisfitError(
+                    f"case.toml: files holds {name!r}, which is outside the project; upload that file, too"
+                )
+    # The folder is the present one, and a name without its path is what reports shall show.
+    return load_measurements(Path(folder.name))
+
+
+def _show(project: Project, comparison: Comparison, number: int) -> None:
+    """Leave the curves of a version for the linked views."""
+    from orchestrator.studio.views.store import write
+
+    folder = project.results / VIEWS.format(number)
+    shutil.rmtree(folder, ignore_errors=True)
+    write(folder, comparison)
+
+
+def _write(project: Project, name: str, document: dict[str, Any]) -> None:
+    write_atomically(project.results / name, (json.dumps(document, indent=1, allow_nan=False) + "\n").encode())
