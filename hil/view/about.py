@@ -6,6 +6,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from hil.emulation.planar import Placement
 from hil.session.controllers import Showing
 from hil.session.pilot import Pilot
 from hil.session.settings import Settings
@@ -36,5 +39,21 @@ def about(settings: Settings, pilot: Pilot, folder: Path | None, stop: Path, dry
     if settings.protocol is not None:
         found["trials"] = len(settings.protocol.trials)
         found["confirm"] = settings.protocol.confirm
-        found["deviation"] = settings.learning.deviation
+        found["arm"] = _arm(settings)
     return found
+
+
+def _arm(settings: Settings) -> dict[str, Any]:
+    """The emulated arm: ranges of its angles (rad) that the robot's limits leave, lengths of links and moment arms (m)."""
+    from hil.emulation.anatomy import anatomy
+
+    placement = Placement(settings.side, settings.shoulder)
+    joints = settings.limits.joints
+    ends = [placement.angles(np.array(end)) for end in zip(*((joint.low, joint.high) for joint in joints), strict=True)]
+    return {
+        "low": np.minimum(*ends).tolist(),
+        "high": np.maximum(*ends).tolist(),
+        "length": anatomy().length.tolist(),
+        "moment_arms": anatomy().arms.tolist(),
+        "deviation": settings.learning.deviation,
+    }

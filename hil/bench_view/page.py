@@ -1,0 +1,175 @@
+"""The bench view's page: what a session shows, and its stop button. It has no other way to the robot."""
+
+from html import escape
+
+from nicegui import ui
+
+from hil.bench_view import pictures, tables
+from hil.bench_view.arm_picture import arm_picture
+from hil.bench_view.sentences import Said, state, trial
+from hil.bench_view.stop_bar import stop_bar
+from hil.bench_view.style import CSS
+from hil.bench_view.watched import Sessions, Watched
+from orchestrator.studio.pages import Page
+
+PATH = "/bench"
+# How often the page is drawn anew, and its maps, in s.
+REFRESH_S, MAPS_EVERY = 0.25, 4
+
+SESSIONS = Sessions()
+
+START = """<h2>No session runs on this machine</h2>
+<p>Start one in a terminal; this page finds it by itself:</p>
+<pre>misfit hil hold --virtual --seconds 60
+misfit hil record study --virtual --out session-1</pre>
+<p>The first holds a virtual robot where it is, the second runs the study's trials on a virtual arm. With a real robot, say
+<code>--bench FILE</code> instead of <code>--virtual</code>. A session without this page has the same limits and the same watchdog;
+Ctrl-C in its terminal and the pendant stop it as well.</p>"""
+
+
+def register() -> Page:
+    """The page of the bench."""
+    SESSIONS.begin()
+    return Page(PATH, "Bench", build, order=40)
+
+
+def build() -> None:
+    """The newest session, or the one that the address names."""
+    SESSIONS.refresh()
+    request = ui.context.client.request
+    wanted = request.query_params.get("session")
+    seen = SESSIONS.chosen(wanted)
+    ui.add_body_html(stop_bar(seen, request.url.hostname or ""))
+    ui.add_head_html(f"<style>{CSS}</style>")
+    ui.html("<h1>Bench</h1>", sanitize=False)
+    _View(seen, wanted).begin()
+
+
+class _View:
+    """What one browser window shows."""
+
+    def __init__(self, seen: Watched | None, wanted: str | None) -> None:
+        self.seen, self.wanted, self.turn = seen, wanted, 0
+        self.shown = _shown(seen)
+        # Only what changes of itself is announced to those who listen instead of looking.
+        self.state = ui.html("", sanitize=False).props("role=status aria-live=polite")
+        self.warning = ui.html("", sanitize=False).props("role=alert")
+        self.others = ui.html("", sanitize=False)
+        with ui.element("div").classes("bench-grid"):
+            self.parts = {name: part for column in _COLUMNS for name, part in _column(column).items()}
+
+    def begin(self) -> None:
+        """Draw now, and again and again."""
+        self.draw()
+        ui.timer(REFRESH_S, self.draw)
+
+    def draw(self) -> None:
+        """Draw what has changed; a session that has begun or found its stop button needs a page with that button."""
+        if _shown(chosen := SESSIONS.chosen(self.wanted)) != self.shown and not (chosen is None or chosen.is_over):
+            self.shown = _shown(chosen)
+            ui.navigate.reload()
+            return
+        seen = self.seen
+        self.others.set_content(_others(seen))
+        if seen is None or seen.glance is None:
+            self.state.set_content(START if seen is None else _state(state(seen)))
+            return
+        self.state.set_content(_state(state(seen)))
+        self.warning.set_content(_DEAD if seen.stop_is_dead else "")
+        for name, draw in _PARTS.items():
+            if self.turn % MAPS_EVERY == 0 or name not in _SLOW:
+                self.parts[name].set_content(draw(seen))
+        self.turn += 1
+
+
+_DEAD = """<p class="bench-state bench-bad"><strong>The stop button on this page is dead.</strong> The session goes on without it. Stop it with
+the pendant, or with Ctrl-C in its terminal.</p>"""
+
+
+def _shown(seen: Watched | None) -> tuple[str, int]:
+    """What the stop bar was made for."""
+    return ("", 0) if seen is None else (seen.name, seen.stop.port if seen.stop is not None else 0)
+
+
+def _column(names: tuple[str, ...]) -> dict[str, ui.html]:
+    with ui.element("div").classes("bench-column"):
+        return {name: ui.html("", sanitize=False).classes("bench-part") for name in names}
+
+
+def _state(said: Said) -> str:
+    return f'<p class="bench-state bench-{said.tone}"><strong>{escape(said.headline)}</strong> {escape(said.more)}</p>'
+
+
+def _others(seen: Watched | None) -> str:
+    """Links to the other sessions, if there are any."""
+    found = SESSIONS.all()
+    if len(found) < 2:
+        return ""
+    links = (
+        f"<li>{_name(each)} (shown)</li>"
+        if each is seen
+        else f'<li><a href="{PATH}?session={each.name}">{_name(each)}</a></li>'
+        for each in found
+    )
+    return f'<nav aria-label="Sessions" class="bench-others">Sessions: <ul>{"".join(links)}</ul></nav>'
+
+
+def _name(seen: Watched) -> str:
+    return escape(f"{seen.about.get('controller', '')} {seen.name}, {seen.life.value}")
+
+
+def _joints(seen: Watched) -> str:
+    assert seen.glance is not None
+    return f"<h2>Joints</h2>{tables.joints(seen, seen.glance)}"
+
+
+def _timing(seen: Watched) -> str:
+    assert seen.glance is not None
+    return f"<h2>Time</h2>{tables.timing(seen, seen.glance)}{pictures.histogram(seen.glance)}<p>Cycles by how late they began; heights are logarithmic.</p>"
+
+
+def _faults(seen: Watched) -> str:
+    return f"<h2>Faults</h2>{tables.fault_list(seen)}"
+
+
+def _trial(seen: Watched) -> str:
+    if not (words := trial(seen)):
+        return ""
+    return f"<h2>Trial</h2><p>{escape(words)}</p>{arm_picture(seen)}<p>Round arrows: residual torque, a quarter turn is 1 N.m. Straight arrow: force on the wrist, 10 cm are 20 N.</p>"
+
+
+def _residual(seen: Watched) -> str:
+    if seen.map is None:
+        return (
+            "<h2>Residual</h2><p>This session has no model of an arm to compare the robot with; <code>misfit hil record</code>"
+            " has one, and learns what it lacks.</p>"
+        )
+    return (
+        f"<h2>Residual: where model and robot disagree now</h2>{tables.residual(seen)}"
+        f"<h3>Shoulder</h3>{pictures.traces(seen.past, 1)}<h3>Elbow</h3>{pictures.traces(seen.past, 2)}"
+        "<p>Solid: residual. Dashed, with its 90 % interval: what has been learned of it.</p>"
+    )
+
+
+def _maps(seen: Watched) -> str:
+    if seen.map is None:
+        return ""
+    means, now = seen.map.means, seen.pair("arm_q")
+    low, high = seen.about["arm"]["low"], seen.about["arm"]["high"]
+    drawn = (
+        f"<figure><figcaption>{name}, N.m</figcaption>{pictures.residual_map(means[..., k], k + 1, low, high, now)}</figure>"
+        for k, name in enumerate(("Shoulder", "Elbow"))
+    )
+    return f"<h2>Map of the residual</h2><div class='bench-maps'>{''.join(drawn)}</div><p>Averages by posture; the last minute counts most. The ring is the arm now.</p>"
+
+
+_PARTS = {
+    "joints": _joints,
+    "faults": _faults,
+    "trial": _trial,
+    "timing": _timing,
+    "residual": _residual,
+    "maps": _maps,
+}
+_COLUMNS = (("joints", "faults", "trial", "timing"), ("residual", "maps"))
+_SLOW = ("maps", "timing")

@@ -1,0 +1,42 @@
+"""The stop button on the page: plain HTML before all else, in a frame of another site.
+
+It is part of the page as it comes from the server, so it needs neither the studio's connection nor its scripts. `localhost` and
+`127.0.0.1` are different sites, and a browser that isolates sites runs the frame in a process of its own: it works while the
+page around it hangs.
+"""
+
+from html import escape
+
+from hil.bench_view.watched import Watched
+
+OTHER = {"127.0.0.1": "localhost", "localhost": "127.0.0.1"}
+
+STYLE = """<style>
+#bench-stop { position: sticky; top: 0; z-index: 5000; display: flex; align-items: center; gap: 12px; background: #fff;
+  border-bottom: 2px solid #7d1a15; }
+#bench-stop iframe { flex: 1; height: 66px; border: 0; display: block; min-width: 0; }
+#bench-stop a, #bench-stop p { flex: none; margin: 0; padding: 0 16px; color: #1a1a1a; }
+</style>"""
+
+# Escape stops from anywhere on the page, as long as the page itself is alive; in the frame it works always.
+_SHORTCUT = """<script>
+addEventListener("keydown", event => {
+  if (event.key === "Escape") document.querySelector("#bench-stop iframe").contentWindow.postMessage("stop", "%s");
+}, true);
+</script>"""
+
+NONE = f'{STYLE}<aside id="bench-stop" aria-label="Stop"><p>No session, nothing to stop.</p></aside>'
+
+
+def stop_bar(seen: Watched | None, host: str) -> str:
+    """HTML of the bar; `host` is the name under which the browser knows the studio."""
+    if seen is None or seen.stop is None or not seen.stop.port or seen.is_over:
+        return NONE
+    address = seen.stop.address(OTHER.get(host, "localhost"))
+    origin = address.removesuffix(f"/{seen.stop.token}/")
+    return (
+        f'{STYLE}<aside id="bench-stop" aria-label="Stop"><iframe src="{escape(address)}" title="Stop the robot"></iframe>'
+        f'<a href="{escape(address)}" target="_blank" rel="noopener">Stop button in a window of its own</a></aside>'
+        + _SHORTCUT
+        % origin
+    )

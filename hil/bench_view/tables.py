@@ -1,0 +1,102 @@
+"""Tables of the bench view, as HTML: joints with their limits, the residual, and what went wrong."""
+
+import re
+from collections.abc import Sequence
+from html import escape
+
+import numpy as np
+
+from hil.bench_view.pictures import Z90, micro
+from hil.bench_view.sentences import Fault, faults
+from hil.bench_view.watched import Watched
+from hil.view.glance import Glance
+from orchestrator.report.numbers import percent
+
+# From this share of a limit on, a number is marked.
+NEAR = 0.9
+
+
+def joints(seen: Watched, glance: Glance) -> str:
+    """Angle, speed, torque asked for and sent, each with its limits."""
+    rows = []
+    limits = seen.about["joints"]
+    for k, limit in enumerate(limits):
+        angle, speed, sent = glance.angles[k], glance.speeds[k], glance.torques[k]
+        cells = (
+            _number(f"{angle:+.3f}", not limit["low"] <= angle <= limit["high"]),
+            f"{limit['low']:g} to {limit['high']:g}",
+            _number(f"{speed:+.3f}", abs(speed) >= NEAR * limit["speed"]),
+            f"± {limit['speed']:g}",
+            _number(f"{glance.asked[k]:+.2f}", abs(glance.asked[k]) > limit["torque"]),
+            _number(f"{sent:+.2f}", abs(sent) >= NEAR * limit["torque"]),
+            f"± {limit['torque']:g}",
+        )
+        rows.append(f'<tr><th scope="row">{k + 1}</th>{"".join(f"<td>{cell}</td>" for cell in cells)}</tr>')
+    head = ("joint", "angle (rad)", "range", "speed (rad/s)", "limit", "asked (N.m)", "sent (N.m)", "limit")
+    size = float(np.linalg.norm(glance.force))
+    parts = ", ".join(f"{value:+.1f}" for value in glance.force)
+    most = float(seen.about["force"])
+    force = f"<p>Force at the wrist: {_number(f'{size:.1f} N', size >= NEAR * most)}, limit {most:g} N (x, y, z: {parts})</p>"
+    return _table("Joints", head, rows) + force
+
+
+def timing(seen: Watched, glance: Glance) -> str:
+    """How well the session keeps its time, in numbers."""
+    asked = 3 * max(glance.cycles, 1)
+    said = (
+        ("rate", f"{seen.rate_hz:.0f} of {1e9 / glance.period_ns:.0f} Hz"),
+        ("late, median", f"{micro(glance.late_us(0.5))} at most"),
+        ("late, 99 %", f"{micro(glance.late_us(0.99))} at most"),
+        ("latest", micro(glance.latest_us)),
+        ("cycles skipped", f"{glance.missed} of {glance.cycles + glance.missed}"),
+        ("answers missing", f"{glance.missing} of {asked} ({percent(glance.missing / asked)})"),
+    )
+    return "<dl>" + "".join(f"<div><dt>{name}</dt><dd>{words}</dd></div>" for name, words in said) + "</dl>"
+
+
+def residual(seen: Watched) -> str:
+    """What the model knows, what it lacks, and what has been learned of that, by joint."""
+    muscle, live, learned = (seen.pair(name) for name in ("muscle_tau", "residual", "learned"))
+    unsure = seen.signal("unsure")
+    if muscle is None or live is None or learned is None or unsure is None:
+        return ""
+    rows = [
+        f'<tr><th scope="row">{name}</th>'
+        + "".join(f"<td>{value:+.3f}</td>" for value in (muscle[k], live[k], learned[k]))
+        + f"<td>± {Z90 * unsure:.3f}</td></tr>"
+        for k, name in enumerate(("shoulder", "elbow"))
+    ]
+    return _table("Residual", ("joint", "muscles (N.m)", "residual (N.m)", "learned (N.m)", "90 % (N.m)"), rows)
+
+
+def fault_list(seen: Watched) -> str:
+    """What went wrong, in plain words, with the time and what to do."""
+    found = faults(seen)
+    if not found:
+        return "<p>Nothing has gone wrong.</p>"
+    return '<ol class="bench-faults">' + "".join(map(_fault, found)) + "</ol>"
+
+
+def _fault(fault: Fault) -> str:
+    happened, when, words, became, do = map(_prose, (fault.happened, fault.when, fault.words, fault.became, fault.do))
+    return (
+        f"<li><strong>{happened}</strong> <span>{when}</span><br>{words}<br>"
+        f"What became of it: {became}<br>What to do: {do}</li>"
+    )
+
+
+def _prose(words: str) -> str:
+    """Words with commands between backticks, as HTML."""
+    return re.sub("`([^`]*)`", r"<code>\1</code>", escape(words))
+
+
+def _number(words: str, marked: bool) -> str:
+    return f'<strong class="bench-near">{words} !</strong>' if marked else words
+
+
+def _table(caption: str, head: Sequence[str], rows: Sequence[str]) -> str:
+    names = "".join(f'<th scope="col">{escape(name)}</th>' for name in head)
+    return (
+        f'<table class="bench-table"><caption class="bench-hidden">{escape(caption)}</caption>'
+        f"<thead><tr>{names}</tr></thead><tbody>{''.join(rows)}</tbody></table>"
+    )

@@ -1,0 +1,202 @@
+"""A session as the bench view knows it: what it shows now, how it was lately, and what has become of it."""
+
+import json
+import threading
+import time
+from collections import deque
+from dataclasses import dataclass, field
+from enum import Enum
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fmus.errors import MisfitError
+from hil.bench_view.residual_map import ResidualMap
+from hil.stop.flag import StopFlag
+from hil.view.glance import Glance, Look
+from hil.view.window import lives, process_of, windows
+
+PAUSE_S = 0.05
+# A session without a new cycle for so long is stuck; its watchdog has let the arm go long before.
+STUCK_S = 0.5
+# So much of the past is kept for curves.
+PAST_S = 20.0
+# A stop button's server that has been silent for so long is dead.
+SILENT_S = 0.6
+# Sessions that have ended are remembered, so many of them.
+REMEMBERED = 4
+
+
+class Life(Enum):
+    """What has become of a session."""
+
+    WAITING = "waiting"
+    RUNNING = "running"
+    STUCK = "stuck"
+    WRITING = "writing"
+    ENDED = "ended"
+    KILLED = "killed"
+
+
+@dataclass(frozen=True)
+class Past:
+    """One moment: time in s since the first cycle, residual and what was learned (2,) in N.m, how sure that is."""
+
+    time_s: float
+    residual: np.ndarray
+    learned: np.ndarray
+    unsure: float
+
+
+@dataclass
+class Watched:
+    """One session; `refresh` is called by the thread of `Sessions`, everything else only reads."""
+
+    look: Look
+    about: dict[str, Any]
+    glance: Glance | None = None
+    life: Life = Life.WAITING
+    rate_hz: float = 0.0
+    map: ResidualMap | None = None
+    past: deque[Past] = field(default_factory=lambda: deque(maxlen=round(PAST_S / PAUSE_S)))
+    stop: StopFlag | None = None
+    _before: tuple[int, float] = (0, 0.0)
+
+    @staticmethod
+    def open(path: Path) -> "Watched":
+        """Begin to watch.
+
+        Raises:
+            MisfitError: if it has ended.
+        """
+        look = Look(path)
+        found = Watched(look, dict(look.about))
+        if (arm := found.about.get("arm")) is not None:
+            found.map = ResidualMap(np.array(arm["low"]), np.array(arm["high"]))
+        try:
+            found.stop = StopFlag(Path(found.about["stop"]), read_only=True)
+        except (KeyError, MisfitError):
+            found.stop = None
+        return found
+
+    @property
+    def name(self) -> str:
+        """What it is called in the page's address: its process."""
+        return str(process_of(self.look.path))
+
+    @property
+    def folder(self) -> Path | None:
+        """Where it records."""
+        recording = self.about.get("recording")
+        return Path(recording) if recording else None
+
+    @property
+    def is_over(self) -> bool:
+        """Whether no cycle will come any more."""
+        return self.life in (Life.WRITING, Life.ENDED, Life.KILLED)
+
+    @property
+    def stop_is_dead(self) -> bool:
+        """Whether its stop button is not to be relied on."""
+        return not self.is_over and (self.stop is None or self.stop.silent_s > SILENT_S)
+
+    def signal(self, name: str) -> float | None:
+        """A signal of its controller; None if it has none of that name."""
+        names = self.about.get("signals", [])
+        return self.glance.shown[names.index(name)] if self.glance is not None and name in names else None
+
+    def pair(self, name: str) -> np.ndarray | None:
+        """A signal that there is for both joints of the arm, (2,)."""
+        values = [self.signal(f"{name}{k}") for k in (1, 2)]
+        return None if None in values else np.array(values)
+
+    def result(self) -> dict[str, Any] | None:
+        """What the session says of itself at its end; None if it has not said it."""
+        try:
+            found = json.loads((self.folder / "summary.json").read_text()) if self.folder is not None else None
+        except (OSError, ValueError):
+            return None
+        return found if isinstance(found, dict) else None
+
+    def refresh(self) -> None:
+        """Look again."""
+        if self.life in (Life.ENDED, Life.KILLED):
+            return
+        glance, now = self.look.look(), time.monotonic()
+        if glance is not None and (self.glance is None or glance.cycles != self.glance.cycles):
+            self.glance = glance
+            self._remember(glance)
+        if self.glance is not None and now - self._before[1] >= 1.0:
+            self.rate_hz = (self.glance.cycles - self._before[0]) / (now - self._before[1]) if self._before[1] else 0.0
+            self._before = (self.glance.cycles, now)
+        self.life = self._life(now)
+
+    def _life(self, now: float) -> Life:
+        alive = lives(process_of(self.look.path))
+        if not alive:
+            ended = self.folder is None or self.result() is not None
+            return Life.ENDED if ended else Life.KILLED
+        if not self.look.path.exists():
+            return Life.WRITING
+        if self.glance is None:
+            return Life.WAITING
+        return Life.STUCK if now - self.glance.time_ns * 1e-9 > STUCK_S else Life.RUNNING
+
+    def _remember(self, glance: Glance) -> None:
+        residual, learned, angles = self.pair("residual"), self.pair("learned"), self.pair("arm_q")
+        if self.map is None or residual is None or learned is None or angles is None or glance.stage == 0:
+            return
+        time_s = (glance.time_ns - glance.began_ns) * 1e-9
+        self.map.add(time_s, angles, residual)
+        self.past.append(Past(time_s, residual, learned, self.signal("unsure") or 0.0))
+
+
+class Sessions:
+    """All sessions on this machine, looked at 20 times a second from a thread of its own."""
+
+    def __init__(self) -> None:
+        self._found: dict[Path, Watched] = {}
+        self._lock = threading.Lock()
+        self._thread: threading.Thread | None = None
+
+    def begin(self) -> None:
+        """Look from now on."""
+        with self._lock:
+            if self._thread is None:
+                self._thread = threading.Thread(target=self._run, daemon=True, name="bench view")
+                self._thread.start()
+
+    def all(self) -> list[Watched]:
+        """Those that are known, the newest first."""
+        with self._lock:
+            return list(reversed(self._found.values()))
+
+    def chosen(self, name: str | None) -> Watched | None:
+        """The session of that name; without one the newest that runs, or else the newest."""
+        found = self.all()
+        if name is not None:
+            return next((each for each in found if each.name == name), None)
+        return next((each for each in found if not each.is_over), found[0] if found else None)
+
+    def refresh(self) -> None:
+        """Look for new sessions, and at all that are known."""
+        for path in windows():
+            if path not in self._found:
+                try:
+                    watched = Watched.open(path)
+                except (MisfitError, ValueError):  # it ended meanwhile, or is of another version
+                    continue
+                with self._lock:
+                    self._found[path] = watched
+        for each in self.all():
+            each.refresh()
+        with self._lock:
+            over = [path for path, each in self._found.items() if each.is_over]
+            for path in over[:-REMEMBERED]:
+                del self._found[path]
+
+    def _run(self) -> None:
+        while True:
+            self.refresh()
+            time.sleep(PAUSE_S)
