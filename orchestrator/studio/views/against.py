@@ -129,8 +129,12 @@ def _octaves(
         step = float(time[stop - 1] - time[start]) / (stop - start - 1)
         part = np.nan_to_num(np.asarray(residual[start:stop], float))
         frequency, density = signals.welch(part, 1 / step, nperseg=min(len(part), LONGEST), detrend="constant")
-        for k, row in enumerate(rows):
-            inside = (frequency >= row["from_hz"]) & (frequency < row["to_hz"]) & (frequency > 0)
+        # Bounds are frequencies of the comparison's spectrum, so rounding must not decide on which side one falls.
+        band = np.searchsorted([row["from_hz"] for row in rows], frequency * (1 + 1e-9), side="right") - 1
+        # A short piece has nothing to say on what is slower than itself.
+        resolved = (frequency > 0) | (len(part) >= LONGEST)
+        for k in range(len(rows)):
+            inside = (band == k) & resolved
             if inside.any():
                 power[k] += len(part) * density[inside].sum() * (frequency[1] - frequency[0])
                 weight[k] += len(part)

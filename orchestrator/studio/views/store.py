@@ -60,7 +60,7 @@ def read(folder: Path) -> ViewData:
         if head["schema"] != SCHEMA:
             raise ValueError(f"schema {head['schema']!r:.60}, expected {SCHEMA!r}")
         return _view_data(head, [partial(_mapped, folder, place) for place in range(len(head["trials"]))])
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except (OSError, EOFError, ValueError, KeyError, TypeError) as error:
         raise MisfitError(f"{folder}: curves cannot be read ({error}); compare again") from error
 
 
