@@ -43,11 +43,12 @@ class Gate:
     """An application around another one that lets only the user's own browser through.
 
     Requests are refused with 403 if their Host is not this server's (a foreign name that points to 127.0.0.1: DNS
-    rebinding), if they come from another origin, or if they carry no session. Every answer gets the headers below.
+    rebinding), if they come from another origin, or if they carry no session; bodies of more than `most_bytes` are not
+    read to their end. Every answer gets the headers below.
     """
 
-    def __init__(self, app: Application, port: int, keys: Keys) -> None:
-        self.app, self.port, self.keys = app, port, keys
+    def __init__(self, app: Application, port: int, keys: Keys, most_bytes: int) -> None:
+        self.app, self.port, self.keys, self._most_bytes = app, port, keys, most_bytes
         self._hosts = {f"{host}:{port}" for host in HOSTS}
         self._origins = {f"http://{host}" for host in self._hosts}
         # Cookies are shared by all ports of a host, so each studio names its own.
@@ -63,8 +64,10 @@ class Gate:
             await self._enter(scope, headers, token, send)
         elif refusal := self._refusal(scope, headers):
             await _refuse(scope, receive, send, refusal)
+        elif int(headers.get("content-length", "0") or 0) > self._most_bytes:
+            await _answer(send, 413, f"Requests of more than {self._most_bytes / 2**20:g} MiB are refused.")
         else:
-            await self.app(scope, receive, self._guarded(scope, send))
+            await self.app(scope, _counted(receive, self._most_bytes), self._guarded(scope, send))
 
     def _refusal(self, scope: Scope, headers: dict[str, str]) -> str | None:
         """Why a request is refused, or None."""
@@ -115,6 +118,19 @@ class Gate:
             await send(message)
 
         return with_headers if scope["type"] == "http" else send
+
+
+def _counted(receive: Receive, most_bytes: int) -> Receive:
+    """A request whose length was not announced ends where it grows too long."""
+    seen = 0
+
+    async def counted() -> Message:
+        nonlocal seen
+        message = await receive()
+        seen += len(message.get("body", b"")) if message["type"] == "http.request" else 0
+        return {"type": "http.disconnect"} if seen > most_bytes else message
+
+    return counted
 
 
 def _headers(hosts: set[str]) -> dict[bytes, bytes]:

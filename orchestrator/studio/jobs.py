@@ -19,6 +19,7 @@ from orchestrator.studio.project import Project
 
 State = Literal["none", "running", "done", "failed", "cancelled"]
 PATIENCE_S = 5.0
+PROGRAM = (sys.executable, "-m", "orchestrator.studio.child")
 _children: list["subprocess.Popen[bytes]"] = []
 
 
@@ -54,7 +55,7 @@ def start(project: Project, kind: str, arguments: Sequence[str] = ()) -> None:
     with (folder / "lock").open("w") as lock, (folder / "log.txt").open("wb") as log:
         fcntl.flock(lock, fcntl.LOCK_EX)
         child = subprocess.Popen(
-            [sys.executable, "-m", "orchestrator.studio.child", kind, *arguments],
+            [*PROGRAM, kind, *arguments],
             cwd=project.folder,
             env={**os.environ, "PYTHONPATH": os.pathsep.join(part for part in sys.path if part)},
             stdin=subprocess.DEVNULL,

@@ -17,6 +17,6 @@ def safe_name(text: str) -> str:
         ('passwd', 'trial 1.csv', 'file')
     """
     last = re.split(r"[/\\]", unicodedata.normalize("NFC", text))[-1]
-    kept = "".join("_" if c in _FORBIDDEN or unicodedata.category(c)[0] == "C" else c for c in last).strip(" .-~")
-    kept = kept.encode(errors="replace")[-LONGEST:].decode(errors="ignore")
+    kept = "".join("_" if c in _FORBIDDEN or not c.isprintable() else c for c in last)
+    kept = kept.encode()[-LONGEST:].decode(errors="ignore").strip(" .-~")
     return f"_{kept}" if _RESERVED.fullmatch(kept) else kept or "file"

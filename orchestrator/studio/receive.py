@@ -36,8 +36,10 @@ async def receive(project: Project, kind: str, name: str, chunks: AsyncIterator[
             size = 0
             async for chunk in chunks:
                 size += len(chunk)
-                _require_within_limit(name, size)
-                stream.write(chunk)
+                # What is too much is read but not kept: a browser shows no answer to what it could not send.
+                if size <= upload_limit():
+                    stream.write(chunk)
+        _require_within_limit(name, size)
         await asyncio.to_thread(make_way, project)
         taken = _model if kind == "model" else _measurements
         return await asyncio.to_thread(taken, project, name, Path(temporary))

@@ -8,6 +8,8 @@ from fmus.errors import MisfitError
 from orchestrator.studio.gate import Gate, Keys
 
 HOST = "127.0.0.1"
+# What a form adds to the file in it.
+SLACK = 2**20
 
 
 def listen(port: int) -> socket.socket:
@@ -36,13 +38,14 @@ def serve(listener: socket.socket, keys: Keys, folder: Path) -> None:
     from orchestrator.studio import jobs, routes, workspace
     from orchestrator.studio.frame import mount
     from orchestrator.studio.pages import registered_pages
+    from orchestrator.studio.receive import upload_limit
 
     workspace.use(folder)
     mount(registered_pages())
     routes.mount(workspace.current())
     app = FastAPI(openapi_url=None, docs_url=None, redoc_url=None)
     ui.run_with(app, title="misfit studio", language="en-US", tailwind=False, show_welcome_message=False)
-    gate = Gate(app, listener.getsockname()[1], keys)
+    gate = Gate(app, listener.getsockname()[1], keys, most_bytes=upload_limit() + SLACK)
     config = uvicorn.Config(gate, log_level="warning", server_header=False, timeout_graceful_shutdown=1)
     try:
         uvicorn.Server(config).run(sockets=[listener])
