@@ -61,14 +61,14 @@ def replay_html(replay: Replay, title: str) -> str:
     scales = Scales.of(replay.shape, instants)
     data = html.escape(json.dumps(_data(replay, frames, scales), separators=(",", ":")))
     begin, end = float(replay.time[0]), float(replay.time[-1])
-    worst = replay.instant(replay.worst)
+    worst, moment = replay.instant(replay.worst), float(replay.time[replay.worst])
     curves = curves_svg(replay.time, replay.panels) if replay.panels else ""
     return (
         f'<div class="arm-replay" role="group" aria-label="{html.escape(title)}" data-replay="{data}">'
         f'<div class="views"><div class="drawing">{arm_svg(worst, replay.shape, scales)}</div>{curves}</div>'
         '<div class="controls"><button type="button" aria-label="Play">Play</button>'
-        f'<input type="range" min="{begin:.6g}" max="{end:.6g}" step="any" value="{worst.time:.6g}" aria-label="Time"/>'
-        f'<output>{worst.time:.2f} s</output></div><p class="readout">{html.escape(described(worst))}</p></div>'
+        f'<input type="range" min="{begin:.6g}" max="{end:.6g}" step="any" value="{moment:.6g}" aria-label="Time"/>'
+        f'<output>{moment:.2f} s</output></div><p class="readout">{html.escape(described(worst))}</p></div>'
     )
 
 

@@ -25,6 +25,7 @@ def compare(model: str, data: str, json_file: str | None, html_file: str | None,
     from orchestrator.compare.comparison import compare as run
     from orchestrator.measurements import load_measurements
     from orchestrator.models.load import load_model
+    from orchestrator.report.arm_replay import arm_replay
     from orchestrator.report.html import comparison_report
     from orchestrator.report.tables import comparison_table
 
@@ -35,7 +36,7 @@ def compare(model: str, data: str, json_file: str | None, html_file: str | None,
         loaded = load_model(model)
         say("running the model along every trial")
         result = run(loaded, measurements, workers=workers)
-        report = comparison_report(result) if html_file else None
+        report = comparison_report(result, arm_replay(loaded, measurements, result)) if html_file else None
     show(comparison_table(result), quiet)
     show("\n".join(result.findings), quiet)
     write_json(json_file, result.to_json())
@@ -69,7 +70,8 @@ def diagnose(
     from orchestrator.diagnosis.diagnose import diagnose as run
     from orchestrator.diagnosis.work import resumable
     from orchestrator.measurements import load_measurements
-    from orchestrator.models.load import load_source
+    from orchestrator.models.load import load_model, load_source
+    from orchestrator.report.arm_replay import arm_replay
     from orchestrator.report.html import diagnosis_report
     from orchestrator.report.tables import diagnosis_table
 
@@ -80,7 +82,8 @@ def diagnose(
         source = load_source(model, measurements)
         with resumable(f"{model} {measurements.content_hash}", scheduler) as work:
             result = run(source, measurements, cards=cards, workers=workers, progress=say, work=work)
-        report = diagnosis_report(result) if html_file else None
+        given = result.steps[0].comparison
+        report = diagnosis_report(result, arm_replay(load_model(model), measurements, given)) if html_file else None
     show(diagnosis_table(result), quiet)
     write_file(experiment_file, result.experiment_csv)
     write_json(json_file, result.to_json())

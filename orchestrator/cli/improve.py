@@ -146,7 +146,8 @@ def discover(
     from orchestrator.diagnosis.work import resumable
     from orchestrator.discover import discover as run
     from orchestrator.measurements import load_measurements
-    from orchestrator.models.load import load_source
+    from orchestrator.models.load import load_model, load_source
+    from orchestrator.report.arm_replay import arm_replay
     from orchestrator.report.html import discovery_report
     from orchestrator.report.tables import diagnosis_table, ledger_table
 
@@ -157,7 +158,10 @@ def discover(
         source = load_source(model, measurements)
         with resumable(f"{model} {measurements.content_hash}", scheduler) as work:
             found = run(source, measurements, Path(folder), cards=cards, workers=workers, progress=say, work=work)
-        report = discovery_report(found.diagnosis, list(found.entries)) if html_file else None
+        report = None
+        if html_file:
+            replay = arm_replay(load_model(model), measurements, found.diagnosis.steps[0].comparison)
+            report = discovery_report(found.diagnosis, list(found.entries), replay)
     show(diagnosis_table(found.diagnosis), quiet)
     show(ledger_table(list(found.entries)), quiet)
     write_json(json_file, found.diagnosis.to_json())

@@ -1,10 +1,13 @@
-"""Reports as single HTML files that need no network and no script."""
+"""Reports as single HTML files that need no network, and no script but that of a replay."""
 
+import base64
+import hashlib
 from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from orchestrator.arm_drawing import Replay, Scales, replay_html, replay_script, replay_style
 from orchestrator.compare.result import Comparison, TrialCurves
 from orchestrator.diagnosis.result import Diagnosis
 from orchestrator.ledger import LedgerEntry
@@ -27,13 +30,14 @@ from orchestrator.report.page import (
 from orchestrator.report.palette import css_variables
 from orchestrator.report.provenance import ledger_provenance, provenance
 from orchestrator.report.sentences import comparison_sentence, effect_name, verdict_sentence
+from orchestrator.report.summary import comparison_facts, comparison_plain, diagnosis_facts, diagnosis_plain
 from orchestrator.report.where_tables import where_tables
 
 if TYPE_CHECKING:
     from jinja2 import Template
 
 
-def comparison_report(comparison: Comparison) -> str:
+def comparison_report(comparison: Comparison, replay: Replay | None = None) -> str:
     """Return the page of a comparison: how large the error is, where it is, and what it looks like."""
     page = Page(
         title=f"Comparison of {comparison.model} with {_short(comparison.data)}",
@@ -50,21 +54,24 @@ def comparison_report(comparison: Comparison) -> str:
             Section("Notes", (*comparison.notes, *comparison.noise_sentences)),
             Section("Provenance", pairs=provenance(comparison.model, comparison.data)),
         ),
+        plain=comparison_plain(comparison),
+        facts=comparison_facts(comparison),
+        replay=_moving(replay),
     )
     return render(page)
 
 
-def diagnosis_report(diagnosis: Diagnosis) -> str:
+def diagnosis_report(diagnosis: Diagnosis, replay: Replay | None = None) -> str:
     """Return the page of a diagnosis: the verdict, the error that falls, and the evidence."""
-    return render(_diagnosis_page(diagnosis, []))
+    return render(_diagnosis_page(diagnosis, [], replay))
 
 
-def discovery_report(diagnosis: Diagnosis, entries: list[LedgerEntry]) -> str:
+def discovery_report(diagnosis: Diagnosis, entries: list[LedgerEntry], replay: Replay | None = None) -> str:
     """Return the page of a discovery: the diagnosis with the ledger of the versions it led to."""
-    return render(_diagnosis_page(diagnosis, entries))
+    return render(_diagnosis_page(diagnosis, entries, replay))
 
 
-def _diagnosis_page(diagnosis: Diagnosis, entries: list[LedgerEntry]) -> Page:
+def _diagnosis_page(diagnosis: Diagnosis, entries: list[LedgerEntry], replay: Replay | None) -> Page:
     given, final = diagnosis.steps[0].comparison, diagnosis.steps[-1].comparison
     effects = (entries[-1].effects if entries else ()) or diagnosis.effects
     versions = [(e.name, e.learning, e.held_out) for e in entries] or _step_versions(diagnosis)
@@ -111,7 +118,24 @@ def _diagnosis_page(diagnosis: Diagnosis, entries: list[LedgerEntry]) -> Page:
                 "Provenance", pairs=provenance(diagnosis.model, diagnosis.data) + seconds + ledger_provenance(entries)
             ),
         ),
+        plain=diagnosis_plain(diagnosis),
+        facts=diagnosis_facts(diagnosis),
+        replay=_moving(replay),
     )
+
+
+def _moving(replay: Replay | None) -> Picture | None:
+    """The replay as a part of a page; its drawing explains itself, as it is no photograph."""
+    if replay is None:
+        return None
+    frames = [replay.instant(k) for k in replay.frames()]
+    size = Scales.of(replay.shape, frames).words()
+    caption = (
+        "Dashed: where the model puts the arm. Round arrows: torque that the model lacks at a joint, with its 90 % band"
+        f"{f' ({size})' if size else ''}. Muscles: the more active, the thicker; their distances from joints are their "
+        "moment arms, to scale; where they begin and end is not in the model and drawn by eye."
+    )
+    return Picture(replay_html(replay, "Replay of the worst trial"), caption)
 
 
 def _step_versions(diagnosis: Diagnosis) -> list[figures.Version]:
@@ -182,8 +206,17 @@ def _short(path: str) -> str:
 
 
 def render(page: Page) -> str:
-    """Return a page as one HTML file."""
-    return _template().render(page=page, colours=css_variables())
+    """Return a page as one HTML file; a browser runs no script on it but that of the replay, if there is one."""
+    script = replay_script() if page.replay else ""
+    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii")
+    return _template().render(
+        page=page,
+        shown=[(f"part-{number}", part) for number, part in enumerate(page.sections) if not part.is_empty],
+        colours=css_variables(),
+        style=replay_style() if page.replay else "",
+        script=script,
+        policy=f"; script-src 'sha256-{digest}'" if script else "",
+    )
 
 
 @cache

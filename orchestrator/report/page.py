@@ -11,6 +11,7 @@ from orchestrator.diagnosis.result import HeldOut, NamedEffect, RankedSet, Tried
 from orchestrator.ledger import LedgerEntry
 from orchestrator.report.numbers import digits, estimate_parts, percent, quantity
 from orchestrator.report.sentences import effect_name, errors, ranked_name
+from orchestrator.report.summary import Fact
 
 MAX_TRIALS = 40
 MAX_TRIED = 40
@@ -52,12 +53,19 @@ class Section:
 
 @dataclass(frozen=True)
 class Page:
-    """A report, in reading order; empty sections are left out."""
+    """A report, in reading order; empty sections are left out.
+
+    The first page is for everyone: `verdict`, `plain` words, `facts`, the `falling_error`. `replay` is a motion, whose script
+    is the only one that a page has. `sections` are for whoever wants to know why.
+    """
 
     title: str
     verdict: str
     falling_error: Picture | None
     sections: tuple[Section, ...]
+    plain: str = ""
+    facts: tuple[Fact, ...] = ()
+    replay: Picture | None = None
 
 
 def effects_table(effects: Sequence[NamedEffect]) -> tuple[PageTable, ...]:

@@ -50,16 +50,16 @@ def comparison_sentence(comparison: Comparison) -> str:
 
 def verdict_sentence(diagnosis: Diagnosis) -> str:
     """Return the verdict in one or two plain sentences, with the numbers that support it."""
-    names = _joined(effect_name(effect) for effect in diagnosis.effects)
+    names = joined(effect_name(effect) for effect in diagnosis.effects)
     chance = "" if diagnosis.p_value is None else f" (p = {diagnosis.p_value:.2g})"
     match diagnosis.verdict:
         case "adequate":
             return f"Nothing is missing that these data can show{chance}.{_present_error(diagnosis.held_out)}"
         case "named":
-            found = _joined(_with_values(effect) for effect in diagnosis.effects) or "an effect"
+            found = joined(_with_values(effect) for effect in diagnosis.effects) or "an effect"
             return f"Missing: {found}{chance}.{_removed(diagnosis)}"
         case "ambiguous":
-            groups = "; ".join(_joined((_at(name, "") for name in group), "or") for group in diagnosis.confusable)
+            groups = "; ".join(joined((_at(name, "") for name in group), "or") for group in diagnosis.confusable)
             choice = groups or names or "several effects"
             return f"An effect is missing{chance}, but these data cannot tell which: {choice}."
         case "unknown":
@@ -108,6 +108,7 @@ def _short_site(site: str) -> str:
     return site
 
 
-def _joined(names: Iterable[str], last: str = "and") -> str:
+def joined(names: Iterable[str], last: str = "and") -> str:
+    """Return names as a list in words, such as `a, b and c`."""
     *first, final = list(names) or [""]
     return f"{', '.join(first)} {last} {final}" if first else final

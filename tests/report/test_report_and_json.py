@@ -124,7 +124,7 @@ def test_number_that_the_json_lacks_is_found(part: str) -> None:
 def test_verdict_comes_first_then_what_is_open_then_evidence_then_what_was_rejected() -> None:
     page = diagnosis_report(full_diagnosis())
 
-    headings = re.findall(r"<h2>(.*?)</h2>", page)
+    headings = re.findall(r"<h2\b[^>]*>(.*?)</h2>", page)
     order = [
         "What is missing",
         "What the data leave open",

@@ -1,0 +1,85 @@
+"""Reports in a real browser: nothing is fetched, nothing is refused, axe finds nothing serious, and they print."""
+
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from axe_playwright_python.sync_playwright import Axe
+from playwright.sync_api import Browser, Page
+
+from orchestrator.arm_drawing import Line, Panel, Replay
+from orchestrator.report.html import discovery_report
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "report"))
+from builders import diagnosis, entries  # noqa: E402
+
+
+def moving() -> Replay:
+    time = np.linspace(0, 4, 200)
+    q = np.column_stack([0.8 + 0.4 * np.sin(time), 1.2 + 0.5 * np.cos(time)])
+    torque = np.column_stack([np.sin(time), -0.7 * np.cos(2 * time)])
+    panel = Panel("elbow angle", "rad", (Line("measured", "#000000", q[:, 1]),))
+    return Replay(time, q, torque, 0.1 + 0.0 * torque, modelled=q + 0.1, panels=(panel,))
+
+
+@pytest.fixture(scope="module")
+def report(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Page, list[str]]]:
+    """A discovery's report in a tab, and what the browser complained of or asked the network for."""
+    found = diagnosis(n=200)
+    file = tmp_path_factory.mktemp("report") / "report.html"
+    file.write_text(discovery_report(found, entries(found), moving()))
+    tab, seen = browser.new_page(viewport={"width": 1280, "height": 720}), []
+    tab.on("console", lambda message: seen.append(message.text))
+    tab.on("pageerror", lambda error: seen.append(str(error)))
+    tab.on("request", lambda request: seen.append(request.url))
+    tab.goto(file.as_uri())
+    yield tab, [line for line in seen if line != file.as_uri() and not line.startswith("data:")]
+    tab.close()
+
+
+def test_a_report_asks_nothing_of_the_network_and_its_replay_works(report: tuple[Page, list[str]]) -> None:
+    page, seen = report
+    page.get_by_role("slider", name="Time").press("ArrowRight")
+
+    assert seen == []
+    assert page.get_by_role("slider", name="Time").get_attribute("aria-valuetext") is not None
+
+
+def test_axe_finds_nothing_serious_in_a_report(report: tuple[Page, list[str]]) -> None:
+    page, _ = report
+    # The report's own policy forbids scripts, as it should; axe comes in through the developer's door.
+    answer = Axe().run(page).response
+    found = [v for v in answer["violations"] if v["impact"] in ("serious", "critical")]
+
+    assert len(answer["passes"]) > 10
+    assert [(v["id"], [node["html"][:120] for node in v["nodes"]]) for v in found] == []
+
+
+@pytest.mark.parametrize("width", [1280, 768])
+def test_a_report_never_scrolls_sideways(report: tuple[Page, list[str]], width: int) -> None:
+    page, _ = report
+    page.set_viewport_size({"width": width, "height": 720})
+
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+
+
+def test_a_report_prints_with_the_summary_on_a_page_of_its_own(
+    report: tuple[Page, list[str]], tmp_path: Path, screenshot: Callable[[Page, str], Path]
+) -> None:
+    page, _ = report
+    page.set_viewport_size({"width": 1280, "height": 720})
+    screenshot(page, "report_discovery")
+    whole, summary = tmp_path / "whole.pdf", tmp_path / "summary.pdf"
+    page.pdf(path=whole, format="A4")
+    page.pdf(path=summary, format="A4", page_ranges="1")
+    (Path(__file__).parents[2] / "build" / "screenshots" / "report_discovery.pdf").write_bytes(whole.read_bytes())
+
+    page.emulate_media(media="print")
+    page.set_viewport_size({"width": 680, "height": 1010})
+    height = page.locator(".summary").bounding_box()
+    assert height is not None and height["height"] < 1010
+    assert page.evaluate("getComputedStyle(document.querySelector('.summary')).breakAfter") == "page"
+    assert page.locator("nav").is_hidden() and page.locator(".controls").is_hidden()
+    assert whole.stat().st_size > summary.stat().st_size
