@@ -52,6 +52,7 @@ def match(project: Project, say: Say) -> None:
 
 def compare(project: Project, say: Say) -> None:
     """Run the model along every trial."""
+    from orchestrator.report.arm_replay import arm_replay
     from orchestrator.report.html import comparison_report
 
     measurements = _measurements(project, say)
@@ -60,7 +61,9 @@ def compare(project: Project, say: Say) -> None:
     say("running the model along every trial")
     found = compare_with(model, measurements, workers=WORKERS)
     _show(project, found, 0)
-    write_atomically(project.results / REPORT, comparison_report(found).encode())
+    write_atomically(
+        project.results / REPORT, comparison_report(found, arm_replay(model, measurements, found)).encode()
+    )
     _write(project, COMPARISON, found.to_json())
 
 
@@ -70,6 +73,7 @@ def diagnose(project: Project, say: Say) -> None:
     from orchestrator.diagnosis.diagnose import diagnose as find
     from orchestrator.diagnosis.work import resumable
     from orchestrator.discover import record
+    from orchestrator.report.arm_replay import arm_replay
     from orchestrator.report.html import diagnosis_report
     from orchestrator.report.sentences import verdict_sentence
 
@@ -84,7 +88,8 @@ def diagnose(project: Project, say: Say) -> None:
     record(project.results, source.name, source, model_of(source, source.compile()), (), given, measurements)
     if found.experiment_csv is not None:
         write_atomically(project.results / "next_experiment.csv", found.experiment_csv.encode())
-    write_atomically(project.results / REPORT, diagnosis_report(found).encode())
+    replay = arm_replay(load_model(_model(project)), measurements, given)
+    write_atomically(project.results / REPORT, diagnosis_report(found, replay).encode())
     # The report of a model with effects in it shows the whole diagnosis, of which JSON keeps but a part.
     write_atomically(project.results / PICKLE, pickle.dumps(found))
     _write(project, COMPARISON, given.to_json())
@@ -95,6 +100,7 @@ def add(project: Project, say: Say, number: str) -> None:
     """Build the model with the first `number` steps of the diagnosis, and compare it as the one before."""
     from orchestrator import ledger
     from orchestrator.discover import record
+    from orchestrator.report.arm_replay import arm_replay
     from orchestrator.report.html import discovery_report
     from orchestrator.studio.read_back import adjusted_of, effects_of
     from orchestrator.versions import add_effects
@@ -115,7 +121,8 @@ def add(project: Project, say: Say, number: str) -> None:
     known = ledger.read(project.results)
     earlier = [project.result(VERSION.format(k)) for k in range(1, int(number))]
     shown = [known[0], *(known[each["entry"]] for each in earlier if each), entry]
-    write_atomically(project.results / REPORT, discovery_report(whole, shown).encode())
+    replay = arm_replay(load_model(_model(project)), measurements, whole.steps[0].comparison)
+    write_atomically(project.results / REPORT, discovery_report(whole, shown, replay).encode())
     _write(project, VERSION.format(number), {"entry": entry.version, "comparison": found.to_json()})
 
 
