@@ -97,7 +97,7 @@ def _column(names: tuple[str, ...]) -> dict[str, ui.html]:
 
 
 def _state(said: Said) -> str:
-    return f'<p class="bench-state bench-{said.tone}"><strong>{escape(said.headline)}</strong> {escape(said.more)}</p>'
+    return f'<p class="bench-state bench-{said.tone}"><strong>{tables.prose(said.headline)}</strong> {tables.prose(said.more)}</p>'
 
 
 def _others(seen: Watched | None) -> str:
@@ -171,5 +171,5 @@ _PARTS = {
     "residual": _residual,
     "maps": _maps,
 }
-_COLUMNS = (("joints", "faults", "trial", "timing"), ("residual", "maps"))
+_COLUMNS = (("joints", "faults", "trial", "maps"), ("residual", "timing"))
 _SLOW = ("maps", "timing")

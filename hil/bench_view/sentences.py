@@ -1,5 +1,6 @@
 """What the bench view says of a session, in whole sentences; a tone tells how urgent each is."""
 
+import shlex
 import time
 from typing import NamedTuple
 
@@ -83,14 +84,18 @@ def _ended(seen: Watched) -> Said:
 def _next(seen: Watched) -> str:
     if seen.folder is None:
         return "Nothing was recorded."
-    further = f" and misfit compare arm {seen.folder}" if "trials" in seen.about else ""
-    return f"The recording is in {seen.folder}. To go on: misfit hil replay {seen.folder}{further}"
+    folder = shlex.quote(str(seen.folder))
+    further = f" and `misfit compare arm {folder}`" if "trials" in seen.about else ""
+    return f"The recording is in {seen.folder}. To go on: `misfit hil replay {folder}`{further}."
 
 
 def plain(reason: str) -> str:
     """A reason of the safety core, `rule: words`, in plain words with the figures behind."""
     rule, _, words = reason.partition(": ")
-    return f"{ADVICE[rule].happened} ({words})" if rule in ADVICE else reason
+    if rule not in ADVICE:
+        return reason
+    happened = ADVICE[rule].happened
+    return happened if rule in WANTED else f"{happened.removesuffix('.')} ({words})."
 
 
 def _do(rule: str) -> str:
@@ -103,11 +108,13 @@ def _became(reaction: int) -> str:
 
 
 def faults(seen: Watched) -> list[Fault]:
-    """All that went wrong while the arm was armed, the latest first; ends that were wanted are none."""
+    """All that went wrong while the arm was armed, the gravest first, as others may have followed from it; ends that were wanted are none."""
     if seen.glance is None:
         return []
     found = [broken for broken in seen.glance.broken if broken.rule not in WANTED]
-    return [_fault(seen, seen.glance, broken) for broken in sorted(found, key=lambda each: -each.last_ns)]
+    return [
+        _fault(seen, seen.glance, broken) for broken in sorted(found, key=lambda each: (-each.reaction, each.first_ns))
+    ]
 
 
 def _fault(seen: Watched, glance: Glance, broken: Broken) -> Fault:

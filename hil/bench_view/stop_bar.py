@@ -13,7 +13,7 @@ OTHER = {"127.0.0.1": "localhost", "localhost": "127.0.0.1"}
 
 STYLE = """<style>
 #bench-stop { position: sticky; top: 0; z-index: 5000; display: flex; align-items: center; gap: 12px; background: #fff;
-  border-bottom: 2px solid #7d1a15; }
+  border-bottom: 2px solid #7d1a15; min-height: 66px; }
 #bench-stop iframe { flex: 1; height: 66px; border: 0; display: block; min-width: 0; }
 #bench-stop a, #bench-stop p { flex: none; margin: 0; padding: 0 16px; color: #1a1a1a; }
 </style>"""

@@ -44,7 +44,7 @@ def timing(seen: Watched, glance: Glance) -> str:
     """How well the session keeps its time, in numbers."""
     asked = 3 * max(glance.cycles, 1)
     said = (
-        ("rate", f"{seen.rate_hz:.0f} of {1e9 / glance.period_ns:.0f} Hz"),
+        ("rate", f"{'none' if seen.is_over else f'{seen.rate_hz:.0f}'} of {1e9 / glance.period_ns:.0f} Hz"),
         ("late, median", f"{micro(glance.late_us(0.5))} at most"),
         ("late, 99 %", f"{micro(glance.late_us(0.99))} at most"),
         ("latest", micro(glance.latest_us)),
@@ -78,14 +78,14 @@ def fault_list(seen: Watched) -> str:
 
 
 def _fault(fault: Fault) -> str:
-    happened, when, words, became, do = map(_prose, (fault.happened, fault.when, fault.words, fault.became, fault.do))
+    happened, when, words, became, do = map(prose, (fault.happened, fault.when, fault.words, fault.became, fault.do))
     return (
         f"<li><strong>{happened}</strong> <span>{when}</span><br>{words}<br>"
         f"What became of it: {became}<br>What to do: {do}</li>"
     )
 
 
-def _prose(words: str) -> str:
+def prose(words: str) -> str:
     """Words with commands between backticks, as HTML."""
     return re.sub("`([^`]*)`", r"<code>\1</code>", escape(words))
 

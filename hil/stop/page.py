@@ -18,6 +18,7 @@ button:hover, button:active { background: #8c1d18; }
 button:focus-visible { outline: 4px solid #0072b2; outline-offset: 1px; }
 h1 { position: absolute; left: -999px; }
 p { margin: 0; line-height: 1.25; }
+.over button { background: #595959; border-color: #404040; }
 .bad { font-weight: bold; color: #a3190f; }
 </style></head>
 <body><main><h1>Stop the robot</h1>
@@ -42,6 +43,7 @@ async function ask() {
   try {
     const answer = await (await fetch("state", {signal: patience.signal})).json();
     over = answer.over;
+    document.body.className = over ? "over" : "";
     say(answer.words, answer.bad);
   } catch { if (!over) say(dead, true); }
   clearTimeout(clock);

@@ -1,0 +1,227 @@
+"""The bench view's parts: what it reads, how it says it, and that it has no way to the robot."""
+
+import json
+import math
+import re
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from nicegui import Client
+from nicegui.page import page as nicegui_page
+from starlette.requests import Request
+
+from hil.bench_view import page, pictures
+from hil.bench_view.advice import ADVICE, REACTIONS
+from hil.bench_view.residual_map import CELLS, FORGETS_S, ResidualMap
+from hil.bench_view.sentences import PHASES, faults, plain, state, trial
+from hil.bench_view.stop_bar import NONE, stop_bar
+from hil.bench_view.watched import Life, Past, Sessions, Watched
+from hil.codecs.barrett.safety_module import Button
+from hil.safety.cycle import Reaction
+from hil.safety.rules import RULES
+from hil.session.loop import Loop, Wishes
+from hil.stop.flag import StopFlag
+from hil.trials.controller import SIGNALS
+from hil.trials.phases import Phase
+from hil.view import layout
+from hil.view.about import about
+from hil.view.glance import Glance, Look
+from hil.view.window import Window
+from tests.hil.bench import SETTINGS, Beats, Bench
+from tests.hil.trial_session import some_trials
+
+
+@pytest.fixture
+def window() -> Iterator[Window]:
+    """A window of a session of trials, and its stop flag."""
+    flag = StopFlag.create()
+    settings = replace(SETTINGS, protocol=some_trials(2))
+    bench = Bench(settings=settings)
+    known = about(settings, bench.pilot(), Path("/recordings/a b"), flag.path, dry_run=False)
+    found = Window.create(2_000_000, known)
+    yield found
+    found.remove()
+    flag.remove()
+
+
+def stopped_session(window: Window) -> Watched:
+    """What is seen of one that lost an answer, and then was switched off with the emergency stop."""
+    bench = Bench()
+    pilot, count = bench.pilot(), 0
+
+    def wishes() -> Wishes:
+        nonlocal count
+        count += 1
+        if count == 100:
+            left = [1]
+            bench.faults.towards_host.append(
+                lambda timed: [timed] if not left or timed.frame.identifier != 0x423 or not left.pop() else []
+            )
+        if count == 200:
+            bench.robot.safety.press(Button.ESTOP, bench.bus.time_ns)
+        return Wishes(arm=not pilot.is_armed and count < 50, over=count > 300)
+
+    Loop(bench.wire, pilot, Beats(bench), window=window).run(wishes)
+    seen = Watched.open(window.path)
+    seen.glance = seen.look.look()
+    return seen
+
+
+@pytest.mark.parametrize("rule", [rule.__name__ for rule in RULES])
+def test_every_rule_of_the_safety_core_is_told_in_plain_words_with_what_to_do(rule: str) -> None:
+    happened, do = ADVICE[rule]
+    assert happened.endswith((".", "?")) and do.endswith(".")
+    assert "_" not in happened and plain(f"{rule}: 3 N.m").startswith(happened.removesuffix("."))
+
+
+def test_every_reaction_and_phase_has_words() -> None:
+    assert set(REACTIONS) == set(Reaction)
+    assert set(PHASES) == set(Phase)
+
+
+def test_faults_are_listed_with_their_time_the_gravest_before_what_followed_from_it(window: Window) -> None:
+    found = faults(stopped_session(window))
+    assert [fault.happened for fault in found] == [
+        ADVICE["module_agrees"].happened,
+        ADVICE["positions_answered"].happened,
+    ]
+    assert found[0].words == "emergency stop (module_agrees)"
+    assert re.fullmatch(r"\d\d:\d\d:\d\d, from 0.20 to 0.40 s, \d+ cycles", found[1].when)
+    assert found[0].became.startswith("Nothing was sent any more")
+
+
+@pytest.mark.parametrize("life", list(Life))
+def test_every_life_of_a_session_has_a_headline_and_says_what_to_know(window: Window, life: Life) -> None:
+    seen = stopped_session(window)
+    seen.life = life
+    said = state(seen)
+    assert said.headline.endswith(".") and said.more
+    if life in (Life.ENDED, Life.KILLED):
+        assert "misfit hil replay '/recordings/a b'" in said.more
+    seen.glance = None
+    assert state(seen).headline.endswith(".")
+
+
+def test_a_stopped_session_says_why(window: Window) -> None:
+    seen = stopped_session(window)
+    seen.life = Life.RUNNING
+    said = state(seen)
+    assert said.tone == "bad"
+    assert said.headline.startswith("Stopped. The robot's own safety module") and "(emergency stop)." in said.headline
+
+
+def test_the_state_of_trials_is_a_sentence(window: Window) -> None:
+    seen = Watched.open(window.path)
+    names = [signal.name for signal in SIGNALS]
+    shown = [0.0] * layout.SIGNALS
+    shown[names.index("trial")], shown[names.index("phase")] = 2.0, float(Phase.ANNOUNCE)
+    assert trial(seen) == ""
+    stopped_session(window)
+    glance = seen.look.look()
+    assert glance is not None
+    seen.glance = replace(glance, shown=tuple(shown))
+    assert trial(seen).startswith("Trial 2 of 2: take hold of the arm")
+
+
+def test_what_a_session_says_of_itself_fits_its_window_with_the_longest_names(window: Window) -> None:
+    known = Look(window.path).about
+    assert len(SIGNALS) <= layout.SIGNALS
+    assert len(json.dumps(dict(known))) + 2 * 4096 // 2 < layout.ABOUT  # paths of 4096 bytes are the longest
+    assert known["arm"]["low"] < known["arm"]["high"]
+    assert known["trials"] == 2
+
+
+def test_who_looks_cannot_write(window: Window) -> None:
+    seen = Watched.open(window.path)
+    assert seen.stop is not None
+    for numbers in (seen.look._numbers, seen.stop._numbers):
+        with pytest.raises(TypeError):
+            numbers[0] = 1.0
+
+
+def test_no_part_of_the_page_listens_to_the_browser(window: Window, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(page, "SESSIONS", Sessions())
+    stopped_session(window)
+    scope = {"type": "http", "method": "GET", "path": "/bench", "query_string": b"", "scheme": "http"}
+    request = Request(scope | {"headers": [(b"host", b"127.0.0.1:80")], "server": ("127.0.0.1", 80)})
+    with Client(nicegui_page("/bench"), request=request) as client:
+        page.build()
+    drawn = [element for element in client.elements.values() if element.id != 0]  # 0 is NiceGUI's own
+    assert any("emergency stop" in str(element._props.get("innerHTML", "")) for element in drawn)
+    assert [element for element in drawn if element._event_listeners] == []
+    client.delete()
+
+
+@pytest.mark.parametrize(("host", "other"), [("127.0.0.1", "localhost"), ("localhost", "127.0.0.1")])
+def test_the_button_lies_on_another_site_than_the_page(window: Window, host: str, other: str) -> None:
+    seen = Watched.open(window.path)
+    assert seen.stop is not None
+    assert stop_bar(seen, host) == NONE  # its server is not up yet
+    StopFlag(seen.stop.path).listen(4321)
+    assert f'src="http://{other}:4321/{seen.stop.token}/"' in stop_bar(seen, host)
+    seen.life = Life.ENDED
+    assert stop_bar(seen, host) == NONE
+    assert stop_bar(None, host) == NONE
+
+
+counts = st.lists(st.floats(0.0, 2e5), min_size=1, max_size=50)
+
+
+@given(counts, st.floats(0.01, 1.0))
+def test_a_share_of_lateness_lies_within_its_class(late: list[float], share: float) -> None:
+    """Against numpy's quantile by the inverse of the distribution; classes are at most 4/3 wide."""
+    classes = np.bincount(np.searchsorted(layout.EDGES, late, side="right"), minlength=len(layout.EDGES) + 1)
+    glance = _glance(tuple(classes.tolist()), max(late))
+    exact = float(np.quantile(late, share, method="inverted_cdf"))
+    found = glance.late_us(share)
+    assert found >= exact or math.isclose(found, exact)
+    assert found <= max(4 / 3 * exact, 1.0) + 1e-9 or found == max(late)
+
+
+def _glance(lateness: tuple[int, ...], latest: float) -> Glance:
+    three = (0.0,) * 3
+    head = (2e6, 0.0, latest, 0.0, sum(lateness), 0, 0, 0, 1)
+    return Glance(*head, three, three, three, three, three, (0.0,) * layout.SIGNALS, lateness, (), "")
+
+
+def test_the_map_averages_a_cell_and_forgets() -> None:
+    found = ResidualMap(np.zeros(2), np.ones(2))
+    here = np.array([0.31, 0.72])
+    found.add(0.0, here, np.array([1.0, -1.0]))
+    found.add(FORGETS_S, here, np.array([0.0, 3.0]))
+    weight = math.exp(-1.0)
+    cell = found.cell(here)
+    assert cell == (int(0.31 * CELLS), int(0.72 * CELLS))
+    assert found.means[cell] == pytest.approx([weight / (1 + weight), (3 - weight) / (1 + weight)])
+    assert np.isfinite(found.means[..., 0]).sum() == 1
+    found.add(10 * FORGETS_S, np.array([0.9, 0.9]), np.zeros(2))
+    assert np.isnan(found.means[cell]).all()
+
+
+@given(st.tuples(st.floats(), st.floats()).map(np.array), st.tuples(st.floats(), st.floats()).map(np.array))
+def test_the_map_holds_no_value_that_was_not_measured(angles: np.ndarray, residual: np.ndarray) -> None:
+    found = ResidualMap(np.zeros(2), np.ones(2))
+    found.add(0.0, angles, residual)
+    seen = found.means[np.isfinite(found.means)]
+    assert len(seen) in (0, 2)
+    assert set(seen.tolist()) <= set(residual.tolist())
+
+
+def test_pictures_are_well_formed_and_say_their_numbers() -> None:
+    means = np.full((CELLS, CELLS), np.nan)
+    means[3, 4] = -0.5
+    drawn = pictures.residual_map(means, 1, [0.0, 0.1], [1.0, 2.0], np.array([0.25, 1.0]))
+    assert "1 of 400 cells" in drawn and "0.500 N.m" in drawn and pictures.diverging(-1.0) in drawn
+    past = [Past(float(k), np.array([0.1, -0.2]), np.array([0.05, 0.0]), 0.1) for k in range(3)]
+    curves = pictures.traces(past, 2)
+    assert "residual now -0.200 N.m, learned 0 N.m, ± 0.164 N.m (90 %)" in curves
+    late = pictures.histogram(_glance((5, *[0] * (len(layout.EDGES) - 1), 1), 2e5))
+    assert "half within 1.00 µs" in late and "the latest 200 ms" in late
+    for svg in (drawn, curves, late, pictures.traces([], 1)):
+        ElementTree.fromstring(svg)
