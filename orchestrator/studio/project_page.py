@@ -1,7 +1,5 @@
 """The page of a project: the whole main job from top to bottom."""
 
-import html
-
 from nicegui import ui
 
 from fmus.errors import MisfitError
@@ -11,7 +9,7 @@ from orchestrator.studio.comparison_part import comparison_part
 from orchestrator.studio.diagnosis_part import diagnosis_part
 from orchestrator.studio.downloads_part import downloads_part
 from orchestrator.studio.job_part import JobPart
-from orchestrator.studio.live import Part
+from orchestrator.studio.live import Live, Part
 from orchestrator.studio.pages import Page
 from orchestrator.studio.setup_part import setup_part
 from orchestrator.studio.text import heading, paragraph
@@ -35,8 +33,8 @@ def build(project: str) -> None:
         paragraph(str(error), "studio-problem")
         ui.link("Go to the start page", "/")
         return
-    ui.html(html.escape(shown.name), tag="h1", sanitize=False)
     parts: list[Part] = [
+        Live(lambda: shown.name, lambda: heading(shown.name, 1)),
         JobPart(shown),
         *setup_part(shown),
         columns_part(shown),

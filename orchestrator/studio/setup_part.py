@@ -16,6 +16,7 @@ from orchestrator.studio.text import heading, paragraph
 
 # Rows of the list of files; a set of hundreds would push everything else away.
 MOST_FILES = 12
+LONGEST_NAME = 80
 
 
 @cache
@@ -36,7 +37,15 @@ def setup_part(project: Project) -> list[Live]:
             text = "Drop files here, or choose them: csv, parquet, mf4 or h5, one trial each, with a case.toml if you have one; or all in a zip."
             drop_zone(project, "measurements", text, ",".join((*DATA_ENDINGS, ".toml", ".zip")), multiple=True)
             files = Live(lambda: tuple(map(str, project.data_files())), lambda: _files(project))
+            _rename(project)
     return [model, files]
+
+
+def _rename(project: Project) -> None:
+    def rename() -> None:
+        project.change(name=str(field.value or "").strip()[:LONGEST_NAME] or project.name)
+
+    field = ui.input("Name of the project", value=project.name).on("change", rename).classes("studio-select")
 
 
 def _model(project: Project) -> Live:

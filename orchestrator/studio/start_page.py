@@ -24,9 +24,7 @@ def build() -> None:
         "Give a model and measurements. You see where they part, which physical effect is missing, "
         "and, once it is added, how the error falls towards the noise."
     )
-    ui.button("New project", on_click=lambda: _open(workspace.current().create("New project"))).props(
-        "no-caps unelevated"
-    )
+    ui.button("New project", on_click=_new).props("no-caps unelevated")
     heading("Examples")
     with ui.element("div").classes("studio-cards"):
         for example in EXAMPLES:
@@ -39,6 +37,12 @@ def build() -> None:
     heading("Projects")
     listed = Live(lambda: tuple((p.id, p.name) for p in workspace.current().projects()), _projects)
     ui.timer(2.0, listed.check)
+
+
+def _new() -> None:
+    """A new project; its number tells it from the others until it gets a name of its own."""
+    home = workspace.current()
+    _open(home.create(f"Project {len(home.projects()) + 1}"))
 
 
 def _opener(id: str) -> Callable[[], None]:

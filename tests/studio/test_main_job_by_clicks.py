@@ -1,0 +1,101 @@
+"""The main job by clicks, from an empty page to an error that has fallen, in a real browser."""
+
+import json
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+
+from accessibility import grave_violations
+from playwright.sync_api import Page, expect
+from studio_process import ROOT, Studio
+
+CASES = ROOT / "tests" / "cases"
+# The machine may be busy with other tests; how long the work takes is not what is tested here.
+PATIENCE_MS = 500_000
+Screenshot = Callable[[Page, str], Path]
+
+
+def press(tab: Page, button: str) -> None:
+    tab.get_by_role("button", name=button, exact=True).click()
+
+
+def times_floor(studio: Studio, tab: Page) -> list[float]:
+    """Held-out errors of the versions shown, as multiples of the noise floor, from the table behind the picture."""
+    tab.get_by_text("Error by version as a table").click()
+    cells = tab.locator("table", has_text="held-out trials, times the floor").locator("tbody tr").all()
+    return [float(row.locator("td").nth(3).inner_text()) for row in cells]
+
+
+def test_arm_from_empty_page_to_fallen_error(tab: Page, studio: Studio, screenshot: Screenshot, tmp_path: Path) -> None:
+    tab.goto(studio.url)
+    press(tab, "New project")
+    tab.get_by_label("Built-in model").select_option("arm")
+    expect(tab.get_by_text("Next: drop in measurements.")).to_be_visible()
+    tab.locator("#choose-measurements").set_input_files(sorted((CASES / "arm" / "case_009").iterdir()))
+
+    columns = tab.get_by_role("region", name="Columns of the measurements")
+    expect(columns.get_by_role("row", name="q1 rad q1 rad as it is compared")).to_be_visible(timeout=PATIENCE_MS)
+    screenshot(tab, "arm_1_columns")
+
+    press(tab, "Compare")
+    expect(tab.get_by_text("The model does not explain the held-out trials")).to_be_visible(timeout=PATIENCE_MS)
+    screenshot(tab, "arm_2_compared")
+
+    press(tab, "Diagnose")
+    expect(tab.get_by_text("screening")).to_be_visible(timeout=PATIENCE_MS)
+    tab.reload()  # the work goes on, and the page shows it again
+    expect(tab.get_by_text("Diagnosing")).to_be_visible()
+    expect(tab.get_by_text("Missing: coulomb friction at joint1+joint2")).to_be_visible(timeout=PATIENCE_MS)
+    ranking = tab.get_by_role("region", name="Effects, ranked by evidence")
+    expect(ranking.get_by_role("rowheader").first).to_have_text("coulomb friction at joint1+joint2")
+    screenshot(tab, "arm_3_diagnosed")
+
+    press(tab, "Add")
+    expect(tab.get_by_text("The error on held-out trials fell from")).to_be_visible(timeout=PATIENCE_MS)
+    before, after = times_floor(studio, tab)
+    assert before > 10 and after < 2
+    tab.wait_for_timeout(1500)
+    screenshot(tab, "arm_4_added")
+    assert grave_violations(tab) == []
+
+    press(tab, "Undo")
+    expect(tab.get_by_text("The model as given has an error on held-out trials")).to_be_visible()
+    press(tab, "Add")  # what was built is there at once
+    expect(tab.get_by_text("The error on held-out trials fell from")).to_be_visible()
+
+    with tab.expect_download() as waiting:
+        tab.get_by_role("link", name="Arm_1.fmu").click()
+    waiting.value.save_as(tmp_path / "Arm_1.fmu")
+    with zipfile.ZipFile(tmp_path / "Arm_1.fmu") as fmu:
+        assert "modelDescription.xml" in fmu.namelist()
+    with tab.context.expect_page() as opened:
+        tab.get_by_role("link", name="report.html").click()
+    expect(opened.value.get_by_text("coulomb friction").first).to_be_visible()
+    screenshot(opened.value, "arm_5_report")
+    with tab.expect_download() as waiting:
+        tab.get_by_role("link", name="All of them in a zip").click()
+    waiting.value.save_as(tmp_path / "all.zip")
+    with zipfile.ZipFile(tmp_path / "all.zip") as archive:
+        assert {"Arm_1.mo", "Arm_1.fmu", "report.html", "diagnosis.json", "ledger.jsonl"} <= set(archive.namelist())
+        assert json.loads(archive.read("diagnosis.json"))["verdict"] == "named"
+
+
+def test_rat_muscle_from_the_example_to_an_error_that_falls_in_two_steps(
+    tab: Page, studio: Studio, screenshot: Screenshot
+) -> None:
+    tab.goto(studio.url)
+    press(tab, "Open: A real rat muscle")
+    columns = tab.get_by_role("region", name="Columns of the measurements")
+    expect(columns.get_by_role("row", name="STIM [ ] 1 stimulation")).to_be_visible(timeout=PATIENCE_MS)
+
+    press(tab, "Diagnose")
+    expect(tab.get_by_text("Next: Add puts activation dynamics")).to_be_visible(timeout=PATIENCE_MS)
+    press(tab, "Add")
+    expect(tab.get_by_text("Next: Add puts stimulation delay")).to_be_visible(timeout=PATIENCE_MS)
+    press(tab, "Add")
+    expect(tab.get_by_text("in 2 steps")).to_be_visible(timeout=PATIENCE_MS)
+
+    errors = times_floor(studio, tab)
+    assert errors[0] > 2 * errors[1] > 2 * errors[2]
+    tab.wait_for_timeout(1500)
+    screenshot(tab, "rat_muscle_added")
