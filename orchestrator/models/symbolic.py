@@ -14,6 +14,7 @@ from orchestrator.models.compiled import CompiledModel
 from orchestrator.models.contract import FittedTrial
 from orchestrator.models.correction import ResidualSystem, residual_system
 from orchestrator.models.estimation import Fit, Record, fit
+from orchestrator.models.first_stretch import LONGEST, start_of_first_stretch
 from orchestrator.models.smoothing import SmoothedTrial
 
 # Start values that no measurement shows, such as an activation, lie this far from equilibrium, as a share of their range.
@@ -153,7 +154,8 @@ class SymbolicModel:
         """A trial with first guesses of the start values and their bounds, at given values of all parameters.
 
         States that are measured start within five standard deviations of the smoothed measurement, so that a wrong
-        model cannot hide behind impossible start values; hidden states start near their equilibrium.
+        model cannot hide behind impossible start values; hidden states start near their equilibrium. If no state can be
+        read off the measurement, they start where the run follows its first stretch.
         """
         states = self.system.states
         parameters = self.compiled.parameters if parameters is None else parameters
@@ -171,7 +173,20 @@ class SymbolicModel:
                 else:
                     start[i] = hidden[variable.name]
                     spread[i] = HIDDEN_SPREAD * (high[i] - low[i])
+        elif states:
+            start = self._followed_start(trial, parameters, start, low, high)
         return Record(trial.time, trial.inputs, trial.measured, np.clip(start, low, high), spread, low, high)
+
+    def _followed_start(
+        self, trial: SmoothedTrial, parameters: np.ndarray, start: np.ndarray, low: np.ndarray, high: np.ndarray
+    ) -> np.ndarray:
+        """Start values from which the first stretch of a trial is followed."""
+        time, inputs = trial.time[:LONGEST], trial.inputs[:LONGEST]
+        steps = enough_substeps(self.compiled, time, inputs, parameters, start, ROUGH)
+        measured = trial.measured[:LONGEST]
+        return start_of_first_stretch(
+            self.compiled, time, inputs, measured, trial.noise, parameters, start, low, high, steps
+        )
 
     def _measured_start(self, trial: SmoothedTrial, parameters: np.ndarray) -> dict[str, tuple[float, float]]:
         """Value and standard deviation of each measured state at the first sample."""
