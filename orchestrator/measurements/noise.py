@@ -223,11 +223,16 @@ def _is_too_slow(noise: Noise, records: Sequence[Array]) -> bool:
 
 
 def _finest_step(values: Array) -> float:
-    steps = np.abs(np.diff(values))
+    changes = np.diff(values)
+    steps = np.abs(changes)
     real = steps[steps > _ROUNDING * np.max(np.abs(values))]
     if not real.size:
         return 0.0
     finest = float(np.min(real))
+    counts = np.round(changes / finest)
+    # Whatever moves at a constant speed makes steps of one size, which says nothing of a resolution.
+    if np.ptp(counts) == 0:
+        return 0.0
     # A resolution divides every step; the steps of an exact command are of any size.
     share = np.mean(np.abs(real / finest - np.round(real / finest)) < _GRID)
     return finest if share > _MOST else 0.0

@@ -146,3 +146,14 @@ def test_steps_of_any_size_are_a_command_and_no_resolution() -> None:
 
     assert estimated_noise(steps) == 0.0
     assert estimated_noise(np.round(steps, 1)) == pytest.approx(0.1 / np.sqrt(12))
+
+
+def test_steps_of_a_constant_speed_are_no_resolution() -> None:
+    """A shaft at 4 rad/s moves 0.016 rad from one sample to the next: its encoder may be a thousand times finer."""
+    time, random = np.arange(2000) / 250, np.random.default_rng(4)
+    turning = 4.0 * time + 1e-5 * random.standard_normal(len(time))
+
+    assert estimated_noise(turning) == pytest.approx(1e-5, rel=0.1)
+    # Where an encoder counts a step from sample to sample, and now and then none, it shows its resolution.
+    counted = np.round(1.0 * time / 0.005) * 0.005
+    assert estimated_noise(counted) == pytest.approx(0.005 / np.sqrt(12), rel=0.1)
