@@ -135,8 +135,6 @@ class Searcher:
         What a set leaves may be too little for a further effect, and yet show that another one is the right one; and what
         neither candidates nor flexible forces explain to first order may be an effect that has none.
         """
-        if not stage.tangent.base.ids:
-            return stage.p_value <= SIGNIFICANT and stage.may_matter
         return (stage.p_value <= SIGNIFICANT and stage.may_matter) or stage.is_structured
 
     def _pruned(self, found: Sequence[Refit]) -> list[Refit]:
