@@ -33,20 +33,21 @@ class Panel:
     lines: tuple[Line, ...]
 
 
-def curves_svg(time: np.ndarray, panels: Sequence[Panel]) -> str:
-    """Return an `<svg>` element with the panels below one another; elements of class `now` are the time mark.
+def curves_svg(time: np.ndarray, panels: Sequence[Panel], mark: float | None = None) -> str:
+    """Return an `<svg>` element with the panels below one another; the line of class `now` is the time mark, at `mark` s.
 
-    The mark's attributes `data-left` and `data-right` are the places of the first and the last moment.
+    Attributes `data-left` and `data-right` are the places of the first and the last moment.
     """
     height = HEIGHT * len(panels) + BELOW
     parts = [_panel(time, panel, HEIGHT * k) for k, panel in enumerate(panels)]
     shown = ", ".join(html.escape(panel.quantity) for panel in panels)
     begin, end = digits(float(time[0])), digits(float(time[-1]))
-    mark = f'<line class="now" x1="{LEFT}" x2="{LEFT}" y1="{ABOVE}" y2="{HEIGHT * len(panels)}" stroke="{Colour.INK}" stroke-width="1.5"/>'
+    place = LEFT if mark is None else _Frame(time, 0.0, 1.0, 0).x(mark)
+    line = f'<line class="now" x1="{place:.1f}" x2="{place:.1f}" y1="{ABOVE}" y2="{HEIGHT * len(panels)}" stroke="{Colour.INK}" stroke-width="1.5"/>'
     return (
         f'<svg class="curves" xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height}" role="img" font-size="12"'
         f' data-left="{LEFT}" data-right="{WIDTH - RIGHT}" aria-label="{shown} over time from {begin} to {end} s">'
-        f"{''.join(parts)}{_time_axis(time, height)}{mark}</svg>"
+        f"{''.join(parts)}{_time_axis(time, height)}{line}</svg>"
     )
 
 

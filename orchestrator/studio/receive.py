@@ -3,7 +3,7 @@
 import asyncio
 import os
 import tempfile
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from pathlib import Path, PurePosixPath
 
 from fmus.archive import check_archive, read_archive
@@ -29,6 +29,17 @@ async def receive(project: Project, kind: str, name: str, chunks: AsyncIterator[
     Raises:
         MisfitError: if it is too large, no such file, or not safe to unpack; nothing is kept then.
     """
+    return await keep(project, name, chunks, _model if kind == "model" else _measurements)
+
+
+async def keep(
+    project: Project, name: str, chunks: AsyncIterator[bytes], taken: Callable[[Project, str, Path], str]
+) -> str:
+    """Take one file and hand it to `taken`, which checks it, puts it where it belongs and says what was done.
+
+    Raises:
+        MisfitError: if it is too large, or `taken` refuses it; nothing is kept then.
+    """
     name = safe_name(name)
     handle, temporary = tempfile.mkstemp(dir=project.folder, prefix=".upload-")
     try:
@@ -41,7 +52,6 @@ async def receive(project: Project, kind: str, name: str, chunks: AsyncIterator[
                     stream.write(chunk)
         _require_within_limit(name, size)
         await asyncio.to_thread(make_way, project)
-        taken = _model if kind == "model" else _measurements
         return await asyncio.to_thread(taken, project, name, Path(temporary))
     finally:
         Path(temporary).unlink(missing_ok=True)
@@ -66,7 +76,7 @@ def _require_within_limit(name: str, size: int) -> None:
 def _model(project: Project, name: str, file: Path) -> str:
     if not name.lower().endswith(".fmu"):
         raise MisfitError(f"{name} was not taken as a model: expected a file that ends with .fmu")
-    _checked(file, name, "modelDescription.xml")
+    checked(file, name, "modelDescription.xml")
     folder = project.folder / "model"
     folder.mkdir(exist_ok=True)
     for other in folder.iterdir():
@@ -96,7 +106,7 @@ def _measurements(project: Project, name: str, file: Path) -> str:
 
 def _zipped(file: Path, name: str) -> dict[str, bytes]:
     """Measurements of a zip, relative to its case.toml if it has one; other files in it are left out."""
-    _checked(file, name, None)
+    checked(file, name, None)
     found = {
         path: content
         for path, content in read_archive(file, None).items()
@@ -118,7 +128,7 @@ def _zipped(file: Path, name: str) -> dict[str, bytes]:
     return kept
 
 
-def _checked(file: Path, name: str, description: str | None) -> None:
+def checked(file: Path, name: str, description: str | None) -> None:
     """Check an archive; messages name the user's file."""
     try:
         check_archive(file, description)

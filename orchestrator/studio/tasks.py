@@ -126,7 +126,20 @@ def add(project: Project, say: Say, number: str) -> None:
     _write(project, VERSION.format(number), {"entry": entry.version, "comparison": found.to_json()})
 
 
-TASKS: dict[str, Callable[..., None]] = {"match": match, "compare": compare, "diagnose": diagnose, "add": add}
+def swap(project: Project, say: Say) -> None:
+    """Compare two FMUs with each other."""
+    from orchestrator.studio.swap_task import swap as run
+
+    run(project, say)
+
+
+TASKS: dict[str, Callable[..., None]] = {
+    "match": match,
+    "compare": compare,
+    "diagnose": diagnose,
+    "add": add,
+    "swap": swap,
+}
 
 
 def _model(project: Project) -> str:

@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 from fmus.errors import MisfitError
 from orchestrator.cosim.fmu import FmuDescription, read_description
-from orchestrator.cosim.swap import Side, compare
+from orchestrator.cosim.swap import Side, SwapReport, compare
 from orchestrator.cosim.swap.apply import facts
 from orchestrator.cosim.system import System
 from orchestrator.regress.case import Case
@@ -70,10 +70,8 @@ def judge(case: Case, system: System, settings: Mapping[str, Any], progress: Wat
 
 
 def interface_change(old: FmuDescription, new: FmuDescription) -> InterfaceChange:
-    """Compare two interfaces as somebody who uses every input, output and parameter of the old one."""
-    used = {port.name: "used" for port in old.ports if port.causality in _USED and port.type != "Clock"}
-    sides = [Side(each.path.name, each.ports, each.feedthrough, facts(each)) for each in (old, new)]
-    report = compare(new.path.stem, sides[0], sides[1], used)
+    """What changed for somebody who uses every input, output and parameter of the old one."""
+    report = interface_report(old, new)
     renamed = [f"{m.old} is called {m.new} now" for m in report.matches if m.how == "similar"]
     units = [f"{m.old}: {m.conversion}" for m in report.matches if m.conversion and m.how == "same name"]
     lost = [f"{c.what}: {c.old} before, {c.new} now" for c in report.capabilities if _is_loss(c.what, c.old, c.new)]
@@ -94,6 +92,13 @@ def interface_change(old: FmuDescription, new: FmuDescription) -> InterfaceChang
     ]
     compatible += list(report.notes)
     return InterfaceChange(tuple([*breaking, *required]), tuple(compatible))
+
+
+def interface_report(old: FmuDescription, new: FmuDescription) -> SwapReport:
+    """Compare two interfaces as somebody who uses every input, output and parameter of the old one."""
+    used = {port.name: "used" for port in old.ports if port.causality in _USED and port.type != "Clock"}
+    sides = [Side(each.path.name, each.ports, each.feedthrough, facts(each)) for each in (old, new)]
+    return compare(new.path.stem, sides[0], sides[1], used)
 
 
 def _is_loss(what: str, old: str, new: str) -> bool:

@@ -1,0 +1,152 @@
+"""The job of the swap view: read both interfaces, run both FMUs, each in a process of its own, and compare what they do."""
+
+import json
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fmus.errors import MisfitError
+from fmus.files import write_atomically
+from fmus.units import conversion
+from orchestrator.arm_drawing.curves import extremes
+from orchestrator.cosim.component import FLOATS
+from orchestrator.cosim.fmu import FmuDescription, read_description
+from orchestrator.cosim.results import MemoryRecorder, compare_results
+from orchestrator.cosim.results.result import Result
+from orchestrator.cosim.run import RunOptions, RunOutcome, run_system
+from orchestrator.cosim.swap import SwapReport
+from orchestrator.regress.one_run import case_of
+from orchestrator.regress.outcome import plain
+from orchestrator.regress.prepare import system_of
+from orchestrator.regress.whole.release import interface_change, interface_report
+from orchestrator.studio.project import Project
+from orchestrator.studio.swap_interface import interface_rows
+
+Say = Callable[[str], None]
+
+SIDES = ("old", "new")
+RESULT = "swap.json"
+DEFAULT_STOP_S = 10.0
+# Solvers of different makes differ by less of a signal's range; who wants more says so.
+DEFAULT_TOLERANCE = 1e-3
+STEPS = 1000
+MOST_CURVES = 8
+# What drives the inputs that both have: nothing (start values), or the same wave.
+DRIVES: dict[str, Callable[[float], dict[str, Any]] | None] = {
+    "at their start values": None,
+    "a step to 1 after a tenth of the time": lambda stop: {"kind": "step", "at": 0.1 * stop, "to": 1.0},
+    "a sine of amplitude 1, ten periods": lambda stop: {"kind": "sine", "amplitude": 1.0, "frequency": 10.0 / stop},
+}
+
+
+@dataclass(frozen=True, eq=False)
+class SideRun:
+    """One FMU's run, with signals under the old one's names; `error` says why there is none."""
+
+    result: Result | None
+    outcome: RunOutcome | None
+    error: str = ""
+
+
+def file_of(project: Project, side: str) -> Path | None:
+    """The FMU of a side; None while there is none."""
+    return next(iter(sorted((project.folder / side).glob("*.fmu"))), None)
+
+
+def swap(project: Project, say: Say) -> None:
+    """Compare both FMUs of a project and write `swap.json`; a run that fails is part of the result."""
+    files = [file_of(project, side) for side in SIDES]
+    if None in files:
+        raise MisfitError("there are no two FMUs to compare; drop in both")
+    say("reading both interfaces")
+    old, new = (read_description(Path(str(file)).resolve()) for file in files)
+    report, change = interface_report(old, new), interface_change(old, new)
+    settings = project.settings
+    stop = float(settings.get("stop") or old.stop_time or DEFAULT_STOP_S)
+    drive = DRIVES[settings.get("drive", next(iter(DRIVES)))]
+    runs = []
+    for side, description in zip(SIDES, (old, new), strict=True):
+        say(f"running {description.path.name}")
+        runs.append(_run(side, description, report, stop, drive(stop) if drive else None))
+    document = {
+        "files": [old.path.name, new.path.name],
+        "matched": sum(not match.conversion for match in report.matches),
+        "rows": [asdict(row) for row in interface_rows(old.ports, new.ports, report.matches)],
+        "level": change.level,
+        "breaking": list(change.breaking),
+        "compatible": list(change.compatible),
+        "stop": stop,
+        "runs": [_speed(run) for run in runs],
+        **_parting(runs, float(settings.get("tolerance") or DEFAULT_TOLERANCE)),
+    }
+    write_atomically(project.results / RESULT, json.dumps(plain(document)).encode())
+
+
+def _run(
+    side: str, description: FmuDescription, report: SwapReport, stop: float, wave: dict[str, Any] | None
+) -> SideRun:
+    renamed = {match.new: match.old for match in report.matches} if side == "new" else {}
+    common = {match.new if side == "new" else match.old for match in report.matches if match.causality == "input"}
+    driven = {p.name: wave for p in description.ports if wave and p.name in common and p.type in FLOATS and not p.shape}
+    options: dict[str, Any] = {"stop": stop, "step": stop / STEPS, "inputs": driven}
+    recorder = MemoryRecorder()
+    try:
+        system = system_of(case_of(side, description.path.parent / "case.toml", description.path.name, options))
+        # Recorded are outputs only, those of what drives the inputs not being any.
+        outcome = run_system(system, recorder, RunOptions(isolate=True))
+    except MisfitError as error:
+        return SideRun(None, None, str(error))
+    return SideRun(_under_names(recorder.result(), renamed), outcome)
+
+
+def _under_names(result: Result, renamed: dict[str, str]) -> Result:
+    """A result whose columns are named by variable, without the component, as the old FMU names them."""
+    columns, arrays = [], {}
+    for column in result.columns:
+        variable = column.name.partition(".")[2] or column.name
+        name = renamed.get(variable, variable)
+        columns.append(replace(column, name=name))
+        arrays[name] = result[column.name]
+    return Result(result.time, tuple(columns), arrays)
+
+
+def _speed(run: SideRun) -> dict[str, Any]:
+    if run.outcome is None:
+        return {"error": run.error}
+    found = run.outcome
+    simulated = found.end - found.start
+    return {
+        "error": "",
+        "simulated_s": simulated,
+        "seconds": found.seconds,
+        "preparing_s": found.preparing,
+        "times_real_time": simulated / found.seconds if found.seconds else None,
+        "ended": found.ended,
+    }
+
+
+def _parting(runs: list[SideRun], tolerance: float) -> dict[str, Any]:
+    """Where signals part, the first to part first, and curves to draw."""
+    first, second = (run.result for run in runs)
+    if first is None or second is None:
+        return {"tolerance": tolerance, "signals": [], "curves": []}
+    try:
+        compared = compare_results(first, second, tolerance)
+    except MisfitError as error:
+        return {"tolerance": tolerance, "signals": [], "curves": [], "not_compared": str(error)}
+    signals = sorted(compared.signals, key=lambda s: (s.parted_at is None, s.parted_at or 0.0, -s.largest))
+    curves = [_curve(first, second, signal.name) for signal in signals[:MOST_CURVES]]
+    return {"tolerance": tolerance, "signals": [asdict(signal) for signal in signals], "curves": curves}
+
+
+def _curve(first: Result, second: Result, name: str) -> dict[str, Any]:
+    """Both curves at the times that keep the shape of both; the second is read at the times of the first."""
+    old = np.asarray(first[name], dtype=float)
+    units = [result.column(name).unit for result in (second, first)]
+    factor = conversion(*units) if all(units) else 1.0
+    new = factor * np.interp(first.time, second.time, np.asarray(second[name], dtype=float))
+    keep = np.unique(np.concatenate([extremes(old), extremes(new)]))
+    return {"name": name, "time": first.time[keep].tolist(), "old": old[keep].tolist(), "new": new[keep].tolist()}
