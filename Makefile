@@ -10,7 +10,7 @@ export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
 export MKL_NUM_THREADS := 1
 
-.PHONY: demo setup test check bench bench-peers bench-diagnosis bench-regress lock clean
+.PHONY: demo setup test check docs bench bench-peers bench-diagnosis bench-regress lock clean
 
 demo: setup
 	@echo "An arm with a hidden effect: which one is it?"
@@ -33,6 +33,11 @@ check: setup
 	@$(BIN)/mypy
 	@$(BIN)/python -m pytest --doctest-modules fmus orchestrator hil
 	@$(BIN)/python -m pytest tests/test_documentation.py
+
+# The documentation site, in build/site: open build/site/index.html; nothing is fetched. Effects, commands and formats come from code.
+docs: setup
+	@NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --quiet
+	@echo "build/site/index.html"
 
 bench: setup
 	@$(BIN)/python tests/benchmarks/run.py

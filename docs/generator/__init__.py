@@ -1,0 +1,1 @@
+"""What the documentation site makes from code and data while it is built: see `hooks.py`."""

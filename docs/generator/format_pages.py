@@ -1,0 +1,305 @@
+"""The reference of file formats: keys of TOML files and of JSON documents, read from the code that reads and writes them."""
+
+import ast
+import dataclasses
+import importlib
+import inspect
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from itertools import repeat
+from pathlib import Path
+
+from docs.generator.type_text import dataclasses_in, hints_of
+
+ROOT = Path(__file__).parents[2]
+# What a method of TomlTable promises of the value that it returns.
+KINDS = {
+    "get_table": "table",
+    "get_text": "text",
+    "get_texts": "list of texts",
+    "get_integers": "list of whole numbers",
+    "get_window": "[start, stop] in s",
+    "get_number": "number",
+    "get_positive": "number above 0",
+    "get_flag": "true or false",
+}
+
+
+@dataclass(frozen=True)
+class TomlFile:
+    """A TOML format: `tables` maps a table's name to the tuple of its keys, as `module:NAME`; `example` is in the repository."""
+
+    name: str
+    what: str
+    guide: str
+    modules: tuple[str, ...]
+    tables: Mapping[str, str]
+    example: str
+
+
+TOML_FILES = (
+    TomlFile(
+        "case.toml",
+        "describes a measurement set",
+        "../measurements.md",
+        ("orchestrator.measurements.case_file", "orchestrator.measurements.split_table"),
+        {"": "orchestrator.measurements.case_file:_KNOWN_KEYS"},
+        "tests/cases/arm/case_009/case.toml",
+    ),
+    TomlFile(
+        "system.toml",
+        "describes a system of coupled components",
+        "../cosimulation.md",
+        ("orchestrator.cosim.toml_file",),
+        {
+            "": "orchestrator.cosim.toml_file:_SYSTEM",
+            "[components.NAME]": "orchestrator.cosim.toml_file:_COMPONENT",
+            "[[connections]]": "orchestrator.cosim.toml_file:_CONNECTION",
+            "[run]": "orchestrator.cosim.toml_file:_RUN",
+        },
+        "tests/cosim/arm.toml",
+    ),
+    TomlFile(
+        "NAME.regress.toml",
+        "describes a regression test",
+        "../regress.md",
+        ("orchestrator.regress.case_file",),
+        {
+            "": "orchestrator.regress.case_file:_CASE",
+            "[run]": "orchestrator.regress.case_file:_RUN",
+            "[limits]": "orchestrator.regress.case_file:_LIMITS",
+        },
+        "tests/cases/regress/arm.regress.toml",
+    ),
+    TomlFile(
+        "effect card",
+        "says what to fit of an effect and where it can be",
+        "../effect_cards.md",
+        ("orchestrator.diagnosis.cards",),
+        {
+            "": "orchestrator.diagnosis.cards:_KEYS",
+            "[parameters.NAME]": "orchestrator.diagnosis.cards:_PARAMETER_KEYS",
+            "[[needs]]": "orchestrator.diagnosis.needs:KINDS",
+        },
+        "orchestrator/diagnosis/cards/stribeck_friction.toml",
+    ),
+    TomlFile(
+        "protocol.toml",
+        "lists the trials of a session",
+        "../bench.md",
+        ("hil.trials.protocol",),
+        {"[[trials]]": "hil.trials.protocol:_TRIAL_KEYS", "[study]": "hil.trials.protocol:_STUDY_KEYS"},
+        "hil/trials/study.toml",
+    ),
+)
+
+
+@dataclass(frozen=True)
+class Document:
+    """A JSON document: its schema, the command that writes it, the module that makes it, and what its parts are made from."""
+
+    schema: str
+    command: str
+    module: str
+    sources: tuple[str, ...] = ()
+
+
+DOCUMENTS = (
+    Document("misfit.compare/1", "misfit compare --json F", "orchestrator.compare.result", ("Comparison",)),
+    Document("misfit.diagnosis/1", "misfit diagnose --json F", "orchestrator.diagnosis.result", ("Diagnosis",)),
+    Document("misfit.ledger/1", "misfit ledger --json F", "orchestrator.ledger", ("LedgerEntry",)),
+    Document("misfit.run/1", "misfit run --json F", "orchestrator.cli.cosim", ("orchestrator.cosim.run:RunOutcome",)),
+    Document("misfit.swap/1", "misfit run --swap ... --json F", "orchestrator.cosim.swap.report", ("SwapReport",)),
+    Document("misfit.sweep/1", "misfit sweep --json F", "orchestrator.cli.sweep"),
+    Document("misfit.validate/1", "misfit validate --json F", "orchestrator.cli.factory"),
+    Document("misfit.regress/1", "misfit regress --json F", "orchestrator.regress.outcome"),
+    Document("misfit.learn/1", "misfit learn --json F", "orchestrator.cli.learn"),
+    Document("misfit.study/1", "misfit study caregivers --json F", "orchestrator.study.document"),
+    Document("misfit.hil/1", "misfit hil hold --json F", "hil.session.session"),
+)
+
+
+@dataclass(frozen=True)
+class Key:
+    """A key of a document: the attribute that its value is, or what is known of the value in words."""
+
+    name: str
+    source: str = ""
+    words: str = ""
+
+
+def pages() -> dict[str, str]:
+    """The generated reference pages by path."""
+    return {"reference/toml_files.md": toml_page(), "reference/json_documents.md": json_page()}
+
+
+def toml_page() -> str:
+    """Keys of the TOML files."""
+    parts = [
+        "# TOML files",
+        "The keys that each file may have, as the code that reads it knows them. A key that is not here is refused, or noted,"
+        " with the nearest one. What the keys mean stands on the page that each section names.",
+    ]
+    for file in TOML_FILES:
+        parts += _toml_section(file)
+    return "\n\n".join(parts) + "\n"
+
+
+def _toml_section(file: TomlFile) -> list[str]:
+    kinds = _kinds(file.modules)
+    parts = [f"## {file.name}", f"It {file.what}: [guide]({file.guide})."]
+    for table, place in file.tables.items():
+        module, _, name = place.partition(":")
+        keys = getattr(importlib.import_module(module), name)
+        parts.append(f"Keys of `{table}`:" if table else "Keys at the top:")
+        parts.append(
+            "\n".join(["| key | value |", "|---|---|", *(f"| `{key}` | {kinds.get(key, '')} |" for key in keys)])
+        )
+    example = (ROOT / file.example).read_text().strip()
+    parts.append(f"Example, `{file.example}`:\n\n```toml\n{example}\n```")
+    return parts
+
+
+def _kinds(modules: Iterable[str]) -> dict[str, str]:
+    """What the code asks of the values of keys, from its calls such as `table.get_positive("step")`."""
+    found: dict[str, str] = {}
+    for module in modules:
+        tree = ast.parse(inspect.getsource(importlib.import_module(module)))
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in KINDS:
+                first = node.args[0] if node.args else None
+                if isinstance(first, ast.Constant):
+                    found.setdefault(str(first.value), KINDS[node.func.attr])
+    return found
+
+
+def json_page() -> str:
+    """Keys of the JSON documents, and the data classes that they are made from."""
+    parts = [
+        "# JSON documents",
+        "What `--json` writes. Keys and types are read from the code; units and signs stand in the texts below, which are"
+        " those of the classes that hold the values. Where a value is worked out on the way, its cell says only what is certain, or"
+        " nothing. New keys may come in a version; a key that goes or changes its meaning"
+        " raises the number behind the schema.",
+    ]
+    parts += [part for document in DOCUMENTS for part in _json_section(document)]
+    parts += ["## Parts of the documents", *_part_sections()]
+    return "\n\n".join(parts) + "\n"
+
+
+def _json_section(document: Document) -> list[str]:
+    types = _types(document)
+    rows = [f"| `{key.name}` | {types.get(key.source) or key.words} |" for key in _keys(document)]
+    return [
+        f"## {document.schema} {{: #{document.schema.replace('.', '-').replace('/', '-')} }}",
+        f"Written by `{document.command}`.",
+        "\n".join(["| key | value |", "|---|---|", f"| `schema` | `{document.schema}` |", *rows]),
+    ]
+
+
+def _types(document: Document) -> dict[str, str]:
+    return {name: text for source in _sources(document) for name, text in hints_of(source).items()}
+
+
+def _sources(document: Document) -> list[type]:
+    found = []
+    for source in document.sources:
+        module, _, name = source.rpartition(":")
+        found.append(getattr(importlib.import_module(module or document.module), name))
+    return found
+
+
+def _keys(document: Document) -> list[Key]:
+    """Keys of the dictionary that carries the schema.
+
+    Raises:
+        ValueError: if the module writes no such dictionary.
+    """
+    module = importlib.import_module(document.module)
+    tree = ast.parse(inspect.getsource(module))
+    names = {document.schema, *(name for name, value in vars(module).items() if value == document.schema)}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Dict) and any(map(_is_schema, node.keys, node.values, repeat(names))):
+            pairs = [(k.value, v) for k, v in zip(node.keys, node.values, strict=True) if isinstance(k, ast.Constant)]
+            found = [Key(str(k), _attribute(v), _literally(v)) for k, v in pairs if k != "schema"]
+            whole = [] if found else [field for source in _sources(document) for field in dataclasses.fields(source)]
+            return found + [Key(field.name, field.name) for field in whole]
+    raise ValueError(f"{document.module} writes no document {document.schema}")
+
+
+def _literally(value: ast.expr) -> str:
+    """What an expression says of its value where it hands on no attribute."""
+    if isinstance(value, ast.Dict):
+        keys = [f"`{k.value!s}`" for k in value.keys if isinstance(k, ast.Constant)]
+        return f"object with {', '.join(keys)}" if len(keys) == len(value.keys) else "object"
+    if isinstance(value, ast.DictComp):
+        return "object by name"
+    if isinstance(value, ast.List | ast.ListComp):
+        return "list"
+    if isinstance(value, ast.Call) and isinstance(value.func, ast.Name):
+        return {"str": "text", "list": "list", "sum": "number", "len": "whole number", "bool": "true or false"}.get(
+            value.func.id, ""
+        )
+    return "number" if isinstance(value, ast.BinOp) and isinstance(value.op, ast.Div) else ""
+
+
+def _is_schema(key: ast.expr | None, value: ast.expr, names: set[str]) -> bool:
+    said = value.value if isinstance(value, ast.Constant) else getattr(value, "id", None)
+    return isinstance(key, ast.Constant) and key.value == "schema" and said in names
+
+
+def _attribute(value: ast.expr) -> str:
+    """The attribute that an expression hands on as it is, such as `signals` in `list(self.signals)`; else empty."""
+    if isinstance(value, ast.Attribute):
+        return value.attr if isinstance(value.value, ast.Name) else ""
+    if isinstance(value, ast.IfExp):
+        return _attribute(value.orelse) or _attribute(value.body)
+    if isinstance(value, ast.BinOp) and isinstance(value.op, ast.BitOr):
+        return _attribute(value.left)
+    if isinstance(value, ast.Call) and isinstance(value.func, ast.Name) and value.func.id in _AS_THEY_ARE:
+        return _attribute(value.args[0]) if len(value.args) == 1 else ""
+    if isinstance(value, ast.ListComp) and _is_element(value.elt):
+        return _attribute(value.generators[0].iter)
+    return ""
+
+
+_AS_THEY_ARE = ("list", "dict", "tuple", "asdict")
+
+
+def _is_element(value: ast.expr) -> bool:
+    """Whether an expression writes one element of a list: `asdict(each)`, `list(each)`, `each.to_json()`."""
+    if isinstance(value, ast.BinOp):
+        return _is_element(value.left)
+    if not isinstance(value, ast.Call):
+        return False
+    if isinstance(value.func, ast.Attribute):
+        return value.func.attr == "to_json"
+    return isinstance(value.func, ast.Name) and value.func.id in _AS_THEY_ARE and len(value.args) == 1
+
+
+def _part_sections() -> list[str]:
+    """Every data class that the value of a key shows, with its text and fields, and those that it holds."""
+    wanted: dict[str, type] = {}
+    waiting: list[type] = [found for document in DOCUMENTS for found in _held(document)]
+    while waiting:
+        source = waiting.pop(0)
+        if source.__name__ not in wanted:
+            wanted[source.__name__] = source
+            waiting += dataclasses_in(source)
+    return [part for name in sorted(wanted) for part in _part(wanted[name])]
+
+
+def _held(document: Document) -> list[type]:
+    named = {key.source for key in _keys(document)}
+    return [found for source in _sources(document) for found in dataclasses_in(source, named)]
+
+
+def _part(source: type) -> list[str]:
+    text = re.sub(r"\n\s+", "\n", inspect.getdoc(source) or "").replace("*", r"\*")
+    rows = [f"| `{name}` | {kind} |" for name, kind in hints_of(source).items()]
+    return [
+        f"### {source.__name__} {{: #part-{source.__name__.lower()} }}",
+        text,
+        "\n".join(["| field | value |", "|---|---|", *rows]),
+    ]

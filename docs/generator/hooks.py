@@ -1,0 +1,96 @@
+"""What MkDocs calls while it builds the site: pages and pictures that are made from code, and the order of pages."""
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+from mkdocs.config.defaults import MkDocsConfig
+from mkdocs.structure.files import File, Files
+from mkdocs.structure.pages import Page
+from mkdocs.utils import get_relative_url
+
+from docs.generator import effect_pages, format_pages
+from docs.generator.signature_cache import shown_effects
+
+ASSETS = Path(__file__).parents[1] / "assets"
+FALLING = "<!-- picture: falling error -->"
+REMOTE_WORKER, LOCAL_WORKER = "https://unpkg.com/iframe-worker/shim", "assets/file_worker.js"
+EXTERNAL_LINKS = "external_links.txt"
+SEARCH = 'data-md-component="search" role="dialog"'
+HOW_TO, EFFECTS = "How-to", "Effects"
+SECTION_OF_FOLDER = {"decisions": "Decisions", "benchmarks": "Reference", "tutorials": "Tutorials", "theory": "Theory"}
+
+
+def on_config(config: MkDocsConfig) -> MkDocsConfig:
+    """Complete the navigation: all effects, and pages that no section names, so that none is lost."""
+    sections = {name: content for section in config.nav or [] for name, content in section.items()}
+    names = {effect_pages.in_words(effect): f"effects/{effect}.md" for effect in effect_pages.by_id()}
+    sections[EFFECTS] += [{name: path} for name, path in sorted(names.items())]
+    named = json.dumps(config.nav)
+    folder = Path(config.docs_dir)
+    pages = sorted(str(path.relative_to(folder)) for path in folder.rglob("*.md"))
+    for path in pages:
+        if f'"{path}"' not in named:
+            sections[SECTION_OF_FOLDER.get(path.partition("/")[0], HOW_TO)].append(path)
+    return config
+
+
+def on_files(files: Files, config: MkDocsConfig) -> Files:
+    """Add the effect catalogue and the file formats."""
+    shown = shown_effects()
+    pages = {"effects/index.md": effect_pages.index_page()}
+    pages |= {f"effects/{e}.md": effect_pages.effect_page(e, cards, shown) for e, cards in effect_pages.by_id().items()}
+    pages |= format_pages.pages()
+    for path, text in pages.items():
+        files.append(File.generated(config, path, content=text))
+    for name, effect in shown.items():
+        files.append(File.generated(config, f"effects/img/{name}.png", content=effect.png.read_bytes()))
+    return files
+
+
+def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
+    """Put the picture of the falling error where a page asks for it."""
+    return markdown.replace(FALLING, _falling_error()) if FALLING in markdown else markdown
+
+
+def on_post_page(output: str, page: Page, config: MkDocsConfig) -> str:
+    """Take a script that the theme would load from the network from here instead, and give its search a name."""
+    return output.replace(REMOTE_WORKER, get_relative_url(LOCAL_WORKER, page.url)).replace(
+        SEARCH, f'{SEARCH} aria-label="Search"'
+    )
+
+
+def on_post_template(output_content: str, template_name: str, config: MkDocsConfig) -> str:
+    """The same for the page that a server shows where there is none."""
+    return output_content.replace(REMOTE_WORKER, LOCAL_WORKER)
+
+
+def on_post_build(config: MkDocsConfig) -> None:
+    """List the links that leave the site: nothing follows them while it is built, so somebody has to look at them."""
+    site = Path(config.site_dir)
+    found = {
+        link
+        for page in site.rglob("*.html")
+        for link in re.findall(r'<a [^>]*href="(https?://[^"]+)', page.read_text())
+    }
+    (site / EXTERNAL_LINKS).write_text("".join(f"{link}\n" for link in sorted(found)))
+
+
+def _falling_error() -> str:
+    """The picture of a recorded run, with where it comes from."""
+    from orchestrator.compare.result import SetErrors
+    from orchestrator.report.figures import falling_error
+
+    run: dict[str, Any] = json.loads((ASSETS / "falling_error.json").read_text())
+    versions = [
+        (version["name"], SetErrors(**version["learning"]), SetErrors(**version["held_out"]))
+        for version in run["versions"]
+    ]
+    first, last = run["versions"][0], run["versions"][-1]
+    named = ", ".join(f"{effect['id'].replace('_', ' ')} at {effect['site']}" for effect in last["effects"])
+    return (
+        f"{falling_error(versions)}\n\nIt names **{named}**. The error of trials that were never used before falls from"
+        f" {first['held_out']['over_floor']:.1f} to {last['held_out']['over_floor']:.2f} times the noise floor. (Recorded by"
+        f" `{run['command']}`, misfit {last['misfit_version']} at commit {run['commit']}, {last['date'][:10]}.)"
+    )
