@@ -1,5 +1,6 @@
 """`misfit studio`."""
 
+from contextlib import nullcontext
 from pathlib import Path
 
 import click
@@ -22,7 +23,7 @@ def studio(port: int, no_browser: bool, workspace: Path | None) -> None:
     """
     import platformdirs
 
-    from orchestrator.studio.browser import open_browser
+    from orchestrator.studio.browser import browser_opened
     from orchestrator.studio.gate import Keys
     from orchestrator.studio.server import HOST, listen, serve
 
@@ -31,6 +32,5 @@ def studio(port: int, no_browser: bool, workspace: Path | None) -> None:
     listener, keys = listen(port), Keys()
     link = f"http://{HOST}:{listener.getsockname()[1]}/?token={keys.token}"
     click.echo(link)
-    if not no_browser:
-        open_browser(link, folder)
-    serve(listener, keys, folder.resolve())
+    with nullcontext() if no_browser else browser_opened(link, folder):
+        serve(listener, keys, folder.resolve())

@@ -1,8 +1,8 @@
 """Which column is which variable, in which unit, and the trials."""
 
 from orchestrator.report.numbers import digits
-from orchestrator.studio.live import Live, file_stamp
-from orchestrator.studio.project import MATCH, Project
+from orchestrator.studio.live import Live
+from orchestrator.studio.project import MATCH, Project, file_stamp
 from orchestrator.studio.text import bullets, details, heading, html_table, paragraph
 
 HEADINGS = ("column", "unit", "model variable", "unit in the model", "conversion", "what becomes of it")

@@ -2,8 +2,8 @@
 
 from nicegui import ui
 
-from orchestrator.studio.live import Live, file_stamp
-from orchestrator.studio.project import REPORT, Project
+from orchestrator.studio.live import Live
+from orchestrator.studio.project import REPORT, Project, file_stamp
 from orchestrator.studio.routes import downloads
 from orchestrator.studio.text import heading
 

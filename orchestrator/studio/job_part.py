@@ -60,13 +60,13 @@ class JobPart:
         self.add.set_enabled(ready and now.next is not None)
         self.undo.set_enabled(ready and now.number > 0)
         self.cancel.set_enabled(job.running)
-        self.progress.props(f"indeterminate={job.running}").set_value(1.0 if job.state == "done" else 0.0)
+        self.progress.props(f"indeterminate={job.running}")
         self.state.set_text(_state(job))
         self.state.classes(
             add="studio-problem" if job.state == "failed" else "",
             remove="" if job.state == "failed" else "studio-problem",
         )
-        self.hint.set_text("" if job.running else _hint(project, now))
+        self.hint.set_text("" if job.running else _hint(project, job, now))
 
     def _add(self) -> None:
         number = versions(self.project).number + 1
@@ -96,11 +96,13 @@ def _state(job: Job) -> str:
             return f"{DOING[job.kind]} failed: {job.message}"
 
 
-def _hint(project: Project, now: Versions) -> str:
+def _hint(project: Project, job: Job, now: Versions) -> str:
     """What to do next."""
     matched = project.result(MATCH)
     if not project.data_files():
         return "Next: drop in measurements."
+    if job.state == "failed" and job.kind == "match":
+        return "Next: correct that and upload the file again."
     if project.model is None:
         return "Next: choose a model or drop in an FMU."
     if matched is None or matched["problem"]:

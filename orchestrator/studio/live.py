@@ -1,10 +1,12 @@
 """Parts of a page that follow what is on disk, whoever changed it: this tab, another one, or a job."""
 
 from collections.abc import Callable, Hashable
-from pathlib import Path
 from typing import Protocol
 
 from nicegui import ui
+
+from fmus.errors import MisfitError
+from orchestrator.studio.text import paragraph
 
 
 class Part(Protocol):
@@ -32,13 +34,7 @@ class Live:
         self._seen = stamp
         self._box.clear()
         with self._box:
-            self._build()
-
-
-def file_stamp(path: Path) -> Hashable:
-    """Changes whenever a file is written, made or removed."""
-    try:
-        found = path.stat()
-    except OSError:
-        return None
-    return found.st_mtime_ns, found.st_size, found.st_ino
+            try:
+                self._build()
+            except MisfitError as error:
+                paragraph(str(error), "studio-problem")

@@ -2,7 +2,9 @@
 
 import json
 import shutil
+from collections.abc import Hashable
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +15,24 @@ FILE_NAME = "project.json"
 MATCH, COMPARISON, DIAGNOSIS, REPORT = "match.json", "comparison.json", "diagnosis.json", "report.html"
 # One for each step of the diagnosis that was added, and the curves of each, for the linked views.
 VERSION, VIEWS = "version-{}.json", "views-{}"
+
+
+def file_stamp(path: Path) -> Hashable:
+    """Changes whenever a file is written, made or removed."""
+    try:
+        found = path.stat()
+    except OSError:
+        return None
+    return found.st_mtime_ns, found.st_size, found.st_ino
+
+
+@lru_cache(maxsize=64)
+def _read(path: Path, stamp: Hashable) -> dict[str, Any] | None:
+    """Pages look twice a second, and a diagnosis may be long: parse a file only when it has changed."""
+    try:
+        return dict(json.loads(path.read_text()))
+    except (OSError, ValueError):
+        return None
 
 
 @dataclass(frozen=True)
@@ -100,11 +120,9 @@ class Project:
         self.change(wanted=0)
 
     def result(self, name: str) -> dict[str, Any] | None:
-        """A JSON result, None while there is none."""
-        try:
-            return dict(json.loads((self.folder / "results" / name).read_text()))
-        except (OSError, ValueError):
-            return None
+        """A JSON result, which the caller leaves as it is; None while there is none."""
+        path = self.folder / "results" / name
+        return _read(path, file_stamp(path))
 
     def _folder(self, name: str) -> Path:
         folder = self.folder / name

@@ -49,5 +49,7 @@ def serve(listener: socket.socket, keys: Keys, folder: Path) -> None:
     config = uvicorn.Config(gate, log_level="warning", server_header=False, timeout_graceful_shutdown=1)
     try:
         uvicorn.Server(config).run(sockets=[listener])
+    except KeyboardInterrupt:
+        pass  # Ctrl-C is how a studio ends
     finally:
         jobs.cancel_all()

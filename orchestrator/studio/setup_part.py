@@ -8,14 +8,14 @@ from nicegui.events import GenericEventArguments
 
 from fmus.catalogue import built_in_models
 from orchestrator.studio.drop_zone import drop_zone
-from orchestrator.studio.live import Live, file_stamp
-from orchestrator.studio.project import FILE_NAME, Project
+from orchestrator.studio.live import Live
+from orchestrator.studio.project import Project
 from orchestrator.studio.receive import DATA_ENDINGS, make_way
 from orchestrator.studio.tell import telling
-from orchestrator.studio.text import heading, paragraph
+from orchestrator.studio.text import bullets, details, heading, paragraph
 
-# Rows of the list of files; a set of hundreds would push everything else away.
-MOST_FILES = 12
+# Files that are named at once; a list of hundreds would push everything else away.
+FEW = 3
 LONGEST_NAME = 80
 
 
@@ -32,12 +32,12 @@ def setup_part(project: Project) -> list[Live]:
             heading("Model")
             model = _model(project)
             drop_zone(project, "model", "Or drop an FMU here, or choose one:", ".fmu", multiple=False)
+            _rename(project)
         with ui.element("div"):
             heading("Measurements")
             text = "Drop files here, or choose them: csv, parquet, mf4 or h5, one trial each, with a case.toml if you have one; or all in a zip."
             drop_zone(project, "measurements", text, ",".join((*DATA_ENDINGS, ".toml", ".zip")), multiple=True)
             files = Live(lambda: tuple(map(str, project.data_files())), lambda: _files(project))
-            _rename(project)
     return [model, files]
 
 
@@ -45,7 +45,7 @@ def _rename(project: Project) -> None:
     def rename() -> None:
         project.change(name=str(field.value or "").strip()[:LONGEST_NAME] or project.name)
 
-    field = ui.input("Name of the project", value=project.name).on("change", rename).classes("studio-select")
+    field = ui.input("Name of the project", value=project.name).on("change", rename).classes("studio-name")
 
 
 def _model(project: Project) -> Live:
@@ -72,7 +72,7 @@ def _model(project: Project) -> Live:
                 with option:
                     ui.html(html.escape(text), tag="span", sanitize=False)
 
-    return Live(lambda: (project.model, file_stamp(project.folder / FILE_NAME) and project.model), build)
+    return Live(lambda: project.model, build)
 
 
 def _files(project: Project) -> None:
@@ -80,12 +80,9 @@ def _files(project: Project) -> None:
     if not files:
         paragraph("No measurements yet.")
         return
-    with ui.element("ul").classes("studio-files"):
-        for file in files[:MOST_FILES]:
-            with ui.element("li"):
-                ui.label(str(file.relative_to(project.measurements)))
-    if len(files) > MOST_FILES:
-        paragraph(f"and {len(files) - MOST_FILES} more")
+    names = [str(file.relative_to(project.measurements)) for file in files]
+    with details(", ".join(names) if len(names) <= FEW else f"{len(names)} files, {names[0]} to {names[-1]}"):
+        bullets(names)
 
     async def clear() -> None:
         with telling():

@@ -14,10 +14,10 @@ from nicegui import app, run, ui
 from fmus.errors import MisfitError
 from orchestrator.studio import jobs, workspace
 from orchestrator.studio.drop_zone import drop_zone
-from orchestrator.studio.live import Live, file_stamp
+from orchestrator.studio.live import Live
 from orchestrator.studio.names import safe_name
 from orchestrator.studio.pages import Page
-from orchestrator.studio.project import Project
+from orchestrator.studio.project import Project, file_stamp
 from orchestrator.studio.receive import checked, keep
 from orchestrator.studio.swap_result import swap_result
 from orchestrator.studio.swap_task import DEFAULT_TOLERANCE, DRIVES, RESULT, SIDES, file_of

@@ -2,7 +2,6 @@
 
 from orchestrator.studio.live import Live
 from orchestrator.studio.project import Project
-from orchestrator.studio.text import heading
 from orchestrator.studio.versions import versions
 from orchestrator.studio.views.page import error_steps
 from orchestrator.studio.views.steps_view import StepsView
@@ -21,7 +20,6 @@ class VersionsPart:
         shown = versions(self.project).shown
         self._seen, self._view = shown, None
         if shown:
-            heading("The error falls")
             self._view = error_steps(shown)
 
     def check(self) -> None:
