@@ -27,9 +27,9 @@ def curve_options(data: ViewData, signal: str) -> dict[str, Any]:
         "yAxis": [_value_axis(titled(signal, unit), 0), _value_axis(titled("residual", unit), 1)],
         "dataZoom": [
             {"type": "inside", "xAxisIndex": [0, 1], "filterMode": "none", "zoomOnMouseWheel": "ctrl",
-             "moveOnMouseWheel": False, "preventDefaultMouseMove": False, "throttle": 0},
+             "moveOnMouseWheel": False, "preventDefaultMouseMove": False, "throttle": 16},
             {"type": "slider", "xAxisIndex": [0, 1], "filterMode": "none", "bottom": 4, "height": 26, "left": LEFT,
-             "right": RIGHT, "throttle": 0, "showDetail": False, "brushSelect": False},
+             "right": RIGHT, "throttle": 16, "showDetail": False, "brushSelect": False},
         ],
         "series": [
             {"id": "above", **_empty(0), "markArea": _area(Colour.IMPROVED)},
@@ -89,15 +89,7 @@ def _value_axis(title: str, panel: int) -> dict[str, Any]:
 
 
 def _line(colour: str, width: float, opacity: float) -> dict[str, Any]:
-    return {
-        "type": "line",
-        "dimensions": ["time", "value"],
-        "showSymbol": False,
-        "silent": True,
-        "animation": False,
-        "emphasis": {"disabled": True},
-        "lineStyle": {"color": colour, "width": width, "opacity": opacity, "join": "bevel"},
-    }
+    return {"color": colour, "width": width, "opacity": opacity}
 
 
 def _empty(panel: int) -> dict[str, Any]:

@@ -4,6 +4,10 @@ import { echarts } from "nicegui-echart";
 import { selectByDragging } from "misfit-views";
 
 const KINDS = ["measured", "modelled", "residual", "chosen"];
+// While the view moves, fewer columns are asked for, not more often than this, and all of them once it has rested.
+const MOVING_COLUMNS = 300;
+const MOVING_MS = 50;
+const REST_MS = 160;
 const KEY_STEP = 0.1; // of what is in sight
 const KEY_ZOOM = 0.7;
 
@@ -14,12 +18,11 @@ export default {
   async mounted() {
     await new Promise((resolve) => setTimeout(resolve, 0)); // until the style sheet gives the element its size
     this.asking = false;
-    this.stale = false;
     this.trials = [];
     this.chart = echarts.init(this.$refs.canvas);
     const { lines, ...shown } = this.options;
     this.chart.setOption(shown);
-    this.chart.on("datazoom", () => this.ask());
+    this.chart.on("datazoom", () => this.move());
     this.listen();
     this.resizes = new ResizeObserver(() => {
       this.chart.resize();
@@ -29,6 +32,7 @@ export default {
     this.ask();
   },
   beforeUnmount() {
+    clearTimeout(this.resting);
     this.resizes?.disconnect();
     this.chart?.dispose();
   },
@@ -42,16 +46,24 @@ export default {
       const zoom = this.chart.getOption().dataZoom[0];
       return [zoom.startValue, zoom.endValue];
     },
-    async ask() {
-      this.stale = this.asking;
+    move() {
+      clearTimeout(this.resting);
+      this.resting = setTimeout(() => this.ask(), REST_MS);
+      this.ask(MOVING_COLUMNS);
+    },
+    async ask(most = 4000) {
+      this.next = most; // what is to be asked once the present answer is here
       if (this.asking) return;
       this.asking = true;
-      const [low, high] = this.visible();
-      const columns = Math.min(4000, Math.max(100, Math.round(this.chart.getWidth())));
-      const answer = await fetch(`${this.source}?${new URLSearchParams({ low, high, columns })}`);
-      if (answer.ok && !this.chart.isDisposed()) this.receive(unpacked(await answer.arrayBuffer()));
+      while (this.next && !this.chart.isDisposed()) {
+        if (this.next === MOVING_COLUMNS) await new Promise((resolve) => setTimeout(resolve, MOVING_MS));
+        const columns = Math.min(this.next, Math.max(100, Math.round(this.chart.getWidth())));
+        this.next = null;
+        const [low, high] = this.visible();
+        const answer = await fetch(`${this.source}?${new URLSearchParams({ low, high, columns })}`);
+        if (answer.ok && !this.chart.isDisposed()) this.receive(unpacked(await answer.arrayBuffer()));
+      }
       this.asking = false;
-      if (this.stale) this.ask();
     },
     change(options) {
       const { lines, dataZoom, ...shown } = options; // what is in sight stays
@@ -67,23 +79,21 @@ export default {
       this.trials = view.trials.map((trial) => trial.place);
       for (const place of this.trials) old.delete(place);
       const series = view.trials.flatMap((trial) => this.lines(trial, view.from));
-      for (const place of old) for (const kind of KINDS) series.push({ ...this.line(kind, place), data: [] });
+      for (const place of old) for (const kind of KINDS) series.push(this.line(kind, place));
       const [values, residuals] = [view.values, view.residuals];
-      this.chart.setOption({
-        yAxis: [nice(...values), nice(...residuals)].map(([min, max]) => ({ min, max })),
-        series,
-      });
+      const yAxis = [nice(...values), nice(...residuals)].map(([min, max]) => ({ min, max }));
+      this.chart.setOption({ yAxis, series }, { lazyUpdate: true });
     },
     lines(trial, from) {
-      const chosen = trial.residual.map((value, k) => (trial.flags[k] ? value : NaN));
-      return KINDS.map((kind) => ({
-        ...this.line(kind, trial.place),
-        data: pairs(trial.time, { ...trial, chosen }[kind], from),
-      }));
+      const marked = trial.flags.some((flag) => flag);
+      const chosen = marked ? trial.residual.map((value, k) => (trial.flags[k] ? value : NaN)) : [];
+      const values = { ...trial, chosen };
+      return KINDS.map((kind) => this.line(kind, trial.place, outline(trial, from, values[kind], this.options.lines[kind])));
     },
-    line(kind, place) {
+    line(kind, place, renderItem = () => null) {
       const below = kind === "residual" || kind === "chosen" ? 1 : 0;
-      return { ...this.options.lines[kind], id: `${kind}-${place}`, xAxisIndex: below, yAxisIndex: below };
+      const fixed = { type: "custom", silent: true, animation: false, clip: true, data: [[0, 0]] };
+      return { ...fixed, id: `${kind}-${place}`, xAxisIndex: below, yAxisIndex: below, renderItem };
     },
     mark() {
       const [from, to] = this.selected ?? [];
@@ -137,13 +147,46 @@ function unpacked(buffer) {
   return view;
 }
 
-function pairs(time, values, from) {
-  const found = new Float64Array(2 * time.length);
-  for (let k = 0; k < time.length; k++) {
-    found[2 * k] = from + time[k];
-    found[2 * k + 1] = values[k];
+// What draws one line. Where points are pairs of extremes, it is the band between them, as wide as a line at least:
+// filling it is far cheaper than stroking to and fro between them, and shows the same.
+function outline(trial, from, values, { color, width, opacity }) {
+  return (params, api) => {
+    const [left, bottom] = api.coord([from, 0]);
+    const [right, top] = api.coord([from + 1, 1]);
+    const at = (k, aside) => [left + trial.time[k] * (right - left), bottom + values[k] * (top - bottom) + aside];
+    const line = { fill: "none", stroke: color, lineWidth: width, lineJoin: "bevel", opacity };
+    const [type, style] = trial.paired ? ["polygon", { fill: color, opacity }] : ["polyline", line];
+    const shapes = finite(values, trial.paired ? 2 : 1).map(([first, last]) =>
+      trial.paired ? band(at, first, last, 0.5 * width) : polyline(at, first, last),
+    );
+    return { type: "group", silent: true, children: shapes.map((points) => ({ type, shape: { points }, style })) };
+  };
+}
+
+function polyline(at, first, last) {
+  return Array.from({ length: last - first }, (_, k) => at(first + k, 0));
+}
+
+// Along the largest values, and back along the smallest; pixels are counted downwards.
+function band(at, first, last, aside) {
+  const points = [];
+  for (let k = first; k < last; k += 2) points.push(at(k + 1, -aside));
+  for (let k = last - 2; k >= first; k -= 2) points.push(at(k, aside));
+  return points;
+}
+
+// Runs of finite values, as [first, last) in steps of one or two.
+function finite(values, step) {
+  const runs = [];
+  for (let k = 0, first = null; k <= values.length; k += step) {
+    const good = k < values.length && Number.isFinite(values[k]);
+    if (good && first === null) first = k;
+    if (!good && first !== null) {
+      runs.push([first, k]);
+      first = null;
+    }
   }
-  return found;
+  return runs;
 }
 
 // Ends of an axis that holds low to high: multiples of a twentieth of the power of ten above the span.

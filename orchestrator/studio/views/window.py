@@ -22,11 +22,12 @@ BAND = 2
 class TrialWindow:
     """Points of one trial, each array (m,): `time` in s from the begin of the window, signals in their unit.
 
-    Where a pixel column holds more samples than two, it shows their smallest and their largest value. `chosen` tells
-    which points hold selected samples.
+    If it is `paired`, points are the smallest and the largest value of a block of samples in turn, else they are the
+    samples. `chosen` tells which points hold selected samples.
     """
 
     place: int
+    paired: bool
     time: np.ndarray
     measured: np.ndarray
     modelled: np.ndarray
@@ -77,7 +78,7 @@ def packed(window: CurveWindow) -> bytes:
         "from": window.time.low,
         "values": [window.values.low, window.values.high],
         "residuals": [window.residuals.low, window.residuals.high],
-        "trials": [{"place": trial.place, "count": len(trial.time)} for trial in window.trials],
+        "trials": [{"place": trial.place, "paired": trial.paired, "count": len(trial.time)} for trial in window.trials],
     }
     text = _padded(json.dumps(head).encode(), b" ")
     parts = [len(text).to_bytes(4, "little"), text]
@@ -102,7 +103,7 @@ def _trial(trial: ViewTrial, place: int, signal: str, time: Range, most: int, ch
     flags = chosen.touches(bounds)
     measured, modelled, residual = (_points(part, raw) for part in blocks)
     chosen_points = flags if raw else np.repeat(flags, 2)
-    return TrialWindow(place, trial.time[at] - time.low, measured, modelled, residual, chosen_points)
+    return TrialWindow(place, not raw, trial.time[at] - time.low, measured, modelled, residual, chosen_points)
 
 
 def _points(blocks: Blocks, raw: bool) -> np.ndarray:
