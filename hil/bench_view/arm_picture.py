@@ -15,10 +15,12 @@ def arm_picture(seen: Watched) -> str:
     shoulder, elbow = (tuple(map(float, row)) for row in arm["moment_arms"])
     shape = ArmShape((float(arm["length"][0]), float(arm["length"][1])), shoulder, elbow)
     torque, force = seen.pair("residual"), seen.pair("pull")
+    deviation = seen.pair("residual_sd")
     alpha = tuple(seen.signal(f"alpha_{k}") or 0.0 for k in range(1, 7))
     instant = Instant(
         (float(q[0]), float(q[1])),
         torque=None if torque is None else (float(torque[0]), float(torque[1])),
+        torque_std=None if deviation is None else (float(deviation[0]), float(deviation[1])),
         force=None if force is None else (float(force[0]), float(force[1])),
         activation=alpha,
     )

@@ -60,13 +60,15 @@ def residual(seen: Watched) -> str:
     unsure = seen.signal("unsure")
     if muscle is None or live is None or learned is None or unsure is None:
         return ""
+    deviation = seen.pair("residual_sd")
+    spread = ["", ""] if deviation is None else [f" ± {Z90 * value:.3f}" for value in deviation]
     rows = [
-        f'<tr><th scope="row">{name}</th>'
-        + "".join(f"<td>{value:+.3f}</td>" for value in (muscle[k], live[k], learned[k]))
-        + f"<td>± {Z90 * unsure:.3f}</td></tr>"
+        f'<tr><th scope="row">{name}</th><td>{muscle[k]:+.3f}</td><td>{live[k]:+.3f}{spread[k]}</td>'
+        f"<td>{learned[k]:+.3f} ± {Z90 * unsure:.3f}</td></tr>"
         for k, name in enumerate(("shoulder", "elbow"))
     ]
-    return _table("Residual", ("joint", "muscles (N.m)", "residual (N.m)", "learned (N.m)", "90 % (N.m)"), rows)
+    head = ("joint", "muscles (N.m)", "residual (N.m)", "learned (N.m)")
+    return _table("Residual", head, rows) + "<p>± is the 90 % interval.</p>"
 
 
 def fault_list(seen: Watched) -> str:
