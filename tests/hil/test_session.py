@@ -1,6 +1,7 @@
 """A whole session against the virtual robot, in one process and without waiting for time to pass."""
 
 import ast
+import time
 from pathlib import Path
 
 import can
@@ -18,7 +19,7 @@ from hil.recording.recorder import Recorder
 from hil.recording.records import MAGIC, RECORD, Flag
 from hil.recording.replay import Replayed, read_records, replay
 from hil.robots import proficio
-from hil.session.controllers import Passive
+from hil.session.controllers import Observed, Passive
 from hil.session.loop import Loop, Wishes
 from hil.session.pilot import Pilot
 from hil.session.session import recorded_pilot
@@ -299,3 +300,32 @@ def test_times_of_a_cycle_are_those_of_the_bus() -> None:
     bench.wire.send(Frame(0x001, b"\x05"))
     timed = bench.wire.receive(0.01)
     assert timed == Timed(75_000, Frame(0x426, bytes.fromhex("850000000000")))
+
+
+class Slow(Passive):
+    """Takes its time, of one clock or the other."""
+
+    def __init__(self, take) -> None:  # type: ignore[no-untyped-def]
+        self.take = take
+
+    def torque(self, observed: Observed) -> np.ndarray:
+        """None."""
+        self.take(0.0012)
+        return super().torque(observed)
+
+
+def test_a_busy_machine_does_not_look_like_a_slow_controller_where_time_is_virtual() -> None:
+    def count(seconds: float) -> None:
+        end = time.perf_counter() + seconds
+        while time.perf_counter() < end:
+            pass
+
+    bench = Bench()
+    assert bench.run(bench.pilot(Slow(count)), 100).faults == []
+
+
+def test_a_controller_that_takes_more_than_half_of_a_cycle_is_stopped() -> None:
+    bench = Bench()
+    faults = bench.run(bench.pilot(Slow(bench.sleep)), 100).faults
+    assert faults
+    assert "on_time: 15 cycles in a row were late or took more than half of 2 ms" in faults[0]

@@ -131,19 +131,19 @@ def _abort(way: str, at: int) -> int:
 class _Slow(Passive):
     """Takes 60 % of a period of 2 ms, once it is told so."""
 
-    slow = False
+    def __init__(self, bench: Bench) -> None:
+        self.bench, self.slow = bench, False
 
     def torque(self, observed: Observed) -> np.ndarray:
         """No torque, late."""
-        end = time.perf_counter() + (0.0012 if self.slow else 0.0)
-        while time.perf_counter() < end:
-            pass
+        self.bench.sleep(0.0012 if self.slow else 0.0)
         return np.zeros(3)
 
 
 def slow_controller() -> dict[Reaction, int]:
     """Cycles until a controller that takes too long has less torque, and until the arm gives way."""
-    bench, controller = Bench(), _Slow()
+    bench = Bench()
+    controller = _Slow(bench)
     pilot = bench.pilot(controller)
     count, found = 0, dict[Reaction, int]()
 
