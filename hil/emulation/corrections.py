@@ -2,33 +2,32 @@
 
 import numpy as np
 
-from hil.emulation.anatomy import Anatomy
+from hil.emulation.residual import Residual
 from hil.emulation.settings import Learning
 from orchestrator.gp.covariance import Latent
 from orchestrator.gp.kernels import SquaredExponential
 from orchestrator.gp.observations import observe
 from orchestrator.gp.online import Learner
-from orchestrator.gp.posterior import Posterior
+from orchestrator.gp.predictor import Predictor
 
 LATENT = "residual"
 
 
 class Corrections:
-    """Learns the torque (2,) in N.m that the links feel beside what is known, by windows of momentum.
+    """Learns the torque (2,) in N.m that the links feel beside what is known, from the residual at marked moments.
 
-    The mean of it over a window is (p1 - p0 - integral of the known rate)/T, p = M w: no acceleration is needed.
+    A moment is learned when the window after it is over, with the standard deviation that is left then; memory is constant.
     """
 
-    def __init__(self, anatomy: Anatomy, learning: Learning | None = None) -> None:
-        self.anatomy, self.learning = anatomy, learning or Learning()
+    def __init__(self, learning: Learning | None = None) -> None:
+        self.learning = learning or Learning()
         scale = (self.learning.angle,) * 2 + (self.learning.speed,) * 2
         kernel = SquaredExponential(self.learning.deviation**2, scale)
         self._learner = Learner({LATENT: Latent(kernel)}, inputs=4, components=2, budget=self.learning.budget)
-        self.windows = 0
-        self._known: Posterior | None = None
-        self._began: np.ndarray | None = None
-        self._passed, self._expected = 0.0, np.zeros(2)
-        self._where: list[np.ndarray] = []
+        self._known: Predictor | None = None
+        self.moments = 0
+        self._marked: np.ndarray | None = None
+        self._passed = 0.0
 
     @property
     def count(self) -> int:
@@ -37,37 +36,29 @@ class Corrections:
 
     def predict(self, q: np.ndarray, w: np.ndarray) -> np.ndarray:
         """The missing torque (2,) in N.m at angles and speeds (2,) each, as far as it has been learned."""
-        return np.zeros(2) if self._known is None else np.asarray(self._known.mean(LATENT, [[*q, *w]])[0])
+        return np.zeros(2) if self._known is None else self._known(np.concatenate([q, w]))[0]
 
     def uncertainty(self, q: np.ndarray, w: np.ndarray) -> float:
         """Standard deviation in N.m of what `predict` says, the same for both joints; as before all learning at first."""
         if self._known is None:
             return self.learning.deviation
-        return float(np.sqrt(self._known.variance(LATENT, [[*q, *w]])[0]))
+        return float(np.sqrt(self._known.combined({LATENT: 1.0}, np.concatenate([q, w]))[1]))
 
-    def advance(self, q: np.ndarray, w: np.ndarray, known: np.ndarray, seconds: float, learn: bool) -> None:
-        """Take in a cycle; a window that was interrupted is forgotten."""
-        if not learn or seconds <= 0:
-            self._forget_window()
-            return
-        if self._began is None:
-            self._began = self.anatomy.mass_matrix(q) @ w
+    def advance(self, residual: Residual, q: np.ndarray, seconds: float, learn: bool) -> None:
+        """Take in a cycle, after the residual has; a moment whose window was interrupted is not learned."""
+        if not learn or not residual.is_known:
+            self._marked = None
             return
         self._passed += seconds
-        self._expected += known * seconds
-        self._where.append(np.concatenate([q, w]))
-        if self._passed >= self.learning.window_s:
-            self._learn(self.anatomy.mass_matrix(q) @ w)
+        if self._marked is not None:
+            if self._passed < self.learning.window_s:
+                return
+            self._learn(self._marked, *residual.marked)
+        residual.mark()
+        self._marked, self._passed = np.concatenate([q, residual.speeds]), 0.0
 
-    def _learn(self, momentum: np.ndarray) -> None:
-        missing = (momentum - self._began - self._expected) / self._passed
-        where = np.mean(self._where, axis=0)
-        self.windows += 1
-        self._learner.add(observe(f"window {self.windows}", where[None], LATENT, missing[None], self.learning.noise))
-        self._known = self._learner.posterior()
-        self._forget_window()
-        self._began = momentum
-
-    def _forget_window(self) -> None:
-        self._began, self._passed = None, 0.0
-        self._expected, self._where = np.zeros(2), []
+    def _learn(self, where: np.ndarray, torque: np.ndarray, deviation: np.ndarray) -> None:
+        self.moments += 1
+        noise = float(np.hypot(deviation.max(), self.learning.noise))
+        self._learner.add(observe(f"moment {self.moments}", where[None], LATENT, torque[None], noise))
+        self._known = Predictor(self._learner.live(), [LATENT])

@@ -12,7 +12,7 @@ class Observed(NamedTuple):
     """What a controller sees: time since arming in s (negative before), joint angles rad, speeds rad/s, wrist force N.
 
     `sent` N.m is what the core let pass in the last cycle, without the part that holds the weight; `confirm` whether the
-    operator has just confirmed.
+    operator has just confirmed; `fresh` whether all angles were measured in this cycle.
     """
 
     seconds: float
@@ -21,6 +21,7 @@ class Observed(NamedTuple):
     force: np.ndarray
     sent: np.ndarray = _NOTHING
     confirm: bool = False
+    fresh: bool = True
 
 
 class Controller(Protocol):

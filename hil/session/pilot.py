@@ -129,7 +129,8 @@ class Pilot:
         armed = self.state.armed_ns
         seconds = -1.0 if armed is None else (given.start_ns - armed) * 1e-9
         sent = np.array(self.state.active)
-        observed = Observed(seconds, angles, np.array(motion.speeds), self._force.copy(), sent, given.confirm)
+        fresh = not any(motion.missing)
+        observed = Observed(seconds, angles, np.array(motion.speeds), self._force.copy(), sent, given.confirm, fresh)
         asked = self._ask(observed)
         support = proficio.holding_torques(angles, self.robot.side) if self.gravity else np.zeros(proficio.JOINTS)
         seen = replace(seen, asked=tuple(asked.tolist()), support=tuple(support.tolist()))

@@ -18,6 +18,7 @@ _PAIRS = (
     ("pull", "N", "force on the wrist along {} of the emulated arm's world"),
     ("muscle_tau", "N.m", "torque of the muscles at joint {}"),
     ("residual", "N.m", "torque at joint {} that the model does not know, live"),
+    ("residual_sd", "N.m", "standard deviation of that of joint {}"),
     ("learned", "N.m", "torque at joint {} that has been learned to be missing"),
 )
 SIGNALS = (
@@ -53,8 +54,8 @@ class Trials:
         self.anatomy = anatomy()
         self.muscles = Muscles(self.anatomy)
         self.learning = learning or Learning()
-        self.residual = Residual(self.anatomy)
-        self.corrections = Corrections(self.anatomy, self.learning)
+        self.residual = Residual(self.anatomy, self.learning)
+        self.corrections = Corrections(self.learning)
         self.course = Course(protocol, placement)
         self.shown = (0.0,) * len(SIGNALS)
         self._last = -1.0
@@ -81,7 +82,7 @@ class Trials:
             pulled = self.muscles.torques(alpha, q, w)
             emulated = self.placement.robot_torques(pulled - self.learning.share * learned)
             asked[list(PLANE)] = emulated[list(PLANE)]
-        parts = (alpha, q, w, pull, pulled, self.residual.torque, learned)
+        parts = (alpha, q, w, pull, pulled, self.residual.torque, self.residual.deviation, learned)
         if self._cycle % UNSURE_EVERY == 0:
             self._unsure = self.corrections.uncertainty(q, w)
         self._cycle += 1
@@ -97,7 +98,6 @@ class Trials:
         """Follow the residual and learn from it; returns the torque (2,) in N.m that has been learned so far."""
         seconds = observed.seconds - self._last if self._last >= 0 else 0.0
         self._last = observed.seconds
-        known = self.residual.known(q, w, self.placement.speeds(observed.sent), pull)
-        self.residual.advance(q, w, known, seconds)
-        self.corrections.advance(q, w, known, seconds, self.course.phase is Phase.STIMULATE)
+        self.residual.advance(q, w, self.placement.speeds(observed.sent), pull, seconds, observed.fresh)
+        self.corrections.advance(self.residual, q, seconds, self.course.phase is Phase.STIMULATE)
         return self.corrections.predict(q, w)

@@ -1,19 +1,23 @@
 """The emulated arm: its muscles, its dynamics, how it lies on the robot, and what shows that the model is wrong."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.linalg import expm
 
 from fmus.errors import MisfitError
 from hil.emulation.anatomy import anatomy
 from hil.emulation.corrections import Corrections
 from hil.emulation.muscles import Muscles
 from hil.emulation.planar import Placement
-from hil.emulation.residual import FOLLOWS, Residual
+from hil.emulation.residual import UNKNOWN_SPEED, Residual
 from hil.emulation.settings import Learning
 from hil.virtual.arm_plant import ArmPlant
 from hil.virtual.caregiver import Caregiver, Person
+from orchestrator.models.kalman import LinearSystem, smoothed
 from tests.hil.trial_session import FRICTION, HIDDEN
 
 ANGLE = st.floats(-3.0, 3.0)
@@ -93,60 +97,169 @@ def hidden(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 
 def pushed(model: str, seconds: float = 1.0):  # type: ignore[no-untyped-def]
-    """Angles, speeds and known rate of momentum of a plant that is pushed to and fro, every 2 ms."""
-    plant, residual = ArmPlant(np.array([0.0, 0.0, 1.3]), Placement(), model), Residual(anatomy())
+    """Angles, speeds and torques of a plant that is pushed to and fro, every 2 ms."""
+    plant = ArmPlant(np.array([0.0, 0.0, 1.3]), Placement(), model)
     for k in range(int(seconds / 0.002)):
         torque = np.array([0.4 * np.sin(0.02 * k), 0.3 * np.cos(0.017 * k)])
         plant.step(Placement().robot_torques(torque), 0.002)
-        q, w = Placement().angles(plant.angles), Placement().speeds(plant.speeds)
-        yield q, w, residual.known(q, w, torque, np.zeros(2))
+        yield Placement().angles(plant.angles), Placement().speeds(plant.speeds), torque
+
+
+def step_of(k: int) -> float:
+    return 0.002 if k else 0.0
+
+
+STILL = np.zeros(2)
+# Encoders and forces of a simulation have no noise but that of rounding.
+EXACT = Learning(encoder=1e-6, sensor=1e-3, noise=0.01)
 
 
 def test_the_residual_of_the_nominal_arm_is_none() -> None:
-    residual = Residual(anatomy())
-    found = [residual.advance(q, w, known, 0.002) for q, w, known in pushed("arm")]
+    residual = Residual(anatomy(), EXACT)
+    found = [residual.advance(q, w, tau, STILL, step_of(k)) for k, (q, w, tau) in enumerate(pushed("arm"))]
     assert np.max(np.abs(found)) < 5e-3
 
 
-def test_the_residual_of_hidden_friction_is_the_friction_seen_through_its_low_pass(hidden: str) -> None:
-    residual, friction, found, expected = Residual(anatomy()), 0.0, [], []
-    for q, w, known in pushed(hidden):
-        found.append(residual.advance(q, w, known, 0.002)[1])
-        friction = (friction - FOLLOWS * 0.002 * FRICTION * w[1]) / (1 + FOLLOWS * 0.002)
-        expected.append(friction)
+def test_the_residual_of_hidden_friction_is_the_friction(hidden: str) -> None:
+    residual, found, expected = Residual(anatomy(), EXACT), [], []
+    for k, (q, w, tau) in enumerate(pushed(hidden)):
+        found.append(residual.advance(q, w, tau, STILL, step_of(k)))
+        expected.append([0.0, -FRICTION * w[1]])
     assert np.ptp(expected) > 0.1
-    assert found == pytest.approx(expected, abs=5e-3)
+    assert np.array(found)[20:] == pytest.approx(np.array(expected)[20:], abs=5e-3)
+    assert residual.speeds == pytest.approx(w, abs=1e-3)
+
+
+def test_a_moment_is_known_better_a_window_later_and_as_well_as_is_said(hidden: str) -> None:
+    learning = Learning(encoder=2e-4, sensor=1e-3)
+    random, residual, errors = np.random.default_rng(5), Residual(anatomy(), learning), []
+    before: tuple[np.ndarray, ...] = ()
+    for k, (q, w, tau) in enumerate(pushed(hidden, 8.0)):
+        residual.advance(q + learning.encoder * random.normal(size=2), w, tau, STILL, step_of(k))
+        truth = np.array([0.0, -FRICTION * w[1]])
+        if k % 50 == 1:
+            if before:
+                marked, at_once, sure_at_once = before
+                torque, deviation = residual.marked
+                errors.append([torque - marked, deviation, at_once - marked, sure_at_once])
+            residual.mark()
+            before = truth, residual.torque, residual.deviation
+    later, said, early, said_early = np.swapaxes(errors, 0, 1)
+    assert np.mean(np.abs(later) < 2.6 * said) > 0.95  # 99 % by the normal distribution
+    assert np.all(said < 0.75 * said_early)
+    assert np.sqrt(np.mean(later**2)) < 0.75 * np.sqrt(np.mean(early**2))
+
+
+def test_marked_torques_are_those_of_a_smoother_over_the_whole_record() -> None:
+    """For links whose equations are linear: without centre of mass of the outer one, and without damping."""
+    body = replace(anatomy(), centre=np.array([anatomy().centre[0], 0.0]), damping=STILL)
+    learning, steps, at, step = Learning(encoder=1e-4), 60, 25, 0.002
+    random = np.random.default_rng(2)
+    measured = np.array([0.5, 1.0]) + 1e-3 * np.cumsum(random.normal(size=(steps, 2)), axis=0)
+    torques = random.normal(size=(steps, 2))
+    residual = Residual(body, learning)
+    for k in range(steps):
+        residual.advance(measured[k], STILL, torques[k], STILL, step if k else 0.0)
+        if k == at:
+            residual.mark()
+
+    inverse, size, rate = np.linalg.inv(body.mass_matrix(STILL)), learning.deviation, np.sqrt(3) / learning.duration
+    both, none = np.eye(2), np.zeros((2, 2))
+    flow = np.block([[none, inverse, none, none], [none, none, both, none], [none, none, none, both], [none] * 4])
+    move = np.eye(8) + step * flow + 0.5 * step**2 * flow @ flow
+    process = expm(step * np.array([[0.0, 1.0], [-(rate**2), -2 * rate]]))
+    move[4:, 4:] = np.kron(process, both)
+    lasting = np.diag([size**2, (rate * size) ** 2])
+    new = np.zeros((8, 8))
+    new[4:, 4:] = np.kron(lasting - process @ lasting @ process.T, both)
+    pulls = [body.jacobian(q).T for q in measured[1:]]
+    disturbances = np.tile(new, (steps - 1, 1, 1))
+    disturbances[:, 2:4, 2:4] += [(learning.sensor * step) ** 2 * pull @ pull.T for pull in pulls]
+    pushes = np.concatenate([0.5 * step**2 * torques @ inverse, step * torques, np.zeros((steps, 4))], axis=1)
+    mass, vague = body.mass_matrix(STILL), 1e3 * learning.encoder
+    start = np.zeros((8, 8))
+    start[:2, :2], start[2:4, 2:4] = vague**2 * both, UNKNOWN_SPEED**2 * mass @ mass
+    start[4:, 4:] = np.kron(lasting, both)
+    system = LinearSystem(
+        np.tile(move, (steps - 1, 1, 1)),
+        pushes[1:],
+        disturbances,
+        np.tile(np.eye(2, 8), (steps, 1, 1)),
+        np.zeros((steps, 2)),
+        np.full(2, learning.encoder**2),
+        np.concatenate([measured[0], np.zeros(6)]),
+        start,
+    )
+    found = smoothed(system, measured)
+
+    torque, deviation = residual.marked
+    assert torque == pytest.approx(found.means[at, 4:6], rel=1e-4, abs=1e-5)
+    assert deviation == pytest.approx(np.sqrt(np.diag(found.covariances[at])[4:6]), rel=1e-4)
+    assert residual.torque == pytest.approx(found.means[-1, 4:6], rel=1e-4, abs=1e-5)
+
+
+def test_an_angle_that_was_not_measured_is_not_believed(hidden: str) -> None:
+    errors = {}
+    for told in (True, False):
+        residual, worst, last = Residual(anatomy(), EXACT), 0.0, STILL
+        for k, (q, w, tau) in enumerate(pushed(hidden)):
+            lost = k % 40 == 39
+            seen = last if lost else q
+            found = residual.advance(seen, w, tau, STILL, step_of(k), fresh=not (lost and told))
+            last = q
+            worst = max(worst, float(np.abs(found - [0.0, -FRICTION * w[1]]).max())) if k > 20 else 0.0
+        errors[told] = worst
+    assert errors[True] < 0.01
+    assert errors[False] > 10 * errors[True]
+
+
+def test_after_a_gap_the_residual_begins_anew() -> None:
+    residual = Residual(anatomy(), EXACT)
+    for k, (q, w, tau) in enumerate(pushed("arm", 0.1)):
+        residual.advance(q, w, tau, STILL, step_of(k))
+    known = residual.deviation.copy()
+    residual.advance(q + 0.3, w, tau, STILL, 1.0)
+    assert np.all(residual.deviation > known)
+    assert residual.torque.tolist() == [0.0, 0.0]
+
+
+def learned(model: str, seconds: float, learning: Learning, interrupted: int = 0) -> Corrections:
+    """What is learned of a plant that is pushed, with an interruption each so many cycles."""
+    residual, corrections = Residual(anatomy(), learning), Corrections(learning)
+    for k, (q, w, tau) in enumerate(pushed(model, seconds)):
+        residual.advance(q, w, tau, STILL, step_of(k))
+        corrections.advance(residual, q, step_of(k), learn=not interrupted or k % interrupted != 0)
+    return corrections
 
 
 def test_what_is_learned_of_hidden_friction_opposes_the_speed(hidden: str) -> None:
-    corrections = Corrections(anatomy(), Learning(noise=0.02))
-    speeds = []
-    for q, w, known in pushed(hidden, 4.0):
-        corrections.advance(q, w, known, 0.002, learn=True)
-        speeds.append(w)
-    assert corrections.windows == 39  # the first cycle begins the first window
+    corrections = learned(hidden, 4.0, replace(EXACT, noise=0.02))
+    assert (
+        corrections.moments == 39
+    )  # the first cycle marks the first moment, the window after the last one is not over
     for q, w, _ in pushed(hidden, 2.0):
         missing = corrections.predict(q, w)
     assert missing == pytest.approx([0.0, -FRICTION * w[1]], abs=0.03)
+    assert corrections.uncertainty(q, w) < 0.2 * corrections.uncertainty(q, w + 5.0)
 
 
 def test_nothing_is_learned_of_interrupted_windows(hidden: str) -> None:
-    corrections = Corrections(anatomy())
-    for k, (q, w, known) in enumerate(pushed(hidden)):
-        corrections.advance(q, w, known, 0.002, learn=k % 40 != 0)
+    corrections = learned(hidden, 1.0, Learning(), interrupted=40)
     assert corrections.count == 0
-    assert corrections.predict(q, w).tolist() == [0.0, 0.0]
+    assert corrections.predict(STILL, STILL).tolist() == [0.0, 0.0]
+    assert corrections.uncertainty(STILL, STILL) == Learning().deviation
 
 
 def test_no_more_data_are_kept_than_the_budget() -> None:
-    corrections = Corrections(anatomy(), Learning(budget=5))
-    for q, w, known in pushed("arm"):
-        corrections.advance(q, w, known, 0.002, learn=True)
-    assert corrections.windows > 5
+    corrections = learned("arm", 1.0, Learning(budget=5))
+    assert corrections.moments > 5
     assert corrections.count == 5
 
 
-@pytest.mark.parametrize("wrong", [{"budget": 0}, {"noise": -1.0}, {"share": 1.5}, {"window_s": float("nan")}])
+@pytest.mark.parametrize(
+    "wrong",
+    [{"budget": 0}, {"noise": -1.0}, {"share": 1.5}, {"duration": 0.0}, {"encoder": -1e-4}, {"window_s": float("nan")}],
+)
 def test_learning_that_cannot_be_is_refused_by_name(wrong: dict) -> None:
     with pytest.raises(MisfitError, match=f"learning: {next(iter(wrong))} = "):
         Learning(**wrong)
@@ -154,7 +267,7 @@ def test_learning_that_cannot_be_is_refused_by_name(wrong: dict) -> None:
 
 # --- the virtual caregiver
 
-AWAY, STILL = np.array([0.05, 0.0]), np.zeros(2)
+AWAY = np.array([0.05, 0.0])
 
 
 def gripped(person: Person) -> Caregiver:

@@ -4,6 +4,8 @@ import json
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 from hil.emulation.planar import Placement
 from hil.recording.recorder import Recorder
 from hil.recording.signals import write_signals
@@ -36,12 +38,13 @@ def some_trials(count: int) -> Protocol:
 
 @dataclass
 class Session:
-    """What is left of one."""
+    """What is left of one; `speeds` (3,) rad/s are those of the plant at each decision."""
 
     folder: Path
     summary: Summary
     controller: Trials
     decisions: list[Decision]
+    speeds: list[np.ndarray]
 
 
 def run_trials(
@@ -63,10 +66,12 @@ def run_trials(
     (folder / ROBOT).write_text(json.dumps(_robot_json(robot)))
     there.wire.tap = recorder.frame
     decisions: list[Decision] = []
+    speeds: list[np.ndarray] = []
 
     def watch(start_ns: int, decision: Decision) -> None:
         if keep:
             decisions.append(decision)
+            speeds.append(plant.speeds.copy())
         gripped = controller.course.phase in (Phase.ANNOUNCE, Phase.STIMULATE)
         if gripped != plant.caregiver.wants:
             plant.caregiver.hold() if gripped else plant.caregiver.relax()
@@ -75,7 +80,7 @@ def run_trials(
     summary = loop.run(lambda: Wishes(arm=not pilot.is_armed, over=controller.is_done))
     recorder.finish()
     write_signals(folder, recorded_pilot(folder), {})
-    return Session(folder, summary, controller, decisions)
+    return Session(folder, summary, controller, decisions, speeds)
 
 
 def _settings(protocol: Protocol, rate_hz: float, share: float) -> Settings:

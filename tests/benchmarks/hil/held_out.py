@@ -52,31 +52,44 @@ def read_trials(folder: Path) -> list[Recorded]:
 
 
 def learned_from(trials: list[Recorded]) -> Corrections:
-    """A block that has learned from trials, window by window, as it does during a session."""
-    corrections, residual = Corrections(anatomy(), Learning(budget=200)), Residual(anatomy())
+    """A block that has learned from trials, moment by moment, as it does during a session."""
+    learning = Learning(budget=200)
+    corrections, residual = Corrections(learning), Residual(anatomy(), learning)
     for trial in trials:
+        residual.forget()
         for k in range(1, len(trial.times)):
-            known = residual.known(trial.q[k], trial.w[k], trial.muscles[k - 1], trial.pull[k])
-            corrections.advance(trial.q[k], trial.w[k], known, trial.times[k] - trial.times[k - 1], learn=True)
-        corrections.advance(trial.q[-1], trial.w[-1], np.zeros(2), 0.0, learn=False)
+            step = trial.times[k] - trial.times[k - 1]
+            residual.advance(trial.q[k], trial.w[k], trial.muscles[k - 1], trial.pull[k], step)
+            corrections.advance(residual, trial.q[k], step, learn=True)
+        corrections.advance(residual, trial.q[-1], 0.0, learn=False)
     return corrections
 
 
 def missing_torque(trials: list[Recorded], corrections: Corrections) -> tuple[np.ndarray, np.ndarray]:
-    """RMS (2,) in N.m of the torque that windows of trials show to be missing, and of it less what is predicted."""
-    body, residual, before, after = anatomy(), Residual(anatomy()), [], []
+    """RMS (2,) in N.m of the torque that windows of trials show to be missing, and of it less what is predicted.
+
+    The mean over a window is (p1 - p0 - integral of the expected rate)/T, with the momentum p = M w.
+    """
+    body, before, after = anatomy(), [], []
     for trial in trials:
         size = round(WINDOW_S / float(np.median(np.diff(trial.times))))
         for begin in range(0, len(trial.times) - size - 1, size):
             inside = range(begin + 1, begin + size + 1)
             steps = np.diff(trial.times[begin : begin + size + 1])
-            known = [residual.known(trial.q[k], trial.w[k], trial.muscles[k - 1], trial.pull[k]) for k in inside]
+            expected = [
+                body.expected_rate(trial.q[k], trial.w[k], _torque(trial, k, trial.muscles[k - 1])) for k in inside
+            ]
             ends = [body.mass_matrix(trial.q[k]) @ trial.w[k] for k in (begin, begin + size)]
-            shown = (ends[1] - ends[0] - steps @ np.array(known)) / steps.sum()
+            shown = (ends[1] - ends[0] - steps @ np.array(expected)) / steps.sum()
             here = slice(begin + 1, begin + size + 1)
             before.append(shown)
             after.append(shown - corrections.predict(trial.q[here].mean(axis=0), trial.w[here].mean(axis=0)))
     return np.sqrt(np.mean(np.square(before), axis=0)), np.sqrt(np.mean(np.square(after), axis=0))
+
+
+def _torque(trial: Recorded, k: int, muscles: np.ndarray) -> np.ndarray:
+    """Torques (2,) in N.m of muscles and of the push at the wrist at a sample."""
+    return np.asarray(muscles + anatomy().jacobian(trial.q[k]).T @ trial.pull[k])
 
 
 def error_ahead(trials: list[Recorded], corrections: Corrections | None) -> np.ndarray:
@@ -84,7 +97,7 @@ def error_ahead(trials: list[Recorded], corrections: Corrections | None) -> np.n
 
     Semi-implicit Euler with the recorded steps; forces and activations are those of the record.
     """
-    body, muscles, residual = anatomy(), Muscles(anatomy()), Residual(anatomy())
+    body, muscles = anatomy(), Muscles(anatomy())
     errors = []
     for trial in trials:
         size = round(AHEAD_S / float(np.median(np.diff(trial.times))))
@@ -98,7 +111,7 @@ def error_ahead(trials: list[Recorded], corrections: Corrections | None) -> np.n
             # d(M w)/dt is known; M a = d(M w)/dt - (dM/dt) w.
             turning = -2 * body.mass[1] * body.length[0] * body.centre[1] * np.sin(q[1]) * w[1]
             slope = turning * np.array([[1.0, 0.5], [0.5, 0.0]])
-            rate = residual.known(q, w, torque, trial.pull[k - 1]) - slope @ w
+            rate = body.expected_rate(q, w, torque + body.jacobian(q).T @ trial.pull[k - 1]) - slope @ w
             step = trial.times[k] - trial.times[k - 1]
             w = w + step * np.linalg.solve(mass, rate)
             q = q + step * w

@@ -58,7 +58,7 @@ def _block(folder: Path) -> None:
     corrections = learned_from(trials[:kept])
     before, after = missing_torque(trials[kept:], corrections)
     print(
-        f"Gaussian-process block: learned from {kept} trials ({corrections.windows} windows), held out {len(trials) - kept}"
+        f"Gaussian-process block: learned from {kept} trials ({corrections.moments} moments), held out {len(trials) - kept}"
     )
     print(f"  missing torque, RMS N.m by joint:  {_pair(before)} without it, {_pair(after)} with it")
     without, with_block = error_ahead(trials[kept:], None), error_ahead(trials[kept:], corrections)
