@@ -2,7 +2,7 @@
 
 from orchestrator.arm_drawing.arrows import Scales
 from orchestrator.arm_drawing.curves import Line, Panel
-from orchestrator.arm_drawing.replay import Replay, replay_html, replay_script, replay_style
+from orchestrator.arm_drawing.replay import Replay, replay_html, replay_script, replay_style, script_source
 from orchestrator.arm_drawing.shape import NOMINAL_ARM, ArmShape, Instant
 from orchestrator.arm_drawing.svg import arm_svg
 
@@ -18,4 +18,5 @@ __all__ = [
     "replay_html",
     "replay_script",
     "replay_style",
+    "script_source",
 ]

@@ -170,6 +170,7 @@
       play(false);
       show(begin + (end - begin) * ((event.clientX - box.left) * scale - left) / (right - left));
     });
+    root.querySelector(".controls").hidden = false; // where no script runs, there are none
     root.misfitShow = show;
     show(time);
   }

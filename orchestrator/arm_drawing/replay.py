@@ -1,5 +1,7 @@
 """A motion of the arm as a part of a page: the drawing beside its curves, play, pause and a slider; no network."""
 
+import base64
+import hashlib
 import html
 import json
 from collections.abc import Sequence
@@ -66,7 +68,7 @@ def replay_html(replay: Replay, title: str) -> str:
     return (
         f'<div class="arm-replay" role="group" aria-label="{html.escape(title)}" data-replay="{data}">'
         f'<div class="views"><div class="drawing">{arm_svg(worst, replay.shape, scales)}</div>{curves}</div>'
-        '<div class="controls"><button type="button" aria-label="Play">Play</button>'
+        '<div class="controls" hidden><button type="button" aria-label="Play">Play</button>'
         f'<input type="range" min="{begin:.6g}" max="{end:.6g}" step="any" value="{moment:.6g}" aria-label="Time"/>'
         f'<output>{moment:.2f} s</output></div><p class="readout">{html.escape(described(worst))}</p></div>'
     )
@@ -96,6 +98,13 @@ def _row(values: np.ndarray | None, sample: int) -> Any:
 def replay_script() -> str:
     """Return the script that brings every replay on a page to life; `misfitArm.mount(element)` does one that came later."""
     return (Path(__file__).parent / "replay.js").read_text()
+
+
+@cache
+def script_source() -> str:
+    """Return what a content security policy names to allow this script and no other, such as `'sha256-...'`."""
+    digest = hashlib.sha256(replay_script().encode()).digest()
+    return f"'sha256-{base64.b64encode(digest).decode('ascii')}'"
 
 
 @cache

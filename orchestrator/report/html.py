@@ -1,13 +1,11 @@
 """Reports as single HTML files that need no network, and no script but that of a replay."""
 
-import base64
-import hashlib
 from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from orchestrator.arm_drawing import Replay, Scales, replay_html, replay_script, replay_style
+from orchestrator.arm_drawing import Replay, Scales, replay_html, replay_script, replay_style, script_source
 from orchestrator.compare.result import Comparison, TrialCurves
 from orchestrator.diagnosis.result import Diagnosis
 from orchestrator.ledger import LedgerEntry
@@ -208,14 +206,13 @@ def _short(path: str) -> str:
 def render(page: Page) -> str:
     """Return a page as one HTML file; a browser runs no script on it but that of the replay, if there is one."""
     script = replay_script() if page.replay else ""
-    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii")
     return _template().render(
         page=page,
         shown=[(f"part-{number}", part) for number, part in enumerate(page.sections) if not part.is_empty],
         colours=css_variables(),
         style=replay_style() if page.replay else "",
         script=script,
-        policy=f"; script-src 'sha256-{digest}'" if script else "",
+        policy=f"; script-src {script_source()}" if script else "",
     )
 
 

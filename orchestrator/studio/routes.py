@@ -9,12 +9,16 @@ from fastapi.responses import FileResponse, PlainTextResponse, Response
 from nicegui import app
 
 from fmus.errors import MisfitError
+from orchestrator.arm_drawing import script_source
 from orchestrator.studio.project import REPORT, Project
 from orchestrator.studio.receive import receive
 from orchestrator.studio.workspace import Workspace
 
-# A report is a document of its own: it runs no script and reaches nothing of the studio.
-REPORT_POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; sandbox; frame-ancestors 'self'"
+# A report is a document of its own: it runs no script but that of its replay, and reaches nothing of the studio.
+REPORT_POLICY = (
+    f"default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src {script_source()}; "
+    "sandbox allow-scripts; frame-ancestors 'self'"
+)
 
 
 def mount(workspace: Workspace) -> None:

@@ -1,9 +1,9 @@
 """The gate lets nothing through without a session, from elsewhere, or under another name."""
 
-import asyncio
 from typing import Any
 
 import pytest
+from coroutines import finished
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -35,7 +35,7 @@ def ask(keys: Keys, headers: Headers, path: str = "/", query: str = "", method: 
 
     raw = [(name.encode(), value.encode("latin-1")) for name, value in headers.items()]
     scope = {"type": kind, "path": path, "query_string": query.encode(), "headers": raw, "method": method}
-    asyncio.run(Gate(behind, PORT, keys, LIMIT)(scope, receive, send))
+    finished(Gate(behind, PORT, keys, LIMIT)(scope, receive, send))
     return sent
 
 

@@ -1,6 +1,5 @@
 """What a browser sends is checked before it becomes part of a project, and leaves nothing behind if it is refused."""
 
-import asyncio
 import io
 import stat
 import zipfile
@@ -8,6 +7,7 @@ from collections.abc import AsyncIterator
 from pathlib import Path
 
 import pytest
+from coroutines import finished
 
 from fmus.errors import MisfitError
 from orchestrator.studio.project import Project
@@ -27,7 +27,7 @@ def send(project: Project, kind: str, name: str, content: bytes) -> str:
         for start in range(0, len(content), 1000):
             yield content[start : start + 1000]
 
-    return asyncio.run(receive(project, kind, name, chunks()))
+    return finished(receive(project, kind, name, chunks()))
 
 
 def zipped(files: dict[str, bytes]) -> bytes:
