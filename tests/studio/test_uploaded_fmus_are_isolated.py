@@ -1,0 +1,71 @@
+"""An FMU from the browser never runs in the studio's own process, whatever it does."""
+
+import sys
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Page, expect
+from studio_process import ROOT, Studio
+
+sys.path.insert(0, str(ROOT / "tests" / "cosim"))
+
+from faulty import faulty_fmu  # noqa: E402
+
+PATIENCE_MS = 120_000
+ROWS = "".join(f"{k / 50},{k % 5},{k / 50}\n" for k in range(60))
+
+
+def processes_with(library: str) -> set[int]:
+    """Processes of this machine that have loaded a library."""
+    found = set()
+    for folder in Path("/proc").glob("[0-9]*"):
+        try:
+            if library in (folder / "maps").read_text():
+                found.add(int(folder.name))
+        except OSError:
+            continue
+    return found
+
+
+def open_with(tab: Page, studio: Studio, fmu: Path) -> None:
+    tab.goto(studio.url)
+    tab.get_by_role("button", name="New project", exact=True).click()
+    tab.locator("#choose-model").set_input_files(fmu)
+    expect(tab.locator("#sent-model")).to_have_text(f"{fmu.name} is the model now.")
+    data = {"name": "trial.csv", "mimeType": "text/csv", "buffer": f"time,u,y\n{ROWS}".encode()}
+    tab.locator("#choose-measurements").set_input_files(data)  # type: ignore[arg-type]
+
+
+def test_fmu_that_hangs_does_so_elsewhere_and_is_gone_after_cancel(tab: Page, studio: Studio, tmp_path: Path) -> None:
+    open_with(tab, studio, faulty_fmu(tmp_path, "hang"))
+    compare = tab.get_by_role("button", name="Compare", exact=True)
+    expect(compare).to_be_enabled(timeout=PATIENCE_MS)
+    compare.click()
+    expect(tab.get_by_text("running the model along every trial")).to_be_visible(timeout=PATIENCE_MS)
+
+    for _ in range(200):
+        if holders := processes_with("faulty.so"):
+            break
+        tab.wait_for_timeout(50)
+    tab.get_by_role("button", name="Cancel").click()
+
+    expect(tab.get_by_text("Comparing: cancelled after")).to_be_visible(timeout=PATIENCE_MS)
+    assert holders and studio.process.pid not in holders
+    assert processes_with("faulty.so") & holders == set()
+
+
+@pytest.mark.parametrize("fault", ["segfault", "exit"])
+def test_fmu_that_dies_is_told_in_one_line_and_the_studio_lives(
+    tab: Page, studio: Studio, tmp_path: Path, fault: str
+) -> None:
+    open_with(tab, studio, faulty_fmu(tmp_path, fault))
+    compare = tab.get_by_role("button", name="Compare", exact=True)
+    expect(compare).to_be_enabled(timeout=PATIENCE_MS)
+    compare.click()
+
+    status = tab.get_by_role("region", name="Work").get_by_role("status")
+    expect(status).to_contain_text("failed: FMU", timeout=PATIENCE_MS)
+    expect(status).to_contain_text("crashed its process")
+    assert studio.process.poll() is None
+    tab.reload()
+    expect(status).to_contain_text("crashed its process")
