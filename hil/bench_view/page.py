@@ -7,7 +7,7 @@ from nicegui import ui
 from hil.bench_view import pictures, tables
 from hil.bench_view.arm_picture import arm_picture
 from hil.bench_view.sentences import Said, state, trial
-from hil.bench_view.stop_bar import stop_bar
+from hil.bench_view.stop_bar import SIGN, stop_bar
 from hil.bench_view.style import CSS
 from hil.bench_view.watched import Sessions, Watched
 from orchestrator.studio.pages import Page
@@ -29,13 +29,12 @@ Ctrl-C in its terminal and the pendant stop it as well.</p>"""
 
 def register() -> Page:
     """The page of the bench."""
-    SESSIONS.begin()
     return Page(PATH, "Bench", build, order=40)
 
 
 def build() -> None:
     """The newest session, or the one that the address names."""
-    SESSIONS.refresh()
+    SESSIONS.find()
     request = ui.context.client.request
     wanted = request.query_params.get("session")
     seen = SESSIONS.chosen(wanted)
@@ -49,12 +48,13 @@ class _View:
     """What one browser window shows."""
 
     def __init__(self, seen: Watched | None, wanted: str | None) -> None:
-        self.seen, self.wanted, self.turn = seen, wanted, 0
+        self.seen, self.wanted, self.turn = seen, wanted, -1
         self.shown = _shown(seen)
         # Only what changes of itself is announced to those who listen instead of looking.
         self.state = ui.html("", sanitize=False).props("role=status aria-live=polite")
         self.warning = ui.html("", sanitize=False).props("role=alert")
         self.others = ui.html("", sanitize=False)
+        self.sign = ui.html("", sanitize=False).classes("bench-hidden").props("aria-hidden=true")
         with ui.element("div").classes("bench-grid"):
             self.parts = {name: part for column in _COLUMNS for name, part in _column(column).items()}
 
@@ -65,6 +65,9 @@ class _View:
 
     def draw(self) -> None:
         """Draw what has changed; a session that has begun or found its stop button needs a page with that button."""
+        SESSIONS.begin()
+        self.turn += 1
+        self.sign.set_content(f'<span id="{SIGN}">{self.turn}</span>')
         if _shown(chosen := SESSIONS.chosen(self.wanted)) != self.shown and not (chosen is None or chosen.is_over):
             self.shown = _shown(chosen)
             ui.navigate.reload()
@@ -79,7 +82,6 @@ class _View:
         for name, draw in _PARTS.items():
             if self.turn % MAPS_EVERY == 0 or name not in _SLOW:
                 self.parts[name].set_content(draw(seen))
-        self.turn += 1
 
 
 _DEAD = """<p class="bench-state bench-bad"><strong>The stop button on this page is dead.</strong> The session goes on without it. Stop it with

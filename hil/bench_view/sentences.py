@@ -5,7 +5,7 @@ import time
 from typing import NamedTuple
 
 from hil.bench_view.advice import ADVICE, REACTIONS
-from hil.bench_view.watched import Life, Watched
+from hil.bench_view.watched import STUCK_S, Life, Watched
 from hil.safety.cycle import Reaction
 from hil.trials.phases import Phase
 from hil.view.glance import Broken, Glance
@@ -47,10 +47,9 @@ def state(seen: Watched) -> Said:
     glance = seen.glance
     if glance is None:
         return Said("The session is about to begin.", "No cycle has been run yet.", "calm")
-    if seen.life is Life.STUCK:
-        silent = time.monotonic() - glance.time_ns * 1e-9
+    if seen.silent_s > STUCK_S:
         return Said(
-            f"The session is stuck: no new cycle for {silent:.0f} s.",
+            f"The session is stuck: no new cycle for {seen.silent_s:.0f} s.",
             "Its watchdog has let the arm go after 30 ms: no torque, motors idle. Look at the session's terminal; end it there.",
             "bad",
         )

@@ -18,11 +18,20 @@ STYLE = """<style>
 #bench-stop a, #bench-stop p { flex: none; margin: 0; padding: 0 16px; color: #1a1a1a; }
 </style>"""
 
-# Escape stops from anywhere on the page, as long as the page itself is alive; in the frame it works always.
-_SHORTCUT = """<script>
-addEventListener("keydown", event => {
-  if (event.key === "Escape") document.querySelector("#bench-stop iframe").contentWindow.postMessage("stop", "%s");
-}, true);
+# Text of this element changes whenever the page is drawn anew.
+SIGN = "bench-sign"
+
+# The frame is told whenever the page has news; without any it says that the page shows old numbers. Escape stops from anywhere on the page, as long as the page itself is alive; in the frame it works always.
+_SCRIPT = """<script>
+{
+  const tell = words => document.querySelector("#bench-stop iframe").contentWindow.postMessage(words, "%s");
+  addEventListener("keydown", event => { if (event.key === "Escape") tell("stop"); }, true);
+  let last = "";
+  setInterval(() => {
+    const now = document.getElementById("%s")?.textContent ?? "";
+    if (now !== last) { last = now; tell("news"); }
+  }, 400);
+}
 </script>"""
 
 NONE = f'{STYLE}<aside id="bench-stop" aria-label="Stop"><p>No session, nothing to stop.</p></aside>'
@@ -37,6 +46,6 @@ def stop_bar(seen: Watched | None, host: str) -> str:
     return (
         f'{STYLE}<aside id="bench-stop" aria-label="Stop"><iframe src="{escape(address)}" title="Stop the robot"></iframe>'
         f'<a href="{escape(address)}" target="_blank" rel="noopener">Stop button in a window of its own</a></aside>'
-        + _SHORTCUT
-        % origin
+        + _SCRIPT
+        % (origin, SIGN)
     )

@@ -6,6 +6,7 @@ import time
 from collections import deque
 from dataclasses import dataclass, field
 from enum import Enum
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,8 @@ from hil.view.glance import Glance, Look
 from hil.view.window import lives, process_of, windows
 
 PAUSE_S = 0.05
+# New sessions are looked for once in so many looks at the known ones.
+FIND_EVERY = 10
 # A session without a new cycle for so long is stuck; its watchdog has let the arm go long before.
 STUCK_S = 0.5
 # So much of the past is kept for curves.
@@ -97,6 +100,11 @@ class Watched:
         return self.life in (Life.WRITING, Life.ENDED, Life.KILLED)
 
     @property
+    def silent_s(self) -> float:
+        """How old what it shows is, in s; 0 before the first cycle."""
+        return time.monotonic() - self.glance.time_ns * 1e-9 if self.glance is not None else 0.0
+
+    @property
     def stop_is_dead(self) -> bool:
         """Whether its stop button is not to be relied on."""
         return not self.is_over and (self.stop is None or self.stop.silent_s > SILENT_S)
@@ -130,9 +138,9 @@ class Watched:
         if self.glance is not None and now - self._before[1] >= 1.0:
             self.rate_hz = (self.glance.cycles - self._before[0]) / (now - self._before[1]) if self._before[1] else 0.0
             self._before = (self.glance.cycles, now)
-        self.life = self._life(now)
+        self.life = self._life()
 
-    def _life(self, now: float) -> Life:
+    def _life(self) -> Life:
         alive = lives(process_of(self.look.path))
         if not alive:
             ended = self.folder is None or self.result() is not None
@@ -141,7 +149,7 @@ class Watched:
             return Life.WRITING
         if self.glance is None:
             return Life.WAITING
-        return Life.STUCK if now - self.glance.time_ns * 1e-9 > STUCK_S else Life.RUNNING
+        return Life.STUCK if self.silent_s > STUCK_S else Life.RUNNING
 
     def _remember(self, glance: Glance) -> None:
         residual, learned, angles = self.pair("residual"), self.pair("learned"), self.pair("arm_q")
@@ -161,9 +169,9 @@ class Sessions:
         self._thread: threading.Thread | None = None
 
     def begin(self) -> None:
-        """Look from now on."""
+        """Look from now on; does nothing if it does already."""
         with self._lock:
-            if self._thread is None:
+            if self._thread is None or not self._thread.is_alive():
                 self._thread = threading.Thread(target=self._run, daemon=True, name="bench view")
                 self._thread.start()
 
@@ -179,24 +187,30 @@ class Sessions:
             return next((each for each in found if each.name == name), None)
         return next((each for each in found if not each.is_over), found[0] if found else None)
 
-    def refresh(self) -> None:
-        """Look for new sessions, and at all that are known."""
+    def find(self) -> None:
+        """Look for new sessions, and forget those that have ended long ago."""
         for path in windows():
             if path not in self._found:
                 try:
                     watched = Watched.open(path)
                 except (MisfitError, ValueError):  # it ended meanwhile, or is of another version
                     continue
+                watched.refresh()
                 with self._lock:
                     self._found[path] = watched
-        for each in self.all():
-            each.refresh()
         with self._lock:
             over = [path for path, each in self._found.items() if each.is_over]
             for path in over[:-REMEMBERED]:
                 del self._found[path]
 
+    def look(self) -> None:
+        """Look at all that are known."""
+        for each in self.all():
+            each.refresh()
+
     def _run(self) -> None:
-        while True:
-            self.refresh()
+        for turn in count():
+            if turn % FIND_EVERY == 0:
+                self.find()
+            self.look()
             time.sleep(PAUSE_S)

@@ -2,6 +2,8 @@
 
 from string import Template
 
+# A page around the button that has had no news for so long shows old numbers (ms).
+OLD_MS = 2500
 # The button's own script asks so often whether its server and the loop live, and waits so long for the answer (ms).
 ASK_MS, PATIENCE_MS = 250, 600
 
@@ -28,13 +30,13 @@ p { margin: 0; line-height: 1.25; }
 <script nonce="$nonce">
 const told = document.getElementById("told");
 const dead = "This button is DEAD: it does not reach the session. Use the pendant, or Ctrl-C in the session's terminal.";
-let over = false, pressedAt = 0;
+const old = "The page around this button hangs: it shows OLD numbers. The button works.";
+let over = false, news = performance.now();
 function say(words, bad) {
   if (told.textContent !== words) { told.textContent = words; told.className = bad ? "bad" : ""; }
 }
 function stop() {
   if (over) return;
-  pressedAt = pressedAt || performance.now();
   say("Stopping ...", false);
   fetch("stop", {method: "POST", redirect: "manual", keepalive: true}).catch(() => say(dead, true));
 }
@@ -44,7 +46,8 @@ async function ask() {
     const answer = await (await fetch("state", {signal: patience.signal})).json();
     over = answer.over;
     document.body.className = over ? "over" : "";
-    say(answer.words, answer.bad);
+    const aged = parent !== window && performance.now() - news > $old;
+    if (aged && answer.ready) say(old, true); else say(answer.words, answer.bad);
   } catch { if (!over) say(dead, true); }
   clearTimeout(clock);
   setTimeout(ask, $ask);
@@ -52,7 +55,11 @@ async function ask() {
 document.getElementById("stop").addEventListener("pointerdown", stop);
 document.querySelector("form").addEventListener("submit", event => { event.preventDefault(); stop(); });
 addEventListener("keydown", event => { if (event.key === "Escape") stop(); });
-addEventListener("message", event => { if (event.source === parent && event.data === "stop") stop(); });
+addEventListener("message", event => {
+  if (event.source !== parent) return;
+  if (event.data === "stop") stop();
+  if (event.data === "news") news = performance.now();
+});
 ask();
 </script></body></html>
 """)
@@ -62,4 +69,4 @@ READY = "Stops the arm gently at any time, also when the rest of this page hangs
 
 def page(nonce: str, words: str) -> bytes:
     """The page; `nonce` allows its script and style and no others."""
-    return _PAGE.substitute(nonce=nonce, words=words, ask=ASK_MS, patience=PATIENCE_MS).encode()
+    return _PAGE.substitute(nonce=nonce, words=words, ask=ASK_MS, patience=PATIENCE_MS, old=OLD_MS).encode()

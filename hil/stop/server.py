@@ -44,7 +44,7 @@ class Handler(BaseHTTPRequestHandler):
             self._answer(200, "text/html; charset=utf-8", page(nonce, words_of(self.flag)[0]), nonce)
         elif wanted == "state":
             words, bad = words_of(self.flag)
-            document = {"words": words, "bad": bad, "over": self.flag.is_over}
+            document = {"words": words, "bad": bad, "over": self.flag.is_over, "ready": words == READY}
             self._answer(200, "application/json", json.dumps(document).encode())
         elif wanted is not None:
             self._refuse(404, "there is no such page")

@@ -3,6 +3,7 @@
 import json
 import math
 import re
+import time
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -111,6 +112,9 @@ def test_every_life_of_a_session_has_a_headline_and_says_what_to_know(window: Wi
 def test_a_stopped_session_says_why(window: Window) -> None:
     seen = stopped_session(window)
     seen.life = Life.RUNNING
+    assert seen.glance is not None
+    assert state(seen).headline.startswith("The session is stuck")  # its time is virtual, long ago
+    seen.glance = replace(seen.glance, time_ns=time.monotonic_ns())
     said = state(seen)
     assert said.tone == "bad"
     assert said.headline.startswith("Stopped. The robot's own safety module") and "(emergency stop)." in said.headline

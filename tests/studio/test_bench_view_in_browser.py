@@ -14,6 +14,7 @@ from playwright.sync_api import Browser, Page, expect
 from studio_process import Studio, sign_in
 
 from hil.session.session import replay_session
+from hil.stop.server import stop_button
 
 pytestmark = pytest.mark.skipif(not Path("/dev/shm").is_dir(), reason="no /dev/shm")
 # From the click to the cycle that stops, in s, on a machine that does other things as well; 0.03 s on a calm one.
@@ -51,6 +52,12 @@ def let_down(session: Session, pressed_ns: int) -> None:
     assert 0 < seconds < SOON_S
     assert RATE_HZ <= cycles <= RATE_HZ + 3
     assert replay_session(session.folder).first_different is None
+
+
+def says_that_numbers_are_old(tab: Page) -> None:
+    """The button's frame notices that the page around it has stopped, without any help of that page."""
+    [frame] = tab.frames[1:]
+    wait_until(lambda: "OLD numbers" in frame.evaluate("document.getElementById('told').textContent"))
 
 
 def serious(tab: Page) -> list[str]:
@@ -94,7 +101,7 @@ def test_the_first_tab_reaches_the_stop_button_and_a_click_works_while_the_page_
 
     tab.mouse.wheel(0, 300)  # it stays in sight
     tab.evaluate("setTimeout(() => { for (;;); }, 0)")
-    time.sleep(0.5)
+    says_that_numbers_are_old(tab)
     pressed_ns = time.monotonic_ns()
     tab.mouse.click(x, y)
     let_down(session, pressed_ns)
@@ -117,6 +124,7 @@ def test_the_page_says_how_to_begin_finds_the_session_and_its_button_works_while
     x, y = middle_of_the_button(tab)
     os.killpg(studio.process.pid, signal.SIGSTOP)
     try:
+        says_that_numbers_are_old(tab)
         pressed_ns = time.monotonic_ns()
         tab.mouse.click(x, y)
         let_down(session, pressed_ns)
@@ -142,6 +150,20 @@ def test_a_dead_button_a_stuck_session_and_a_killed_one_are_each_said(
     session.kill()
     expect(tab.locator(".bench-state").first).to_contain_text("The session was killed.")
     expect(tab.locator(".bench-state").first).to_contain_text(str(session.folder))
+
+
+def test_the_button_works_in_a_window_of_its_own_without_scripts(browser: Browser) -> None:
+    with stop_button() as flag:
+        wait_until(lambda: flag.port != 0)
+        context = browser.new_context(java_script_enabled=False)
+        tab = context.new_page()
+        tab.goto(flag.address("localhost"))
+        assert not flag.is_pressed
+        tab.keyboard.press("Tab")
+        tab.keyboard.press("Enter")
+        expect(tab.get_by_role("status")).to_contain_text("Pressed")
+        assert flag.is_pressed
+        context.close()
 
 
 def stop_server_of(session: Session) -> int:

@@ -83,7 +83,7 @@ def _reader(connection: Connection) -> None:
         end, began = time.monotonic() + seconds, time.process_time()
         turn = 0
         while time.monotonic() < end:
-            sessions.refresh()
+            sessions.find() if turn % 10 == 0 else sessions.look()
             seen = sessions.chosen(None)
             if turn % 5 == 0 and seen is not None and seen.glance is not None and seen.stop is not None:
                 state(seen)
