@@ -194,8 +194,8 @@ def module_agrees(limits: Limits, state: State, motion: Motion, seen: Seen) -> T
 
 
 def alone_on_the_bus(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip | None:
-    """Two hosts that command one arm fight each other."""
-    if seen.foreign_torque:
+    """Two hosts that command one arm fight each other; after the watchdog's reaction its own frames are on the bus."""
+    if seen.foreign_torque and seen.watched:
         return Trip("alone_on_the_bus", Reaction.RELEASE, "somebody else commands torques on this bus")
     return None
 

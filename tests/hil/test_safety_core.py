@@ -609,3 +609,11 @@ def test_a_single_joint_is_an_arm_too() -> None:
     state = begin(limits, 0, (0.0,))
     state, outcome = step(limits, state, Seen(limits.period_ns, (0.0,), (0.5,), (0.0,)))
     assert outcome.torques == (0.0,)
+
+
+def test_the_watchdogs_own_frames_are_not_taken_for_another_host() -> None:
+    arm = Arm().armed()
+    outcome = arm.cycle(foreign_torque=True, watched=False)
+    assert outcome.reaction is Reaction.RELEASE
+    assert arm.state.stopped is not None and arm.state.stopped.rule == "watched"
+    assert [trip.rule for trip in outcome.trips] == ["watched"]
