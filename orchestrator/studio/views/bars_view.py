@@ -8,7 +8,7 @@ from orchestrator.report.numbers import quantity
 from orchestrator.studio.views.against import FREQUENCY, Bars, bars_against, bars_of_frequency, offered
 from orchestrator.studio.views.bars_options import LEGEND, bars_options
 from orchestrator.studio.views.link import SelectionLink
-from orchestrator.studio.views.parts import Latest, Words, legend, section
+from orchestrator.studio.views.parts import Latest, Words, legend, picture_frame, section
 
 COLUMNS = ("where", "rms, learning trials", "chance alone, 95 %", "rms, selected")
 
@@ -24,7 +24,8 @@ class BarsView:
         with section(title):
             if len(self._names) > 1:
                 ui.select(self._names, value=self._against, label="Over", on_change=self._choose).classes("view-select")
-            self.plot = ui.echart({"series": []}).classes("view-bars")
+            with picture_frame("view-bars"):
+                self.plot = ui.echart({"series": []}).classes("view-plot")
             ui.html(legend(LEGEND), sanitize=False)
             self.words = Words(title)
             self.words.describe(self.plot, title)

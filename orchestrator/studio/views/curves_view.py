@@ -8,7 +8,7 @@ from orchestrator.report.numbers import digits, quantity
 from orchestrator.studio.views.curve_options import LEGEND, curve_options
 from orchestrator.studio.views.errors import SignalErrors, trial_errors
 from orchestrator.studio.views.link import SelectionLink
-from orchestrator.studio.views.parts import Latest, Words, legend, section
+from orchestrator.studio.views.parts import Latest, Words, legend, picture_frame, section
 from orchestrator.studio.views.plot import CurvePlot
 from orchestrator.studio.views.selection import Range, Selection
 from orchestrator.studio.views.window import curve_window, packed
@@ -32,7 +32,8 @@ class CurvesView:
                 ui.switch("drag selects", on_change=self._choose_mode)
                 ui.button("Show all", on_click=self._whole).props("outline no-caps")
                 ui.html(HINT, sanitize=False, tag="span").classes("view-hint")
-            self.plot = CurvePlot(curve_options(self.data, self._signal), self._view)
+            with picture_frame("view-curves"):
+                self.plot = CurvePlot(curve_options(self.data, self._signal), self._view)
             self.plot.on("brush", self._brushed)
             ui.html(legend(LEGEND), sanitize=False)
             self.words = Words("Curves by trial")

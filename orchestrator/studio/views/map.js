@@ -6,7 +6,7 @@ const [LEFT, RIGHT, BOTTOM, TOP, , SHOWN] = [0, 1, 2, 3, 4, 5]; // places in an 
 const FAINT = 0.22;
 
 export default {
-  template: `<div tabindex="0" class="view-plot view-map">
+  template: `<div tabindex="0" class="view-plot">
     <div ref="canvas" class="view-canvas"></div><div ref="band" class="view-band"></div></div>`,
   props: { options: Object },
   async mounted() {

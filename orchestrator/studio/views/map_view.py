@@ -9,7 +9,7 @@ from orchestrator.studio.views.against import offered
 from orchestrator.studio.views.link import SelectionLink
 from orchestrator.studio.views.map_options import map_options
 from orchestrator.studio.views.map_plot import MapPlot
-from orchestrator.studio.views.parts import Latest, Words, section
+from orchestrator.studio.views.parts import Latest, Words, picture_frame, section
 from orchestrator.studio.views.selection import Range, Region, Selection
 from orchestrator.studio.views.state_map import STATISTICS, StateMap, map_rows, map_sentence, state_map
 
@@ -27,7 +27,8 @@ class MapView:
         self._statistic = next(iter(STATISTICS))
         with section("State map"):
             self._controls()
-            self.plot = MapPlot({"series": []})
+            with picture_frame("view-map"):
+                self.plot = MapPlot({"series": []})
             self.plot.on("brush", self._brushed)
             self._entry()
             self.words = Words("Boxes with the largest errors")
@@ -54,6 +55,8 @@ class MapView:
         labels = ("across, from", "across, to", "upwards, from", "upwards, to")
         with ui.element("div").classes("view-row"):
             self._fields = [ui.number(label, format="%.5g").classes("view-number") for label in labels]
+            for field in self._fields:
+                field.on("keydown.enter", self._entered)
             ui.button("Select this region", on_click=self._entered).props("no-caps")
 
     def _entered(self) -> None:

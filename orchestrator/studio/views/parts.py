@@ -19,10 +19,10 @@ def use_style() -> None:
 
 @contextmanager
 def section(heading: str) -> Iterator[None]:
-    """A part of the page under a heading of second order."""
+    """A part of the page under a heading of third order."""
     with ui.element("section") as part:
         label(part, heading)
-        ui.html(f"<h2>{html.escape(heading)}</h2>", sanitize=False)
+        ui.html(f"<h3>{html.escape(heading)}</h3>", sanitize=False)
         yield
 
 
@@ -30,6 +30,11 @@ def label(element: ui.element, name: str, **attributes: str) -> None:
     """Give an element its accessible name, and other attributes."""
     for attribute, value in {"aria-label": name, **attributes}.items():
         element.props[attribute] = value
+
+
+def picture_frame(kind: str) -> ui.element:
+    """A box of fixed height, `kind` being a class of views.css: pictures come after the page and must not move it."""
+    return ui.element("div").classes(f"view-frame {kind}")
 
 
 class Words:

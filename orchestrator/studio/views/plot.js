@@ -24,12 +24,12 @@ export default {
     this.chart.setOption(shown);
     this.chart.on("datazoom", () => this.move());
     this.listen();
+    // Also called once at the beginning, when the element has its size.
     this.resizes = new ResizeObserver(() => {
       this.chart.resize();
-      this.ask();
+      if (this.$el.clientWidth) this.ask();
     });
     this.resizes.observe(this.$el);
-    this.ask();
   },
   beforeUnmount() {
     clearTimeout(this.resting);
@@ -192,5 +192,7 @@ function finite(values, step) {
 // Ends of an axis that holds low to high: multiples of a twentieth of the power of ten above the span.
 function nice(low, high) {
   const unit = 10 ** Math.ceil(Math.log10(high - low)) / 20;
-  return [Math.floor(low / unit) * unit, Math.ceil(high / unit) * unit];
+  // Products of decimal fractions end in ...0001, which would be written at the axis.
+  const rounded = (value) => Number((unit * value).toPrecision(12));
+  return [rounded(Math.floor(low / unit)), rounded(Math.ceil(high / unit))];
 }

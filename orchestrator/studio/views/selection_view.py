@@ -33,6 +33,8 @@ class SelectionView:
                 self._choices()
                 self.low = ui.number("from, s", format="%.6g").classes("view-number")
                 self.high = ui.number("to, s", format="%.6g").classes("view-number")
+                for field in (self.low, self.high):
+                    field.on("keydown.enter", self._entered)
                 ui.button("Select this time", on_click=self._entered).props("no-caps")
                 ui.button("Clear", on_click=link.clear).props("outline no-caps")
             self.words = Words("Errors of the selection")

@@ -13,6 +13,7 @@ from pathlib import Path
 from frames import HEADER, dragging, opened, resting, zooming
 
 HERE = Path(__file__).parent
+PAGE = HERE.parents[1] / "studio_views" / "one_page.py"
 
 
 def memory(process: int) -> dict[str, float]:
@@ -42,7 +43,7 @@ def main() -> None:
 
 def measure(folder: Path, moves: int) -> None:
     """Serve a folder and drive its page."""
-    command = [sys.executable, str(HERE / "one_page.py"), str(folder)]
+    command = [sys.executable, str(PAGE), str(folder)]
     server = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, start_new_session=True)
     try:
         assert server.stdout is not None

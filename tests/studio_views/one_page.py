@@ -1,4 +1,7 @@
-"""A server of one page with the views of one comparison: `python one_page.py FOLDER` prints its address first."""
+"""A server of one page with the views of one comparison: `python one_page.py FOLDER` prints its address first.
+
+The page stands in the studio's own frame, without its gate.
+"""
 
 import os
 import socket
@@ -15,15 +18,16 @@ def serve(folder: Path) -> None:
     from fastapi import FastAPI
     from nicegui import ui
 
+    from orchestrator.studio.frame import mount
+    from orchestrator.studio.pages import Page
     from orchestrator.studio.views import store
     from orchestrator.studio.views.page import comparison_views
 
-    @ui.page("/", title="Views")
-    def show() -> None:
-        with ui.element("main").style("width: 100%"):
-            ui.html("<h1>Views</h1>", sanitize=False)
-            comparison_views(store.read(folder))
+    def build() -> None:
+        ui.html("<h1>Views</h1><h2>One comparison</h2>", sanitize=False)
+        comparison_views(store.read(folder))
 
+    mount([Page("/", "Views", build, order=0)])
     app = FastAPI()
     ui.run_with(app, language="en-US", tailwind=False, show_welcome_message=False)
     listener = socket.socket()
