@@ -31,12 +31,12 @@ def metrics_of(response: Response, outputs: Sequence[Noise], inputs: Sequence[No
     """The metric of each trial of a response, for the noise of its outputs (ny of them) and inputs (nu).
 
     Slow noise of inputs is carried as waves of time, the rest counts as white: what no waves can follow, in the noise and
-    in what it does, or the power of all that noise does less that of the waves, whichever is smaller. (The latter
-    alone would not do: where a model integrates its inputs, both powers are large and hardly differ.) Where the record of an
+    in what it does. (The power of all that noise does, less that of the waves, would be no measure of it: where a model
+    integrates its inputs, both are large and hardly differ, and by chance their difference is none.) Where the record of an
     input has gaps, what it did meanwhile is noise, too. Inputs of a model that neither is a formula nor shows its Jacobians,
     such as an FMU that is stepped, would take a run for each of them: they count as exact.
     """
-    std = np.array([noise.std for noise in outputs])
+    std = np.array([noise.steady.std for noise in outputs])
     random, found = np.random.default_rng(seed), []
     for k, record in enumerate(response.base.records):
         stride = stride_for(len(record.time), 1)
@@ -83,9 +83,7 @@ def _carried(
         together = linalg.cholesky(covariance, lower=True)
         slow = shapes @ together
         answers = response.to_input(trial, column, _fast(draws, shapes))
-        fast = _power(_fast(answers.reshape(len(shapes), -1), shapes).reshape(answers.shape))
-        seen = np.mean(np.sum(response.to_input(trial, column, slow) ** 2, axis=2), axis=0)
-        rest = np.minimum(fast, np.clip(power - seen, 0.0, None))
+        rest = _power(_fast(answers.reshape(len(shapes), -1), shapes).reshape(answers.shape))
         if np.all(rest < COARSE * std**2):
             break
     return [slow], rest
