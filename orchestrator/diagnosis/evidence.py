@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from scipy import stats
 
 from fmus.errors import ComponentError
 from orchestrator.diagnosis.candidates import Candidate, EffectSet, model_of
@@ -16,6 +17,10 @@ from orchestrator.models.symbolic import SymbolicModel
 
 # A fit ends when the misfit changes by less than this share: a hundredth of a unit for thousands of samples.
 TOLERANCE = 1e-6
+# A departure from absence shows if it is as many standard deviations.
+DEVIATIONS = 2.0
+# Errors of parameters that are the same but for this share of their power are one error.
+DEPENDENT = 1e-9
 # A departure from absence by less than this share of it may be rounding.
 ROUNDING = 1e-6
 # A fit is repeated with shorter steps if they change its misfit by more than one, and by more than this share of it.
@@ -106,13 +111,25 @@ class Refit:
         return [(self.effects.candidates[k], self.values[owners == k]) for k in sorted(self._present())]
 
     def _present(self) -> set[int]:
-        rows = zip(self.effects.owners(), self.effects.card_parameters, self.values, self.std, strict=True)
-        return {
-            owner
-            for owner, parameter, value, std in rows
-            if np.isfinite(parameter.meaningful)
-            and abs(value - parameter.absent) > max(2.0 * std, ROUNDING * abs(parameter.absent))
-        }
+        absent = np.array([p.absent for p in self.effects.card_parameters])
+        counts = np.isfinite([p.meaningful for p in self.effects.card_parameters])
+        away = self.values - absent
+        counts &= np.abs(away) > ROUNDING * np.abs(absent)
+        owners = np.array(self.effects.owners())
+        found = set(owners[counts & (np.abs(away) > DEVIATIONS * self.std)].tolist())
+        return found | {k for k in set(owners.tolist()) - found if self._shows(away, (owners == k) & counts)}
+
+    def _shows(self, away: np.ndarray, own: np.ndarray) -> bool:
+        """Whether some of the parameters depart together (Wald) where none does alone: of friction, say, that two joints of
+        one speed share, the sum is known and neither part."""
+        correlation = self.fit.correlation
+        own = own & np.isfinite(self.std) & (self.std > 0)
+        if np.count_nonzero(own) < 2 or not correlation.size:
+            return False
+        places = np.flatnonzero(own)
+        z = away[places] / self.std[places]
+        inverse = np.linalg.pinv(correlation[np.ix_(places, places)], rcond=DEPENDENT, hermitian=True)
+        return bool(stats.chi2.sf(z @ inverse @ z, len(z)) < stats.chi2.sf(DEVIATIONS**2, 1))
 
     def is_meaningful(self) -> bool:
         """Tell whether each effect departs from its absence by a size that matters."""

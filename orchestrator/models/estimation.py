@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -61,7 +61,8 @@ class Fit:
 
     `cost` is the mean square of the weighted residuals over all `rows` of them, `prior_cost` the sum of squares of the
     departures from priors; `at_bound` tells which parameters ended at a bound; `shift` is by how many seconds the
-    outputs are late; `converged` is false if the fit was given up before the cost stopped changing.
+    outputs are late; `converged` is false if the fit was given up before the cost stopped changing. `correlation`
+    (n_free, n_free) is that of the errors of the values, none (0, 0) where it is unknown.
     """
 
     values: np.ndarray
@@ -73,6 +74,7 @@ class Fit:
     prior_cost: float = 0.0
     shift: float = 0.0
     converged: bool = True
+    correlation: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
 
     @property
     def misfit(self) -> float:
@@ -148,7 +150,7 @@ def fit(
     values, shift, starts = problem.split(found.x)
     residual, jacobian = problem.evaluate(found.x)
     n_data = problem.data_rows
-    std = _sandwich_std(residual, jacobian, problem.block_edges, len(values))
+    std, correlation = _sandwich(residual, jacobian, problem.block_edges, len(values))
     # A small value is not at its bound if the data tell it apart from the bound.
     distance = np.minimum(values - low, high - values)
     at_bound = (distance < 1e-4 * (high - low)) & (distance < 3 * std)
@@ -162,6 +164,7 @@ def fit(
         float(np.sum(residual[n_data:] ** 2)),
         shift,
         found.status > 0,
+        correlation,
     )
 
 
@@ -311,8 +314,10 @@ class _Problem:
         return residuals, jacobian
 
 
-def _sandwich_std(residual: np.ndarray, jacobian: np.ndarray, edges: Sequence[int], n_free: int) -> np.ndarray:
-    """Standard deviations of the first `n_free` unknowns.
+def _sandwich(
+    residual: np.ndarray, jacobian: np.ndarray, edges: Sequence[int], n_free: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Standard deviations of the first `n_free` unknowns, and the correlation of their errors as curvature gives it.
 
     H^-1 (sum of g_b g_b') H^-1 over blocks b of samples, times B/(B - k) for B blocks and k unknowns, which a fit has
     drawn towards the data; never less than for white residuals, as few blocks can agree by chance. Residuals larger than
@@ -331,5 +336,8 @@ def _sandwich_std(residual: np.ndarray, jacobian: np.ndarray, edges: Sequence[in
     spread = used * gradients.T @ gradients + weighted[data:].T @ weighted[data:]
     correlated = np.diag(inverse @ spread @ inverse)
     variance = np.maximum(correlated, np.diag(inverse))[:n_free]
+    plain = inverse[:n_free, :n_free]
+    size = np.sqrt(np.maximum(np.diag(plain), 1e-300))
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.asarray(np.where(length[:n_free] > 0, np.sqrt(variance) / length[:n_free], np.inf))
+        std = np.asarray(np.where(length[:n_free] > 0, np.sqrt(variance) / length[:n_free], np.inf))
+    return std, plain / np.outer(size, size)

@@ -23,3 +23,25 @@ def test_an_encoder_scaled_by_a_thousandth_is_present_if_its_error_is_smaller_th
     found = Fit(np.array([scale]), np.array([std]), (), 1.0, np.array([False]), 1000)
 
     assert Refit(effects, cast(Any, None), (), found, 1).is_present() is present
+
+
+@pytest.mark.parametrize(
+    ("correlation", "std", "present"),
+    [
+        # Of two errors with variance s^2 and correlation r the sum has the variance 2 s^2 (1 + r).
+        (-0.9999, 1.0, True),
+        (0.0, 1.0, False),
+        (-0.9999, 100.0, False),
+    ],
+)
+def test_friction_that_two_joints_share_is_present_if_its_sum_is_known(
+    correlation: float, std: float, present: bool
+) -> None:
+    """Joints that turn at one speed tell the sum of their friction, 0.6, and not how it is divided."""
+    base = find_modelica_model("two-mass")
+    cards = [card for card in effect_library() if card.id == "viscous_friction"]
+    effects = EffectSet(base, find_candidates(base, base.compile(), cards)[0], ("phiMotor", "phiLoad"))
+    values, together = np.array([0.5, 0.1]), np.array([[1.0, correlation], [correlation, 1.0]])
+    found = Fit(values, np.full(2, std), (), 1.0, np.zeros(2, bool), 1000, correlation=together)
+
+    assert Refit(effects, cast(Any, None), (), found, 1).is_present() is present
