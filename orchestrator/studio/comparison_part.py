@@ -1,5 +1,10 @@
 """How large the error is against the noise floor, and where."""
 
+from pathlib import Path
+
+from nicegui import ui
+
+from fmus.errors import MisfitError
 from orchestrator.report.page import set_errors_table, trial_errors_table
 from orchestrator.report.sentences import comparison_sentence
 from orchestrator.report.where_tables import where_tables
@@ -43,4 +48,18 @@ def _build(project: Project) -> None:
             page_table(each)
     with details("Notes"):
         bullets(found.notes)
-    comparison_views(store.read(project.results / VIEWS.format(now.number)))
+    _views_later(project.results / VIEWS.format(now.number))
+
+
+def _views_later(folder: Path) -> None:
+    """Add the plots after the page has been painted: their library is larger than all the rest."""
+    box = ui.element("div").classes("studio-views")
+
+    def fill() -> None:
+        with box:
+            try:
+                comparison_views(store.read(folder))
+            except MisfitError as error:
+                paragraph(str(error), "studio-problem")
+
+    ui.timer(0.05, fill, once=True)

@@ -12,7 +12,8 @@ from fmus.errors import MisfitError
 from fmus.files import write_atomically
 
 FILE_NAME = "project.json"
-MATCH, COMPARISON, DIAGNOSIS, REPORT = "match.json", "comparison.json", "diagnosis.json", "report.html"
+MATCH, COMPARISON, DIAGNOSIS = "match.json", "comparison.json", "diagnosis.json"
+REPORT, REPLAY = "report.html", "replay.json"
 # One for each step of the diagnosis that was added, and the curves of each, for the linked views.
 VERSION, VIEWS = "version-{}.json", "views-{}"
 

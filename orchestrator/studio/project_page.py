@@ -11,6 +11,7 @@ from orchestrator.studio.downloads_part import downloads_part
 from orchestrator.studio.job_part import JobPart
 from orchestrator.studio.live import Live, Part
 from orchestrator.studio.pages import Page
+from orchestrator.studio.replay_part import replay_part
 from orchestrator.studio.setup_part import setup_part
 from orchestrator.studio.text import heading, paragraph
 from orchestrator.studio.versions_part import VersionsPart
@@ -40,6 +41,7 @@ def build(project: str) -> None:
         columns_part(shown),
         VersionsPart(shown),
         diagnosis_part(shown),
+        replay_part(shown),
         comparison_part(shown),
         downloads_part(shown),
     ]

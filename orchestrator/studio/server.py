@@ -44,7 +44,14 @@ def serve(listener: socket.socket, keys: Keys, folder: Path) -> None:
     mount(registered_pages())
     routes.mount(workspace.current())
     app = FastAPI(openapi_url=None, docs_url=None, redoc_url=None)
-    ui.run_with(app, title="misfit studio", language="en-US", tailwind=False, show_welcome_message=False)
+    ui.run_with(
+        app,
+        title="misfit studio",
+        language="en-US",
+        tailwind=False,
+        show_welcome_message=False,
+        gzip_middleware_factory=None,
+    )
     gate = Gate(app, listener.getsockname()[1], keys, most_bytes=upload_limit() + SLACK)
     config = uvicorn.Config(gate, log_level="warning", server_header=False, timeout_graceful_shutdown=1)
     try:

@@ -15,9 +15,10 @@ from orchestrator.compare.result import Comparison
 from orchestrator.measurements import MeasurementSet, bind, load_measurements
 from orchestrator.measurements.case_file import read_case_file
 from orchestrator.models.load import load_model, load_source
-from orchestrator.studio.project import COMPARISON, DIAGNOSIS, MATCH, REPORT, VERSION, VIEWS, Project
+from orchestrator.studio.project import COMPARISON, DIAGNOSIS, MATCH, REPLAY, REPORT, VERSION, VIEWS, Project
 
 if TYPE_CHECKING:
+    from orchestrator.arm_drawing import Replay
     from orchestrator.diagnosis.result import Diagnosis
 
 Say = Callable[[str], None]
@@ -52,7 +53,6 @@ def match(project: Project, say: Say) -> None:
 
 def compare(project: Project, say: Say) -> None:
     """Run the model along every trial."""
-    from orchestrator.report.arm_replay import arm_replay
     from orchestrator.report.html import comparison_report
 
     measurements = _measurements(project, say)
@@ -61,9 +61,8 @@ def compare(project: Project, say: Say) -> None:
     say("running the model along every trial")
     found = compare_with(model, measurements, workers=WORKERS)
     _show(project, found, 0)
-    write_atomically(
-        project.results / REPORT, comparison_report(found, arm_replay(model, measurements, found)).encode()
-    )
+    replay = _replay(project, measurements, found)
+    write_atomically(project.results / REPORT, comparison_report(found, replay).encode())
     _write(project, COMPARISON, found.to_json())
 
 
@@ -73,7 +72,6 @@ def diagnose(project: Project, say: Say) -> None:
     from orchestrator.diagnosis.diagnose import diagnose as find
     from orchestrator.diagnosis.work import resumable
     from orchestrator.discover import record
-    from orchestrator.report.arm_replay import arm_replay
     from orchestrator.report.html import diagnosis_report
     from orchestrator.report.sentences import verdict_sentence
 
@@ -88,7 +86,7 @@ def diagnose(project: Project, say: Say) -> None:
     record(project.results, source.name, source, model_of(source, source.compile()), (), given, measurements)
     if found.experiment_csv is not None:
         write_atomically(project.results / "next_experiment.csv", found.experiment_csv.encode())
-    replay = arm_replay(load_model(_model(project)), measurements, given)
+    replay = _replay(project, measurements, given)
     write_atomically(project.results / REPORT, diagnosis_report(found, replay).encode())
     # The report of a model with effects in it shows the whole diagnosis, of which JSON keeps but a part.
     write_atomically(project.results / PICKLE, pickle.dumps(found))
@@ -100,7 +98,6 @@ def add(project: Project, say: Say, number: str) -> None:
     """Build the model with the first `number` steps of the diagnosis, and compare it as the one before."""
     from orchestrator import ledger
     from orchestrator.discover import record
-    from orchestrator.report.arm_replay import arm_replay
     from orchestrator.report.html import discovery_report
     from orchestrator.studio.read_back import adjusted_of, effects_of
     from orchestrator.versions import add_effects
@@ -121,7 +118,7 @@ def add(project: Project, say: Say, number: str) -> None:
     known = ledger.read(project.results)
     earlier = [project.result(VERSION.format(k)) for k in range(1, int(number))]
     shown = [known[0], *(known[each["entry"]] for each in earlier if each), entry]
-    replay = arm_replay(load_model(_model(project)), measurements, whole.steps[0].comparison)
+    replay = _replay(project, measurements, whole.steps[0].comparison)
     write_atomically(project.results / REPORT, discovery_report(whole, shown, replay).encode())
     _write(project, VERSION.format(number), {"entry": entry.version, "comparison": found.to_json()})
 
@@ -162,6 +159,21 @@ def _measurements(project: Project, say: Say) -> MeasurementSet:
                 )
     # The folder is the present one, and a name without its path is what reports shall show.
     return load_measurements(Path(folder.name))
+
+
+def _replay(project: Project, measurements: MeasurementSet, given: Comparison) -> "Replay | None":
+    """The motion of the model as given along its worst trial, made once for page and reports; None for other models."""
+    from orchestrator.report.arm_replay import arm_replay
+    from orchestrator.report.html import moving
+
+    kept = project.results / "replay.pickle"
+    if not kept.exists():
+        replay = arm_replay(load_model(_model(project)), measurements, given)
+        write_atomically(kept, pickle.dumps(replay))
+        if picture := moving(replay):
+            _write(project, REPLAY, {"markup": picture.image, "caption": picture.caption})
+    found: Replay | None = pickle.loads(kept.read_bytes())
+    return found
 
 
 def _show(project: Project, comparison: Comparison, number: int) -> None:
