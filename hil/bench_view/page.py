@@ -148,7 +148,7 @@ def _residual(seen: Watched) -> str:
         )
     return (
         f"<h2>Residual: where model and robot disagree now</h2>{tables.residual(seen)}"
-        f"<h3>Shoulder</h3>{pictures.traces(seen.past, 1)}<h3>Elbow</h3>{pictures.traces(seen.past, 2)}"
+        f"<h3>Shoulder</h3>{pictures.traces(seen.lately, 1)}<h3>Elbow</h3>{pictures.traces(seen.lately, 2)}"
         "<p>Solid: residual. Dashed, with its 90 % interval: what has been learned of it.</p>"
     )
 

@@ -84,6 +84,11 @@ class Watched:
         return found
 
     @property
+    def lately(self) -> tuple[Past, ...]:
+        """The last moments, the newest last; a copy, as the thread that looks goes on."""
+        return tuple(self.past)
+
+    @property
     def name(self) -> str:
         """What it is called in the page's address: its process."""
         return str(process_of(self.look.path))
