@@ -1,11 +1,13 @@
 """The documentation site: complete, without a dead link, without the network, and readable for everybody."""
 
 import fcntl
+import json
 import os
 import re
 import shutil
 import subprocess
 import sys
+import tomllib
 from collections.abc import Iterator
 from functools import cache
 from html.parser import HTMLParser
@@ -16,6 +18,7 @@ from urllib.parse import unquote
 import pytest
 
 from docs.generator.effect_pages import by_id
+from docs.generator.format_pages import TOML_FILES
 from orchestrator.diagnosis.cards import effect_library
 from orchestrator.report.palette import SURFACES, Colour
 
@@ -188,9 +191,37 @@ def leaves(command: Any) -> Iterator[Any]:
         yield command
 
 
-def test_the_start_page_shows_the_numbers_of_the_recorded_run(site: Path) -> None:
-    import json
+@pytest.mark.parametrize(
+    ("schema", "command"),
+    [
+        ("misfit.compare/1", ["compare", "pendulum", "tests/cases/pendulum"]),
+        ("misfit.run/1", ["run", "drive", "--stop", "0.01"]),
+        ("misfit.regress/1", ["regress", "tests/cases/regress", "-k", "pendulum"]),
+    ],
+)
+def test_documents_have_the_keys_of_the_reference(site: Path, schema: str, command: list[str], tmp_path: Path) -> None:
+    program = str(Path(sys.executable).with_name("misfit"))
+    written = tmp_path / "written.json"
+    subprocess.run([program, *command, "--json", str(written), "--quiet"], cwd=ROOT, check=True, capture_output=True)
+    section = (
+        (site / "reference" / "json_documents.html")
+        .read_text()
+        .split(f'id="{schema.replace(".", "-").replace("/", "-")}"')[1]
+    )
+    keys = re.findall(r"<tr>\s*<td><code>(\w+)</code></td>", section.split("<h2")[0])
 
+    assert sorted(keys) == sorted(json.loads(written.read_text()))
+
+
+def test_keys_of_example_files_are_in_the_reference(site: Path) -> None:
+    text = (site / "reference" / "toml_files.html").read_text()
+    for file in TOML_FILES:
+        section = text.split(f"<code>{file.example}</code>")[0].rpartition("<h2")[2]
+        for key in tomllib.loads((ROOT / file.example).read_text()):
+            assert f"<code>{key}</code>" in section or "Keys at the top" not in section, f"{file.example}: {key}"
+
+
+def test_the_start_page_shows_the_numbers_of_the_recorded_run(site: Path) -> None:
     run = json.loads((ROOT / "docs" / "assets" / "falling_error.json").read_text())
     first, last = run["versions"][0]["held_out"]["over_floor"], run["versions"][-1]["held_out"]["over_floor"]
     (picture,) = parts(site / "index.html").pictures
@@ -257,6 +288,7 @@ def browser() -> Iterator[Any]:
 def tab(browser: Any) -> Iterator[Any]:
     """A page of 1280x720 that keeps the addresses outside of the disk that it asked for."""
     page = browser.new_page(viewport={"width": 1280, "height": 720})
+    page.set_default_timeout(90_000)
     page.asked = []
     page.on("request", lambda request: page.asked.append(request.url) if request.url.startswith("http") else None)
     yield page
@@ -283,7 +315,7 @@ def test_search_works_by_keyboard_on_a_site_opened_from_the_disk(site: Path, tab
     tab.goto((site / "index.html").as_uri())
     tab.keyboard.press("/")
     tab.keyboard.type("stribeck")
-    tab.wait_for_selector(".md-search-result__item", state="attached", timeout=10_000)
+    tab.wait_for_selector(".md-search-result__item", state="attached", timeout=60_000)
 
     assert any("stribeck" in text.lower() for text in tab.locator(".md-search-result__item").all_inner_texts())
     assert tab.asked == []

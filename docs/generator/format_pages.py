@@ -5,12 +5,14 @@ import dataclasses
 import importlib
 import inspect
 import re
+import textwrap
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import repeat
 from pathlib import Path
 
 from docs.generator.type_text import dataclasses_in, hints_of
+from orchestrator.measurements.case_file import _REMARK_KEYS
 
 ROOT = Path(__file__).parents[2]
 # What a method of TomlTable promises of the value that it returns.
@@ -28,7 +30,10 @@ KINDS = {
 
 @dataclass(frozen=True)
 class TomlFile:
-    """A TOML format: `tables` maps a table's name to the tuple of its keys, as `module:NAME`; `example` is in the repository."""
+    """A TOML format: `tables` maps a table's name to the tuple of its keys, as `module:NAME`; `also` are further keys at the top.
+
+    `example` is in the repository.
+    """
 
     name: str
     what: str
@@ -36,6 +41,7 @@ class TomlFile:
     modules: tuple[str, ...]
     tables: Mapping[str, str]
     example: str
+    also: tuple[str, ...] = ()
 
 
 TOML_FILES = (
@@ -46,6 +52,7 @@ TOML_FILES = (
         ("orchestrator.measurements.case_file", "orchestrator.measurements.split_table"),
         {"": "orchestrator.measurements.case_file:_KNOWN_KEYS"},
         "tests/cases/arm/case_009/case.toml",
+        _REMARK_KEYS,
     ),
     TomlFile(
         "system.toml",
@@ -71,6 +78,7 @@ TOML_FILES = (
             "[limits]": "orchestrator.regress.case_file:_LIMITS",
         },
         "tests/cases/regress/arm.regress.toml",
+        ("case",),
     ),
     TomlFile(
         "effect card",
@@ -129,6 +137,10 @@ class Key:
     words: str = ""
 
 
+# Stands for all fields of a data class, where a dictionary takes them over.
+ALL_FIELDS = "*"
+
+
 def pages() -> dict[str, str]:
     """The generated reference pages by path."""
     return {"reference/toml_files.md": toml_page(), "reference/json_documents.md": json_page()}
@@ -151,7 +163,7 @@ def _toml_section(file: TomlFile) -> list[str]:
     parts = [f"## {file.name}", f"It {file.what}: [guide]({file.guide})."]
     for table, place in file.tables.items():
         module, _, name = place.partition(":")
-        keys = getattr(importlib.import_module(module), name)
+        keys = (*getattr(importlib.import_module(module), name), *(() if table else file.also))
         parts.append(f"Keys of `{table}`:" if table else "Keys at the top:")
         parts.append(
             "\n".join(["| key | value |", "|---|---|", *(f"| `{key}` | {kinds.get(key, '')} |" for key in keys)])
@@ -221,11 +233,22 @@ def _keys(document: Document) -> list[Key]:
     names = {document.schema, *(name for name, value in vars(module).items() if value == document.schema)}
     for node in ast.walk(tree):
         if isinstance(node, ast.Dict) and any(map(_is_schema, node.keys, node.values, repeat(names))):
-            pairs = [(k.value, v) for k, v in zip(node.keys, node.values, strict=True) if isinstance(k, ast.Constant)]
-            found = [Key(str(k), _attribute(v), _literally(v)) for k, v in pairs if k != "schema"]
-            whole = [] if found else [field for source in _sources(document) for field in dataclasses.fields(source)]
-            return found + [Key(field.name, field.name) for field in whole]
+            found = [key for key in _written_keys(node) if key.name != "schema"]
+            return found or [key for source in _sources(document) for key in _fields(source)]
     raise ValueError(f"{document.module} writes no document {document.schema}")
+
+
+def _written_keys(written: ast.Dict) -> list[Key]:
+    """Keys that a dictionary in the code spells out, those that it takes over from another one by name included."""
+    found: list[Key] = []
+    for key, value in zip(written.keys, written.values, strict=True):
+        if isinstance(key, ast.Constant):
+            found.append(Key(str(key.value), _attribute(value), _literally(value)))
+        elif isinstance(value, ast.Call) and getattr(value.func, "id", "") == "asdict":
+            found.append(Key(ALL_FIELDS))
+        elif isinstance(value, ast.DictComp) and isinstance(value.generators[0].iter, ast.Tuple):
+            found += [Key(str(item.value)) for item in value.generators[0].iter.elts if isinstance(item, ast.Constant)]
+    return found
 
 
 def _literally(value: ast.expr) -> str:
@@ -279,14 +302,14 @@ def _is_element(value: ast.expr) -> bool:
 
 
 def _part_sections() -> list[str]:
-    """Every data class that the value of a key shows, with its text and fields, and those that it holds."""
+    """Every data class that the value of a key shows, with its text and keys, and those that it holds."""
     wanted: dict[str, type] = {}
     waiting: list[type] = [found for document in DOCUMENTS for found in _held(document)]
     while waiting:
         source = waiting.pop(0)
         if source.__name__ not in wanted:
             wanted[source.__name__] = source
-            waiting += dataclasses_in(source)
+            waiting += dataclasses_in(source, {key.source for key in _part_keys(source)})
     return [part for name in sorted(wanted) for part in _part(wanted[name])]
 
 
@@ -295,11 +318,30 @@ def _held(document: Document) -> list[type]:
     return [found for source in _sources(document) for found in dataclasses_in(source, named)]
 
 
+def _part_keys(source: type) -> list[Key]:
+    """Keys that a data class writes: those of its own `to_json` where it has one, else its fields."""
+    own = getattr(source, "to_json", None)
+    written = ast.parse(textwrap.dedent(inspect.getsource(own))) if own else None
+    for node in ast.walk(written) if written else ():
+        if isinstance(node, ast.Return) and isinstance(node.value, ast.Dict):
+            keys = _written_keys(node.value)
+            if not keys or keys[0].name != ALL_FIELDS:
+                return keys
+            others = {key.name: key for key in keys[1:]}
+            return [others.pop(key.name, key) for key in _fields(source)] + list(others.values())
+    return _fields(source)
+
+
+def _fields(source: type) -> list[Key]:
+    return [Key(field.name, field.name) for field in dataclasses.fields(source)]
+
+
 def _part(source: type) -> list[str]:
     text = re.sub(r"\n\s+", "\n", inspect.getdoc(source) or "").replace("*", r"\*")
-    rows = [f"| `{name}` | {kind} |" for name, kind in hints_of(source).items()]
+    types = hints_of(source)
+    rows = [f"| `{key.name}` | {types.get(key.source) or key.words} |" for key in _part_keys(source)]
     return [
         f"### {source.__name__} {{: #part-{source.__name__.lower()} }}",
         text,
-        "\n".join(["| field | value |", "|---|---|", *rows]),
+        "\n".join(["| key | value |", "|---|---|", *rows]),
     ]
