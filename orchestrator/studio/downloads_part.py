@@ -3,8 +3,8 @@
 from nicegui import ui
 
 from orchestrator.studio.live import Live
-from orchestrator.studio.project import REPORT, Project, file_stamp
-from orchestrator.studio.routes import downloads
+from orchestrator.studio.project import Project, file_stamp
+from orchestrator.studio.routes import REPORTS, downloads
 from orchestrator.studio.text import heading
 
 MEANING = {
@@ -32,6 +32,6 @@ def _build(project: Project) -> None:
     with ui.element("ul").classes("studio-files"):
         for file in sorted(files, key=lambda file: list(MEANING).index(file.suffix) if file.suffix in MEANING else 9):
             with ui.element("li"):
-                ui.link(file.name, f"{address}/{file.name}", new_tab=file.name == REPORT)
+                ui.link(file.name, f"{address}/{file.name}", new_tab=file.name in REPORTS)
                 ui.label(MEANING.get(file.suffix, "part of the system")).classes("studio-hint")
     ui.link("All of them in a zip", f"{address}/everything.zip")

@@ -13,7 +13,7 @@ from fmus.files import write_atomically
 
 FILE_NAME = "project.json"
 MATCH, COMPARISON, DIAGNOSIS = "match.json", "comparison.json", "diagnosis.json"
-REPORT, REPLAY = "report.html", "replay.json"
+REPORT, COMPARISON_REPORT, REPLAY = "report.html", "comparison.html", "replay.json"
 # One for each step of the diagnosis that was added, and the curves of each, for the linked views.
 VERSION, VIEWS = "version-{}.json", "views-{}"
 

@@ -10,10 +10,11 @@ from nicegui import app
 
 from fmus.errors import MisfitError
 from orchestrator.arm_drawing import script_source
-from orchestrator.studio.project import REPORT, Project
+from orchestrator.studio.project import COMPARISON_REPORT, REPORT, Project
 from orchestrator.studio.receive import receive
 from orchestrator.studio.workspace import Workspace
 
+REPORTS = (REPORT, COMPARISON_REPORT)
 # A report is a document of its own: it runs no script but that of its replay, and reaches nothing of the studio.
 REPORT_POLICY = (
     f"default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src {script_source()}; "
@@ -40,7 +41,7 @@ def mount(workspace: Workspace) -> None:
 
 
 def _download(project: Project, name: str) -> Response:
-    if name == REPORT and (file := project.results / REPORT).is_file():
+    if name in REPORTS and (file := project.results / name).is_file():
         return FileResponse(file, media_type="text/html", headers={"Content-Security-Policy": REPORT_POLICY})
     if name == "everything.zip":
         headers = {"Content-Disposition": 'attachment; filename="misfit-results.zip"'}
@@ -53,7 +54,7 @@ def _download(project: Project, name: str) -> Response:
 
 def downloads(project: Project) -> list[Path]:
     """Files that the project offers: models with effects, results, and the inputs of the next experiment."""
-    names = (REPORT, "comparison.json", "diagnosis.json", "ledger.jsonl", "next_experiment.csv")
+    names = (*REPORTS, "comparison.json", "diagnosis.json", "ledger.jsonl", "next_experiment.csv")
     found = [project.results / name for name in names]
     versions = project.results / "versions"
     found += sorted(versions.iterdir()) if versions.is_dir() else []

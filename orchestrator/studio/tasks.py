@@ -15,7 +15,17 @@ from orchestrator.compare.result import Comparison
 from orchestrator.measurements import MeasurementSet, bind, load_measurements
 from orchestrator.measurements.case_file import read_case_file
 from orchestrator.models.load import load_model, load_source
-from orchestrator.studio.project import COMPARISON, DIAGNOSIS, MATCH, REPLAY, REPORT, VERSION, VIEWS, Project
+from orchestrator.studio.project import (
+    COMPARISON,
+    COMPARISON_REPORT,
+    DIAGNOSIS,
+    MATCH,
+    REPLAY,
+    REPORT,
+    VERSION,
+    VIEWS,
+    Project,
+)
 
 if TYPE_CHECKING:
     from orchestrator.arm_drawing import Replay
@@ -62,7 +72,7 @@ def compare(project: Project, say: Say) -> None:
     found = compare_with(model, measurements, workers=WORKERS)
     _show(project, found, 0)
     replay = _replay(project, measurements, found)
-    write_atomically(project.results / REPORT, comparison_report(found, replay).encode())
+    write_atomically(project.results / COMPARISON_REPORT, comparison_report(found, replay).encode())
     _write(project, COMPARISON, found.to_json())
 
 
