@@ -14,6 +14,7 @@ from orchestrator.studio.read_back import comparison_of
 from orchestrator.studio.text import bullets, details, heading, page_table, paragraph
 from orchestrator.studio.versions import versions
 from orchestrator.studio.views import store
+from orchestrator.studio.views.link import SelectionLink
 from orchestrator.studio.views.page import comparison_views
 
 
@@ -25,10 +26,11 @@ def comparison_part(project: Project) -> Live:
         results = project.folder / "results"
         return number, file_stamp(results / COMPARISON), file_stamp(results / VIEWS.format(number) / "views.json")
 
-    return Live(stamp, lambda: _build(project))
+    links: list[SelectionLink] = []
+    return Live(stamp, lambda: _build(project, links))
 
 
-def _build(project: Project) -> None:
+def _build(project: Project, links: list[SelectionLink]) -> None:
     now = versions(project)
     document = project.result(COMPARISON)
     if now.number and (built := project.result(VERSION.format(now.number))):
@@ -48,17 +50,20 @@ def _build(project: Project) -> None:
             page_table(each)
     with details("Notes"):
         bullets(found.notes)
-    _views_later(project.results / VIEWS.format(now.number))
+    _views_later(project.results / VIEWS.format(now.number), links)
 
 
-def _views_later(folder: Path) -> None:
-    """Add the plots after the page has been painted: their library is larger than all the rest."""
+def _views_later(folder: Path, links: list[SelectionLink]) -> None:
+    """Add the plots after the page has been painted: their library is larger than all the rest.
+
+    `links` holds that of the version shown before, if any: what is selected stays so when a version is added.
+    """
     box = ui.element("div").classes("studio-views")
 
     def fill() -> None:
         with box:
             try:
-                comparison_views(store.read(folder))
+                links[:] = [comparison_views(store.read(folder), *links)]
             except MisfitError as error:
                 paragraph(str(error), "studio-problem")
 

@@ -109,7 +109,8 @@ def test_brushing_a_time_changes_numbers_and_map_as_numpy_says(views: Page) -> N
     brush(views, ".view-plot", (0.3, 0.3), (0.6, 0.4))
     views.locator("section[aria-label='State map'] p", has_text="where selected").wait_for()
     low, high = entered(views, "from, s"), entered(views, "to, s")
-    inside = (TIME >= low) & (TIME <= high)
+    time = CURVES[0].time
+    inside = (time >= low) & (time <= high)
     parts = np.concatenate([residual(c)[inside] for c in CURVES])
     row = cells(views, "Errors of the selection")
 

@@ -168,6 +168,17 @@ def test_listeners_hear_each_change_once() -> None:
     assert heard == [Selection(time=Range(1.0, 2.0))] * 2 + [Selection()]
 
 
+def test_a_new_version_shows_what_was_selected_in_the_one_before() -> None:
+    before = SelectionLink(DATA)
+    before.choose_signal("q2")
+    before.choose_time(Range(1.0, 2.0))
+    other = in_memory(comparison([trial(0, 100)]))
+
+    after = SelectionLink(in_memory(COMPARISON), before)
+    assert (after.signal, after.selection) == ("q2", before.selection)
+    assert SelectionLink(other, before).selection == Selection()
+
+
 @pytest.mark.parametrize(
     ("ends", "words"),
     [((3.0, 1.0), "time from 3 to 1 s is empty"), ((None, 2.0), "time from nothing to 2 s: an end is missing")],

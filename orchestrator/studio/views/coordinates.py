@@ -2,6 +2,7 @@
 
 from collections import OrderedDict
 from dataclasses import dataclass, field
+from threading import Lock
 
 import numpy as np
 
@@ -20,6 +21,7 @@ class Coordinates:
     """Coordinates of a comparison's trials; the last few are kept, in float32."""
 
     data: ViewData
+    _lock: Lock = field(default_factory=Lock)
     _kept: "OrderedDict[str, tuple[np.ndarray, ...]]" = field(default_factory=OrderedDict)
 
     @property
@@ -40,12 +42,14 @@ class Coordinates:
 
     def values(self, name: str) -> tuple[np.ndarray, ...]:
         """A coordinate of each trial, every `stride`-th sample, float32."""
-        if name not in self._kept:
-            self._kept[name] = tuple(self._of(trial, name) for trial in self.data.trials)
-            while len(self._kept) > KEPT:
-                self._kept.popitem(last=False)
-        self._kept.move_to_end(name)
-        return self._kept[name]
+        # Views compute in threads of their own.
+        with self._lock:
+            if name not in self._kept:
+                self._kept[name] = tuple(self._of(trial, name) for trial in self.data.trials)
+                while len(self._kept) > KEPT:
+                    self._kept.popitem(last=False)
+            self._kept.move_to_end(name)
+            return self._kept[name]
 
     def residual(self, signal: str) -> tuple[np.ndarray, ...]:
         """The residual of each trial at the same samples."""

@@ -40,7 +40,8 @@ class CurvesView:
             self.words.describe(self.plot, NAME, role="group")
         self._describe = Latest(self._say)
         link.listen(self._heard)
-        self._show(trial_errors(self.data, self._signal, link.chosen()))
+        self._mark(link.selection)
+        self._describe()
 
     def _whole(self) -> None:
         self.plot.run_method("whole")
@@ -58,8 +59,7 @@ class CurvesView:
         self.link.choose_time(None if brushed is None else Range.of(brushed["from"], brushed["to"]))
 
     def _heard(self, selection: Selection) -> None:
-        time = selection.time
-        self.plot.props["selected"] = None if time is None else [time.low, time.high]
+        self._mark(selection)
         if self._signal != self.link.signal:
             self._signal = self.link.signal
             self.plot.change(curve_options(self.data, self._signal))
@@ -67,10 +67,16 @@ class CurvesView:
             self.plot.refresh()
         self._describe()
 
-    async def _say(self) -> None:
-        self._show(await run.io_bound(lambda: trial_errors(self.data, self._signal, self.link.chosen())) or {})
+    def _mark(self, selection: Selection) -> None:
+        time = selection.time
+        self.plot.props["selected"] = None if time is None else [time.low, time.high]
 
-    def _show(self, found: dict[int, SignalErrors]) -> None:
+    async def _say(self) -> None:
+        self._show(await run.io_bound(lambda: trial_errors(self.data, self._signal, self.link.chosen())))
+
+    def _show(self, found: dict[int, SignalErrors] | None) -> None:
+        if not found:
+            return
         worst = max(found, key=lambda place: found[place].whole.rms)
         errors, count = found[worst], len(found)
         times = digits(errors.times_floor(errors.whole))

@@ -13,13 +13,18 @@ Listener = Callable[[Selection], object]
 
 
 class SelectionLink:
-    """The selection in one comparison, and what is asked about it more than once."""
+    """The selection in one comparison, and what is asked about it more than once.
 
-    def __init__(self, data: ViewData) -> None:
+    `before` is the link of another comparison that was shown in its place: if both have the same signals and trials, the
+    same is selected again, so that one sees what a new version of the model does there.
+    """
+
+    def __init__(self, data: ViewData, before: "SelectionLink | None" = None) -> None:
         self.data = data
         self.coordinates = Coordinates(data)
-        self.signal = data.signals[0]
-        self.selection = Selection()
+        same = before is not None and _kind(before.data) == _kind(data)
+        self.signal: str = before.signal if before is not None and same else data.signals[0]
+        self.selection: Selection = before.selection if before is not None and same else Selection()
         self._listeners: list[Listener] = []
         self._chosen: tuple[Selection, dict[int, Chosen]] | None = None
 
@@ -68,3 +73,8 @@ class SelectionLink:
     def _tell(self) -> None:
         for listener in self._listeners:
             listener(self.selection)
+
+
+def _kind(data: ViewData) -> tuple[object, ...]:
+    """What two comparisons must share for a selection in one to mean something in the other."""
+    return data.signals, tuple((trial.name, len(trial.time), tuple(trial.inputs)) for trial in data.trials)

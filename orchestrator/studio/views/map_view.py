@@ -23,7 +23,9 @@ class MapView:
     def __init__(self, link: SelectionLink) -> None:
         self.link = link
         self._units = link.coordinates.names()
-        self._across, self._along = _first_choice(link, tuple(self._units))
+        region = link.selection.region
+        first = _first_choice(link, tuple(self._units)) if region is None else (region.across, region.along)
+        self._across, self._along = first
         self._statistic = next(iter(STATISTICS))
         with section("State map"):
             self._controls()
@@ -35,7 +37,7 @@ class MapView:
             self.words.describe(self.plot, NAME, role="group")
         self._refresh = Latest(self._show)
         link.listen(self._heard)
-        self._refresh()
+        self._heard(link.selection)
 
     def _controls(self) -> None:
         names = list(self._units)

@@ -16,10 +16,13 @@ from orchestrator.studio.views.selection_view import SelectionView
 from orchestrator.studio.views.steps_view import StepsView
 
 
-def comparison_views(data: ViewData) -> SelectionLink:
-    """Add the views of a comparison to the present container; returns their link."""
+def comparison_views(data: ViewData, before: SelectionLink | None = None) -> SelectionLink:
+    """Add the views of a comparison to the present container; returns their link.
+
+    Give the link of the views that stood there `before`, and what was selected stays selected.
+    """
     use_style()
-    link = SelectionLink(data)
+    link = SelectionLink(data, before)
     SelectionView(link)
     CurvesView(link)
     MapView(link)

@@ -22,6 +22,7 @@ export default {
     this.chart = echarts.init(this.$refs.canvas);
     const { lines, ...shown } = this.options;
     this.chart.setOption(shown);
+    this.mark();
     this.chart.on("datazoom", () => this.move());
     this.listen();
     // Also called once at the beginning, when the element has its size.

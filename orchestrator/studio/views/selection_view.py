@@ -40,7 +40,7 @@ class SelectionView:
             self.words = Words("Errors of the selection")
         self._refresh = Latest(self._show)
         link.listen(self._heard)
-        self._say(link.errors())
+        self._heard(link.selection)
 
     def _choices(self) -> None:
         data = self.link.data
@@ -50,7 +50,10 @@ class SelectionView:
         if len(data.trials) > 1:
             names = {-1: f"all {len(data.trials)} trials"}
             names |= {k: f"{trial.name} ({trial.subset.replace('_', ' ')})" for k, trial in enumerate(data.trials)}
-            ui.select(names, value=-1, label="Trials", on_change=self._trial).classes("view-select")
+            shown = self.link.selection.trials
+            ui.select(names, value=-1 if shown is None else shown[0], label="Trials", on_change=self._trial).classes(
+                "view-select"
+            )
 
     def _signal(self, event: events.ValueChangeEventArguments[Any]) -> None:
         self.link.choose_signal(event.value)
