@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from importlib.metadata import version as package_version
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from fmus.catalogue import ModelicaModel
 from fmus.files import write_atomically
@@ -22,6 +23,9 @@ from orchestrator.measurements import MeasurementSet
 from orchestrator.models.symbolic import SymbolicModel
 from orchestrator.versions import Version, add_effects
 
+if TYPE_CHECKING:
+    from orchestrator.report.notebook import Shown
+
 
 @dataclass(frozen=True)
 class Discovery:
@@ -30,6 +34,13 @@ class Discovery:
     diagnosis: Diagnosis
     versions: tuple[Version, ...]
     entries: tuple[LedgerEntry, ...]
+
+    def plot(self) -> "Shown":
+        """The error of each version, for a notebook."""
+        return self.diagnosis.plot() if len(self.entries) < 2 else ledger.Ledger(self.entries).plot()
+
+    def _repr_html_(self) -> str:
+        return self.diagnosis._repr_html_() + ledger.Ledger(self.entries)._repr_html_()
 
 
 def discover(

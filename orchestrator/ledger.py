@@ -7,11 +7,14 @@ import os
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from fmus.errors import MisfitError
 from orchestrator.compare.result import SetErrors
 from orchestrator.diagnosis.result import Estimate, NamedEffect
+
+if TYPE_CHECKING:
+    from orchestrator.report.notebook import Shown
 
 SCHEMA = "misfit.ledger/1"
 FILE_NAME = "ledger.jsonl"
@@ -39,6 +42,25 @@ class LedgerEntry:
     misfit_version: str
 
 
+class Ledger(list[LedgerEntry]):
+    """All versions, the oldest first; a list that a notebook shows as a table and a picture."""
+
+    def plot(self) -> "Shown":
+        """The error of each version.
+
+        Raises:
+            MisfitError: if there are fewer than two.
+        """
+        from orchestrator.report.notebook import ledger_plot
+
+        return ledger_plot(self)
+
+    def _repr_html_(self) -> str:
+        from orchestrator.report.notebook import ledger_html
+
+        return ledger_html(self)
+
+
 def append(folder: Path, entry: LedgerEntry) -> None:
     """Add one version to the ledger in `folder`, which is created if needed; on return the line is on disk.
 
@@ -63,7 +85,7 @@ def append(folder: Path, entry: LedgerEntry) -> None:
         ) from error
 
 
-def read(folder: Path) -> list[LedgerEntry]:
+def read(folder: Path) -> Ledger:
     """Return the versions in the order they were recorded; a last line without its end of line is left out.
 
     Raises:
@@ -77,7 +99,7 @@ def read(folder: Path) -> list[LedgerEntry]:
     except OSError as error:
         raise MisfitError(f"{path} cannot be read: {error.strerror or error}") from error
     complete = content.split(b"\n")[:-1]
-    return [_from_line(line, f"{path} line {number}") for number, line in enumerate(complete, start=1)]
+    return Ledger(_from_line(line, f"{path} line {number}") for number, line in enumerate(complete, start=1))
 
 
 def _write_line(handle: int, line: bytes) -> None:

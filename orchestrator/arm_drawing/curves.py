@@ -34,7 +34,7 @@ class Panel:
 
 
 def curves_svg(time: np.ndarray, panels: Sequence[Panel], mark: float | None = None) -> str:
-    """Return an `<svg>` element with the panels below one another; the line of class `now` is the time mark, at `mark` s.
+    """Return an `<svg>` element with the panels below one another; a line of class `now` marks the time `mark` in s.
 
     Attributes `data-left` and `data-right` are the places of the first and the last moment.
     """
@@ -42,12 +42,12 @@ def curves_svg(time: np.ndarray, panels: Sequence[Panel], mark: float | None = N
     parts = [_panel(time, panel, HEIGHT * k) for k, panel in enumerate(panels)]
     shown = ", ".join(html.escape(panel.quantity) for panel in panels)
     begin, end = digits(float(time[0])), digits(float(time[-1]))
-    place = LEFT if mark is None else _Frame(time, 0.0, 1.0, 0).x(mark)
+    place = 0.0 if mark is None else _Frame(time, 0.0, 1.0, 0).x(mark)
     line = f'<line class="now" x1="{place:.1f}" x2="{place:.1f}" y1="{ABOVE}" y2="{HEIGHT * len(panels)}" stroke="{Colour.INK}" stroke-width="1.5"/>'
     return (
         f'<svg class="curves" xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height}" role="img" font-size="12"'
         f' data-left="{LEFT}" data-right="{WIDTH - RIGHT}" aria-label="{shown} over time from {begin} to {end} s">'
-        f"{''.join(parts)}{_time_axis(time, height)}{line}</svg>"
+        f"{''.join(parts)}{_time_axis(time, height)}{'' if mark is None else line}</svg>"
     )
 
 
@@ -65,6 +65,8 @@ def _panel(time: np.ndarray, panel: Panel, top: int) -> str:
 
 
 def _legend(panel: Panel, top: int) -> str:
+    if [line.name for line in panel.lines] == [panel.quantity]:
+        return ""
     names = [
         f'<tspan fill="{line.colour}">{"╌" if line.dashed else "—"} {html.escape(line.name)}{"  " * (line is not panel.lines[-1])}</tspan>'
         for line in panel.lines

@@ -45,6 +45,11 @@ class Replay:
         """Samples that are shown, evenly, with the first and the last."""
         return sorted({round(k) for k in np.linspace(0, len(self.time) - 1, min(MOST_FRAMES, len(self.time)))})
 
+    def _repr_html_(self) -> str:
+        from orchestrator.report.notebook import replay_html_of
+
+        return replay_html_of(self)
+
     @property
     def worst(self) -> int:
         """The sample with the largest residual torque, or the farthest from the model: what is shown where nothing moves."""
@@ -64,7 +69,7 @@ def replay_html(replay: Replay, title: str) -> str:
     data = html.escape(json.dumps(_data(replay, frames, scales), separators=(",", ":")))
     begin, end = float(replay.time[0]), float(replay.time[-1])
     worst, moment = replay.instant(replay.worst), float(replay.time[replay.worst])
-    curves = curves_svg(replay.time, replay.panels) if replay.panels else ""
+    curves = curves_svg(replay.time, replay.panels, moment) if replay.panels else ""
     return (
         f'<div class="arm-replay" role="group" aria-label="{html.escape(title)}" data-replay="{data}">'
         f'<div class="views"><div class="drawing">{arm_svg(worst, replay.shape, scales)}</div>{curves}</div>'

@@ -2,11 +2,14 @@
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from orchestrator.compare.estimates import FloorEstimate, floor_sentence
+
+if TYPE_CHECKING:
+    from orchestrator.report.notebook import Shown
 
 
 @dataclass(frozen=True)
@@ -68,6 +71,21 @@ class Comparison:
     def noise_sentences(self) -> tuple[str, ...]:
         """Where the noise floor of each signal comes from."""
         return tuple(floor_sentence(name, self.units[name], each) for name, each in self.noise_estimates.items())
+
+    def plot(self, trial: str | None = None) -> "Shown":
+        """Curves of a trial for a notebook, of the first one worth a figure if none is named.
+
+        Raises:
+            MisfitError: if there is no such trial.
+        """
+        from orchestrator.report.notebook import comparison_plot
+
+        return comparison_plot(self, trial)
+
+    def _repr_html_(self) -> str:
+        from orchestrator.report.notebook import comparison_html
+
+        return comparison_html(self)
 
     def to_json(self) -> dict[str, Any]:
         """Return the `misfit.compare/1` document."""

@@ -2,13 +2,16 @@
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from orchestrator.compare.result import Comparison
 from orchestrator.diagnosis.coverage import Coverage
 from orchestrator.diagnosis.identifiability import Doubt
 from orchestrator.diagnosis.kinship import Kin
 from orchestrator.diagnosis.latent import LatentForce
+
+if TYPE_CHECKING:
+    from orchestrator.report.notebook import Shown
 
 CURVE_SAMPLES = 400
 
@@ -149,6 +152,17 @@ class Diagnosis:
     identifiability: tuple[Doubt, ...] = ()
     excitation: tuple[Coverage, ...] = ()
     kin: tuple[Kin, ...] = ()
+
+    def plot(self) -> "Shown":
+        """The error that falls from step to step, for a notebook; the ranking where no effect was added."""
+        from orchestrator.report.notebook import diagnosis_plot
+
+        return diagnosis_plot(self)
+
+    def _repr_html_(self) -> str:
+        from orchestrator.report.notebook import diagnosis_html
+
+        return diagnosis_html(self)
 
     def to_json(self) -> dict[str, Any]:
         """Return the `misfit.diagnosis/1` document."""

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,9 @@ from orchestrator.gp.observations import Observation
 from orchestrator.gp.posterior import Posterior
 from orchestrator.gp.predictor import Predictor
 from orchestrator.measurements.wording import listed
+
+if TYPE_CHECKING:
+    from orchestrator.report.notebook import Shown
 
 Array = NDArray[Any]
 
@@ -114,6 +117,17 @@ class Block:
                 shared = float(self.posterior.covariance(term.latent, point, of, point)[0, 0])
                 total += 2.0 * term.factor * direction[term.input] * shared
         return total / (2.0 * deviation)
+
+    def plot(self) -> "Shown":
+        """Mean and 90 % band of each output over each input, for a notebook."""
+        from orchestrator.report.notebook import block_plot
+
+        return block_plot(self)
+
+    def _repr_html_(self) -> str:
+        from orchestrator.report.notebook import block_html
+
+        return block_html(self)
 
     def point(self, values: Mapping[str, float]) -> Array:
         """The inputs of the latent functions, (1, d)."""

@@ -32,7 +32,7 @@ from orchestrator.report.summary import comparison_facts, comparison_plain, diag
 from orchestrator.report.where_tables import where_tables
 
 if TYPE_CHECKING:
-    from jinja2 import Template
+    from jinja2 import Environment
 
 
 def comparison_report(comparison: Comparison, replay: Replay | None = None) -> str:
@@ -54,7 +54,7 @@ def comparison_report(comparison: Comparison, replay: Replay | None = None) -> s
         ),
         plain=comparison_plain(comparison),
         facts=comparison_facts(comparison),
-        replay=_moving(replay),
+        replay=moving(replay),
     )
     return render(page)
 
@@ -72,13 +72,13 @@ def discovery_report(diagnosis: Diagnosis, entries: list[LedgerEntry], replay: R
 def _diagnosis_page(diagnosis: Diagnosis, entries: list[LedgerEntry], replay: Replay | None) -> Page:
     given, final = diagnosis.steps[0].comparison, diagnosis.steps[-1].comparison
     effects = (entries[-1].effects if entries else ()) or diagnosis.effects
-    versions = [(e.name, e.learning, e.held_out) for e in entries] or _step_versions(diagnosis)
+    versions = [(e.name, e.learning, e.held_out) for e in entries] or step_versions(diagnosis)
     changed = {} if final is given else {(curves.file, curves.set): curves for curves in final.curves}
     seconds = (("seconds", digits(diagnosis.seconds)),)
     return Page(
         title=f"{'Discovery' if entries else 'Diagnosis'}: {diagnosis.model} on {_short(diagnosis.data)}",
         verdict=verdict_sentence(diagnosis),
-        falling_error=_falling(versions),
+        falling_error=falling(versions),
         sections=(
             Section(
                 "What is missing",
@@ -118,11 +118,11 @@ def _diagnosis_page(diagnosis: Diagnosis, entries: list[LedgerEntry], replay: Re
         ),
         plain=diagnosis_plain(diagnosis),
         facts=diagnosis_facts(diagnosis),
-        replay=_moving(replay),
+        replay=moving(replay),
     )
 
 
-def _moving(replay: Replay | None) -> Picture | None:
+def moving(replay: Replay | None) -> Picture | None:
     """The replay as a part of a page; its drawing explains itself, as it is no photograph."""
     if replay is None:
         return None
@@ -136,7 +136,7 @@ def _moving(replay: Replay | None) -> Picture | None:
     return Picture(replay_html(replay, "Replay of the worst trial"), caption)
 
 
-def _step_versions(diagnosis: Diagnosis) -> list[figures.Version]:
+def step_versions(diagnosis: Diagnosis) -> list[figures.Version]:
     versions: list[figures.Version] = []
     known: set[tuple[str, str]] = set()
     for step in diagnosis.steps:
@@ -147,7 +147,7 @@ def _step_versions(diagnosis: Diagnosis) -> list[figures.Version]:
     return versions
 
 
-def _falling(versions: list[figures.Version]) -> Picture | None:
+def falling(versions: Sequence[figures.Version]) -> Picture | None:
     if len(versions) < 2:
         return None
     return Picture(figures.falling_error(versions), "The error of each version, as a multiple of the noise floor.")
@@ -205,27 +205,38 @@ def _short(path: str) -> str:
 
 def render(page: Page) -> str:
     """Return a page as one HTML file; a browser runs no script on it but that of the replay, if there is one."""
+    return _filled("report.html.j2", page, ":root")
+
+
+def render_part(page: Page) -> str:
+    """Return a page as a part of another, such as the output of a cell: its title and headings are left out."""
+    return _filled("notebook.html.j2", page, ".misfit-report")
+
+
+def _filled(template: str, page: Page, selector: str) -> str:
     script = replay_script() if page.replay else ""
-    return _template().render(
-        page=page,
-        shown=[(f"part-{number}", part) for number, part in enumerate(page.sections) if not part.is_empty],
-        colours=css_variables(),
-        style=replay_style() if page.replay else "",
-        script=script,
-        policy=f"; script-src {script_source()}" if script else "",
+    return (
+        _templates()
+        .get_template(template)
+        .render(
+            page=page,
+            shown=[(f"part-{number}", part) for number, part in enumerate(page.sections) if not part.is_empty],
+            colours=css_variables(selector),
+            style=replay_style() if page.replay else "",
+            script=script,
+            policy=f"; script-src {script_source()}" if script else "",
+        )
     )
 
 
 @cache
-def _template() -> "Template":
+def _templates() -> "Environment":
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-    loader = FileSystemLoader(Path(__file__).parent / "templates")
-    environment = Environment(
-        loader=loader,
+    return Environment(
+        loader=FileSystemLoader(Path(__file__).parent / "templates"),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    return environment.get_template("report.html.j2")

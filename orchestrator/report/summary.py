@@ -51,9 +51,9 @@ def diagnosis_plain(diagnosis: Diagnosis) -> str:
     start = f"On trials that nobody had looked at, the model as given is off by {ratio(before)} the sensors' noise"
     if not diagnosis.effects or math.isnan(after):
         return f"{start}; a perfect model would be at 1."
-    them = "them" if len(diagnosis.effects) > 1 else "it"
+    them = "them" if len(diagnosis.effects) > 1 else "that"
     named = joined(effect_name(effect) for effect in diagnosis.effects)
-    return f"{start}. It lacks {named}; with {them} it is off by {ratio(after)}, where a perfect model would be at 1."
+    return f"{start}. It lacks {named}; with {them} added it is off by {ratio(after)}, where a perfect model would be at 1."
 
 
 def diagnosis_facts(diagnosis: Diagnosis) -> tuple[Fact, ...]:

@@ -32,7 +32,7 @@ def test_diagnosis_begins_with_the_error_before_and_after() -> None:
         ("Removed", "97 %", ""),
         ("Chance", "p = 0.004", ""),
     ]
-    assert "It lacks coulomb friction at joint1 and payload at wrist; with them it is off by 0.992 times" in (
+    assert "It lacks coulomb friction at joint1 and payload at wrist; with them added it is off by 0.992 times" in (
         diagnosis_plain(found)
     )
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from difflib import get_close_matches
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 from fmus.errors import MisfitError
 from fmus.units import conversion
 from orchestrator.cosim.results.column import Column
+
+if TYPE_CHECKING:
+    from orchestrator.report.notebook import Shown
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +58,21 @@ class Result:
         """
         self[name]
         return next(column for column in self.columns if column.name == name)
+
+    def plot(self, *names: str) -> "Shown":
+        """Curves of columns over time, for a notebook; of the first few without names.
+
+        Raises:
+            MisfitError: if there is no such column, or nothing was recorded.
+        """
+        from orchestrator.report.notebook import result_plot
+
+        return result_plot(self, names)
+
+    def _repr_html_(self) -> str:
+        from orchestrator.report.notebook import result_html
+
+        return result_html(self)
 
     def values_in(self, name: str, unit: str) -> NDArray[np.float64]:
         """Values of a column, (n,), converted to a unit.

@@ -1,5 +1,6 @@
 """Figures as inline images: each function returns an `<img>` element with a PNG and a text that says what it shows."""
 
+from orchestrator.report.figures._block import block_slices
 from orchestrator.report.figures._curves import shown_signals, shown_trials, trial_curves
 from orchestrator.report.figures._diagnosis import Version, falling_error, ranking
 from orchestrator.report.figures._latent import latent_curve
@@ -8,6 +9,7 @@ from orchestrator.report.figures._residuals import error_by_trial, residual_agai
 
 __all__ = [
     "Version",
+    "block_slices",
     "error_by_trial",
     "error_maps",
     "falling_error",

@@ -6,7 +6,7 @@ import io
 import unicodedata
 import warnings
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -26,7 +26,7 @@ def canvas(
     height: float,
     *,
     sharex: bool = False,
-    sharey: bool = False,
+    sharey: bool | Literal["row"] = False,
     height_ratios: Sequence[float] | None = None,
 ) -> tuple["Figure", np.ndarray]:
     """Return a figure of page width, `height` inches high, and its axes, shape (rows, columns)."""
