@@ -19,8 +19,9 @@ MUSCLES = (
     "triceps, short head",
     "brachialis",
 )
-# Begin and end by eye, as shares of the bone they lie on: trunk, upper arm or forearm.
-_ENDS = ((0.30, 0.50), (0.30, 0.42), (0.45, 0.20), (0.45, 0.10), (0.35, 0.10), (0.55, 0.14))
+# Begin and end by eye, as shares of the bone they lie on: trunk, upper arm or forearm. Flexors end beyond the place at which a
+# string at their distance bends where the elbow is flexed by 2.5 rad.
+_ENDS = ((0.30, 0.50), (0.30, 0.42), (0.45, 0.28), (0.45, 0.10), (0.35, 0.10), (0.55, 0.22))
 # Length of bone over which a string slants away from it.
 _SLANT = 0.03
 TRUNK = 0.16
