@@ -3,6 +3,7 @@
 import html
 import re
 from collections.abc import Mapping, Sequence
+from functools import cache
 
 from docs.generator.class_text import ClassText, read_class, slots_of
 from docs.generator.scenes import Scene, scenes
@@ -29,6 +30,7 @@ ELEMENTS = {
 }
 
 
+@cache
 def by_id() -> dict[str, list[Scene]]:
     """The cards of each effect id; the one without a variant comes first."""
     found: dict[str, list[Scene]] = {}
@@ -149,13 +151,28 @@ def _unit(unit: str) -> str:
 
 
 def _confusion(card: EffectCard) -> str:
-    if not card.confusable:
+    others = dict.fromkeys((*card.confusable, *_taken_for(card)))
+    if not others:
         return (
             "No effect is known to look like it in general. What can be told apart depends on the data, so a diagnosis"
             " compares all effects on yours and lists those that it cannot separate."
         )
-    others = "\n".join(f"* [{in_words(other)}]({other}.md)" for other in card.confusable)
-    return f"{others}\n\nWhether your data separate them, a diagnosis says under `confusable` and `odds`."
+    listed = "\n".join(f"* [{in_words(other)}]({other}.md)" for other in others)
+    return f"{listed}\n\nWhether your data separate them, a diagnosis says under `confusable` and `odds`."
+
+
+def _taken_for(card: EffectCard) -> list[str]:
+    """Effects whose own cards say that they may be taken for this one, in a model that can hold both."""
+    return [
+        effect
+        for effect, cards in by_id().items()
+        if effect != card.id and any(card.id in s.card.confusable and _share_a_model(s.card, card) for s in cards)
+    ]
+
+
+def _share_a_model(one: EffectCard, other: EffectCard) -> bool:
+    slots = (slots_of(model.class_name) for model in built_in_models().values())
+    return any(found & set(one.slots) and found & set(other.slots) for found in slots)
 
 
 def _confused(cards: Sequence[Scene], ending: str) -> str:

@@ -10,12 +10,15 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import repeat
 from pathlib import Path
+from typing import Any
 
 from docs.generator.type_text import dataclasses_in, hints_of
+from hil.emulation.settings import Learning
+from hil.safety.limits import JointLimits, Limits, Zone
 from orchestrator.measurements.case_file import _REMARK_KEYS
 
 ROOT = Path(__file__).parents[2]
-# What a method of TomlTable promises of the value that it returns.
+# What a method of TomlTable, or a function on top of it, promises of the value that it returns.
 KINDS = {
     "get_table": "table",
     "get_text": "text",
@@ -25,6 +28,10 @@ KINDS = {
     "get_number": "number",
     "get_positive": "number above 0",
     "get_flag": "true or false",
+    # Functions of the readers themselves, which take the table first.
+    "_address": "COMPONENT.VARIABLE",
+    "_text": "text",
+    "_number": "number",
 }
 
 
@@ -151,10 +158,12 @@ def toml_page() -> str:
     parts = [
         "# TOML files",
         "The keys that each file may have, as the code that reads it knows them. A key that is not here is refused, or noted,"
-        " with the nearest one. What the keys mean stands on the page that each section names.",
+        " with the nearest one. Where a cell is empty, the value has a form of its own. What the keys mean stands on the"
+        " page that each section names.",
     ]
     for file in TOML_FILES:
         parts += _toml_section(file)
+    parts += _bench_section()
     return "\n\n".join(parts) + "\n"
 
 
@@ -173,16 +182,55 @@ def _toml_section(file: TomlFile) -> list[str]:
     return parts
 
 
+def _bench_section() -> list[str]:
+    """The bench file, whose tables are data classes."""
+    parts = ["## bench.toml", "It describes a bench: bus, robot and limits: [guide](../bench.md)."]
+    for table, source, left_out in BENCH_TABLES:
+        rows = [
+            f"| `{field.name}` | {hints_of(source)[field.name]} | {_default(field)} |"
+            for field in dataclasses.fields(source)
+            if field.name not in left_out
+        ]
+        parts += [
+            f"### {table} {{: #part-{source.__name__.lower()} }}",
+            _docstring(source),
+            "\n".join(["| key | value | default |", "|---|---|---|", *rows]),
+        ]
+    return parts
+
+
+def _default(field: "dataclasses.Field[Any]") -> str:
+    missing = field.default is dataclasses.MISSING
+    return "that of the robot" if missing else f"`{field.default}`"
+
+
+def _docstring(source: type) -> str:
+    """The text of a class; a list of its fields becomes a list."""
+    text = inspect.getdoc(source) or ""
+    text = re.sub(r"\nArgs:\n", "\n\n", text)
+    text = re.sub(r"^    ([\w, ]+): ", r"* `\1`: ", text, flags=re.MULTILINE)
+    return re.sub(r"\n\s+", "\n", text).replace("\n* ", "\n\n* ", 1)
+
+
+BENCH_TABLES = (
+    ("[limits]", Limits, ("joints", "period_ns")),
+    ("[[joints]]", JointLimits, ()),
+    ("zones of a joint", Zone, ()),
+    ("[learning]", Learning, ()),
+)
+
+
 def _kinds(modules: Iterable[str]) -> dict[str, str]:
     """What the code asks of the values of keys, from its calls such as `table.get_positive("step")`."""
     found: dict[str, str] = {}
     for module in modules:
         tree = ast.parse(inspect.getsource(importlib.import_module(module)))
         for node in ast.walk(tree):
-            if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in KINDS:
-                first = node.args[0] if node.args else None
-                if isinstance(first, ast.Constant):
-                    found.setdefault(str(first.value), KINDS[node.func.attr])
+            if isinstance(node, ast.Call) and node.args:
+                asked = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
+                key = node.args[1] if asked.startswith("_") and len(node.args) == 2 else node.args[0]
+                if asked in KINDS and isinstance(key, ast.Constant):
+                    found.setdefault(str(key.value), KINDS[asked])
     return found
 
 
@@ -337,7 +385,7 @@ def _fields(source: type) -> list[Key]:
 
 
 def _part(source: type) -> list[str]:
-    text = re.sub(r"\n\s+", "\n", inspect.getdoc(source) or "").replace("*", r"\*")
+    text = _docstring(source).replace("*", r"\*")
     types = hints_of(source)
     rows = [f"| `{key.name}` | {types.get(key.source) or key.words} |" for key in _part_keys(source)]
     return [

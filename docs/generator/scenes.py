@@ -3,6 +3,7 @@
 import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +29,7 @@ class Scene:
     remark: str
 
 
+@cache
 def scenes() -> tuple[Scene, ...]:
     """Every card of the library with its scene, in the order of the library.
 

@@ -13,9 +13,13 @@ from fmus.files import cache_folder, write_atomically
 from fmus.library import library_root
 
 ROOT = Path(__file__).parents[2]
+HERE = Path(__file__).parent
 # Whatever can change a curve or its picture.
 SOURCES = (
-    ROOT / "docs" / "generator",
+    *(
+        HERE / name
+        for name in ("plants.py", "scenes.py", "scenes.toml", "signatures.py", "pictures.py", Path(__file__).name)
+    ),
     ROOT / "orchestrator" / "models",
     ROOT / "orchestrator" / "diagnosis" / "cards",
     ROOT / "orchestrator" / "report" / "palette.py",
