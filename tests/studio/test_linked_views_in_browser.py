@@ -6,7 +6,9 @@ import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
+from urllib.error import HTTPError
 from urllib.parse import parse_qs, urlparse
+from urllib.request import urlopen
 
 import numpy as np
 import pytest
@@ -217,6 +219,22 @@ def _asked(response: Response) -> list[float]:
 def _head(content: bytes) -> tuple[dict[str, Any], bytes]:
     length = int.from_bytes(content[:4], "little")
     return json.loads(content[4 : 4 + length]), content[4 + length :]
+
+
+@pytest.mark.parametrize(
+    ("source", "status"),
+    [
+        ("nobodys-key?low=0&high=1&columns=500", 404),
+        ("any?low=nan&high=1&columns=500", 422),
+        ("any?low=0&high=1&columns=9999999", 422),
+    ],
+)
+def test_curves_are_had_by_their_key_and_within_limits_only(address: str, source: str, status: int) -> None:
+    with pytest.raises(HTTPError) as refused:
+        urlopen(f"{address}views/curves/{source}", timeout=10)
+
+    assert refused.value.code == status
+    refused.value.close()
 
 
 @pytest.mark.parametrize("size", [{"width": 1280, "height": 720}, {"width": 820, "height": 1180}], indirect=True)

@@ -201,6 +201,27 @@ def test_a_comparison_read_from_disk_is_the_one_that_was_written(tmp_path: Path)
     assert list(tmp_path.iterdir()) == [tmp_path / "views"]
 
 
+def test_a_page_keeps_little_of_a_long_record_in_memory(tmp_path: Path) -> None:
+    write(tmp_path / "views", comparison([trial(0, 100_000)]))
+    [found] = read(tmp_path / "views").trials
+    kept = [level for signal in found.signals.values() for level in signal.residual.levels[1:]]
+
+    # Series, times, smallest blocks and their sums stay in files that the system may take out of memory.
+    mapped = [
+        found.time,
+        *(array for s in found.signals.values() for array in (s.residual.series, s.residual.levels[0], s.sums.blocks)),
+    ]
+    assert all(_is_mapped(array) for array in mapped)
+    assert sum(level.nbytes for level in kept) < 2 * 100_000 * 4 / 15
+
+
+def _is_mapped(array: np.ndarray) -> bool:
+    base: object = array
+    while isinstance(base, np.ndarray) and not isinstance(base, np.memmap):
+        base = base.base
+    return isinstance(base, np.memmap)
+
+
 def test_curves_are_never_written_over_others(tmp_path: Path) -> None:
     write(tmp_path / "views", COMPARISON)
     with pytest.raises(MisfitError, match="curves cannot be written"):

@@ -27,9 +27,9 @@ def curve_options(data: ViewData, signal: str) -> dict[str, Any]:
         "yAxis": [_value_axis(titled(signal, unit), 0), _value_axis(titled("residual", unit), 1)],
         "dataZoom": [
             {"type": "inside", "xAxisIndex": [0, 1], "filterMode": "none", "zoomOnMouseWheel": "ctrl",
-             "moveOnMouseWheel": False, "preventDefaultMouseMove": False, "throttle": 16},
+             "moveOnMouseWheel": False, "preventDefaultMouseMove": False, "minSpan": 1e-5, "throttle": 16},
             {"type": "slider", "xAxisIndex": [0, 1], "filterMode": "none", "bottom": 4, "height": 26, "left": LEFT,
-             "right": RIGHT, "throttle": 16, "showDetail": False, "brushSelect": False},
+             "right": RIGHT, "minSpan": 1e-5, "throttle": 16, "showDetail": False, "brushSelect": False},
         ],
         "series": [
             {"id": "above", **_empty(0), "markArea": _area(Colour.IMPROVED)},
@@ -37,7 +37,7 @@ def curve_options(data: ViewData, signal: str) -> dict[str, Any]:
             {"id": "floor", **_empty(1), "markArea": {**_area(Colour.OTHER), "data": [[{"yAxis": -floor}, {"yAxis": floor}]]}},
         ],
         "lines": {
-            "measured": _line(Colour.MEASURED, 1.6, 0.55),
+            "measured": _line(Colour.MEASURED, 2.6, 0.45),
             "modelled": _line(Colour.MODEL, 1.2, 0.9),
             "residual": _line(Colour.RESIDUAL, 1.0, 0.9),
             "chosen": _line(Colour.IMPROVED, 2.2, 1.0),

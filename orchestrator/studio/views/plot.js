@@ -56,15 +56,25 @@ export default {
       this.next = most; // what is to be asked once the present answer is here
       if (this.asking) return;
       this.asking = true;
-      while (this.next && !this.chart.isDisposed()) {
-        if (this.next === MOVING_COLUMNS) await new Promise((resolve) => setTimeout(resolve, MOVING_MS));
-        const columns = Math.min(this.next, Math.max(100, Math.round(this.chart.getWidth())));
-        this.next = null;
-        const [low, high] = this.visible();
-        const answer = await fetch(`${this.source}?${new URLSearchParams({ low, high, columns })}`);
-        if (answer.ok && !this.chart.isDisposed()) this.receive(unpacked(await answer.arrayBuffer()));
+      try {
+        while (this.next) await this.look();
+      } catch (error) {
+        console.warn("curves could not be fetched; the next move asks again:", error.message);
+      } finally {
+        this.asking = false;
       }
-      this.asking = false;
+    },
+    async look() {
+      if (this.next === MOVING_COLUMNS) await new Promise((resolve) => setTimeout(resolve, MOVING_MS));
+      const most = this.next;
+      this.next = null;
+      if (this.chart.isDisposed()) return;
+      const columns = Math.min(most, Math.max(100, Math.round(this.chart.getWidth())));
+      const [low, high] = this.visible();
+      const answer = await fetch(`${this.source}?${new URLSearchParams({ low, high, columns })}`);
+      if (!answer.ok) throw new Error(await answer.text());
+      const content = await answer.arrayBuffer();
+      if (!this.chart.isDisposed()) this.receive(unpacked(content));
     },
     change(options) {
       const { lines, dataZoom, ...shown } = options; // what is in sight stays
