@@ -8,7 +8,9 @@ from orchestrator.regress.comparison import SignalVerdict
 from orchestrator.regress.figures import curve_figure
 from orchestrator.regress.outcome import Outcome
 from orchestrator.report.html import render
+from orchestrator.report.numbers import quantity
 from orchestrator.report.page import Page, PageTable, Picture, Section
+from orchestrator.report.summary import Fact
 
 # A page with more pictures takes longer to draw than the cases to run.
 _MOST_PICTURES = 40
@@ -32,7 +34,21 @@ def page(outcomes: Sequence[Outcome]) -> str:
     ]
     made = (("misfit", version("misfit-fmu")), ("made", datetime.now(UTC).strftime("%Y-%m-%d %H:%M:%S UTC")))
     sections.append(Section("Provenance", pairs=(*made, *_models(outcomes))))
-    return render(Page("Regression tests", verdict, None, tuple(sections)))
+    return render(Page("Regression tests", verdict, None, tuple(sections), facts=_facts(outcomes)))
+
+
+def _facts(outcomes: Sequence[Outcome]) -> tuple[Fact, ...]:
+    """How many of each verdict, and how long it took."""
+    counts = {verdict: sum(each.verdict == verdict for each in outcomes) for verdict in ("passed", "failed", "error")}
+    took = quantity(sum(each.took_s for each in outcomes), "s")
+    return (
+        Fact("Passed", str(counts["passed"]), f"of {len(outcomes)} cases", "good" if counts["passed"] else ""),
+        Fact("Failed", str(counts["failed"]), "differ from what was expected", "bad" if counts["failed"] else ""),
+        Fact(
+            "Not run", str(counts["error"]), "a component or the case itself failed", "bad" if counts["error"] else ""
+        ),
+        Fact("Time", took, "of the clock, over all cases"),
+    )
 
 
 def _failed(outcome: Outcome, shown: Sequence[object]) -> Section:

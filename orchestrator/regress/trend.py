@@ -8,6 +8,7 @@ from orchestrator.regress.history import Entry
 from orchestrator.regress.outcome import plain
 from orchestrator.report.html import render
 from orchestrator.report.page import Page, PageTable, Picture, Section
+from orchestrator.report.summary import Fact
 
 SCHEMA = "misfit.regress.trend/1"
 _MOST_PICTURES = 40
@@ -87,7 +88,9 @@ def trend_page(trend: Trend, where: str) -> str:
     """The trend as one HTML file."""
     last = {name: next((v for v in reversed(values) if v), "") for name, values in trend.verdicts.items()}
     wrong = [name for name, verdict in last.items() if verdict != "passed"]
-    verdict = f"{len(trend.runs)} runs of {len(last)} cases; {len(wrong) or 'none'} did not pass at last"
+    runs = f"{len(trend.runs)} run{'s' if len(trend.runs) > 1 else ''}"
+    outcome = f"{len(wrong)} of {len(last)} did not pass at last" if wrong else "all passed at last"
+    verdict = f"{len(last)} case{'s' if len(last) > 1 else ''} over {runs}: {outcome}"
     drifting = tuple(f"{x.case}: {x.signal} came nearer to its limit, {_row(x.exceed)}" for x in trend.drifting)
     rows = tuple(
         (name, last[name], _marks(values), _row(trend.seconds[name], 3)) for name, values in trend.verdicts.items()
@@ -102,7 +105,12 @@ def trend_page(trend: Trend, where: str) -> str:
         Section("Signals", tables=(PageTable("Signals", headings, signals),)),
         Section("Provenance", pairs=(("history", where), ("first run", trend.runs[0]), ("last run", trend.runs[-1]))),
     )
-    return render(Page("Regression tests over time", verdict, None, sections))
+    facts = (
+        Fact("Cases", str(len(last)), f"over {runs}"),
+        Fact("Did not pass at last", str(len(wrong)), ", ".join(wrong[:3]), "bad" if wrong else "good"),
+        Fact("Drifting", str(len(trend.drifting)), "signals that come nearer to their limits"),
+    )
+    return render(Page("Regression tests over time", verdict, None, sections, facts=facts))
 
 
 def _pictures(trend: Trend) -> tuple[Picture, ...]:

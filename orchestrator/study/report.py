@@ -6,7 +6,7 @@ from orchestrator.report.provenance import provenance
 from orchestrator.study.pictures import errors_figure, growth_figure
 from orchestrator.study.researcher import SETS
 from orchestrator.study.study import GROWTHS, LIMITS, Study
-from orchestrator.study.tables import bars_table, growth_table, regression_table, sentence, variants_table
+from orchestrator.study.tables import bars_table, facts, growth_table, regression_table, sentence, variants_table
 
 DIFFERENCES = (
     "The line has an intercept far below zero: who is strong enough errs by a few newtons, whoever is not, by what is lacking.",
@@ -46,6 +46,7 @@ def study_report(study: Study, seconds: float) -> str:
                 "Provenance", pairs=(*provenance("arm-paper", f"seeds {_seeds(study)}"), ("seconds", f"{seconds:.0f}"))
             ),
         ),
+        facts=facts(study),
     )
     return render(page)
 

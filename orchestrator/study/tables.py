@@ -1,6 +1,7 @@
 """The study as tables of texts, for the terminal and for the report."""
 
 from orchestrator.report.page import PageTable
+from orchestrator.report.summary import Fact
 from orchestrator.study import published
 from orchestrator.study.muscles import MUSCLES
 from orchestrator.study.study import LIMITS, Study
@@ -89,6 +90,18 @@ def sentence(study: Study) -> str:
         f"slope close to 1, R2 0.82); all of them improve the {len(MUSCLES) - 2} strong muscles by {main.median:.0f} % "
         f"(range {main.low:.0f} to {main.high:.0f} over {len(study.seeds)} seeds; published 27 to 43 %). "
         + ("All bars are met." if not missed else f"{missed} of {len(bars(study))} bars are not met.")
+    )
+
+
+def facts(study: Study) -> tuple[Fact, ...]:
+    """The result in a few numbers, medians with their range over the seeds."""
+    slope = over(line.slope for line in lines(study, LIMITS[0], goal=False))
+    main, found = strong_mean(chosen(study, "joint", "small")), bars(study)
+    met = sum(bar.met for bar in found)
+    return (
+        Fact("Error per required force", f"{slope.median:.2f}", f"{_range(slope, '.2f')}; published close to 1"),
+        Fact("Strong muscles improve by", f"{main.median:.0f} %", f"{_range(main, '.0f')}; published 27 to 43 %"),
+        Fact("Bars met", f"{met} of {len(found)}", "set before the study ran", "good" if met == len(found) else "bad"),
     )
 
 

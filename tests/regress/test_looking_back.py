@@ -48,7 +48,7 @@ def test_a_history_only_grows_and_shows_a_drift_before_it_fails(tmp_path: Path) 
     assert trend.verdicts["ball"] == ("passed",) * 3 + ("failed",)
     assert [line.signal for line in earlier.drifting] == ["h"] and not trend.drifting
     assert json.loads(json.dumps(trend.to_json(), allow_nan=False))["signals"][0]["exceed"][-1] == "inf"
-    assert "4 runs of 1 cases" in trend_page(trend, str(tmp_path))
+    assert "1 case over 4 runs" in trend_page(trend, str(tmp_path))
     assert pq.read_table(next(tmp_path.glob("*.parquet"))).num_rows == 2
 
 

@@ -77,3 +77,13 @@ def test_each_meaning_is_a_css_variable() -> None:
         name.upper().replace("-", "_"): value for name, value in found.items()
     }.items() >= Colour.__members__.items()
     assert found.keys() >= {"paper", "tint", "rule", "series-1", "series-6"}
+
+
+def test_lines_without_a_colour_of_their_own_take_those_of_the_palette() -> None:
+    from orchestrator.report.figures._canvas import canvas
+
+    _, axes = canvas(1, 1, 2.0)
+    drawn = [axes[0, 0].plot([0, 1], [k, k])[0] for k in range(8)]
+
+    assert [line.get_color() for line in drawn[:6]] == list(SERIES)
+    assert len({(line.get_color(), line.get_linestyle()) for line in drawn}) == 8

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from orchestrator.report.palette import SERIES
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -35,7 +37,9 @@ def canvas(
 
     figure = Figure(figsize=(WIDTH, height), dpi=DPI, layout="tight")
     axes = figure.subplots(rows, columns, squeeze=False, sharex=sharex, sharey=sharey, height_ratios=height_ratios)
+    lines = {"color": SERIES * 2, "linestyle": ["-"] * len(SERIES) + ["--"] * len(SERIES)}
     for ax in axes.flat:
+        ax.set_prop_cycle(**lines)
         ax.spines[["top", "right"]].set_visible(False)
         ax.tick_params(labelsize=8)
         ax.set_axisbelow(True)
