@@ -4,8 +4,9 @@ import contextlib
 import sys
 import tempfile
 import time
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
@@ -62,10 +63,10 @@ def hold(
         late = document["lateness_us"]
         show(
             f"{document['cycles']} cycles at {document['rate_hz']:g} Hz, {document['missed']} missed,"
-            f" {document['frames_lost']} frames lost\n"
+            f" {document['frames_lost']} answers late or lost\n"
             f"late by {late['p50']} us (median), {late['p99']} us (99 %), {late['max']} us (at most)\n"
             + "".join(f"not permitted here: {words}; cycles may be late\n" for words in document["not_permitted"])
-            + "".join(f"stopped by {fault}\n" for fault in document["faults"])
+            + stopped_by(document, virtual)
             + f"recorded in {document['recording']}",
             quiet,
         )
@@ -208,6 +209,15 @@ def robot_of(
         return read_settings(bench, rate_hz)
     settings = replace(default_settings(rate_hz=rate_hz), gravity=False, proof=body is not None)
     return replace(settings, bus=stack.enter_context(virtual_robot(settings.side, body)))
+
+
+def stopped_by(document: Mapping[str, Any], virtual: bool) -> str:
+    """Lines that say why a session ended early, if it did; a virtual robot on a busy machine answers late."""
+    lines = "".join(f"stopped by {fault}\n" for fault in document["faults"])
+    late = [fault for fault in document["faults"] if fault.startswith(("positions_answered", "on_time"))]
+    if virtual and late:
+        lines += f"this machine is too busy for a virtual robot at {document['rate_hz']:g} Hz; try --rate 100\n"
+    return lines
 
 
 def _made(folder: Path) -> Path:

@@ -47,7 +47,7 @@ def record(
 
     The arm of the model library is emulated: its muscles push through the robot, a person at the wrist pushes back.
     """
-    from hil.cli import robot_of
+    from hil.cli import robot_of, stopped_by
     from hil.emulation.anatomy import anatomy
     from hil.emulation.muscles import Muscles
     from hil.session.session import run_session
@@ -67,8 +67,8 @@ def record(
         whole = len(list(folder.glob("trial_*.parquet")))
         show(
             f"{document['cycles']} cycles at {document['rate_hz']:g} Hz, {document['missed']} missed,"
-            f" {document['frames_lost']} frames lost\n"
-            + "".join(f"stopped by {fault}\n" for fault in document["faults"])
+            f" {document['frames_lost']} answers late or lost\n"
+            + stopped_by(document, virtual)
             + f"{whole} of {len(trials.trials)} trials recorded in {folder}"
             + (f"; to go on: misfit compare arm {folder}" if whole else ""),
             quiet,

@@ -10,10 +10,7 @@ import can
 from hil.codecs.frame import Frame, Timed
 from hil.errors import BusError
 from hil.virtual.faults import Faults
-from hil.virtual.robot import VirtualRobot
-
-# The plant moves on at least so often.
-_IDLE_S = 0.01
+from hil.virtual.robot import EVERY_NS, VirtualRobot
 
 
 class BusServer:
@@ -43,15 +40,17 @@ class BusServer:
 
     def _turn(self) -> None:
         now = time.monotonic_ns()
-        wait = min((self._due[0][0] - now) * 1e-9, _IDLE_S) if self._due else _IDLE_S
-        message = self.bus.recv(max(wait, 0.0))
-        now = time.monotonic_ns()
+        wait = min(self._due[0][0] - now, EVERY_NS) if self._due else EVERY_NS
+        message = self.bus.recv(max(wait, 0) * 1e-9)
         if message is not None and not (message.is_extended_id or message.is_remote_frame or message.is_error_frame):
-            self._hear(Timed(now, Frame(message.arbitration_id, bytes(message.data))))
-        self.robot.advance(now)
+            at = self.robot.arrival(time.monotonic_ns())
+            self._hear(Timed(at, Frame(message.arbitration_id, bytes(message.data))))
+        now = time.monotonic_ns()
+        # Answers first: a host waits for them, and nobody for the plant.
         while self._due and self._due[0][0] <= now:
             _, _, frame = heapq.heappop(self._due)
             self.bus.send(can.Message(arbitration_id=frame.identifier, data=frame.data, is_extended_id=False))
+        self.robot.keep_up(time.monotonic_ns())
 
     def _hear(self, timed: Timed) -> None:
         for heard in self.faults.to_robot(timed):

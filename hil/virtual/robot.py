@@ -18,6 +18,10 @@ from hil.virtual.sensor import ForceSensor
 
 # The plant moves on in steps of at most this; motors take their torques at the frame's own time.
 LONGEST_STEP_S = 0.001
+# In real time the plant moves on so often without a question, to be near when one comes.
+EVERY_NS = 2_000_000
+# What comes so soon after the plant has moved finds it where it is: a cycle's questions move it once, and are answered in time.
+_TOGETHER_NS = 500_000
 # Time that the plant may be behind: after a longer silence (a stopped machine) it does not catch up.
 MOST_BEHIND_S = 0.1
 
@@ -74,6 +78,16 @@ class VirtualRobot:
         self.time_ns = max(self.time_ns, time_ns)
         self._show()
         self.safety.watch(float(np.max(np.abs(self.plant.speeds)) * 0.65), time_ns)
+
+    def arrival(self, now: int) -> int:
+        """When a frame that is read at `now` (ns) has come, for a robot in real time: not before the plant, and not just after it."""
+        moved = self.time_ns or 0
+        return moved if now - moved < _TOGETHER_NS else now
+
+    def keep_up(self, now: int) -> None:
+        """Let the plant of a robot in real time move on, if it is long enough behind."""
+        if now - (self.time_ns or 0) >= EVERY_NS:
+            self.advance(now)
 
     def _show(self) -> None:
         for motor, angle in zip(self.motors, proficio.motor_angles(self.plant.angles), strict=True):

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from hil.codecs.frame import Frame, Timed
 from hil.virtual.control import Control
 from hil.virtual.faults import Faults
-from hil.virtual.robot import VirtualRobot
+from hil.virtual.robot import EVERY_NS, VirtualRobot
 
 _COMMAND = re.compile(rb"<\s*([^<>]*?)\s*>")
 # A frame behind the answer to `rawmode` would break the client's handshake: hold back until it speaks, or so long.
@@ -29,8 +29,8 @@ class _Client:
         self.say(b"< hi >")
 
     def say(self, text: bytes) -> None:
-        """Send; a client that does not read loses what it does not take."""
-        with contextlib.suppress(BlockingIOError):
+        """Send; a client that does not read loses what it does not take, and one that is gone is noticed when it is read."""
+        with contextlib.suppress(OSError):
             self.connection.send(text)
 
     def commands(self) -> list[bytes]:
@@ -89,8 +89,8 @@ class SocketcandServer:
 
     def _turn(self) -> None:
         now = time.monotonic_ns()
-        wait = min((self._due[0][0] - now) * 1e-9, 0.01) if self._due else 0.01
-        for key, _ in self._selector.select(max(wait, 0.0)):
+        wait = min(self._due[0][0] - now, EVERY_NS) if self._due else EVERY_NS
+        for key, _ in self._selector.select(max(wait, 0) * 1e-9):
             if key.fileobj is self._listener:
                 connection, _address = self._listener.accept()
                 client = _Client(connection)
@@ -98,41 +98,42 @@ class SocketcandServer:
                 self._selector.register(connection, selectors.EVENT_READ, client)
             else:
                 self._hear(key.data)
-        self.robot.advance(time.monotonic_ns())
         self._send_due()
+        self.robot.keep_up(time.monotonic_ns())
 
     def _hear(self, client: _Client) -> None:
         try:
             for command in client.commands():
-                self._follow(client, command)
+                self._follow(client, command, self.robot.arrival(time.monotonic_ns()))
+                # A host waits for answers, and nobody for the plant.
+                self._send_due()
         except (ConnectionError, OSError):
             self._selector.unregister(client.connection)
             self._clients.remove(client)
             client.connection.close()
 
-    def _follow(self, client: _Client, command: bytes) -> None:
+    def _follow(self, client: _Client, command: bytes, now: int) -> None:
         words = command.split()
         if words[:1] == [b"send"] and client.raw_since:
             frame = _frame_of(words[1:])
             if frame is not None:
-                self._on_the_bus(client, frame)
+                self._on_the_bus(client, frame, now)
         elif words[:1] in ([b"open"], [b"rawmode"]):
             client.say(b"< ok >")
             if words == [b"rawmode"]:
-                client.raw_since = time.monotonic_ns()
+                client.raw_since = now
         elif words == [b"echo"]:
             client.say(b"< echo >")
         elif words[:1] == [b"misfit"]:
             said = [word.decode("ascii", "replace") for word in words[1:]]
-            understood = self.control.follow(said, time.monotonic_ns())
+            understood = self.control.follow(said, now)
             client.say(b"< ok >" if understood else b"< error 2 not understood >")
         else:
             client.say(b"< error 1 unknown command >")
 
-    def _on_the_bus(self, sender: _Client, frame: Frame) -> None:
+    def _on_the_bus(self, sender: _Client, frame: Frame, now: int) -> None:
         """A client's frame reaches the robot and all other clients."""
-        sender.raw_since = min(sender.raw_since, time.monotonic_ns() - _SETTLE_NS)
-        now = time.monotonic_ns()
+        sender.raw_since = min(sender.raw_since, now - _SETTLE_NS)
         for timed in self.faults.to_robot(Timed(now, frame)):
             answers = self.robot.receive(timed.frame, now)
             for answer in answers:

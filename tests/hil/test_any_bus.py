@@ -11,12 +11,14 @@ from contextlib import contextmanager
 from typing import Any
 
 import can
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from hil.bus.gate import TORQUE_IDENTIFIERS
 from hil.bus.wire import open_wire
+from hil.cli import stopped_by
 from hil.codecs.frame import Frame
 from hil.errors import BusError
 from hil.robots import proficio
@@ -134,3 +136,55 @@ def test_a_frame_that_is_typed_is_heard(identifier: int, data: bytes) -> None:
         message = adapter.recv(0.0)
         assert message is not None
         assert (message.arbitration_id, bytes(message.data)) == (identifier, data)
+
+
+class Counting(FreeJoints):
+    """Counts its steps."""
+
+    steps = 0
+
+    def step(self, torques: np.ndarray, seconds: float) -> None:
+        """Move on."""
+        self.steps += 1
+        super().step(torques, seconds)
+
+
+MS = 1_000_000
+
+
+def test_the_questions_of_a_cycle_move_the_plant_once() -> None:
+    plant = Counting(proficio.HOME["right"])
+    robot = VirtualRobot(plant)
+    robot.advance(robot.arrival(1000 * MS))
+    question = Frame(0x404, b"\x30")
+    for late_ns in (0, MS // 10, MS // 4):  # one question after the other, while the first is being answered
+        robot.receive(question, robot.arrival(1001 * MS + late_ns))
+    assert (plant.steps, robot.time_ns) == (1, 1001 * MS)
+    robot.receive(question, robot.arrival(1002 * MS))
+    assert (plant.steps, robot.time_ns) == (2, 1002 * MS)
+
+
+def test_without_questions_the_plant_moves_on_every_two_milliseconds() -> None:
+    plant = Counting(proficio.HOME["right"])
+    robot = VirtualRobot(plant)
+    robot.advance(1000 * MS)
+    robot.keep_up(1001 * MS)
+    assert plant.steps == 0
+    robot.keep_up(1002 * MS)
+    assert (plant.steps, robot.time_ns) == (2, 1002 * MS)
+
+
+@pytest.mark.parametrize(
+    ("virtual", "fault", "hint"),
+    [
+        (True, "positions_answered: no believable position of joint 1 for 3 cycles", True),
+        (True, "force_bounded: 90 N at the wrist, the limit is 80 N", False),
+        (False, "positions_answered: no believable position of joint 1 for 3 cycles", False),
+    ],
+)
+def test_a_virtual_robot_that_answered_late_is_said_to_need_a_slower_session(
+    virtual: bool, fault: str, hint: bool
+) -> None:
+    lines = stopped_by({"faults": [fault], "rate_hz": 500.0}, virtual).splitlines()
+    assert lines[0] == f"stopped by {fault}"
+    assert ("this machine is too busy for a virtual robot at 500 Hz; try --rate 100" in lines) is hint
