@@ -99,7 +99,8 @@ def _trial(trial: ViewTrial, place: int, signal: str, time: Range, most: int, ch
     blocks = [series.blocks(start - 1, stop + 1, most) for series in (found.measured, found.modelled, found.residual)]
     bounds = np.minimum(blocks[0].bounds, len(trial.time))
     raw = blocks[0].size == 1
-    at = bounds[:-1] if raw else np.stack([bounds[:-1], (bounds[:-1] + bounds[1:]) // 2], axis=1).ravel()
+    # Both extremes stand in the middle of their block, so that rising and falling lines look alike.
+    at = bounds[:-1] if raw else np.repeat((bounds[:-1] + bounds[1:]) // 2, 2)
     flags = chosen.touches(bounds)
     measured, modelled, residual = (_points(part, raw) for part in blocks)
     chosen_points = flags if raw else np.repeat(flags, 2)
