@@ -40,30 +40,52 @@ class Task(Protocol):
 
 
 @dataclass(frozen=True)
+class Wanted:
+    """A set to fit: `first` values of its parameters (k,), or rows of them, and of the nuisances.
+
+    The fit ends when the misfit changes by less than the share `tolerance`; start values and clocks begin at those of an
+    `earlier` one of the same set.
+    """
+
+    candidates: Sequence[Candidate]
+    first: np.ndarray
+    nuisances: np.ndarray
+    tolerance: float = TOLERANCE
+    earlier: Fit | None = None
+
+
+@dataclass(frozen=True)
 class RefitTask:
     """Fit a set of candidates by free runs."""
 
     base: ModelicaModel
-    candidates: tuple[Candidate, ...]
     signals: tuple[str, ...]
     learning: LearningData
-    first: np.ndarray
-    nuisances: np.ndarray
-    tolerance: float
-    earlier: Fit | None = None
+    wanted: Wanted
+
+    @property
+    def candidates(self) -> tuple[Candidate, ...]:
+        """The effects of the set."""
+        return tuple(self.wanted.candidates)
 
     @property
     def key(self) -> str:
         """Hash over model, effects, data, first values and program."""
-        begun = [] if self.earlier is None else [[self.earlier.shift], *self.earlier.starts]
-        values = np.concatenate([self.first.ravel(), self.nuisances, [self.tolerance], *begun])
+        wanted = self.wanted
+        begun = [] if wanted.earlier is None else [[wanted.earlier.shift], *wanted.earlier.starts]
+        values = np.concatenate([wanted.first.ravel(), wanted.nuisances, [wanted.tolerance], *begun])
         return _digest(self.base, self.candidates, self.signals, self.learning, values.tobytes())
 
     def run(self) -> tuple[Fit, tuple[Record, ...], int]:
         """The fit, the records as it saw them, and its integration steps in a sample."""
-        effects = EffectSet(self.base, self.candidates, self.signals)
+        wanted, effects = self.wanted, EffectSet(self.base, self.candidates, self.signals)
         found = refit(
-            effects, self.learning, self.first, self.nuisances, tolerance=self.tolerance, earlier=self.earlier
+            effects,
+            self.learning,
+            wanted.first,
+            wanted.nuisances,
+            tolerance=wanted.tolerance,
+            earlier=wanted.earlier,
         )
         return found.fit, found.records, found.substeps
 
@@ -205,22 +227,10 @@ def resumable(name: str, scheduler: str | None = None) -> Iterator[Work]:
     shutil.rmtree(folder, ignore_errors=True)
 
 
-def done_by(
-    work: Work,
-    base: ModelicaModel,
-    candidates: Sequence[Candidate],
-    signals: Sequence[str],
-    learning: LearningData,
-    first: np.ndarray,
-    nuisances: np.ndarray,
-    tolerance: float = TOLERANCE,
-    earlier: Fit | None = None,
-) -> Refit:
+def done_by(work: Work, base: ModelicaModel, signals: Sequence[str], learning: LearningData, wanted: Wanted) -> Refit:
     """Refit a set of candidates, wherever the work is done."""
-    values = (np.asarray(first, dtype=float), np.asarray(nuisances, dtype=float))
-    task = RefitTask(base, tuple(candidates), tuple(signals), learning, *values, tolerance, earlier)
-    effects = EffectSet(base, candidates, signals)
-    found, records, substeps = work.do(task)
+    effects = EffectSet(base, wanted.candidates, signals)
+    found, records, substeps = work.do(RefitTask(base, tuple(signals), learning, wanted))
     return Refit(effects, with_nuisances(effects, learning), records, found, substeps)
 
 

@@ -1,0 +1,119 @@
+"""How sets of effects are refitted by free runs: many roughly, a few to the end, and the best from elsewhere, too."""
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+
+from fmus.catalogue import ModelicaModel
+from fmus.errors import ComponentError, MisfitError
+from orchestrator.diagnosis.calibration import NEAR_FLOOR, Stage
+from orchestrator.diagnosis.evidence import LearningData, Refit
+from orchestrator.diagnosis.first_values import elsewhere, first_values
+from orchestrator.diagnosis.screening import Screened
+from orchestrator.diagnosis.trace import Trace
+from orchestrator.diagnosis.work import Wanted, Work, done_by
+from orchestrator.models.symbolic import SymbolicModel
+
+# All are fitted roughly, the best few to the end.
+ROUGH = 1e-3
+POLISHED = 3
+
+Progress = Callable[[str], None]
+Item = TypeVar("Item")
+Found = TypeVar("Found")
+
+
+@dataclass(frozen=True, eq=False)
+class Setting:
+    """What a search works on, and with: a model without effects, its free slots, the learning trials, who does the work.
+
+    `trace` keeps what was tried.
+    """
+
+    base: ModelicaModel
+    nominal: SymbolicModel
+    slots: tuple[str, ...]
+    learning: LearningData
+    work: Work
+    workers: int
+    progress: Progress
+    trace: Trace
+
+    def side_by_side(self, work: Callable[[Item], Found], items: Sequence[Item]) -> list[Found]:
+        """Do work on items at the same time; results in the order of the items."""
+        with ThreadPoolExecutor(self.work.callers or self.workers) as pool:
+            return list(pool.map(work, items))
+
+
+class Fitter:
+    """Refits sets of candidates; the reason why one cannot be built, simulated or fitted goes to the trace."""
+
+    def __init__(self, setting: Setting) -> None:
+        self.setting = setting
+
+    def attempt(self, wanted: Wanted) -> Refit | None:
+        """Refit a set; None if it cannot be."""
+        try:
+            return self._fitted(wanted)
+        except MisfitError as error:
+            self.setting.trace.fail(wanted.candidates, error)
+            return None
+
+    def _fitted(self, wanted: Wanted) -> Refit:
+        setting = self.setting
+        try:
+            return done_by(setting.work, setting.base, setting.nominal.signals, setting.learning, wanted)
+        except ValueError as error:  # bounds that exclude each other, numbers that overflow
+            raise ComponentError(
+                f"{' + '.join(c.label for c in wanted.candidates)} cannot be fitted: {error}"
+            ) from error
+
+    def refit(
+        self, sets: Sequence[Screened], whole: Sequence[Screened], stage: Stage, nuisances: np.ndarray
+    ) -> list[Refit]:
+        """Refit sets, then sets that are taken as a `whole`, which may begin from the best of the former."""
+        smaller = self._roughly(sets, (), stage, nuisances)
+        rough = sorted([*smaller, *self._roughly(whole, smaller, stage, nuisances)], key=lambda r: r.half_bic)
+        polished = sorted(self.setting.side_by_side(self._closer, rough[:POLISHED]), key=lambda r: r.half_bic)
+        return [*(self._from_elsewhere(r, stage) for r in polished[:1]), *polished[1:], *rough[POLISHED:]]
+
+    def _roughly(
+        self, sets: Sequence[Screened], nearer: Sequence[Refit], stage: Stage, nuisances: np.ndarray
+    ) -> list[Refit]:
+        def one(entry: Screened) -> Refit | None:
+            self.setting.progress(f"refitting {' + '.join(c.label for c in entry.candidates)}")
+            first = np.array([entry.values, *first_values(stage, entry.candidates, nearer)])
+            return self.attempt(Wanted(entry.candidates, first, nuisances, ROUGH))
+
+        return [r for r in self.setting.side_by_side(one, sets) if r is not None]
+
+    def _closer(self, found: Refit) -> Refit:
+        nuisances = found.fit.values[found.size :]
+        better = self.attempt(Wanted(found.effects.candidates, found.values, nuisances, earlier=found.fit))
+        return found if better is None else better
+
+    def _from_elsewhere(self, found: Refit, stage: Stage) -> Refit:
+        """A fitted set, or the same from another point of a grid, if it leaves more than noise and that leaves less."""
+        return found if found.cost <= NEAR_FLOOR else self._best_from(found, elsewhere(stage, found))
+
+    def _best_from(self, found: Refit, starts: Sequence[np.ndarray]) -> Refit:
+        chosen, nuisances = found.effects.candidates, found.fit.values[found.size :]
+        tried = self.setting.side_by_side(lambda row: self.attempt(Wanted(chosen, row, nuisances)), starts)
+        return min([found, *(r for r in tried if r is not None)], key=lambda r: r.fit.misfit)
+
+    def pruned(self, found: Sequence[Refit]) -> list[Refit]:
+        """Sets without the effects that the data do not show beside the others, as far as they were not tried."""
+        tried = {r.labels for r in (*self.setting.trace.refitted, *found)}
+        smaller: dict[frozenset[str], Refit] = {}
+        for r in sorted(found, key=lambda r: r.half_bic)[:POLISHED]:
+            kept = r.without_absent()
+            labels = frozenset(c.label for c, _ in kept)
+            if kept and labels not in tried and labels not in smaller:
+                values = np.concatenate([v for _, v in kept])
+                fitted = self.attempt(Wanted([c for c, _ in kept], values, r.fit.values[r.size :]))
+                if fitted is not None:
+                    smaller[labels] = fitted
+        return list(smaller.values())
