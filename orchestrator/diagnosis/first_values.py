@@ -63,6 +63,12 @@ def elsewhere(stage: Stage, found: Refit) -> list[np.ndarray]:
     return rows
 
 
+def at_peaks(blocks: Sequence[Block], error: np.ndarray) -> list[np.ndarray]:
+    """Parameters (k,) of an effect at each peak of what the points of its grid explain of an error (m,), the best first."""
+    tops = _peaks([_gain(block, error) for block in blocks])[:MOST_ELSEWHERE] if blocks else []
+    return [_sizes([blocks[i]], error)[blocks[i].candidate.label] for i in tops]
+
+
 def _peaks(gains: Sequence[float]) -> list[int]:
     """Places of gains that no neighbour exceeds and that are worth a start, the highest first.
 

@@ -10,9 +10,11 @@ import numpy as np
 from fmus.catalogue import ModelicaModel
 from fmus.errors import ComponentError, MisfitError
 from orchestrator.diagnosis.calibration import NEAR_FLOOR, Stage
+from orchestrator.diagnosis.candidates import Candidate
 from orchestrator.diagnosis.evidence import LearningData, Refit
-from orchestrator.diagnosis.first_values import elsewhere, first_values
+from orchestrator.diagnosis.first_values import at_peaks, elsewhere, first_values
 from orchestrator.diagnosis.screening import Screened
+from orchestrator.diagnosis.tangent import Tangent
 from orchestrator.diagnosis.trace import Trace
 from orchestrator.diagnosis.work import Wanted, Work, done_by
 from orchestrator.models.symbolic import SymbolicModel
@@ -98,6 +100,39 @@ class Fitter:
     def _from_elsewhere(self, found: Refit, stage: Stage) -> Refit:
         """A fitted set, or the same from another point of a grid, if it leaves more than noise and that leaves less."""
         return found if found.cost <= NEAR_FLOOR else self._best_from(found, elsewhere(stage, found))
+
+    def put_back(self, found: Refit) -> Refit:
+        """A fitted set, or the same with an effect started anew where the others alone put it, if that leaves less.
+
+        Along a run that lacks a large effect, the first order of another one misleads: which point of a grid explains the
+        most shows once the others are there. A set that leaves but noise stays as it is.
+        """
+        for effect in found.effects.candidates:
+            has_grid = any(parameter.grid for parameter in effect.card.parameters)
+            if has_grid and len(found.ids) > 1 and found.cost > NEAR_FLOOR:
+                found = self._best_from(found, self._beside_others(found, effect))
+        return found
+
+    def _beside_others(self, found: Refit, effect: Candidate) -> list[np.ndarray]:
+        """Rows of parameters of a set in which the others are as they fit alone, and an effect is at a peak beside them."""
+        setting, owners = self.setting, np.array(found.effects.owners())
+        members = found.effects.candidates
+        kept = np.array([members[k].label != effect.label for k in owners])
+        rest = [c for c in members if c.label != effect.label]
+        others = self.attempt(Wanted(rest, found.values[kept], found.fit.values[found.size :]))
+        if others is None:
+            return []
+        try:
+            tangent = Tangent(others, setting.nominal, setting.learning)
+            blocks = tangent.blocks([effect], setting.slots, setting.side_by_side)
+        except MisfitError:
+            return []
+        rows = []
+        for values in at_peaks(blocks, tangent.error):
+            row = np.empty_like(found.values)
+            row[kept], row[~kept] = others.values, values
+            rows.append(row)
+        return rows
 
     def _best_from(self, found: Refit, starts: Sequence[np.ndarray]) -> Refit:
         chosen, nuisances = found.effects.candidates, found.fit.values[found.size :]

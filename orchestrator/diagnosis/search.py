@@ -83,7 +83,13 @@ class Searcher:
         noise = stage.colour.level**2
         bound = half_bic(base, noise, self.trace.choices)
         better = [r for r in found if half_bic(r, noise, self.trace.choices) < bound]
-        return next((r for r in better if r.is_present() and not self.trace.objection(r)), None)
+        best = next((r for r in better if r.is_present() and not self.trace.objection(r)), None)
+        if best is None:
+            return None
+        again = self.fitter.put_back(best)
+        if again is not best:
+            self.trace.refitted.append(again)
+        return again
 
     def try_kin(self, best: Refit) -> None:
         """Refit what acts like an effect of a set and was not tried in its place, so that the odds are those of fits.
