@@ -31,7 +31,7 @@ class JobPart:
                 self.add = self._button("Add", self._add)
                 self.undo = self._button("Undo", self._undo).props("outline")
                 self.cancel = self._button("Cancel", self._cancel).props("outline color=negative")
-            self.progress = ui.linear_progress(value=0, show_value=False).props("aria-label='Progress of the work'")
+            self.busy = ui.element("div").classes("studio-busy").props('aria-hidden="true"')
             self.state = ui.label().classes("studio-state").props("role=status")
             self.hint = ui.label().classes("studio-hint")
         self.check()
@@ -60,7 +60,7 @@ class JobPart:
         self.add.set_enabled(ready and now.next is not None)
         self.undo.set_enabled(ready and now.number > 0)
         self.cancel.set_enabled(job.running)
-        self.progress.props(f"indeterminate={job.running}")
+        self.busy.props(f"data-running={str(job.running).lower()}")
         self.state.set_text(_state(job))
         self.state.classes(
             add="studio-problem" if job.state == "failed" else "",
