@@ -14,9 +14,10 @@ import numpy as np
 
 from fmus.errors import MisfitError
 from hil.bench_view.residual_map import ResidualMap
+from hil.processes import lives, process_of
 from hil.stop.flag import StopFlag
 from hil.view.glance import Glance, Look
-from hil.view.window import lives, process_of, windows
+from hil.view.window import PREFIX, windows
 
 PAUSE_S = 0.05
 # New sessions are looked for once in so many looks at the known ones.
@@ -91,7 +92,7 @@ class Watched:
     @property
     def name(self) -> str:
         """What it is called in the page's address: its process."""
-        return str(process_of(self.look.path))
+        return str(process_of(self.look.path, PREFIX))
 
     @property
     def folder(self) -> Path | None:
@@ -146,7 +147,7 @@ class Watched:
         self.life = self._life()
 
     def _life(self) -> Life:
-        alive = lives(process_of(self.look.path))
+        alive = lives(process_of(self.look.path, PREFIX))
         if not alive:
             ended = self.folder is None or self.result() is not None
             return Life.ENDED if ended else Life.KILLED

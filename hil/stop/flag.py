@@ -8,6 +8,7 @@ import time
 from pathlib import Path
 
 from fmus.errors import MisfitError
+from hil.processes import of_living
 
 PREFIX = "misfit-stop-"
 # Places of eight-byte numbers: times are monotonic ns, 0 before they come; behind them the token.
@@ -40,9 +41,10 @@ class StopFlag:
 
     @staticmethod
     def create() -> "StopFlag":
-        """A new one with a new token, in shared memory where there is any."""
-        shared = Path("/dev/shm")
-        handle, name = tempfile.mkstemp(prefix=f"{PREFIX}{os.getpid()}-", dir=shared if shared.is_dir() else None)
+        """A new one with a new token, in shared memory where there is any; those of killed sessions are cleared away."""
+        folder = Path("/dev/shm") if os.access("/dev/shm", os.W_OK) else Path(tempfile.gettempdir())
+        list(of_living(folder, PREFIX))
+        handle, name = tempfile.mkstemp(prefix=f"{PREFIX}{os.getpid()}-", dir=folder)
         with os.fdopen(handle, "wb") as file:
             file.write(bytes(_TOKEN) + secrets.token_urlsafe(32).encode().ljust(_SIZE - _TOKEN, b"\0"))
         return StopFlag(Path(name))

@@ -50,7 +50,7 @@ async function ask() {
     if (aged && answer.ready) say(old, true); else say(answer.words, answer.bad);
   } catch { if (!over) say(dead, true); }
   clearTimeout(clock);
-  setTimeout(ask, $ask);
+  if (!over) setTimeout(ask, $ask);
 }
 document.getElementById("stop").addEventListener("pointerdown", stop);
 document.querySelector("form").addEventListener("submit", event => { event.preventDefault(); stop(); });

@@ -11,10 +11,12 @@ import tempfile
 from array import array
 from bisect import bisect
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from fmus.errors import MisfitError
+from hil.processes import of_living
 from hil.safety.cycle import Trip
 from hil.session.pilot import Decision, Pilot
 from hil.view import layout
@@ -120,34 +122,10 @@ def newest() -> Path:
 def windows() -> list[Path]:
     """Windows of sessions that run, the newest last; those of killed ones are cleared away."""
     found = []
-    for path in Path(_folder()).glob(f"{PREFIX}*"):
-        try:
-            if lives(process_of(path)):
-                found.append((path.stat().st_mtime, path))
-            else:
-                path.unlink(missing_ok=True)
-        except OSError:  # another user's, or gone by now
-            continue
+    for path in of_living(Path(_folder()), PREFIX):
+        with suppress(OSError):  # gone by now
+            found.append((path.stat().st_mtime, path))
     return [path for _, path in sorted(found)]
-
-
-def process_of(path: Path) -> int:
-    """Number of the process whose window this is; 0 for a name that has none."""
-    number = path.name.removeprefix(PREFIX).split("-")[0]
-    return int(number) if number.isdigit() else 0
-
-
-def lives(process: int) -> bool:
-    """Whether there is a process of this number."""
-    if process <= 0:
-        return False
-    try:
-        os.kill(process, 0)
-    except PermissionError:
-        return True
-    except OSError:
-        return False
-    return True
 
 
 def _folder() -> str:

@@ -194,3 +194,11 @@ def test_a_press_lets_the_arm_down_within_a_second_of_cycles_and_leaves_a_whole_
     assert (told[0] - pressed_ns) * 1e-9 < 1.0  # 0.01 s on a calm machine
     assert 100 <= len(told) <= 103  # it fades over a second of 100 cycles, then the arm is let go
     assert replay_session(tmp_path / "session").first_different is None
+
+
+def test_the_flag_of_a_killed_session_is_cleared_away() -> None:
+    code = "from hil.stop.flag import StopFlag; print(StopFlag.create().path)"
+    left = Path(subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.strip())
+    assert left.exists()
+    StopFlag.create().remove()
+    assert not left.exists()
