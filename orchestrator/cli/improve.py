@@ -10,6 +10,7 @@ import click
 from fmus.errors import MisfitError
 from orchestrator.cli.common import (
     cards_option,
+    html_option,
     json_option,
     progress,
     result_options,
@@ -111,14 +112,17 @@ def _estimate(entry: dict[str, Any]) -> Any:
 @click.command()
 @click.argument("folder", default=RESULTS, metavar="[DIR]")
 @json_option
-def ledger(folder: str, json_file: str | None) -> None:
+@html_option
+def ledger(folder: str, json_file: str | None, html_file: str | None) -> None:
     """List every version of a model: its effects, its errors, and how far they are from the noise floor."""
     from orchestrator.ledger import read
+    from orchestrator.report.html import ledger_report
     from orchestrator.report.tables import ledger_table
 
     entries = read(Path(folder))
     show(ledger_table(entries), json_file == "-")
     write_json(json_file, {"schema": "misfit.ledger/1", "versions": [asdict(entry) for entry in entries]})
+    write_file(html_file, ledger_report(entries) if html_file else None)
 
 
 @click.command()

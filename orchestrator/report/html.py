@@ -27,7 +27,7 @@ from orchestrator.report.page import (
 )
 from orchestrator.report.palette import css_variables
 from orchestrator.report.provenance import ledger_provenance, provenance
-from orchestrator.report.sentences import comparison_sentence, effect_name, verdict_sentence
+from orchestrator.report.sentences import comparison_sentence, effect_name, ledger_sentence, verdict_sentence
 from orchestrator.report.summary import comparison_facts, comparison_plain, diagnosis_facts, diagnosis_plain
 from orchestrator.report.where_tables import where_tables
 
@@ -67,6 +67,21 @@ def diagnosis_report(diagnosis: Diagnosis, replay: Replay | None = None) -> str:
 def discovery_report(diagnosis: Diagnosis, entries: list[LedgerEntry], replay: Replay | None = None) -> str:
     """Return the page of a discovery: the diagnosis with the ledger of the versions it led to."""
     return render(_diagnosis_page(diagnosis, entries, replay))
+
+
+def ledger_report(entries: Sequence[LedgerEntry]) -> str:
+    """Return the page of a ledger: the error that falls from version to version, and where each version comes from."""
+    page = Page(
+        title="Versions of a model" if not entries else f"Versions of {entries[0].name}",
+        verdict=ledger_sentence(entries),
+        falling_error=falling([(e.name, e.learning, e.held_out) for e in entries]),
+        sections=(
+            Section("Versions", tables=(versions_table(entries),) if entries else ()),
+            Section("Effects of the newest version", tables=effects_table(entries[-1].effects if entries else ())),
+            Section("Provenance", pairs=ledger_provenance(entries)),
+        ),
+    )
+    return render(page)
 
 
 def _diagnosis_page(diagnosis: Diagnosis, entries: list[LedgerEntry], replay: Replay | None) -> Page:

@@ -1,6 +1,7 @@
 """Where a report comes from: what was compared, when, and with which software."""
 
 import platform
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from importlib import metadata
 
@@ -22,7 +23,7 @@ def provenance(model: str, data: str) -> tuple[tuple[str, str], ...]:
     )
 
 
-def ledger_provenance(entries: list[LedgerEntry]) -> tuple[tuple[str, str], ...]:
+def ledger_provenance(entries: Sequence[LedgerEntry]) -> tuple[tuple[str, str], ...]:
     """Return the content hashes and dates that the ledger keeps for each version."""
     return tuple((f"version {entry.version}", _origin(entry)) for entry in entries)
 

@@ -1,10 +1,11 @@
 """Results in plain words: what was found, before any table or figure."""
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
 from orchestrator.compare.result import Comparison
 from orchestrator.diagnosis.result import Diagnosis, HeldOut, NamedEffect, RankedSet
+from orchestrator.ledger import LedgerEntry
 from orchestrator.report.numbers import estimate, over_floor, percent, quantity, ratio
 
 # Below this multiple of the floor an error is no larger than what the noise alone explains.
@@ -46,6 +47,21 @@ def comparison_sentence(comparison: Comparison) -> str:
         opening = f"The model does not explain the {trials} trials"
     text = f"{opening}: its error is {ratio(found.over_floor)} the noise floor"
     return f"{text} ({errors(found.rmse, comparison.units)})."
+
+
+def ledger_sentence(entries: Sequence[LedgerEntry]) -> str:
+    """Return what became of a model from its first to its newest version."""
+    if not entries:
+        return "There is no version yet."
+    errors_now = [(entry.held_out or entry.learning).over_floor for entry in (entries[0], entries[-1])]
+    if len(entries) == 1:
+        return f"The model as given is off by {ratio(errors_now[0])} the noise floor; there is no other version yet."
+    trials = "learning" if entries[-1].held_out is None else "held-out"
+    added = joined(effect_name(effect) for effect in entries[-1].effects)
+    return (
+        f"From {entries[0].name} to {entries[-1].name} the error on {trials} trials went from {ratio(errors_now[0])} to "
+        f"{ratio(errors_now[1])} the noise floor{f', with {added}' if added else ''}."
+    )
 
 
 def verdict_sentence(diagnosis: Diagnosis) -> str:

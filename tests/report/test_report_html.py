@@ -12,7 +12,7 @@ import pytest
 from builders import comparison, diagnosis, entries
 
 from orchestrator.compare.result import Comparison
-from orchestrator.report.html import comparison_report, diagnosis_report, discovery_report
+from orchestrator.report.html import comparison_report, diagnosis_report, discovery_report, ledger_report
 from orchestrator.report.numbers import estimate_parts, quantity
 
 HOSTILE = "<script>alert('$x$')</script>&\"\n\x00日本.csv"
@@ -225,3 +225,16 @@ def test_a_large_report_is_small() -> None:
     page = discovery_report(found, entries(found))
 
     assert len(page.encode()) < 2_000_000
+
+
+def test_the_ledger_has_a_page_of_its_own_that_says_how_far_the_error_fell() -> None:
+    known = entries(diagnosis())
+    page = Page(ledger_report(known))
+
+    assert (
+        "From arm to Arm_2 the error on held-out trials went from 40.2 times to 0.992 times the noise floor"
+        in page.text
+    )
+    assert all(entry.model_hash in page.text for entry in known)
+    assert "there is no other version yet" in Page(ledger_report(known[:1])).text
+    assert "There is no version yet" in Page(ledger_report([])).text
