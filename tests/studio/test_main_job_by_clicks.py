@@ -27,6 +27,18 @@ def times_floor(studio: Studio, tab: Page) -> list[float]:
     return [float(row.locator("td").nth(3).inner_text()) for row in cells]
 
 
+# Canvases of plots on which nothing but a frame is drawn: less than a thousandth of their pixels is coloured.
+EMPTY_PLOTS: str = """() => [...document.querySelectorAll(".view-plot canvas")].filter((canvas) => {
+  const pixels = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
+  let coloured = 0;
+  for (let i = 0; i < pixels.length; i += 4) {
+    const [red, green, blue, opaque] = pixels.subarray(i, i + 4);
+    coloured += opaque > 0 && Math.max(red, green, blue) - Math.min(red, green, blue) > 40;
+  }
+  return coloured < pixels.length / 4000;
+}).length"""
+
+
 def three_trials(folder: Path) -> list[Path]:
     """An arm case of two learning trials and a held-out one: the whole of six takes longer and shows the same."""
     case = CASES / "arm" / "case_009"
@@ -50,6 +62,7 @@ def test_arm_from_empty_page_to_fallen_error(tab: Page, studio: Studio, screensh
 
     press(tab, "Compare")
     expect(tab.get_by_text("The model does not explain the held-out trials")).to_be_visible(timeout=PATIENCE_MS)
+    tab.wait_for_function(f"document.querySelectorAll('.view-plot canvas').length > 3 && ({EMPTY_PLOTS})() === 0")
     screenshot(tab, "arm_2_compared")
 
     press(tab, "Diagnose")

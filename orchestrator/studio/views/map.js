@@ -22,6 +22,11 @@ export default {
     this.resizes?.disconnect();
     this.chart?.dispose();
   },
+  watch: {
+    options(options) {
+      this.change(options);
+    },
+  },
   methods: {
     change(options) {
       const series = options.series.map((each) => (each.type === "custom" ? { ...each, renderItem: box } : each));

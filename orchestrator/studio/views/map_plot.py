@@ -15,5 +15,6 @@ class MapPlot(EChart, component="map.js", esm=SHARED):
         self._update_method = None
 
     def change(self, options: dict[str, Any]) -> None:
-        """Draw another map."""
-        self.run_method("change", options)
+        """Draw another map, as a property: a call of a method would be lost on a page that is not built up yet."""
+        self._props["options"] = options
+        self.update()
