@@ -23,7 +23,13 @@ def test_installed_wheel_builds_an_fmu_without_the_checkout(tmp_path: Path) -> N
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "arm.fmu").exists()
     site = tmp_path / "site"
-    needed = ["orchestrator/models/simulator.c", "orchestrator/report/templates", "orchestrator/diagnosis/cards"]
+    needed = [
+        "orchestrator/models/simulator.c",
+        "orchestrator/report/templates",
+        "orchestrator/diagnosis/cards",
+        "orchestrator/studio/static/upload.js",
+        "orchestrator/studio/examples/arm/case.toml",
+    ]
     assert all((site / name).exists() for name in needed)
     used = subprocess.run(
         [sys.executable, "-c", "import fmus, fmus.library as l; print(fmus.__file__, l.library_root())"],

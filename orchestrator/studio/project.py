@@ -52,8 +52,11 @@ class Project:
 
     @property
     def exists(self) -> bool:
-        """Whether it was created and not removed."""
-        return (self.folder / FILE_NAME).is_file()
+        """Whether it was created and not removed, and can be read."""
+        try:
+            return "name" in self.settings
+        except MisfitError:
+            return False
 
     @property
     def name(self) -> str:

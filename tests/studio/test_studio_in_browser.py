@@ -88,6 +88,22 @@ def test_cancel_in_one_session_leaves_the_other_at_work(
     other_window.close()
 
 
+def test_removed_project_is_gone_from_list_and_disk_after_a_second_question(tab: Page, studio: Studio) -> None:
+    new_project(tab, studio)
+    name, folder = tab.locator("h1").inner_text(), studio.workspace / "projects" / tab.url.rpartition("/")[2]
+    tab.goto(studio.url)
+
+    tab.get_by_role("button", name=f"Remove {name}").first.click()
+    tab.get_by_role("button", name="Keep it").click()
+    expect(tab.get_by_role("dialog")).to_have_count(0)
+    assert folder.exists()
+    tab.get_by_role("button", name=f"Remove {name}").first.click()
+    tab.get_by_role("button", name="Remove it").click()
+
+    expect(tab.locator(f"a[href='/project/{folder.name}']")).to_have_count(0)
+    assert not folder.exists()
+
+
 def test_two_tabs_show_the_same_project(tab: Page, context: BrowserContext, studio: Studio) -> None:
     new_project(tab, studio)
     second = context.new_page()

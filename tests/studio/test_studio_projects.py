@@ -36,6 +36,15 @@ def test_removed_projects_are_gone_with_their_files(tmp_path: Path) -> None:
     assert workspace.projects() == [] and list(workspace.folder.iterdir()) == []
 
 
+def test_damaged_project_leaves_the_others_in_the_list(tmp_path: Path) -> None:
+    workspace = Workspace(tmp_path)
+    whole, damaged = workspace.create("whole"), workspace.create("damaged")
+
+    (damaged.folder / "project.json").write_text('{"name": ')
+
+    assert [project.id for project in workspace.projects()] == [whole.id]
+
+
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda example: example.id)
 def test_every_example_brings_a_copy_of_its_measurements_and_a_built_in_model(tmp_path: Path, example: object) -> None:
     from fmus.catalogue import built_in_models
