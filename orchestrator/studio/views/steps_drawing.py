@@ -4,6 +4,8 @@ The drawing needs no script, so it works in a report as in a page; who prefers l
 """
 
 import html
+import math
+import textwrap
 from collections.abc import Sequence
 
 from orchestrator.report.numbers import digits
@@ -11,7 +13,8 @@ from orchestrator.report.palette import SURFACES, Colour
 from orchestrator.studio.views.steps import Step, decades, drawable, summary
 
 WIDTH, HEIGHT = 900, 300
-LEFT, RIGHT, TOP, BOTTOM = 70, 20, 30, 60
+LEFT, RIGHT, TOP, BOTTOM = 70, 20, 46, 72
+LETTER = 7.5
 FALL_S = 0.9
 
 STYLE = f"""
@@ -40,15 +43,13 @@ def drawing(steps: Sequence[Step], already_shown: int | None = None) -> str:
         before = steps[max(0, place - 1)]
         delay = (place - moving) * FALL_S if place >= moving else None
         parts.append(_version(step, before, LEFT + place * wide, wide, (low, high), delay))
-    parts.append(_floor(low, high))
+    parts.append(_floor(low, high) + _legend(any(step.held_out is not None for step in steps)))
     text = html.escape(summary(steps))
     return f'<svg class="steps-drawing" viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{text}">{"".join(parts)}</svg>'
 
 
 def height_of(value: float, decade: tuple[int, int]) -> float:
     """Height of a bar above the lower end of the axis; equal ratios are equal heights."""
-    import math
-
     low, high = decade
     return (math.log10(value) - low) / (high - low) * (HEIGHT - TOP - BOTTOM)
 
@@ -62,10 +63,8 @@ def _version(step: Step, before: Step, left: float, wide: float, decade: tuple[i
         _bar(kind, value, earlier, start + k * bar, bar, decade, delay) for k, (kind, value, earlier) in enumerate(bars)
     ]
     middle = left + wide / 2
-    words = "".join(
-        _label(middle, HEIGHT - BOTTOM + 20 + 18 * k, text, wide)
-        for k, text in enumerate((f"version {step.version}", step.added))
-    )
+    lines = [f"version {step.version}", *textwrap.wrap(step.added, max(10, int(wide / LETTER)))[:2]]
+    words = "".join(_label(middle, HEIGHT - BOTTOM + 20 + 18 * k, text, wide) for k, text in enumerate(lines))
     return "".join(drawn) + words
 
 
@@ -99,7 +98,7 @@ def _axis(low: int, high: int) -> str:
             f'<line x1="{LEFT}" x2="{WIDTH - RIGHT}" y1="{y:.1f}" y2="{y:.1f}" stroke="{SURFACES["rule"]}"/>'
             f'<text x="{LEFT - 8}" y="{y + 5:.1f}" text-anchor="end" fill="{Colour.QUIET}">{10.0**power:g}</text>'
         )
-    title = f'<text x="{LEFT - 50}" y="{TOP - 12}" fill="{Colour.QUIET}">error / noise floor</text>'
+    title = f'<text x="{LEFT - 50}" y="14" fill="{Colour.QUIET}">error / noise floor</text>'
     return title + "".join(lines)
 
 
@@ -112,8 +111,21 @@ def _floor(low: int, high: int) -> str:
     )
 
 
+def _legend(held_out: bool) -> str:
+    kinds = [("learning trials", SURFACES["paper"], Colour.LEARNING)]
+    kinds += [("held-out trials", Colour.HELD_OUT, Colour.HELD_OUT)] if held_out else []
+    marks = []
+    for place, (name, fill, edge) in enumerate(reversed(kinds)):
+        x = WIDTH - RIGHT - 130 * (place + 1)
+        marks.append(
+            f'<circle cx="{x}" cy="9" r="6" fill="{fill}" stroke="{edge}" stroke-width="2"/>'
+            f'<text x="{x + 12}" y="14" fill="{Colour.INK}">{name}</text>'
+        )
+    return "".join(marks)
+
+
 def _label(x: float, y: float, text: str, wide: float) -> str:
-    most = max(6, int(wide / 7.5))
+    most = max(6, int(wide / LETTER))
     short = text if len(text) <= most else text[: most - 1] + "…"
     return (
         f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="middle" fill="{Colour.INK}">{html.escape(short)}'
