@@ -11,7 +11,7 @@ from fmus.catalogue import ModelicaModel
 from fmus.errors import ComponentError, MisfitError
 from orchestrator.diagnosis.calibration import NEAR_FLOOR, Stage
 from orchestrator.diagnosis.candidates import Candidate
-from orchestrator.diagnosis.evidence import LearningData, Refit
+from orchestrator.diagnosis.evidence import TOLERANCE, LearningData, Refit
 from orchestrator.diagnosis.first_values import at_peaks, elsewhere, first_values
 from orchestrator.diagnosis.screening import Screened
 from orchestrator.diagnosis.tangent import Tangent
@@ -115,11 +115,7 @@ class Fitter:
 
     def _beside_others(self, found: Refit, effect: Candidate) -> list[np.ndarray]:
         """Rows of parameters of a set in which the others are as they fit alone, and an effect is at a peak beside them."""
-        setting, owners = self.setting, np.array(found.effects.owners())
-        members = found.effects.candidates
-        kept = np.array([members[k].label != effect.label for k in owners])
-        rest = [c for c in members if c.label != effect.label]
-        others = self.attempt(Wanted(rest, found.values[kept], found.fit.values[found.size :]))
+        others, setting, kept = self._without(found, effect), self.setting, _of_others(found, effect)
         if others is None:
             return []
         try:
@@ -133,6 +129,24 @@ class Fitter:
             row[kept], row[~kept] = others.values, values
             rows.append(row)
         return rows
+
+    def simplified(self, found: Refit, cost: Callable[[Refit], float]) -> Refit:
+        """A fitted set, or what it is without one of its effects after another, as long as that costs less.
+
+        An effect may have helped a fit on its way that is none at the end of it, such as a lag that a clock makes up for;
+        without it the same fit from the start may have gone astray.
+        """
+        if len(found.ids) < 2:
+            return found
+        smaller = self.setting.side_by_side(lambda c: self._without(found, c, ROUGH), found.effects.candidates)
+        best = min([found, *(r for r in smaller if r is not None)], key=cost)
+        return found if best is found else self.simplified(self._closer(best), cost)
+
+    def _without(self, found: Refit, effect: Candidate, tolerance: float = TOLERANCE) -> Refit | None:
+        """The other effects of a set, fitted from where they are in it."""
+        rest = [c for c in found.effects.candidates if c.label != effect.label]
+        first = found.values[_of_others(found, effect)]
+        return self.attempt(Wanted(rest, first, found.fit.values[found.size :], tolerance))
 
     def _best_from(self, found: Refit, starts: Sequence[np.ndarray]) -> Refit:
         chosen, nuisances = found.effects.candidates, found.fit.values[found.size :]
@@ -152,3 +166,8 @@ class Fitter:
                 if fitted is not None:
                     smaller[labels] = fitted
         return list(smaller.values())
+
+
+def _of_others(found: Refit, effect: Candidate) -> np.ndarray:
+    """Which parameters (k,) of a set are not those of one of its effects."""
+    return np.array([found.effects.candidates[k].label != effect.label for k in found.effects.owners()])

@@ -87,6 +87,7 @@ class Searcher:
         if best is None:
             return None
         again = self.fitter.put_back(best)
+        again = self.fitter.simplified(again, lambda r: half_bic(r, noise, self.trace.choices))
         if again is not best:
             self.trace.refitted.append(again)
         return again
