@@ -50,13 +50,15 @@ def _ranking(found: dict[str, Any]) -> None:
 
 
 def _confusable(found: dict[str, Any]) -> None:
-    heading("What else it could be", 3)
     groups = [" or ".join(name.replace("_", " ") for name in group) for group in found["confusable"]]
+    if not groups and found["verdict"] != "named":
+        return
+    heading("What else it could be", 3)
     if groups:
         paragraph("These data cannot tell apart:")
         bullets(groups)
     else:
-        paragraph("Nothing: these data tell the named effects from all others in the library.")
+        paragraph("Nothing that was tried: these data tell the named effects from it.")
     bullets(
         f"{each['named'].replace('_', ' ')} or {each['rival'].replace('_', ' ')}: odds {digits(each['odds'])} to 1"
         for each in found["odds"]

@@ -86,6 +86,7 @@ def screenshot() -> Callable[[Page, str], Path]:
 
     def keep(tab: Page, name: str) -> Path:
         path = SCREENSHOTS / f"{name}.png"
+        tab.evaluate("window.scrollTo(0, 0)")
         tab.screenshot(path=path, full_page=True)
         return path
 
