@@ -44,7 +44,6 @@ def start(workspace: Path, **environment: str) -> Studio:
         env={**os.environ, "PYTHONUNBUFFERED": "1", **environment},
         stdout=subprocess.PIPE,
         text=True,
-        start_new_session=True,
     )
     assert process.stdout is not None
     return Studio(process.stdout.readline().strip(), workspace, process)
