@@ -37,10 +37,11 @@ if TYPE_CHECKING:
 
 def comparison_report(comparison: Comparison, replay: Replay | None = None) -> str:
     """Return the page of a comparison: how large the error is, where it is, and what it looks like."""
+    pictures = _residual_pictures(comparison)
     page = Page(
         title=f"Comparison of {comparison.model} with {_short(comparison.data)}",
         verdict=comparison_sentence(comparison),
-        falling_error=None,
+        falling_error=pictures[0] if pictures else None,
         sections=(
             Section("Results", tables=(set_errors_table(comparison), trial_errors_table(comparison))),
             Section(
@@ -48,7 +49,7 @@ def comparison_report(comparison: Comparison, replay: Replay | None = None) -> s
                 comparison.findings,
                 tables=where_tables(comparison.where, comparison.units, comparison.noise_floor),
             ),
-            Section("Figures", pictures=(*_trial_pictures(comparison, {}), *_residual_pictures(comparison))),
+            Section("Figures", pictures=(*_trial_pictures(comparison, {}), *pictures[1:])),
             Section("Notes", (*comparison.notes, *comparison.noise_sentences)),
             Section("Provenance", pairs=provenance(comparison.model, comparison.data)),
         ),

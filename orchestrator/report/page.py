@@ -55,7 +55,8 @@ class Section:
 class Page:
     """A report, in reading order; empty sections are left out.
 
-    The first page is for everyone: `verdict`, `plain` words, `facts`, the `falling_error`. `replay` is a motion, whose script
+    The first page is for everyone: `verdict`, `plain` words, `facts`, the `falling_error` (of one
+    model alone: its error by trial). `replay` is a motion, whose script
     is the only one that a page has. `sections` are for whoever wants to know why.
     """
 
