@@ -18,7 +18,7 @@ from urllib.parse import unquote
 import pytest
 
 from docs.generator.effect_pages import by_id
-from docs.generator.format_pages import TOML_FILES
+from docs.generator.toml_pages import TOML_FILES
 from orchestrator.diagnosis.cards import effect_library
 from orchestrator.report.palette import SURFACES, Colour
 

@@ -1,6 +1,8 @@
 """Types of data classes as words for people who read JSON."""
 
 import dataclasses
+import inspect
+import re
 import types
 import typing
 from collections.abc import Container, Mapping, Sequence
@@ -56,6 +58,14 @@ def type_text(hint: Any) -> str:
     if origin in (dict, Mapping):
         return f"object of {type_text(arguments[1])} by name"
     return "any value" if hint is Any else getattr(hint, "__name__", str(hint))
+
+
+def text_of(source: type) -> str:
+    """The text of a class; a list of its fields becomes a list."""
+    text = inspect.getdoc(source) or ""
+    text = re.sub(r"\nArgs:\n", "\n\n", text)
+    text = re.sub(r"^    ([\w, ]+): ", r"* `\1`: ", text, flags=re.MULTILINE)
+    return re.sub(r"\n\s+", "\n", text).replace("\n* ", "\n\n* ", 1)
 
 
 def _hints(source: type) -> dict[str, Any]:
