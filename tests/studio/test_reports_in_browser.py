@@ -8,9 +8,13 @@ import numpy as np
 import pytest
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, Page
+from studio_process import Studio
 
-from orchestrator.arm_drawing import Line, Panel, Replay
-from orchestrator.report.html import discovery_report
+from orchestrator.arm_drawing import Line, Panel, Replay, replay_html
+from orchestrator.report.html import discovery_report, render
+from orchestrator.report.page import Page as Report
+from orchestrator.report.page import Picture
+from orchestrator.studio.workspace import Workspace
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "report"))
 from builders import diagnosis, entries  # noqa: E402
@@ -83,3 +87,16 @@ def test_a_report_prints_with_the_summary_on_a_page_of_its_own(
     assert page.evaluate("getComputedStyle(document.querySelector('.summary')).breakAfter") == "page"
     assert page.locator("nav").is_hidden() and page.locator(".controls").is_hidden()
     assert whole.stat().st_size > summary.stat().st_size
+
+
+def test_a_replay_runs_in_a_report_that_the_studio_shows_and_no_other_script_does(tab: Page, studio: Studio) -> None:
+    project = Workspace(studio.workspace).create("replay")
+    page = render(Report("Arm", "It moves.", None, (), replay=Picture(replay_html(moving(), "Swing"), "")))
+    foreign = "<script>document.title = 'taken over'</script></main>"
+    (project.results / "report.html").write_text(page.replace("</main>", foreign))
+    tab.goto(f"{studio.url}/project/{project.id}/download/report.html")
+    tab.get_by_role("slider", name="Time").press("ArrowRight")
+
+    assert tab.get_by_role("slider", name="Time").get_attribute("aria-valuetext") is not None
+    assert tab.title() == "Arm"
+    assert tab.evaluate("window.origin") == "null"
