@@ -103,11 +103,10 @@ def _removed(diagnosis: Diagnosis) -> str:
     after = over_floor(held_out.rmse_after, held_out.noise_floor)
     if math.isnan(before) or math.isnan(after):
         return ""
-    share = percent(held_out.reducible_removed)
-    return (
-        f" Adding {them} takes the error on held-out trials from {ratio(before)} to {ratio(after)} the noise floor"
-        f" and removes {share} of what can be removed."
-    )
+    fall = f" Adding {them} takes the error on held-out trials from {ratio(before)} to {ratio(after)} the noise floor"
+    if before <= 1.0:
+        return f"{fall}."
+    return f"{fall} and removes {percent(held_out.reducible_removed)} of what can be removed."
 
 
 def _at(effect: str, site: str) -> str:

@@ -65,6 +65,7 @@ def diagnosis_facts(diagnosis: Diagnosis) -> tuple[Fact, ...]:
         facts.append(Fact("Error as given", ratio(before), errors(held_out.rmse_before, units), _mood(before)))
     if not math.isnan(after) and diagnosis.effects:
         facts.append(Fact("Error with the effects", ratio(after), errors(held_out.rmse_after, units), _mood(after)))
+    if before > 1.0 and diagnosis.effects:
         share = percent(held_out.reducible_removed)
         facts.append(Fact("Removed", share, "of what is above the noise floor, held-out trials"))
     if diagnosis.p_value is not None:

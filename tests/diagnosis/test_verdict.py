@@ -48,6 +48,7 @@ def test_rivals_make_a_named_effect_ambiguous_and_blind_sites_withhold_adequate(
 def test_removing_everything_above_the_floor_counts_as_one() -> None:
     assert reducible_removed(16.0, 1.0) == pytest.approx(1.0)
     assert reducible_removed(16.0, 16.0) == 0.0
+    assert reducible_removed(0.9, 0.1) == 0.0, "nothing was above the floor"
 
 
 def fit(cost: float, rows: int) -> Fit:
