@@ -1,19 +1,17 @@
 """Reports as single HTML files that need no network, and no script but that of a replay."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from orchestrator.arm_drawing import Replay, Scales, replay_html, replay_script, replay_style, script_source
-from orchestrator.compare.result import Comparison, TrialCurves
+from orchestrator.arm_drawing import Replay, replay_script, replay_style, script_source
+from orchestrator.compare.result import Comparison
 from orchestrator.diagnosis.result import Diagnosis
 from orchestrator.ledger import LedgerEntry
-from orchestrator.report import figures
 from orchestrator.report.numbers import digits
 from orchestrator.report.page import (
     Page,
-    Picture,
     Section,
     effects_table,
     excitation_table,
@@ -26,8 +24,18 @@ from orchestrator.report.page import (
     versions_table,
 )
 from orchestrator.report.palette import css_variables
+from orchestrator.report.pictures import (
+    falling,
+    latent,
+    maps,
+    moving,
+    ranking,
+    residual_pictures,
+    step_versions,
+    trial_pictures,
+)
 from orchestrator.report.provenance import ledger_provenance, provenance
-from orchestrator.report.sentences import comparison_sentence, effect_name, ledger_sentence, verdict_sentence
+from orchestrator.report.sentences import comparison_sentence, ledger_sentence, verdict_sentence
 from orchestrator.report.summary import comparison_facts, comparison_plain, diagnosis_facts, diagnosis_plain
 from orchestrator.report.where_tables import where_tables
 
@@ -37,7 +45,7 @@ if TYPE_CHECKING:
 
 def comparison_report(comparison: Comparison, replay: Replay | None = None) -> str:
     """Return the page of a comparison: how large the error is, where it is, and what it looks like."""
-    pictures = _residual_pictures(comparison)
+    pictures = residual_pictures(comparison)
     page = Page(
         title=f"Comparison of {comparison.model} with {_short(comparison.data)}",
         verdict=comparison_sentence(comparison),
@@ -49,7 +57,7 @@ def comparison_report(comparison: Comparison, replay: Replay | None = None) -> s
                 comparison.findings,
                 tables=where_tables(comparison.where, comparison.units, comparison.noise_floor),
             ),
-            Section("Figures", pictures=(*_trial_pictures(comparison, {}), *pictures[1:])),
+            Section("Figures", pictures=(*trial_pictures(comparison, {}), *pictures[1:])),
             Section("Notes", (*comparison.notes, *comparison.noise_sentences)),
             Section("Provenance", pairs=provenance(comparison.model, comparison.data)),
         ),
@@ -109,23 +117,23 @@ def _diagnosis_page(diagnosis: Diagnosis, entries: list[LedgerEntry], replay: Re
             Section(
                 "Where the model as given fails",
                 (*diagnosis.findings, *given.findings),
-                pictures=(*_latent(diagnosis), *_maps(diagnosis.where, "the missing force")),
+                pictures=(*latent(diagnosis), *maps(diagnosis.where, "the missing force")),
             ),
             Section(
                 "Tried and rejected",
                 tables=(*tried_table(diagnosis.tried), *kin_table(diagnosis.kin)),
-                pictures=_ranking(diagnosis),
+                pictures=ranking(diagnosis),
             ),
             Section(
                 "Before, after and the noise floor",
                 tables=(set_errors_table(final, f"Error (rms) of each set, {_subject(final is given)}"),),
-                pictures=tuple(_trial_pictures(given, changed)),
+                pictures=tuple(trial_pictures(given, changed)),
             ),
             Section("What the data excite", tables=excitation_table(diagnosis.excitation)),
             Section(
                 "Errors of the model as given in detail",
                 tables=where_tables(given.where, given.units, given.noise_floor),
-                pictures=tuple(_residual_pictures(given)),
+                pictures=tuple(residual_pictures(given)),
             ),
             Section("Notes", (*given.notes, *given.noise_sentences)),
             Section(
@@ -136,79 +144,6 @@ def _diagnosis_page(diagnosis: Diagnosis, entries: list[LedgerEntry], replay: Re
         facts=diagnosis_facts(diagnosis),
         replay=moving(replay),
     )
-
-
-def moving(replay: Replay | None) -> Picture | None:
-    """The replay as a part of a page; its drawing explains itself, as it is no photograph."""
-    if replay is None:
-        return None
-    frames = [replay.instant(k) for k in replay.frames()]
-    size = Scales.of(replay.shape, frames).words()
-    caption = (
-        "Dashed: where the model puts the arm. Round arrows: torque that the model lacks at a joint, with its 90 % band"
-        f"{f' ({size})' if size else ''}. Muscles: the more active, the thicker; their distances from joints are their "
-        "moment arms, to scale; where they begin and end is not in the model and drawn by eye."
-    )
-    return Picture(replay_html(replay, "Replay of the worst trial"), caption)
-
-
-def step_versions(diagnosis: Diagnosis) -> list[figures.Version]:
-    versions: list[figures.Version] = []
-    known: set[tuple[str, str]] = set()
-    for step in diagnosis.steps:
-        added = [effect_name(effect) for effect in step.effects if (effect.id, effect.site) not in known]
-        known |= {(effect.id, effect.site) for effect in step.effects}
-        name = "+ " + ", ".join(added) if added else "as given"
-        versions.append((name, step.comparison.learning, step.comparison.held_out))
-    return versions
-
-
-def falling(versions: Sequence[figures.Version]) -> Picture | None:
-    if len(versions) < 2:
-        return None
-    return Picture(figures.falling_error(versions), "The error of each version, as a multiple of the noise floor.")
-
-
-def _ranking(diagnosis: Diagnosis) -> tuple[Picture, ...]:
-    if not diagnosis.ranking:
-        return ()
-    return (Picture(figures.ranking(diagnosis), "What was tried, best first."),)
-
-
-def _latent(diagnosis: Diagnosis) -> list[Picture]:
-    return [Picture(figures.latent_curve(curve), f"{curve.sentence()}.") for curve in diagnosis.latent_forces]
-
-
-def _maps(rows: Sequence[Mapping[str, Any]], what: str) -> list[Picture]:
-    """A figure for each signal: the four coordinates on which it depends most."""
-    pictures = []
-    for name in dict.fromkeys(str(row["signal"]) for row in rows if "low" in row):
-        mine = [row for row in rows if row["signal"] == name]
-        caption = (
-            f"Where {what} is: {name} over the quantities it depends on most; grey is what chance alone gives (95 %)."
-        )
-        pictures.append(Picture(figures.error_maps(name, mine), caption))
-    return pictures
-
-
-def _trial_pictures(comparison: Comparison, changed: Mapping[tuple[str, str], TrialCurves]) -> list[Picture]:
-    shown = "Measured and modelled curves of {}, with the residual (measured minus modelled) below."
-    return [
-        Picture(figures.trial_curves(comparison, trial, changed.get((trial.file, trial.set))), shown.format(trial.file))
-        for trial in figures.shown_trials(comparison)
-    ]
-
-
-def _residual_pictures(comparison: Comparison) -> list[Picture]:
-    if not comparison.curves:
-        return []
-    pictures = [Picture(figures.error_by_trial(comparison), "Error of each trial; the dashed line is the noise floor.")]
-    for name in figures.shown_signals(comparison):
-        caption = f"Residual of {name} against each measured signal and its speed, all trials."
-        pictures.append(Picture(figures.residual_against_state(comparison, name), caption))
-    pictures += _maps(comparison.where.get("state", []), "the error of free runs")
-    caption = "Residual by frequency, all trials; the dashed line is the noise floor if it were white."
-    return [*pictures, Picture(figures.residual_spectrum(comparison), caption)]
 
 
 def _subject(as_given: bool) -> str:

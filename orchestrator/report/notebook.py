@@ -14,9 +14,10 @@ from orchestrator.diagnosis.result import Diagnosis
 from orchestrator.ledger import LedgerEntry
 from orchestrator.measurements.wording import nearest
 from orchestrator.report import figures
-from orchestrator.report.html import falling, moving, render_part, step_versions
+from orchestrator.report.html import render_part
 from orchestrator.report.page import Page, PageTable, Picture, Section, effects_table, set_errors_table, versions_table
 from orchestrator.report.palette import Colour
+from orchestrator.report.pictures import falling, moving, step_versions
 from orchestrator.report.sentences import comparison_sentence, verdict_sentence
 from orchestrator.report.summary import comparison_facts, comparison_plain, diagnosis_facts, diagnosis_plain
 

@@ -174,7 +174,7 @@ def _measurements(project: Project, say: Say) -> MeasurementSet:
 def _replay(project: Project, measurements: MeasurementSet, given: Comparison) -> "Replay | None":
     """The motion of the model as given along its worst trial, made once for page and reports; None for other models."""
     from orchestrator.report.arm_replay import arm_replay
-    from orchestrator.report.html import moving
+    from orchestrator.report.pictures import moving
 
     kept = project.results / "replay.pickle"
     if not kept.exists():
