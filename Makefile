@@ -32,7 +32,6 @@ check: setup
 	@$(BIN)/ruff check .
 	@$(BIN)/mypy
 	@$(BIN)/python -m pytest --doctest-modules fmus orchestrator hil
-	@$(BIN)/python -m pytest tests/test_documentation.py
 
 # The documentation site, in build/site: open build/site/index.html; nothing is fetched. Effects, commands and formats come from code.
 docs: setup
