@@ -4,7 +4,6 @@ import fcntl
 import json
 import os
 import re
-import shutil
 import subprocess
 import sys
 import tomllib
@@ -24,11 +23,6 @@ from orchestrator.report.palette import SURFACES, Colour
 
 ROOT = Path(__file__).parents[1]
 CSS = ROOT / "docs" / "assets" / "site.css"
-CHROMIUM = ("chromium", "chromium-browser", "google-chrome")
-FLAGS = (
-    "--no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking"
-    " --disable-component-update --disable-sync"
-)
 PAGE_TYPES = (
     "index.html",
     "tutorials/name_an_effect.html",
@@ -267,21 +261,6 @@ def test_links_and_text_have_the_colours_of_all_other_pages() -> None:
     assert declared["default-fg-color"] == Colour.INK.lower()
     assert declared["default-fg-color--light"] == Colour.QUIET.lower()
     assert declared["code-bg-color"] == SURFACES["tint"].lower()
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    """A headless Chromium of the system; without one the tests are skipped, unless MISFIT_BROWSER says "required"."""
-    program = os.environ.get("MISFIT_CHROMIUM") or next(filter(None, map(shutil.which, CHROMIUM)), None)
-    if program is None:
-        required = os.environ.get("MISFIT_BROWSER") == "required"
-        (pytest.fail if required else pytest.skip)("no Chromium on this machine: install the package 'chromium'")
-    from playwright.sync_api import sync_playwright
-
-    with sync_playwright() as tool:
-        found = tool.chromium.launch(executable_path=program, args=FLAGS.split())
-        yield found
-        found.close()
 
 
 @pytest.fixture

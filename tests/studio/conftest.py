@@ -1,26 +1,14 @@
-"""A studio of its own for tests, in a child process, and a headless Chromium that is signed in to it."""
+"""A studio of its own for tests, in a child process, and windows of a browser that are signed in to it."""
 
-import os
-import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, BrowserContext, Page, sync_playwright
+from playwright.sync_api import Browser, BrowserContext, Page
 from studio_process import ROOT, Studio, sign_in, start
 
 SCREENSHOTS = ROOT / "build" / "screenshots"
-NAMES = ("chromium", "chromium-browser", "google-chrome")
-FLAGS = [
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-]
 
 
 @pytest.fixture
@@ -49,19 +37,6 @@ def studio(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Studio]:
 def session_cookie(studio: Studio) -> dict[str, Any]:
     """The cookie of the shared studio: its link works once only."""
     return sign_in(studio)
-
-
-@pytest.fixture(scope="session")
-def browser() -> Iterator[Browser]:
-    """A headless system Chromium; `MISFIT_BROWSER=required` makes its absence an error."""
-    found = os.environ.get("MISFIT_CHROMIUM") or next(filter(None, map(shutil.which, NAMES)), None)
-    if found is None:
-        required = os.environ.get("MISFIT_BROWSER") == "required"
-        (pytest.fail if required else pytest.skip)("no Chromium on this machine: install the package 'chromium'")
-    with sync_playwright() as playwright:
-        chromium = playwright.chromium.launch(executable_path=found, args=FLAGS)
-        yield chromium
-        chromium.close()
 
 
 @pytest.fixture

@@ -1,7 +1,5 @@
 """Frame times of a plot while it is dragged and zoomed in a headless Chromium, and what each refetch costs."""
 
-import os
-import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -9,15 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from playwright.sync_api import Page, sync_playwright
 
-FLAGS = [
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-]
+from tests.chromium import FLAGS, program
+
 RECORD = """() => {
   window.gaps = []; window.recording = true;
   let last = performance.now();
@@ -57,9 +48,8 @@ HEADER = (
 @contextmanager
 def opened(address: str) -> Iterator[Page]:
     """The page in a headless Chromium, its curves drawn."""
-    path = os.environ.get("MISFIT_CHROMIUM") or shutil.which("chromium")
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=path, args=FLAGS)
+        browser = playwright.chromium.launch(executable_path=program(), args=FLAGS)
         page = browser.new_page(viewport={"width": 1280, "height": 720})
         page.goto(address)
         page.wait_for_function(

@@ -1,0 +1,30 @@
+"""What tests of several folders share."""
+
+import os
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import pytest
+
+from tests.chromium import FLAGS, program
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
+
+
+@pytest.fixture(scope="session")
+def browser() -> "Iterator[Browser]":
+    """A headless Chromium, one for all: Playwright cannot be started twice in a process.
+
+    Without one the tests are skipped; `MISFIT_BROWSER=required` makes its absence an error.
+    """
+    found = program()
+    if found is None:
+        required = os.environ.get("MISFIT_BROWSER") == "required"
+        (pytest.fail if required else pytest.skip)("no Chromium on this machine: install the package 'chromium'")
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        chromium = playwright.chromium.launch(executable_path=found, args=FLAGS)
+        yield chromium
+        chromium.close()
