@@ -33,8 +33,9 @@ def rank(
     at one site are one row: its score is that of the best, its probability their sum.
 
     Args:
-        best: the set that held-out trials confirmed last. Larger sets that hold it were not worth their effects.
-        refused: effects of sets that held-out trials did not confirm. They and larger sets rank behind the best.
+        best: the set that held-out trials confirmed last. Larger sets that hold it were not worth their effects, others
+            that the search left for it neither, whatever they make of an error that no set explains. They rank behind it.
+        refused: effects of sets that held-out trials did not confirm. They rank behind the best, too.
         trust: probability that the truth is among the choices; the probabilities of all sum to it.
     """
     base = nominal.tangent.base
@@ -46,7 +47,7 @@ def rank(
     for r in trace.refitted:
         if r.is_present():
             criterion = trace.half_bic(r)
-            if r.labels in refused or (best is not None and r.labels > best.labels):
+            if r.labels in refused or (best is not None and len(r.labels) > len(best.labels)):
                 criterion = max(criterion, ahead + float(np.log(DECISIVE)))
             found.append((r.effects.candidates, r.cost, criterion))
             least = min(least, r.cost)

@@ -73,7 +73,7 @@ def _refitted(refit: Refit, behind: float, trace: Trace) -> str:
     objection = trace.objection(refit)
     if objection:
         return f"{error}: {objection}"
-    return f"{error}: the best fit of the learning trials, but held-out trials do not confirm it"
+    return f"{error}: the best fit of the learning trials, but none that held-out trials confirmed"
 
 
 def _key(refit: Refit) -> Key:
