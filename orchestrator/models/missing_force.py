@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import expm
+from threadpoolctl import threadpool_limits
 
 from fmus.errors import MisfitError
 from orchestrator.gp.search import minimise
@@ -70,9 +71,11 @@ def missing_forces(
     """
     values = model.compiled.parameters if parameters is None else parameters
     try:
-        followers = [_Follower(model, trial, values) for trial in trials]
-        character = _character(followers)
-        found = tuple(each.force(character) for each in followers)
+        # Two threads make the small factorisations about 100 times slower.
+        with threadpool_limits(limits=1, user_api="blas"):
+            followers = [_Follower(model, trial, values) for trial in trials]
+            character = _character(followers)
+            found = tuple(each.force(character) for each in followers)
     except (np.linalg.LinAlgError, FloatingPointError) as error:
         raise MisfitError(f"{model.name}: the missing force cannot be told from these trials: {error}") from error
     if not all(np.isfinite(each.mean).all() and np.isfinite(each.std).all() for each in found):

@@ -5,7 +5,6 @@ from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from fmus.errors import MisfitError
 from orchestrator.arm_drawing import ArmShape, Line, Panel, Replay
@@ -98,8 +97,7 @@ def _missing(model: SymbolicModel, data: BoundSet, trial: TrialCurves) -> Force 
     noise = np.array([data.noise_std[name] for name in data.output_names])
     few = slice(None, None, -(-len(bound.time) // MOST_SAMPLES))
     smoothed = SmoothedTrial(bound.time[few], bound.inputs[few], bound.outputs[few], noise)
-    with threadpool_limits(limits=1, user_api="blas"):
-        return missing_forces(signals, [smoothed])[0]
+    return missing_forces(signals, [smoothed])[0]
 
 
 def _with_torques(motion: Replay, force: Force) -> Replay:
