@@ -1,8 +1,19 @@
 """Files in shared memory that carry the number of their process in their name, and whether that process lives."""
 
 import os
+import tempfile
 from collections.abc import Iterator
 from pathlib import Path
+
+
+def shared_folder() -> Path:
+    """Where sessions keep what others look at: `MISFIT_SHARED`, else shared memory where there is any.
+
+    Sessions and views with different folders do not see each other.
+    """
+    if chosen := os.environ.get("MISFIT_SHARED"):
+        return Path(chosen)
+    return Path("/dev/shm") if os.access("/dev/shm", os.W_OK) else Path(tempfile.gettempdir())
 
 
 def process_of(path: Path, prefix: str) -> int:

@@ -11,6 +11,7 @@ import tempfile
 from pathlib import Path
 
 from fmus.errors import ComponentError
+from hil.processes import shared_folder
 from hil.recording.records import RECORD
 
 # Two minutes of a session at 1 kHz with eight frames a cycle.
@@ -33,9 +34,7 @@ class Ring:
     @staticmethod
     def create(capacity: int = CAPACITY) -> "Ring":
         """A new ring, in shared memory where there is any."""
-        shared = Path("/dev/shm")
-        folder = shared if shared.is_dir() and os.access(shared, os.W_OK) else Path(tempfile.gettempdir())
-        handle, name = tempfile.mkstemp(prefix="misfit-ring-", dir=folder)
+        handle, name = tempfile.mkstemp(prefix="misfit-ring-", dir=shared_folder())
         os.ftruncate(handle, _HEADER + capacity * RECORD.size)
         os.close(handle)
         return Ring(Path(name), capacity)

@@ -5,6 +5,8 @@ import os
 import tempfile
 from pathlib import Path
 
+from hil.processes import shared_folder
+
 _SIZE = 64
 # Places of eight-byte numbers. Elements of a memoryview are stored at once; `Struct.pack_into` writes zeros first, which
 # the watchdog would take for a loop that has not begun.
@@ -23,8 +25,7 @@ class Heart:
     @staticmethod
     def create() -> "Heart":
         """A new one."""
-        shared = Path("/dev/shm")
-        handle, name = tempfile.mkstemp(prefix="misfit-heart-", dir=shared if shared.is_dir() else None)
+        handle, name = tempfile.mkstemp(prefix="misfit-heart-", dir=shared_folder())
         os.ftruncate(handle, _SIZE)
         os.close(handle)
         return Heart(Path(name))

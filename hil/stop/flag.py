@@ -8,7 +8,7 @@ import time
 from pathlib import Path
 
 from fmus.errors import MisfitError
-from hil.processes import of_living
+from hil.processes import of_living, shared_folder
 
 PREFIX = "misfit-stop-"
 # Places of eight-byte numbers: times are monotonic ns, 0 before they come; behind them the token.
@@ -42,7 +42,7 @@ class StopFlag:
     @staticmethod
     def create() -> "StopFlag":
         """A new one with a new token, in shared memory where there is any; those of killed sessions are cleared away."""
-        folder = Path("/dev/shm") if os.access("/dev/shm", os.W_OK) else Path(tempfile.gettempdir())
+        folder = shared_folder()
         list(of_living(folder, PREFIX))
         handle, name = tempfile.mkstemp(prefix=f"{PREFIX}{os.getpid()}-", dir=folder)
         with os.fdopen(handle, "wb") as file:

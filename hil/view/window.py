@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from fmus.errors import MisfitError
-from hil.processes import of_living
+from hil.processes import of_living, shared_folder
 from hil.safety.cycle import Trip
 from hil.session.pilot import Decision, Pilot
 from hil.view import layout
@@ -52,7 +52,7 @@ class Window:
             about: what never changes while the session lasts; see `hil.view.about`.
         """
         windows()
-        handle, name = tempfile.mkstemp(prefix=f"{PREFIX}{os.getpid()}-", dir=_folder())
+        handle, name = tempfile.mkstemp(prefix=f"{PREFIX}{os.getpid()}-", dir=shared_folder())
         os.ftruncate(handle, layout.SIZE)
         os.close(handle)
         return Window(Path(name), period_ns, about)
@@ -122,11 +122,7 @@ def newest() -> Path:
 def windows() -> list[Path]:
     """Windows of sessions that run, the newest last; those of killed ones are cleared away."""
     found = []
-    for path in of_living(Path(_folder()), PREFIX):
+    for path in of_living(shared_folder(), PREFIX):
         with suppress(OSError):  # gone by now
             found.append((path.stat().st_mtime, path))
     return [path for _, path in sorted(found)]
-
-
-def _folder() -> str:
-    return "/dev/shm" if os.access("/dev/shm", os.W_OK) else tempfile.gettempdir()

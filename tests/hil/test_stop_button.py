@@ -19,6 +19,8 @@ from hil.stop.flag import StopFlag
 from hil.stop.server import stop_button, words_of
 
 PATIENCE_S = 60.0
+# Rules that a machine breaks which stalls, and sessions that it may spoil in a row.
+STALLED, TRIES = {"positions_answered", "answered", "on_time", "watched"}, 3
 
 
 @pytest.fixture
@@ -183,17 +185,23 @@ needs_shared_memory = pytest.mark.skipif(not Path("/dev/shm").is_dir(), reason="
 
 @needs_shared_memory
 def test_a_press_lets_the_arm_down_within_a_second_of_cycles_and_leaves_a_whole_recording(tmp_path: Path) -> None:
-    process, button = begin(tmp_path / "session", 600)
-    pressed_ns = time.monotonic_ns()
-    assert ask(button, "POST", f"/{button.token}/stop")[0] == 303
-    output, errors = process.communicate(timeout=PATIENCE_S)
-    assert process.returncode == 1, errors
+    # A machine that stalls may let a session end before the button is pressed; then another one is begun.
+    for attempt in range(TRIES):
+        folder = tmp_path / f"session_{attempt}"
+        process, button = begin(folder, 600)
+        pressed_ns = time.monotonic_ns()
+        status = ask(button, "POST", f"/{button.token}/stop")[0]
+        output, errors = process.communicate(timeout=PATIENCE_S)
+        assert status == 303 and process.returncode == 1, errors
+        faults = [fault.partition(":")[0] for fault in json.loads(output)["faults"]]
+        if not set(faults) & STALLED:
+            break
     assert json.loads(output)["faults"] == ["not_aborted: stopped by the operator"]
-    cycles = [record for record in read_records(tmp_path / "session") if record.kind is Kind.CYCLE]
+    cycles = [record for record in read_records(folder) if record.kind is Kind.CYCLE]
     told = [record.timed.time_ns for record in cycles if record.flags & Flag.ABORT]
     assert (told[0] - pressed_ns) * 1e-9 < 1.0  # 0.01 s on a calm machine
     assert 100 <= len(told) <= 103  # it fades over a second of 100 cycles, then the arm is let go
-    assert replay_session(tmp_path / "session").first_different is None
+    assert replay_session(folder).first_different is None
 
 
 def test_the_flag_of_a_killed_session_is_cleared_away() -> None:

@@ -3,15 +3,17 @@
 import os
 import re
 import signal
+import tempfile
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from axe_playwright_python.sync_playwright import Axe
 from bench_session import RATE_HZ, Session, hold, wait_until
 from playwright.sync_api import Browser, Page, expect
-from studio_process import Studio, sign_in
+from studio_process import Studio, sign_in, start
 
 from hil.session.session import replay_session
 from hil.stop.server import stop_button
@@ -21,8 +23,31 @@ pytestmark = pytest.mark.skipif(not Path("/dev/shm").is_dir(), reason="no /dev/s
 SOON_S = 2.0
 
 
+@pytest.fixture(scope="module")
+def out_of_sight() -> Iterator[None]:
+    """Sessions of other tests, which run at the same time, are not seen here, nor these there."""
+    with (
+        tempfile.TemporaryDirectory(prefix="misfit-tests-", dir="/dev/shm") as folder,
+        pytest.MonkeyPatch.context() as patch,
+    ):
+        patch.setenv("MISFIT_SHARED", folder)
+        yield
+
+
+@pytest.fixture(scope="module")
+def studio(out_of_sight: None, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Studio]:
+    running = start(tmp_path_factory.mktemp("workspace"))
+    yield running
+    running.stop()
+
+
+@pytest.fixture(scope="module")
+def session_cookie(studio: Studio) -> dict[str, Any]:
+    return sign_in(studio)
+
+
 @pytest.fixture
-def session(tmp_path: Path) -> Iterator[Session]:
+def session(tmp_path: Path, studio: Studio) -> Iterator[Session]:
     running = hold(tmp_path / "session")
     yield running
     running.kill()
@@ -108,7 +133,11 @@ def test_the_first_tab_reaches_the_stop_button_and_a_click_works_while_the_page_
 
 
 def test_the_page_says_how_to_begin_finds_the_session_and_its_button_works_while_the_studio_stands_still(
-    browser: Browser, start_studio: Callable[..., Studio], tmp_path: Path, screenshot: Callable[[Page, str], Path]
+    browser: Browser,
+    out_of_sight: None,
+    start_studio: Callable[..., Studio],
+    tmp_path: Path,
+    screenshot: Callable[[Page, str], Path],
 ) -> None:
     studio = start_studio(tmp_path / "workspace")
     context = browser.new_context(viewport={"width": 1280, "height": 720})
@@ -121,15 +150,15 @@ def test_the_page_says_how_to_begin_finds_the_session_and_its_button_works_while
     assert serious(tab) == []
 
     session = hold(tmp_path / "session")
-    x, y = middle_of_the_button(tab)
-    os.killpg(studio.process.pid, signal.SIGSTOP)
     try:
+        x, y = middle_of_the_button(tab)
+        studio.process.send_signal(signal.SIGSTOP)
         says_that_numbers_are_old(tab)
         pressed_ns = time.monotonic_ns()
         tab.mouse.click(x, y)
         let_down(session, pressed_ns)
     finally:
-        os.killpg(studio.process.pid, signal.SIGCONT)
+        studio.process.send_signal(signal.SIGCONT)
         session.kill()
         context.close()
 
