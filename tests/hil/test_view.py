@@ -131,7 +131,8 @@ def test_a_view_ends_with_its_session(tmp_path: Path) -> None:
     assert np.isfinite(bench.plant.angles).all()
 
 
-def test_the_window_of_a_killed_session_is_cleared_away() -> None:
+def test_the_window_of_a_killed_session_is_cleared_away(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MISFIT_SHARED", str(tmp_path))  # sessions of other tests are no news here
     code = "from hil.view.window import Window; print(Window.create(1).path)"
     left = Path(subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.strip())
     assert left.exists()
