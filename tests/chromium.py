@@ -7,6 +7,7 @@ NAMES = ("chromium", "chromium-browser", "google-chrome")
 FLAGS = [
     "--no-sandbox",
     "--disable-gpu",
+    "--disable-dev-shm-usage",  # shared memory is small in containers
     "--disable-quic",
     "--no-first-run",
     "--disable-background-networking",
