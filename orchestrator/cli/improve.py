@@ -39,6 +39,7 @@ def add(diagnosis_or_effect: str, model: str | None, folder: str, card_folders: 
     """
     from orchestrator.diagnosis.candidates import as_fmu
     from orchestrator.diagnosis.cards import effect_library
+    from orchestrator.diagnosis.read_back import adjusted_of, effects_of
     from orchestrator.models.load import load_modelica
     from orchestrator.versions import add_effects, default_effect
 
@@ -46,9 +47,14 @@ def add(diagnosis_or_effect: str, model: str | None, folder: str, card_folders: 
     if diagnosis_or_effect.endswith(".json"):
         document = _read_diagnosis(Path(diagnosis_or_effect))
         base = _base(model or document["model"], document["data"])
-        effects = _named_effects(document, diagnosis_or_effect)
+        effects = effects_of(document)
+        if not effects:
+            raise MisfitError(
+                f"{diagnosis_or_effect} names no effect (verdict: {document['verdict']}), so there is nothing to add"
+            )
         # Tolerances were fitted for the diagnosed model; another one has parameters of its own.
-        adjusted = _adjusted(document) if model in (None, document["model"]) else []
+        fitted = document.get("nuisances", {}).get("parameters", [])
+        adjusted = adjusted_of(fitted) if model in (None, document["model"]) else []
     else:
         if model is None:
             raise click.UsageError(f"name the model that gets {diagnosis_or_effect} with --to MODEL")
@@ -79,34 +85,6 @@ def _read_diagnosis(path: Path) -> dict[str, Any]:
     if not isinstance(document, dict) or document.get("schema") != "misfit.diagnosis/1":
         raise MisfitError(f"{path} is not a diagnosis; write one with `misfit diagnose MODEL DATA --json {path}`")
     return document
-
-
-def _named_effects(document: dict[str, Any], where: str) -> list[Any]:
-    from orchestrator.diagnosis.result import NamedEffect
-
-    if not document["effects"]:
-        raise MisfitError(f"{where} names no effect (verdict: {document['verdict']}), so there is nothing to add")
-    return [
-        NamedEffect(
-            entry["id"],
-            entry["site"],
-            {name: _estimate(p) for name, p in entry["parameters"].items()},
-        )
-        for entry in document["effects"]
-    ]
-
-
-def _adjusted(document: dict[str, Any]) -> list[Any]:
-    from orchestrator.diagnosis.result import Adjusted
-
-    entries = document.get("nuisances", {}).get("parameters", [])
-    return [Adjusted(entry["name"], entry["nominal"], _estimate(entry["fitted"])) for entry in entries]
-
-
-def _estimate(entry: dict[str, Any]) -> Any:
-    from orchestrator.diagnosis.result import Estimate
-
-    return Estimate(entry["value"], entry["unit"], tuple(entry["ci90"]))
 
 
 @click.command()

@@ -2,12 +2,12 @@
 
 from typing import Any
 
+from orchestrator.diagnosis.read_back import effects_of, ranking_of, tried_of
 from orchestrator.report.numbers import digits, percent
 from orchestrator.report.page import effects_table, experiment_rows, tried_table
 from orchestrator.report.sentences import ranked_name
 from orchestrator.studio.live import Live
 from orchestrator.studio.project import DIAGNOSIS, Project, file_stamp
-from orchestrator.studio.read_back import effects_of, ranking_of, tried_of
 from orchestrator.studio.text import bullets, details, heading, html_table, page_table, paragraph
 
 MOST_RANKED = 8

@@ -107,9 +107,9 @@ def diagnose(project: Project, say: Say) -> None:
 def add(project: Project, say: Say, number: str) -> None:
     """Build the model with the first `number` steps of the diagnosis, and compare it as the one before."""
     from orchestrator import ledger
+    from orchestrator.diagnosis.read_back import adjusted_of, effects_of
     from orchestrator.discover import record
     from orchestrator.report.html import discovery_report
-    from orchestrator.studio.read_back import adjusted_of, effects_of
     from orchestrator.versions import add_effects
 
     diagnosis = project.result(DIAGNOSIS)
@@ -120,7 +120,7 @@ def add(project: Project, say: Say, number: str) -> None:
     source = load_source(_model(project), measurements)
     effects = effects_of(step)
     say(f"building the model with {' + '.join(effect.id for effect in effects)}")
-    version = add_effects(source, effects, project.results / "versions", adjusted=adjusted_of(step))
+    version = add_effects(source, effects, project.results / "versions", adjusted=adjusted_of(step["adjusted"]))
     say("running it along every trial")
     found = compare_with(version.model, measurements, workers=WORKERS, floor=diagnosis["noise_floor"])
     entry = record(project.results, version.source.name, version.source, version.model, effects, found, measurements)

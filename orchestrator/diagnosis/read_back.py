@@ -1,5 +1,6 @@
 """Results, read back from their JSON as the objects that reports are made of."""
 
+from collections.abc import Sequence
 from typing import Any
 
 from orchestrator.compare.result import Comparison, SetErrors, TrialErrors
@@ -45,9 +46,9 @@ def tried_of(diagnosis: dict[str, Any]) -> list[Tried]:
     return [Tried(tuple(each["effects"]), tuple(each["sites"]), each["outcome"]) for each in diagnosis["tried"]]
 
 
-def adjusted_of(step: dict[str, Any]) -> list[Adjusted]:
-    """The model's own parameters that a step fitted within their tolerances."""
-    return [Adjusted(each["name"], each["nominal"], _estimate(each["fitted"])) for each in step["adjusted"]]
+def adjusted_of(entries: Sequence[dict[str, Any]]) -> list[Adjusted]:
+    """The model's own parameters that were fitted within their tolerances."""
+    return [Adjusted(each["name"], each["nominal"], _estimate(each["fitted"])) for each in entries]
 
 
 def _set_errors(document: dict[str, Any]) -> SetErrors:
