@@ -89,8 +89,9 @@ def main() -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the reader left; nothing to complain about
         code = 0
     except OSError as error:  # a disk that is full, a folder that went away, rights that lack
-        place = f"{error.filename}: " if error.filename else ""
-        code = _complain(f"{place}{error.strerror or error}; check the place, its rights and the free space", 2)
+        reason = error.strerror or str(error)
+        where = f"{error.filename}: {reason}; check the place, its rights and the free space"
+        code = _complain(where if error.filename else reason, 2)
     sys.exit(code if isinstance(code, int) else 0)
 
 
