@@ -46,6 +46,16 @@ def fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "arm.fmu"
 
 
+@pytest.mark.parametrize("rest", ["", ', "effects": [{}]', ', "effects": [1], "model": "arm"'])
+def test_a_damaged_diagnosis_is_told_in_one_line(rest: str, tmp_path: Path) -> None:
+    (tmp_path / "d.json").write_text(f'{{"schema": "misfit.diagnosis/1"{rest}}}')
+
+    done = misfit("add", tmp_path / "d.json")
+
+    assert done.returncode == 2
+    assert "is damaged" in done.stderr and "Traceback" not in done.stderr
+
+
 def test_help_says_of_every_command_what_it_does() -> None:
     listed = misfit("--help").stdout.split("Commands:")[1].splitlines()
 

@@ -76,6 +76,8 @@ def _base(model: str, data: str) -> Any:
 
 
 def _read_diagnosis(path: Path) -> dict[str, Any]:
+    from orchestrator.diagnosis.read_back import effects_of
+
     try:
         document = json.loads(path.read_text())
     except OSError as error:
@@ -84,6 +86,10 @@ def _read_diagnosis(path: Path) -> dict[str, Any]:
         raise MisfitError(f"diagnosis {path} is not JSON: {error}") from error
     if not isinstance(document, dict) or document.get("schema") != "misfit.diagnosis/1":
         raise MisfitError(f"{path} is not a diagnosis; write one with `misfit diagnose MODEL DATA --json {path}`")
+    try:
+        effects_of(document), document["model"], document["data"], document["verdict"]
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise MisfitError(f"diagnosis {path} is damaged ({type(error).__name__}: {error}); write it again") from error
     return document
 
 
