@@ -63,7 +63,7 @@ def hold(
         late = document["lateness_us"]
         show(
             f"{document['cycles']} cycles at {document['rate_hz']:g} Hz, {document['missed']} missed,"
-            f" {document['frames_lost']} answers late or lost\n"
+            f" {document['answers_late']} answers late, {document['frames_lost']} lost\n"
             f"late by {late['p50']} us (median), {late['p99']} us (99 %), {late['max']} us (at most)\n"
             + "".join(f"not permitted here: {words}; cycles may be late\n" for words in document["not_permitted"])
             + stopped_by(document, virtual)
@@ -200,14 +200,14 @@ def robot_of(
     """Settings of the robot that the options mean; a virtual one lives as long as the stack, and proves itself with a body on it."""
     from dataclasses import replace
 
-    from hil.session.settings import default_settings, read_settings
+    from hil.session.settings import read_settings, virtual_settings
     from hil.virtual.process import virtual_robot
 
     if virtual == (bench is not None):
         raise MisfitError("say either --virtual or --bench FILE: one of them tells which robot")
     if bench is not None:
         return read_settings(bench, rate_hz)
-    settings = replace(default_settings(rate_hz=rate_hz), gravity=False, proof=body is not None)
+    settings = replace(virtual_settings(rate_hz=rate_hz), proof=body is not None)
     return replace(settings, bus=stack.enter_context(virtual_robot(settings.side, body)))
 
 

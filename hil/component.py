@@ -18,7 +18,7 @@ from hil.robots import proficio
 from hil.session.controllers import Observed
 from hil.session.loop import Loop, Wishes
 from hil.session.pilot import Decision, Pilot
-from hil.session.settings import Settings, default_settings, read_settings
+from hil.session.settings import Settings, read_settings, virtual_settings
 from hil.session.start_up import start_up
 from hil.session.timing import Metronome
 from hil.session.watchdog import watchdog
@@ -195,5 +195,5 @@ def open_robot(spec: ComponentSpec, folder: Path) -> Component:
     if rate is None:
         raise MisfitError(f"rate_hz = {spec.options['rate_hz']!r}; a number of cycles a second was expected")
     if virtual:
-        return RobotComponent(replace(default_settings(rate_hz=rate), gravity=False), virtual=True)
+        return RobotComponent(virtual_settings(rate_hz=rate), virtual=True)
     return RobotComponent(read_settings(folder / spec.source, rate), virtual=False)

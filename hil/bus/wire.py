@@ -9,6 +9,7 @@ import can
 
 from fmus.errors import MisfitError
 from hil.bus.messages import Frames, Messages
+from hil.bus.slcan import SlcanBus
 from hil.bus.socketcand import SocketcandBus
 from hil.bus.text_bus import TextBus
 from hil.codecs.frame import Frame, Timed
@@ -23,7 +24,7 @@ ATTEMPTS, PATIENCE_S = 5, 0.2
 Tap = Callable[[Timed, bool], None]
 
 # Ours unless the settings say `client = "python-can"`.
-_OWN: dict[str, Callable[..., can.BusABC]] = {"socketcand": SocketcandBus}
+_OWN: dict[str, Callable[..., can.BusABC]] = {"socketcand": SocketcandBus, "slcan": SlcanBus}
 # For python-can's. Without it two small writes in a row wait for each other: 42 ms a cycle instead of 0.3 ms.
 _ALWAYS: dict[str, dict[str, Any]] = {"socketcand": {"tcp_tune": True}, "slcan": {"sleep_after_open": 0.0}}
 

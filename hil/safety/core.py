@@ -1,7 +1,6 @@
 """One cycle of the safety core: which torques may be sent, and why not others."""
 
 import math
-from dataclasses import replace
 
 from hil.safety.cycle import Module, Motion, Outcome, Reaction, Seen, State, Trip, Vector
 from hil.safety.limiters import LIMITERS, Limiter, pinch_torque
@@ -72,7 +71,7 @@ def _armed(limits: Limits, state: State, motion: Motion, seen: Seen, rules: tupl
     if not seen.arm or seen.abort or seen.module is not Module.ACTIVE:
         return state
     fresh = begin(limits, state.time_ns, motion.positions)
-    fresh = replace(fresh, motion=state.motion, armed_ns=seen.time_ns, late=state.late, heat=state.heat)
+    fresh = fresh._replace(motion=state.motion, armed_ns=seen.time_ns, late=state.late, heat=state.heat)
     if any(rule(limits, fresh, motion, seen) is not None for rule in rules):
         return state
     return fresh

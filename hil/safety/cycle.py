@@ -1,7 +1,11 @@
-"""What the safety core takes and gives in each cycle."""
+"""What the safety core takes and gives in each cycle.
+
+What is made anew in every cycle are named tuples: they are made in a third of the time of frozen dataclasses.
+"""
 
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import NamedTuple
 
 Vector = tuple[float, ...]
 
@@ -30,8 +34,7 @@ class Module(IntEnum):
     ACTIVE = 2
 
 
-@dataclass(frozen=True, slots=True)
-class Seen:
+class Seen(NamedTuple):
     """What a cycle shows.
 
     Args:
@@ -74,8 +77,7 @@ class Seen:
     arm: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class Motion:
+class Motion(NamedTuple):
     """Where the arm is, as far as the core believes the encoders.
 
     `seconds` since the last cycle (0 if time did not pass), `positions` rad and `speeds` rad/s by joint, `missing` cycles in
@@ -102,8 +104,7 @@ class Trip:
         return f"{self.rule}: {self.words}"
 
 
-@dataclass(frozen=True, slots=True)
-class State:
+class State(NamedTuple):
     """What the core remembers from cycle to cycle.
 
     `torques` were sent last, `active` is the part of them that does not hold the weight, `asked` what the controller asked
@@ -133,8 +134,7 @@ class State:
     pinched: tuple[int, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class Outcome:
+class Outcome(NamedTuple):
     """What may be sent: `torques` N.m by joint (None: nothing at all), whether to switch motors to idle, and why."""
 
     torques: Vector | None

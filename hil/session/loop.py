@@ -35,9 +35,10 @@ class Wishes(NamedTuple):
 
 @dataclass
 class Summary:
-    """What a session came to."""
+    """What a session came to; late answers came after the cycle that had asked, lost ones not at all."""
 
     cycles: int = 0
+    answers_late: int = 0
     frames_lost: int = 0
     lateness: Lateness = field(default_factory=Lateness)
     faults: list[str] = field(default_factory=list)
@@ -94,7 +95,8 @@ class Loop:
         self.summary.lateness.add(self._late_ns)
         self._cycle(wish)
         self.summary.cycles += 1
-        self.summary.frames_lost = self.pilot.missing_answers
+        self.summary.answers_late = self.pilot.late_answers
+        self.summary.frames_lost = self.pilot.missing_answers - self.pilot.late_answers
         trip = self.pilot.stopped
         if trip is None or not self.pilot.is_armed or (self._letting_down and trip.rule == not_aborted.__name__):
             return

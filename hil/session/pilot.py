@@ -1,7 +1,6 @@
 """The decision of a cycle, from its frames alone: the same live, in a dry run and in replay."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -85,7 +84,9 @@ class Pilot:
         self.gate = TorqueGate(robot.torque_units, robot.motor["MODE"])
         self.state: State | None = None
         self.cycle = 0
-        self.missing_answers = self.strange_frames = 0
+        # Answers that did not come in time, and those of them that came later.
+        self.missing_answers = self.late_answers = self.strange_frames = 0
+        self._owed = [0] * proficio.JOINTS
         self.listen_ns = int(LISTEN_SHARE * limits.period_ns)
         self.controller_error = ""
         # Why the arm was not armed when that was last looked at.
@@ -133,7 +134,7 @@ class Pilot:
         observed = Observed(seconds, angles, np.array(motion.speeds), self._force.copy(), sent, given.confirm, fresh)
         asked = self._ask(observed)
         support = proficio.holding_torques(angles, self.robot.side) if self.gravity else np.zeros(proficio.JOINTS)
-        seen = replace(seen, asked=tuple(asked.tolist()), support=tuple(support.tolist()))
+        seen = seen._replace(asked=tuple(asked.tolist()), support=tuple(support.tolist()))
         self.state, outcome = step(self.limits, self.state, seen)
         self.cycle += 1
         if not self.is_armed and outcome.trips:
@@ -208,8 +209,12 @@ class Pilot:
         for at, frame in given.frames:
             try:
                 if frame.identifier in _POSITIONS:
+                    motor = _POSITIONS[frame.identifier]
                     if given.start_ns < at <= given.start_ns + self.listen_ns:
-                        positions.setdefault(_POSITIONS[frame.identifier], set()).add(frame.data)
+                        positions.setdefault(motor, set()).add(frame.data)
+                    elif self._owed[motor]:
+                        self._owed[motor] -= 1
+                        self.late_answers += 1
                 elif frame.identifier == _FORCE:
                     reading = unpack_reading(Group.FORCE, frame.data)
                     self._force = np.array(reading[:3])
@@ -225,7 +230,10 @@ class Pilot:
             except FrameError:
                 self.strange_frames += 1
         fresh = {motor for motor, answers in positions.items() if self._position(motor, answers)}
-        self.missing_answers += proficio.JOINTS - len(fresh)
+        for motor in range(proficio.JOINTS):
+            if motor not in fresh:
+                self._owed[motor] += 1
+                self.missing_answers += 1
         return fresh
 
     def _position(self, motor: int, answers: set[bytes]) -> bool:

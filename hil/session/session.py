@@ -210,6 +210,7 @@ def _result(
         "rate_hz": 1e9 / settings.limits.period_ns,
         "cycles": summary.cycles,
         "missed": missed,
+        "answers_late": summary.answers_late,
         "frames_lost": summary.frames_lost,
         "lateness_us": summary.lateness.to_json(),
         "faults": summary.faults,

@@ -26,6 +26,9 @@ _RANGES = {
     "left": ((-1.1, 0.5), (-1.05, 1.05), (-2.9, -0.05)),
 }
 _TORQUES, _RATE, _SPEED = (20.0, 15.0, 12.0), 2000.0, 1.5
+# A virtual robot shares the machine with the session, and stands still whenever the machine lets it: for so long it is
+# waited for, and let go after three times that.
+_VIRTUAL_PATIENCE_S = 0.02
 
 
 @dataclass(frozen=True)
@@ -100,6 +103,19 @@ def default_settings(side: Side = "right", rate_hz: float = 500.0) -> Settings:
         for torque, (low, high) in zip(_TORQUES, _RANGES[side], strict=True)
     )
     return Settings({}, side, True, Limits(joints, period_ns=round(1e9 / rate_hz)))
+
+
+def virtual_settings(side: Side = "right", rate_hz: float = 500.0) -> Settings:
+    """Settings of a virtual Proficio, which has no weight to hold; more patient than those of a real one.
+
+    Raises:
+        MisfitError: if the rate is not between 10 and 1000 Hz.
+    """
+    found = default_settings(side, rate_hz)
+    limits = found.limits
+    comply = max(limits.missing_comply, round(_VIRTUAL_PATIENCE_S * rate_hz))
+    patient = replace(limits, missing_comply=comply, missing_release=max(limits.missing_release, 3 * comply))
+    return replace(found, gravity=False, limits=patient)
 
 
 def read_settings(path: Path, rate_hz: float = 500.0) -> Settings:

@@ -67,7 +67,7 @@ def record(
         whole = len(list(folder.glob("trial_*.parquet")))
         show(
             f"{document['cycles']} cycles at {document['rate_hz']:g} Hz, {document['missed']} missed,"
-            f" {document['frames_lost']} answers late or lost\n"
+            f" {document['answers_late']} answers late, {document['frames_lost']} lost\n"
             + stopped_by(document, virtual)
             + f"{whole} of {len(trials.trials)} trials recorded in {folder}"
             + (f"; to go on: misfit compare arm {folder}" if whole else ""),

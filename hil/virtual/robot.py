@@ -50,7 +50,8 @@ class VirtualRobot:
 
     def receive(self, frame: Frame, time_ns: int) -> list[Timed]:
         """Take a frame from the bus; returns what is answered, in the order of time."""
-        self.advance(time_ns)
+        if time_ns > (self.time_ns or 0):
+            self.advance(time_ns)
         address = address_of(frame.identifier)
         answers: list[Timed] = []
         for node in self.nodes:
@@ -77,7 +78,7 @@ class VirtualRobot:
             left -= step
         self.time_ns = max(self.time_ns, time_ns)
         self._show()
-        self.safety.watch(float(np.max(np.abs(self.plant.speeds)) * 0.65), time_ns)
+        self.safety.watch(max(map(abs, self.plant.speeds.tolist())) * 0.65, time_ns)
 
     def arrival(self, now: int) -> int:
         """When a frame that is read at `now` (ns) has come, for a robot in real time: not before the plant, and not just after it."""
@@ -90,6 +91,6 @@ class VirtualRobot:
             self.advance(now)
 
     def _show(self) -> None:
-        for motor, angle in zip(self.motors, proficio.motor_angles(self.plant.angles), strict=True):
-            motor.angle = float(angle)
+        for motor, angle in zip(self.motors, proficio.motor_angles(self.plant.angles).tolist(), strict=True):
+            motor.angle = angle
         self.sensor.force = self.plant.force

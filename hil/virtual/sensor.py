@@ -9,6 +9,9 @@ from hil.codecs.barrett.tables import Kind
 from hil.codecs.frame import Frame, Timed
 from hil.virtual.node import ANSWER_NS, Node
 
+# N that it can say.
+_MOST = 32767 / DIVISORS[Group.FORCE]
+
 
 class ForceSensor(Node):
     """Says the force that a plant feels at its wrist, with noise, its own zero error and its limits."""
@@ -27,10 +30,9 @@ class ForceSensor(Node):
         if number == self.numbers["A"]:
             data = pack_reading(Group.ACCELERATION, (0.0, 0.0, -9.80665))
             return [Timed(time_ns + ANSWER_NS, Frame(answer_of(self.number, Group.ACCELERATION), data))]
-        raw = self.force + self.zero - self.tare + self.noise * self._random.standard_normal(3)
-        most = 32767 / DIVISORS[Group.FORCE]
-        status = Status(False, False, (0,)) if np.any(np.abs(raw) > most) else None
-        force = pack_reading(Group.FORCE, np.clip(raw, -most, most).tolist(), status)
+        raw = (self.force + self.zero - self.tare + self.noise * self._random.standard_normal(3)).tolist()
+        status = Status(False, False, (0,)) if max(map(abs, raw)) > _MOST else None
+        force = pack_reading(Group.FORCE, [min(max(part, -_MOST), _MOST) for part in raw], status)
         torque = pack_reading(Group.TORQUE, (0.0, 0.0, 0.0), status)
         return [
             Timed(time_ns + ANSWER_NS, Frame(answer_of(self.number, Group.FORCE), force)),

@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable
 
 from hil.codecs.frame import Frame, Timed
+from hil.session.timing import SPIN_NS
 from hil.virtual.control import Control
 from hil.virtual.faults import Faults
 from hil.virtual.robot import EVERY_NS, VirtualRobot
@@ -88,8 +89,7 @@ class SocketcandServer:
             self._listener.close()
 
     def _turn(self) -> None:
-        now = time.monotonic_ns()
-        wait = min(self._due[0][0] - now, EVERY_NS) if self._due else EVERY_NS
+        wait = min(self._due[0][0] - time.monotonic_ns() - SPIN_NS, EVERY_NS) if self._due else EVERY_NS
         for key, _ in self._selector.select(max(wait, 0) * 1e-9):
             if key.fileobj is self._listener:
                 connection, _address = self._listener.accept()

@@ -61,9 +61,7 @@ def _episode(random: np.random.Generator, limits: Limits, cycles: int, found: Fo
 
 def _absurd(random: np.random.Generator, seen: Seen, state: State) -> Seen:
     """A cycle with one thing wrong."""
-    values = {name: getattr(seen, name) for name in Seen.__slots__}
-    values |= _CHANGES[random.integers(len(_CHANGES))](random, seen, state)
-    return Seen(**values)
+    return seen._replace(**_CHANGES[random.integers(len(_CHANGES))](random, seen, state))
 
 
 def _poisoned(random: np.random.Generator, values: tuple) -> tuple:

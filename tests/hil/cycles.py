@@ -38,7 +38,7 @@ class Arm:
         wiggle = 1e-6 * (len(self.outcomes) % 2)  # a live encoder never says quite the same
         positions = tuple(q + wiggle for q in self.positions)
         basis = Seen(time_ns=self.now + self.limits.period_ns, positions=positions, asked=zeros, support=zeros)
-        return replace(basis, **seen)
+        return basis._replace(**seen)
 
     def cycle(self, **seen: Any) -> Outcome:
         self.state, outcome = step(self.limits, self.state, self.calm(**seen), rules=self.rules, limiters=self.limiters)

@@ -25,7 +25,7 @@ def trip_of(rule: str, changes: dict[str, Any], limits: Limits = LIMITS) -> Trip
     }
     for name, value in changes.items():
         part, field = name.split("_", 1)
-        parts[part] = replace(parts[part], **{field: value})
+        parts[part] = parts[part]._replace(**{field: value})
     found: Trip | None = getattr(rules, rule)(limits, *parts.values())
     assert found is None or found.rule == rule
     return found

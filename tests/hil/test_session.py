@@ -2,6 +2,7 @@
 
 import ast
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import can
@@ -23,7 +24,9 @@ from hil.session.controllers import Observed, Passive
 from hil.session.loop import Loop, Wishes
 from hil.session.pilot import Pilot
 from hil.session.session import recorded_pilot
+from hil.session.settings import default_settings, virtual_settings
 from hil.session.start_up import scan
+from hil.virtual.control import Control
 from hil.virtual.motor import IDLE, TORQUE
 from tests.hil.bench import Beats, Bench
 
@@ -77,6 +80,30 @@ def test_a_held_arm_stays_where_it_was_and_loses_no_answer() -> None:
     summary = bench.run(bench.pilot(), 1000)
     assert (summary.frames_lost, summary.faults) == (0, [])
     assert bench.plant.angles == pytest.approx([-0.3, 0.2, 1.5], abs=0.01)
+
+
+@pytest.mark.parametrize(("verb", "late", "lost"), [("late", 4, 0), ("lose", 0, 4)])
+def test_answers_that_come_later_are_told_from_those_that_never_come(verb: str, late: int, lost: int) -> None:
+    bench = Bench()
+    pilot = bench.pilot()
+    control = Control(bench.robot, bench.faults)
+
+    def disturb(cycle: int) -> None:
+        if cycle in (300, 310, 320, 330):
+            control.follow([verb, "1"], bench.bus.time_ns)
+
+    summary = bench.run(pilot, 600, disturb)
+    assert (summary.answers_late, summary.frames_lost, summary.faults) == (late, lost, [])
+
+
+@pytest.mark.parametrize("rate_hz", [100.0, 500.0, 1000.0])
+def test_a_virtual_robot_may_stand_still_for_20_ms_at_least_and_otherwise_has_the_limits_of_a_real_one(
+    rate_hz: float,
+) -> None:
+    real, virtual = default_settings(rate_hz=rate_hz).limits, virtual_settings(rate_hz=rate_hz).limits
+    assert virtual.missing_comply / rate_hz >= 0.02 and virtual.missing_release > virtual.missing_comply
+    patience = {"missing_comply": real.missing_comply, "missing_release": real.missing_release}
+    assert replace(virtual, **patience) == real
 
 
 def test_a_pushed_arm_gives_way_as_its_stiffness_says_and_comes_back() -> None:

@@ -1,6 +1,7 @@
 """Who speaks to whom: identifiers are a group flag (bit 10), the sender (bits 9 to 5) and the receiver (bits 4 to 0)."""
 
 from enum import IntEnum
+from functools import cache
 from typing import NamedTuple
 
 from hil.codecs.frame import LAST_IDENTIFIER
@@ -71,16 +72,19 @@ def address_of(identifier: int) -> Address:
     return Address(identifier >> 5 & LAST_NODE, identifier & LAST_NODE, bool(identifier & _GROUP_FLAG))
 
 
+@cache
 def to_node(node: int) -> int:
     """Identifier of a frame from the host to a node."""
     return Address(Node.HOST, node).identifier
 
 
+@cache
 def to_group(group: Group) -> int:
     """Identifier of a frame from the host to a group."""
     return Address(Node.HOST, group, to_group=True).identifier
 
 
+@cache
 def answer_of(node: int, group: Group) -> int:
     """Identifier on which a node answers."""
     return Address(node, group, to_group=True).identifier
