@@ -54,10 +54,11 @@ bench-peers:
 # SIZE=tiny, small (at most about 15 minutes on two cores), medium or full; a run that was stopped goes on where it was.
 SIZE ?= small
 WORKERS ?= 2
+SEED ?= 20
 # Seconds after which no further case begins; the report says how many were done.
 BUDGET ?= $(if $(filter small,$(SIZE)),780,inf)
 bench-diagnosis: $(VENV)/.bench
-	@$(BIN)/python -m tests.benchmarks.diagnosis.run --size $(SIZE) --workers $(WORKERS) --budget $(BUDGET) \
+	@$(BIN)/python -m tests.benchmarks.diagnosis.run --size $(SIZE) --seed $(SEED) --workers $(WORKERS) --budget $(BUDGET) \
 		--out build/bench-diagnosis --report docs/benchmarks/diagnosis.md
 
 # Mutants of the models and harmless rebuilds, about 40 minutes; a run that was stopped goes on where it was.

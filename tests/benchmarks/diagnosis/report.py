@@ -41,9 +41,10 @@ Usefulness is 1 for the truth, 1/k for a class of k that holds it, 0.3 for a nee
 
 @dataclass(frozen=True)
 class About:
-    """A call of the benchmark: `wanted` cases at a `commit`, and the `seconds` that the call took."""
+    """A call of the benchmark: `wanted` cases of a `seed` at a `commit`, and the `seconds` that the call took."""
 
     size: str
+    seed: int
     wanted: int
     commit: str
     workers: int
@@ -63,7 +64,7 @@ class About:
     def command(self) -> str:
         """What made the report."""
         budget = f" BUDGET={self.budget_s:g}" if self.budget_s < float("inf") else ""
-        return f"make bench-diagnosis SIZE={self.size} WORKERS={self.workers}{budget}"
+        return f"make bench-diagnosis SIZE={self.size} SEED={self.seed} WORKERS={self.workers}{budget}"
 
 
 def write_report(done: Sequence[Done], about: About, markdown: Path, figures: Path) -> None:

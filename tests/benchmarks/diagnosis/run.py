@@ -12,7 +12,7 @@ from pathlib import Path
 
 from tests.benchmarks.diagnosis.cases import Done, Job, do_case, lost_case
 from tests.benchmarks.diagnosis.report import About, write_report
-from tests.benchmarks.diagnosis.suite import SIZES, suite
+from tests.benchmarks.diagnosis.suite import SEED, SIZES, suite
 from tests.benchmarks.diagnosis.truth.families import FAMILIES
 from tests.benchmarks.diagnosis.truth.machines import MACHINES
 from tests.benchmarks.diagnosis.version import code_version
@@ -22,10 +22,10 @@ from tests.benchmarks.diagnosis.workers import side_by_side
 def main() -> None:
     """Run from the command line."""
     args = _arguments()
-    out = args.out / code_version()
+    out = args.out / f"{code_version()}_{args.seed}"
     wishes = [
         wish
-        for wish in suite(args.size)
+        for wish in suite(args.size, args.seed)
         if wish.machine in (args.plant or MACHINES) and wish.family in (args.family or FAMILIES)
     ][: args.limit]
     began = time.monotonic()
@@ -40,7 +40,9 @@ def main() -> None:
         os._exit(130)  # its workers notice; an ordinary end would wait for them
     order = {wish.name: k for k, wish in enumerate(wishes)}
     done.sort(key=lambda case: order[case.name])
-    about = About(args.size, len(wishes), _commit(), args.workers, args.limit_s, args.budget, time.monotonic() - began)
+    about = About(
+        args.size, args.seed, len(wishes), _commit(), args.workers, args.limit_s, args.budget, time.monotonic() - began
+    )
     write_report(done, about, args.report, out / "scores.json")
     print(f"{sum(case.row is not None for case in done)} of {len(wishes)} cases; report: {args.report}")
 
@@ -57,6 +59,7 @@ def _say(case: Done) -> None:
 def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--size", choices=list(SIZES), default="small")
+    parser.add_argument("--seed", type=int, default=SEED, help="another draw of cases of the same kinds")
     parser.add_argument("--out", type=Path, default=Path("build/bench-diagnosis"))
     parser.add_argument("--report", type=Path, default=Path("build/bench-diagnosis/diagnosis.md"))
     parser.add_argument("--workers", type=int, default=2)

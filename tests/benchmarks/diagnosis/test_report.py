@@ -16,7 +16,7 @@ NAMED = {"LASSO": {"effects": ["viscous_friction"], "ranking": ["viscous_frictio
 
 
 def written(done: list[Done], folder: Path) -> str:
-    about = About("tiny", 7, "abcdef", 2, 240.0, 60.0, 12.0)
+    about = About("tiny", 20, 7, "abcdef", 2, 240.0, 60.0, 12.0)
     page = folder / "diagnosis.md"
 
     write_report(done, about, page, folder / "scores.json")
@@ -49,5 +49,5 @@ def test_missed_targets_failures_and_unmade_cases_are_told(tmp_path: Path) -> No
     assert "| name | 1/1 = 100 % (21-100) | 85 / 93 % | aim met, not certain |" in text
     assert "* failed: ValueError: no" in text
     assert "* unmade: it left all bounds" in text
-    assert "make bench-diagnosis SIZE=tiny WORKERS=2 BUDGET=60" in text
+    assert "make bench-diagnosis SIZE=tiny SEED=20 WORKERS=2 BUDGET=60" in text
     assert text.count(".png") == 3
