@@ -95,8 +95,6 @@ class Loop:
         self.summary.lateness.add(self._late_ns)
         self._cycle(wish)
         self.summary.cycles += 1
-        self.summary.answers_late = self.pilot.late_answers
-        self.summary.frames_lost = self.pilot.missing_answers - self.pilot.late_answers
         trip = self.pilot.stopped
         if trip is None or not self.pilot.is_armed or (self._letting_down and trip.rule == not_aborted.__name__):
             return
@@ -112,6 +110,8 @@ class Loop:
                 self.beat(Wishes(abort=True))
         finally:
             self._cycle(Wishes(abort=True, over=True))
+            self.summary.answers_late = self.pilot.late_answers
+            self.summary.frames_lost = self.pilot.missing_answers - self.pilot.late_answers
 
     def _cycle(self, wish: Wishes) -> None:
         # What waits on the bus answers an earlier question; what comes after this moment answers this one.

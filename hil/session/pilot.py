@@ -206,15 +206,15 @@ class Pilot:
         An answer from before the cycle, or from after its time, belongs to another one.
         """
         positions: dict[int, set[bytes]] = {}
+        belated: list[int] = []
         for at, frame in given.frames:
             try:
                 if frame.identifier in _POSITIONS:
                     motor = _POSITIONS[frame.identifier]
                     if given.start_ns < at <= given.start_ns + self.listen_ns:
                         positions.setdefault(motor, set()).add(frame.data)
-                    elif self._owed[motor]:
-                        self._owed[motor] -= 1
-                        self.late_answers += 1
+                    else:
+                        belated.append(motor)
                 elif frame.identifier == _FORCE:
                     reading = unpack_reading(Group.FORCE, frame.data)
                     self._force = np.array(reading[:3])
@@ -234,6 +234,10 @@ class Pilot:
             if motor not in fresh:
                 self._owed[motor] += 1
                 self.missing_answers += 1
+        for motor in belated:
+            if self._owed[motor]:
+                self._owed[motor] -= 1
+                self.late_answers += 1
         return fresh
 
     def _position(self, motor: int, answers: set[bytes]) -> bool:
