@@ -15,8 +15,8 @@ from hil.bus.text_bus import TextBus
 from hil.codecs.frame import Frame, Timed
 from hil.errors import BusError
 
-# It writes to the terminal whenever a frame arrives in two parts, which is no news.
-logging.getLogger("can.socketcand").setLevel(logging.ERROR)
+# python-can's client writes to the terminal whenever a frame arrives in two parts, which is no news.
+logging.getLogger("can.interfaces.socketcand").setLevel(logging.ERROR)
 
 # A wire that broke is tried so often, first after so long and then after twice as long each time.
 ATTEMPTS, PATIENCE_S = 5, 0.2
