@@ -76,7 +76,6 @@ MISTAKES = {
     "no ledger": (["ledger", str(CASES)], "has no ledger.jsonl"),
     "report below a file": (["compare", "arm", str(ARM), "--html", str(Path(__file__) / "x.html")], "is no folder"),
     "result onto a folder": (["study", "caregivers", "--json", str(CASES)], "is a folder; expected a file"),
-    "block below a file": (["learn", "arm", str(ARM), "--out", str(Path(__file__) / "x.json")], "check the place"),
     "unknown effect": (["add", "gravity", "--to", "arm"], "there is no effect 'gravity'; the library has"),
     "effect without a model": (["add", "payload"], "--to MODEL"),
     "effect without a slot": (["add", "payload", "--to", "rat-muscle"], "has no free slot for payload"),
@@ -94,6 +93,25 @@ def test_mistake_ends_with_code_2_and_one_line_that_helps(mistake: str) -> None:
     assert words in done.stderr
     assert len(done.stderr.splitlines()) == 1
     assert "Traceback" not in done.stderr + done.stdout
+
+
+@pytest.mark.parametrize(
+    ("command", "option"),
+    [
+        ("learn", "--out"),
+        ("diagnose", "--experiment"),
+        ("diagnose", "--html"),
+        ("discover", "--out"),
+        ("discover", "--json"),
+    ],
+)
+def test_a_place_that_cannot_be_written_is_refused_before_model_and_data_are_even_looked_for(
+    command: str, option: str
+) -> None:
+    done = misfit(command, "no-such-model", "no-such-data", option, str(Path(__file__) / "x" / "y"))
+
+    assert done.returncode == 2
+    assert f"{Path(__file__).name} is no folder; choose another place" in done.stderr
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ from pathlib import Path
 import click
 
 from orchestrator.cli.common import (
+    can_be_written,
     cards_option,
     progress,
     result_options,
@@ -50,7 +51,11 @@ def compare(model: str, data: str, json_file: str | None, html_file: str | None,
 @tolerance_option
 @scheduler_option
 @click.option(
-    "--experiment", "experiment_file", metavar="F", help="Write the inputs of the next experiment to F (CSV)."
+    "--experiment",
+    "experiment_file",
+    metavar="F",
+    callback=can_be_written,
+    help="Write the inputs of the next experiment to F (CSV).",
 )
 @result_options()
 def diagnose(

@@ -60,14 +60,24 @@ def can_be_written(context: click.Context, option: click.Parameter, target: str 
     if target is None or target == "-":
         return target
     path = Path(target)
-    above = next(folder for folder in path.absolute().parents if folder.exists())
     if path.is_dir():
         raise MisfitError(f"{path} is a folder; expected a file to write")
+    _require_room_for(path, next(folder for folder in path.absolute().parents if folder.exists()))
+    return target
+
+
+def can_be_filled(context: click.Context, option: click.Parameter, target: str) -> str:
+    """Refuse a folder that cannot be made or written to before the work, not after it."""
+    path = Path(target).absolute()
+    _require_room_for(Path(target), next(folder for folder in (path, *path.parents) if folder.exists()))
+    return target
+
+
+def _require_room_for(path: Path, above: Path) -> None:
     if not above.is_dir():
         raise MisfitError(f"{path} cannot be written: {above} is no folder; choose another place")
     if not os.access(above, os.W_OK):
         raise MisfitError(f"{path} cannot be written: no permission to write in {above}; choose another place")
-    return target
 
 
 def cards_option(command: Callable[..., None]) -> Callable[..., None]:

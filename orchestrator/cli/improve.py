@@ -9,6 +9,7 @@ import click
 
 from fmus.errors import MisfitError
 from orchestrator.cli.common import (
+    can_be_filled,
     cards_option,
     html_option,
     json_option,
@@ -28,7 +29,13 @@ RESULTS = "misfit-results"
 @click.argument("diagnosis_or_effect", metavar="DIAGNOSIS|EFFECT")
 @click.option("--to", "model", metavar="MODEL", help="The model to extend; for a DIAGNOSIS its own model by default.")
 @click.option(
-    "--out", "folder", default=".", show_default=True, metavar="DIR", help="Where to write NAME.mo and NAME.fmu."
+    "--out",
+    "folder",
+    default=".",
+    show_default=True,
+    metavar="DIR",
+    callback=can_be_filled,
+    help="Where to write NAME.mo and NAME.fmu.",
 )
 @cards_option
 @click.option("--quiet", is_flag=True, help="Print nothing but errors.")
@@ -112,7 +119,15 @@ def ledger(folder: str, json_file: str | None, html_file: str | None) -> None:
 @click.command()
 @click.argument("model")
 @click.argument("data")
-@click.option("--out", "folder", default=RESULTS, show_default=True, metavar="DIR", help="Models, FMUs and the ledger.")
+@click.option(
+    "--out",
+    "folder",
+    default=RESULTS,
+    show_default=True,
+    metavar="DIR",
+    callback=can_be_filled,
+    help="Models, FMUs and the ledger.",
+)
 @cards_option
 @tolerance_option
 @scheduler_option
