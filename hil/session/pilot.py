@@ -211,10 +211,13 @@ class Pilot:
             try:
                 if frame.identifier in _POSITIONS:
                     motor = _POSITIONS[frame.identifier]
-                    if given.start_ns < at <= given.start_ns + self.listen_ns:
-                        positions.setdefault(motor, set()).add(frame.data)
-                    else:
+                    if not given.start_ns < at <= given.start_ns + self.listen_ns:
                         belated.append(motor)
+                    elif motor in positions:  # one of the two is late
+                        belated.append(motor)
+                        positions[motor].add(frame.data)
+                    else:
+                        positions[motor] = {frame.data}
                 elif frame.identifier == _FORCE:
                     reading = unpack_reading(Group.FORCE, frame.data)
                     self._force = np.array(reading[:3])
@@ -230,6 +233,11 @@ class Pilot:
             except FrameError:
                 self.strange_frames += 1
         fresh = {motor for motor, answers in positions.items() if self._position(motor, answers)}
+        self._count(fresh, belated)
+        return fresh
+
+    def _count(self, fresh: set[int], belated: list[int]) -> None:
+        """Count the answers that are missing, and those of them that have come since."""
         for motor in range(proficio.JOINTS):
             if motor not in fresh:
                 self._owed[motor] += 1
@@ -238,7 +246,6 @@ class Pilot:
             if self._owed[motor]:
                 self._owed[motor] -= 1
                 self.late_answers += 1
-        return fresh
 
     def _position(self, motor: int, answers: set[bytes]) -> bool:
         """Take the position of a motor; not if two nodes answer differently in its name, or it makes no sense."""

@@ -1,30 +1,28 @@
 """A session from the open bus to the finished recording."""
 
 import json
+import os
 import signal
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-from fmus.errors import MisfitError
-from fmus.files import write_atomically
+from fmus.errors import ComponentError, MisfitError
 from hil.bus.gate import TORQUE_IDENTIFIERS
 from hil.bus.wire import Wire, open_wire
 from hil.codecs.barrett.identifiers import Node
-from hil.recording.frames import FRAMES_BLF, write_frames
 from hil.recording.recorder import Recorder
-from hil.recording.replay import Replayed, replay
-from hil.recording.signals import write_signals
 from hil.safety.limits import Limits
 from hil.session.controllers import Ending
 from hil.session.loop import Loop, Summary, Wishes
 from hil.session.module_limits import looser_than
 from hil.session.pilot import Decision, Pilot
-from hil.session.settings import Settings, settings_of_json
+from hil.session.recorded import ROBOT, SETTINGS, finish_session, pilot_of
+from hil.session.settings import Settings
 from hil.session.start_up import Robot, must, start_up
 from hil.session.timing import Metronome, real_time_priority
 from hil.session.watchdog import watchdog
@@ -33,7 +31,6 @@ from hil.stop.server import stop_button
 from hil.view.about import about
 from hil.view.window import Window
 
-SETTINGS, ROBOT, SUMMARY = "settings.json", "robot.json", "summary.json"
 # So long somebody has time to press Activate on the pendant after the operator's word.
 PATIENCE_S = 60.0
 
@@ -57,24 +54,39 @@ def run_session(
 ) -> dict[str, Any]:
     """Hold the arm, or what the settings' controller does, for a time; returns what `hil hold --json` says.
 
+    What was recorded until a bus broke is finished as well.
+
     Raises:
         MisfitError: if the bus, the robot or the settings do not fit.
         ComponentError: if the bus breaks, or records are lost.
     """
-    # The button outlives the loop: while files are written it says that the arm has been let go.
-    with stop_button() as stop:
-        document = _cycles(settings, seconds, operator, folder, stop, dry_run)
+    # The button outlives the loop: while files are written it says that the arm has been let go. So do the handlers of
+    # signals: an impatient second Ctrl-C must not leave half of the files.
+    with ExitStack() as until_written:
+        stop = until_written.enter_context(stop_button())
+        is_new = folder is not None and not (folder / ROBOT).exists()
+        try:
+            document = _cycles(settings, seconds, operator, folder, stop, until_written, dry_run)
+        except ComponentError as error:
+            if folder is None or not (is_new and (folder / ROBOT).exists()):
+                raise
+            finish_session(folder, {**_nothing(settings), "faults": [str(error)], "recording": str(folder)})
+            raise ComponentError(f"{error}; what was recorded until then is in {folder}") from error
         if folder is not None:
-            write_atomically(folder / SUMMARY, (json.dumps(document, indent=2) + "\n").encode())
-            write_signals(folder, recorded_pilot(folder), {"session": document})
-            write_frames(folder, folder / FRAMES_BLF)
+            finish_session(folder, document)
     return document
 
 
 def _cycles(
-    settings: Settings, seconds: float, operator: Operator, folder: Path | None, stop: StopFlag, dry_run: bool
+    settings: Settings,
+    seconds: float,
+    operator: Operator,
+    folder: Path | None,
+    stop: StopFlag,
+    until_written: ExitStack,
+    dry_run: bool,
 ) -> dict[str, Any]:
-    """From the open bus to the last torque."""
+    """From the open bus to the last torque; what goes on until files are written is entered into that stack."""
     with ExitStack() as stack:
         heart = stack.enter_context(watchdog(settings.bus))
         wire = open_wire(settings.bus, TORQUE_IDENTIFIERS)
@@ -88,8 +100,8 @@ def _cycles(
         armed = operator.may_arm(robot)
         if recorder is not None:
             (recorder.folder / ROBOT).write_text(json.dumps(_robot_json(robot), indent=2) + "\n")
-        pilot = _pilot(robot, settings)
-        stack.enter_context(_signals(operator.abort))
+        pilot = pilot_of(robot, settings)
+        until_written.enter_context(_signals(operator.abort))
         refused = stack.enter_context(real_time_priority())
         beats = Metronome(settings.limits.period_ns)
         window = Window.create(settings.limits.period_ns, about(settings, pilot, folder, stop.path, dry_run))
@@ -109,38 +121,6 @@ def _cycles(
         if armed and not pilot.is_armed:
             summary.faults.append(f"the arm could not be armed: {pilot.refused}")
         return _result(settings, summary, beats.missed, recorder, refused)
-
-
-def replay_session(folder: Path) -> Replayed:
-    """Run a recording through the same decisions.
-
-    Raises:
-        MisfitError: if it is no recording.
-    """
-    found = Replayed()
-    for found, _cycle, _decision in replay(folder, recorded_pilot(folder)):  # noqa: B007
-        pass
-    return found
-
-
-def recorded_pilot(folder: Path) -> Pilot:
-    """A pilot set up as that of a recording."""
-    try:
-        settings = settings_of_json((folder / SETTINGS).read_text())
-        known = json.loads((folder / ROBOT).read_text())
-        robot = Robot(**{**known, **{name: tuple(known[name]) for name in ("counts", "torque_units")}})
-    except FileNotFoundError as error:
-        raise MisfitError(f"{folder} holds no cycles to replay: {Path(error.filename).name} is missing") from error
-    except (KeyError, TypeError, ValueError) as error:
-        raise MisfitError(
-            f"{folder}: {SETTINGS} or {ROBOT} is damaged ({error!r}); they must be as the session wrote them"
-        ) from error
-    return _pilot(robot, settings)
-
-
-def _pilot(robot: Robot, settings: Settings) -> Pilot:
-    controller, proof = settings.make_controller(), settings.make_proof()
-    return Pilot(robot, settings.limits, controller, gravity=settings.gravity, proof=proof)
 
 
 def _refuse_looser(wire: Wire, robot: Robot, limits: Limits) -> None:
@@ -192,9 +172,16 @@ def _wishes(seconds: float, arm: bool, pilot: Pilot, operator: Operator, stop: S
 
 @contextmanager
 def _signals(abort: threading.Event) -> Iterator[None]:
-    """Ctrl-C, a closed terminal and a polite kill let the arm down instead of dropping it."""
+    """Ctrl-C, a closed terminal and a polite kill let the arm down instead of dropping it; later ones wait for the files."""
     numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-    before = {number: signal.signal(number, lambda *_: abort.set()) for number in numbers}
+
+    def stop(number: int, frame: object) -> None:
+        if abort.is_set():
+            with suppress(OSError):  # a terminal that was closed
+                os.write(2, b"the arm is being let go and the recording written; that takes a few seconds\n")
+        abort.set()
+
+    before = {number: signal.signal(number, stop) for number in numbers}
     try:
         yield
     finally:
@@ -202,12 +189,16 @@ def _signals(abort: threading.Event) -> Iterator[None]:
             signal.signal(number, handler)
 
 
+def _nothing(settings: Settings) -> dict[str, Any]:
+    """What can be said of a session that did not come to its end."""
+    return {"schema": "misfit.hil/1", "rate_hz": 1e9 / settings.limits.period_ns}
+
+
 def _result(
     settings: Settings, summary: Summary, missed: int, recorder: Recorder | None, refused: list[str]
 ) -> dict[str, Any]:
     return {
-        "schema": "misfit.hil/1",
-        "rate_hz": 1e9 / settings.limits.period_ns,
+        **_nothing(settings),
         "cycles": summary.cycles,
         "missed": missed,
         "answers_late": summary.answers_late,
