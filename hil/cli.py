@@ -108,7 +108,7 @@ def check(virtual: bool, bench: Path | None, rate_hz: float, json_file: str | No
 @quiet_option
 def replay(folder: Path, json_file: str | None, quiet: bool) -> None:
     """Run a recording through the same decisions: every frame must come out again, bit for bit."""
-    from hil.session.session import replay_session
+    from hil.session.recorded import replay_session
 
     found = replay_session(folder)
     identical = found.first_different is None
@@ -118,6 +118,17 @@ def replay(folder: Path, json_file: str | None, quiet: bool) -> None:
         show(f"{found.cycles} cycles replayed: {words}", quiet)
     if not identical:
         raise SystemExit(1)
+
+
+@hil.command()
+@click.argument("folder", metavar="RECORDING", type=click.Path(path_type=Path))
+@quiet_option
+def finish(folder: Path, quiet: bool) -> None:
+    """Make a measurement set of a session that was killed, or whose machine died; sessions that end do so themselves."""
+    from hil.session.recorded import finish_session
+
+    finish_session(folder)
+    show(f"finished: {folder} is a measurement set", quiet)
 
 
 @hil.command()

@@ -13,7 +13,7 @@ from hil.bus.gate import TORQUE_IDENTIFIERS
 from hil.bus.wire import open_wire
 from hil.recording.records import Kind
 from hil.recording.replay import read_records
-from hil.session.session import replay_session
+from hil.session.recorded import replay_session
 from hil.session.start_up import start_up
 from hil.session.watchdog import watchdog
 from hil.virtual.process import virtual_robot

@@ -23,7 +23,7 @@ from hil.robots import proficio
 from hil.session.controllers import Observed, Passive
 from hil.session.loop import Loop, Wishes
 from hil.session.pilot import Pilot
-from hil.session.session import recorded_pilot
+from hil.session.recorded import recorded_pilot
 from hil.session.settings import default_settings, virtual_settings
 from hil.session.start_up import scan
 from hil.virtual.control import Control

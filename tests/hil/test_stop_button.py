@@ -14,7 +14,7 @@ import pytest
 from fmus.errors import MisfitError
 from hil.recording.records import Flag, Kind
 from hil.recording.replay import read_records
-from hil.session.session import replay_session
+from hil.session.recorded import replay_session
 from hil.stop.flag import StopFlag
 from hil.stop.server import stop_button, words_of
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from fmus.errors import MisfitError
 from hil.emulation.planar import Placement
-from hil.session.session import replay_session
+from hil.session.recorded import replay_session
 from hil.trials.phases import PEAK, Course, Movement, Phase
 from hil.trials.protocol import Protocol, Trial, protocol_of_json, read_protocol
 from orchestrator.measurements.load import load_measurements

@@ -12,7 +12,8 @@ from hil.recording.signals import write_signals
 from hil.robots import proficio
 from hil.session.loop import Loop, Summary, Wishes
 from hil.session.pilot import Decision, Pilot
-from hil.session.session import ROBOT, SETTINGS, _robot_json, recorded_pilot
+from hil.session.recorded import ROBOT, SETTINGS, recorded_pilot
+from hil.session.session import _robot_json
 from hil.session.settings import Settings
 from hil.trials.controller import Trials
 from hil.trials.phases import Phase

@@ -15,7 +15,7 @@ from bench_session import RATE_HZ, Session, hold, wait_until
 from playwright.sync_api import Browser, Page, expect
 from studio_process import Studio, sign_in, start
 
-from hil.session.session import replay_session
+from hil.session.recorded import replay_session
 from hil.stop.server import stop_button
 
 pytestmark = pytest.mark.skipif(not Path("/dev/shm").is_dir(), reason="no /dev/shm")

@@ -12,7 +12,7 @@ import numpy as np
 
 from hil.recording.records import Kind
 from hil.recording.replay import read_records
-from hil.session.session import replay_session
+from hil.session.recorded import replay_session
 from hil.session.timing import Metronome, real_time_priority
 from tests.benchmarks.hil.burners import burning
 

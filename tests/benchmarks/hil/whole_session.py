@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hil.session.session import replay_session
+from hil.session.recorded import replay_session
 from hil.trials.protocol import read_protocol
 from tests.benchmarks.hil.held_out import error_ahead, learned_from, missing_torque, read_trials
 from tests.hil.trial_session import FRICTION, run_trials
