@@ -11,6 +11,7 @@ _SIZE = 64
 # Places of eight-byte numbers. Elements of a memoryview are stored at once; `Struct.pack_into` writes zeros first, which
 # the watchdog would take for a loop that has not begun.
 _BEAT, _TRIPPED, _DONE = 0, 1, 2
+_IN_GOOD_ORDER, _ABANDONED = 1, 2
 
 
 class Heart:
@@ -50,12 +51,21 @@ class Heart:
 
     def finish(self) -> None:
         """Say that the session has ended in good order."""
-        self._numbers[_DONE] = 1
+        self._numbers[_DONE] = _IN_GOOD_ORDER
+
+    def abandon(self) -> None:
+        """Say that the session has ended by an error, so that nobody knows what its last torque was."""
+        self._numbers[_DONE] = _ABANDONED
 
     @property
     def is_finished(self) -> bool:
-        """Whether it has."""
-        return self._numbers[_DONE] == 1
+        """Whether the session has ended, in good order or not."""
+        return self._numbers[_DONE] != 0
+
+    @property
+    def is_abandoned(self) -> bool:
+        """Whether it has ended by an error."""
+        return self._numbers[_DONE] == _ABANDONED
 
     def remove(self) -> None:
         """Give the memory back."""

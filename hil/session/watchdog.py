@@ -1,7 +1,7 @@
 """The watchdog, a process of its own: `python -m hil.session.watchdog HEART SETTINGS`.
 
-If the loop has not begun a cycle for too long (it hangs, was stopped or killed), it sends zero torques and switches the
-motors to idle, on a connection to the bus of its own, and tells the loop, which then stops for good.
+If the loop has not begun a cycle for too long (it hangs, was stopped or killed), or has ended by an error, it sends zero torques
+and switches the motors to idle, on a connection to the bus of its own, and tells the loop, which then stops for good.
 """
 
 import json
@@ -17,7 +17,7 @@ from typing import Any
 
 from fmus.errors import ComponentError, MisfitError
 from hil.bus.gate import TORQUE_IDENTIFIERS, let_go
-from hil.bus.wire import open_wire
+from hil.bus.wire import Wire, open_wire
 from hil.session.heart import Heart
 from hil.session.timing import real_time_priority
 
@@ -44,22 +44,28 @@ def watch(heart: Heart, settings: Mapping[str, Any], limit_ns: int = LIMIT_NS) -
             orphaned = os.getppid() != parent
             if last and not heart.tripped_ns and (orphaned or time.monotonic_ns() - last > limit_ns):
                 heart.trip(time.monotonic_ns())
-                for _ in range(REPEATS):
-                    for frame in let_go():
-                        wire.send_decided(frame)
-                    time.sleep(POLL_S)
+                _let_go(wire)
             if orphaned:  # nobody else is left to do it
                 heart.remove()
                 return
             wire.drain()
             time.sleep(POLL_S)
+        if heart.is_abandoned and heart.last_ns and not heart.tripped_ns:
+            _let_go(wire)
     finally:
         wire.close()
 
 
+def _let_go(wire: Wire) -> None:
+    for _ in range(REPEATS):
+        for frame in let_go():
+            wire.send_decided(frame)
+        time.sleep(POLL_S)
+
+
 @contextmanager
 def watchdog(settings: Mapping[str, Any]) -> Iterator[Heart]:
-    """Run one beside a session; yields the heart that the loop must keep beating.
+    """Run one beside a session; yields the heart that the loop must keep beating. It lets the arm go if that ends by an error.
 
     Raises:
         ComponentError: if it does not come up.
@@ -77,8 +83,11 @@ def watchdog(settings: Mapping[str, Any]) -> Iterator[Heart]:
         if said != "watching":
             raise ComponentError(f"the watchdog cannot reach the bus, without it no session is begun: {said}")
         yield heart
-    finally:
         heart.finish()
+    except BaseException:
+        heart.abandon()
+        raise
+    finally:
         process.communicate(timeout=10)
         heart.remove()
 

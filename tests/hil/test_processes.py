@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 
 from hil.bus.gate import TORQUE_IDENTIFIERS
-from hil.bus.wire import open_wire
+from hil.bus.wire import Wire, open_wire
+from hil.codecs.frame import Frame
 from hil.recording.records import Kind
 from hil.recording.replay import read_records
 from hil.session.recorded import replay_session
@@ -44,6 +45,15 @@ def wait_for_cycles(folder: Path, count: int, process: subprocess.Popen[str]) ->
             pytest.fail(f"the session ended early: {process.stderr.read() if process.stderr else ''}")
         time.sleep(0.1)
     pytest.fail("the session did not begin to cycle")
+
+
+def heard_until(ear: Wire, last: str) -> list[str]:
+    """Frames on a bus up to one."""
+    heard, deadline = [""], time.monotonic() + PATIENCE_S
+    while heard[-1] != last and time.monotonic() < deadline:
+        timed = ear.receive(0.5)
+        heard += [] if timed is None else [str(timed.frame)]
+    return heard[1:]
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
@@ -93,6 +103,30 @@ def test_the_watchdog_lets_the_arm_go_when_the_loop_falls_silent() -> None:
                 seen.add(str(timed.frame))
         assert seen == {"401#AA00000000000000", "404#880000000000"}
         wire.close()
+
+
+def test_the_watchdog_lets_the_arm_go_when_a_session_ends_by_an_error() -> None:
+    """The loop's own bus may be what broke, so that its last torque is still on the motors."""
+    with virtual_robot() as settings:
+        ear = open_wire(settings, TORQUE_IDENTIFIERS)
+        with pytest.raises(RuntimeError), watchdog(settings) as heart:
+            heart.beat(time.monotonic_ns() + 10**12)  # no silence of the loop is what trips it
+            raise RuntimeError("the bus broke")
+        seen = heard_until(ear, "404#880000000000")
+        ear.close()
+    assert "401#AA00000000000000" in seen
+
+
+def test_a_session_that_ends_by_an_error_before_it_cycled_sends_no_torque_frame() -> None:
+    with virtual_robot() as settings:
+        ear = open_wire(settings, TORQUE_IDENTIFIERS)
+        with pytest.raises(RuntimeError), watchdog(settings):
+            raise RuntimeError("nobody was at home")
+        voice = open_wire(settings, TORQUE_IDENTIFIERS)
+        voice.send(Frame(0x7E0, b"\x01"))
+        assert heard_until(ear, "7E0#01") == ["7E0#01"]
+        voice.close()
+        ear.close()
 
 
 def test_a_watchdog_without_a_bus_lets_no_session_begin() -> None:
