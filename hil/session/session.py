@@ -88,7 +88,7 @@ def _cycles(
 ) -> dict[str, Any]:
     """From the open bus to the last torque; what goes on until files are written is entered into that stack."""
     with ExitStack() as stack:
-        heart = stack.enter_context(watchdog(settings.bus))
+        heart = stack.enter_context(watchdog(settings.bus, dry_run=dry_run))
         wire = open_wire(settings.bus, TORQUE_IDENTIFIERS)
         stack.callback(wire.close)
         recorder = _recorder(folder, settings)

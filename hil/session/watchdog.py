@@ -1,4 +1,4 @@
-"""The watchdog, a process of its own: `python -m hil.session.watchdog HEART SETTINGS`.
+"""The watchdog, a process of its own: `python -m hil.session.watchdog HEART SETTINGS [dry]`.
 
 If the loop has not begun a cycle for too long (it hangs, was stopped or killed), or has ended by an error, it sends zero torques
 and switches the motors to idle, on a connection to the bus of its own, and tells the loop, which then stops for good.
@@ -30,11 +30,12 @@ PRIORITY = 90
 REPEATS = 5
 
 
-def watch(heart: Heart, settings: Mapping[str, Any], limit_ns: int = LIMIT_NS) -> None:
+def watch(heart: Heart, settings: Mapping[str, Any], limit_ns: int = LIMIT_NS, *, dry_run: bool = False) -> None:
     """Watch until the session ends, or the loop is dead.
 
-    A loop that was never alive is not watched: it has sent no torque.
+    A loop that was never alive is not watched: it has sent no torque. In a dry run there is none to take back either.
     """
+    let_it_go = _stay_silent if dry_run else _let_go
     wire = open_wire(settings, TORQUE_IDENTIFIERS)
     parent = os.getppid()
     print("watching", flush=True)
@@ -44,14 +45,14 @@ def watch(heart: Heart, settings: Mapping[str, Any], limit_ns: int = LIMIT_NS) -
             orphaned = os.getppid() != parent
             if last and not heart.tripped_ns and (orphaned or time.monotonic_ns() - last > limit_ns):
                 heart.trip(time.monotonic_ns())
-                _let_go(wire)
+                let_it_go(wire)
             if orphaned:  # nobody else is left to do it
                 heart.remove()
                 return
             wire.drain()
             time.sleep(POLL_S)
         if heart.is_abandoned and heart.last_ns and not heart.tripped_ns:
-            _let_go(wire)
+            let_it_go(wire)
     finally:
         wire.close()
 
@@ -63,8 +64,12 @@ def _let_go(wire: Wire) -> None:
         time.sleep(POLL_S)
 
 
+def _stay_silent(wire: Wire) -> None:
+    """A dry run leaves the motors to whoever commands them."""
+
+
 @contextmanager
-def watchdog(settings: Mapping[str, Any]) -> Iterator[Heart]:
+def watchdog(settings: Mapping[str, Any], *, dry_run: bool = False) -> Iterator[Heart]:
     """Run one beside a session; yields the heart that the loop must keep beating. It lets the arm go if that ends by an error.
 
     Raises:
@@ -72,7 +77,10 @@ def watchdog(settings: Mapping[str, Any]) -> Iterator[Heart]:
     """
     heart = Heart.create()
     process = subprocess.Popen(
-        [sys.executable, "-m", "hil.session.watchdog", str(heart.path), json.dumps(dict(settings))],
+        [
+            *(sys.executable, "-m", "hil.session.watchdog", str(heart.path), json.dumps(dict(settings))),
+            *(["dry"] if dry_run else []),
+        ],
         stdout=subprocess.PIPE,
         text=True,
         start_new_session=True,
@@ -96,6 +104,6 @@ if __name__ == "__main__":
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     with real_time_priority(PRIORITY):
         try:
-            watch(Heart(Path(sys.argv[1])), json.loads(sys.argv[2]))
+            watch(Heart(Path(sys.argv[1])), json.loads(sys.argv[2]), dry_run="dry" in sys.argv[3:])
         except MisfitError as error:  # for the session to say
             print(error, flush=True)

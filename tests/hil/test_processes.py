@@ -117,10 +117,14 @@ def test_the_watchdog_lets_the_arm_go_when_a_session_ends_by_an_error() -> None:
     assert "401#AA00000000000000" in seen
 
 
-def test_a_session_that_ends_by_an_error_before_it_cycled_sends_no_torque_frame() -> None:
+@pytest.mark.parametrize("dry_run", [False, True])
+def test_a_session_that_sent_no_torque_and_ends_by_an_error_has_none_taken_back(dry_run: bool) -> None:
+    """One that ended before it cycled, and one whose cycles were a dry run."""
     with virtual_robot() as settings:
         ear = open_wire(settings, TORQUE_IDENTIFIERS)
-        with pytest.raises(RuntimeError), watchdog(settings):
+        with pytest.raises(RuntimeError), watchdog(settings, dry_run=dry_run) as heart:
+            if dry_run:
+                heart.beat(time.monotonic_ns())
             raise RuntimeError("nobody was at home")
         voice = open_wire(settings, TORQUE_IDENTIFIERS)
         voice.send(Frame(0x7E0, b"\x01"))
