@@ -67,7 +67,25 @@ class Gate:
         elif int(headers.get("content-length", "0") or 0) > self._most_bytes:
             await _answer(send, 413, f"Requests of more than {self._most_bytes / 2**20:g} MiB are refused.")
         else:
-            await self.app(scope, _counted(receive, self._most_bytes), self._guarded(scope, send))
+            await self._let_through(scope, _counted(receive, self._most_bytes), send)
+
+    async def _let_through(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Hand on a request; one whose browser has left ends without an answer, which the layers behind call an error."""
+        from starlette.requests import ClientDisconnect
+
+        left = False
+
+        async def noticed() -> Message:
+            nonlocal left
+            message = await receive()
+            left = left or message["type"] == "http.disconnect"
+            return message
+
+        try:
+            await self.app(scope, noticed, self._guarded(scope, send))
+        except (RuntimeError, ClientDisconnect):
+            if not left:
+                raise
 
     def _refusal(self, scope: Scope, headers: dict[str, str]) -> str | None:
         """Why a request is refused, or None."""

@@ -143,3 +143,60 @@ def test_longer_requests_than_the_limit_are_refused_before_they_are_read() -> No
     headers = signed_in(keys) | {"origin": f"http://{HERE}", "content-length": str(LIMIT + 1)}
 
     assert ask(keys, headers, method="POST")[0]["status"] == 413
+
+
+def upload_through_the_gate(application: Any, messages: list[dict[str, Any]]) -> None:
+    """A PUT whose messages end with those given; the application behind is another one."""
+    keys = Keys()
+    headers = signed_in(keys) | {"origin": f"http://{HERE}"}
+    raw = [(name.encode(), value.encode("latin-1")) for name, value in headers.items()]
+    scope = {
+        **{"type": "http", "path": "/", "raw_path": b"/", "root_path": "", "query_string": b"", "headers": raw},
+        **{"method": "PUT", "asgi": {"version": "3.0", "spec_version": "2.3"}, "http_version": "1.1", "scheme": "http"},
+    }
+    waiting = list(messages)
+
+    async def receive() -> Any:
+        return waiting.pop(0) if len(waiting) > 1 else waiting[0]
+
+    async def send(message: Any) -> None:
+        pass
+
+    finished(Gate(application, PORT, keys, LIMIT)(scope, receive, send))
+
+
+PART, GONE = {"type": "http.request", "body": b"x", "more_body": True}, {"type": "http.disconnect"}
+WHOLE = {"type": "http.request", "body": b"x", "more_body": False}
+
+
+def test_a_browser_that_leaves_in_the_middle_of_an_upload_is_no_error_of_the_server() -> None:
+    from fastapi import FastAPI, Request
+    from starlette.middleware.base import BaseHTTPMiddleware
+    from starlette.responses import PlainTextResponse, Response
+
+    class Layer(BaseHTTPMiddleware):
+        async def dispatch(self, request: Request, call_next: Any) -> Any:
+            return await call_next(request)
+
+    application = FastAPI()
+    application.add_middleware(Layer)
+
+    @application.put("/")
+    async def upload(request: Request) -> Response:
+        return PlainTextResponse(str(len(await request.body())))
+
+    upload_through_the_gate(application, [PART, GONE])
+
+
+@pytest.mark.parametrize("messages", [[PART, GONE], [WHOLE]])
+def test_an_error_counts_as_long_as_the_browser_is_there(messages: list[dict[str, Any]]) -> None:
+    async def silent(scope: Any, receive: Any, send: Any) -> None:
+        for _ in messages:
+            await receive()
+        raise RuntimeError("No response returned.")
+
+    if messages[-1] is GONE:
+        upload_through_the_gate(silent, messages)
+    else:
+        with pytest.raises(RuntimeError, match="No response returned"):
+            upload_through_the_gate(silent, messages)
