@@ -18,7 +18,9 @@ class DirectBus(can.BusABC):
         self._waiting: deque[Timed] = deque()
 
     def send(self, msg: can.Message, timeout: float | None = None) -> None:
-        """Hand a frame to the robot; its answers wait until their time has come."""
+        """Hand a frame to the robot, which hears standard data frames only; its answers wait until their time has come."""
+        if msg.is_extended_id or msg.is_remote_frame or msg.is_error_frame or msg.is_fd:
+            return
         frame = Frame(msg.arbitration_id, bytes(msg.data))
         for timed in self.faults.to_robot(Timed(self.time_ns, frame)):
             for answer in self.robot.receive(timed.frame, self.time_ns):

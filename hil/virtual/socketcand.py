@@ -162,4 +162,6 @@ def _frame_of(words: list[bytes]) -> Frame | None:
         data = bytes(int(word, 16) for word in words[2:])
     except (ValueError, IndexError):
         return None
-    return Frame(identifier, data) if identifier <= 0x7FF and size == len(data) <= 8 else None
+    # Eight digits are an extended identifier, however small.
+    is_standard = len(words[0]) < 8 and 0 <= identifier <= 0x7FF
+    return Frame(identifier, data) if is_standard and size == len(data) <= 8 else None
