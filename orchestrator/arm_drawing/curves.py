@@ -8,6 +8,7 @@ import numpy as np
 
 from orchestrator.report.numbers import digits
 from orchestrator.report.palette import SURFACES, Colour
+from orchestrator.report.thinning import extremes
 
 MOST_POINTS = 700
 WIDTH, HEIGHT, LEFT, RIGHT, ABOVE, BELOW = 620, 150, 62, 8, 22, 20
@@ -127,7 +128,7 @@ class _Frame:
         return self.top + HEIGHT - (HEIGHT - ABOVE) * (value - self.low) / (self.high - self.low)
 
     def drawn(self, line: Line) -> str:
-        keep = extremes(line.values)
+        keep = extremes(line.values, MOST_POINTS)
         points = [(self.x(self.time[k]), self.y(line.values[k])) for k in keep if np.isfinite(line.values[k])]
         dash = ' stroke-dasharray="7 4"' if line.dashed else ""
         curve = (
@@ -148,15 +149,3 @@ class _Frame:
 
 def _path(points: Sequence[tuple[float, float]]) -> str:
     return " ".join(f"{x:.1f} {y:.1f}" for x, y in points)
-
-
-def extremes(values: np.ndarray, most: int = MOST_POINTS) -> np.ndarray:
-    """Indices of about `most` samples that keep the shape: the least and the largest of each of equal stretches."""
-    if len(values) <= most:
-        return np.arange(len(values))
-    edges = np.linspace(0, len(values), most // 2 + 1).astype(int)
-    found = {0, len(values) - 1}
-    for begin, end in zip(edges[:-1], edges[1:], strict=True):
-        part = np.nan_to_num(values[begin:end])
-        found |= {begin + int(part.argmin()), begin + int(part.argmax())}
-    return np.array(sorted(found))

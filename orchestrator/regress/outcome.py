@@ -8,11 +8,12 @@ from typing import Any, Literal
 import numpy as np
 
 from orchestrator.regress.comparison import Signal, SignalVerdict
+from orchestrator.report.thinning import extremes
 
 SCHEMA = "misfit.regress/1"
 Verdict = Literal["passed", "failed", "error"]
 # Points of a curve that a picture shows; each keeps the extremes of its stretch.
-_SHOWN = 600
+_SHOWN = 1200
 
 
 @dataclass(frozen=True)
@@ -159,16 +160,10 @@ def curve_of(result: Signal, reference: Signal | None) -> Curve:
 
 
 def thinned(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """At most 1200 points with the smallest and largest value of each stretch; what is not finite is left out."""
+    """About 1200 points with the smallest and largest value of each stretch; what is not finite is left out."""
     count = min(len(time), len(values))
     time, values = time[:count], values[:count]
     keep = np.isfinite(time) & np.isfinite(values)
     time, values = time[keep], values[keep]
-    if len(time) <= 2 * _SHOWN:
-        return time, values
-    edges = np.linspace(0, len(time), _SHOWN + 1).astype(int)
-    places: list[int] = []
-    for first, last in zip(edges[:-1], edges[1:], strict=True):
-        part = values[first:last]
-        places += sorted({first + int(part.argmin()), first + int(part.argmax())})
+    places = extremes(values, _SHOWN)
     return time[places], values[places]

@@ -11,7 +11,7 @@ import numpy as np
 from fmus.errors import MisfitError
 from fmus.files import write_atomically
 from fmus.units import conversion
-from orchestrator.arm_drawing.curves import extremes
+from orchestrator.arm_drawing.curves import MOST_POINTS
 from orchestrator.cosim.component import FLOATS
 from orchestrator.cosim.fmu import FmuDescription, read_description
 from orchestrator.cosim.results import MemoryRecorder, compare_results
@@ -22,6 +22,7 @@ from orchestrator.regress.one_run import case_of
 from orchestrator.regress.outcome import plain
 from orchestrator.regress.prepare import system_of
 from orchestrator.regress.whole.release import interface_change, interface_report
+from orchestrator.report.thinning import extremes
 from orchestrator.studio.project import Project
 from orchestrator.studio.swap_interface import interface_rows
 
@@ -148,5 +149,5 @@ def _curve(first: Result, second: Result, name: str) -> dict[str, Any]:
     units = [result.column(name).unit for result in (second, first)]
     factor = conversion(*units) if all(units) else 1.0
     new = factor * np.interp(first.time, second.time, np.asarray(second[name], dtype=float))
-    keep = np.unique(np.concatenate([extremes(old), extremes(new)]))
+    keep = np.unique(np.concatenate([extremes(old, MOST_POINTS), extremes(new, MOST_POINTS)]))
     return {"name": name, "time": first.time[keep].tolist(), "old": old[keep].tolist(), "new": new[keep].tolist()}
