@@ -1,8 +1,10 @@
 """The safety core: nothing passes that should not, every rule is needed, and what stops the arm stays."""
 
 import math
+import re
 from collections.abc import Callable
 from dataclasses import fields, replace
+from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
@@ -574,6 +576,15 @@ def test_limits_of_a_joint_that_limit_nothing_are_refused(change: dict) -> None:
 def test_limits_of_a_session_that_limit_nothing_are_refused(name: str, value: float) -> None:
     with pytest.raises(MisfitError, match=f"limit {name}"):
         replace(LIMITS, **{name: value})
+
+
+def test_limits_that_nobody_has_set_are_those_of_the_documentation() -> None:
+    page = (Path(__file__).parents[2] / "docs/theory/safety_core.md").read_text()
+    written = {name: float(value) for name, value in re.findall(r"^\| `(\w+)` \| ([\d.]+) \|", page, re.MULTILINE)}
+    bare = JointLimits(torque=1.0, torque_rate=1.0, speed=1.0, low=0.0, high=1.0)
+    unset = Limits((bare,))
+    assert written == {field.name: getattr(unset, field.name) for field in fields(Limits)[2:]}
+    assert (unset.period_ns, bare.margin, bare.breakaway, bare.continuous) == (2_000_000, 0.1, math.inf, math.inf)
 
 
 @pytest.mark.parametrize("zone", [(0.0, 1.0, 0.0), (1.0, 1.0, 2.0), (0.0, math.nan, 2.0), (0.0, 1.0, math.inf)])
