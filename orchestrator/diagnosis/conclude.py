@@ -128,16 +128,18 @@ def _on_the_search(impossible: Sequence[str], blind: Sequence[str], resting: boo
 
 
 def _on_what_is_left(verdict: str, left: Left, stage: Stage, best: Refit | None) -> list[str]:
-    noise = f"{(left.held_out[1] / left.noise) ** 0.5:.3g} times the noise on held-out trials"
+    size = (
+        f"on held-out trials the error is {(left.held_out[1] / left.noise) ** 0.5:.3g} times its part without structure"
+    )
     if verdict == "unknown" and best is not None:
         return [
             f"{' + '.join(best.ids)} explains part of the error, but {left.share:.0%} of what exceeds the noise is left"
-            f" ({noise}) that no effect explains"
+            f" ({size}) that no effect explains"
         ]
     if best is not None and (left.exceeds or (left.structured and stage.structured_share > PRACTICAL)):
-        return [f"a structured error is left: {noise}"]
+        return [f"a structured error is left: {size}"]
     if verdict == "cannot_tell" and left.shows_held_out_only:
-        return [f"learning trials show nothing that held-out trials do: {noise}; learn from trials like those"]
+        return [f"learning trials show nothing that held-out trials do ({size}); learn from trials like those"]
     if verdict == "adequate" and stage.p_value <= SIGNIFICANT:
         return [
             f"something is left that noise would not do (p = {stage.p_value:.3g}), but it is only"

@@ -63,7 +63,7 @@ def _left_out(gain: float | None, trace: Trace) -> str:
 
 def _refitted(refit: Refit, behind: float, trace: Trace) -> str:
     """Why a set that was refitted by free runs was not named."""
-    error = f"error {refit.cost**0.5:.3g} times the noise"
+    error = f"weighted error {refit.cost**0.5:.3g} (noise alone: 1)"
     if not refit.fit.converged:
         error += " when its fit, which did not settle, was given up"
     if not refit.is_present():

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 from orchestrator.compare.result import Comparison
 from orchestrator.diagnosis.result import Diagnosis, HeldOut, NamedEffect, RankedSet
@@ -85,6 +86,17 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
             )
         case "cannot_tell":
             return f"These data cannot tell whether an effect is missing{chance}.{_present_error(diagnosis.held_out)}"
+
+
+def experiment_sentence(experiment: Mapping[str, Any]) -> str:
+    """Return what to do next, and what is expected of it as far as that was computed."""
+    text = f"Next experiment: {experiment.get('do', experiment.get('experiment', ''))}"
+    if "probability_to_separate" not in experiment:
+        return f"{text}."
+    chance, gain = experiment["probability_to_separate"], experiment["expected_gain"]
+    apart = joined(name.replace("_", " ") for name in experiment["effects"])
+    better = f"; a repetition would separate them {ratio(gain)} less" if gain > 1 else ""
+    return f"{text}. It tells apart {apart} with a probability of {percent(chance)}{better}."
 
 
 def _present_error(held_out: HeldOut) -> str:

@@ -13,7 +13,13 @@ from orchestrator.compare.result import Comparison, SetErrors
 from orchestrator.diagnosis.result import Diagnosis, NamedEffect
 from orchestrator.ledger import LedgerEntry
 from orchestrator.report.numbers import digits, estimate, percent, quantity
-from orchestrator.report.sentences import comparison_sentence, effect_name, ranked_name, verdict_sentence
+from orchestrator.report.sentences import (
+    comparison_sentence,
+    effect_name,
+    experiment_sentence,
+    ranked_name,
+    verdict_sentence,
+)
 
 __all__ = ["comparison_table", "diagnosis_table", "ledger_table", "verdict_sentence"]
 
@@ -76,9 +82,12 @@ def comparison_table(comparison: Comparison) -> Group:
 
 
 def diagnosis_table(diagnosis: Diagnosis) -> Group:
-    """Return the verdict sentence, then the best of the ranking, unless there is nothing to explain."""
+    """Return the verdict sentence, the best of the ranking unless there is nothing to explain, and what is left open."""
+    left_open = [_plain(f"Note: {note.rstrip('.')}.") for note in diagnosis.warnings]
+    if diagnosis.next_experiment is not None:
+        left_open.append(_plain(experiment_sentence(diagnosis.next_experiment)))
     if diagnosis.verdict == "adequate":
-        return Group(_plain(verdict_sentence(diagnosis)))
+        return Group(_plain(verdict_sentence(diagnosis)), *left_open)
     table = _table()
     table.add_column("", justify="right", no_wrap=True)
     table.add_column("added to the model", overflow="fold", max_width=52)
@@ -93,7 +102,7 @@ def diagnosis_table(diagnosis: Diagnosis) -> Group:
         table.caption = f"{left} more are in the JSON result"
     left_over = [_plain(f"{line}.") for line in diagnosis.findings]
     left_over += [_plain(f"{curve.sentence()}.") for curve in diagnosis.latent_forces]
-    return Group(_plain(verdict_sentence(diagnosis)), *left_over, table)
+    return Group(_plain(verdict_sentence(diagnosis)), *left_over, table, *left_open)
 
 
 def _table() -> Table:

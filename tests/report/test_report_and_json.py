@@ -93,7 +93,7 @@ def full_diagnosis() -> Diagnosis:
     )
     return replace(
         diagnosis(),
-        tried=(Tried(("viscous_friction",), ("joint1",), "error 1.07 times the noise: explains less"),),
+        tried=(Tried(("viscous_friction",), ("joint1",), "weighted error 1.07 (noise alone: 1): explains less"),),
         kin=(Kin(coulomb, viscous, 0.9234, 37.6), Kin(viscous, coulomb, 0.9876, 0.21)),
         excitation=(Coverage("coulomb_friction", "joint1", "at least 4 reversals of speed", 4, 12.0),),
     )

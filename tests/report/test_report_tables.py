@@ -118,6 +118,27 @@ def test_the_ranking_shows_the_best_eight_and_says_how_many_are_left() -> None:
     assert "4 more" in text
 
 
+@pytest.mark.parametrize("verdict", ["adequate", "named", "cannot_tell"])
+def test_the_terminal_says_what_is_left_open_and_what_to_do_next(verdict: Verdict) -> None:
+    computed = {"effects": ["coulomb_friction", "payload"], "do": "reverse slowly", "probability_to_separate": 0.98}
+    found = replace(diagnosis(verdict), next_experiment={**computed, "expected_gain": 12.0})
+
+    text = " ".join(piped(diagnosis_table(found)).split())
+
+    assert "Note: tauC[1] was pinned by 12 reversals only." in text
+    assert (
+        "Next experiment: reverse slowly. It tells apart coulomb friction and payload with a probability of 98 %"
+        in text
+    )
+    assert "a repetition would separate them 12.0 times less." in text
+
+
+def test_an_experiment_that_only_a_card_knows_is_said_without_figures() -> None:
+    found = replace(diagnosis("ambiguous"), next_experiment={"effects": ["payload"], "do": "hold a known mass"})
+
+    assert piped(diagnosis_table(found)).endswith("Next experiment: hold a known mass.\n")
+
+
 @pytest.mark.parametrize(
     ("verdict", "words"),
     [
