@@ -22,6 +22,8 @@ from orchestrator.measurements import Noise
 
 # Noise of an input that moves the outputs by less than this share of the sensors' noise is left out.
 NOTICED = 0.01
+# The same, and draws, where each takes a run of its own.
+FEW_WAVES, FEW_DRAWS = 40, 4
 # If what no waves can follow has more than this share of the sensors' power, they are too few.
 COARSE = 0.05
 DRAWS = 8
@@ -33,15 +35,15 @@ def metrics_of(response: Response, outputs: Sequence[Noise], inputs: Sequence[No
     Slow noise of inputs is carried as waves of time, the rest counts as white: what no waves can follow, in the noise and
     in what it does. (The power of all that noise does, less that of the waves, would be no measure of it: where a model
     integrates its inputs, both are large and hardly differ, and by chance their difference is none.) Where the record of an
-    input has gaps, what it did meanwhile is noise, too. Inputs of a model that neither is a formula nor shows its Jacobians,
-    such as an FMU that is stepped, would take a run for each of them: they count as exact.
+    input has gaps, what it did meanwhile is noise, too. A model that neither is a formula nor shows its Jacobians, such as an
+    FMU that is stepped, takes a run for each of them, so they are few.
     """
     std = np.array([noise.steady.std for noise in outputs])
     random, found = np.random.default_rng(seed), []
     for k, record in enumerate(response.base.records):
         stride = stride_for(len(record.time), 1)
         carried, rest = list[tuple[int, np.ndarray, np.ndarray]](), np.zeros(len(outputs))
-        for i, noise in enumerate(inputs if response.answers_inputs else ()):
+        for i, noise in enumerate(inputs):
             slow, fast = _carried(response, k, i, noise, std, random)
             rest += fast
             gaps = unknown_in_gaps(record.time, record.inputs[:, i])
@@ -69,12 +71,15 @@ def _carried(
 ) -> tuple[list[np.ndarray], np.ndarray]:
     """Independent slow contributions (n, k) to the noise of an input, and the power (ny,) of what the rest of it does."""
     time = response.base.records[trial].time
-    draws = noise.draw((len(time), DRAWS), random)
+    if noise.std == 0.0:
+        return [], np.zeros(len(std))
+    fine = (WAVES, MOST_BLOCKS)[len(time) <= MOST_BLOCKS :]  # the finer the waves, the longer it takes
+    draws = noise.draw((len(time), DRAWS if response.answers_inputs else FEW_DRAWS), random)
     power = _power(response.to_input(trial, column, draws))
     rest = np.zeros(len(std))
     if np.all(power < (NOTICED * std) ** 2):
         return [], rest
-    for count in (WAVES, MOST_BLOCKS)[len(time) <= MOST_BLOCKS :]:  # the finer the waves, the longer it takes
+    for count in fine if response.answers_inputs else (FEW_WAVES,):
         shapes = waves(len(time), count)
         covariance = np.diag(noise.steady.density(0.5 * np.arange(shapes.shape[1]) / len(time)))
         if noise.jitter > 0:

@@ -78,8 +78,15 @@ class Response:
         return self._answer(trial, forces, self._forces)
 
     def to_input(self, trial: int, column: int, changes: np.ndarray) -> np.ndarray:
-        """Change of the outputs (n, ny, k) by k small histories (n, k) of one input."""
-        return self._answer(trial, changes[:, None, :], [column])
+        """Change of the outputs (n, ny, k) by k small histories (n, k) of one input; each takes a run where nothing is known
+        of the model's slopes."""
+        if self.answers_inputs:
+            return self._answer(trial, changes[:, None, :], [column])
+        record = self.base.records[trial]
+        moved = np.repeat(record.inputs[None], changes.shape[1], axis=0)
+        moved[:, :, column] += changes.T
+        runs = [self._run(trial, inputs) - self.outputs[trial] for inputs in moved]
+        return np.stack(runs, axis=2) if runs else np.zeros((*self.outputs[trial].shape, 0))
 
     def series(self, names: Sequence[str]) -> dict[str, list[np.ndarray]]:
         """States and other variables (n,) along each trial; for a model that is a formula only."""
@@ -144,11 +151,15 @@ class Response:
         rows = zip(source.full(), delay.full()[:, 0], strict=True)
         return np.array([np.interp(record.time - late, record.time, values) for values, late in rows])
 
-    def _run(self, trial: int) -> np.ndarray:
-        """Outputs of a free run, then states if the model is a formula: (n, ny + nx)."""
+    def _run(self, trial: int, inputs: np.ndarray | None = None) -> np.ndarray:
+        """Outputs of a free run, then states if the model is a formula: (n, ny + nx); by the recorded inputs if none are given."""
         record, start = self.base.records[trial], self.base.fit.starts[trial]
         run = (self._observed if self.is_formula else self.model.compiled).run(
-            record.time, record.inputs, self.parameters, start, substeps=self.base.substeps
+            record.time,
+            record.inputs if inputs is None else inputs,
+            self.parameters,
+            start,
+            substeps=self.base.substeps,
         )
         return run.outputs
 
