@@ -10,7 +10,15 @@ from fmus.errors import MisfitError
 from hil.codecs.barrett import force_torque, safety_module
 from hil.codecs.barrett.force_torque import Reading, Status, pack_reading, unpack_reading
 from hil.codecs.barrett.identifiers import Address, Group, Node, address_of, answer_of, to_group, to_node
-from hil.codecs.barrett.positions import HIGHEST, LOWEST, Positions, nearest_turn, pack_positions, unpack_positions
+from hil.codecs.barrett.positions import (
+    HIGHEST,
+    LOWEST,
+    Positions,
+    motor_counts,
+    nearest_turn,
+    pack_positions,
+    unpack_positions,
+)
 from hil.codecs.barrett.properties import PropertyValue, decode_request, decode_value, encode_request, encode_value
 from hil.codecs.barrett.safety_module import Button, Level, Mode, Pendant, decode_mode, decode_pendant, encode_pendant
 from hil.codecs.barrett.tables import MONITOR, Kind, kind_of, properties
@@ -215,10 +223,11 @@ def test_positions_are_the_bytes_of_the_protocol_both_ways(counts: int, expected
 @given(st.integers(LOWEST, HIGHEST), st.none() | st.integers(LOWEST, HIGHEST))
 def test_positions_come_back(motor: int, joint: int | None) -> None:
     assert unpack_positions(pack_positions(motor, joint)) == (motor, joint)
+    assert motor_counts(pack_positions(motor, joint)) == motor
 
 
 def test_the_unused_bits_of_a_position_are_ignored() -> None:
-    assert unpack_positions(data("C0 03 E8")).motor == 1000
+    assert unpack_positions(data("C0 03 E8")).motor == motor_counts(data("C0 03 E8")) == 1000
 
 
 @pytest.mark.parametrize("counts", [LOWEST - 1, HIGHEST + 1])
@@ -356,6 +365,7 @@ def test_any_bytes_decode_or_raise_the_documented_error(data: bytes) -> None:
         decode_value,
         unpack_torques,
         unpack_positions,
+        motor_counts,
         lambda d: unpack_reading(Group.FORCE, d),
     ]
     for decode in decoders:

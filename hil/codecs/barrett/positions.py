@@ -46,6 +46,21 @@ def unpack_positions(data: bytes) -> Positions:
     raise FrameError(f"{data.hex(' ') or 'no data'} is no position: 3 bytes, or 6 with a joint encoder, were expected")
 
 
+def motor_counts(data: bytes) -> int:
+    """Counts of the motor's encoder alone, for loops: without the tuple it takes a third of the time.
+
+    Raises:
+        FrameError: if the data have neither 3 nor 6 bytes.
+
+    Example:
+        >>> motor_counts(bytes.fromhex("3FFC18"))
+        -1000
+    """
+    if len(data) == 3:
+        return (int.from_bytes(data) & _MASK ^ _SIGN) - _SIGN
+    return unpack_positions(data).motor
+
+
 def nearest_turn(counts: int, previous: int) -> int:
     """Undo the wrap of 22 bits: the number congruent to `counts` that is nearest to the `previous` unwrapped one.
 

@@ -15,13 +15,15 @@ import numpy as np
 from fmus.errors import MisfitError
 from hil.codecs.barrett.force_torque import DIVISORS, unpack_reading
 from hil.codecs.barrett.identifiers import Group, address_of
-from hil.codecs.barrett.positions import unpack_positions
+from hil.codecs.barrett.positions import motor_counts, unpack_positions
 from hil.codecs.barrett.properties import decode_request, decode_value
 from hil.codecs.barrett.safety_module import decode_mode, decode_pendant
 from hil.codecs.barrett.tables import kind_of, properties
 from hil.codecs.barrett.torques import unpack_torques
 from hil.codecs.database import JOINT_ARM, Database
 from hil.codecs.frame import Frame, Timed, parse_frame
+from hil.codecs.slcan import SLCAN
+from hil.codecs.socketcand import SOCKETCAND
 from hil.session.pilot import CycleInput
 from tests.hil.bench import Bench
 
@@ -36,6 +38,10 @@ def _number(data: bytes) -> int:
 DECODERS: tuple[Callable[[Frame], object], ...] = (
     lambda frame: address_of(frame.identifier),
     lambda frame: unpack_positions(frame.data),
+    lambda frame: motor_counts(frame.data),
+    lambda frame: SOCKETCAND.cut(frame.data.decode("latin-1")),
+    lambda frame: SOCKETCAND.parse(f" frame {frame.data.decode('latin-1')}"),
+    lambda frame: SLCAN.parse(frame.data.decode("latin-1")),
     lambda frame: unpack_torques(frame.data),
     lambda frame: decode_value(frame.data),
     lambda frame: decode_request(frame.data),
