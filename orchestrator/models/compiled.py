@@ -3,6 +3,7 @@
 import ctypes
 import hashlib
 import os
+import re
 import shutil
 import subprocess
 import tempfile
@@ -149,7 +150,7 @@ class CompiledModel:
         generator = ca.CodeGenerator("model.c", {"with_header": False, "main": False})
         for function in functions:
             generator.add(function)
-        library = ctypes.CDLL(str(build_library(str(generator.dump()))))
+        library = ctypes.CDLL(str(build_library(_inlined(str(generator.dump())))))
         return _MachineCode.of(library, functions)
 
     def _functions(self) -> list[ca.Function]:
@@ -194,6 +195,16 @@ class _MachineCode:
             found.append(_Function(*addresses, row.ctypes.data, column.ctypes.data, len(row)))
         f, fj, y, yj = found
         return _MachineCode((f, y), (fj, yj), tuple(keep), functions[1].n_instructions())
+
+
+def _inlined(source: str) -> str:
+    """Generated C whose helpers (squares, least and largest values) cost no call, with the same results to the last bit.
+
+    They are made public functions, which a shared library may not inline, and calls of the mathematical library.
+    """
+    for name, sign in (("fmin", "<"), ("fmax", ">")):
+        source = source.replace(f"return {name}(x, y);", f"return x {sign} y || y != y ? x : y;")
+    return re.sub(r"^casadi_real casadi_", "static inline casadi_real casadi_", source, flags=re.MULTILINE)
 
 
 def _forward_jacobian(value: Any, x: Any, d: Any, p: Any, free: Sequence[int]) -> Any:

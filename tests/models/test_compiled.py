@@ -37,6 +37,34 @@ def lag(delay: float = 0.0) -> SymbolicSystem:
     )
 
 
+def test_compiled_extremes_and_squares_are_those_of_the_mathematical_library() -> None:
+    u, v, x = ca.SX.sym("u"), ca.SX.sym("v"), ca.SX.sym("x")
+    y = ca.vertcat(ca.fmin(u, v), ca.fmax(u, v), v**2 * x)
+    names = ("least", "most", "square")
+    nothing, t, d, p = ca.SX(0, 1), ca.SX.sym("t"), ca.SX.sym("d", 0), ca.SX.sym("p", 0)
+    inputs, function = ca.vertcat(u, v), ca.Function
+    system = SymbolicSystem(
+        name="Extremes",
+        description="",
+        inputs=(Variable("u"), Variable("v")),
+        states=(Variable("x", start=1.0),),
+        algebraics=tuple(Variable(name) for name in names),
+        parameters=(),
+        dependents=(),
+        outputs=names,
+        rhs=function("rhs", [t, x, inputs, d, p], [0 * x, y]),
+        history=function("history", [t, inputs, p], [nothing, nothing]),
+        dependent=function("dependent", [p], [nothing]),
+        initial=function("initial", [p], [ca.SX(1)]),
+    )
+    model = CompiledModel(system, names)
+
+    # A value that is no number is neither the least nor the most.
+    for pair in [(1.0, 2.0), (2.0, -3.0), (np.nan, 5.0), (-7.0, -7.0)]:
+        run = model.run(np.array([0.0, 1.0]), np.array([pair, pair]), np.zeros(0), np.ones(1))
+        assert run.outputs[-1].tolist() == [np.fmin(*pair), np.fmax(*pair), pair[1] ** 2]
+
+
 @pytest.mark.parametrize("delay", [0.0, 0.0007, 0.1, 0.7])
 def test_delayed_ramp_through_a_lag_follows_its_closed_form(delay: float) -> None:
     model = CompiledModel(lag(delay), ["y"])
