@@ -38,7 +38,7 @@ def rivals(best: Refit, tried: Sequence[Refit], scale: float, held_out: Callable
     for other in tried:
         new = {c.label: c.card.id for c in other.effects.candidates}
         gone, come = set(own) - set(new), set(new) - set(own)
-        if len(other.ids) != len(best.ids) or len(come) != 1 or not other.is_present():
+        if len(other.ids) != len(best.ids) or len(come) != 1 or not other.is_present() or other.pressed():
             continue
         pair = (own[gone.pop()], new[come.pop()])
         # Of equal size, they pay the same for the number of sets.

@@ -23,6 +23,8 @@ DEVIATIONS = 2.0
 DEPENDENT = 1e-9
 # A departure from absence by less than this share of it may be rounding.
 ROUNDING = 1e-6
+# A parameter is pinned if its standard deviation is less than this share of it.
+PINNED = 0.3
 # A fit is repeated with shorter steps if they change its misfit by more than one, and by more than this share of it.
 NOTICED = 1e-3
 MOST_FINER = 4
@@ -130,6 +132,21 @@ class Refit:
         z = away[places] / self.std[places]
         inverse = np.linalg.pinv(correlation[np.ix_(places, places)], rcond=DEPENDENT, hermitian=True)
         return bool(stats.chi2.sf(z @ inverse @ z, len(z)) < stats.chi2.sf(DEVIATIONS**2, 1))
+
+    def pressed(self) -> tuple[str, ...]:
+        """Parameters that the data pin, and pin at the limit of what their effect can be.
+
+        A law that explains the data best beyond its limits is another one in disguise: few waves of cogging are a hardening
+        spring. A limit at zero or at absence is none of this kind: nothing lies beyond.
+        """
+        if not self.size:
+            return ()
+        low, high = self.effects.bounds()
+        nearer = np.where(self.values - low < high - self.values, low, high)
+        absent = np.array([p.absent for p in self.effects.card_parameters])
+        pinned = self.std < PINNED * np.abs(self.values)
+        beyond = self.fit.at_bound[: self.size] & pinned & (nearer != 0.0) & (nearer != absent)
+        return tuple(v.name for v, is_pressed in zip(self.effects.variables, beyond, strict=True) if is_pressed)
 
     def is_meaningful(self) -> bool:
         """Tell whether each effect departs from its absence by a size that matters."""

@@ -55,7 +55,10 @@ class Trace:
         return stage.p_of_fit(found.fit.misfit, max(found.size - before.size, 1), len(found.ids) - len(before.ids))
 
     def objection(self, found: Refit) -> str:
-        """What speaks against a set that fits best: that noise would do as well, or that it is too small to matter."""
+        """What speaks against a set that fits best: that it is another law in disguise, that noise would do as well, or that
+        it is too small to matter."""
+        if pressed := found.pressed():
+            return f"fits best with {' and '.join(pressed)} at the limit of what it can be: another law in disguise"
         p = self.p_value(found)
         if p > SIGNIFICANT:
             return f"noise alone would do as well (p = {p:.2g})"
