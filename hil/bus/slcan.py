@@ -15,6 +15,7 @@ from hil.codecs.slcan import SLCAN
 # Some adapters answer no commands at all.
 ANSWER_S = 0.2
 _READ_BYTES = 65536
+_BEFORE = b"\rO\r"
 _RATES = {
     10_000: "S0", 20_000: "S1", 50_000: "S2", 100_000: "S3", 125_000: "S4", 250_000: "S5", 500_000: "S6", 800_000: "S7",
     1_000_000: "S8",
@@ -59,6 +60,61 @@ class SerialLine:
     def close(self) -> None:
         """Close it."""
         self._port.close()
+
+
+class SlcanVoice(TextBus):
+    """Sends through an adapter that another program has opened or will open, and hears nothing: two readers would take each
+    other's frames. A watchdog's way to the bus: it works after that program has closed the bus, or was killed within a line.
+    """
+
+    def __init__(self, channel: str) -> None:
+        """Open it.
+
+        Raises:
+            MisfitError: if there is no such device.
+        """
+        try:
+            line = VoiceLine(channel)
+        except OSError as error:
+            raise MisfitError(f"serial adapter at {channel} cannot be opened: {error}") from error
+        super().__init__(line, SLCAN, channel)
+
+    def _fill(self, timeout_s: float | None) -> bool:
+        time.sleep(timeout_s or 0.0)
+        return False
+
+
+class VoiceLine:
+    """The way to a serial adapter without the way back."""
+
+    def __init__(self, path: str) -> None:
+        """Open it.
+
+        Raises:
+            OSError: if that is not possible.
+        """
+        path = path.partition("@")[0]
+        self.name = f"serial adapter at {path}"
+        self._device = os.open(path, os.O_WRONLY | os.O_NOCTTY | os.O_NONBLOCK)
+
+    def fileno(self) -> int:
+        """The device's."""
+        return self._device
+
+    def read(self) -> bytes:
+        """Nothing comes this way."""
+        return b""
+
+    def write(self, data: bytes) -> int:
+        """Send at once what the device takes; before it, what ends a line that is not whole and opens a bus that is closed."""
+        try:
+            return max(os.write(self._device, _BEFORE + data) - len(_BEFORE), 0)
+        except BlockingIOError:
+            return 0
+
+    def close(self) -> None:
+        """Close it."""
+        os.close(self._device)
 
 
 class SlcanBus(TextBus):

@@ -9,7 +9,7 @@ import can
 
 from fmus.errors import MisfitError
 from hil.bus.messages import Frames, Messages
-from hil.bus.slcan import SlcanBus
+from hil.bus.slcan import SlcanBus, SlcanVoice
 from hil.bus.socketcand import SocketcandBus
 from hil.bus.text_bus import TextBus
 from hil.codecs.frame import Frame, Timed
@@ -133,12 +133,13 @@ def _nobody(timed: Timed, sent: bool) -> None:
     """Nobody listens."""
 
 
-def open_wire(settings: Mapping[str, Any], torque_identifiers: frozenset[int]) -> Wire:
+def open_wire(settings: Mapping[str, Any], torque_identifiers: frozenset[int], *, beside: bool = False) -> Wire:
     """Open a bus.
 
     Args:
         settings: what python-can takes, such as `{"interface": "socketcan", "channel": "can0"}`; `client = "python-can"`
             takes its own clients also for the interfaces that have one here.
+        beside: for a second wire to the same bus that need not hear anything; serial adapters have one reader only.
 
     Raises:
         MisfitError: if there is no such interface or channel.
@@ -146,9 +147,7 @@ def open_wire(settings: Mapping[str, Any], torque_identifiers: frozenset[int]) -
     interface = str(settings.get("interface"))
     name = f"{interface} {settings.get('channel', '')}".strip()
     try:
-        bus = _open(
-            interface, {key: value for key, value in settings.items() if key != "client"}, settings.get("client")
-        )
+        bus = _open(interface, dict(settings), beside)
     except (can.CanError, OSError, ValueError, TypeError, ImportError) as error:
         known = ", ".join(sorted(can.VALID_INTERFACES))
         raise MisfitError(f"bus {name!r} cannot be opened: {error}; interfaces are {known}") from error
@@ -157,10 +156,13 @@ def open_wire(settings: Mapping[str, Any], torque_identifiers: frozenset[int]) -
     return wire
 
 
-def _open(interface: str, settings: dict[str, Any], client: object) -> can.BusABC:
-    if client not in (None, "misfit", "python-can"):
+def _open(interface: str, settings: dict[str, Any], beside: bool) -> can.BusABC:
+    client = settings.pop("client", "misfit")
+    if client not in ("misfit", "python-can"):
         raise ValueError(f"client = {client!r}; 'misfit' or 'python-can' was expected")
-    if interface in _OWN and client != "python-can":
+    if beside and interface == "slcan":
+        return SlcanVoice(str(settings.get("channel")))
+    if interface in _OWN and client == "misfit":
         del settings["interface"]
         return _OWN[interface](**settings)
     return can.Bus(**{**_ALWAYS.get(interface, {}), **settings})

@@ -16,6 +16,7 @@ from hil.bus.socketcand import SocketcandBus
 from hil.bus.wire import Wire, open_wire
 from hil.codecs.frame import Frame
 from hil.errors import BusError
+from hil.virtual.serial_adapter import SerialAdapter
 from tests.hil.peers import OK, PATIENCE_S, Server, terminal
 
 FRAME = b"< frame 423 1795222169.624496 0003E8 >"
@@ -304,6 +305,24 @@ def test_frames_of_an_adapter_that_was_open_are_no_answers(monkeypatch: pytest.M
     monkeypatch.setattr("hil.bus.slcan.ANSWER_S", PATIENCE_S)
     with terminal(b"t1232AABB\r\r") as (_, path), SlcanBus(path) as bus:
         assert bus.recv(0.05) is None
+
+
+def test_a_wire_beside_anothers_takes_none_of_its_frames_and_works_after_it_was_closed() -> None:
+    with SerialAdapter() as adapter:
+        settings = {"interface": "slcan", "channel": adapter.path}
+        beside, wire = open_wire(settings, frozenset(), beside=True), open_wire(settings, frozenset())
+        adapter.recv(0.0)  # the commands of opening
+        for k in range(20):
+            adapter.send(can.Message(arbitration_id=k, is_extended_id=False))
+            assert beside.receive(0.001) is None and beside.drain() == []
+            timed = wire.receive(PATIENCE_S)
+            assert timed is not None and timed.frame.identifier == k
+        os.write(wire.bus._line.fileno(), b"t4018AA00")  # type: ignore[attr-defined]  # killed within a line
+        wire.close()
+        beside.send(HEARD, Frame(0x404, b"\x30"))
+        heard = [adapter.recv(PATIENCE_S), adapter.recv(PATIENCE_S)]
+        assert [message and message.arbitration_id for message in heard] == [0x423, 0x404]
+        beside.close()
 
 
 @pytest.mark.parametrize(
