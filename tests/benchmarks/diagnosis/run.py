@@ -11,6 +11,7 @@ import time
 from pathlib import Path
 
 from tests.benchmarks.diagnosis.cases import Done, Job, do_case, lost_case
+from tests.benchmarks.diagnosis.earlier import commits, folders_of, keep_commit
 from tests.benchmarks.diagnosis.report import About, write_report
 from tests.benchmarks.diagnosis.suite import SEED, SIZES, suite
 from tests.benchmarks.diagnosis.truth.families import FAMILIES
@@ -29,7 +30,9 @@ def main() -> None:
         if wish.machine in (args.plant or MACHINES) and wish.family in (args.family or FAMILIES)
     ][: args.limit]
     began = time.monotonic()
-    jobs = [Job(wish, out, args.limit_s, began + args.budget) for wish in wishes]
+    folders = folders_of(wishes, out, args.earlier)
+    keep_commit(out, _commit())
+    jobs = [Job(wish, folders[wish.name], args.limit_s, began + args.budget) for wish in wishes]
     done = []
     try:
         for case in side_by_side(do_case, lost_case, jobs, args.workers):
@@ -41,7 +44,14 @@ def main() -> None:
     order = {wish.name: k for k, wish in enumerate(wishes)}
     done.sort(key=lambda case: order[case.name])
     about = About(
-        args.size, args.seed, len(wishes), _commit(), args.workers, args.limit_s, args.budget, time.monotonic() - began
+        args.size,
+        args.seed,
+        len(wishes),
+        commits([folders[case.name] for case in done if case.row is not None], out),
+        args.workers,
+        args.limit_s,
+        args.budget,
+        time.monotonic() - began,
     )
     write_report(done, about, args.report, out / "scores.json")
     print(f"{sum(case.row is not None for case in done)} of {len(wishes)} cases; report: {args.report}")
@@ -61,6 +71,13 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--size", choices=list(SIZES), default="small")
     parser.add_argument("--seed", type=int, default=SEED, help="another draw of cases of the same kinds")
     parser.add_argument("--out", type=Path, default=Path("build/bench-diagnosis"))
+    parser.add_argument(
+        "--earlier",
+        type=Path,
+        action="append",
+        default=[],
+        help="folder of other code's cases, which are not done again",
+    )
     parser.add_argument("--report", type=Path, default=Path("build/bench-diagnosis/diagnosis.md"))
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--limit", type=int, help="only the first cases")

@@ -15,6 +15,7 @@ import pytest
 
 from orchestrator.measurements import load_measurements
 from tests.benchmarks.diagnosis.child import Ended, run_child
+from tests.benchmarks.diagnosis.earlier import commits, folders_of, keep_commit
 from tests.benchmarks.diagnosis.suite import suite
 from tests.benchmarks.diagnosis.truth.experiment import Advice, experiment_plan, write_with_experiment
 from tests.benchmarks.diagnosis.truth.families import FAMILIES, Wish, draw_case
@@ -100,6 +101,22 @@ def test_half_of_a_run_holds_about_half_of_every_family_machine_and_cell(size: s
             assert abs(half[kind] - n / 2) <= max(2, 0.05 * n)
     assert len({wish.name for wish in wishes}) == len(wishes)
     assert {wish.family for wish in wishes} >= set(FAMILIES) - {"T"}
+
+
+def test_finished_cases_of_another_commit_are_kept_and_told_apart(tmp_path: Path) -> None:
+    old, new = tmp_path / "old", tmp_path / "new"
+    keep_commit(old, "aaa1111")
+    keep_commit(new, "bbb2222")
+    done, begun, untouched = (Wish("N0", "drive", k, 3) for k in range(3))
+    for kind, wish in (("results", done), ("baselines", done), ("results", begun)):
+        (old / kind).mkdir(exist_ok=True)
+        (old / kind / f"{wish.name}.json").write_text("{}")
+
+    folders = folders_of([done, begun, untouched], new, [old])
+
+    assert [folders[wish.name] for wish in (done, begun, untouched)] == [old, new, new]
+    assert commits(list(folders.values()), new) == "bbb2222 (2 cases; 1 of aaa1111)"
+    assert commits([new], new) == "bbb2222"
 
 
 def test_no_effect_of_a_library_is_drawn_much_more_often_than_another() -> None:
