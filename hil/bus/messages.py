@@ -6,6 +6,7 @@ from typing import Protocol
 
 import can
 
+from hil.bus.error_frames import words_of
 from hil.codecs.frame import Frame
 from hil.errors import BusError
 
@@ -49,5 +50,5 @@ def _passed_over(message: can.Message) -> bool:
         BusError: if it reports an error.
     """
     if message.is_error_frame:
-        raise BusError(f"the adapter reports an error on the bus (error frame {message})")
-    return message.is_extended_id or message.is_remote_frame
+        raise BusError(f"the adapter reports an error on the bus: {words_of(message)}")
+    return message.is_extended_id or message.is_remote_frame or message.is_fd

@@ -119,7 +119,8 @@ def _cycles(
         summary = loop.run(_wishes(seconds, armed, pilot, operator, stop))
         stop.finish()
         if armed and not pilot.is_armed:
-            summary.faults.append(f"the arm could not be armed: {pilot.refused}")
+            said = f" ({pilot.controller_error})" if pilot.controller_error else ""
+            summary.faults.append(f"the arm could not be armed: {pilot.refused}{said}")
         return _result(settings, summary, beats.missed, recorder, refused)
 
 

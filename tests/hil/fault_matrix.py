@@ -18,7 +18,7 @@ from hil.session.loop import Loop, Wishes
 from hil.session.pilot import Decision, Pilot
 from hil.session.start_up import Robot, start_up
 from tests.hil.bench import SETTINGS, Beats, Bench
-from tests.hil.fault_classes import CLASSES, FaultClass, Trouble
+from tests.hil.fault_classes import CLASSES, FaultClass, Shaken, Trouble, recorder
 
 PHASES = ("scan", "wake", "zero", "arm", "run", "stop")
 CYCLES, FAULT_AT, WAIT = 400, 150, 120
@@ -58,7 +58,7 @@ class Outcome:
 def outcome_of(fault: FaultClass, phase: str) -> Outcome:
     """Run a session with the fault in that phase."""
     bench, found = Bench(settings=QUICK), Outcome()
-    trouble = Trouble(bench)
+    trouble = Trouble(bench, Shaken(QUICK.make_controller()), recorder())
 
     def begin() -> None:
         if not trouble.memory.get("begun"):
@@ -72,11 +72,14 @@ def outcome_of(fault: FaultClass, phase: str) -> Outcome:
         found.energised = bool(bench.torque_frames())
         bench.plant.angles = np.array([-0.3, 0.2, 1.5])
         bench.robot.advance(bench.bus.time_ns)
-        pilot = Pilot(robot, bench.settings.limits, bench.settings.make_controller(), gravity=False)
+        pilot = Pilot(robot, bench.settings.limits, trouble.controller, gravity=False)
         _cycle(bench, pilot, phase, begin, found, trouble)
         found.lost = pilot.missing_answers
     except MisfitError as error:
         found.error = str(error).removeprefix("virtual robot: ")
+    finally:
+        trouble.undo.close()
+        trouble.recorder.ring.remove()
     _torques(bench, found)
     bench.wire.close()
     return found
@@ -128,7 +131,7 @@ def _cycle(bench: Bench, pilot: Pilot, phase: str, begin: Callable[[], None], fo
             trips = [trip for trip in decision.outcome.trips if trip.reaction == reaction]
             found.reason = str(trips[0]) if trips else str(stopped)
 
-    Loop(bench.wire, pilot, Beats(bench), watch=watch).run(wishes)
+    Loop(bench.wire, pilot, Beats(bench), trouble.recorder, watch=watch).run(wishes)
     if not pilot.is_armed:
         found.error = f"not armed: {refused}"
 
