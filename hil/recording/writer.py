@@ -1,6 +1,7 @@
 """The recorder, a process of its own: `python -m hil.recording.writer RING FILE`.
 
-It ends when the ring is closed, or when the process that began it is gone; in both cases after the last record.
+It ends when the ring is closed, or when the process that began it is gone; in both cases after the last record. Where the disk
+takes no more it says so and ends, which the session notices.
 """
 
 import os
@@ -19,7 +20,17 @@ PAUSE_S, SYNC_S = 0.01, 1.0
 def main(ring_path: Path, file_path: Path) -> None:
     """Copy records from the ring to the file until there are no more."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the session ends first, and then says so
-    ring, parent = Ring(ring_path), os.getppid()
+    ring = Ring(ring_path)
+    try:
+        _copy(ring, file_path)
+    except OSError as error:
+        sys.exit(f"misfit: {file_path} can no longer be written: {error.strerror}; the session ends")
+    finally:
+        ring.remove()
+
+
+def _copy(ring: Ring, file_path: Path) -> None:
+    parent = os.getppid()
     with file_path.open("ab", buffering=0) as file:
         if file.tell() == 0:
             file.write(MAGIC)
@@ -27,8 +38,8 @@ def main(ring_path: Path, file_path: Path) -> None:
         while True:
             done = ring.is_closed or os.getppid() != parent
             data = ring.take()
-            if data:
-                file.write(data)
+            while data:  # a disk that is nearly full takes a part
+                data = data[file.write(data) :]
             if time.monotonic() - synced > SYNC_S:
                 os.fsync(file.fileno())
                 synced = time.monotonic()
@@ -36,7 +47,6 @@ def main(ring_path: Path, file_path: Path) -> None:
                 break
             time.sleep(PAUSE_S)
         os.fsync(file.fileno())
-    ring.remove()
 
 
 if __name__ == "__main__":

@@ -56,3 +56,15 @@ def test_a_damaged_ring_is_an_error_and_no_endless_read(tmp_path: Path) -> None:
     with pytest.raises(ComponentError, match="the ring of records is damaged"):
         ring.take()
     ring.remove()
+
+
+def test_a_recorder_whose_disk_is_full_says_so_in_one_line_and_leaves_no_memory_behind() -> None:
+    ring = Ring.create()
+    ring.put(bytes(RECORD.size))
+    command = [sys.executable, "-m", "hil.recording.writer", str(ring.path), "/dev/full"]
+
+    ended = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
+
+    assert (ended.returncode, len(ended.stderr.splitlines())) == (1, 1)
+    assert "/dev/full can no longer be written: No space left on device; the session ends" in ended.stderr
+    assert not ring.path.exists()
