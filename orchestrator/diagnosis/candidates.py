@@ -189,7 +189,12 @@ def find_candidates(
     """
     source = as_fmu(base)
     if source is not None:
-        return source.candidates(), list(source.refusals())
+        own = [
+            f"{card.id} is not tried: {card.card_file} needs equations, and an FMU's are closed"
+            for card in cards
+            if card.class_file
+        ]
+        return source.candidates(), [*source.refusals(), *own]
     slots = free_slots(system)
     found: list[Candidate] = []
     impossible: list[str] = []

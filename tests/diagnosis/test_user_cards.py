@@ -178,3 +178,25 @@ def test_effect_of_a_diagnosis_whose_cards_are_not_named_is_refused_with_a_hint(
     assert found.returncode == 0, found.stderr
     assert lost.returncode == 2
     assert "there is no effect 'eddy_brake'" in lost.stderr
+
+
+def test_a_card_of_ones_own_is_said_not_to_be_tried_on_an_fmu(tmp_path: Path) -> None:
+    """Its class needs equations; what is attached to an FMU from outside is named by that FMU alone."""
+    from orchestrator.blackbox.source import FmuSource
+
+    class Closed(FmuSource):
+        def candidates(self) -> list:
+            return []
+
+        def refusals(self) -> tuple[str, ...]:
+            return ()
+
+    cards = effect_library([write_card(tmp_path / "cards")])
+    drive = find_modelica_model("drive")
+    closed = Closed("drive.fmu", drive.class_name, drive.file)
+
+    _, reasons = find_candidates(closed, drive.compile(), cards)
+
+    (reason,) = reasons
+    assert reason.startswith("eddy_brake is not tried: ")
+    assert reason.endswith("eddy_brake.toml needs equations, and an FMU's are closed")
