@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from orchestrator.compare.maps import Coordinate, coordinates_of, error_map, sentence
+from orchestrator.compare.maps import Coordinate, coordinates_of, error_map, error_maps, sentence
 
 STEP = 0.01
 TIME = np.arange(0, 20, STEP)
@@ -74,3 +74,20 @@ def test_rms_of_all_bins_adds_up_to_that_of_the_residual() -> None:
 
 def test_coordinate_that_never_varies_has_no_map() -> None:
     assert error_map([np.ones(500)], Coordinate("u", "", (np.zeros(500),)), STEP) is None
+
+
+def test_maps_over_several_coordinates_are_those_over_each() -> None:
+    random = np.random.default_rng(3)
+    q, w = motion(random)
+    w[40:60] = np.nan  # a gap in one of them
+    error = slow_noise(random, len(TIME))
+    coordinates = [Coordinate(name, "", (values,)) for name, values in (("q", q), ("w", w), ("u", 0 * q), ("t", TIME))]
+
+    together = error_maps([error], coordinates, STEP)
+
+    assert [m is None for m in together] == [False, False, True, False]
+    for found, coordinate in zip(together, coordinates, strict=True):
+        alone = error_map([error], coordinate, STEP)
+        if found is not None and alone is not None:
+            for name in ("edges", "rms", "bias", "low", "high", "count", "p_value", "strength"):
+                assert np.allclose(getattr(found, name), getattr(alone, name), rtol=1e-9)

@@ -61,41 +61,82 @@ def error_map(
     Returns:
         None if the coordinate does not vary or there are too few samples for two bins and ten blocks.
     """
-    error, against = np.concatenate(residual), np.concatenate(coordinate.values)
-    good = np.isfinite(error) & np.isfinite(against)
-    error, against = error[good], against[good]
-    length = max(1, round(BLOCK_S / step))
-    edges = np.unique(np.quantile(against, np.linspace(0, 1, bins + 1))) if error.size else np.zeros(0)
-    if len(edges) < 3 or error.size < 10 * length:
-        return None
-    place = np.clip(np.searchsorted(edges, against, side="right") - 1, 0, len(edges) - 2)
-    belongs = (place[:, None] == np.arange(len(edges) - 1)).astype(float)
-    count = belongs.sum(axis=0)
-    share = belongs / np.maximum(count, 1)
+    return error_maps(residual, [coordinate], step, seed=seed, bins=bins)[0]
+
+
+def error_maps(
+    residual: Sequence[np.ndarray], coordinates: Sequence[Coordinate], step: float, *, seed: int = 0, bins: int = BINS
+) -> list[ErrorMap | None]:
+    """The same over several coordinates: what takes long, putting the residual's blocks into random order, is done once."""
+    error, length = np.concatenate(residual), max(1, round(BLOCK_S / step))
+    found: list[ErrorMap | None] = [None] * len(coordinates)
+    alike: dict[bytes, list[tuple[int, _Bins]]] = {}
+    for k, coordinate in enumerate(coordinates):
+        against = np.concatenate(coordinate.values)
+        good = np.isfinite(error) & np.isfinite(against)
+        placed = _Bins.of(coordinate, against[good], bins) if np.count_nonzero(good) >= 10 * length else None
+        if placed is not None:
+            alike.setdefault(good.tobytes(), []).append((k, placed))
+    for mask, group in alike.items():
+        known = error[np.frombuffer(mask, dtype=bool)]
+        for (k, _), made in zip(group, _maps(known, [placed for _, placed in group], length, seed), strict=True):
+            found[k] = made
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class _Bins:
+    """Bins of equal population of a coordinate: `edges` (b + 1,), `count` (b,), and means as a matrix, `share` (n, b)."""
+
+    coordinate: Coordinate
+    edges: np.ndarray
+    count: np.ndarray
+    share: np.ndarray
+
+    @staticmethod
+    def of(coordinate: Coordinate, against: np.ndarray, bins: int) -> "_Bins | None":
+        """None if there are not two bins."""
+        edges = np.unique(np.quantile(against, np.linspace(0, 1, bins + 1))) if against.size else np.zeros(0)
+        if len(edges) < 3:
+            return None
+        place = np.clip(np.searchsorted(edges, against, side="right") - 1, 0, len(edges) - 2)
+        belongs = (place[:, None] == np.arange(len(edges) - 1)).astype(float)
+        count = belongs.sum(axis=0)
+        return _Bins(coordinate, edges, count, belongs / np.maximum(count, 1))
+
+
+def _maps(error: np.ndarray, binned: Sequence[_Bins], length: int, seed: int) -> list[ErrorMap]:
+    """Maps of an error (n,) over several coordinates of the same samples."""
+    shares, ends = np.hstack([each.share for each in binned]), np.cumsum([len(each.count) for each in binned])[:-1]
+    shuffled = error[_shuffles(error.size, length, seed)]
+    parts = [np.split(table @ shares, ends, axis=-1) for table in (error, error**2, shuffled, shuffled**2)]
     total = float(np.mean(error**2)) or 1.0
+    return [_map(each, a, b, c, d, total) for each, a, b, c, d in zip(binned, *parts, strict=True)]
+
+
+def _map(
+    binned: _Bins, bias: np.ndarray, square: np.ndarray, other_bias: np.ndarray, other_square: np.ndarray, total: float
+) -> ErrorMap:
+    """A map from the means and mean squares (b,) in the bins, and those of the permuted blocks (p, b)."""
+    shares = binned.count / binned.count.sum()
 
     def spreads(bias: np.ndarray, square: np.ndarray) -> np.ndarray:
         """How much bias and size vary over the bins, as shares of the square; (..., b) gives (..., 2)."""
-        shares = count / error.size
         return np.stack([bias**2 @ shares / total, (square / total - 1.0) ** 2 @ shares], axis=-1)
 
-    bias, square = error @ share, error**2 @ share
-    shuffled = error[_shuffles(error.size, length, seed)]
-    other_square = shuffled**2 @ share
-    permuted, chance = np.sqrt(other_square), spreads(shuffled @ share, other_square)
-    low, high = np.quantile(permuted, (0.025, 0.975), axis=0)
-    mine = spreads(bias, square)
+    chance, mine = spreads(other_bias, other_square), spreads(bias, square)
+    low, high = np.quantile(np.sqrt(other_square), (0.025, 0.975), axis=0)
     p_values = [(1 + np.sum(chance[:, k] >= mine[k])) / (1 + PERMUTATIONS) for k in (0, 1)]
     excess = mine - chance.mean(axis=0)
     return ErrorMap(
-        coordinate.name,
-        coordinate.unit,
-        edges,
+        binned.coordinate.name,
+        binned.coordinate.unit,
+        binned.edges,
         np.sqrt(square),
         bias,
         low,
         high,
-        count.astype(int),
+        binned.count.astype(int),
         float(min(1.0, 2 * min(p_values))),  # two looks at one map
         float(max(excess[0], min(excess[1], 1.0), 0.0)),
     )

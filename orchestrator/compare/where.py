@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from scipy import signal
 
-from orchestrator.compare.maps import Coordinate, ErrorMap, coordinates_of, error_map, sentence
+from orchestrator.compare.maps import Coordinate, ErrorMap, coordinates_of, error_map, error_maps, sentence
 from orchestrator.compare.result import TrialCurves
 
 WINDOWS = 10
@@ -106,8 +106,7 @@ def state_maps(curves: Sequence[TrialCurves], units: Mapping[str, str], name: st
     inputs = {other: [c.inputs[other] for c in curves] for other in curves[0].inputs}
     residual = [_residual(c, name) for c in curves]
     found = coordinates_of(signals, units, inputs, {}, times)
-    maps = [error_map(residual, coordinate, _step(curves)) for coordinate in found]
-    return [m for m in maps if m is not None]
+    return [m for m in error_maps(residual, found, _step(curves)) if m is not None]
 
 
 def map_rows(maps: Sequence[ErrorMap], name: str) -> list[dict[str, Any]]:

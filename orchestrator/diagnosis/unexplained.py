@@ -8,7 +8,7 @@ import numpy as np
 
 from fmus.errors import MisfitError
 from orchestrator.blackbox.forces import missing_forces as forces_of_fmu
-from orchestrator.compare.maps import Coordinate, coordinates_of, error_map, sentence
+from orchestrator.compare.maps import Coordinate, coordinates_of, error_maps, sentence
 from orchestrator.compare.where import map_rows
 from orchestrator.diagnosis.evidence import LearningData, Refit
 from orchestrator.diagnosis.latent import LatentForce, Series, latent_force
@@ -63,7 +63,7 @@ def where_forces_lack(nominal: SymbolicModel, learning: LearningData) -> tuple[l
     rows: list[dict[str, Any]] = []
     sentences = []
     for residual in residuals:
-        maps = [m for m in (error_map(residual.values, c, step) for c in coordinates) if m is not None]
+        maps = [m for m in error_maps(residual.values, coordinates, step) if m is not None]
         rows += [{**row, "force_unit": residual.unit} for row in map_rows(maps, residual.name)]
         if maps:
             sentences.append(f"missing force on {sentence(residual.name, maps)}")
