@@ -195,10 +195,9 @@ class Screener:
 
     def _weigh(self, series: np.ndarray) -> np.ndarray:
         """Weigh against encoder noise, smooth and thin along the first axis; the second axis is that of the signals."""
-        result = series.copy()
-        for k, is_position in enumerate(self._positions):
-            if is_position:
-                result[:, k] = low_pass(series[:, k], 1, CORNER_HZ * 2 * self._smoother.step)
+        result, positions = series.copy(), np.flatnonzero(self._positions)
+        if positions.size:
+            result[:, positions] = low_pass(series[:, positions], 1, CORNER_HZ * 2 * self._smoother.step)
         return self._smoother.thin(result, CORNER_HZ if any(self._positions) else None)
 
 
