@@ -16,6 +16,7 @@ from orchestrator.cli.common import json_option, quiet_option, show, write_json
 
 if TYPE_CHECKING:
     from hil.session.settings import Settings
+    from hil.session.start_up import Robot
     from hil.virtual.body import Body
 
 
@@ -245,7 +246,8 @@ def ask_home() -> bool:
     return sys.stdin.isatty() and click.confirm("The arm has not been zeroed. Is it on its stops?")
 
 
-def ask_arm(robot: object) -> bool:
+def ask_arm(robot: "Robot") -> bool:
     if not sys.stdin.isatty():
         raise MisfitError("arming needs somebody at a terminal who confirms it")
-    return click.prompt("Type ARM to switch the torques on", default="", show_default=False) == "ARM"
+    words = f"A real Proficio, mounted on the {robot.side}, is on this bus. Type ARM to switch its torques on"
+    return click.prompt(words, default="", show_default=False) == "ARM"

@@ -1,0 +1,78 @@
+"""Nobody takes a virtual session for a real one, or the reverse: which robot is said, and a real one is armed by a typed word."""
+
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from fmus.errors import MisfitError
+from hil import cli
+from hil.cli import ask_arm, ask_home, hil
+from hil.session.start_up import Robot
+from hil.trials.cli import _operator
+
+ROBOT = Robot("right", (4096, 4096, 4096), (2700, 2700, 2700), {}, None, None)
+BUS = {"interface": "virtual", "channel": "nowhere"}
+
+
+class Terminal:
+    """Standard input in front of which somebody sits, or nobody."""
+
+    def __init__(self, present: bool) -> None:
+        self.present = present
+
+    def isatty(self) -> bool:
+        return self.present
+
+
+@pytest.fixture
+def somebody(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cli.sys, "stdin", Terminal(True))
+
+
+@pytest.mark.parametrize(
+    ("typed", "armed"), [("ARM", True), ("arm", False), ("y", False), ("", False), ("ARM!", False)]
+)
+def test_only_the_typed_word_arms_a_real_robot(
+    typed: str, armed: bool, somebody: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(cli.click, "prompt", lambda *_, **__: typed)
+    assert ask_arm(ROBOT) is armed
+
+
+def test_without_a_terminal_a_real_robot_is_neither_armed_nor_zeroed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cli.sys, "stdin", Terminal(False))
+    with pytest.raises(MisfitError, match="arming needs somebody at a terminal"):
+        ask_arm(ROBOT)
+    assert not ask_home()
+
+
+@pytest.mark.parametrize("command", [["hold"], ["check"], ["record", "study", "--out", "x"]])
+@pytest.mark.parametrize("both", [True, False])
+def test_which_robot_is_meant_has_to_be_said_and_cannot_be_both(
+    command: list[str], both: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    bench = tmp_path / "bench.toml"
+    bench.write_text('[bus]\ninterface = "virtual"\nchannel = "nowhere"\n')
+    robots = ["--virtual", "--bench", str(bench)] if both else []
+    result = CliRunner().invoke(hil, [*command, *robots])
+    assert isinstance(result.exception, MisfitError)
+    assert "say either --virtual or --bench FILE" in str(result.exception)
+
+
+def test_what_is_asked_before_arming_names_the_robot(
+    somebody: None, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    asked = []
+    monkeypatch.setattr(cli.click, "prompt", lambda text, **_: asked.append(text) or "")
+    ask_arm(ROBOT)
+    assert asked == ["A real Proficio, mounted on the right, is on this bus. Type ARM to switch its torques on"]
+
+
+def test_the_trials_of_a_real_robot_ask_the_same_people() -> None:
+    import contextlib
+
+    with contextlib.ExitStack() as stack:
+        operator = _operator(False, False, BUS, True, stack)
+        assert (operator.at_home, operator.may_arm) == (ask_home, ask_arm)
