@@ -106,6 +106,7 @@ class _Follower:
         self._places = [names.index(PREFIX + name) for name in model.signals]
         self._count = len(model.system.states)
         self._equations = Equations(model, parameters)
+        self._kept: tuple[Along, np.ndarray, np.ndarray] | None = None
         record = model.record(trial, parameters)
         reach = 0.5 * (record.start_high - record.start_low)
         self._start, self._start_std = record.start, np.where(np.isfinite(reach), reach, UNKNOWN)
@@ -205,11 +206,7 @@ class _Follower:
         size, duration, noise = np.exp(character.reshape(3, k))
         rate = np.sqrt(3.0) / duration
         m, steps = nx + 2 * k, np.diff(time)
-        force, speed = np.arange(nx, nx + k), np.arange(nx + k, m)
-        flow = np.zeros((n - 1, m, m))
-        flow[:, :nx, : nx + k] = linear.flow
-        flow[:, force, speed], flow[:, speed, force], flow[:, speed, speed] = 1.0, -(rate**2), -2.0 * rate
-        step = expm(flow * steps[:, None, None])
+        step = self._step(linear, duration, steps)
         lasting = np.diag(np.concatenate([np.zeros(nx), size**2, (rate * size) ** 2]))
         # What a stationary process forgets in a step is what is new in it.
         disturbance = lasting - step @ lasting @ np.transpose(step, (0, 2, 1))
@@ -234,6 +231,23 @@ class _Follower:
             covariance,
         )
 
+    def _step(self, linear: Along, duration: np.ndarray, steps: np.ndarray) -> np.ndarray:
+        """What becomes of states, force and its rate in each step, (n - 1, m, m).
+
+        It depends on durations alone, and takes most of the time; a search for sizes and noises asks for it again and again.
+        """
+        if self._kept is not None and self._kept[0] is linear and np.array_equal(self._kept[1], duration):
+            return self._kept[2]
+        nx, k, rate = self._count, len(self._places), np.sqrt(3.0) / duration
+        m = nx + 2 * k
+        force, speed = np.arange(nx, nx + k), np.arange(nx + k, m)
+        flow = np.zeros((len(steps), m, m))
+        flow[:, :nx, : nx + k] = linear.flow
+        flow[:, force, speed], flow[:, speed, force], flow[:, speed, speed] = 1.0, -(rate**2), -2.0 * rate
+        step = expm(flow * steps[:, None, None])
+        self._kept = linear, duration, step
+        return step
+
     def _shaken(self, linear: Along, steps: np.ndarray) -> np.ndarray:
         """Covariance of the states that noise of measured inputs makes in a step, and rounding."""
         shaken = np.tile(1e-18 * np.eye(self._count), (len(steps), 1, 1))
@@ -257,8 +271,13 @@ def _character(followers: Sequence[_Follower]) -> np.ndarray:
         return -sum(each.log_likelihood(character) for each in chosen)
 
     def objective(character: np.ndarray) -> tuple[float, np.ndarray]:
-        here = value(character)
-        moved = character + CHANGE * np.eye(len(character))
-        return here, np.array([(value(each) - here) / CHANGE for each in moved])
+        here, slopes = value(character), np.empty(len(character))
+        for i in (
+            *range(k),
+            *range(2 * k, 3 * k),
+            *range(k, 2 * k),
+        ):  # durations last: the others share what is kept for one
+            slopes[i] = (value(character + CHANGE * (np.arange(3 * k) == i)) - here) / CHANGE
+        return here, slopes
 
     return minimise(objective, guess, low, high, promise=ENOUGH).point
