@@ -1,7 +1,9 @@
 """What a set of effects explains in free runs of the learning trials."""
 
+import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from scipy import stats
@@ -47,6 +49,19 @@ class LearningData:
         if not self.metrics:
             white = tuple(white_metric(self.floor, stride_for(len(t.time), 1)) for t in self.trials)
             object.__setattr__(self, "metrics", white)
+
+    @cached_property
+    def content(self) -> bytes:
+        """Hash of all that fits depend on, made once: whitening matrices are large."""
+        digest = hashlib.sha256(self.floor.tobytes())
+        for trial in self.trials:
+            for part in (trial.time, trial.inputs, trial.measured, trial.noise):
+                digest.update(repr(part.shape).encode() + np.ascontiguousarray(part).tobytes())
+        extra = self.nuisances
+        digest.update(repr((extra.names, extra.shift_std)).encode() + extra.mean.tobytes() + extra.std.tobytes())
+        for metric in self.metrics:
+            digest.update(repr(metric.stride).encode() + metric.whitener.tobytes())
+        return digest.digest()
 
     @staticmethod
     def of(data: BoundSet, floor: Mapping[str, float]) -> "LearningData":

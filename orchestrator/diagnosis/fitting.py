@@ -156,16 +156,15 @@ class Fitter:
     def pruned(self, found: Sequence[Refit]) -> list[Refit]:
         """Sets without the effects that the data do not show beside the others, as far as they were not tried."""
         tried = {r.labels for r in (*self.setting.trace.refitted, *found)}
-        smaller: dict[frozenset[str], Refit] = {}
+        smaller: dict[frozenset[str], Wanted] = {}
         for r in sorted(found, key=lambda r: r.half_bic)[:POLISHED]:
             kept = r.without_absent()
             labels = frozenset(c.label for c, _ in kept)
-            if kept and labels not in tried and labels not in smaller:
+            if kept and labels not in tried:
                 values = np.concatenate([v for _, v in kept])
-                fitted = self.attempt(Wanted([c for c, _ in kept], values, r.fit.values[r.size :]))
-                if fitted is not None:
-                    smaller[labels] = fitted
-        return list(smaller.values())
+                smaller.setdefault(labels, Wanted([c for c, _ in kept], values, r.fit.values[r.size :]))
+        fitted = self.setting.side_by_side(self.attempt, list(smaller.values()))
+        return [r for r in fitted if r is not None]
 
 
 def _of_others(found: Refit, effect: Candidate) -> np.ndarray:

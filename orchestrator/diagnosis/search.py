@@ -99,6 +99,7 @@ class Searcher:
         """
         tried = {r.labels for r in self.trace.refitted}
         alike = [(entry.effect, entry.other) for entry in kin(best, self.trace.stages) if entry.odds <= DECISIVE]
+        wanted = list[Wanted]()
         for effect, other in dict.fromkeys([*alike, *self._simpler(best)]):
             others = [c for c in best.effects.candidates if c.label != effect.label]
             twin = can_join(others, other, self.slots)
@@ -110,8 +111,9 @@ class Searcher:
             guess = EffectSet(self.base, [twin], self.nominal.signals).first_guess()
             stage = next(s for s in reversed(self.trace.stages) if s.tangent.base.labels <= {c.label for c in others})
             first = np.array([np.concatenate([*values, guess]), *first_values(stage, chosen)])
-            found = self.fitter.attempt(Wanted(chosen, first, best.fit.values[best.size :]))
-            self.trace.refitted += [] if found is None else [found]
+            wanted.append(Wanted(chosen, first, best.fit.values[best.size :]))
+        found = self.setting.side_by_side(self.fitter.attempt, wanted)
+        self.trace.refitted += [r for r in found if r is not None]
 
     def _simpler(self, best: Refit) -> list[tuple[Candidate, Candidate]]:
         """Effects of a set, each with an effect of fewer parameters at the same site that its card calls confusable."""

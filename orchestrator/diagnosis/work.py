@@ -242,14 +242,7 @@ def _digest(
     digest = hashlib.sha256(_program() + source.encode())
     for candidate in candidates:
         digest.update(repr(candidate).encode() + candidate.card.class_text.encode())
-    digest.update(repr(signals).encode() + learning.floor.tobytes() + rest)
-    for trial in learning.trials:
-        for part in (trial.time, trial.inputs, trial.measured, trial.noise):
-            digest.update(repr(part.shape).encode() + np.ascontiguousarray(part).tobytes())
-    extra = learning.nuisances
-    digest.update(repr((extra.names, extra.shift_std)).encode() + extra.mean.tobytes() + extra.std.tobytes())
-    for metric in learning.metrics:
-        digest.update(repr(metric.stride).encode() + metric.whitener.tobytes())
+    digest.update(repr(signals).encode() + learning.content + rest)
     return digest.hexdigest()
 
 
