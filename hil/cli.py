@@ -12,7 +12,7 @@ import click
 
 from fmus.errors import MisfitError
 from hil.trials.cli import record
-from orchestrator.cli.common import json_option, quiet_option, show, write_json
+from orchestrator.cli.common import can_be_filled, json_option, quiet_option, show, write_json
 
 if TYPE_CHECKING:
     from hil.session.settings import Settings
@@ -141,6 +141,33 @@ def export(folder: Path, file: Path, quiet: bool) -> None:
     from hil.recording.frames import write_frames
 
     show(f"{write_frames(folder, file)} frames in {file}", quiet)
+
+
+@hil.command()
+@click.argument("log", metavar="LOG", type=click.Path(path_type=Path))
+@click.option(
+    "--database", metavar="FILE", required=True, help="Messages of the bus: DBC, KCD, ARXML, SYM, or `joint_arm`."
+)
+@click.option("--out", "folder", metavar="DIR", default="decoded", show_default=True, callback=can_be_filled,
+              help="Where to write the measurement set.")  # fmt: skip
+@click.option("--at", metavar="MESSAGE", help="One row for each frame of this message; default: the most frequent one.")
+@json_option
+@quiet_option
+def decode(log: Path, database: str, folder: str, at: str | None, json_file: str | None, quiet: bool) -> None:
+    """Make a measurement set of LOG, frames of any robot's bus (.blf, .asc, .log, .mf4, .trc, .csv), by a database."""
+    from hil.codecs.database import Database
+    from hil.logs import measurement_of_log
+
+    found = measurement_of_log(log, Database(database), Path(folder), at)
+    others = {f"{number:#x}": count for number, count in sorted(found.others.items())}
+    document = {"rows": found.rows, "rows_at": found.at, "columns": list(found.columns), "others": others}
+    write_json(json_file, {"schema": "misfit.hil-decode/1", **document, "without_unit": list(found.units)})
+    lines = [f"{found.rows} rows of {len(found.columns)} signals at the times of {found.at} in {folder}"]
+    if found.units:
+        lines.append(f"written without a unit, as it is not known here: {', '.join(found.units)}")
+    if others:
+        lines.append(f"{sum(others.values())} frames that the database does not explain: {', '.join(others)}")
+    show("\n".join([*lines, f"to go on: misfit compare MODEL {folder}"]), quiet or json_file == "-")
 
 
 @hil.command()
