@@ -90,7 +90,8 @@ class RobotComponent(Component):
         robot = start_up(wire, settings.side, clock.sleep, (lambda: True) if self.virtual else ask_home)
         if not self.virtual and not ask_arm(robot):
             raise ComponentError("the robot was not armed; type ARM when asked")
-        pilot = Pilot(robot, settings.limits, self._asked, gravity=settings.gravity)
+        axes = np.array(settings.force_axes)
+        pilot = Pilot(robot, settings.limits, self._asked, gravity=settings.gravity, force_axes=axes)
         beats = Metronome(settings.limits.period_ns)
         self._loop = Loop(wire, pilot, beats, None, heart, watch=self._watch)
         self._loop.begin()

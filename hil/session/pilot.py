@@ -73,11 +73,20 @@ class Pilot:
     Args:
         gravity: whether the arm's weight is held; a robot whose joints are vertical has none to hold.
         proof: what an armed arm has to prove before the controller gets it.
+        force_axes: (3, 3), turns what the force sensor shows into the wrist's axes and N; as it is without them.
     """
 
     def __init__(
-        self, robot: Robot, limits: Limits, controller: Controller, *, gravity: bool = True, proof: Proof | None = None
+        self,
+        robot: Robot,
+        limits: Limits,
+        controller: Controller,
+        *,
+        gravity: bool = True,
+        proof: Proof | None = None,
+        force_axes: np.ndarray | None = None,
     ) -> None:
+        self._force_axes = np.eye(3) if force_axes is None else force_axes
         self.proof, self._proved_s = proof, 0.0
         self.robot, self.limits, self.controller, self.gravity = robot, limits, controller, gravity
         self._showing = controller if isinstance(controller, Showing) else None
@@ -220,7 +229,7 @@ class Pilot:
                         positions[motor] = {frame.data}
                 elif frame.identifier == _FORCE:
                     reading = unpack_reading(Group.FORCE, frame.data)
-                    self._force = np.array(reading[:3])
+                    self._force = self._force_axes @ np.array(reading[:3])
                     self._force_saturated = reading.status is not None and bool(reading.status.saturated_gauges)
                 elif frame.identifier in _PROPERTIES:
                     number, value = decode_value(frame.data)

@@ -5,6 +5,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from fmus.errors import MisfitError
 from fmus.files import write_atomically
 from hil.recording.frames import FRAMES_BLF, write_frames
@@ -67,7 +69,8 @@ def recorded_pilot(folder: Path) -> Pilot:
 def pilot_of(robot: Robot, settings: Settings) -> Pilot:
     """The pilot of a session with these settings."""
     controller, proof = settings.make_controller(), settings.make_proof()
-    return Pilot(robot, settings.limits, controller, gravity=settings.gravity, proof=proof)
+    axes = np.array(settings.force_axes)
+    return Pilot(robot, settings.limits, controller, gravity=settings.gravity, proof=proof, force_axes=axes)
 
 
 def _kept_summary(path: Path) -> Mapping[str, Any]:

@@ -26,6 +26,7 @@ _RANGES = {
     "left": ((-1.1, 0.5), (-1.05, 1.05), (-2.9, -0.05)),
 }
 _TORQUES, _RATE, _SPEED = (20.0, 15.0, 12.0), 2000.0, 1.5
+_AS_IT_IS = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 # A virtual robot shares the machine with the session, and stands still whenever the machine lets it: for so long it is
 # waited for, and let go after three times that.
 _VIRTUAL_PATIENCE_S = 0.02
@@ -38,7 +39,8 @@ class Settings:
     `bus` is what python-can takes; `gravity` whether the arm's weight must be held; stiffness in N.m/rad and damping in
     N.m.s/rad by joint are those of the posture that `hold` keeps, `source` the model of a controller `fmu`. With a `protocol` the session runs its trials: `shoulder`
     rad says how the emulated arm lies on the robot, `learning` how what its model lacks is learned. With `proof` an armed arm
-    first shows that it stands still and that each joint turns its way, under `proof_torque` N.m at most.
+    first shows that it stands still and that each joint turns its way, under `proof_torque` N.m at most. `force_axes` (3, 3) turns
+    what the force sensor shows into the wrist's axes, since how it is mounted, its signs and its scale are nowhere published.
     """
 
     bus: Mapping[str, Any]
@@ -54,6 +56,13 @@ class Settings:
     learning: Learning = Learning()
     proof: bool = False
     proof_torque: tuple[float, ...] = (4.0, 4.0, 3.0)
+    force_axes: tuple[tuple[float, ...], ...] = _AS_IT_IS
+
+    def __post_init__(self) -> None:
+        """Refuse axes of the force sensor that lose a direction."""
+        axes = np.array(self.force_axes, dtype=float) if {len(row) for row in self.force_axes} == {3} else np.zeros(3)
+        if axes.shape != (3, 3) or not np.all(np.isfinite(axes)) or abs(np.linalg.det(axes)) < 1e-6:
+            raise MisfitError("force_axes need three rows of three numbers that do not lie in a plane")
 
     def make_proof(self) -> Proof | None:
         """What the arm has to prove once it is armed; nothing if the settings do not ask for it."""
@@ -139,6 +148,7 @@ def settings_of_json(text: str) -> Settings:
     limits = document.pop("limits")
     joints = tuple(JointLimits(**_with_zones(joint)) for joint in limits.pop("joints"))
     document |= {name: tuple(document[name]) for name in ("stiffness", "damping", "proof_torque")}
+    document["force_axes"] = tuple(map(tuple, document.get("force_axes", _AS_IT_IS)))
     protocol = document.pop("protocol", None)
     trials = protocol_of_json(protocol) if protocol is not None else None
     learning = Learning(**document.pop("learning", {}))
@@ -148,7 +158,7 @@ def settings_of_json(text: str) -> Settings:
 def _settings(document: dict[str, Any], name: str, rate_hz: float) -> Settings:
     _known(document, ("bus", "robot", "limits", "joints", "controller", "learning"), name)
     robot, controller = document.get("robot", {}), document.get("controller", {})
-    _known(robot, ("side", "gravity", "shoulder", "proof", "proof_torque"), f"{name} [robot]")
+    _known(robot, ("side", "gravity", "shoulder", "proof", "proof_torque", "force_axes"), f"{name} [robot]")
     _known(controller, ("kind", "source", "stiffness", "damping"), f"{name} [controller]")
     side = robot.get("side", "right")
     if side not in proficio.HOME:
@@ -175,8 +185,9 @@ def _settings(document: dict[str, Any], name: str, rate_hz: float) -> Settings:
         wanted = document.get("learning", {})
         _known(wanted, [f.name for f in fields(Learning)], f"{name} [learning]")
         found = replace(found, learning=Learning(**wanted), shoulder=float(robot.get("shoulder", found.shoulder)))
+        rows = tuple(tuple(map(float, row)) for row in robot.get("force_axes", _AS_IT_IS))
         kind, source = str(controller.get("kind", "hold")), str(controller.get("source", ""))
-        return replace(found, controller=kind, source=source, **lists)
+        return replace(found, controller=kind, source=source, force_axes=rows, **lists)
     except MisfitError as error:
         raise MisfitError(f"{name}: {error}") from error
     except (TypeError, ValueError, IndexError) as error:
