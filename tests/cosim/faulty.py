@@ -1,5 +1,6 @@
 """FMUs that do something wrong, built from `fmus/faulty.c`: one for each fault; and what a process holds."""
 
+import gc
 import os
 import subprocess
 import zipfile
@@ -78,6 +79,7 @@ def faulty_fmu(folder: Path, fault: str) -> Path:
 
 
 def held() -> tuple[int, set[str]]:
-    """Number of open files and numbers of the child processes of this process."""
+    """Number of open files and numbers of the child processes of this process, without what waits to be collected."""
+    gc.collect()
     children = {pid for task in Path("/proc/self/task").iterdir() for pid in (task / "children").read_text().split()}
     return len(os.listdir("/proc/self/fd")), children

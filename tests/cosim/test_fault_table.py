@@ -1,6 +1,5 @@
 """The table of faults in the documentation is what happens."""
 
-import gc
 from pathlib import Path
 
 import pytest
@@ -13,7 +12,6 @@ def test_a_fault_ends_as_the_table_says_and_leaves_nothing_behind(fault: str, tm
     before = held()
     line = table({fault: observe(fault, tmp_path)}).removeprefix(HEAD)
     assert line in DOCUMENT.read_text()
-    gc.collect()
     assert held() == before  # no child is left, not even a dead one
     assert not (tmp_path.parent / "outside.txt").exists() and not (tmp_path / "run.parquet.unfinished").exists()
 

@@ -609,10 +609,21 @@ def test_heat_outlives_a_new_arming() -> None:
     assert arm.state.stopped is None
 
 
-@pytest.mark.parametrize("change", [{"joints": ()}, {"reduced": 1.0}, {"missing_comply": 16}, {"warm": 80.0}])
+@pytest.mark.parametrize(
+    "change", [{"joints": ()}, {"reduced": 1.0}, {"missing_comply": 16}, {"warm": 80.0}, {"warm": 75.0}]
+)
 def test_limits_that_contradict_themselves_are_refused(change: dict) -> None:
     with pytest.raises(MisfitError):
         replace(LIMITS, **change)
+
+
+def test_a_weak_joint_may_have_limits_far_below_one() -> None:
+    weak = replace(JOINT, torque=0.01, torque_rate=0.01, speed=0.01, margin=0.01, breakaway=0.01, continuous=0.01)
+    assert weak.breakaway == weak.continuous == 0.01
+
+
+def test_an_arm_may_be_let_go_as_soon_as_it_gives_way() -> None:
+    assert replace(LIMITS, missing_comply=15).missing_comply == LIMITS.missing_release
 
 
 def test_a_single_joint_is_an_arm_too() -> None:

@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+from itertools import pairwise
 from pathlib import Path
 
 from hil.recording.records import Flag, Kind
@@ -16,6 +17,8 @@ from hil.virtual.remote import Remote
 
 PATIENCE_S = 60.0
 RATE_HZ = 100
+# Rules that only a machine breaks that stands still for so long, in s.
+STALLED, STANDSTILL_S = {"watched", "on_time", "positions_answered"}, 0.028
 TRIES = 3
 
 
@@ -47,6 +50,14 @@ class Session:
         """Time in s from a moment to the first cycle that knew of the stop, and cycles from there to the last torque."""
         told = [at for at, abort in self.cycles() if abort]
         return (told[0] - moment_ns) * 1e-9, len(told)
+
+    def standstill_s(self) -> float:
+        """Longest time without a cycle, or without an answer of the robot."""
+        times = {
+            kind: [record.timed.time_ns for record in read_records(self.folder) if record.kind is kind]
+            for kind in (Kind.CYCLE, Kind.RECEIVED)
+        }
+        return max((after - before) * 1e-9 for found in times.values() for before, after in pairwise(found))
 
     def kill(self) -> None:
         """End it, whatever its state."""
