@@ -8,6 +8,7 @@ from typing import Any
 import can
 
 from fmus.errors import MisfitError
+from hil.bus.joined import join
 from hil.bus.messages import Frames, Messages
 from hil.bus.slcan import SlcanBus, SlcanVoice
 from hil.bus.socketcand import SocketcandBus
@@ -138,22 +139,37 @@ def open_wire(settings: Mapping[str, Any], torque_identifiers: frozenset[int], *
 
     Args:
         settings: what python-can takes, such as `{"interface": "socketcan", "channel": "can0"}`; `client = "python-can"`
-            takes its own clients also for the interfaces that have one here.
+            takes its own clients also for the interfaces that have one here. `also` is a list of further buses, each with the
+            `nodes` that are on it.
         beside: for a second wire to the same bus that need not hear anything; serial adapters have one reader only.
 
     Raises:
         MisfitError: if there is no such interface or channel.
     """
-    interface = str(settings.get("interface"))
-    name = f"{interface} {settings.get('channel', '')}".strip()
-    try:
-        bus = _open(interface, dict(settings), beside)
-    except (can.CanError, OSError, ValueError, TypeError, ImportError) as error:
-        known = ", ".join(sorted(can.VALID_INTERFACES))
-        raise MisfitError(f"bus {name!r} cannot be opened: {error}; interfaces are {known}") from error
-    wire = Wire(bus, torque_identifiers, name)
+    also = settings.get("also", [])
+    first = {key: value for key, value in settings.items() if key != "also"}
+    bus = join(_opened(first, beside), also, lambda table: _opened(table, beside))
+    wire = Wire(bus, torque_identifiers, " and ".join(map(_name, (first, *also))))
     wire.settings = dict(settings)
     return wire
+
+
+def _name(settings: Mapping[str, Any]) -> str:
+    return f"{settings.get('interface')} {settings.get('channel', '')}".strip()
+
+
+def _opened(settings: Mapping[str, Any], beside: bool) -> can.BusABC:
+    interface = settings.get("interface")
+    known = ", ".join(sorted(can.VALID_INTERFACES))
+    if interface is None:
+        raise MisfitError(f"[bus] names no interface; there are {known}")
+    try:
+        return _open(str(interface), dict(settings), beside)
+    except (can.CanError, OSError, ValueError, TypeError, ImportError) as error:
+        hint = (
+            "docs/can_setup.md says what it needs" if interface in can.VALID_INTERFACES else f"interfaces are {known}"
+        )
+        raise MisfitError(f"bus {_name(settings)!r} cannot be opened: {error}; {hint}") from error
 
 
 def _open(interface: str, settings: dict[str, Any], beside: bool) -> can.BusABC:
