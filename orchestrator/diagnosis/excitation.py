@@ -14,8 +14,10 @@ from orchestrator.models.smoothing import SmoothedTrial
 FOUND = 36.0
 # A site is blind if the data would show no more than this share of its effects.
 SHOWN = 0.5
-# An effect that does this share of what it does at another site is excited; noise that hides it hides it everywhere.
-AS_ELSEWHERE = 0.01
+# An effect that does this share (of power) of what it does at another site is excited; noise that hides it hides it everywhere.
+# A muscle that is never stimulated does nothing at all; what leaks out of the upper of two tanks does 0.002 to 0.005 of what
+# leaks out of the lower one, however they are driven.
+AS_ELSEWHERE = 0.001
 # Effects of a blind site that the next experiment should show.
 MOST_UNSEEN = 2
 # These act only beyond a level; a range that was never entered says nothing against the data.

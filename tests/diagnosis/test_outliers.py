@@ -45,6 +45,14 @@ def test_noise_alone_has_no_outliers_and_a_wrong_model_has_none_either(name: str
         assert without_outliers(trial, each, METRICS[name]) is trial
 
 
+@pytest.mark.parametrize("name", METRICS)
+def test_errors_that_bend_where_a_force_sets_in_hold_no_outliers(name: str) -> None:
+    trial, error, _ = case(0.0)
+    bent = error + 2000.0 * np.maximum(trial.time - 0.8, 0.0)[:, None]
+
+    assert without_outliers(trial, bent, METRICS[name]) is trial
+
+
 def test_what_happens_often_is_no_accident() -> None:
     trial, error, _ = case(0.0)
     metric: Metric = METRICS["white"]
