@@ -1,8 +1,10 @@
 """Diagnose a model: compare it, search for the missing effects, let held-out trials referee, give a verdict."""
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -38,6 +40,8 @@ __all__ = ["diagnose", "named_effects", "version_name"]
 # Clocks of inputs and outputs may differ by a sample: two standard deviations.
 CLOCK_SAMPLES = 0.5
 
+Found = TypeVar("Found")
+
 
 def diagnose(
     source: ModelicaModel,
@@ -56,6 +60,19 @@ def diagnose(
         MisfitError: if the data do not fit the model or hold no held-out trials.
         ComponentError: if the model itself cannot be simulated.
     """
+    # Two BLAS threads make the small factorisations of the fits about 100 times slower.
+    with threadpool_limits(limits=1, user_api="blas"):
+        return _diagnosed(source, measurements, effect_library() if cards is None else cards, workers, progress, work)
+
+
+def _diagnosed(
+    source: ModelicaModel,
+    measurements: MeasurementSet,
+    cards: Sequence[EffectCard],
+    workers: int,
+    progress: Progress,
+    work: Work | None,
+) -> Diagnosis:
     began = time.monotonic()
     system = source.compile()
     model = model_of(source, system)
@@ -66,33 +83,35 @@ def diagnose(
             f"{measurements.path} has no trials on one side; a diagnosis needs learning and held-out trials"
         )
     data = bind(measurements, model.inputs, model.outputs)
-    candidates, impossible = find_candidates(source, system, effect_library() if cards is None else cards)
-    # Two BLAS threads make the small factorisations of the fits about 100 times slower.
-    with threadpool_limits(limits=1, user_api="blas"):
-        plain = model.restricted(data.output_names)
-        extra = nuisances(system, measurements.tolerances, _clock_std(data))
-        searcher = Searcher(
-            base=source,
-            nominal=plain,
-            slots=free_slots(system),
-            candidates=tuple(candidates),
-            learning=_in_metric(source, plain, data, data.learning, nominal.noise_floor, extra),
-            workers=workers,
-            progress=progress,
-            work=work,
-        )
+    candidates, impossible = find_candidates(source, system, cards)
+    plain = model.restricted(data.output_names)
+    extra = nuisances(system, measurements.tolerances, _clock_std(data))
+    learning = _in_metric(source, plain, data, data.learning, nominal.noise_floor, extra)
+    searcher = Searcher(
+        base=source,
+        nominal=plain,
+        slots=free_slots(system),
+        candidates=tuple(candidates),
+        learning=learning,
+        workers=workers,
+        progress=progress,
+        work=work,
+    )
+    with _Aside(workers) as aside:
+        lacking = aside.begin(lambda: where_forces_lack(plain, learning))
+        later = aside.begin(lambda: _in_metric(source, plain, data, data.held_out, nominal.noise_floor, extra))
         path = searcher.run()
-        held_out = _in_metric(source, plain, data, data.held_out, nominal.noise_floor, extra)
-        referee = Referee(source, measurements, nominal, held_out, workers)
-        stages = searcher.trace.stages
-        base = stages[0].tangent.base
-        refereed = referee.judge(base, path, stages[-1].colour.scale, named_effects, progress)
-        if refereed.accepted:
-            searcher.try_kin(refereed.accepted[-1].refit)
-        scale = searcher.test_of(refereed.accepted[-1].refit if refereed.accepted else base).colour.scale
-        refereed = referee.reconsidered(refereed, base, searcher.trace.refitted, scale, named_effects, progress)
-        declared = all(data.levels[name].declared is not None for name in data.output_names)
-        found = conclude(nominal, refereed, referee, searcher, declared=declared, impossible=impossible)
+        held_out, (where, findings) = later(), lacking()
+    referee = Referee(source, measurements, nominal, held_out, workers)
+    stages = searcher.trace.stages
+    base = stages[0].tangent.base
+    refereed = referee.judge(base, path, stages[-1].colour.scale, named_effects, progress)
+    if refereed.accepted:
+        searcher.try_kin(refereed.accepted[-1].refit)
+    scale = searcher.test_of(refereed.accepted[-1].refit if refereed.accepted else base).colour.scale
+    refereed = referee.reconsidered(refereed, base, searcher.trace.refitted, scale, named_effects, progress)
+    declared = all(data.levels[name].declared is not None for name in data.output_names)
+    found = conclude(nominal, refereed, referee, searcher, declared=declared, impossible=impossible)
     best = refereed.accepted[-1].refit if refereed.accepted else None
     fitted = (
         best if best is not None and found.verdict in ("named", "ambiguous") else searcher.trace.stages[0].tangent.base
@@ -105,7 +124,6 @@ def diagnose(
     of_data += _on_outliers(data, (*searcher.learning.trials, *held_out.trials))
     found = replace(found, warnings=(*found.warnings, *of_data))
     found = replace(found, adjusted=adjusted, clock_shift_s=fitted.fit.shift)
-    where, findings = where_forces_lack(plain, searcher.learning)
     named = best if found.verdict in ("named", "ambiguous") else None
     outcomes = tried(found.ranking, searcher.trace, named, [entry.refit for entry in refereed.accepted])
     found = replace(found, where=tuple(where), findings=findings, tried=outcomes)
@@ -115,6 +133,24 @@ def diagnose(
         found = replace(found, latent_forces=unexplained_forces(plain, best, searcher.learning))
     found = with_next_experiment(found, searcher, best, scale)
     return replace(found, seconds=time.monotonic() - began)
+
+
+class _Aside:
+    """A thread for what a search does not wait for, in the gaps that it leaves; none for a single worker."""
+
+    def __init__(self, workers: int) -> None:
+        self._pool = ThreadPoolExecutor(1) if workers > 1 else None
+
+    def __enter__(self) -> "_Aside":
+        return self
+
+    def __exit__(self, *reason: object) -> None:
+        if self._pool is not None:
+            self._pool.shutdown(cancel_futures=True)
+
+    def begin(self, work: Callable[[], Found]) -> Callable[[], Found]:
+        """Begin work, and return what gives its result."""
+        return work if self._pool is None else self._pool.submit(work).result
 
 
 def _clock_std(data: BoundSet) -> float:

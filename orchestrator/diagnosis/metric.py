@@ -99,7 +99,7 @@ def coloured_metric(
             for j in range(len(own)):
                 covariance[i :: len(own), j :: len(own)] += np.diag(together[:, i, j])
     lower = linalg.cholesky(covariance, lower=True)
-    return Metric(stride, np.asfortranarray(linalg.solve_triangular(lower, np.eye(len(lower)), lower=True)))
+    return Metric(stride, np.asfortranarray(linalg.lapack.dtrtri(lower, lower=1)[0]))
 
 
 def waves(samples: int, count: int = WAVES) -> np.ndarray:
