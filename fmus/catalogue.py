@@ -33,13 +33,21 @@ class ModelicaModel:
         Raises:
             ModelicaError: if it cannot be compiled or uses an unsupported construct.
         """
-        key = f"{fingerprint(self.class_name, self.file)}-{_translator()}.json"
-        kept = cache_folder("systems") / key
+        kept = self._kept
         if kept.is_file():
             return from_bytes(kept.read_bytes())
         system = build_system(compile_class(self.class_name, self.file), self.class_name, self.description)
         write_atomically(kept, to_bytes(system))
         return system
+
+    @property
+    def is_compiled(self) -> bool:
+        """Whether the cache holds the symbolic form."""
+        return self._kept.is_file()
+
+    @property
+    def _kept(self) -> Path:
+        return cache_folder("systems") / f"{fingerprint(self.class_name, self.file)}-{_translator()}.json"
 
     @property
     def description(self) -> str:

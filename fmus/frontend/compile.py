@@ -35,12 +35,25 @@ def compile_class(model: str, file: Path | None = None) -> dict[str, Any]:
     """
     root = library_root()
     source = root / "FESArm" / "package.mo" if file is None else file
-    kept = cache_folder("dae") / f"{fingerprint(model, file)}.json"
+    kept = kept_dae(model, file)
     if kept.is_file():
         return json.loads(kept.read_text())
     lint_class(model, file, [root])
-    text = _compiled(model, source, root)
-    dae = json.loads(text)
+    return keep_dae(kept, _compiled(model, source, root))
+
+
+def kept_dae(model: str, file: Path | None) -> Path:
+    """Where the flat DAE of a class is kept."""
+    return cache_folder("dae") / f"{fingerprint(model, file)}.json"
+
+
+def keep_dae(kept: Path, text: str) -> dict[str, Any]:
+    """Check the units of a compiled class and keep it.
+
+    Raises:
+        ModelicaError: if they do not agree.
+    """
+    dae: dict[str, Any] = json.loads(text)
     check_units(dae)
     write_atomically(kept, text.encode())
     return dae

@@ -71,6 +71,16 @@ class EffectSet:
             return self._of_fmu
         return _extended_model(*self._key, self.signals, tuple(v.name for v in self.variables))
 
+    @property
+    def written(self) -> ModelicaModel:
+        """The extended class in a file of its own, not for an FMU.
+
+        Raises:
+            ModelicaError: if the base belongs to a package, which cannot be copied on its own.
+        """
+        base, _, name, parts = self._key
+        return _written(base, name, parts)
+
     @cached_property
     def _of_fmu(self) -> SymbolicModel:
         source = as_fmu(self.base)
@@ -161,10 +171,17 @@ _Key = tuple[ModelicaModel, str, str, tuple[tuple[str, str, str], ...]]
 # The many sets of a diagnosis share few classes. Not a cached_property, whose lock lets one thread compile at a time.
 @lru_cache(maxsize=KEPT)
 def _extended(base: ModelicaModel, content: str, name: str, parts: tuple[tuple[str, str, str], ...]) -> SymbolicSystem:
-    attachments = [Attachment(slot, class_name, {}, text) for slot, class_name, text in parts]
-    system = patched_model(base, name, attachments).compile()
-    check_attached(system, attachments)
+    system = _written(base, name, parts).compile()
+    check_attached(system, _attachments(parts))
     return system
+
+
+def _written(base: ModelicaModel, name: str, parts: Sequence[tuple[str, str, str]]) -> ModelicaModel:
+    return patched_model(base, name, _attachments(parts))
+
+
+def _attachments(parts: Sequence[tuple[str, str, str]]) -> list[Attachment]:
+    return [Attachment(slot, class_name, {}, text) for slot, class_name, text in parts]
 
 
 @lru_cache(maxsize=KEPT)

@@ -16,6 +16,7 @@ from orchestrator.diagnosis.adjusted import adjusted_parameters
 from orchestrator.diagnosis.advice import with_next_experiment
 from orchestrator.diagnosis.candidates import EffectSet, find_candidates, model_of
 from orchestrator.diagnosis.cards import EffectCard, effect_library
+from orchestrator.diagnosis.compile_ahead import compile_ahead
 from orchestrator.diagnosis.conclude import conclude
 from orchestrator.diagnosis.evidence import LearningData, Refit, fit_nominal, smoothed
 from orchestrator.diagnosis.left_open import with_open_questions
@@ -84,6 +85,8 @@ def _diagnosed(
         )
     data = bind(measurements, model.inputs, model.outputs)
     candidates, impossible = find_candidates(source, system, cards)
+    progress("compiling the model with each effect")
+    compile_ahead(source, candidates, workers)
     plain = model.restricted(data.output_names)
     extra = nuisances(system, measurements.tolerances, _clock_std(data))
     learning = _in_metric(source, plain, data, data.learning, nominal.noise_floor, extra)
