@@ -86,5 +86,8 @@ def residual_pictures(comparison: Comparison) -> list[Picture]:
         caption = f"Residual of {name} against each measured signal and its speed, all trials."
         pictures.append(Picture(figures.residual_against_state(comparison, name), caption))
     pictures += maps(comparison.where.get("state", []), "the error of free runs")
-    caption = "Residual by frequency, all trials; the dashed line is the noise floor if it were white."
+    caption = (
+        "Residual by frequency, all trials; the dashed line is the noise floor if it were white, grey is what the same samples"
+        " give in random order (95 %)."
+    )
     return [*pictures, Picture(figures.residual_spectrum(comparison), caption)]
