@@ -14,6 +14,9 @@ MOST_SAMPLES = 5000
 LINES = 7
 # Frequencies of the shapes suit a trial of 10 s; those of a slower machine's trial are lower in proportion.
 USUAL_S = 10.0
+# Shares of their range by which inputs are moved beside what the first trial does: an arm without a controller falls out of
+# the postures that were recorded when all its muscles are driven alike.
+BESIDE = (0.5, 0.2, 0.05)
 # How far a machine that only rested is moved out of rest, by the unit of its output.
 OUT_OF_REST = {"rad": 0.5}
 OUT_OF_REST_ELSE = 0.1
@@ -79,7 +82,32 @@ def menu(
             size = "full range" if share == 1.0 else "half the range"
             limits = "that keep the machine where it was" if amplitudes else "seen so far"
             found.append(Experiment(f"{name}, {size}", f"{words}, {size} of the inputs {limits}", time, inputs))
-    return found
+    return found if amplitudes else [*found, *_beside_the_first(variables, trials, time, ranges)]
+
+
+def _beside_the_first(
+    variables: Sequence[Variable],
+    trials: Sequence[SmoothedTrial],
+    time: np.ndarray,
+    ranges: Mapping[int, tuple[float, float]],
+) -> Iterator[Experiment]:
+    """The first trial again, with more on top of it: inputs that never moved one after another, else fast sines on all."""
+    first, moved = trials[0], driven(trials)
+    shapes = {name: shape for name, _, shape in _shapes(time, float(time[1] - time[0]))}
+    again = np.column_stack([np.interp(time, first.time - first.time[0], column) for column in first.inputs.T])
+    silent = [i for i in ranges if not moved[i]]
+    shape = shapes["one input at a time"] if silent else shapes["fast multisine"]
+    chosen = silent or list(ranges)
+    names = ", ".join(variables[i].name for i in chosen)
+    for share in BESIDE:
+        inputs = again.copy()
+        for place, i in enumerate(chosen):
+            smallest, largest = ranges[i]
+            more = share * (largest - smallest) * (shape(place, len(chosen)) - (0.0 if silent else 0.5))
+            inputs[:, i] = np.clip((smallest if silent else again[:, i]) + more, smallest, largest)
+        what = f"switch on {names}, one after another," if silent else f"add fast sines to {names},"
+        words = f"repeat the first trial and {what} by {share:.0%} of the range"
+        yield Experiment(f"first trial and {share:.0%} of {names}", words, time, inputs)
 
 
 def _ranges(variables: Sequence[Variable], trials: Sequence[SmoothedTrial]) -> dict[int, tuple[float, float]]:

@@ -54,8 +54,8 @@ class Explanation:
 class Plan:
     """The experiment to do next, and what is expected of it.
 
-    `separation` and `probability` are those of the pair that is told apart worst; `repeat` the same for a repetition of
-    the first trial. `considered` lists every experiment of the menu with its separation before refitting.
+    `separation` and `probability` are those of the pair that is told apart worst, without those (`alike`) that nothing
+    separates; `repeat` the same for a repetition of the first trial. `considered` lists every experiment of the menu with its separation before refitting.
     """
 
     experiment: Experiment
@@ -66,12 +66,13 @@ class Plan:
     considered: tuple[tuple[str, float], ...]
     names: tuple[str, ...]
     units: tuple[str, ...]
+    alike: tuple[tuple[str, str], ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """Return it as plain values; the inputs themselves are in `csv`."""
         return {
             "effects": list(self.members),
-            "do": self.experiment.do if self.probability >= HOPELESS else INSEPARABLE,
+            "do": self._do,
             "experiment": self.experiment.name,
             "duration_s": float(self.experiment.time[-1] - self.experiment.time[0]),
             "start_scale": self.experiment.start_scale,
@@ -87,6 +88,15 @@ class Plan:
             "repeat": {"separation": self.repeat[0], "probability_to_separate": self.repeat[1]},
             "considered": [{"experiment": name, "separation": value} for name, value in self.considered],
         }
+
+    @property
+    def _do(self) -> str:
+        if self.probability < HOPELESS:
+            return INSEPARABLE
+        kept = "; ".join(
+            f"{one} and {other} act alike in all of the menu and stay one class" for one, other in self.alike
+        )
+        return f"{self.experiment.do}; {kept}" if kept else self.experiment.do
 
     def csv(self) -> str:
         """The inputs as a table to play: time and one column for each input."""
@@ -123,9 +133,12 @@ def plan(explanations: Sequence[Explanation], learning: LearningData, scale: flo
         if runs is not None:
             rough[k] = min(_distance(a, b, learning) for a, b in combinations(runs, 2))
     shortlist = sorted((k for k in rough if k), key=lambda k: -rough[k])[:REFITTED]
-    scores = {k: _refitted(members, choices[k], learning) for k in (0, *shortlist) if k in rough}
-    if not scores:
+    pairs = {k: _refitted(members, choices[k], learning) for k in (0, *shortlist) if k in rough}
+    if not pairs:
         return None
+    separable = np.max(list(pairs.values()), axis=0) > NOTHING
+    scores = {k: float(each[separable].min(initial=np.inf)) if separable.any() else 0.0 for k, each in pairs.items()}
+    alike = [pair for pair, seen in zip(combinations(members, 2), separable, strict=True) if not seen]
     best = max(scores, key=lambda k: scores[k])
     repeat = scores.get(0, 0.0)
     return Plan(
@@ -137,6 +150,7 @@ def plan(explanations: Sequence[Explanation], learning: LearningData, scale: flo
         considered=tuple((choices[k].name, value) for k, value in rough.items()),
         names=tuple(v.name for v in members[0].model.inputs),
         units=tuple(v.unit for v in members[0].model.inputs),
+        alike=tuple((one.label, other.label) for one, other in alike) if separable.any() else (),
     )
 
 
@@ -218,12 +232,16 @@ def _amplitude(member: Explanation, column: int, learning: LearningData) -> floa
     return found
 
 
-def _refitted(members: Sequence[Explanation], experiment: Experiment, learning: LearningData) -> float:
-    """Separation of the pair that is told apart worst, each explanation refitted to the other's prediction."""
-    worst = np.inf
+def _refitted(members: Sequence[Explanation], experiment: Experiment, learning: LearningData) -> np.ndarray:
+    """Separation of each pair, the worse of two: each explanation refitted to the other's prediction.
+
+    The model as given is every effect at no size at all, so it only shows how far it is from them.
+    """
+    found = []
     for one, other in combinations(members, 2):
-        worst = min(worst, _imitated(one, other, experiment, learning), _imitated(other, one, experiment, learning))
-    return float(worst)
+        ways = [(a, b) for a, b in ((one, other), (other, one)) if len(a.values) or not len(b.values)]
+        found.append(min(_imitated(target, by, experiment, learning) for target, by in ways))
+    return np.array(found)
 
 
 def _imitated(target: Explanation, other: Explanation, experiment: Experiment, learning: LearningData) -> float:

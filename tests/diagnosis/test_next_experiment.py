@@ -9,7 +9,7 @@ from scipy.stats import norm
 
 from fmus.catalogue import ModelicaModel, find_modelica_model
 from fmus.symbolic.system import Variable
-from orchestrator.diagnosis.candidates import EffectSet, find_candidates
+from orchestrator.diagnosis.candidates import EffectSet, find_candidates, model_of
 from orchestrator.diagnosis.cards import effect_library
 from orchestrator.diagnosis.evidence import LearningData
 from orchestrator.diagnosis.menu import menu
@@ -162,3 +162,35 @@ def test_machine_at_rest_whose_model_has_more_outputs_than_were_measured_gets_an
 
     assert found is not None
     assert found.experiment.name != "repeat"
+
+
+def test_silent_muscle_is_switched_on_beside_what_the_first_trial_did() -> None:
+    """Where all inputs driven alike would lead away from what was recorded, the others do what is known to be safe."""
+    variables = [Variable("alpha_1", "1"), Variable("alpha_2", "1")]
+    inputs = np.column_stack([0.3 + 0.2 * np.sin(TIME), np.zeros(len(TIME))])
+    trial = SmoothedTrial(TIME, inputs, np.sin(TIME)[:, None], NOISE)
+
+    found = [e for e in menu(variables, [trial]) if e.name.startswith("first trial")]
+
+    assert len(found) == 3
+    for experiment in found:
+        np.testing.assert_allclose(experiment.inputs[:, 0], inputs[:, 0], atol=1e-12)
+        assert "switch on alpha_2" in experiment.do
+    low, high = inputs[:, 0].min(), inputs[:, 0].max()
+    peaks = [experiment.inputs[:, 1].max() for experiment in found]
+    np.testing.assert_allclose(peaks, low + np.array([0.5, 0.2, 0.05]) * (high - low))
+
+
+def test_the_model_as_given_is_told_from_an_effect_though_the_effect_can_be_none() -> None:
+    system = DRIVE.compile()
+    model, none = model_of(DRIVE, system), np.zeros(0)
+    members = [
+        Explanation("nothing added", model, none, none, none, explanation("viscous_friction", [0.05]).start),
+        explanation("viscous_friction", [0.05]),
+    ]
+
+    found = plan(members, learning(0.05 * np.sin(2 * TIME)))
+
+    assert found is not None
+    assert found.probability > 0.99
+    assert found.to_json()["do"] == found.experiment.do
