@@ -53,9 +53,9 @@ def hold(
     """Hold the arm where it is, and give way to whoever pushes."""
     from hil.session.session import Operator, run_session
 
-    out = folder or Path(tempfile.mkdtemp(prefix="session-", dir=_made(Path("recordings"))))
     with contextlib.ExitStack() as stack:
         settings = robot_of(virtual, bench, rate_hz, stack)
+        out = folder or Path(tempfile.mkdtemp(prefix="session-", dir=_made(Path("recordings"))))
         at_home, may_arm = (yes, yes) if virtual else (ask_home, ask_arm)
         operator = Operator(at_home, may_arm)
         document = run_session(settings, seconds, operator, out, dry_run=dry_run)

@@ -59,6 +59,7 @@ def test_which_robot_is_meant_has_to_be_said_and_cannot_be_both(
     result = CliRunner().invoke(hil, [*command, *robots])
     assert isinstance(result.exception, MisfitError)
     assert "say either --virtual or --bench FILE" in str(result.exception)
+    assert list(tmp_path.iterdir()) == [bench], "a session that never began leaves no folder"
 
 
 def test_what_is_asked_before_arming_names_the_robot(
