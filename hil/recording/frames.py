@@ -7,6 +7,7 @@ from pathlib import Path
 import can
 
 from fmus.errors import MisfitError
+from hil.recording.mf4 import write_mf4
 from hil.recording.records import Kind
 from hil.recording.replay import read_records
 
@@ -29,14 +30,10 @@ def write_frames(folder: Path, path: Path) -> int:
         raise MisfitError(
             f"{path}: frames are written as {', '.join(FORMATS)}, not as {ending or 'a file without ending'}"
         )
-    count = 0
     try:
         with tempfile.TemporaryDirectory(dir=path.parent) as scratch:
             whole = Path(scratch) / f"frames{ending}"
-            with can.Logger(str(whole)) as writer:
-                for message in _messages(folder):
-                    writer.on_message_received(message)
-                    count += 1
+            count = write_mf4(folder, whole) if ending == ".mf4" else _log(folder, whole)
             whole.replace(path)
     except OSError as error:
         raise MisfitError(f"{path} cannot be written: {error.strerror}") from error
@@ -44,6 +41,16 @@ def write_frames(folder: Path, path: Path) -> int:
         raise MisfitError(
             f"{path} needs a package that is not installed: {error}; pip install 'misfit-fmu[mf4]'"
         ) from error
+    return count
+
+
+def _log(folder: Path, path: Path) -> int:
+    """By python-can's writer for a format."""
+    count = 0
+    with can.Logger(str(path)) as writer:
+        for message in _messages(folder):
+            writer.on_message_received(message)
+            count += 1
     return count
 
 

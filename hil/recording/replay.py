@@ -21,8 +21,8 @@ class RecordedCycle:
     decided: tuple[Frame, ...]
 
 
-def read_records(folder: Path) -> Iterator[Record]:
-    """All records of a recording, in their order.
+def record_bytes(folder: Path) -> bytes:
+    """The records of a recording as they are on disk, without its head; the last one may be cut off.
 
     Raises:
         MisfitError: if there is no recording, or one of another kind.
@@ -34,10 +34,19 @@ def read_records(folder: Path) -> Iterator[Record]:
         raise MisfitError(f"{path} cannot be read: {error.strerror}; name the folder of a recording") from error
     if not data.startswith(MAGIC):
         raise MisfitError(f"{path} is no recording of this version; it should begin with {MAGIC.decode().strip()!r}")
+    return data[len(MAGIC) :]
+
+
+def read_records(folder: Path) -> Iterator[Record]:
+    """All records of a recording, in their order.
+
+    Raises:
+        MisfitError: if there is no recording, one of another kind, or a damaged one.
+    """
     try:
-        yield from unpack_records(data[len(MAGIC) :])
+        yield from unpack_records(record_bytes(folder))
     except ValueError as error:
-        raise MisfitError(f"{path} is damaged: {error}; what comes before is whole") from error
+        raise MisfitError(f"{folder / FRAMES} is damaged: {error}; what comes before is whole") from error
 
 
 def cycles_of(records: Iterator[Record]) -> Iterator[RecordedCycle]:

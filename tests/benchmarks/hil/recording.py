@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hil.codecs.frame import Frame, Timed
-from hil.recording.frames import FRAMES_BLF, write_frames
+from hil.recording.frames import write_frames
 from hil.recording.recorder import FRAMES
 from hil.recording.records import MAGIC, Kind, pack_frame
 from hil.recording.ring import Ring
@@ -91,13 +91,13 @@ def _add() -> int:
     return sum(_NUMBERS)
 
 
-def exports(data: bytes) -> tuple[float, bool]:
-    """CPU s that BLF takes for the records, and whether two exports are the same bytes."""
+def exports(data: bytes, ending: str) -> tuple[float, bool]:
+    """CPU s that a format takes for the records, and whether two exports are the same bytes."""
     with tempfile.TemporaryDirectory() as name:
         folder, files = Path(name), []
         (folder / FRAMES).write_bytes(MAGIC + data)
         worked = time.process_time()
         for _ in range(2):
-            write_frames(folder, folder / FRAMES_BLF)
-            files.append((folder / FRAMES_BLF).read_bytes())
+            write_frames(folder, folder / f"frames{ending}")
+            files.append((folder / f"frames{ending}").read_bytes())
         return 0.5 * (time.process_time() - worked), files[0] == files[1]
