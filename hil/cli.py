@@ -251,8 +251,11 @@ def robot_of(
 
 
 def stopped_by(document: Mapping[str, Any], virtual: bool) -> str:
-    """Lines that say why a session ended early, if it did; a virtual robot on a busy machine answers late."""
-    lines = "".join(f"stopped by {fault}\n" for fault in document["faults"])
+    """Lines that say what went wrong in a session, if anything did; a virtual robot on a busy machine answers late."""
+    lines = ""
+    if slow := document.get("slow_cycles", 0):
+        lines += f"the controller took more than half of the cycle {slow} times; 3 in a row halve its torque, 15 stop the arm\n"
+    lines += "".join(f"stopped by {fault}\n" for fault in document["faults"])
     late = [fault for fault in document["faults"] if fault.startswith(("positions_answered", "on_time"))]
     if virtual and late:
         lines += f"this machine is too busy for a virtual robot at {document['rate_hz']:g} Hz; try --rate 100\n"

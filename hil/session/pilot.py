@@ -18,6 +18,7 @@ from hil.safety.core import begin, step
 from hil.safety.cycle import Module, Outcome, Reaction, Seen, State, Trip
 from hil.safety.limits import Limits
 from hil.safety.motion import follow
+from hil.safety.rules import SLOW_SHARE
 from hil.session.controllers import Controller, Observed, Showing
 from hil.session.proof import Proof
 from hil.session.start_up import Robot
@@ -95,6 +96,8 @@ class Pilot:
         self.cycle = 0
         # Answers that did not come in time, and those of them that came later.
         self.missing_answers = self.late_answers = self.strange_frames = 0
+        # Decisions that took more than their share of the period, so that the next cycle began late or may have.
+        self.slow_cycles = 0
         self._owed = [0] * proficio.JOINTS
         self.listen_ns = int(LISTEN_SHARE * limits.period_ns)
         self.controller_error = ""
@@ -129,6 +132,7 @@ class Pilot:
 
     def decide(self, given: CycleInput) -> Decision:
         """Decide what to send."""
+        self.slow_cycles += given.computing_ns > SLOW_SHARE * self.limits.period_ns
         seen = self._seen(given, self._read(given))
         if self.state is None:
             positions = tuple(0.0 if q is None else q for q in seen.positions)

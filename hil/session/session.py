@@ -121,7 +121,7 @@ def _cycles(
         if armed and not pilot.is_armed:
             said = f" ({pilot.controller_error})" if pilot.controller_error else ""
             summary.faults.append(f"the arm could not be armed: {pilot.refused}{said}")
-        return _result(settings, summary, beats.missed, recorder, refused)
+        return {**_result(settings, summary, beats.missed, recorder, refused), "slow_cycles": pilot.slow_cycles}
 
 
 def _refuse_looser(wire: Wire, robot: Robot, limits: Limits) -> None:

@@ -12,6 +12,7 @@ import pytest
 from fmus.errors import MisfitError
 from hil.bus.gate import TORQUES
 from hil.bus.wire import Wire, open_wire
+from hil.cli import stopped_by
 from hil.codecs.barrett.safety_module import Button, Mode
 from hil.codecs.barrett.torques import pack_torques, unpack_torques
 from hil.codecs.frame import Frame, Timed
@@ -349,6 +350,24 @@ def test_a_busy_machine_does_not_look_like_a_slow_controller_where_time_is_virtu
 
     bench = Bench()
     assert bench.run(bench.pilot(Slow(count)), 100).faults == []
+
+
+def test_a_controller_that_takes_too_long_once_is_told_and_nothing_else() -> None:
+    bench, slow = Bench(), {300}
+
+    class Once(Passive):
+        def torque(self, observed: Observed) -> np.ndarray:
+            if bench.cycle in slow:
+                slow.remove(bench.cycle)
+                bench.sleep(0.0011)
+            return super().torque(observed)
+
+    pilot = bench.pilot(Once())
+    summary = bench.run(pilot, 600)
+
+    assert (pilot.slow_cycles, summary.faults) == (1, [])
+    words = stopped_by({"slow_cycles": 1, "faults": [], "rate_hz": 500.0}, True)
+    assert words.startswith("the controller took more than half of the cycle 1 times")
 
 
 def test_a_controller_that_takes_more_than_half_of_a_cycle_is_stopped() -> None:
