@@ -186,11 +186,13 @@ class Screener:
         hidden = [names.index(v.name) for v in model.residual.system.states]
         records = []
         for trial in self.learning.trials:
-            full = model.record(trial, parameters)
             inputs = model.residual_inputs(trial)
             zeros = np.zeros((len(trial.time), len(model.signals)))
-            parts = (full.start, full.start_std, full.start_low, full.start_high)
-            records.append(Record(trial.time, inputs, zeros, *(part[hidden] for part in parts)))
+            parts = [np.zeros(0)] * 4
+            if hidden:
+                full = model.record(trial, parameters)
+                parts = [part[hidden] for part in (full.start, full.start_std, full.start_low, full.start_high)]
+            records.append(Record(trial.time, inputs, zeros, *parts))
         return records, model.residual_substeps(self.learning.trials[0], parameters, records[0].start)
 
     def _weigh(self, series: np.ndarray) -> np.ndarray:

@@ -305,8 +305,8 @@ def points(effects: EffectSet) -> Iterator[tuple[np.ndarray, bool]]:
 def _hidden_start(model: SymbolicModel, trial: SmoothedTrial, parameters: np.ndarray) -> np.ndarray:
     """Start values of the states that are not measured."""
     assert model.residual is not None
-    names = [v.name for v in model.system.states]
-    return model.record(trial, parameters).start[[names.index(v.name) for v in model.residual.system.states]]
+    hidden, names = [v.name for v in model.residual.system.states], [v.name for v in model.system.states]
+    return model.record(trial, parameters).start[[names.index(name) for name in hidden]] if hidden else np.zeros(0)
 
 
 def _forces(

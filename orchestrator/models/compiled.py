@@ -25,6 +25,8 @@ SIMULATOR = Path(__file__).with_name("simulator.c")
 FLAGS = ("-fPIC", "-shared", "-std=c99", "-ffp-contract=off")
 # Generated code is long and runs once for each stage of a step; what loops over sensitivities is short and must be fast.
 FOR_MODELS, FOR_LOOPS = "-O1", "-O3"
+# Trials of which a model with delays remembers what it delays.
+KEPT_TRIALS = 8
 
 
 class _Function(ctypes.Structure):
@@ -66,6 +68,7 @@ class CompiledModel:
         self._free_positions = [names.index(name) for name in free]
         self.parameters = np.array([parameter.start for parameter in system.parameters], dtype=float)
         self._compiled: _MachineCode | None = None
+        self._histories: tuple[tuple[np.ndarray, np.ndarray, np.ndarray], ...] = ()
 
     def with_values(self, values: ArrayLike) -> np.ndarray:
         """Return the vector of all parameters with the free ones set to `values`."""
@@ -124,9 +127,18 @@ class CompiledModel:
         """Delayed quantities at the samples, the delay times, and their slopes in the free parameters."""
         if not self.system.n_delays:
             return np.zeros((1, 1)), np.zeros(1), np.zeros((1, 1))
-        sources, delays = self.system.history(time[None, :], inputs.T, ca.DM(parameters))
         slope = self._delay_jacobian(parameters).full()[:, self._free_positions]
-        return np.array(sources).T, np.array(delays)[:, 0], slope
+        _, delays = self.system.history(time[0], inputs[0], ca.DM(parameters))
+        return self._sources(time, inputs, parameters), delays.full()[:, 0], slope
+
+    def _sources(self, time: np.ndarray, inputs: np.ndarray, parameters: np.ndarray) -> np.ndarray:
+        """Delayed quantities (n, nd) at the samples; kept for the last trials, as they depend on no parameter."""
+        for known_time, known_inputs, known in self._histories:
+            if np.array_equal(known_time, time) and np.array_equal(known_inputs, inputs):
+                return known
+        found = np.ascontiguousarray(self.system.history(time[None, :], inputs.T, ca.DM(parameters))[0].full().T)
+        self._histories = (*self._histories[1 - KEPT_TRIALS :], (time.copy(), inputs.copy(), found))
+        return found
 
     @cached_property
     def _delay_jacobian(self) -> ca.Function:

@@ -77,6 +77,18 @@ def test_delayed_ramp_through_a_lag_follows_its_closed_form(delay: float) -> Non
     assert np.abs(y - expected).max() < 2e-6
 
 
+def test_runs_of_a_delayed_model_one_after_the_other_are_those_of_a_fresh_one() -> None:
+    model, inputs = CompiledModel(lag(), ["y"], ["tau", "delay"]), np.sin(9 * TIME)[:, None]
+
+    for delay in (0.1, 0.03):
+        for _ in range(2):  # of the same array with other values, too
+            fresh = CompiledModel(lag(), ["y"], ["tau", "delay"])
+            values = model.with_values([0.1, delay])
+            again, once = (m.run(TIME, inputs, values, np.zeros(1)).outputs for m in (model, fresh))
+            assert np.array_equal(again, once)
+            inputs[:] = np.cos(5 * inputs)
+
+
 def test_sensitivities_equal_central_differences_including_the_delay() -> None:
     model = CompiledModel(lag(0.1003), ["y"], ["tau", "delay"])
     inputs = np.sin(9 * TIME)[:, None]
