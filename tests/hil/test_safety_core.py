@@ -435,6 +435,7 @@ def test_torques_of_any_size_are_cut_beyond_speed_and_range(size: float) -> None
     assert braking_only(LIMITS, fast, (0.0, 0.0), (size, -size)) == (0.0, 0.0)
     beyond = Motion(PERIOD_S, (1.05, -1.05), (0.0, 0.0), (0, 0), (0, 0))
     assert inwards_only(LIMITS, beyond, (0.0, 0.0), (size, -size)) == (0.0, 0.0)
+    assert inwards_only(LIMITS, beyond, (0.0, 0.0), (-size, size)) == (-size, size)
 
 
 def test_at_its_very_limit_of_speed_a_joint_may_still_be_driven() -> None:
