@@ -6,12 +6,12 @@ from functools import cached_property
 
 import casadi as ca
 import numpy as np
-from scipy import linalg
 
 from orchestrator.blackbox.model import CoupledModel
 from orchestrator.diagnosis.evidence import Refit
 from orchestrator.models.compiled import CompiledModel, linear_answer
 from orchestrator.models.correction import PREFIX
+from orchestrator.models.exponential import exponentials
 from orchestrator.models.smoothing import Smoother, second_difference
 
 
@@ -111,8 +111,7 @@ class Response:
             time = self.base.records[trial].time
             a, b, c, d = self._jacobians(trial)
             middle = 0.5 * (a[1:] + a[:-1]) * np.diff(time)[:, None, None]
-            step = linalg.expm(middle) if a.shape[1] else np.zeros((len(time) - 1, 0, 0))
-            self._kept[trial] = _Linear(step, b, c, d)
+            self._kept[trial] = _Linear(exponentials(middle), b, c, d)
         return self._kept[trial]
 
     def _jacobians(self, trial: int) -> Sequence[np.ndarray]:

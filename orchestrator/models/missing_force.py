@@ -9,12 +9,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import expm
 from threadpoolctl import threadpool_limits
 
 from fmus.errors import MisfitError
 from orchestrator.gp.search import minimise
 from orchestrator.models.correction import PREFIX
+from orchestrator.models.exponential import exponentials
 from orchestrator.models.kalman import LinearSystem, States, filtered, smoothed
 from orchestrator.models.linearised import Along, Equations
 from orchestrator.models.smoothing import SmoothedTrial
@@ -244,7 +244,7 @@ class _Follower:
         flow = np.zeros((len(steps), m, m))
         flow[:, :nx, : nx + k] = linear.flow
         flow[:, force, speed], flow[:, speed, force], flow[:, speed, speed] = 1.0, -(rate**2), -2.0 * rate
-        step = expm(flow * steps[:, None, None])
+        step = exponentials(flow * steps[:, None, None])
         self._kept = linear, duration, step
         return step
 
