@@ -90,6 +90,10 @@ def diagnose(
         given = result.steps[0].comparison
         report = diagnosis_report(result, arm_replay(load_model(model), measurements, given)) if html_file else None
     show(diagnosis_table(result), quiet)
+    if experiment_file is not None and result.experiment_csv is None:
+        show(
+            f"{experiment_file} is not written: nothing is left open that an experiment of the menu would settle", quiet
+        )
     write_file(experiment_file, result.experiment_csv)
     write_json(json_file, result.to_json())
     write_file(html_file, report)

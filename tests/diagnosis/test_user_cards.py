@@ -80,10 +80,15 @@ def misfit(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
 def test_card_of_the_users_own_is_named_and_added_through_the_command_line(tmp_path: Path) -> None:
     cards, data, result = write_card(tmp_path / "cards"), swings(tmp_path / "data"), tmp_path / "diagnosis.json"
 
-    done = misfit("diagnose", "pendulum", data, "--cards", cards, "--json", result)
+    options = ("--json", result, "--experiment", tmp_path / "next.csv")
+
+    done = misfit("diagnose", "pendulum", data, "--cards", cards, *options)
     added = misfit("add", result, "--cards", cards, "--out", tmp_path)
 
     assert done.returncode == 0, done.stderr
+    # Nothing is left open, so there is no experiment to write down, and that is said.
+    assert "next.csv is not written: nothing is left open" in " ".join(done.stdout.split())
+    assert not (tmp_path / "next.csv").exists()
     effects = json.loads(result.read_text())["effects"]
     assert [effect["id"] for effect in effects] == ["eddy_brake"]
     assert effects[0]["parameters"]["b[1]"]["value"] == pytest.approx(TRUE_B, rel=0.05)
