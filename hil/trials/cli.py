@@ -90,8 +90,9 @@ def _operator(
     remote = stack.enter_context(Remote(int(bus["port"]))) if virtual else None
 
     def tell(trial: int, count: int, phase: Phase) -> None:
-        if words := words_of(trial, count, phase, confirm):
-            show(words, quiet)
+        # Not by rich: to load it takes 80 ms, in which the loop of this process gets its answers late.
+        if (words := words_of(trial, count, phase, confirm)) and not quiet:
+            click.echo(words)
         if remote is not None and phase in (Phase.ANNOUNCE, Phase.RETURN):
             remote.tell("hold" if phase is Phase.ANNOUNCE else "relax")
 
