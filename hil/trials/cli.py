@@ -47,7 +47,7 @@ def record(
 
     The arm of the model library is emulated: its muscles push through the robot, a person at the wrist pushes back.
     """
-    from hil.cli import robot_of, stopped_by
+    from hil.cli import robot_of
     from hil.emulation.anatomy import anatomy
     from hil.emulation.muscles import Muscles
     from hil.session.session import run_session
@@ -64,17 +64,29 @@ def record(
         document = run_session(settings, LONGEST_S, operator, folder)
     write_json(json_file, document)
     if json_file != "-":
-        whole = len(list(folder.glob("trial_*.parquet")))
-        show(
-            f"{document['cycles']} cycles at {document['rate_hz']:g} Hz, {document['missed']} missed,"
-            f" {document['answers_late']} answers late, {document['frames_lost']} lost\n"
-            + stopped_by(document, virtual)
-            + f"{whole} of {len(trials.trials)} trials recorded in {folder}"
-            + (f"; to go on: misfit compare arm {folder}" if whole else ""),
-            quiet,
-        )
+        show(said_of(document, len(trials.trials), folder, virtual), quiet)
     if document["faults"]:
         raise SystemExit(1)
+
+
+def said_of(document: Mapping[str, Any], count: int, folder: Path, virtual: bool) -> str:
+    """Lines on what came of a session of so many trials."""
+    from hil.cli import stopped_by
+
+    whole = len(list(folder.glob("trial_*.parquet")))
+    stopped = stopped_by(document, virtual)
+    hint = ""
+    if virtual and whole < count and document["answers_late"] and "try --rate" not in stopped:
+        hint = (
+            "; a late answer of the robot cuts the torque of the muscles, and with it the trial:"
+            " leave this machine less to do, or try --rate 100"
+        )
+    return (
+        f"{document['cycles']} cycles at {document['rate_hz']:g} Hz, {document['missed']} missed,"
+        f" {document['answers_late']} answers late, {document['frames_lost']} lost\n"
+        f"{stopped}{whole} of {count} trials recorded whole in {folder}{hint}"
+        + (f"; to go on: misfit compare arm {folder}" if whole else "")
+    )
 
 
 def _operator(

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from fmus.errors import MisfitError
 from hil.emulation.planar import Placement
 from hil.session.recorded import replay_session
+from hil.trials.cli import said_of
 from hil.trials.phases import PEAK, Course, Movement, Phase
 from hil.trials.protocol import Protocol, Trial, protocol_of_json, read_protocol
 from orchestrator.measurements.load import load_measurements
@@ -201,3 +202,18 @@ def test_what_was_learned_during_the_session_explains_its_residual(session: Sess
     later = (shown[:, names.index("trial")] == 2) & (shown[:, names.index("phase")] == Phase.STIMULATE)
     residual, learned = shown[later, names.index("residual2")], shown[later, names.index("learned2")]
     assert np.std(residual - learned) < 0.6 * np.std(residual)
+
+
+@pytest.mark.parametrize(
+    ("virtual", "late", "whole", "hint"),
+    [(True, 3, 1, True), (True, 3, 2, False), (True, 0, 1, False), (False, 3, 1, False)],
+)
+def test_a_trial_that_a_late_answer_of_a_virtual_robot_cut_is_explained(
+    virtual: bool, late: int, whole: int, hint: bool, tmp_path: Path
+) -> None:
+    for k in range(whole):
+        (tmp_path / f"trial_{k + 1:02d}.parquet").touch()
+    document = {"cycles": 9, "rate_hz": 500.0, "missed": 0, "answers_late": late, "frames_lost": 0, "faults": []}
+    words = said_of(document, 2, tmp_path, virtual)
+    assert f"{whole} of 2 trials recorded whole" in words
+    assert ("cuts the torque of the muscles" in words) is hint
