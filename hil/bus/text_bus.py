@@ -13,6 +13,7 @@ from typing import Protocol
 
 import can
 
+from hil.bus.error_frames import words_of
 from hil.codecs.can_text import Language
 from hil.codecs.frame import Frame
 from hil.errors import BusError, FrameError
@@ -68,7 +69,8 @@ class TextBus(can.BusABC):
                     if self._filters is None or self._matches_filters(_message(heard)):
                         return heard
                 elif isinstance(heard, can.Message) and heard.is_error_frame:
-                    raise BusError(f"an error is reported on the bus: {text.strip()}")
+                    words = f": {words_of(heard)}" if heard.arbitration_id else ""
+                    raise BusError(f"an error is reported on the bus: {text.strip()}{words}")
             # The first wait is the whole time; what is left of it needs to be known only if that brought nothing.
             now = time.monotonic()
             end = end or now + timeout_s

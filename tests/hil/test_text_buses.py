@@ -187,7 +187,9 @@ def test_an_error_of_the_bus_comes_after_the_frames_before_it() -> None:
         server.say(FRAME + b"< error 00000040 17.5 >")
         timed = wire.receive(PATIENCE_S)
         assert timed is not None and timed.frame == HEARD
-        with pytest.raises(BusError, match="socketcand can0: an error is reported on the bus: error 00000040 17.5"):
+        with pytest.raises(
+            BusError, match="socketcand can0: an error is reported on the bus: error 00000040 17.5: bus off"
+        ):
             wire.receive(PATIENCE_S)
         wire.close()
     with Server() as server, SocketcandBus(**own(server)) as bus:
