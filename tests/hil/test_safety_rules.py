@@ -86,6 +86,7 @@ def trip_of(rule: str, changes: dict[str, Any], limits: Limits = LIMITS) -> Trip
         ("follows_model", {"n_expected": (0.3, -0.3)}, PASS),
         ("follows_model", {"n_expected": (0.0, -0.301)}, COMPLY),
         ("follows_model", {"n_expected": (0.0, 0.0, 0.0)}, COMPLY),
+        ("follows_model", {"m_positions": (0.9, -0.9), "n_expected": (0.9, -0.9)}, PASS),
         ("calm", {"s_flips": ((1,) * 10, ())}, PASS),
         ("calm", {"s_flips": ((), (1,) * 11)}, COMPLY),
         ("module_agrees", {"n_module": Module.IDLE}, PASS),  # an arm that is not armed may be idle
