@@ -217,3 +217,10 @@ def test_score_says_whether_its_target_is_reached_and_whether_that_is_certain(
 def test_interval_of_a_share_is_wilsons(hits: int, n: int, low: float, high: float) -> None:
     """Third row: Newcombe, Statistics in Medicine 17 (1998), table I, method 3."""
     assert Share(hits, n).interval == (pytest.approx(low, abs=1e-3), pytest.approx(high, abs=1e-3))
+
+
+def test_interval_holds_its_share_for_any_counts() -> None:
+    for n in range(1, 200):
+        for hits in {0, 1, n - 1, n}:
+            low, high = Share(hits, n).interval
+            assert 0.0 <= low <= hits / n <= high <= 1.0

@@ -36,7 +36,9 @@ class Share:
             return 0.0, 1.0
         p, z2 = self.hits / self.n, Z95**2 / self.n
         middle, half = p + z2 / 2, Z95 * math.sqrt(p * (1 - p) / self.n + z2 / (4 * self.n))
-        return max(0.0, (middle - half) / (1 + z2)), min(1.0, (middle + half) / (1 + z2))
+        low, high = (middle - half) / (1 + z2), (middle + half) / (1 + z2)
+        # Of none or of all, rounding must not leave the share itself outside.
+        return min(p, max(0.0, low)), max(p, min(1.0, high))
 
     def __str__(self) -> str:
         """`8/10 = 80 % (49-94)`, or a dash without cases."""
