@@ -13,7 +13,7 @@ from hil.codecs.frame import Frame
 from hil.errors import BusError, FrameError
 from hil.safety.limits import JointLimits
 from hil.session.module_limits import looser_than
-from hil.session.start_up import ANSWER_S, FoundNode, Sleep, ask, scan, wake
+from hil.session.start_up import ANSWER_S, FoundNode, Sleep, ask, company, scan, wake
 
 # A cycle is tried so many times; its slowest tells whether a rate can be held.
 TRIES = 200
@@ -33,6 +33,9 @@ def check(wire: Wire, rate_hz: float, sleep: Sleep, joints: Sequence[JointLimits
     Raises:
         BusError: if the bus breaks.
     """
+    if (heard := company(wire)) is not None:
+        yield Finding(False, f"another program talks to this robot ({heard}); it is left alone, end that session first")
+        return
     try:
         nodes = scan(wire)
     except (MisfitError, FrameError) as error:

@@ -23,6 +23,9 @@ TRIES = 3
 # A node answers within 1 ms; the host itself may be busy, so those that did not are asked again with more patience.
 SCAN_S = (0.001, 0.010)
 AWAKE = 2
+# Another host's session, of 10 Hz or more, is heard within this time.
+COMPANY_S = 0.15
+_SENDER = 0x3E0
 # The module ignores this many velocities after the positions jump to those of home.
 VELOCITY_HISTORY = 5
 
@@ -61,6 +64,16 @@ class Robot:
     def joint_angles(self, counts: np.ndarray) -> np.ndarray:
         """Joint angles (3,) in rad from unwrapped counts (3,)."""
         return proficio.joint_angles(counts * (2 * math.pi / np.array(self.counts)))
+
+
+def company(wire: Wire) -> Frame | None:
+    """A frame of another host, to be heard before the own first one; None if nobody else talks to the robot."""
+    deadline = wire.now() + int(COMPANY_S * 1e9)
+    while (left := (deadline - wire.now()) * 1e-9) > 0:
+        timed = wire.receive(left)
+        if timed is not None and timed.frame.identifier & _SENDER == 0:
+            return timed.frame
+    return None
 
 
 def scan(wire: Wire) -> list[FoundNode]:
@@ -104,9 +117,11 @@ def start_up(wire: Wire, side: Side, sleep: Sleep, at_home: Callable[[], bool]) 
         at_home: asks the operator to put the arm on its stops, if it has not been zeroed; False ends the session.
 
     Raises:
-        MisfitError: if this is no Proficio, or the arm is not where it was said to be.
+        MisfitError: if this is no Proficio, the arm is not where it was said to be, or another host talks to it.
         BusError: if the bus or a node fails.
     """
+    if (heard := company(wire)) is not None:
+        raise MisfitError(f"{wire.name}: another program talks to this robot ({heard}); end its session first")
     nodes = scan(wire)
     motors = [node for node in nodes if node.number <= Node.LAST_MOTOR]
     if [node.number for node in motors] != [1, 2, 3] or any(node.kind is not Kind.MOTOR for node in motors):

@@ -15,12 +15,13 @@ from hil.bus.wire import Wire, open_wire
 from hil.cli import stopped_by
 from hil.codecs.barrett.safety_module import Button, Mode
 from hil.codecs.barrett.torques import pack_torques, unpack_torques
-from hil.codecs.frame import Frame, Timed
+from hil.codecs.frame import Frame, Timed, parse_frame
 from hil.errors import BusError
 from hil.recording.recorder import Recorder
 from hil.recording.records import MAGIC, RECORD, Flag
 from hil.recording.replay import Replayed, read_records, replay
 from hil.robots import proficio
+from hil.session.check import check
 from hil.session.controllers import Observed, Passive
 from hil.session.loop import Loop, Wishes
 from hil.session.pilot import Pilot
@@ -53,6 +54,26 @@ def test_start_up_wakes_the_motors_and_zeroes_the_arm_on_its_stops() -> None:
     counts = np.array([motor.counts for motor in bench.robot.motors])
     assert robot.joint_angles(counts) == pytest.approx(proficio.HOME["right"], abs=2e-4)
     assert bench.robot.safety.values["ZERO"] == 1
+
+
+@pytest.mark.parametrize("frame", ["401#AA0000000000C000", "404#30", "003#05"])
+def test_a_robot_that_another_host_talks_to_is_left_alone(frame: str) -> None:
+    """Waking, zeroing or idling its motors would drop the arm of the session that runs."""
+    bench = Bench()
+    hears = bench.bus.recv
+
+    def recv(timeout: float | None = None) -> can.Message | None:
+        if timeout:  # it talks while somebody waits
+            bench.bus.inject(parse_frame(frame))
+        return hears(timeout)
+
+    bench.bus.recv = recv  # type: ignore[method-assign]
+    with pytest.raises(MisfitError, match=f"another program talks to this robot \\({frame}\\); end its session first"):
+        bench.started()
+    assert bench.sent == []
+    (finding,) = check(bench.wire, 500.0, bench.sleep)
+    assert not finding.good and "another program talks" in finding.words
+    assert bench.sent == []
 
 
 def test_start_up_sends_no_torque() -> None:
