@@ -119,8 +119,7 @@ class Loop:
         start_ns = self.wire.now()
         if self.heart is not None:
             self.heart.beat(start_ns)
-        for frame in self.pilot.requests():
-            self.wire.send(frame)
+        self.wire.send(*self.pilot.requests())
         frames += self._answers(start_ns)
         recording = self.recorder is None or self.recorder.is_alive
         watched = self.heart is None or not self.heart.tripped_ns

@@ -8,7 +8,7 @@ import numpy as np
 from hil.bus.gate import TORQUE_IDENTIFIERS, TorqueGate
 from hil.codecs.barrett.force_torque import unpack_reading
 from hil.codecs.barrett.identifiers import Group, Node, answer_of, to_group, to_node
-from hil.codecs.barrett.positions import nearest_turn, unpack_positions
+from hil.codecs.barrett.positions import motor_counts, nearest_turn
 from hil.codecs.barrett.properties import decode_value, encode_request
 from hil.codecs.barrett.safety_module import Level, decode_mode, decode_pendant
 from hil.codecs.frame import Frame, Timed
@@ -264,7 +264,7 @@ class Pilot:
         """Take the position of a motor; not if two nodes answer differently in its name, or it makes no sense."""
         data, *others = answers
         try:
-            counts, before = unpack_positions(data).motor, self._counts[motor]
+            counts, before = motor_counts(data), self._counts[motor]
         except FrameError:
             self.strange_frames += 1
             return False

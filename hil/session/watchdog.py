@@ -36,7 +36,7 @@ def watch(heart: Heart, settings: Mapping[str, Any], limit_ns: int = LIMIT_NS, *
     A loop that was never alive is not watched: it has sent no torque. In a dry run there is none to take back either.
     """
     let_it_go = _stay_silent if dry_run else _let_go
-    wire = open_wire(settings, TORQUE_IDENTIFIERS)
+    wire = open_wire(settings, TORQUE_IDENTIFIERS, beside=True)
     parent = os.getppid()
     print("watching", flush=True)
     try:

@@ -7,6 +7,7 @@ import sys
 import time
 from pathlib import Path
 
+import can
 import pytest
 
 from hil.bus.gate import TORQUE_IDENTIFIERS
@@ -18,6 +19,7 @@ from hil.session.recorded import replay_session
 from hil.session.start_up import start_up
 from hil.session.watchdog import watchdog
 from hil.virtual.process import virtual_robot
+from hil.virtual.serial_adapter import SerialAdapter
 
 PATIENCE_S = 60.0
 
@@ -103,6 +105,24 @@ def test_the_watchdog_lets_the_arm_go_when_the_loop_falls_silent() -> None:
                 seen.add(str(timed.frame))
         assert seen == {"401#AA00000000000000", "404#880000000000"}
         wire.close()
+
+
+def test_the_watchdog_of_a_serial_adapter_leaves_the_loop_every_frame_and_still_lets_the_arm_go() -> None:
+    with SerialAdapter() as adapter:
+        settings = {"interface": "slcan", "channel": adapter.path}
+        with pytest.raises(RuntimeError), watchdog(settings) as heart:
+            wire = open_wire(settings, TORQUE_IDENTIFIERS)
+            adapter.recv(0.0)  # the commands of opening
+            heart.beat(time.monotonic_ns() + 10**12)
+            for k in range(1, 50):
+                adapter.send(can.Message(arbitration_id=k, is_extended_id=False))
+                time.sleep(0.002)  # the watchdog looks every millisecond
+                timed = wire.receive(PATIENCE_S)
+                assert timed is not None and timed.frame.identifier == k
+            wire.close()
+            raise RuntimeError("the session failed")
+        heard = {message.arbitration_id for message in iter(lambda: adapter.recv(0.1), None)}
+    assert {0x401, 0x404} <= heard
 
 
 def test_the_watchdog_lets_the_arm_go_when_a_session_ends_by_an_error() -> None:
