@@ -308,6 +308,8 @@ def test_what_stays_within_its_limit_does_not_stop_the_arm(drive: Drive) -> None
 
 def test_while_in_doubt_half_the_torque_is_left_and_then_all_again() -> None:
     arm = Arm().armed()
+    # Two cycles first: in one the torque could not grow further than to what is expected then.
+    arm.cycles(2, asked=(4.0, 0.0), support=(2.0, 0.0))
     assert arm.cycle(asked=(4.0, 0.0), support=(2.0, 0.0), warning=True).torques == pytest.approx((4.0, 0.0))
     assert arm.cycle(asked=(4.0, 0.0), support=(2.0, 0.0)).torques == pytest.approx((6.0, 0.0))
 
@@ -320,6 +322,22 @@ def test_giving_way_fades_what_was_asked_before_and_keeps_the_weight() -> None:
     assert half.torques == pytest.approx((1.0 + 0.5 * 4.0, 0.0), abs=1e-3)
     assert end.torques == pytest.approx((1.0, 0.0), abs=1e-3)
     assert not end.to_idle
+
+
+@pytest.mark.parametrize(("passed", "share_left"), [(PERIOD, 0.8), (2 * PERIOD, 0.6), (PERIOD // 2, 0.8)])
+def test_giving_way_takes_the_time_that_passes_and_a_period_at_least_each_cycle(passed: int, share_left: float) -> None:
+    arm = Arm().armed()
+    assert arm.state.fading == 1.0
+    for _ in range(10):
+        arm.cycle(time_ns=arm.now + passed, abort=True)
+    assert arm.state.reaction is Reaction.COMPLY
+    assert arm.state.fading == pytest.approx(share_left)  # of a ramp of 50 periods
+
+
+def test_what_is_worse_than_giving_way_leaves_nothing_of_what_was_asked() -> None:
+    arm = Arm().armed()
+    arm.cycle(asked=(math.nan, 0.0))
+    assert (arm.state.reaction, arm.state.fading) == (Reaction.SUPPORT, 0.0)
 
 
 def test_giving_way_damps_the_motion() -> None:
@@ -356,7 +374,69 @@ def test_the_first_reason_stays_unless_a_worse_one_comes() -> None:
     assert arm.state.stopped.rule == "alone_on_the_bus"
 
 
+@pytest.mark.parametrize(
+    ("support", "held"), [((math.nan, 1.0), (0.0, 1.0)), ((1.0,), (1.0, 0.0)), ((-math.inf, 2.0, 3.0), (0.0, 2.0))]
+)
+def test_a_weight_that_is_no_number_is_none(support: tuple[float, ...], held: tuple[float, float]) -> None:
+    arm = Arm().armed()
+    outcome = arm.cycle(support=support)
+    assert outcome.torques == (0.0, 0.0)
+    assert arm.state.active == tuple(-weight for weight in held)  # none was sent
+
+
+# --- what is remembered
+
+
+def _swing(arm: Arm, size: float, halves: int) -> None:
+    """Let the second joint's torque change its sign every four cycles."""
+    for k in range(4 * halves):
+        arm.cycle(asked=(0.0, size * (-1) ** (k // 4)))
+
+
+@pytest.mark.parametrize(("size", "stopped"), [(0.1, False), (4.9, False), (5.0, False), (5.1, True)])
+def test_only_swings_beyond_half_the_torque_are_an_oscillation(size: float, stopped: bool) -> None:
+    arm = Arm().armed()
+    _swing(arm, size, 40)
+    assert (arm.state.stopped is not None and arm.state.stopped.rule == "calm") == stopped
+
+
+def test_a_change_of_sign_is_forgotten_after_exactly_a_second() -> None:
+    arm = Arm().armed()
+    _swing(arm, 6.0, 2)
+    [flip] = arm.state.flips[1]
+    while arm.now < flip + 10**9 - PERIOD:
+        arm.cycle()
+    assert arm.state.flips[1] == (flip,)
+    arm.cycle()
+    assert (arm.now, arm.state.flips[1]) == (flip + 10**9, ())
+
+
+def test_heat_follows_the_square_of_the_torque_in_its_own_time() -> None:
+    arm = Arm(replace(LIMITS, thermal_s=2.0)).armed()
+    arm.cycles(400, support=(4.0, 0.0))
+    # h' = (0.8^2 - h)/2 s by backward Euler over 400 cycles of 2 ms
+    assert arm.state.heat == pytest.approx((0.64 * (1.0 - (1.0 + PERIOD_S / 2.0) ** -400), 0.0), rel=1e-9)
+
+
+@pytest.mark.parametrize(("torque", "speed", "stopped"), [(2.0, 0.0, True), (1.9, 0.0, False), (2.0, 0.05, False)])
+def test_only_a_joint_that_presses_with_all_it_may_and_rests_can_pinch(
+    torque: float, speed: float, stopped: bool
+) -> None:
+    arm = Arm().armed()
+    _creep(arm, 0.85, joint=1)
+    for k in range(100):
+        position = 0.85 + speed * k * PERIOD_S + 1e-6 * (k % 2)
+        arm.cycle(positions=(0.0, position), support=(0.0, torque if k >= 40 else 0.0))
+    assert (arm.state.stopped is not None and arm.state.stopped.rule == "unpinched") == stopped
+
+
 # --- limiters
+
+
+def test_only_limiters_that_cut_are_named() -> None:
+    arm = Arm().armed()
+    assert arm.cycle(asked=(1.0, 1.0)).limited == ()
+    assert arm.cycle(asked=(9.0, 1.0)).limited == ("torque_rate",)
 
 
 def _moving(arm: Arm, speed: float, **seen: object) -> None:
