@@ -411,6 +411,36 @@ def test_a_change_of_sign_is_forgotten_after_exactly_a_second() -> None:
     assert (arm.now, arm.state.flips[1]) == (flip + 10**9, ())
 
 
+def test_a_change_of_sign_exactly_a_second_after_another_is_the_only_one() -> None:
+    arm = Arm().armed()
+    _swing(arm, 6.0, 2)
+    [flip] = arm.state.flips[1]
+    while arm.now < flip + 10**9 - 2 * PERIOD:
+        arm.cycle(asked=(0.0, -6.0))
+    arm.cycles(2, asked=(0.0, 6.0))  # by its rate the torque needs two cycles to turn round
+    assert arm.state.flips[1] == (flip + 10**9,)
+
+
+def test_repeated_forces_are_counted_and_forgotten() -> None:
+    arm, counts = Arm().armed(), []
+    for force in ((1.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 0.0, 0.0), (2.0, 0.0, 0.0), (2.0, 0.0, 0.0), None):
+        arm.cycle(force=force)
+        counts.append(arm.state.force_still)
+    assert counts == [0, 1, 2, 0, 1, 0]
+
+
+@pytest.mark.parametrize(
+    ("torque", "speed", "counted"), [(2.0, 0.0, 6), (0.99 * 2.0, 0.0, 6), (1.97, 0.0, 0), (2.0, 0.02, 0)]
+)
+def test_cycles_are_counted_in_which_a_joint_just_presses_and_rests(torque: float, speed: float, counted: int) -> None:
+    arm = Arm().armed()
+    assert arm.state.pinched == begin(LIMITS, 0, (0.0, 0.0)).pinched == (0, 0)
+    here = Motion(PERIOD_S, (0.0, 0.85), (0.0, speed), (0, 0), (0, 0))
+    arm.state = arm.state._replace(motion=here, pinched=(0, 5))
+    arm.cycle(positions=(0.0, None), support=(0.0, torque))  # no answer: position and speed stay what they were
+    assert arm.state.pinched == (0, counted)
+
+
 def test_heat_follows_the_square_of_the_torque_in_its_own_time() -> None:
     arm = Arm(replace(LIMITS, thermal_s=2.0)).armed()
     arm.cycles(400, support=(4.0, 0.0))
