@@ -95,6 +95,7 @@ class Loop:
         self.summary.lateness.add(self._late_ns)
         self._cycle(wish)
         self.summary.cycles += 1
+        self._tally()
         trip = self.pilot.stopped
         if trip is None or not self.pilot.is_armed or (self._letting_down and trip.rule == not_aborted.__name__):
             return
@@ -110,8 +111,12 @@ class Loop:
                 self.beat(Wishes(abort=True))
         finally:
             self._cycle(Wishes(abort=True, over=True))
-            self.summary.answers_late = self.pilot.late_answers
-            self.summary.frames_lost = self.pilot.missing_answers - self.pilot.late_answers
+            self._tally()
+
+    def _tally(self) -> None:
+        """Count answers in every cycle: a bus that breaks in the last one must not leave them uncounted."""
+        self.summary.answers_late = self.pilot.late_answers
+        self.summary.frames_lost = self.pilot.missing_answers - self.pilot.late_answers
 
     def _cycle(self, wish: Wishes) -> None:
         # What waits on the bus answers an earlier question; what comes after this moment answers this one.

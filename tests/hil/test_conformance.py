@@ -3,8 +3,7 @@
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
-from typing import Any
+from contextlib import closing, contextmanager
 
 import can
 import pytest
@@ -51,24 +50,15 @@ def wire_to_a_robot(kind: str, client: str) -> Iterator[tuple[can.BusABC, Wire]]
     if kind == "socketcand":
         server = SocketcandServer(robot())
         settings = {"interface": "socketcand", "host": "127.0.0.1", "port": server.port, "channel": "can0"}
-        with serving(server), opened({**settings, "client": client}) as wire:
+        with serving(server), closing(open_wire({**settings, "client": client}, frozenset())) as wire:
             yield wire.bus, wire
         return
     far: can.BusABC = SerialAdapter() if kind == "slcan" else can.Bus(interface="virtual", channel="conformance")
     with far:
         path = far.path if isinstance(far, SerialAdapter) else "conformance"
         settings = {"interface": kind, "channel": path, "client": client}
-        with serving(BusServer(robot(), far)), opened(settings) as wire:
+        with serving(BusServer(robot(), far)), closing(open_wire(settings, frozenset())) as wire:
             yield wire.bus, wire
-
-
-@contextmanager
-def opened(settings: dict[str, Any]) -> Iterator[Wire]:
-    wire = open_wire(settings, frozenset())
-    try:
-        yield wire
-    finally:
-        wire.close()
 
 
 @pytest.mark.parametrize(("kind", "client"), CLIENTS)
@@ -98,7 +88,7 @@ def test_a_client_may_join_while_others_speak(client: str) -> None:
     """Frames glued to the last `< ok >` would end python-can's handshake; one without data would end it later."""
     server = SocketcandServer(robot())
     settings = {"interface": "socketcand", "host": "127.0.0.1", "port": server.port, "channel": "can0"}
-    with serving(server), opened(settings) as talker:
+    with serving(server), closing(open_wire(settings, frozenset())) as talker:
         done = threading.Event()
 
         def talk() -> None:
@@ -111,7 +101,7 @@ def test_a_client_may_join_while_others_speak(client: str) -> None:
         thread.start()
         try:
             for _ in range(5):
-                with opened({**settings, "client": client}) as wire:
+                with closing(open_wire({**settings, "client": client}, frozenset())) as wire:
                     heard = {timed.frame for timed in (wire.receive(PATIENCE_S) for _ in range(20)) if timed}
                     assert heard == {Frame(0x123, b""), Frame(0x404, b"\x30")}
         finally:

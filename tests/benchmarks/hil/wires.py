@@ -12,7 +12,7 @@ import sys
 import time
 import tty
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -49,7 +49,7 @@ class Speed:
 
 def speed(kind: str, client: str, frames: int, trips: int) -> Speed:
     """Measure one client."""
-    with _peer(kind, 0) as settings, _opened({**settings, "client": client}) as wire:
+    with _peer(kind, 0) as settings, closing(open_wire({**settings, "client": client}, frozenset())) as wire:
 
         def trip() -> None:
             wire.send(QUESTION)
@@ -57,7 +57,10 @@ def speed(kind: str, client: str, frames: int, trips: int) -> Speed:
                 raise TimeoutError(f"{kind}: no answer within 1 s")
 
         found = _trips(trip, trips)
-    with _peer(kind, frames // _GLUED) as settings, _opened({**settings, "client": client}) as wire:
+    with (
+        _peer(kind, frames // _GLUED) as settings,
+        closing(open_wire({**settings, "client": client}, frozenset())) as wire,
+    ):
         wire.send(QUESTION)
         wire.receive(1.0)
         began, worked = time.perf_counter(), time.process_time()
@@ -116,7 +119,7 @@ def conformance() -> Iterator[tuple[str, list[str]]]:
     bus.shutdown()
     for kind, robot in (("socketcand", virtual_robot), ("slcan", _robot_behind_an_adapter)):
         for client in CLIENTS:
-            with robot() as settings, _opened({**settings, "client": client}) as wire:
+            with robot() as settings, closing(open_wire({**settings, "client": client}, frozenset())) as wire:
                 yield f"{kind} by {client}", _wrong(wire)
 
 
@@ -141,15 +144,6 @@ def _trips(trip: Callable[[], None], count: int) -> tuple[float, float]:
         times.append(time.perf_counter_ns() - began)
     p50, p99 = np.percentile(np.array(times) * 1e-3, [50, 99])
     return float(p50), float(p99)
-
-
-@contextmanager
-def _opened(settings: dict[str, Any]) -> Iterator[Wire]:
-    wire = open_wire(settings, frozenset())
-    try:
-        yield wire
-    finally:
-        wire.close()
 
 
 @contextmanager
