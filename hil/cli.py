@@ -3,6 +3,7 @@
 import contextlib
 import sys
 import tempfile
+import termios
 import time
 from collections.abc import Mapping
 from pathlib import Path
@@ -38,6 +39,13 @@ def hil() -> None:
     help="Where to record; default: a new folder in ./recordings.",
 )
 @click.option("--dry-run", is_flag=True, help="Decide and record everything, send no torque.")
+@click.option(
+    "--reconnect",
+    "patience_s",
+    metavar="S",
+    type=click.FloatRange(0.1),
+    help="Where the bus breaks, wait up to so many seconds for it and begin anew; the arm has to be armed again.",
+)
 @json_option
 @quiet_option
 def hold(
@@ -47,18 +55,32 @@ def hold(
     rate_hz: float,
     folder: Path | None,
     dry_run: bool,
+    patience_s: float | None,
     json_file: str | None,
     quiet: bool,
 ) -> None:
     """Hold the arm where it is, and give way to whoever pushes."""
+    from hil.session.again import keep_on
     from hil.session.session import Operator, run_session
 
+    if virtual and patience_s is not None:
+        raise MisfitError(
+            "--reconnect needs --bench FILE: a virtual robot that --virtual brings along ends with its bus"
+        )
     with contextlib.ExitStack() as stack:
         settings = robot_of(virtual, bench, rate_hz, stack)
         out = folder or Path(tempfile.mkdtemp(prefix="session-", dir=_made(Path("recordings"))))
         at_home, may_arm = (yes, yes) if virtual else (ask_home, ask_arm)
-        operator = Operator(at_home, may_arm)
-        document = run_session(settings, seconds, operator, out, dry_run=dry_run)
+
+        def run(into: Path) -> dict[str, Any]:
+            return run_session(settings, seconds, Operator(at_home, may_arm), into, dry_run=dry_run)
+
+        def tell(words: str) -> None:
+            click.echo(words, err=True)
+
+        document = (
+            run(out) if patience_s is None else keep_on(run, out, settings.bus, patience_s, tell, dry_run=dry_run)
+        )
     write_json(json_file, document)
     if json_file != "-":
         late = document["lateness_us"]
@@ -67,6 +89,7 @@ def hold(
             f" {document['answers_late']} answers late, {document['frames_lost']} lost\n"
             f"late by {late['p50']} us (median), {late['p99']} us (99 %), {late['max']} us (at most)\n"
             + "".join(f"not permitted here: {words}; cycles may be late\n" for words in document["not_permitted"])
+            + "".join(f"broken off: {each['fault']}\n" for each in document.get("breaks", []))
             + stopped_by(document, virtual)
             + f"recorded in {document['recording']}",
             quiet,
@@ -279,5 +302,12 @@ def ask_home() -> bool:
 def ask_arm(robot: "Robot") -> bool:
     if not sys.stdin.isatty():
         raise MisfitError("arming needs somebody at a terminal who confirms it")
+    _forget_typed()
     words = f"A real Proficio, mounted on the {robot.side}, is on this bus. Type ARM to switch its torques on"
     return click.prompt(words, default="", show_default=False) == "ARM"
+
+
+def _forget_typed() -> None:
+    """What was typed before a question is no answer to it."""
+    with contextlib.suppress(OSError, termios.error):
+        termios.tcflush(sys.stdin.fileno(), termios.TCIFLUSH)

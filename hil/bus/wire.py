@@ -19,9 +19,6 @@ from hil.errors import BusError
 # python-can's client writes to the terminal whenever a frame arrives in two parts, which is no news.
 logging.getLogger("can.interfaces.socketcand").setLevel(logging.ERROR)
 
-# A wire that broke is tried so often, first after so long and then after twice as long each time.
-ATTEMPTS, PATIENCE_S = 5, 0.2
-
 Tap = Callable[[Timed, bool], None]
 
 # Ours unless the settings say `client = "python-can"`.
@@ -47,37 +44,6 @@ class Wire:
         self.bus, self.torque_identifiers, self.name, self.now = bus, torque_identifiers, name, now
         self._frames: Frames = bus if isinstance(bus, TextBus) else Messages(bus)
         self.tap: Tap = _nobody
-        # What `again` opens.
-        self.settings: Mapping[str, Any] | None = None
-
-    def again(
-        self, sleep: Callable[[float], None] = time.sleep, alive: "Callable[[Wire], bool] | None" = None
-    ) -> "Wire":
-        """Close a wire that broke and open it anew, with more and more patience; its tap goes along.
-
-        A session does not do this by itself: after a break nothing is known of the arm, which has to be started up and armed
-        again.
-
-        Args:
-            alive: whether the new wire works; that it could be opened is enough without it.
-
-        Raises:
-            BusError: if that does not succeed, or the wire was not opened by its settings.
-        """
-        self.close()
-        for attempt in range(ATTEMPTS):
-            sleep(PATIENCE_S * 2**attempt)
-            if self.settings is None:
-                break
-            try:
-                wire = open_wire(self.settings, self.torque_identifiers)
-            except MisfitError:
-                continue
-            if alive is None or alive(wire):
-                wire.tap = self.tap
-                return wire
-            wire.close()
-        raise BusError(f"{self.name}: could not be reached again in {ATTEMPTS} attempts; look at cable and power")
 
     def send(self, *frames: Frame) -> None:
         """Put frames on the bus; several at once where it can.
@@ -149,9 +115,7 @@ def open_wire(settings: Mapping[str, Any], torque_identifiers: frozenset[int], *
     also = settings.get("also", [])
     first = {key: value for key, value in settings.items() if key != "also"}
     bus = join(_opened(first, beside), also, lambda table: _opened(table, beside))
-    wire = Wire(bus, torque_identifiers, " and ".join(map(_name, (first, *also))))
-    wire.settings = dict(settings)
-    return wire
+    return Wire(bus, torque_identifiers, " and ".join(map(_name, (first, *also))))
 
 
 def _name(settings: Mapping[str, Any]) -> str:

@@ -15,6 +15,7 @@ from fmus.errors import ComponentError, MisfitError
 from hil.bus.gate import TORQUE_IDENTIFIERS
 from hil.bus.wire import Wire, open_wire
 from hil.codecs.barrett.identifiers import Node
+from hil.errors import BusError
 from hil.recording.recorder import Recorder
 from hil.safety.limits import Limits
 from hil.session.controllers import Ending
@@ -49,6 +50,10 @@ class Operator:
     watch: Callable[[Pilot, Decision], None] = lambda pilot, decision: None
 
 
+class BrokenSession(BusError):
+    """A bus that broke while a session was cycling, without anybody having stopped it; what was recorded is finished."""
+
+
 def run_session(
     settings: Settings, seconds: float, operator: Operator, folder: Path | None, *, dry_run: bool = False
 ) -> dict[str, Any]:
@@ -58,7 +63,8 @@ def run_session(
 
     Raises:
         MisfitError: if the bus, the robot or the settings do not fit.
-        ComponentError: if the bus breaks, or records are lost.
+        BrokenSession: if the bus breaks while nobody has stopped the session.
+        ComponentError: if it breaks otherwise, or records are lost.
     """
     # The button outlives the loop: while files are written it says that the arm has been let go. So do the handlers of
     # signals: an impatient second Ctrl-C must not leave half of the files.
@@ -71,7 +77,9 @@ def run_session(
             if folder is None or not (is_new and (folder / ROBOT).exists()):
                 raise
             finish_session(folder, {**_nothing(settings), "faults": [str(error)], "recording": str(folder)})
-            raise ComponentError(f"{error}; what was recorded until then is in {folder}") from error
+            was_running = isinstance(error, BusError) and not operator.abort.is_set() and not stop.is_pressed
+            kind = BrokenSession if was_running else ComponentError
+            raise kind(f"{error}; what was recorded until then is in {folder}") from error
         if folder is not None:
             finish_session(folder, document)
     return document

@@ -35,7 +35,7 @@ def watch(heart: Heart, settings: Mapping[str, Any], limit_ns: int = LIMIT_NS, *
 
     A loop that was never alive is not watched: it has sent no torque. In a dry run there is none to take back either.
     """
-    let_it_go = _stay_silent if dry_run else _let_go
+    let_it_go = _stay_silent if dry_run else let_the_arm_go
     wire = open_wire(settings, TORQUE_IDENTIFIERS, beside=True)
     parent = os.getppid()
     print("watching", flush=True)
@@ -57,7 +57,12 @@ def watch(heart: Heart, settings: Mapping[str, Any], limit_ns: int = LIMIT_NS, *
         wire.close()
 
 
-def _let_go(wire: Wire) -> None:
+def let_the_arm_go(wire: Wire) -> None:
+    """Say no torque, and idle, so often that it is heard.
+
+    Raises:
+        BusError: if the bus does not take it.
+    """
     for _ in range(REPEATS):
         for frame in let_go():
             wire.send_decided(frame)

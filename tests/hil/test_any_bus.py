@@ -20,7 +20,6 @@ from hil.bus.gate import TORQUE_IDENTIFIERS
 from hil.bus.wire import open_wire
 from hil.cli import stopped_by
 from hil.codecs.frame import Frame
-from hil.errors import BusError
 from hil.robots import proficio
 from hil.session.check import check
 from hil.session.start_up import start_up
@@ -74,50 +73,6 @@ def test_a_robot_starts_up_over_any_bus_and_is_found_to_be_well(
             assert [words for words in wrong if "too slow" not in words] == []
         finally:
             wire.close()
-
-
-class Flaky(can.BusABC):
-    """A bus that breaks, and is well again."""
-
-    broken = False
-
-    def __init__(self, **_: Any) -> None:
-        super().__init__(channel="flaky")
-
-    def send(self, msg: can.Message, timeout: float | None = None) -> None:
-        if Flaky.broken:
-            raise can.CanOperationError("bus off")
-
-    def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
-        return None, False
-
-
-def test_a_wire_that_broke_is_joined_again_when_the_bus_is_well(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(can, "Bus", Flaky)
-    monkeypatch.setattr(Flaky, "broken", False)
-    wire, told = open_wire({"interface": "virtual"}, frozenset()), []
-    wire.tap = lambda timed, sent: told.append(timed.frame)
-    Flaky.broken = True
-    with pytest.raises(BusError, match="bus off"):
-        wire.send(Frame(1, b"\x05"))
-    waits: list[float] = []
-
-    def sleep(seconds: float) -> None:
-        waits.append(seconds)
-        Flaky.broken = len(waits) < 3
-
-    again = wire.again(sleep=sleep, alive=lambda new: not Flaky.broken)
-    assert len(waits) == 3
-    assert waits == sorted(waits)  # with more and more patience
-    again.send(Frame(1, b"\x05"))
-    assert told == [Frame(1, b"\x05")]
-    again.close()
-
-
-def test_a_wire_that_stays_broken_is_given_up_with_its_name() -> None:
-    wire = open_wire({"interface": "virtual", "channel": "gone"}, frozenset())
-    with pytest.raises(BusError, match="virtual gone: could not be reached again in 5 attempts"):
-        wire.again(sleep=lambda seconds: None, alive=lambda new: False)
 
 
 @given(st.lists(st.binary(max_size=12), max_size=6))

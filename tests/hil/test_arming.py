@@ -1,5 +1,7 @@
 """Nobody takes a virtual session for a real one, or the reverse: which robot is said, and a real one is armed by a typed word."""
 
+import io
+import os
 from pathlib import Path
 
 import pytest
@@ -24,6 +26,9 @@ class Terminal:
     def isatty(self) -> bool:
         return self.present
 
+    def fileno(self) -> int:
+        raise io.UnsupportedOperation
+
 
 @pytest.fixture
 def somebody(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -38,6 +43,21 @@ def test_only_the_typed_word_arms_a_real_robot(
 ) -> None:
     monkeypatch.setattr(cli.click, "prompt", lambda *_, **__: typed)
     assert ask_arm(ROBOT) is armed
+
+
+def test_a_word_that_was_typed_before_the_question_does_not_arm(monkeypatch: pytest.MonkeyPatch) -> None:
+    keyboard, line = os.openpty()
+    os.write(keyboard, b"ARM\n")
+
+    def prompt(*_: object, **__: object) -> str:
+        os.write(keyboard, b"no\n")
+        return cli.sys.stdin.readline().strip()
+
+    with os.fdopen(line) as stdin:
+        monkeypatch.setattr(cli.sys, "stdin", stdin)
+        monkeypatch.setattr(cli.click, "prompt", prompt)
+        assert ask_arm(ROBOT) is False
+    os.close(keyboard)
 
 
 def test_without_a_terminal_a_real_robot_is_neither_armed_nor_zeroed(monkeypatch: pytest.MonkeyPatch) -> None:
