@@ -1,6 +1,7 @@
 """A whole session against the virtual robot, in one process and without waiting for time to pass."""
 
 import ast
+import threading
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -116,6 +117,31 @@ def test_answers_that_come_later_are_told_from_those_that_never_come(verb: str, 
 
     summary = bench.run(pilot, 600, disturb)
     assert (summary.answers_late, summary.frames_lost, summary.faults) == (late, lost, [])
+
+
+def test_a_bus_that_breaks_while_the_arm_is_let_down_leaves_the_lost_answers_counted() -> None:
+    bench = Bench()
+    pilot = bench.pilot()
+    control, hears, broken = Control(bench.robot, bench.faults), bench.bus.recv, threading.Event()
+
+    def recv(timeout: float | None = None) -> can.Message | None:
+        if broken.is_set():
+            raise can.CanOperationError("unplugged")
+        return hears(timeout)
+
+    bench.bus.recv = recv  # type: ignore[method-assign]
+
+    def wishes() -> Wishes:
+        if pilot.cycle in (300, 310, 320, 330):
+            control.follow(["lose", "1"], bench.bus.time_ns)
+        if pilot.cycle == 400:
+            broken.set()
+        return Wishes(arm=pilot.cycle < 50, over=broken.is_set())
+
+    loop = Loop(bench.wire, pilot, Beats(bench))
+    with pytest.raises(BusError, match="unplugged"):
+        loop.run(wishes)
+    assert (loop.summary.cycles, loop.summary.frames_lost) == (400, 4)
 
 
 @pytest.mark.parametrize("rate_hz", [100.0, 500.0, 1000.0])
