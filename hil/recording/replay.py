@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from fmus.errors import MisfitError
-from hil.codecs.frame import Frame, Timed
+from hil.codecs.frame import Timed
 from hil.recording.recorder import FRAMES
 from hil.recording.records import MAGIC, Flag, Kind, Record, unpack_records
 from hil.session.pilot import CycleInput, Decision, Pilot
@@ -15,10 +15,15 @@ _FLAGS = tuple(int(flag) for flag in Flag)
 
 @dataclass(frozen=True)
 class RecordedCycle:
-    """What a decision had, and the frames that came out of it."""
+    """What a decision had, and the frames that came out of it, with the time at which they were sent."""
 
     given: CycleInput
-    decided: tuple[Frame, ...]
+    decided: tuple[Timed, ...]
+
+    @property
+    def took(self) -> float:
+        """Seconds from the beginning of the cycle until something was sent; 0 if nothing was."""
+        return (self.decided[0].time_ns - self.given.start_ns) * 1e-9 if self.decided else 0.0
 
 
 def record_bytes(folder: Path) -> bytes:
@@ -53,7 +58,7 @@ def cycles_of(records: Iterator[Record]) -> Iterator[RecordedCycle]:
     """The cycles of a session; frames before the first one are those of the start-up."""
     frames: list[Timed] = []
     given: CycleInput | None = None
-    decided: list[Frame] = []
+    decided: list[Timed] = []
     for kind, flags, timed in records:
         if kind is Kind.CYCLE:
             if given is not None:
@@ -67,7 +72,7 @@ def cycles_of(records: Iterator[Record]) -> Iterator[RecordedCycle]:
         elif kind is Kind.RECEIVED:
             frames.append(timed)
         elif kind is Kind.DECIDED:
-            decided.append(timed.frame)
+            decided.append(timed)
     if given is not None:
         yield RecordedCycle(given, tuple(decided))
 
@@ -85,7 +90,7 @@ def replay(folder: Path, pilot: Pilot) -> Iterator[tuple[Replayed, RecordedCycle
     found = Replayed()
     for cycle in cycles_of(read_records(folder)):
         decision = pilot.decide(cycle.given)
-        if tuple(decision.frames) != cycle.decided and found.first_different is None:
+        if decision.frames != [timed.frame for timed in cycle.decided] and found.first_different is None:
             found.first_different = found.cycles
         found.cycles += 1
         yield found, cycle, decision

@@ -23,6 +23,14 @@ COLUMNS = (
     *(Column(f"w{k}", "rad/s", description=f"speed of joint {k}, low-pass filtered") for k in _JOINTS),
     *(Column(f"tau{k}", "N.m", description=f"torque sent to joint {k}") for k in _JOINTS),
     *(Column(f"asked{k}", "N.m", description=f"torque that the controller asked for at joint {k}") for k in _JOINTS),
+    *(
+        Column(
+            f"passed{k}", "N.m", description=f"what of that the safety core let pass at joint {k}, without its weight"
+        )
+        for k in _JOINTS
+    ),
+    Column("took", "s", description="time from the beginning of the cycle until its torques were sent"),
+    Column("fresh", "1", "Int32", "1 where all angles were measured in this cycle, 0 where one is as it was"),
     *(Column(f"f{axis}", "N", description=f"force at the wrist along {axis}") for axis in "xyz"),
     Column(
         "reaction",
@@ -49,9 +57,10 @@ def write_signals(folder: Path, pilot: Pilot, provenance: dict[str, Any]) -> Non
     columns = (*COLUMNS, *(Column(signal.name, signal.unit, description=signal.description) for signal in shown))
     recorder = recorder_for(folder / SIGNALS)
     recorder.begin(columns, provenance)
-    trials = (
-        TrialFiles(folder, columns, pilot.controller.course.protocol) if isinstance(pilot.controller, Trials) else None
-    )
+    controller = pilot.controller
+    trials = None
+    if isinstance(controller, Trials):
+        trials = TrialFiles(folder, columns, controller.course.protocol, controller.placement)
     cycles = replay(folder, pilot)
     began: int | None = None
     last = 0.0
@@ -74,7 +83,8 @@ def _row(cycle: RecordedCycle, decision: Decision) -> list[float]:
     force = observed.force.tolist()
     asked = np.asarray(decision.asked, dtype=float).ravel().tolist()
     motion = (*observed.angles.tolist(), *observed.speeds.tolist())
-    return [*motion, *torques, *asked, *force, float(outcome.reaction), *decision.shown]
+    row = [*motion, *torques, *asked, *decision.passed, cycle.took, float(observed.fresh), *force]
+    return [*row, float(outcome.reaction), *decision.shown]
 
 
 def _case(seconds: float) -> str:

@@ -59,12 +59,17 @@ class CycleInput(NamedTuple):
 
 
 class Decision(NamedTuple):
-    """What a cycle sends, and what was known when that was decided; `shown` are the controller's own signals."""
+    """What a cycle sends, and what was known when that was decided.
+
+    `passed` (3,) N.m is what the core let pass of the torque `asked` for, without the part that holds the weight; `shown` are
+    the controller's own signals.
+    """
 
     frames: list[Frame]
     outcome: Outcome
     observed: Observed
     asked: np.ndarray
+    passed: tuple[float, ...]
     shown: tuple[float, ...] = ()
 
 
@@ -150,11 +155,12 @@ class Pilot:
         seen = seen._replace(asked=tuple(asked.tolist()), support=tuple(support.tolist()))
         self.state, outcome = step(self.limits, self.state, seen)
         self.cycle += 1
+        passed = self.state.active
         if not self.is_armed and outcome.trips:
             # Nothing is worth remembering of an arm that was never energised; a first position may have been wrong.
             self.refused, self.state = outcome.trips[0], None
         shown = self._showing.shown if self._showing is not None else ()
-        return Decision(self.gate.frames(outcome), outcome, observed, asked, shown)
+        return Decision(self.gate.frames(outcome), outcome, observed, asked, passed, shown)
 
     @property
     def is_armed(self) -> bool:

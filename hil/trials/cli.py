@@ -74,17 +74,10 @@ def said_of(document: Mapping[str, Any], count: int, folder: Path, virtual: bool
     from hil.cli import stopped_by
 
     whole = len(list(folder.glob("trial_*.parquet")))
-    stopped = stopped_by(document, virtual)
-    hint = ""
-    if virtual and whole < count and document["answers_late"] and "try --rate" not in stopped:
-        hint = (
-            "; a late answer of the robot cuts the torque of the muscles, and with it the trial:"
-            " leave this machine less to do, or try --rate 100"
-        )
     return (
         f"{document['cycles']} cycles at {document['rate_hz']:g} Hz, {document['missed']} missed,"
         f" {document['answers_late']} answers late, {document['frames_lost']} lost\n"
-        f"{stopped}{whole} of {count} trials recorded whole in {folder}{hint}"
+        f"{stopped_by(document, virtual)}{whole} of {count} trials recorded in {folder}"
         + (f"; to go on: misfit compare arm {folder}" if whole else "")
     )
 

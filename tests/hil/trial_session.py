@@ -19,6 +19,7 @@ from hil.trials.controller import Trials
 from hil.trials.phases import Phase
 from hil.trials.protocol import Protocol, read_protocol
 from hil.virtual.arm_plant import ArmPlant
+from hil.virtual.faults import Faults
 from tests.hil import bench
 from tests.hil.bench import Beats, Bench
 
@@ -49,13 +50,18 @@ class Session:
 
 
 def run_trials(
-    folder: Path, protocol: Protocol, rate_hz: float = 500.0, share: float = 0.0, keep: bool = False
+    folder: Path,
+    protocol: Protocol,
+    rate_hz: float = 500.0,
+    share: float = 0.0,
+    keep: bool = False,
+    faults: Faults | None = None,
 ) -> Session:
     """Run and record a session; `share` of what is learned is compensated; decisions are kept if asked for."""
     model = folder.parent / "HiddenFriction.mo"
     model.write_text(HIDDEN)
     settings = _settings(protocol, rate_hz, share)
-    there = Bench(settings=settings)
+    there = Bench(settings=settings, faults=faults)
     plant = ArmPlant(proficio.HOME["right"], Placement(), f"{model}:HiddenFriction")
     there.plant = there.robot.plant = plant  # type: ignore[assignment]
     robot = there.started()
