@@ -42,9 +42,9 @@ LEAST_SHARE = 0.5
 class TrialFiles:
     """Takes the rows of a session and writes each trial to a file of its own, with time from its beginning.
 
-    Where the robot made other torques than those of the muscles, because the safety core cut them or something learned was
-    added, the difference is written as the push at the wrist that does the same to the arm (`pushes`): `fx`, `fy` are all
-    that the emulated arm felt there. Angles that were not measured in a cycle are those of a cubic spline through all others.
+    Where the robot made other torques than those of the muscles, because they act a cycle late, the safety core cut them, or
+    something learned was added, the difference is written as the push at the wrist that does the same to the arm (`pushes`):
+    `fx`, `fy` are all that the emulated arm felt there. Angles that were not measured in a cycle are those of a cubic spline through all others.
     """
 
     def __init__(self, folder: Path, columns: Sequence[Column], protocol: Protocol, placement: Placement) -> None:
@@ -91,7 +91,7 @@ class TrialFiles:
             return times[:0], rows[:0]
         rows[:, angles] = _filled(times, rows[:, angles], fresh)
         made = np.array([self.placement.speeds(passed) for passed in values[:, self._passed]])
-        beyond = in_effect(times, made - rows[:, muscles], values[:, self._took])
+        beyond = in_effect(times, made, values[:, self._took]) - rows[:, muscles]
         rows[:, forces] += pushes(rows[:, angles], beyond)
         known = np.all(np.isfinite(rows[:, forces]), axis=1)
         count = len(known) if known.all() else int(np.argmin(known))
@@ -122,9 +122,12 @@ def pushes(angles: np.ndarray, torques: np.ndarray) -> np.ndarray:
 
 
 def in_effect(times: np.ndarray, torques: np.ndarray, took: np.ndarray) -> np.ndarray:
-    """Mean torques (n, 2) in N.m of each cycle, of which the first `took` s (n,) belong to the torques (n, 2) of the one before."""
-    before = np.vstack([np.zeros(torques.shape[1]), torques[:-1]])
-    share = np.clip(took / np.append(np.diff(times), np.inf), 0.0, 1.0)[:, None]
+    """Mean torques (n, 2) in N.m from half a cycle before each time (n,) in s to half a cycle after it.
+
+    Torques (n, 2) were sent `took` s (n,) after those times, and act until the next ones; nobody knows those before the first.
+    """
+    before = np.vstack([torques[:1], torques[:-1]])
+    share = np.clip(0.5 + took / np.median(np.diff(times)), 0.0, 1.0)[:, None]
     return share * before + (1.0 - share) * torques
 
 

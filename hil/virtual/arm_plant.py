@@ -48,15 +48,24 @@ class ArmPlant:
         self._time = 0.0
         self._show()
         self.force = np.zeros(3)
+        self._acceleration = np.zeros(2)
 
     def step(self, torques: np.ndarray, seconds: float) -> None:
-        """Move on by a time, under constant joint torques (3,) in N.m."""
+        """Move on by a time, under constant joint torques (3,) in N.m.
+
+        The caregiver's force of a step is that of its middle, as far as it can be told before; `force` is that at its end. A
+        force that lagged half a step behind would look like negative friction to whoever has the recording.
+        """
         self._lift.step(torques[:1], seconds)
-        pull = self.caregiver.force(self._wrist, self._velocity, seconds)
+        self.caregiver.advance(self._wrist, self._velocity, seconds)
+        half = 0.5 * seconds
+        pull = self.caregiver.force(self._wrist + half * self._velocity, self._velocity + half * self._acceleration)
+        before = self._velocity
         self._fmu.set(_INPUTS, [*self.placement.speeds(torques).tolist(), *pull.tolist()])
         self._time = self._fmu.step(self._time, seconds).time
         self._show()
-        self.force = self.placement.sensor_force(pull, self._angles)
+        self._acceleration = (self._velocity - before) / seconds
+        self.force = self.placement.sensor_force(self.caregiver.force(self._wrist, self._velocity), self._angles)
 
     def close(self) -> None:
         """Give the FMU back."""

@@ -52,17 +52,21 @@ class Caregiver:
         """Let go."""
         self.wants = False
 
-    def force(self, position: np.ndarray, velocity: np.ndarray, seconds: float) -> np.ndarray:
-        """Force (2,) in N on the wrist at a position (2,) m and velocity (2,) m/s, for the next so many seconds."""
+    def advance(self, position: np.ndarray, velocity: np.ndarray, seconds: float) -> None:
+        """Feel a position (2,) m and a velocity (2,) m/s, and go on by a time."""
         change = seconds / self.person.grip_s
         self._grip = min(self._grip + change, 1.0) if self.wants else max(self._grip - change, 0.0)
         if self.wants and self.target is None:
             self.target = position.copy()
             self._on_purpose, self._sum = np.zeros(2), np.zeros(2)
             self._seen.clear()
+        if self.target is not None and self._grip > 0.0:
+            self._look(position, velocity, seconds)
+
+    def force(self, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+        """Force (2,) in N on the wrist at a position (2,) m and velocity (2,) m/s."""
         if self.target is None or self._grip == 0.0:
             return np.zeros(2)
-        self._look(position, velocity, seconds)
         at_once = self.person.stiffness * (self.target - position) - self.person.damping * velocity
         force = self._grip * (at_once + self._on_purpose)
         size = float(np.hypot(*force))

@@ -15,6 +15,7 @@ from hil.emulation.muscles import Muscles
 from hil.emulation.planar import Placement
 from hil.emulation.residual import UNKNOWN_SPEED, Residual
 from hil.emulation.settings import Learning
+from hil.robots import proficio
 from hil.virtual.arm_plant import ArmPlant
 from hil.virtual.caregiver import Caregiver, Person
 from orchestrator.models.kalman import LinearSystem, smoothed
@@ -273,19 +274,25 @@ AWAY = np.array([0.05, 0.0])
 def gripped(person: Person) -> Caregiver:
     caregiver = Caregiver(person)
     caregiver.hold()
-    caregiver.force(STILL, STILL, person.grip_s)
+    caregiver.advance(STILL, STILL, person.grip_s)
     return caregiver
 
 
+def felt(caregiver: Caregiver, position: np.ndarray, velocity: np.ndarray, seconds: float) -> np.ndarray:
+    """The force (2,) in N after a time at one place."""
+    caregiver.advance(position, velocity, seconds)
+    return caregiver.force(position, velocity)
+
+
 def test_a_caregiver_who_was_not_told_to_hold_does_not_push() -> None:
-    assert Caregiver().force(AWAY, np.ones(2), 1.0).tolist() == [0.0, 0.0]
+    assert felt(Caregiver(), AWAY, np.ones(2), 1.0).tolist() == [0.0, 0.0]
 
 
 def test_a_grip_is_a_spring_and_a_damper_until_the_person_reacts() -> None:
     person = Person(stiffness=500.0, damping=20.0, reaction_s=0.2)
     caregiver = gripped(person)
     for _ in range(38):
-        force = caregiver.force(AWAY, np.array([0.1, 0.2]), 0.005)
+        force = felt(caregiver, AWAY, np.array([0.1, 0.2]), 0.005)
     assert force == pytest.approx([-500.0 * 0.05 - 2.0, -4.0])
 
 
@@ -293,13 +300,13 @@ def test_a_person_pushes_harder_against_what_stays_away() -> None:
     person = Person(stiffness=500.0, effort=300.0, brake=0.0, lag_s=0.01)
     caregiver = gripped(person)
     for _ in range(int(1.2 / 0.005)):
-        force = caregiver.force(AWAY, STILL, 0.005)
+        force = felt(caregiver, AWAY, STILL, 0.005)
     # The integral of 5 cm over the time since the reaction began, one second; the lag takes a hundredth of it.
     assert force[0] == pytest.approx(-500 * 0.05 - 300 * 0.05 * 1.0, rel=0.02)
 
 
 def test_nobody_is_stronger_than_he_is() -> None:
-    force = gripped(Person(strength=60.0)).force(np.array([3.0, -4.0]), STILL, 0.005)
+    force = felt(gripped(Person(strength=60.0)), np.array([3.0, -4.0]), STILL, 0.005)
     assert np.hypot(*force) == pytest.approx(60.0)
     assert force == pytest.approx([-36.0, 48.0])
 
@@ -307,6 +314,25 @@ def test_nobody_is_stronger_than_he_is() -> None:
 def test_letting_go_takes_its_time_and_ends_without_force() -> None:
     caregiver = gripped(Person(grip_s=0.3))
     caregiver.relax()
-    forces = [abs(caregiver.force(AWAY, STILL, 0.03)[0]) for _ in range(12)]
+    forces = [abs(felt(caregiver, AWAY, STILL, 0.03)[0]) for _ in range(12)]
     assert forces == sorted(forces, reverse=True)
     assert forces[-1] == 0.0
+
+
+def test_the_force_that_a_plant_shows_is_no_false_friction() -> None:
+    """A damped arm in a grip: its momentum changes by what it shows (a spring of 900 N/m that lags 0.5 ms is 0.1 N.m.s/rad)."""
+    plant, body = ArmPlant(proficio.HOME["right"], Placement()), anatomy()
+    plant.caregiver.hold()
+    step, rows = 0.001, []
+    for k in range(1500):
+        torque = np.array([0.0, 2.0, 1.0]) * np.sin(12.0 * k * step)
+        plant.step(torque, step)
+        q, w = Placement().angles(plant.angles), Placement().speeds(plant.speeds)
+        pull = body.jacobian(q).T @ Placement().world_force(plant.force, q)
+        rows.append((body.mass_matrix(q) @ w, w, pull, torque[1:], body.expected_rate(q, w, np.zeros(2))))
+    plant.close()
+    momentum, w, pull, torque, alone = (np.array(part)[400:] for part in zip(*rows, strict=True))
+    middle = [0.5 * (each[1:] + each[:-1]) for each in (pull, alone, w)]
+    missing = np.diff(momentum, axis=0) / step - middle[0] - middle[1] - torque[1:]
+    friction = -np.sum(missing * middle[2], axis=0) / np.sum(np.square(middle[2]), axis=0)
+    assert friction == pytest.approx([0.0, 0.0], abs=0.01)

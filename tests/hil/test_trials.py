@@ -268,10 +268,10 @@ def test_torques_that_the_core_has_cut_stand_in_the_trials_forces(session: Sessi
 
 
 def test_torques_of_a_cycle_are_weighed_with_the_time_in_which_they_act() -> None:
-    """Sent 1 ms after the beginning of 4 ms, 2 N.m follow 6 N.m: a mean of 3 N.m; nothing is known of before the first."""
-    torques = np.array([[6.0, 0.0], [2.0, 1.0], [2.0, 1.0]])
-    found = in_effect(np.array([0.0, 0.004, 0.008]), torques, np.array([0.0, 0.001, 0.002]))
-    assert found == pytest.approx(np.array([[6.0, 0.0], [3.0, 0.75], [2.0, 1.0]]))
+    """Sent 1 ms after the middle of 2 ms before and after, 2 N.m follow 6 N.m for 3 of 4 ms: a mean of 5 N.m."""
+    torques = np.array([[6.0, 0.0], [2.0, 1.0], [2.0, 1.0], [0.0, 0.0]])
+    found = in_effect(0.004 * np.arange(4.0), torques, np.array([0.0, 0.001, 0.002, 0.003]))
+    assert found == pytest.approx(np.array([[6.0, 0.0], [5.0, 0.25], [2.0, 1.0], [2.0, 1.0]]))
 
 
 @given(
