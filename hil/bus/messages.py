@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Sequence
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import can
 
@@ -10,17 +10,30 @@ from hil.bus.error_frames import words_of
 from hil.codecs.frame import Frame
 from hil.errors import BusError
 
+# Of a bus that `select` cannot wait for.
+NO_HANDLE = -1
 
+
+@runtime_checkable
 class Frames(Protocol):
-    """What gives and takes frames: `TextBus` by itself, every other bus through `Messages`."""
+    """What gives and takes frames: buses of our own by themselves, every other one through `Messages`."""
 
     def next_frame(self, timeout_s: float) -> Frame | None:
         """The next standard data frame; None if none comes in time. Raises `BusError` for an error that is reported."""
         ...
 
     def send_frames(self, frames: Sequence[Frame]) -> None:
-        """Send all of them."""
+        """Send all of them, without waiting."""
         ...
+
+    def handle(self) -> int:
+        """What `select` waits for once `next_frame` has none left; `NO_HANDLE` if there is no such thing."""
+        ...
+
+
+def frames_of(bus: can.BusABC) -> Frames:
+    """The way to a bus's frames."""
+    return bus if isinstance(bus, Frames) else Messages(bus)
 
 
 class Messages:
@@ -41,6 +54,13 @@ class Messages:
         """See `Frames`."""
         for identifier, data in frames:
             self._bus.send(can.Message(arbitration_id=identifier, data=data, is_extended_id=False))
+
+    def handle(self) -> int:
+        """See `Frames`."""
+        try:
+            return int(self._bus.fileno())
+        except NotImplementedError:
+            return NO_HANDLE
 
 
 def _passed_over(message: can.Message) -> bool:

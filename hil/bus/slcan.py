@@ -9,6 +9,7 @@ import can
 import serial
 
 from fmus.errors import MisfitError
+from hil.bus.messages import NO_HANDLE
 from hil.bus.text_bus import TextBus
 from hil.codecs.slcan import SLCAN
 
@@ -78,6 +79,10 @@ class SlcanVoice(TextBus):
         except OSError as error:
             raise MisfitError(f"serial adapter at {channel} cannot be opened: {error}") from error
         super().__init__(line, SLCAN, channel)
+
+    def handle(self) -> int:
+        """None: what the other reader is sent is no news here."""
+        return NO_HANDLE
 
     def _fill(self, timeout_s: float | None) -> bool:
         time.sleep(timeout_s or 0.0)

@@ -88,6 +88,10 @@ class TextBus(can.BusABC):
         if taken < len(data):
             raise can.CanOperationError(f"{self._line.name} has stopped taking frames ({taken} of {len(data)} bytes)")
 
+    def handle(self) -> int:
+        """The line's; python-can's `fileno` stays away, since its asyncio readers do not ask for what was read already."""
+        return self._line.fileno()
+
     def send(self, msg: can.Message, timeout: float | None = None) -> None:
         """Send a message, waiting until it is taken; without end if there is no `timeout` (s)."""
         try:

@@ -8,11 +8,10 @@ from typing import Any
 import can
 
 from fmus.errors import MisfitError
-from hil.bus.joined import join
-from hil.bus.messages import Frames, Messages
+from hil.bus.joined import join, name_of
+from hil.bus.messages import frames_of
 from hil.bus.slcan import SlcanBus, SlcanVoice
 from hil.bus.socketcand import SocketcandBus
-from hil.bus.text_bus import TextBus
 from hil.codecs.frame import Frame, Timed
 from hil.errors import BusError
 
@@ -42,7 +41,7 @@ class Wire:
         now: Callable[[], int] = time.monotonic_ns,
     ) -> None:
         self.bus, self.torque_identifiers, self.name, self.now = bus, torque_identifiers, name, now
-        self._frames: Frames = bus if isinstance(bus, TextBus) else Messages(bus)
+        self._frames = frames_of(bus)
         self.tap: Tap = _nobody
 
     def send(self, *frames: Frame) -> None:
@@ -114,12 +113,8 @@ def open_wire(settings: Mapping[str, Any], torque_identifiers: frozenset[int], *
     """
     also = settings.get("also", [])
     first = {key: value for key, value in settings.items() if key != "also"}
-    bus = join(_opened(first, beside), also, lambda table: _opened(table, beside))
-    return Wire(bus, torque_identifiers, " and ".join(map(_name, (first, *also))))
-
-
-def _name(settings: Mapping[str, Any]) -> str:
-    return f"{settings.get('interface')} {settings.get('channel', '')}".strip()
+    bus = join(first, also, lambda table: _opened(table, beside))
+    return Wire(bus, torque_identifiers, " and ".join(map(name_of, (first, *also))))
 
 
 def _opened(settings: Mapping[str, Any], beside: bool) -> can.BusABC:
@@ -133,7 +128,7 @@ def _opened(settings: Mapping[str, Any], beside: bool) -> can.BusABC:
         hint = (
             "docs/can_setup.md says what it needs" if interface in can.VALID_INTERFACES else f"interfaces are {known}"
         )
-        raise MisfitError(f"bus {_name(settings)!r} cannot be opened: {error}; {hint}") from error
+        raise MisfitError(f"bus {name_of(settings)!r} cannot be opened: {error}; {hint}") from error
 
 
 def _open(interface: str, settings: dict[str, Any], beside: bool) -> can.BusABC:

@@ -2,6 +2,7 @@
 
 import mmap
 import os
+import subprocess
 import tempfile
 from pathlib import Path
 
@@ -22,6 +23,8 @@ class Heart:
         with path.open("r+b") as file:
             self._memory = mmap.mmap(file.fileno(), _SIZE)
         self._numbers = memoryview(self._memory).cast("q")
+        # The process that watches, where this is the loop's side.
+        self.watchdog: subprocess.Popen[str] | None = None
 
     @staticmethod
     def create() -> "Heart":
@@ -48,6 +51,11 @@ class Heart:
     def tripped_ns(self) -> int:
         """When the watchdog let the arm go; 0 if it did not."""
         return self._numbers[_TRIPPED]
+
+    @property
+    def is_watched(self) -> bool:
+        """Whether the watchdog is there, and content."""
+        return not self.tripped_ns and (self.watchdog is None or self.watchdog.poll() is None)
 
     def finish(self) -> None:
         """Say that the session has ended in good order."""

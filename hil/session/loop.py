@@ -127,7 +127,7 @@ class Loop:
         self.wire.send(*self.pilot.requests())
         frames += self._answers(start_ns)
         recording = self.recorder is None or self.recorder.is_alive
-        watched = self.heart is None or not self.heart.tripped_ns
+        watched = self.heart is None or self.heart.is_watched
         wishes = (wish.arm, wish.abort, recording, wish.over, watched, wish.confirm)
         given = CycleInput(start_ns, frames, self._computing_ns, *wishes)
         if self.recorder is not None:

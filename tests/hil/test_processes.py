@@ -4,8 +4,12 @@ import json
 import signal
 import subprocess
 import sys
+import threading
 import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import can
 import pytest
@@ -15,11 +19,18 @@ from hil.bus.wire import Wire, open_wire
 from hil.codecs.frame import Frame
 from hil.recording.records import Kind
 from hil.recording.replay import read_records
+from hil.robots import proficio
+from hil.session.heart import Heart
+from hil.session.loop import Loop, Wishes
 from hil.session.recorded import replay_session
 from hil.session.start_up import start_up
 from hil.session.watchdog import watchdog
+from hil.virtual.plant import FreeJoints
 from hil.virtual.process import virtual_robot
+from hil.virtual.robot import VirtualRobot
 from hil.virtual.serial_adapter import SerialAdapter
+from hil.virtual.socketcand import SocketcandServer
+from tests.hil.bench import Beats, Bench
 
 PATIENCE_S = 60.0
 
@@ -135,6 +146,49 @@ def test_the_watchdog_lets_the_arm_go_when_a_session_ends_by_an_error() -> None:
         seen = heard_until(ear, "404#880000000000")
         ear.close()
     assert "401#AA00000000000000" in seen
+
+
+@contextmanager
+def served() -> Iterator[tuple[dict[str, Any], Callable[[], None]]]:
+    """A robot on a socketcand bus, and what ends that."""
+    server, done = SocketcandServer(VirtualRobot(FreeJoints(proficio.HOME["right"]))), threading.Event()
+    thread = threading.Thread(target=server.serve, args=(done.is_set,), daemon=True)
+    thread.start()
+    try:
+        yield {"interface": "socketcand", "host": "127.0.0.1", "port": server.port, "channel": "can0"}, done.set
+    finally:
+        done.set()
+        thread.join(PATIENCE_S)
+
+
+def test_where_one_of_two_buses_breaks_the_watchdog_lets_the_arm_go_on_the_other() -> None:
+    with served() as (motors, _), served() as (sensor, break_it):
+        ear = open_wire(motors, TORQUE_IDENTIFIERS)
+        with watchdog({**motors, "also": [{**sensor, "nodes": [8]}]}) as heart:
+            heart.beat(time.monotonic_ns() + 10**12)  # no silence of the loop is what trips it
+            assert heart.is_watched
+            break_it()
+            assert "401#AA00000000000000" in heard_until(ear, "404#880000000000")
+            assert heart.tripped_ns and not heart.is_watched
+        ear.close()
+
+
+def test_a_session_whose_watchdog_was_killed_lets_the_arm_go() -> None:
+    bench = Bench()
+    pilot, heart = bench.pilot(), Heart.create()
+    heart.watchdog = subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE, text=True)
+
+    def wishes() -> Wishes:
+        assert heart.watchdog is not None
+        if pilot.cycle == 600:
+            heart.watchdog.kill()
+            heart.watchdog.communicate()
+        return Wishes(arm=pilot.cycle < 50, over=pilot.cycle > 1000)
+
+    summary = Loop(bench.wire, pilot, Beats(bench), None, heart).run(wishes)
+    heart.remove()
+    assert [fault.split(":")[0] for fault in summary.faults] == ["watched"]
+    assert summary.cycles <= 602
 
 
 @pytest.mark.parametrize("dry_run", [False, True])
