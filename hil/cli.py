@@ -7,12 +7,13 @@ import termios
 import time
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from fmus.errors import MisfitError
 from hil.trials.cli import record
+from hil.virtual.cli import robot, tell
 from orchestrator.cli.common import can_be_filled, json_option, quiet_option, show, write_json
 
 if TYPE_CHECKING:
@@ -193,42 +194,8 @@ def decode(log: Path, database: str, folder: str, at: str | None, json_file: str
     show("\n".join([*lines, f"to go on: misfit compare MODEL {folder}"]), quiet or json_file == "-")
 
 
-@hil.command()
-@click.option("--port", type=click.IntRange(0, 65535), default=29536, show_default=True, help="TCP port on 127.0.0.1.")
-@click.option("--side", type=click.Choice(["left", "right"]), default="right", show_default=True)
-@click.option("--pendant", type=click.Choice(["idle", "active"]), default="active", show_default=True)
-@click.option("--interface", help="Serve on an interface of python-can instead of TCP, such as socketcan.")
-@click.option("--channel", help="Channel of that interface, such as vcan0.")
-@click.option("--slcan", is_flag=True, help="Serve as a serial adapter, on a pseudo-terminal.")
-@click.option("--body", metavar="MODEL", help="Strap an arm to it: `arm`, or FILE.mo:Class with the same ports.")
-@click.option("--set", "values", metavar="NAME=NUMBER", multiple=True, help="A parameter of that arm.")
-def robot(
-    port: int,
-    side: Literal["left", "right"],
-    pendant: str,
-    interface: str | None,
-    channel: str | None,
-    slcan: bool,
-    body: str | None,
-    values: tuple[str, ...],
-) -> None:
-    """Run a virtual robot that any CAN tool can talk to (python-can: interface socketcand)."""
-    from hil.virtual.__main__ import serve, serve_on, serve_slcan
-    from hil.virtual.body import Body, parse_values
-
-    arm = Body(body, parse_values(values)) if body is not None else None
-    if slcan:
-        click.echo(f"virtual Proficio ({side}) behind a serial adapter (slcan) at (Ctrl-C ends it):", err=True)
-        serve_slcan(side, pendant == "active", arm)
-        return
-    if interface is not None:
-        click.echo(f"virtual Proficio ({side}) on {interface} {channel or ''} (Ctrl-C ends it)", err=True)
-        serve_on({"interface": interface, "channel": channel}, side, pendant == "active", arm)
-        return
-    click.echo(f"virtual Proficio ({side}) at 127.0.0.1, port (Ctrl-C ends it):", err=True)
-    serve(port, side, pendant == "active", arm)
-
-
+hil.add_command(robot)
+hil.add_command(tell)
 hil.add_command(record)
 
 
@@ -243,17 +210,6 @@ def view(seconds: float | None) -> None:
 
     with contextlib.suppress(KeyboardInterrupt):
         watch(newest(), Console(), float("inf") if seconds is None else seconds)
-
-
-@hil.command()
-@click.argument("words", nargs=-1, required=True, metavar="WORDS")
-@click.option("--port", type=click.IntRange(1, 65535), default=29536, show_default=True, help="Where it listens.")
-def tell(words: tuple[str, ...], port: int) -> None:
-    """Tell a virtual robot what happens to it: `lose 3`, `late`, `freeze`, `silence 2`, `press estop`, `hold`, `heal` ..."""
-    from hil.virtual.remote import Remote
-
-    with Remote(port) as remote:
-        remote.tell(" ".join(words))
 
 
 def robot_of(

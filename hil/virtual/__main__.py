@@ -8,14 +8,10 @@ from collections.abc import Callable, Mapping
 
 from fmus.errors import MisfitError
 from hil.bus.wire import open_wire
-from hil.emulation.planar import Placement
-from hil.robots import proficio
-from hil.robots.proficio import Side
 from hil.session.timing import real_time_priority
 from hil.virtual.any_bus import BusServer
 from hil.virtual.body import Body
-from hil.virtual.plant import FreeJoints, Plant
-from hil.virtual.robot import VirtualRobot
+from hil.virtual.made import Made
 from hil.virtual.serial_adapter import SerialAdapter
 from hil.virtual.socketcand import SocketcandServer
 
@@ -23,22 +19,18 @@ from hil.virtual.socketcand import SocketcandServer
 PRIORITY = 70
 
 
-def serve(port: int, side: Side, eager: bool, body: Body | None = None) -> None:
+def serve(port: int, made: Made) -> None:
     """Serve until told to stop, or until the process that began it is gone; prints the port first.
-
-    Args:
-        body: the arm that is strapped to the robot; joints that do not feel each other without one.
 
     Raises:
         MisfitError: if there is no such model of an arm.
     """
-    robot = VirtualRobot(_plant(side, body), eager=eager)
-    server = SocketcandServer(robot, port)
+    server = SocketcandServer(made.robot(), port)
     print(server.port, flush=True)
     _run(server.serve)
 
 
-def serve_on(settings: Mapping[str, object], side: Side, eager: bool, body: Body | None = None) -> None:
+def serve_on(settings: Mapping[str, object], made: Made) -> None:
     """Serve on a bus of python-can until told to stop.
 
     Raises:
@@ -46,12 +38,12 @@ def serve_on(settings: Mapping[str, object], side: Side, eager: bool, body: Body
     """
     wire = open_wire(settings, frozenset())
     try:
-        _run(BusServer(VirtualRobot(_plant(side, body), eager=eager), wire.bus).serve)
+        _run(BusServer(made.robot(), wire.bus).serve)
     finally:
         wire.close()
 
 
-def serve_slcan(side: Side, eager: bool, body: Body | None = None) -> None:
+def serve_slcan(made: Made) -> None:
     """Serve behind a serial adapter on a pseudo-terminal until told to stop; prints its path first.
 
     Raises:
@@ -59,7 +51,7 @@ def serve_slcan(side: Side, eager: bool, body: Body | None = None) -> None:
     """
     with SerialAdapter() as adapter:
         print(adapter.path, flush=True)
-        _run(BusServer(VirtualRobot(_plant(side, body), eager=eager), adapter).serve)
+        _run(BusServer(made.robot(), adapter).serve)
 
 
 def _run(serve: Callable[[Callable[[], bool]], None]) -> None:
@@ -71,14 +63,6 @@ def _run(serve: Callable[[Callable[[], bool]], None]) -> None:
         serve(lambda: bool(ended) or os.getppid() != parent)
 
 
-def _plant(side: Side, body: Body | None) -> Plant:
-    if body is None:
-        return FreeJoints(proficio.HOME[side])
-    from hil.virtual.arm_plant import ArmPlant
-
-    return ArmPlant(proficio.HOME[side], Placement(side, body.shoulder), body.model, body.values)
-
-
 def main() -> None:
     """Run from the command line."""
     parser = argparse.ArgumentParser(description="A virtual Proficio on a socketcand server at 127.0.0.1")
@@ -88,7 +72,7 @@ def main() -> None:
     parser.add_argument("--body", type=Body.from_json, help="the arm on it, as JSON: model, values, shoulder")
     args = parser.parse_args()
     try:
-        serve(args.port, args.side, args.pendant == "active", args.body)
+        serve(args.port, Made(args.side, args.pendant == "active", args.body))
     except MisfitError as error:  # for whoever began it to say
         sys.exit(str(error))
 

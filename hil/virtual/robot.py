@@ -13,7 +13,7 @@ from hil.robots import proficio
 from hil.virtual.motor import Motor
 from hil.virtual.node import Node
 from hil.virtual.plant import Plant
-from hil.virtual.safety_module import SafetyModule
+from hil.virtual.safety_module import HEARTBEAT_NS, SafetyModule
 from hil.virtual.sensor import ForceSensor
 
 # The plant moves on in steps of at most this; motors take their torques at the frame's own time.
@@ -35,15 +35,16 @@ class VirtualRobot:
     def __init__(
         self,
         plant: Plant,
-        controller: proficio.Controller | None = None,
+        controllers: Sequence[proficio.Controller] = (proficio.Controller(),) * proficio.JOINTS,
         *,
         eager: bool = False,
+        heartbeat_ns: int = HEARTBEAT_NS,
         seed: int = 1,
     ) -> None:
         self.plant = plant
-        self.motors = [Motor(k + 1, controller or proficio.Controller()) for k in range(proficio.JOINTS)]
+        self.motors = [Motor(k, controller) for k, controller in enumerate(controllers, start=1)]
         self.sensor = ForceSensor(seed=seed)
-        self.safety = SafetyModule(self.motors, eager=eager)
+        self.safety = SafetyModule(self.motors, eager=eager, heartbeat_ns=heartbeat_ns)
         self.nodes: Sequence[Node] = (*self.motors, self.sensor, self.safety)
         self.time_ns: int | None = None
         self._show()

@@ -11,6 +11,10 @@ from hil.virtual.node import Node
 # Patterns of the display: "0", "A" and "E".
 _DISPLAY = {Mode.IDLE: 0x3F, Mode.ACTIVE: 0x77, Mode.ESTOP: 0x79}
 
+HEARTBEAT_NS = 200_000_000
+# N.m of a motor that are warned of, and at which the arm is let go (TL1, TL2).
+TORQUES = (4731 / 2700, 5204 / 2700)
+
 
 class SafetyModule(Node):
     """Watches torques, speeds and the traffic; switches the motors' modes.
@@ -21,10 +25,13 @@ class SafetyModule(Node):
             is not published.
     """
 
-    def __init__(self, motors: Sequence[Motor], *, eager: bool = False, heartbeat_ns: int = 200_000_000) -> None:
+    def __init__(self, motors: Sequence[Motor], *, eager: bool = False, heartbeat_ns: int = HEARTBEAT_NS) -> None:
         super().__init__(Place.SAFETY, Kind.SAFETY, ())
         self.motors, self.eager, self.heartbeat_ns = motors, eager, heartbeat_ns
-        self.values |= {"MODE": Mode.IDLE, "VL1": 2048, "VL2": 4096, "TL1": 4731, "TL2": 5204, "STAT": 2}
+        # It compares units of all motors with one limit: that of the motor with the coarsest ones.
+        units = min(motor.controller.torque_units for motor in motors)
+        warned, most = (round(torque * units) for torque in TORQUES)
+        self.values |= {"MODE": Mode.IDLE, "VL1": 2048, "VL2": 4096, "TL1": warned, "TL2": most, "STAT": 2}
         self.stored = dict(self.values)
         self.button = Button.NONE
         self.levels = dict.fromkeys(("other", "heartbeat", "voltage", "torque", "velocity"), Level.SAFE)

@@ -1,0 +1,72 @@
+"""`misfit hil robot` and `misfit hil tell`: a virtual robot for any CAN tool, and what happens to it."""
+
+from typing import Literal
+
+import click
+
+
+@click.command()
+@click.option("--port", type=click.IntRange(0, 65535), default=29536, show_default=True, help="TCP port on 127.0.0.1.")
+@click.option("--side", type=click.Choice(["left", "right"]), default="right", show_default=True)
+@click.option("--pendant", type=click.Choice(["idle", "active"]), default="active", show_default=True)
+@click.option("--interface", help="Serve on an interface of python-can instead of TCP, such as socketcan.")
+@click.option("--channel", help="Channel of that interface, such as vcan0.")
+@click.option("--slcan", is_flag=True, help="Serve as a serial adapter, on a pseudo-terminal.")
+@click.option("--body", metavar="MODEL", help="Strap an arm to it: `arm`, or FILE.mo:Class with the same ports.")
+@click.option("--set", "values", metavar="NAME=NUMBER", multiple=True, help="A parameter of that arm.")
+@click.option(
+    "--counts", metavar="N", default="4096", show_default=True, help="Counts a motor turn (CTS); N,N,N by motor."
+)
+@click.option(
+    "--torque-units", metavar="N", default="2700", show_default=True, help="Units per N.m (IPNM); N,N,N by motor."
+)
+@click.option(
+    "--heartbeat",
+    "heartbeat_s",
+    metavar="S",
+    type=click.FloatRange(0.001),
+    default=0.2,
+    show_default=True,
+    help="Without a word to the motors for so many seconds an active arm is let go.",
+)
+def robot(
+    port: int,
+    side: Literal["left", "right"],
+    pendant: str,
+    interface: str | None,
+    channel: str | None,
+    slcan: bool,
+    body: str | None,
+    values: tuple[str, ...],
+    counts: str,
+    torque_units: str,
+    heartbeat_s: float,
+) -> None:
+    """Run a virtual robot that any CAN tool can talk to (python-can: interface socketcand)."""
+    from hil.virtual.__main__ import serve, serve_on, serve_slcan
+    from hil.virtual.body import Body, parse_values
+    from hil.virtual.made import Made, controllers
+
+    arm = Body(body, parse_values(values)) if body is not None else None
+    made = Made(side, pendant == "active", arm, controllers(counts, torque_units), heartbeat_s)
+    if slcan:
+        click.echo(f"virtual Proficio ({side}) behind a serial adapter (slcan) at (Ctrl-C ends it):", err=True)
+        serve_slcan(made)
+        return
+    if interface is not None:
+        click.echo(f"virtual Proficio ({side}) on {interface} {channel or ''} (Ctrl-C ends it)", err=True)
+        serve_on({"interface": interface, "channel": channel}, made)
+        return
+    click.echo(f"virtual Proficio ({side}) at 127.0.0.1, port (Ctrl-C ends it):", err=True)
+    serve(port, made)
+
+
+@click.command()
+@click.argument("words", nargs=-1, required=True, metavar="WORDS")
+@click.option("--port", type=click.IntRange(1, 65535), default=29536, show_default=True, help="Where it listens.")
+def tell(words: tuple[str, ...], port: int) -> None:
+    """Tell a virtual robot what happens to it: `lose 3`, `late`, `freeze`, `silence 2`, `press estop`, `hold`, `heal` ..."""
+    from hil.virtual.remote import Remote
+
+    with Remote(port) as remote:
+        remote.tell(" ".join(words))

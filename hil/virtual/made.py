@@ -1,0 +1,72 @@
+"""How a virtual robot is made: what its nodes say of themselves, what moves it, and who presses its buttons."""
+
+from dataclasses import dataclass
+
+from fmus.errors import MisfitError
+from hil.emulation.planar import Placement
+from hil.robots import proficio
+from hil.robots.proficio import Controller, Side
+from hil.virtual.body import Body
+from hil.virtual.plant import FreeJoints, Plant
+from hil.virtual.robot import VirtualRobot
+from hil.virtual.safety_module import HEARTBEAT_NS
+
+# What a property of 16 bits (IPNM) holds, and how many counts a position of 22 bits holds (CTS).
+MOST_TORQUE_UNITS, MOST_COUNTS = 32767, 2**21 - 1
+
+
+@dataclass(frozen=True)
+class Made:
+    """Settings of a virtual robot.
+
+    `eager` presses Activate once the arm is zeroed; `body` is the arm strapped to it, joints that do not feel each other without
+    one. `controllers` are those of the motors; `heartbeat_s` is after how long without a word to the motors an active arm is let go.
+    A Proficio's own values of these are nowhere published.
+    """
+
+    side: Side = "right"
+    eager: bool = True
+    body: Body | None = None
+    controllers: tuple[Controller, ...] = (Controller(),) * proficio.JOINTS
+    heartbeat_s: float = HEARTBEAT_NS * 1e-9
+
+    def robot(self) -> VirtualRobot:
+        """The robot, at home.
+
+        Raises:
+            MisfitError: if there is no such model of an arm.
+        """
+        heartbeat_ns = round(self.heartbeat_s * 1e9)
+        return VirtualRobot(self._plant(), self.controllers, eager=self.eager, heartbeat_ns=heartbeat_ns)
+
+    def _plant(self) -> Plant:
+        home = proficio.HOME[self.side]
+        if self.body is None:
+            return FreeJoints(home)
+        from hil.virtual.arm_plant import ArmPlant
+
+        return ArmPlant(home, Placement(self.side, self.body.shoulder), self.body.model, self.body.values)
+
+
+def controllers(counts: str, torque_units: str) -> tuple[Controller, ...]:
+    """Those of the motors, from counts a turn and torque units per N.m: a number for all, or one each, with commas between.
+
+    Raises:
+        MisfitError: if that is not what was written.
+    """
+    by_motor = zip(
+        _by_motor("--counts", counts, MOST_COUNTS),
+        _by_motor("--torque-units", torque_units, MOST_TORQUE_UNITS),
+        strict=True,
+    )
+    return tuple(Controller(each, units) for each, units in by_motor)
+
+
+def _by_motor(option: str, text: str, most: int) -> list[int]:
+    words = text.split(",")
+    numbers = [int(word) for word in words if word.strip().isdecimal() and word.isascii() and 1 <= int(word) <= most]
+    if len(numbers) != len(words) or len(words) not in (1, proficio.JOINTS):
+        raise MisfitError(
+            f"{option} {text}: a whole number from 1 to {most} was expected, or {proficio.JOINTS} of them as in 4096,4096,4096"
+        )
+    return numbers * (proficio.JOINTS // len(numbers))
