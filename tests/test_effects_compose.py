@@ -165,7 +165,7 @@ def torque(name: str, p: dict[str, np.ndarray], x: dict[str, np.ndarray], a: np.
         case "cogging":
             return p["sine"] * np.sin(p["periods"] * q) + p["cosine"] * np.cos(p["periods"] * q)
         case "tremor":
-            return p["amplitude"] * x["phase"][0]
+            return p["amplitude"] * x["phase"][0] / np.hypot(*x["phase"])
     assert name == "passive_stiffness"
     return p["tau0"] - p["k"] * q
 

@@ -1,6 +1,7 @@
 """Where fits begin: at the best of several starts, and with levels inside the range of the record."""
 
 import numpy as np
+import pytest
 
 from fmus.catalogue import ModelicaModel, find_modelica_model
 from orchestrator.diagnosis.candidates import Candidate, EffectSet, find_candidates
@@ -8,6 +9,7 @@ from orchestrator.diagnosis.cards import effect_library
 from orchestrator.diagnosis.evidence import LearningData, fit_nominal, refit
 from orchestrator.diagnosis.placed import placed
 from orchestrator.diagnosis.response import Response
+from orchestrator.diagnosis.screening import Screener
 from orchestrator.models.smoothing import SmoothedTrial
 
 TIME = np.arange(0, 5, 0.01)
@@ -58,3 +60,27 @@ def test_levels_beyond_which_effects_act_start_within_the_range_of_the_record() 
     middle = np.median(phi)
     assert np.all((grids["end_stop above"] > middle) & (grids["end_stop above"] < phi.max()))
     assert np.all((grids["end_stop below"] < middle) & (grids["end_stop below"] > phi.min()))
+
+
+def test_a_tremor_far_smaller_than_its_first_guess_is_found_with_another_phase_in_each_trial() -> None:
+    """The guess is 0.05 N.m, and only the product of an amplitude and a phase's length shows."""
+    drive, amplitude, frequency = find_modelica_model("drive"), 1e-3, 4.7
+    (tremor,) = [c for c in candidates(drive, "tremor")]
+    effects = EffectSet(drive, [tremor], ["phi"])
+    model, nominal = effects.model, EffectSet(drive, (), ["phi"]).model
+    names = [v.name.split(".")[-1] for v in model.system.states]
+    inputs, trials = np.zeros((len(TIME), len(model.inputs))), []
+    for k, phase in enumerate((0.4, 2.5, 4.6)):
+        start = np.zeros(len(names))
+        start[names.index("phase[1]")], start[names.index("phase[2]")] = np.sin(phase), np.cos(phase)
+        parameters = model.compiled.with_values([amplitude, frequency])
+        phi = model.compiled.run(TIME, inputs, parameters, start).outputs
+        noise = 1e-5 * np.random.default_rng(k).standard_normal(phi.shape)
+        trials.append(SmoothedTrial(TIME, inputs, phi + noise, np.array([1e-5])))
+    learning = LearningData(tuple(trials), np.array([1e-5]))
+
+    (found,) = Screener(drive, nominal, learning).explain([tremor])
+
+    assert found.screened.gain > 0.9
+    assert abs(found.screened.values[0]) == pytest.approx(amplitude, rel=0.05)
+    assert found.screened.values[1] == pytest.approx(frequency, abs=0.01)
