@@ -38,8 +38,10 @@ class Proposer:
         self._singles = self._explained()
         return [single.screened for single in self._singles]
 
-    def chosen(self, screened: Sequence[Screened], stage: Stage) -> tuple[list[Screened], list[Screened]]:
-        """The most promising sets, by the correction residual and by free runs; and others to be refitted as a whole.
+    def chosen(
+        self, screened: Sequence[Screened], stage: Stage, beam: Sequence[Refit]
+    ) -> tuple[list[Screened], list[Screened]]:
+        """The most promising sets, by the correction residual, by free runs and put together; and others to be refitted as a whole.
 
         Those are pairs and triples that explain more than all their parts let expect.
         """
@@ -50,6 +52,7 @@ class Proposer:
         hidden = [s for s in screened if np.isnan(s.gain)] if not stage.blocks else []
         by_labels = {frozenset(c.label for c in s.candidates): s for s in screened}
         found = [*judged, *hidden, *(by_labels[labels] for labels in wanted if labels in by_labels)]
+        found += unions(beam, self.setting.slots)
         unique = {frozenset(c.label for c in s.candidates): s for s in found}
         ordered = [unique[labels] for labels in sorted(unique, key=sorted)]
         return ordered, [s for s in self._whole_sets(stage) if frozenset(c.label for c in s.candidates) not in unique]
@@ -132,3 +135,25 @@ class Proposer:
                     first.append(values[label])
             found.append(Screened(tuple(chosen), np.concatenate(first), np.nan))
         return found
+
+
+def unions(beam: Sequence[Refit], slots: Sequence[str]) -> list[Screened]:
+    """The first of fitted sets with what another one has beside it, if that is one effect more.
+
+    Of two effects that explain much alone, neither shows along the run that has the other where slopes say little.
+    """
+    best, found = beam[0], list[Screened]()
+    for other in beam[1:]:
+        placed = list(best.effects.candidates)
+        values = [best.values]
+        for k, candidate in enumerate(other.effects.candidates):
+            if candidate.label in best.labels:
+                continue
+            twin = can_join(placed, candidate, slots)
+            if twin is None:
+                break
+            placed.append(twin)
+            values.append(other.values[np.array(other.effects.owners()) == k])
+        if len(placed) == len(best.effects.candidates) + 1:
+            found.append(Screened(tuple(placed), np.concatenate(values), np.nan))
+    return found

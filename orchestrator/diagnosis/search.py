@@ -24,8 +24,9 @@ __all__ = ["MOST_EFFECTS", "Progress", "Searcher"]
 
 MOST_EFFECTS = 3
 MOST_ROUNDS = 5
-# Sets that are extended in the next round.
+# Sets that are extended in the next round, and those whose effects are put together.
 BEAM = 2
+UNITED = 3
 
 
 class Searcher:
@@ -65,14 +66,14 @@ class Searcher:
             best = self._best(found, base, stage)
             if best is None:
                 break
-            base, beam = best, [best, *(r for r in found if r.is_present() and r.labels != best.labels)][:BEAM]
+            base, beam = best, [best, *(r for r in found if r.is_present() and r.labels != best.labels)][:UNITED]
         return self._nested(base)
 
     def _round(self, proposer: Proposer, beam: Sequence[Refit], stage: Stage) -> list[Refit]:
         """Refit the most promising sets, and those of them without what does not show; the likeliest first."""
-        screened = proposer.screened(beam)
+        screened = proposer.screened(beam[:BEAM])
         self.trace.screened += screened
-        found = self.fitter.refit(*proposer.chosen(screened, stage), stage, beam[0].fit.values[beam[0].size :])
+        found = self.fitter.refit(*proposer.chosen(screened, stage, beam), stage, beam[0].fit.values[beam[0].size :])
         noise = stage.colour.level**2
         found = sorted([*found, *self.fitter.pruned(found)], key=lambda r: half_bic(r, noise, self.trace.choices))
         self.trace.refitted += found
