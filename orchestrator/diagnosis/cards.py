@@ -28,7 +28,7 @@ _KEYS = (
     "needs",
 )
 _OPTIONAL = ("confusable", "experiment", "variant", "needs")
-_PARAMETER_KEYS = ("start", "absent", "meaningful", "start_from", "grid")
+_PARAMETER_KEYS = ("start", "absent", "meaningful", "start_from", "grid", "phase")
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,9 @@ class CardParameter:
     `start` is the first guess, `absent` the value (or limit) at which the effect vanishes, `meaningful` the smallest
     departure from it that matters. Unit and bounds are declared in the Modelica class. With `start_from`
     "residual_peak_hz" the first guess is the frequency at which the correction residual is largest. With a `grid` it is
-    the value of the grid at which the effect's other parameters, taken linearly, explain the most.
+    the value of the grid at which the effect's other parameters, taken linearly, explain the most. With a `phase`, two
+    states of that name in the class are sine and cosine of a phase, and the parameter is the amplitude of an oscillation:
+    the same one if all three change sign, so answers give the form in which the largest element is positive.
     """
 
     name: str
@@ -47,6 +49,7 @@ class CardParameter:
     meaningful: float
     start_from: Literal["", "residual_peak_hz"] = ""
     grid: tuple[float, ...] = ()
+    phase: str = ""
 
 
 @dataclass(frozen=True)
@@ -121,7 +124,7 @@ def read_card(path: Path) -> EffectCard:
 
 
 def _parameter(name: str, table: TomlTable) -> CardParameter:
-    _check_keys(table, _PARAMETER_KEYS, ("start_from", "grid"))
+    _check_keys(table, _PARAMETER_KEYS, ("start_from", "grid", "phase"))
     start_from = table.values.get("start_from", "")
     if start_from not in ("", "residual_peak_hz"):
         raise table.wrong("start_from", '"residual_peak_hz", or leave it out')
@@ -132,7 +135,13 @@ def _parameter(name: str, table: TomlTable) -> CardParameter:
     if meaningful <= 0:
         raise table.wrong("meaningful", "a number above 0: the smallest departure from `absent` that matters")
     return CardParameter(
-        name, _number(table, "start"), _number(table, "absent"), meaningful, start_from, tuple(map(float, grid))
+        name=name,
+        start=_number(table, "start"),
+        absent=_number(table, "absent"),
+        meaningful=meaningful,
+        start_from=start_from,
+        grid=tuple(map(float, grid)),
+        phase=_text(table, "phase") if "phase" in table.values else "",
     )
 
 

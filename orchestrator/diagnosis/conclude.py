@@ -51,7 +51,9 @@ def conclude(
     like = () if best is None else rivals(best, trace.refitted, scale, _odds(referee, best, scale))
     blind, confusable = blind_sites(first, searcher.candidates), groups(like)
     odds = tuple(Odds(r.replaced, r.by, r.odds) for r in like if r.by != r.replaced)
-    missing = () if best is None else _missing(first, best, confusable, searcher.candidates)
+    # What a simpler law holds of a larger one is there, whatever excitation the rest of that needs.
+    others = groups([rival for rival in like if not rival.holds_it])
+    missing = () if best is None else _missing(first, best, others, searcher.candidates)
     verdict = decide(len(refereed.accepted), left, ambiguous=bool(confusable), blind=blind, missing=missing)
     named = verdict in ("named", "ambiguous")
     open_class = named or (verdict == "cannot_tell" and best is not None)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from orchestrator.diagnosis.evidence import Refit
+from orchestrator.diagnosis.nested import holds, rest_may_matter, unpinned
 from orchestrator.diagnosis.subsets import log_sets
 
 # Odds below which one explanation is not preferred to another: 1 to 20.
@@ -14,16 +15,22 @@ DECISIVE = 20.0
 PARSIMONIOUS = 3.0
 # Odds by the learning trials that held-out trials are not asked to turn.
 HOPELESS = 1000.0
+# A rough fit may end this share of the misfit above what it would come to.
+ROUGHLY = 0.01
 
 
 @dataclass(frozen=True)
 class Rival:
-    """An explanation with one effect in place of another of the best set, and the odds of the best set against it."""
+    """An explanation with one effect in place of another of the best set, and the odds of the best set against it.
+
+    `holds_it`: the law of the one in its place is that of the other, and more that the data do not rule out.
+    """
 
     refit: Refit
     replaced: str
     by: str
     odds: float
+    holds_it: bool = False
 
 
 def rivals(best: Refit, tried: Sequence[Refit], scale: float, held_out: Callable[[Refit], float]) -> tuple[Rival, ...]:
@@ -31,25 +38,37 @@ def rivals(best: Refit, tried: Sequence[Refit], scale: float, held_out: Callable
 
     The odds are exp(difference of BIC / 2), the misfit counted in units of `scale`, by which what is left differs from
     white noise of the declared level, times the odds that held-out trials give, whose logarithm `held_out` returns for a
-    set. Several sites of one effect count once.
+    set. Several sites of one effect count once. A law that holds the one in its place, and more, pays nothing for parameters
+    that the data leave free, as they take no noise away; it is at most as likely as the simpler law.
     """
     found: dict[tuple[str, str], Rival] = {}
-    own = {c.label: c.card.id for c in best.effects.candidates}
+    own = {c.label: c for c in best.effects.candidates}
     for other in tried:
-        new = {c.label: c.card.id for c in other.effects.candidates}
+        new = {c.label: c for c in other.effects.candidates}
         gone, come = set(own) - set(new), set(new) - set(own)
         if len(other.ids) != len(best.ids) or len(come) != 1 or not other.is_present() or other.pressed():
             continue
-        pair = (own[gone.pop()], new[come.pop()])
+        old, by = own[gone.pop()], new[come.pop()]
+        pair = (old.card.id, by.card.id)
         # Of equal size, they pay the same for the number of sets.
         behind = half_bic(other, scale, len(own)) - half_bic(best, scale, len(own))
-        limit = DECISIVE if other.size <= best.size else PARSIMONIOUS
+        limit, least = DECISIVE if other.size <= best.size else PARSIMONIOUS, 0.0
+        holds_it = old.site == by.site and holds(by.card, old.card) and rest_may_matter(other, by, old.card)
+        if holds_it:
+            behind -= 0.5 * unpinned(other, by, old.card) * float(np.log(other.fit.rows))
+            limit, least = DECISIVE, 1.0
         if behind >= np.log(HOPELESS):
             continue
-        odds = float(np.exp(np.clip(behind + held_out(other), -50, 50)))
+        odds = max(float(np.exp(np.clip(behind + held_out(other), -50, 50))), least)
         if odds < limit and (pair not in found or odds < found[pair].odds):
-            found[pair] = Rival(other, *pair, odds)
+            found[pair] = Rival(other, *pair, odds, holds_it)
     return tuple(sorted(found.values(), key=lambda rival: rival.odds))
+
+
+def reach(best: Refit, scale: float) -> float:
+    """How far a set that was fitted roughly may fall behind the best one, in half BIC, and be its rival once it is fitted to
+    the end."""
+    return float(np.log(HOPELESS)) + 0.5 * ROUGHLY * best.fit.misfit / scale
 
 
 def half_bic(found: Refit, scale: float, choices: int) -> float:

@@ -10,8 +10,10 @@ from scipy import stats
 
 from fmus.errors import ComponentError
 from orchestrator.diagnosis.candidates import Candidate, EffectSet, model_of
+from orchestrator.diagnosis.canonical import canonical
 from orchestrator.diagnosis.metric import Metric, stride_for, white_metric
 from orchestrator.diagnosis.nuisances import Nuisances
+from orchestrator.diagnosis.phases import phases_of_runs
 from orchestrator.measurements import BoundSet, BoundTrial
 from orchestrator.models.estimation import STEEPEST, Fit, Prior, Record, fit, linearise
 from orchestrator.models.smoothing import SmoothedTrial
@@ -194,9 +196,40 @@ def refit(
     extra, model = learning.nuisances, with_nuisances(effects, learning)
     others = extra.mean if nuisances is None else nuisances
     guesses = [np.r_[_inside(row, effects), others] for row in np.atleast_2d(first)]
-    guess = guesses[0] if len(guesses) == 1 else min(guesses, key=lambda g: _rough_misfit(model, learning, g))
+    begun = [(guess, earlier) for guess in guesses]
+    if earlier is None and _oscillates(effects):
+        found_phases = [_phased(effects, model, learning, guess, guess[: len(low)]) for guess in guesses]
+        begun = [(np.r_[values, others], phases) for values, phases in found_phases]
+    best = begun[0] if len(begun) == 1 else min(begun, key=lambda b: _rough_misfit(model, learning, *b))
     bounds = (np.r_[low, extra.low], np.r_[high, extra.high])
-    return _fit(effects, model, learning, guess, *bounds, tolerance, earlier)
+    found = _fit(effects, model, learning, best[0], *bounds, tolerance, best[1])
+    fit, records = canonical(effects, found.fit, found.records)
+    return replace(found, fit=fit, records=records)
+
+
+def _oscillates(effects: EffectSet) -> bool:
+    """Whether an effect of a set has a phase of its own in each trial."""
+    return bool(effects.candidates) and any(p.phase for p in effects.card_parameters)
+
+
+def _phased(
+    effects: EffectSet, model: SymbolicModel, learning: LearningData, guess: np.ndarray, values: np.ndarray
+) -> tuple[np.ndarray, Fit | None]:
+    """First values (k,) with the amplitudes of oscillations, and a fit that says no more than in which phase each trial begins.
+
+    Args:
+        guess: first values of the model's free parameters.
+        values: those of the set, whether they are free in the model or not.
+    """
+    parameters = model.compiled.with_values(guess)
+    records = tuple(model.record(trial, parameters) for trial in learning.trials)
+    try:
+        steps = _steps(model, records, parameters, learning)
+        first, starts = phases_of_runs(effects, model.compiled, records, learning.metrics, parameters, values, steps)
+    except ComponentError:
+        return values, None
+    blank = np.full(len(guess), np.inf)
+    return first, Fit(guess, blank, tuple(starts), np.inf, np.zeros(len(guess), bool), 0)
 
 
 def _inside(first: np.ndarray, effects: EffectSet) -> np.ndarray:
@@ -211,11 +244,12 @@ def _inside(first: np.ndarray, effects: EffectSet) -> np.ndarray:
     return np.where(off[0], first, inside)
 
 
-def _rough_misfit(model: SymbolicModel, learning: LearningData, guess: np.ndarray) -> float:
-    """Sum of squares of free runs whose start values are fitted to first order; infinite if a run fails."""
+def _rough_misfit(model: SymbolicModel, learning: LearningData, guess: np.ndarray, earlier: Fit | None = None) -> float:
+    """Sum of squares of free runs whose start values are fitted to first order, from those of an `earlier` fit if there is
+    one; infinite if a run fails."""
     parameters, total = model.compiled.with_values(guess), 0.0
-    for trial, metric in zip(learning.trials, learning.metrics, strict=True):
-        record = model.record(trial, parameters)
+    records = _begun([model.record(trial, parameters) for trial in learning.trials], earlier)
+    for record, metric in zip(records, learning.metrics, strict=True):
         try:
             steps = model.substeps(record, parameters)
             run = model.compiled.run(
@@ -256,7 +290,10 @@ def follow(found: Refit, learning: LearningData) -> Refit:
         learning.trials, learning.floor, learning.metrics, Nuisances(shift_std=learning.nuisances.shift_std)
     )
     nothing = np.zeros(0)
-    return _fit(EffectSet(found.effects.base, (), model.signals), model, alone, nothing, nothing, nothing)
+    begun = _phased(found.effects, model, alone, nothing, found.values)[1] if _oscillates(found.effects) else None
+    return _fit(
+        EffectSet(found.effects.base, (), model.signals), model, alone, nothing, nothing, nothing, earlier=begun
+    )
 
 
 def _fit(

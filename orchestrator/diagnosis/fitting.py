@@ -55,6 +55,7 @@ class Fitter:
 
     def __init__(self, setting: Setting) -> None:
         self.setting = setting
+        self._rough = list[Refit]()
 
     def attempt(self, wanted: Wanted) -> Refit | None:
         """Refit a set; None if it cannot be."""
@@ -80,6 +81,7 @@ class Fitter:
         smaller = self._roughly(sets, (), stage, nuisances)
         rough = sorted([*smaller, *self._roughly(whole, smaller, stage, nuisances)], key=lambda r: r.half_bic)
         polished = sorted(self.setting.side_by_side(self._closer, rough[:POLISHED]), key=lambda r: r.half_bic)
+        self._rough += rough[POLISHED:]
         return [*(self._from_elsewhere(r, stage) for r in polished[:1]), *polished[1:], *rough[POLISHED:]]
 
     def _roughly(
@@ -91,6 +93,10 @@ class Fitter:
             return self.attempt(Wanted(entry.candidates, first, nuisances, ROUGH))
 
         return [r for r in self.setting.side_by_side(one, sets) if r is not None]
+
+    def finished(self, found: Refit) -> Refit:
+        """A fitted set, to the end if it was fitted roughly only."""
+        return self._closer(found) if any(found is rough for rough in self._rough) else found
 
     def _closer(self, found: Refit) -> Refit:
         nuisances = found.fit.values[found.size :]

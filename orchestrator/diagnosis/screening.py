@@ -4,8 +4,8 @@ The residual is weighed so that white noise of the encoders stays nearly white i
 amplifies noise with the square of frequency, a low pass with a corner of `CORNER_HZ` takes that back.
 """
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -13,7 +13,9 @@ from scipy import signal
 
 from fmus.catalogue import ModelicaModel
 from orchestrator.diagnosis.candidates import Candidate, EffectSet
+from orchestrator.diagnosis.canonical import oscillations
 from orchestrator.diagnosis.evidence import LearningData, Refit
+from orchestrator.diagnosis.phases import with_phases
 from orchestrator.models.estimation import Record, fit
 from orchestrator.models.smoothing import low_pass
 from orchestrator.models.symbolic import SymbolicModel
@@ -89,6 +91,7 @@ class Screener:
         if model.residual is None:  # the effect hides the positions; only a free run can tell
             return Explanation(Screened((candidate,), guess, np.nan), np.zeros((len(self._nominal), 0)), False)
         records, substeps = self._records(model, model.compiled.with_values(guess))
+        guess, records = self._phased(effects, guess, records, substeps)
         found = fit(
             model.compiled_residual,
             records,
@@ -105,6 +108,27 @@ class Screener:
         gain = 1.0 - float(np.mean(here.residual**2) / np.mean(self._nominal**2))
         columns = np.column_stack([here.residual - self._nominal, here.slopes])
         return Explanation(Screened((candidate,), found.values, gain), columns, False)
+
+    def _phased(
+        self, effects: EffectSet, guess: np.ndarray, records: list[Record], substeps: int
+    ) -> tuple[np.ndarray, list[Record]]:
+        """First values and records that begin with the amplitudes and phases of oscillations that the residual shows."""
+        if not any(p.phase for p in effects.card_parameters):
+            return guess, records
+        compiled, parameters = effects.model.compiled_residual, effects.model.compiled.with_values(guess)
+
+        def error_of(record: Record) -> Callable[[np.ndarray], np.ndarray]:
+            def error(start: np.ndarray) -> np.ndarray:
+                run = compiled.run(record.time, record.inputs, parameters, start, substeps=substeps)
+                return self._weigh(run.outputs / self._size).ravel()
+
+            return error
+
+        places = list(oscillations(effects, compiled.system))
+        errors = [error_of(record) for record in records]
+        nothing = [np.zeros((len(errors[0](records[0].start)), 0))] * len(records)
+        first, starts = with_phases(places, guess, [r.start for r in records], errors, nothing)
+        return first, [replace(r, start=start) for r, start in zip(records, starts, strict=True)]
 
     def extend(self, current: Refit, placed: Iterable[tuple[Candidate, Explanation]]) -> list[Screened]:
         """Explain what a fitted set leaves, by each further candidate; gains count from what is left."""

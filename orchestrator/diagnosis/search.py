@@ -7,11 +7,12 @@ import numpy as np
 from fmus.catalogue import ModelicaModel
 from orchestrator.diagnosis.calibration import SIGNIFICANT, Stage
 from orchestrator.diagnosis.candidates import Candidate, EffectSet, as_fmu, can_join
-from orchestrator.diagnosis.confusion import DECISIVE, half_bic
+from orchestrator.diagnosis.confusion import DECISIVE, half_bic, reach
 from orchestrator.diagnosis.evidence import LearningData, Refit, fit_nominal
 from orchestrator.diagnosis.first_values import first_values
 from orchestrator.diagnosis.fitting import Fitter, Progress, Setting
 from orchestrator.diagnosis.kinship import kin
+from orchestrator.diagnosis.nested import holds, starts
 from orchestrator.diagnosis.placed import placed
 from orchestrator.diagnosis.proposals import Proposer
 from orchestrator.diagnosis.response import Response
@@ -96,25 +97,59 @@ class Searcher:
     def try_kin(self, best: Refit) -> None:
         """Refit what acts like an effect of a set and was not tried in its place, so that the odds are those of fits.
 
-        So is a simpler effect that its card calls confusable, of which it may be no more than a special case.
+        So is a simpler effect that its card calls confusable, of which it may be no more than a special case, and a law that
+        holds it. Rivals that were fitted roughly are fitted to the end.
         """
-        tried = {r.labels for r in self.trace.refitted}
+        self._finish_rivals(best)
+        tried = {r.labels: r for r in sorted(self.trace.refitted, key=lambda r: -r.fit.misfit)}
         alike = [(entry.effect, entry.other) for entry in kin(best, self.trace.stages) if entry.odds <= DECISIVE]
         wanted = list[Wanted]()
-        for effect, other in dict.fromkeys([*alike, *self._simpler(best)]):
+        for effect, other in dict.fromkeys([*alike, *self._simpler(best), *self._larger(best)]):
             others = [c for c in best.effects.candidates if c.label != effect.label]
             twin = can_join(others, other, self.slots)
-            if twin is None or frozenset(c.label for c in (*others, twin)) in tried:
+            known = None if twin is None else tried.get(frozenset(c.label for c in (*others, twin)))
+            # A law that holds another one explains no less, if its fit has not gone astray.
+            astray = known is not None and holds(other.card, effect.card) and known.fit.misfit > best.fit.misfit
+            if twin is None or (known is not None and not astray):
                 continue
             self.progress(f"refitting {twin.label} in place of {effect.label}")
             chosen = (*others, twin)
             values = [best.values[np.array(best.effects.owners()) == best.effects.candidates.index(c)] for c in others]
-            guess = EffectSet(self.base, [twin], self.nominal.signals).first_guess()
+            guesses = self._guesses(best, effect, twin)
             stage = next(s for s in reversed(self.trace.stages) if s.tangent.base.labels <= {c.label for c in others})
-            first = np.array([np.concatenate([*values, guess]), *first_values(stage, chosen)])
+            first = np.array([*(np.concatenate([*values, row]) for row in guesses), *first_values(stage, chosen)])
             wanted.append(Wanted(chosen, first, best.fit.values[best.size :]))
         found = self.setting.side_by_side(self.fitter.attempt, wanted)
         self.trace.refitted += [r for r in found if r is not None]
+
+    def _finish_rivals(self, best: Refit) -> None:
+        """Fit to the end what was fitted roughly and may yet explain as much with one effect in another's place."""
+        scale = self.test_of(best).colour.scale
+        limit = half_bic(best, scale, self.trace.choices) + reach(best, scale)
+        refitted = self.trace.refitted
+        near = [
+            k
+            for k, r in enumerate(refitted)
+            if len(r.labels - best.labels) == len(best.labels - r.labels) == 1
+            and half_bic(r, scale, self.trace.choices) < limit
+        ]
+        finished = self.setting.side_by_side(self.fitter.finished, [refitted[k] for k in near])
+        for k, found in zip(near, finished, strict=True):
+            refitted[k] = found
+
+    def _guesses(self, best: Refit, effect: Candidate, twin: Candidate) -> list[np.ndarray]:
+        """First values of an effect in the place of another one: its card's, or about those of a law that it holds."""
+        alone = EffectSet(self.base, [twin], self.nominal.signals)
+        if not holds(twin.card, effect.card):
+            return [alone.first_guess()]
+        rows = zip(best.effects.owners(), best.effects.variables, best.values, strict=True)
+        own = best.effects.candidates.index(effect)
+        return list(starts(alone, {v.name.removeprefix(f"{effect.slot}."): float(x) for k, v, x in rows if k == own}))
+
+    def _larger(self, best: Refit) -> list[tuple[Candidate, Candidate]]:
+        """Effects of a set, each with one at the same site whose law holds its own."""
+        pairs = [(effect, other) for effect in best.effects.candidates for other in self.candidates]
+        return [(e, other) for e, other in pairs if other.site == e.site and holds(other.card, e.card)]
 
     def _simpler(self, best: Refit) -> list[tuple[Candidate, Candidate]]:
         """Effects of a set, each with an effect of fewer parameters at the same site that its card calls confusable."""

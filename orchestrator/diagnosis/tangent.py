@@ -65,6 +65,8 @@ class Block:
 class Tangent:
     """A fitted model, linearised: its error (m,), an orthonormal basis of its nuisances, and blocks of candidates.
 
+    `recorded_error` is the error along the recorded inputs, before nuisances are taken away.
+
     Rows are the samples of all trials in the metric, then one row for each prior. Nuisances are start values, clocks,
     parameters with tolerances and the parameters of effects that are in the model already.
     """
@@ -72,6 +74,7 @@ class Tangent:
     def __init__(self, base: Refit, nominal: SymbolicModel, learning: LearningData) -> None:
         self.base, self.nominal, self.learning = base, nominal, learning
         residual, _ = self._linearised(base.records)
+        self.recorded_error = residual
         records = self._quiet_records(residual)
         self.response = Response(replace(base, records=records), [t.smoother for t in learning.trials])
         _, jacobian = self._linearised(records)
@@ -87,17 +90,23 @@ class Tangent:
         self._exact = orthonormal(np.delete(jacobian, given, axis=1), 1e-9) if given else self.basis
         self.error = self.project(-residual)
 
-    def _linearised(self, records: Sequence[Record]) -> tuple[np.ndarray, np.ndarray]:
-        """Residuals (m,) and their slopes in all that was fitted, along records."""
+    def _linearised(self, records: Sequence[Record], found: Refit | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """Residuals (m,) and their slopes in all that was fitted, along records; of the base, or of another set."""
+        found = self.base if found is None else found
         return linearise(
-            self.base.model.compiled,
+            found.model.compiled,
             records,
-            np.ones(len(self.base.model.signals)),
-            self.base.fit,
-            substeps=self.base.substeps,
-            prior=self.learning.nuisances.prior(self.base.size),
+            np.ones(len(found.model.signals)),
+            found.fit,
+            substeps=found.substeps,
+            prior=self.learning.nuisances.prior(found.size),
             reduce=self.learning.metrics,
         )
+
+    def along_quiet_inputs(self, found: Refit) -> np.ndarray:
+        """Errors (m,) of a fitted set, then of priors, along the trials' inputs without the noise that shows of them."""
+        pairs = zip(found.records, self.response.base.records, strict=True)
+        return self._linearised([replace(own, inputs=quiet.inputs) for own, quiet in pairs], found)[0]
 
     def _quiet_records(self, residual: np.ndarray) -> tuple[Record, ...]:
         """Records without the noise of the inputs, as far as it shows.

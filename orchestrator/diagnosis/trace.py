@@ -7,6 +7,7 @@ from orchestrator.diagnosis.calibration import NEAR_FLOOR, NOTABLE, PRACTICAL, S
 from orchestrator.diagnosis.candidates import Candidate
 from orchestrator.diagnosis.confusion import half_bic
 from orchestrator.diagnosis.evidence import Refit
+from orchestrator.diagnosis.quiet import explained_by_noise
 from orchestrator.diagnosis.screening import Screened
 
 # An effect must take this share off the mean square error above the noise to be worth its parameters.
@@ -54,6 +55,10 @@ class Trace:
         before = stage.tangent.base
         return stage.p_of_fit(found.fit.misfit, max(found.size - before.size, 1), len(found.ids) - len(before.ids))
 
+    def _charge(self, found: Refit) -> float:
+        """What a set pays in its half BIC beside its misfit."""
+        return half_bic(found, 1.0, self.choices) - 0.5 * found.fit.misfit
+
     def objection(self, found: Refit) -> str:
         """What speaks against a set that fits best: that it is another law in disguise, that noise would do as well, or that
         it is too small to matter."""
@@ -64,10 +69,12 @@ class Trace:
             return f"noise alone would do as well (p = {p:.2g})"
         stage = self.tested_on(found)
         before = stage.tangent.base
-        reducible = max(before.cost - min(stage.colour.level**2, 1.0), 1e-9)
+        noise = stage.colour.level**2
+        if explained_by_noise(stage.tangent, found, noise, self._charge(found) - self._charge(before)):
+            return "lowers the error by the noise of the inputs that it cuts off, not along inputs without that"
+        reducible = max(before.cost - min(noise, 1.0), 1e-9)
         if before.cost - found.cost < WORTHWHILE * reducible:
             return f"takes less than {WORTHWHILE:.0%} of what exceeds the noise"
-        noise = stage.colour.level**2
         does = max(before.cost - found.cost, 0.0) ** 0.5
         explicable = max(stage.nominal_rms**2 - noise, 0.0) ** 0.5
         falls = before.cost**0.5 - found.cost**0.5 > PRACTICAL * stage.nominal_rms

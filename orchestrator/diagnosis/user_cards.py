@@ -30,7 +30,7 @@ def check_class(card: EffectCard, slot: str, compiled: Callable[[], SymbolicSyst
 
     Raises:
         MisfitError: if the class does not fit the slot, lacks a parameter of the card or its bounds, if the first guess
-            or the grid lies outside them, or if a need names no variable of it.
+            or the grid lies outside them, or if a need names no variable of it, or a phase no two states.
     """
     try:
         found = compiled()
@@ -62,6 +62,12 @@ def check_class(card: EffectCard, slot: str, compiled: Callable[[], SymbolicSyst
                 raise MisfitError(
                     f"{where}: {key} = {outside[0]:g} {variable.unit} is outside the class's bounds [{low:g}, {high:g}]"
                 )
+        needed = {f"{slot}.{parameter.phase}[{k}]" for k in (1, 2)}
+        if parameter.phase and not needed <= {v.name for v in found.states}:
+            raise MisfitError(
+                f"{where}: phase: class {card.class_name} has no states '{parameter.phase}[1]' and '{parameter.phase}[2]'; its"
+                f" states are {', '.join(_inside(slot, found.states)) or 'none'}"
+            )
         if not np.isfinite(parameter.absent):
             raise MisfitError(f"{where}: absent = {parameter.absent}, expected the value at which the effect vanishes")
     if all(np.isinf(parameter.meaningful) for parameter in card.parameters):

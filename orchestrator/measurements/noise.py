@@ -170,10 +170,21 @@ def _coloured(records: Sequence[Array], record: Noise, stated: float) -> Noise:
     if not record.std:
         return Noise(stated)
     found = noise_of_records(records, stated)
-    if found is not None and not _is_too_slow(found, records):
-        return found.scaled(stated)
     level = float(np.median([level for level in map(estimated_noise, records) if level > 0.0]))
+    # Steps and bends of the signal fill the spectrum of each window, and few of the differences, which show no less than noise.
+    if (
+        found is not None
+        and not _is_too_slow(found, records)
+        and level >= WHITE * _of_differences(found.scaled(stated))
+    ):
+        return found.scaled(stated)
     return _slower(stated, level, _ORDER) or record.scaled(stated)
+
+
+def _of_differences(noise: Noise) -> float:
+    """Standard deviation of what `estimated_noise` sees of noise: its own if it is white, less if it is slow."""
+    weights = np.array([(-1) ** k * math.comb(_ORDER, k) for k in range(_ORDER + 1)])
+    return float(np.sqrt(weights @ noise.covariance(_ORDER + 1, 1) @ weights / math.comb(2 * _ORDER, _ORDER)))
 
 
 def _slower(stated: float, level: float, order: int) -> Noise | None:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from orchestrator.measurements.colour import Noise, noise_of_records
+from orchestrator.measurements.noise import measurement_noise
 
 COUNT, TRIALS = 2500, 4
 COLOURS = [Noise(1.0), Noise(0.0, 1.0, 0.285), Noise(0.3, 1.0, 0.9), Noise(0.0, 2.0, 0.6)]
@@ -79,3 +80,19 @@ def test_a_stated_size_tells_how_much_goes_on_beneath_the_motion(noise: Noise) -
     assert found is not None
     density = [float(np.sum(each.covariance(400, 1)[200])) for each in (found, noise)]
     assert density[0] == pytest.approx(density[1], rel=0.6)
+
+
+def test_colour_of_noise_is_seen_though_ramps_fill_every_window_of_the_spectrum() -> None:
+    """A pump that goes to another level every 60 samples, within 5: bends of the signal are not noise, and not white."""
+    records = []
+    for k in range(TRIALS):
+        random = np.random.default_rng(k)
+        levels = np.interp(np.arange(600), np.arange(0, 660, 5), np.repeat(random.uniform(30, 160, 11), 12))
+        records.append(levels + 2.0 * Noise(0.0, 1.0, 0.285).draw((600,), random))
+
+    found = measurement_noise("inflow", "m3/s", records, {"inflow_noise_std_m3_per_s": 2.0}, drives=True).noise
+
+    # The power of autoregressive noise at rest is (1 + m) / (1 - m) of its variance.
+    slow = float(found.density(np.array(0.0)))
+    assert slow == pytest.approx(4.0 * 1.285 / 0.715, rel=0.25)
+    assert found.std == pytest.approx(2.0)

@@ -1,0 +1,79 @@
+"""Laws that hold a simpler one, such as dry friction that is larger near rest: whether data rule the rest of them out.
+
+Where the larger law explains no more, the simpler one is named. That the data rule the rest out is another matter: a part
+that acts only near rest, in a record that is hardly ever near rest, may be as large as the friction itself. Then both are
+listed.
+"""
+
+from collections.abc import Iterator, Mapping
+from itertools import product
+
+import numpy as np
+
+from orchestrator.diagnosis.candidates import Candidate, EffectSet
+from orchestrator.diagnosis.cards import EffectCard
+from orchestrator.diagnosis.evidence import PINNED, Refit
+from orchestrator.models.estimation import Z90
+
+# The rest of a law matters if it may be this share of what the simpler law has in the same unit.
+MATTERS = 0.2
+# Sizes of the rest that a fit starts from, as shares of that; and factors of the card's first values of anything else.
+SIZES, SHAPES = (0.3, 1.0), (0.3, 1.0, 3.0)
+
+
+def holds(larger: EffectCard, smaller: EffectCard) -> bool:
+    """Whether a law has all parameters of another one in the same slots, and one of the cards calls them confusable."""
+    outer, inner = ({p.name for p in card.parameters} for card in (larger, smaller))
+    alike = larger.id in smaller.confusable or smaller.id in larger.confusable
+    return alike and inner < outer and set(larger.slots) == set(smaller.slots)
+
+
+def rest_may_matter(found: Refit, larger: Candidate, smaller: EffectCard) -> bool:
+    """Whether what a fitted law has beyond a simpler one may be of a size, within its 90 % interval."""
+    rest = _rest(found, larger, smaller)
+    for unit in {v.unit for v, is_rest in zip(found.effects.variables, rest, strict=True) if is_rest}:
+        alike = np.array([v.unit == unit for v in found.effects.variables]) & _own(found, larger)
+        shared = np.abs(found.values[alike & ~rest])
+        counts = alike & rest & np.isfinite([p.meaningful for p in found.effects.card_parameters])
+        if shared.size and counts.any():
+            most = np.abs(_away(found)[counts]) + Z90 * found.std[counts]
+            if np.any(most >= MATTERS * shared.max()):
+                return True
+    return False
+
+
+def unpinned(found: Refit, larger: Candidate, smaller: EffectCard) -> int:
+    """Number of parameters of the rest that the data do not pin: what could be anything lowers no misfit by chance."""
+    loose = ~(found.std < PINNED * np.abs(_away(found)))
+    return int(np.count_nonzero(_rest(found, larger, smaller) & loose))
+
+
+def starts(larger: EffectSet, known: Mapping[str, float]) -> Iterator[np.ndarray]:
+    """First values (k,) of a law, the only one of its set, given those of a simpler one by name (`tauC[1]`)."""
+    slot, (low, high) = larger.candidates[0].slot, larger.bounds()
+    rows = [
+        (v.name.removeprefix(f"{slot}."), v.unit, first)
+        for v, first in zip(larger.variables, larger.first_guess(), strict=True)
+    ]
+    sizes = {
+        unit: max(abs(known[n]) for n, u, _ in rows if n in known and u == unit)
+        for name, unit, _ in rows
+        if name in known
+    }
+    for size, shape in product(SIZES, SHAPES):
+        rest = [size * sizes[unit] if unit in sizes else shape * first for _, unit, first in rows]
+        yield np.clip([known.get(name, value) for (name, _, _), value in zip(rows, rest, strict=True)], low, high)
+
+
+def _own(found: Refit, candidate: Candidate) -> np.ndarray:
+    return np.array([found.effects.candidates[k].label == candidate.label for k in found.effects.owners()])
+
+
+def _rest(found: Refit, larger: Candidate, smaller: EffectCard) -> np.ndarray:
+    """Which parameters (k,) of a set are those that a law of it has beyond a simpler one."""
+    inner = {p.name for p in smaller.parameters}
+    return _own(found, larger) & np.array([p.name not in inner for p in found.effects.card_parameters])
+
+
+def _away(found: Refit) -> np.ndarray:
+    return np.asarray(found.values - np.array([p.absent for p in found.effects.card_parameters]))

@@ -1,0 +1,44 @@
+"""Does a set explain an error, or does it take noise of measured inputs away?
+
+A ceiling just below the highest command cuts the noise of its record there, and the free run errs less, though nothing is cut
+off in truth: what drives the model is the record, noise and all. So a set that explains less than there is noise is judged
+by what it does along inputs without their noise.
+"""
+
+from fmus.errors import ComponentError
+from orchestrator.diagnosis.evidence import Refit
+from orchestrator.diagnosis.tangent import Tangent
+
+
+def misfit_by_quiet_inputs(tangent: Tangent, found: Refit) -> float:
+    """Misfit of a set, were the noise of the inputs carried as in the smaller set that `tangent` tests.
+
+    That is the smaller set's error along the recorded inputs, changed by what the larger one changes along quiet ones. Where
+    noise acts alike in both, as in any linear model, it is the misfit of the fit.
+    """
+    base = tangent.base
+    changed = tangent.along_quiet_inputs(found)[: base.fit.rows] - tangent.along_quiet_inputs(base)[: base.fit.rows]
+    errors = tangent.recorded_error[: base.fit.rows] + changed
+    return float(errors @ errors) + found.fit.prior_cost
+
+
+def carries_noise(tangent: Tangent) -> bool:
+    """Whether some input of the trials is measured with noise that shows in the outputs."""
+    return any(metric.noisy_inputs for metric in tangent.learning.metrics)
+
+
+def explained_by_noise(tangent: Tangent, found: Refit, noise: float, charge: float) -> bool:
+    """Whether a set is no better than the smaller one that `tangent` tests, once noise of inputs is left to both.
+
+    Args:
+        noise: power of the noise in the metric.
+        charge: what the set must lower half the misfit by, in units of that power.
+    """
+    before = tangent.base
+    if not carries_noise(tangent) or before.cost - found.cost >= noise:
+        return False
+    try:
+        gain = before.fit.misfit - misfit_by_quiet_inputs(tangent, found)
+    except ComponentError:  # along quiet inputs it may leave the finite numbers where noise kept it from that
+        return False
+    return 0.5 * gain / noise < charge

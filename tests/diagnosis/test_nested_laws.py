@@ -1,0 +1,92 @@
+"""Stribeck friction holds Coulomb friction: when the data rule out its rest, and what it costs where they do not."""
+
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from fmus.catalogue import find_modelica_model
+from orchestrator.diagnosis.candidates import EffectSet, find_candidates
+from orchestrator.diagnosis.cards import effect_library
+from orchestrator.diagnosis.confusion import rivals
+from orchestrator.diagnosis.evidence import Refit
+from orchestrator.diagnosis.nested import holds, rest_may_matter, starts, unpinned
+from orchestrator.models.estimation import Fit
+
+CARDS = {(card.id, card.variant): card for card in effect_library()}
+COULOMB, STRIBECK = CARDS["coulomb_friction", ""], CARDS["stribeck_friction", ""]
+ROWS = 1000
+
+
+def fitted(effect: str, values: list[float], std: list[float], misfit: float = ROWS) -> Refit:
+    base = find_modelica_model("drive")
+    candidates = find_candidates(base, base.compile(), [CARDS[effect, ""]])[0]
+    effects = EffectSet(base, candidates, ("phi",))
+    k = len(values)
+    fit = Fit(np.array(values), np.array(std), (), misfit / ROWS, np.zeros(k, bool), ROWS, correlation=np.eye(k))
+    return Refit(effects, cast(Any, None), (), fit, 1)
+
+
+def test_laws_that_hold_another_one_are_found_by_their_parameters() -> None:
+    found = {
+        (larger.id, smaller.id) for larger in CARDS.values() for smaller in CARDS.values() if holds(larger, smaller)
+    }
+
+    # A spring about some angle is a steady torque where it has no stiffness.
+    assert found == {("stribeck_friction", "coulomb_friction"), ("passive_stiffness", "constant_force")}
+
+
+@pytest.mark.parametrize(
+    ("extra", "std", "matters"),
+    [
+        (0.0, 0.01, False),  # at most 1.6449 * 0.01 of a tauC of 1
+        (0.0, 0.13, True),  # up to 0.214, above a fifth of it
+        (0.25, 0.001, True),
+        (-0.001, np.inf, True),
+    ],
+)
+def test_the_rest_matters_if_its_interval_reaches_a_fifth_of_the_friction(
+    extra: float, std: float, matters: bool
+) -> None:
+    found = fitted("stribeck_friction", [1.0, extra, 0.2], [0.01, std, 0.1])
+
+    assert rest_may_matter(found, found.effects.candidates[0], COULOMB) is matters
+
+
+def test_parameters_of_the_rest_that_could_be_anything_are_free() -> None:
+    found = fitted("stribeck_friction", [1.0, 0.5, 0.2], [0.5, 0.4, 0.01])
+
+    assert unpinned(found, found.effects.candidates[0], COULOMB) == 1
+
+
+@pytest.mark.parametrize(
+    ("extra", "lower", "held_out", "odds"),
+    [
+        ([0.5, 2.0, 0.4], 1.0, 0.0, 1.0),  # it explains more, and is no likelier for that
+        ([0.5, 2.0, 0.4], 0.0, 2.0, np.exp(2.0)),
+        ([0.5, 2.0, 0.4], -4.0, 0.0, np.exp(2.0)),
+        ([0.5, 2.0, 0.4], 0.0, 4.0, None),  # odds of 55
+        ([0.0, 0.01, 0.4], 1.0, 0.0, None),  # ruled out: half a log of 1000 for each parameter, odds of 606
+        ([0.5, 0.1, 0.4], 1.0, 0.0, np.exp(-0.5) * ROWS**0.5),  # only vS is free; odds of 19.2
+    ],
+)
+def test_friction_that_may_be_larger_near_rest_is_listed_beside_coulomb_friction(
+    extra: list[float], lower: float, held_out: float, odds: float | None
+) -> None:
+    """`extra` is tauExtra, its standard deviation, and that of vS = 0.2; `lower` by how much the misfit is lower."""
+    plain = fitted("coulomb_friction", [1.0], [0.01])
+    other = fitted("stribeck_friction", [1.0, extra[0], 0.2], [0.01, extra[1], extra[2]], ROWS - lower)
+
+    found = rivals(plain, [plain, other], 1.0, lambda _: held_out)
+
+    assert [(r.by, r.holds_it) for r in found] == ([] if odds is None else [("stribeck_friction", True)])
+    assert [r.odds for r in found] == ([] if odds is None else [pytest.approx(odds)])
+
+
+def test_fits_of_the_larger_law_begin_about_the_simpler_one() -> None:
+    alone = fitted("stribeck_friction", [1.0, 0.0, 0.2], [1.0] * 3).effects
+
+    rows = list(starts(alone, {"tauC[1]": 0.04}))
+
+    expected = [(0.04, extra, vs) for extra in (0.012, 0.04) for vs in (0.06, 0.2, 0.6)]
+    np.testing.assert_allclose(rows, expected, rtol=1e-12)

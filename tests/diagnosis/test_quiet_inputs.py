@@ -1,0 +1,87 @@
+"""A ceiling near the highest command of a noisy record takes noise away; along inputs without noise it does nothing."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fmus.catalogue import find_modelica_model
+from orchestrator.diagnosis.candidates import EffectSet, find_candidates, model_of
+from orchestrator.diagnosis.cards import effect_library
+from orchestrator.diagnosis.evidence import LearningData, Refit, fit_nominal, refit, smoothed
+from orchestrator.diagnosis.noise_model import metrics_of
+from orchestrator.diagnosis.quiet import explained_by_noise, misfit_by_quiet_inputs
+from orchestrator.diagnosis.response import Response
+from orchestrator.diagnosis.tangent import Tangent
+from orchestrator.measurements import bind, load_measurements
+
+INERTIA, HIGHEST, TORQUE_NOISE, ANGLE_NOISE, STEP = 0.02, 0.1, 4e-3, 1e-4, 0.004
+SOURCE = find_modelica_model("drive")
+CASE = f"""files = ["a.csv", "b.csv"]
+learning = [1]
+held_out = [2]
+[columns]
+time = "s"
+torque = "N.m"
+phi = "rad"
+[sensors]
+phi_noise_std_rad = {ANGLE_NOISE}
+"torque_noise_std_N.m" = {TORQUE_NOISE}
+"""
+
+
+def recorded(folder: Path, ceiling: float) -> tuple[Tangent, LearningData]:
+    """A drive that is pushed to and fro, tested without effects; its torque is cut off at a ceiling."""
+    random, time = np.random.default_rng(8), np.arange(1500) * STEP
+    for name in ("a.csv", "b.csv"):
+        # Straight between samples, so that the trapezoidal rule and its next term are exact.
+        torque = HIGHEST * np.clip(3 * np.sin(2 * time + random.uniform(0, 6)), -1, 1)
+        rate = np.clip(torque, -ceiling, ceiling) / INERTIA
+        speed = np.r_[0.0, np.cumsum(0.5 * STEP * (rate[1:] + rate[:-1]))]
+        angle = np.r_[0.0, np.cumsum(STEP * speed[:-1] + STEP**2 * (2 * rate[:-1] + rate[1:]) / 6)]
+        shown = [
+            torque + TORQUE_NOISE * random.normal(size=len(time)),
+            angle + ANGLE_NOISE * random.normal(size=len(time)),
+        ]
+        columns = np.column_stack([time, *shown])
+        np.savetxt(folder / name, columns, delimiter=",", header="time,torque,phi", comments="", fmt="%.12g")
+    (folder / "case.toml").write_text(CASE)
+    model = model_of(SOURCE, SOURCE.compile())
+    data = bind(load_measurements(folder), model.inputs, model.outputs)
+    model, nothing = model.restricted(("phi",)), EffectSet(SOURCE, (), ("phi",))
+    noise = np.array([ANGLE_NOISE])
+    trials = smoothed(data.learning, noise)
+    first = fit_nominal(nothing, model, LearningData(trials, noise))
+    outputs, inputs = ([data.noise_of(name) for name in names] for names in (data.output_names, data.input_names))
+    metrics = metrics_of(Response(first, [t.smoother for t in trials]), outputs, inputs)
+    learning = LearningData(trials, noise, tuple(metrics))
+    return Tangent(fit_nominal(nothing, model, learning), model, learning), learning
+
+
+def with_effect(effect: str, first: float, learning: LearningData) -> Refit:
+    cards = [card for card in effect_library() if card.id == effect]
+    candidates = find_candidates(SOURCE, SOURCE.compile(), cards)[0]
+    return refit(EffectSet(SOURCE, candidates, ("phi",)), learning, np.array([first]))
+
+
+def test_ceiling_that_only_cuts_noise_explains_nothing(tmp_path: Path) -> None:
+    tangent, learning = recorded(tmp_path, ceiling=np.inf)
+    found = with_effect("saturation", HIGHEST, learning)
+    charge = 0.5 * np.log(found.fit.rows)
+    assert 0.5 * (tangent.base.fit.misfit - found.fit.misfit) > charge  # it would pass for an effect
+
+    assert explained_by_noise(tangent, found, 1.0, charge)
+
+
+def test_ceiling_that_cuts_the_torque_explains_the_error_without_noise_too(tmp_path: Path) -> None:
+    tangent, learning = recorded(tmp_path, ceiling=0.97 * HIGHEST)
+    found = with_effect("saturation", HIGHEST, learning)
+
+    assert not explained_by_noise(tangent, found, 1.0, 0.5 * np.log(found.fit.rows))
+
+
+def test_noise_that_a_linear_effect_leaves_as_it_is_changes_nothing(tmp_path: Path) -> None:
+    tangent, learning = recorded(tmp_path, ceiling=np.inf)
+    found = with_effect("constant_force", 1e-4, learning)
+
+    assert misfit_by_quiet_inputs(tangent, found) == pytest.approx(found.fit.misfit, abs=1e-3)
