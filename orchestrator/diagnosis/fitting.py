@@ -16,6 +16,7 @@ from orchestrator.diagnosis.first_values import at_peaks, elsewhere, first_value
 from orchestrator.diagnosis.screening import Screened
 from orchestrator.diagnosis.tangent import Tangent
 from orchestrator.diagnosis.trace import Trace
+from orchestrator.diagnosis.valley import minima_along, shapes_in_valleys
 from orchestrator.diagnosis.work import Wanted, Work, done_by
 from orchestrator.models.symbolic import SymbolicModel
 
@@ -117,6 +118,13 @@ class Fitter:
             has_grid = any(parameter.grid for parameter in effect.card.parameters)
             if has_grid and len(found.ids) > 1 and found.cost > NEAR_FLOOR:
                 found = self._best_from(found, self._beside_others(found, effect))
+        return found
+
+    def along_valleys(self, found: Refit) -> Refit:
+        """A fitted set, or the same from another minimum along a valley of its misfit, if that leaves less."""
+        for shape in shapes_in_valleys(found):
+            self.setting.progress(f"looking along the valley of {' + '.join(found.ids)}")
+            found = self._best_from(found, minima_along(found, self.setting.learning, shape))
         return found
 
     def _beside_others(self, found: Refit, effect: Candidate) -> list[np.ndarray]:

@@ -9,6 +9,9 @@ from fmus.errors import ComponentError
 from orchestrator.diagnosis.evidence import Refit
 from orchestrator.diagnosis.tangent import Tangent
 
+# Share of what a set lowers the misfit by that quiet inputs must confirm.
+MOSTLY = 0.5
+
 
 def misfit_by_quiet_inputs(tangent: Tangent, found: Refit) -> float:
     """Misfit of a set, were the noise of the inputs carried as in the smaller set that `tangent` tests.
@@ -28,7 +31,8 @@ def carries_noise(tangent: Tangent) -> bool:
 
 
 def explained_by_noise(tangent: Tangent, found: Refit, noise: float, charge: float) -> bool:
-    """Whether a set is no better than the smaller one that `tangent` tests, once noise of inputs is left to both.
+    """Whether a set is no better than the smaller one that `tangent` tests, once noise of inputs is left to both, or by less
+    than half of what it seems: quiet inputs still hold some noise.
 
     Args:
         noise: power of the noise in the metric.
@@ -41,4 +45,4 @@ def explained_by_noise(tangent: Tangent, found: Refit, noise: float, charge: flo
         gain = before.fit.misfit - misfit_by_quiet_inputs(tangent, found)
     except ComponentError:  # along quiet inputs it may leave the finite numbers where noise kept it from that
         return False
-    return 0.5 * gain / noise < charge
+    return gain < max(2.0 * noise * charge, MOSTLY * (before.fit.misfit - found.fit.misfit))

@@ -88,7 +88,7 @@ class Searcher:
         best = next((r for r in better if r.is_present() and not self.trace.objection(r)), None)
         if best is None:
             return None
-        again = self.fitter.put_back(best)
+        again = self.fitter.along_valleys(self.fitter.put_back(best))
         again = self.fitter.simplified(again, lambda r: half_bic(r, noise, self.trace.choices))
         if again is not best:
             self.trace.refitted.append(again)
