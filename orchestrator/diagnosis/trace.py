@@ -12,6 +12,8 @@ from orchestrator.diagnosis.screening import Screened
 
 # An effect must take this share off the mean square error above the noise to be worth its parameters.
 WORTHWHILE = 0.2
+# An effect without which so much of the noise's rms is left matters, however much larger another one is.
+VISIBLE = 0.5
 
 
 @dataclass(frozen=True)
@@ -82,6 +84,6 @@ class Trace:
         clean = found.cost < NEAR_FLOOR**2 * max(noise, 1.0)
         if found.is_meaningful() or falls:
             return ""
-        if clean and does >= NOTABLE * noise**0.5 and does > PRACTICAL * explicable:
+        if clean and does >= NOTABLE * noise**0.5 and does > min(PRACTICAL * explicable, VISIBLE * noise**0.5):
             return ""
         return "is of a size that does not matter"
