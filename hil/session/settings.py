@@ -37,7 +37,7 @@ class Settings:
     """A session's settings.
 
     `bus` is what python-can takes; `gravity` whether the arm's weight must be held; stiffness in N.m/rad and damping in
-    N.m.s/rad by joint are those of the posture that `hold` keeps, `source` the model of a controller `fmu`. With a `protocol` the session runs its trials: `shoulder`
+    N.m.s/rad by joint are those of the posture that `hold` keeps, `source` the model of a controller `fmu`. With a `protocol` the session runs its trials, from number `first_trial` on: `shoulder`
     rad says how the emulated arm lies on the robot, `learning` how what its model lacks is learned. With `proof` an armed arm
     first shows that it stands still and that each joint turns its way, under `proof_torque` N.m at most. `force_axes` (3, 3) turns
     what the force sensor shows into the wrist's axes, since how it is mounted, its signs and its scale are nowhere published.
@@ -53,16 +53,20 @@ class Settings:
     damping: tuple[float, ...] = (2.0, 2.0, 1.0)
     shoulder: float = Placement.shoulder
     protocol: ProtocolOfTrials | None = None
+    first_trial: int = 1
     learning: Learning = Learning()
     proof: bool = False
     proof_torque: tuple[float, ...] = (4.0, 4.0, 3.0)
     force_axes: tuple[tuple[float, ...], ...] = _AS_IT_IS
 
     def __post_init__(self) -> None:
-        """Refuse axes of the force sensor that lose a direction."""
+        """Refuse axes of the force sensor that lose a direction, and a trial that the protocol does not have."""
         axes = np.array(self.force_axes, dtype=float) if {len(row) for row in self.force_axes} == {3} else np.zeros(3)
         if axes.shape != (3, 3) or not np.all(np.isfinite(axes)) or abs(np.linalg.det(axes)) < 1e-6:
             raise MisfitError("force_axes need three rows of three numbers that do not lie in a plane")
+        if self.protocol is not None and not 1 <= self.first_trial <= len(self.protocol.trials):
+            trials = len(self.protocol.trials)
+            raise MisfitError(f"there is no trial {self.first_trial} to begin with; the protocol has 1 to {trials}")
 
     def make_proof(self) -> Proof | None:
         """What the arm has to prove once it is armed; nothing if the settings do not ask for it."""
@@ -81,7 +85,9 @@ class Settings:
         if self.protocol is not None:
             from hil.trials.controller import Trials
 
-            return Trials(self.protocol, Placement(self.side, self.shoulder), stiffness, damping, self.learning)
+            trials = Trials(self.protocol, Placement(self.side, self.shoulder), stiffness, damping, self.learning)
+            trials.course.trial = self.first_trial
+            return trials
         if self.controller == "hold":
             return Hold(stiffness, damping)
         if self.controller == "passive":

@@ -26,6 +26,14 @@ LONGEST_S = 6 * 3600.0
 @click.option("--bench", metavar="FILE", type=click.Path(path_type=Path), help="Bus, robot and limits (TOML).")
 @click.option("--rate", "rate_hz", type=float, default=500.0, show_default=True, help="Cycles a second (Hz).")
 @click.option("--trials", "most", type=click.IntRange(1), help="Only so many of the trials.")
+@click.option(
+    "--first",
+    metavar="K",
+    type=click.IntRange(1),
+    default=1,
+    show_default=True,
+    help="Begin with trial K, where a session was broken off; its files bear the trials' numbers.",
+)
 @click.option("--body", default="arm", show_default=True, help="Model of the virtual arm; FILE.mo:Class for your own.")
 @click.option("--set", "values", metavar="NAME=NUMBER", multiple=True, help="A parameter of the virtual arm.")
 @click.option("--out", "folder", metavar="DIR", type=click.Path(path_type=Path), required=True, help="Where to record.")
@@ -37,6 +45,7 @@ def record(
     bench: Path | None,
     rate_hz: float,
     most: int | None,
+    first: int,
     body: str,
     values: tuple[str, ...],
     folder: Path,
@@ -55,16 +64,18 @@ def record(
     from hil.virtual.body import Body, parse_values
 
     trials = read_protocol(protocol)
-    trials = replace(trials, trials=trials.trials[:most], confirm=trials.confirm and not virtual)
+    chosen = trials.trials if most is None else trials.trials[: first - 1 + most]
+    trials = replace(trials, trials=chosen, confirm=trials.confirm and not virtual)
     wanted = Body(body, parse_values(values))
     with contextlib.ExitStack() as stack:
-        settings = replace(robot_of(virtual, bench, rate_hz, stack, wanted), protocol=trials)
+        settings = robot_of(virtual, bench, rate_hz, stack, wanted)
+        settings = replace(settings, protocol=trials, first_trial=first)
         Muscles(anatomy())  # builds what is missing before anything moves
         operator = _operator(virtual, trials.confirm, settings.bus, quiet or json_file == "-", stack)
         document = run_session(settings, LONGEST_S, operator, folder)
     write_json(json_file, document)
     if json_file != "-":
-        show(said_of(document, len(trials.trials), folder, virtual), quiet)
+        show(said_of(document, len(trials.trials) - first + 1, folder, virtual), quiet)
     if document["faults"]:
         raise SystemExit(1)
 
