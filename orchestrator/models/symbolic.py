@@ -15,6 +15,7 @@ from orchestrator.models.contract import FittedTrial
 from orchestrator.models.correction import ResidualSystem, residual_system
 from orchestrator.models.estimation import Fit, Record, fit
 from orchestrator.models.first_stretch import LONGEST, start_of_first_stretch
+from orchestrator.models.held_back import doubt_of_start
 from orchestrator.models.smoothing import SmoothedTrial
 
 # Start values that no measurement shows, such as an activation, lie this far from equilibrium, as a share of their range.
@@ -174,9 +175,25 @@ class SymbolicModel:
                 else:
                     start[i] = hidden[variable.name]
                     spread[i] = HIDDEN_SPREAD * (high[i] - low[i])
+            if self.system.n_delays:
+                low, high = self._widened(trial, parameters, start, low, high)
         elif states:
             start = self._followed_start(trial, parameters, start, low, high)
         return Record(trial.time, trial.inputs, trial.measured, np.clip(start, low, high), spread, low, high)
+
+    def _widened(
+        self, trial: SmoothedTrial, parameters: np.ndarray, start: np.ndarray, low: np.ndarray, high: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Bounds of measured start values, wider by what delays hold back when a record begins."""
+        assert self.residual is not None
+        names, low, high = [v.name for v in self.system.states], low.copy(), high.copy()
+        doubts = doubt_of_start(self.compiled, trial.time, trial.inputs, parameters, np.clip(start, low, high))
+        for signal, position in self.residual.positions.items():
+            for state, doubt in zip((position.state, position.speed), doubts, strict=True):
+                if state is not None:
+                    k, off = names.index(state), 5 * doubt[self.signals.index(signal)]
+                    low[k], high[k] = low[k] - off, high[k] + off
+        return low, high
 
     def _followed_start(
         self, trial: SmoothedTrial, parameters: np.ndarray, start: np.ndarray, low: np.ndarray, high: np.ndarray
@@ -256,7 +273,9 @@ def enough_substeps(
         except ComponentError:
             return None
 
-    count, coarse = 1, outputs(1)
+    # What is delayed has its kinks between samples.
+    count = 2 if model.system.n_delays else 1
+    coarse = outputs(count)
     while count < MOST_SUBSTEPS:
         fine = outputs(2 * count)
         if coarse is not None and fine is not None:
