@@ -177,12 +177,28 @@ class Stage:
 
     @property
     def may_matter(self) -> bool:
-        """Whether what is left is a share of the noise worth mentioning, or a candidate of meaningful size explains it."""
+        """Whether what is left is a share of the noise worth mentioning, or a candidate of meaningful size explains it.
+
+        The share counts in the metric, or in the outputs as they are, whichever is larger.
+        """
         left = self.tangent.base.cost - self.colour.level**2
         if not self.is_calibrated or left > (NOTABLE * self.colour.level) ** 2:
             return True
         inside = {k for found in self.best for k in found.blocks}
-        return any(block.is_meaningful(self.tangent.error) for k, block in enumerate(self.blocks) if k in inside)
+        if any(block.is_meaningful(self.tangent.error) for k, block in enumerate(self.blocks) if k in inside):
+            return True
+        return self.is_notable(self._explained_by_best)
+
+    def is_notable(self, change: np.ndarray) -> bool:
+        """Whether a change (m,) of the error is a share of the noise of the outputs worth mentioning."""
+        return self.tangent.over_noise(change) >= NOTABLE * self.colour.level
+
+    @property
+    def _explained_by_best(self) -> np.ndarray:
+        """The part (m,) of the error that the best set explains to first order."""
+        best = max(self.best, key=lambda found: found.score)
+        basis = orthonormal(np.column_stack([self._bases[k] for k in best.blocks]), 1e-3)
+        return np.asarray(basis @ (basis.T @ self.tangent.error))
 
     @property
     def structured_share(self) -> float:

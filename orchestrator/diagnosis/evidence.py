@@ -154,7 +154,8 @@ class Refit:
         """Parameters that the data pin, and pin at the limit of what their effect can be.
 
         A law that explains the data best beyond its limits is another one in disguise: few waves of cogging are a hardening
-        spring. A limit at zero or at absence is none of this kind: nothing lies beyond.
+        spring. A limit at zero or at absence is none of this kind: nothing lies beyond. So is a law of which the data pin neither
+        the shape nor any size, and which shows all the same: then any other smooth force would do.
         """
         if not self.size:
             return ()
@@ -163,7 +164,19 @@ class Refit:
         absent = np.array([p.absent for p in self.effects.card_parameters])
         pinned = self.std < PINNED * np.abs(self.values)
         beyond = self.fit.at_bound[: self.size] & pinned & (nearer != 0.0) & (nearer != absent)
+        beyond |= self._shapeless()
         return tuple(v.name for v, is_pressed in zip(self.effects.variables, beyond, strict=True) if is_pressed)
+
+    def _shapeless(self) -> np.ndarray:
+        """Shapes (k,) that the data do not pin, of effects of which they pin no size either."""
+        absent = np.array([p.absent for p in self.effects.card_parameters])
+        is_size, owners = (
+            np.isfinite([p.meaningful for p in self.effects.card_parameters]),
+            np.array(self.effects.owners()),
+        )
+        known = np.abs(self.values - absent) > DEVIATIONS * self.std
+        sized = [bool(np.any(known & is_size & (owners == owner))) for owner in owners]
+        return np.asarray(~is_size & ~(self.std < PINNED * np.abs(self.values)) & ~np.array(sized, dtype=bool))
 
     def is_meaningful(self) -> bool:
         """Tell whether each effect departs from its absence by a size that matters."""

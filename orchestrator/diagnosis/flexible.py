@@ -10,13 +10,16 @@ from orchestrator.diagnosis.response import SimulatedTrial
 POSITION_KNOTS = 16
 SPEED_KNOTS = 7
 TIME_KNOTS = 6
+# Slower than this share of its root mean square speed, an output is near rest.
+AT_REST = 0.05
 
 
 def flexible_forces(trials: Sequence[SimulatedTrial]) -> list[np.ndarray]:
     """Force histories of each trial, (n, ny, k) with the same k for all; each acts on one correction input.
 
     For output i they are cubic splines of its position and of its speed, products of positions and speeds of all
-    outputs, splines of time, and inputs by themselves and times the position.
+    outputs, splines of time, and inputs by themselves and times the position; and forces of the sign of its speed, steady,
+    times position, its square, time, or the speed of another output: friction that depends on where, when, or on what else.
     """
     ny = trials[0].values.shape[1]
     ranges = [_range([t.values for t in trials]), _range([t.speeds for t in trials])]
@@ -37,7 +40,18 @@ def _of_output(trial: SimulatedTrial, i: int, ranges: Sequence[np.ndarray], aliv
     u = trial.inputs[:, alive]
     splines = [*_splines(q[:, i], POSITION_KNOTS), *_splines(v[:, i], SPEED_KNOTS), *_splines(s, TIME_KNOTS)]
     pairs = [a * b for a, b in _pairs(q, v, i)]
-    return [*splines, *pairs, *u.T, *(u * q[:, [i]]).T]
+    return [*splines, *pairs, *u.T, *(u * q[:, [i]]).T, *_dry(trial, i, q, s)]
+
+
+def _dry(trial: SimulatedTrial, i: int, q: np.ndarray, s: np.ndarray) -> list[np.ndarray]:
+    """Friction against the motion of output i, of a size that changes; its sign is blurred near rest."""
+    speeds = trial.speeds
+    rest = AT_REST * max(float(np.sqrt(np.mean(speeds[:, i] ** 2))), 1e-300)
+    sign = np.tanh(speeds[:, i] / rest)
+    others = [
+        np.abs(speeds[:, j]) / max(float(np.abs(speeds[:, j]).max()), 1e-300) for j in range(q.shape[1]) if j != i
+    ]
+    return [sign * size for size in (np.ones_like(s), q[:, i], q[:, i] ** 2, s, *others)]
 
 
 def _pairs(q: np.ndarray, v: np.ndarray, i: int) -> list[tuple[np.ndarray, np.ndarray]]:

@@ -27,7 +27,7 @@ from orchestrator.models.estimation import Record, fit
 from orchestrator.models.symbolic import SymbolicModel
 
 # Explanations compared, and experiments for which they are refitted to each other.
-MOST_MEMBERS = 3
+MOST_MEMBERS = 5
 REFITTED = 3
 # Outputs may leave the range seen so far by this share of it.
 BEYOND = 0.5

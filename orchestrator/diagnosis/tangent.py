@@ -14,6 +14,7 @@ from orchestrator.diagnosis.candidates import Candidate, EffectSet, can_join
 from orchestrator.diagnosis.evidence import LearningData, Refit
 from orchestrator.diagnosis.metric import concatenate
 from orchestrator.diagnosis.response import Response
+from orchestrator.diagnosis.visible import over_noise
 from orchestrator.models.estimation import STEEPEST, Record, linearise
 from orchestrator.models.smoothing import SmoothedTrial
 from orchestrator.models.symbolic import Motion, SymbolicModel
@@ -86,6 +87,7 @@ class Tangent:
         self.prior_rows = len(residual) - self.data_rows
         self.basis = orthonormal(jacobian, 1e-9)
         starts = jacobian.shape[1] - between.shape[1] - sum(map(len, base.fit.starts))
+        self._starts = jacobian[:, starts : jacobian.shape[1] - between.shape[1]]
         given = [*range(base.size, starts), *range(jacobian.shape[1] - between.shape[1], jacobian.shape[1])]
         self._exact = orthonormal(np.delete(jacobian, given, axis=1), 1e-9) if given else self.basis
         self.error = self.project(-residual)
@@ -102,6 +104,24 @@ class Tangent:
             prior=self.learning.nuisances.prior(found.size),
             reduce=self.learning.metrics,
         )
+
+    def over_noise(self, change: np.ndarray) -> float:
+        """Rms of a change (m,) of the error over that of the noise, as the outputs show both beside start values."""
+        total, rows, at, first = 0.0, 0, 0, 0
+        signals = len(self.base.model.signals)
+        for metric, trial, start in zip(self.learning.metrics, self.learning.trials, self.base.fit.starts, strict=True):
+            count = len(trial.time) // metric.stride * signals
+            own = self._starts[at : at + count, first : first + len(start)]
+            seen, samples = over_noise(change[at : at + count], own, metric)
+            total, rows, at, first = total + seen, rows + samples, at + count, first + len(start)
+        return float((total / max(rows, 1)) ** 0.5)
+
+    def change_to(self, found: Refit) -> np.ndarray:
+        """What another fitted set does to the error (m,) of this one; none in the rows of priors."""
+        change = np.zeros(len(self.error))
+        after, _ = self._linearised(found.records, found)
+        change[: self.data_rows] = self.recorded_error[: self.data_rows] - after[: self.data_rows]
+        return change
 
     def along_quiet_inputs(self, found: Refit) -> np.ndarray:
         """Errors (m,) of a fitted set, then of priors, along the trials' inputs without the noise that shows of them."""

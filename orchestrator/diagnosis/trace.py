@@ -9,6 +9,7 @@ from orchestrator.diagnosis.confusion import half_bic
 from orchestrator.diagnosis.evidence import Refit
 from orchestrator.diagnosis.quiet import explained_by_noise
 from orchestrator.diagnosis.screening import Screened
+from orchestrator.diagnosis.verdict import SCATTER
 
 # An effect must take this share off the mean square error above the noise to be worth its parameters.
 WORTHWHILE = 0.2
@@ -65,7 +66,7 @@ class Trace:
         """What speaks against a set that fits best: that it is another law in disguise, that noise would do as well, or that
         it is too small to matter."""
         if pressed := found.pressed():
-            return f"fits best with {' and '.join(pressed)} at the limit of what it can be: another law in disguise"
+            return f"fits best with {' and '.join(pressed)} at the limit of what it can be, or unknown with all sizes: another law in disguise"
         p = self.p_value(found)
         if p > SIGNIFICANT:
             return f"noise alone would do as well (p = {p:.2g})"
@@ -74,7 +75,9 @@ class Trace:
         noise = stage.colour.level**2
         if explained_by_noise(stage.tangent, found, noise, self._charge(found) - self._charge(before)):
             return "lowers the error by the noise of the inputs that it cuts off, not along inputs without that"
-        reducible = max(before.cost - min(noise, 1.0), 1e-9)
+        # What noise leaves has a mean square that scatters; where little exceeds it, nobody knows a share of that.
+        scatter = SCATTER * noise * (2.0 / before.fit.rows) ** 0.5
+        reducible = max(before.cost - min(noise, 1.0) - scatter, 1e-9)
         if before.cost - found.cost < WORTHWHILE * reducible:
             return f"takes less than {WORTHWHILE:.0%} of what exceeds the noise"
         does = max(before.cost - found.cost, 0.0) ** 0.5
@@ -86,4 +89,9 @@ class Trace:
             return ""
         if clean and does >= NOTABLE * noise**0.5 and does > min(PRACTICAL * explicable, VISIBLE * noise**0.5):
             return ""
-        return "is of a size that does not matter"
+        return "" if clean and self._shows(found, stage) else "is of a size that does not matter"
+
+    def _shows(self, found: Refit, stage: Stage) -> bool:
+        """Whether what a set adds to the tested one shows in the outputs beside the noise, and beside all that was missing."""
+        first, change = self.stages[0].tangent, stage.tangent.change_to(found)
+        return stage.is_notable(change) and stage.tangent.over_noise(change) > PRACTICAL * first.over_noise(first.error)

@@ -39,3 +39,23 @@ def test_cogging_of_fewer_waves_than_cogging_has_is_pressed(
 
 def test_friction_at_its_limit_of_none_is_absent_and_not_pressed() -> None:
     assert fitted("viscous_friction", [0.0], [1e-9], [True]).pressed() == ()
+
+
+@pytest.mark.parametrize(
+    ("sizes_std", "waves_std", "pressed"),
+    [
+        (1e-4, 3.5, True),  # three terms of a series for any smooth force
+        (1e-6, 3.5, False),  # the sizes are known: of so many waves that the record shows
+        (1e-4, 0.01, False),  # the waves are
+    ],
+)
+def test_cogging_of_which_neither_waves_nor_sizes_are_known_is_another_law(
+    sizes_std: float, waves_std: float, pressed: bool
+) -> None:
+    found = fitted("cogging", [-3e-5, 1e-5, 3.0], [sizes_std, sizes_std, waves_std], [False] * 3)
+
+    assert bool(found.pressed()) is pressed
+
+
+def test_friction_that_two_joints_share_has_no_shape_to_be_unknown() -> None:
+    assert fitted("viscous_friction", [0.1], [0.2], [False]).pressed() == ()
