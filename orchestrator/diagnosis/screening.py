@@ -126,7 +126,8 @@ class Screener:
 
         places = list(oscillations(effects, compiled.system))
         errors = [error_of(record) for record in records]
-        nothing = [np.zeros((len(errors[0](records[0].start)), 0))] * len(records)
+        shapes = [(len(record.time), len(self._size)) for record in records]
+        nothing = [np.zeros((self._weigh(np.zeros(shape)).size, 0)) for shape in shapes]
         first, starts = with_phases(places, guess, [r.start for r in records], errors, nothing)
         return first, [replace(r, start=start) for r, start in zip(records, starts, strict=True)]
 
