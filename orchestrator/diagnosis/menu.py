@@ -50,14 +50,16 @@ def menu(
     unit that never moved. Others that never moved are not touched: a bench may not have them.
 
     Args:
-        amplitudes: how far inputs may be driven to either side, by position, of a machine that was never driven.
+        amplitudes: how far inputs may be driven to either side of where they rest, by position, of a machine that was never
+            driven.
         rest: unit of the output of a machine that only rested, else None.
     """
     first = trials[0]
     step = float(np.median(np.diff(first.time)))
     time = (first.time[0] + np.arange(min(len(first.time), MOST_SAMPLES)) * step) - first.time[0]
     every = np.concatenate([t.inputs for t in trials])
-    ranges = {i: (-a, a) for i, a in (amplitudes or {}).items()} | _ranges(variables, trials)
+    rests = first.inputs.mean(axis=0)
+    ranges = {i: (rests[i] - a, rests[i] + a) for i, a in (amplitudes or {}).items()} | _ranges(variables, trials)
     found = [Experiment("repeat", "repeat the first trial", first.time, first.inputs)]
     if not ranges:
         idle = np.tile(every.mean(axis=0), (len(time), 1))

@@ -194,3 +194,27 @@ def test_the_model_as_given_is_told_from_an_effect_though_the_effect_can_be_none
     assert found is not None
     assert found.probability > 0.99
     assert found.to_json()["do"] == found.experiment.do
+
+
+def test_pump_that_only_ran_evenly_is_driven_about_that_flow() -> None:
+    """Driven about none instead, a tank that a steady flow keeps half full runs dry."""
+    steady, most = 9e-5, 3e-5
+    inputs = np.column_stack([np.full(len(TIME), steady), np.zeros((len(TIME), 2))])
+    trial = SmoothedTrial(TIME, inputs, np.full((len(TIME), 2), 0.16), np.array([1e-3, 1e-3]))
+
+    for experiment in menu(TANKS.compile().inputs, [trial], {0: most})[1:]:
+        assert np.ptp(experiment.inputs[:, 0]) > 0
+        assert np.all(np.abs(experiment.inputs[:, 0] - steady) <= most * (1 + 1e-9))
+
+
+def test_all_members_of_a_class_of_four_are_told_apart() -> None:
+    """A torque that never reverses the motion tells drag from friction, and a constant force from no friction at all."""
+    sizes = {"viscous_friction": 0.02, "quadratic_drag": 0.005, "constant_force": -0.02, "coulomb_friction": 0.02}
+    members = [explanation(effect, [size]) for effect, size in sizes.items()]
+
+    found = plan(members, learning(np.zeros(len(TIME))))
+
+    assert found is not None
+    assert found.members == tuple(sizes)
+    assert found.alike == ()
+    assert found.separation > 10 * found.repeat[0]

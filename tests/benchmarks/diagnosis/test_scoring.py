@@ -159,6 +159,18 @@ def test_answer_left_open_is_resolved_by_the_right_name_only() -> None:
     assert texts([*rows, sure])["answers left open that one recommended run resolves"].startswith("1/4")
 
 
+def test_run_that_the_diagnosis_gives_no_chance_is_not_counted_among_its_recommendations() -> None:
+    true = truth("leak")
+    hopeless = answer("leak", verdict="ambiguous", next_experiment={"probability_to_separate": 0.5})
+    hopeful = answer("leak", verdict="ambiguous", next_experiment={"probability_to_separate": 0.98})
+
+    found = texts([row_of("a", true, hopeless, hopeless), row_of("b", true, hopeful, answer("leak"))])
+
+    assert found["answers left open that one recommended run resolves"].startswith("1/1")
+    assert found["answers left open of which it says that no run tells them apart"].startswith("1/2")
+    assert found["all answers left open: resolved by one run"].startswith("1/2")
+
+
 def test_nothing_missing_is_resolved_by_adequate() -> None:
     row = row_of("a", truth(family="N1"), answer(verdict="cannot_tell"), answer(verdict="adequate"))
 

@@ -7,6 +7,9 @@ import numpy as np
 
 from tests.benchmarks.diagnosis.scoring.sites import parameter_errors, same_site
 
+# Below this probability the diagnosis itself says that no experiment of its menu separates what is left.
+HOPELESS = 0.6
+
 
 def judge(name: str, truth: Mapping[str, Any], result: Mapping[str, Any]) -> dict[str, Any]:
     """What a result got right. A failed run is wrong everywhere.
@@ -53,6 +56,7 @@ def judge(name: str, truth: Mapping[str, Any], result: Mapping[str, Any]) -> dic
         # A run that failed says nothing about its library, and must not drop out of a share for that.
         "offered": verdict == "failed" or set(true) <= {effect for entry in ranking for effect in entry},
         "advised": result.get("next_experiment") is not None,
+        "separable": (result.get("next_experiment") or {}).get("probability_to_separate", 1.0) >= HOPELESS,
         "parameters": _parameters(truth, effects, exact),
         "probability": top.get("probability"),
         "probability_right": sorted(top.get("effects") or []) == sorted(true),

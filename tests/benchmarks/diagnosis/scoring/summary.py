@@ -132,8 +132,15 @@ def _experiments(rows: Sequence[Row]) -> list[Score]:
         Score.share("the same, or a class that holds the effect", Share.of(_careful(r) for r in hidden)),
         Score.share("no excitation: an experiment is advised", _share(hidden, "advised")),
         Score.share(
-            "answers left open that one recommended run resolves", _share(left, "resolved"), Target(0.70, 0.85)
+            "answers left open that one recommended run resolves",
+            _share([r for r in left if r["separable"]], "resolved"),
+            Target(0.70, 0.85),
         ),
+        Score.share(
+            "answers left open of which it says that no run tells them apart",
+            Share.of(not r["separable"] for r in left),
+        ),
+        Score.share("all answers left open: resolved by one run", _share(left, "resolved")),
         Score.share(
             "answers left open for which no experiment could be run", Share.of(r["again"] is None for r in left)
         ),
