@@ -201,12 +201,8 @@ def alone_on_the_bus(limits: Limits, state: State, motion: Motion, seen: Seen) -
 
 
 def watched(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip | None:
-    """What the watchdog has let go is not taken up again."""
-    return (
-        None
-        if seen.watched
-        else Trip("watched", Reaction.RELEASE, "the watchdog has let the arm go: the loop stood still")
-    )
+    """What the watchdog has let go is not taken up again, and nothing is held that nobody watches."""
+    return None if seen.watched else Trip("watched", Reaction.RELEASE, "the watchdog has let the arm go, or is gone")
 
 
 def recorded(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip | None:

@@ -3,7 +3,7 @@
 import contextlib
 import sys
 import threading
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,9 +15,12 @@ from orchestrator.cli.common import json_option, quiet_option, show, write_json
 
 if TYPE_CHECKING:
     from hil.session.session import Operator
+    from hil.session.start_up import Robot
 
 # Nobody waits longer than this for a session to end.
 LONGEST_S = 6 * 3600.0
+# The thread that takes each Enter for a confirmation.
+LISTENER = "confirmations"
 
 
 @click.command()
@@ -116,11 +119,22 @@ def _operator(
     stack.enter_context(assistant.at_work())
     at_home, may_arm = (yes, yes) if virtual else (ask_home, ask_arm)
     operator = Operator(at_home, may_arm, watch=assistant.watch)
-    if confirm:
-        if not sys.stdin.isatty():
-            raise MisfitError("each trial is confirmed at a terminal; with confirm = false in the protocol none is")
-        threading.Thread(target=_listen, args=(operator.confirm,), daemon=True).start()
-    return operator
+    if not confirm:
+        return operator
+    if not sys.stdin.isatty():
+        raise MisfitError("each trial is confirmed at a terminal; with confirm = false in the protocol none is")
+    return replace(operator, may_arm=_then_listen(may_arm, operator.confirm))
+
+
+def _then_listen(may_arm: Callable[["Robot"], bool], confirm: threading.Event) -> Callable[["Robot"], bool]:
+    """The question, and from its answer on each Enter confirms; before, a listener would take what answers the questions."""
+
+    def ask(robot: "Robot") -> bool:
+        armed = may_arm(robot)
+        threading.Thread(target=_listen, args=(confirm,), name=LISTENER, daemon=True).start()
+        return armed
+
+    return ask
 
 
 def _listen(confirm: threading.Event) -> None:

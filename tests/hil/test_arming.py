@@ -1,7 +1,9 @@
 """Nobody takes a virtual session for a real one, or the reverse: which robot is said, and a real one is armed by a typed word."""
 
+import contextlib
 import io
 import os
+import threading
 from pathlib import Path
 
 import pytest
@@ -11,7 +13,7 @@ from fmus.errors import MisfitError
 from hil import cli
 from hil.cli import ask_arm, ask_home, hil
 from hil.session.start_up import Robot
-from hil.trials.cli import _operator
+from hil.trials.cli import LISTENER, _operator
 
 ROBOT = Robot("right", (4096, 4096, 4096), (2700, 2700, 2700), {}, None, None)
 BUS = {"interface": "virtual", "channel": "nowhere"}
@@ -91,9 +93,31 @@ def test_what_is_asked_before_arming_names_the_robot(
     assert asked == ["A real Proficio, mounted on the right, is on this bus. Type ARM to switch its torques on"]
 
 
-def test_the_trials_of_a_real_robot_ask_the_same_people() -> None:
-    import contextlib
+def test_what_answers_the_question_before_arming_is_not_taken_for_a_confirmation(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    keyboard, line = os.openpty()
 
+    def prompt(*_: object, **__: object) -> str:
+        os.write(keyboard, b"ARM\n")
+        return cli.sys.stdin.readline().strip()
+
+    with os.fdopen(line) as stdin, contextlib.ExitStack() as stack:
+        monkeypatch.setattr(cli.sys, "stdin", stdin)
+        monkeypatch.setattr(cli.click, "prompt", prompt)
+        operator = _operator(False, True, BUS, True, stack)
+        assert operator.may_arm(ROBOT) is True
+        assert not operator.confirm.is_set()
+        os.write(keyboard, b"\n")
+        assert operator.confirm.wait(60)
+        os.write(keyboard, b"\x04")  # the end, for the listener
+        for thread in threading.enumerate():
+            if thread.name == LISTENER:
+                thread.join(60)
+    os.close(keyboard)
+
+
+def test_the_trials_of_a_real_robot_ask_the_same_people() -> None:
     with contextlib.ExitStack() as stack:
         operator = _operator(False, False, BUS, True, stack)
         assert (operator.at_home, operator.may_arm) == (ask_home, ask_arm)
