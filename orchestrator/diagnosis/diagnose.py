@@ -18,12 +18,13 @@ from orchestrator.diagnosis.candidates import EffectSet, find_candidates, model_
 from orchestrator.diagnosis.cards import EffectCard, effect_library
 from orchestrator.diagnosis.compile_ahead import compile_ahead
 from orchestrator.diagnosis.conclude import conclude
-from orchestrator.diagnosis.evidence import LearningData, Refit, fit_nominal, smoothed
+from orchestrator.diagnosis.evidence import LearningData, Refit, fit_nominal, follow, smoothed
 from orchestrator.diagnosis.left_open import with_open_questions
 from orchestrator.diagnosis.noise_model import metrics_of
 from orchestrator.diagnosis.nuisances import Nuisances, nuisances
 from orchestrator.diagnosis.outliers import without_outliers
 from orchestrator.diagnosis.referee import Referee, version_name
+from orchestrator.diagnosis.remetric import NoiseOfSignals
 from orchestrator.diagnosis.response import Response
 from orchestrator.diagnosis.result import Diagnosis, Estimate, NamedEffect
 from orchestrator.diagnosis.search import Progress, Searcher
@@ -40,6 +41,8 @@ __all__ = ["diagnose", "named_effects", "version_name"]
 
 # Clocks of inputs and outputs may differ by a sample: two standard deviations.
 CLOCK_SAMPLES = 0.5
+# What takes the place of the best set may itself have kin that is likelier: a torque pair that is an encoder's offset.
+MOST_SECOND_THOUGHTS = 2
 
 Found = TypeVar("Found")
 
@@ -99,20 +102,27 @@ def _diagnosed(
         workers=workers,
         progress=progress,
         work=work,
+        noise=NoiseOfSignals(*(tuple(map(data.noise_of, names)) for names in (data.output_names, data.input_names))),
     )
     with _Aside(workers) as aside:
         lacking = aside.begin(lambda: where_forces_lack(plain, learning))
         later = aside.begin(lambda: _in_metric(source, plain, data, data.held_out, nominal.noise_floor, extra))
         path = searcher.run()
         held_out, (where, findings) = later(), lacking()
+    if path and searcher.noise is not None and searcher.learning is not learning:
+        held_out = searcher.noise.carried_by(follow(path[-1].refit, held_out), held_out)
     referee = Referee(source, measurements, nominal, held_out, workers)
     stages = searcher.trace.stages
     base = stages[0].tangent.base
     refereed = referee.judge(base, path, stages[-1].colour.scale, named_effects, progress)
-    if refereed.accepted:
-        searcher.try_kin(refereed.accepted[-1].refit)
+    for _ in range(MOST_SECOND_THOUGHTS if refereed.accepted else 0):
+        last = refereed.accepted[-1].refit
+        searcher.try_kin(last)
+        scale = searcher.test_of(last).colour.scale
+        refereed = referee.reconsidered(refereed, base, searcher.trace.refitted, scale, named_effects, progress)
+        if refereed.accepted[-1].refit is last:
+            break
     scale = searcher.test_of(refereed.accepted[-1].refit if refereed.accepted else base).colour.scale
-    refereed = referee.reconsidered(refereed, base, searcher.trace.refitted, scale, named_effects, progress)
     declared = all(data.levels[name].declared is not None for name in data.output_names)
     found = conclude(nominal, refereed, referee, searcher, declared=declared, impossible=impossible)
     best = refereed.accepted[-1].refit if refereed.accepted else None

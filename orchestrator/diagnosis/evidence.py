@@ -208,7 +208,9 @@ def refit(
     low, high = effects.bounds()
     extra, model = learning.nuisances, with_nuisances(effects, learning)
     others = extra.mean if nuisances is None else nuisances
-    guesses = [np.r_[_inside(row, effects), others] for row in np.atleast_2d(first)]
+    # What an earlier fit has found at a bound is there for a reason.
+    rows = np.atleast_2d(first) if earlier is not None else [_inside(row, effects) for row in np.atleast_2d(first)]
+    guesses = [np.r_[row, others] for row in rows]
     begun = [(guess, earlier) for guess in guesses]
     if earlier is None and _oscillates(effects):
         found_phases = [_phased(effects, model, learning, guess, guess[: len(low)]) for guess in guesses]

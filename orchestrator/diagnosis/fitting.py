@@ -81,7 +81,7 @@ class Fitter:
         """Refit sets, then sets that are taken as a `whole`, which may begin from the best of the former."""
         smaller = self._roughly(sets, (), stage, nuisances)
         rough = sorted([*smaller, *self._roughly(whole, smaller, stage, nuisances)], key=lambda r: r.half_bic)
-        polished = sorted(self.setting.side_by_side(self._closer, rough[:POLISHED]), key=lambda r: r.half_bic)
+        polished = sorted(self.setting.side_by_side(self.closer, rough[:POLISHED]), key=lambda r: r.half_bic)
         self._rough += rough[POLISHED:]
         return [*(self._from_elsewhere(r, stage) for r in polished[:1]), *polished[1:], *rough[POLISHED:]]
 
@@ -97,9 +97,10 @@ class Fitter:
 
     def finished(self, found: Refit) -> Refit:
         """A fitted set, to the end if it was fitted roughly only."""
-        return self._closer(found) if any(found is rough for rough in self._rough) else found
+        return self.closer(found) if any(found is rough for rough in self._rough) else found
 
-    def _closer(self, found: Refit) -> Refit:
+    def closer(self, found: Refit) -> Refit:
+        """A fitted set, fitted further from where it is, to the end."""
         nuisances = found.fit.values[found.size :]
         better = self.attempt(Wanted(found.effects.candidates, found.values, nuisances, earlier=found.fit))
         return found if better is None else better
@@ -154,7 +155,7 @@ class Fitter:
             return found
         smaller = self.setting.side_by_side(lambda c: self._without(found, c, ROUGH), found.effects.candidates)
         best = min([found, *(r for r in smaller if r is not None)], key=cost)
-        return found if best is found else self.simplified(self._closer(best), cost)
+        return found if best is found else self.simplified(self.closer(best), cost)
 
     def _without(self, found: Refit, effect: Candidate, tolerance: float = TOLERANCE) -> Refit | None:
         """The other effects of a set, fitted from where they are in it."""

@@ -1,11 +1,12 @@
 """Search over sets of effects: screen all, test whether noise alone would look like that, refit a few by free runs."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from fmus.catalogue import ModelicaModel
-from orchestrator.diagnosis.calibration import SIGNIFICANT, Stage
+from orchestrator.diagnosis.calibration import BEYOND_NOISE, SIGNIFICANT, Stage
 from orchestrator.diagnosis.candidates import Candidate, EffectSet, as_fmu, can_join
 from orchestrator.diagnosis.confusion import DECISIVE, half_bic, reach
 from orchestrator.diagnosis.evidence import LearningData, Refit, fit_nominal
@@ -15,6 +16,7 @@ from orchestrator.diagnosis.kinship import kin
 from orchestrator.diagnosis.nested import holds, starts
 from orchestrator.diagnosis.placed import placed
 from orchestrator.diagnosis.proposals import Proposer
+from orchestrator.diagnosis.remetric import NoiseOfSignals
 from orchestrator.diagnosis.response import Response
 from orchestrator.diagnosis.tangent import Tangent
 from orchestrator.diagnosis.trace import Accepted, Trace
@@ -43,10 +45,12 @@ class Searcher:
         workers: int,
         progress: Progress,
         work: Work | None = None,
+        noise: NoiseOfSignals | None = None,
     ) -> None:
         self.base, self.nominal, self.slots = base, nominal, tuple(slots)
         self.candidates, self.learning, self.progress = tuple(candidates), learning, progress
         self.trace = Trace(len({c.label for c in candidates}))
+        self.noise = noise
         work = Here() if work is None else work
         self.setting = Setting(base, nominal, self.slots, learning, work, workers, progress, self.trace)
         self.fitter = Fitter(self.setting)
@@ -67,7 +71,10 @@ class Searcher:
             best = self._best(found, base, stage)
             if best is None:
                 break
-            base, beam = best, [best, *(r for r in found if r.is_present() and r.labels != best.labels)][:UNITED]
+            base = self._in_its_metric(best, stage)
+            known = {r.labels: r for r in self.trace.refitted}
+            others = [known.get(r.labels, r) for r in found if r.is_present() and r.labels != base.labels]
+            beam = [base, *others][:UNITED]
         return self._nested(base)
 
     def _round(self, proposer: Proposer, beam: Sequence[Refit], stage: Stage) -> list[Refit]:
@@ -93,6 +100,31 @@ class Searcher:
         if again is not best:
             self.trace.refitted.append(again)
         return again
+
+    def _in_its_metric(self, best: Refit, stage: Stage) -> Refit:
+        """The best set, or a rival of it, fitted in the metric of noise as that set carries it, if that is another one.
+
+        Rivals are fitted in it, too. Sets that are too far behind to be rivals keep their distance. A set that leaves much
+        more than noise says little of how the machine carries it.
+        """
+        if self.noise is None or best.cost > BEYOND_NOISE**2:
+            return best
+        learning = self.noise.carried_by(best, self.learning)
+        if learning is self.learning:
+            return best
+        self.progress(f"fitting in the metric of noise as {' + '.join(best.ids)} carries it")
+        noise, choices, refitted = stage.colour.level**2, self.trace.choices, self.trace.refitted
+        self.learning = learning
+        self.setting = self.fitter.setting = replace(self.setting, learning=learning)
+        limit = half_bic(best, noise, choices) + reach(best, noise)
+        near = [k for k, r in enumerate(refitted) if half_bic(r, noise, choices) < limit]
+        again = self.setting.side_by_side(self.fitter.closer, [refitted[k] for k in near])
+        same = next(r for r in again if r.labels == best.labels)
+        apart = same.cost - best.cost
+        for k, r in enumerate(refitted):
+            refitted[k] = again[near.index(k)] if k in near else replace(r, fit=replace(r.fit, cost=r.cost + apart))
+        able = [r for r in again if r.is_present() and not r.pressed()]
+        return min([same, *able], key=lambda r: half_bic(r, noise, choices))
 
     def try_kin(self, best: Refit) -> None:
         """Refit what acts like an effect of a set and was not tried in its place, so that the odds are those of fits.
