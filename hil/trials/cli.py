@@ -78,21 +78,24 @@ def record(
         document = run_session(settings, LONGEST_S, operator, folder)
     write_json(json_file, document)
     if json_file != "-":
-        show(said_of(document, len(trials.trials) - first + 1, folder, virtual), quiet)
+        show(said_of(document, range(first, len(trials.trials) + 1), folder, virtual), quiet)
     if document["faults"]:
         raise SystemExit(1)
 
 
-def said_of(document: Mapping[str, Any], count: int, folder: Path, virtual: bool) -> str:
-    """Lines on what came of a session of so many trials."""
+def said_of(document: Mapping[str, Any], wanted: range, folder: Path, virtual: bool) -> str:
+    """Lines on what came of a session of the trials with these numbers."""
     from hil.cli import stopped_by
+    from hil.trials.files import TRIAL
 
-    whole = len(list(folder.glob("trial_*.parquet")))
+    done = [number for number in wanted if (folder / TRIAL.format(number)).exists()]
+    left = range(max(done, default=wanted.start - 1) + 1, wanted.stop)
     return (
         f"{document['cycles']} cycles at {document['rate_hz']:g} Hz, {document['missed']} missed,"
         f" {document['answers_late']} answers late, {document['frames_lost']} lost\n"
-        f"{stopped_by(document, virtual)}{whole} of {count} trials recorded in {folder}"
-        + (f"; to go on: misfit compare arm {folder}" if whole else "")
+        f"{stopped_by(document, virtual)}{len(done)} of {len(wanted)} trials recorded in {folder}"
+        + (f"; the others: --first {left.start} and another --out" if left else "")
+        + (f"; to go on: misfit compare arm {folder}" if done else "")
     )
 
 

@@ -14,6 +14,7 @@ from fmus.errors import MisfitError
 from hil.cli import hil
 from hil.session.recorded import replay_session
 from hil.session.settings import Settings, settings_of_json, virtual_settings
+from hil.trials.cli import said_of
 from hil.trials.controller import Trials
 from hil.trials.phases import Phase
 from hil.trials.protocol import Protocol, Trial
@@ -103,3 +104,20 @@ def test_a_protocol_that_ends_before_is_said_to(tmp_path: Path) -> None:
     assert isinstance(result.exception, MisfitError)
     assert str(result.exception) == "there is no trial 22 to begin with; the protocol has 1 to 21"
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("wanted", "recorded", "words"),
+    [
+        (range(1, 22), [1, 2, 3], "3 of 21 trials recorded in {}; the others: --first 4 and another --out; to go on"),
+        (range(4, 22), [], "0 of 18 trials recorded in {}; the others: --first 4 and another --out"),
+        (range(4, 6), [4, 5], "2 of 2 trials recorded in {}; to go on: misfit compare arm {}"),
+    ],
+)
+def test_a_session_that_was_broken_off_says_which_trial_is_next(
+    tmp_path: Path, wanted: range, recorded: list[int], words: str
+) -> None:
+    for number in recorded:
+        (tmp_path / f"trial_{number:02d}.parquet").touch()
+    document = {"cycles": 9, "rate_hz": 500.0, "missed": 0, "answers_late": 0, "frames_lost": 0, "faults": []}
+    assert words.format(tmp_path, tmp_path) in said_of(document, wanted, tmp_path, True)
