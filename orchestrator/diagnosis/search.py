@@ -140,8 +140,9 @@ class Searcher:
             others = [c for c in best.effects.candidates if c.label != effect.label]
             twin = can_join(others, other, self.slots)
             known = None if twin is None else tried.get(frozenset(c.label for c in (*others, twin)))
-            # A law that holds another one explains no less, if its fit has not gone astray.
-            astray = known is not None and holds(other.card, effect.card) and known.fit.misfit > best.fit.misfit
+            # A law that holds another one explains no less, and one that it holds may explain as much: or a fit went astray.
+            nested = holds(other.card, effect.card) or holds(effect.card, other.card)
+            astray = known is not None and nested and known.fit.misfit > best.fit.misfit
             if twin is None or (known is not None and not astray):
                 continue
             self.progress(f"refitting {twin.label} in place of {effect.label}")
@@ -170,13 +171,18 @@ class Searcher:
             refitted[k] = found
 
     def _guesses(self, best: Refit, effect: Candidate, twin: Candidate) -> list[np.ndarray]:
-        """First values of an effect in the place of another one: its card's, or about those of a law that it holds."""
+        """First values of an effect in the place of another one: its card's, or about those of a law that it holds, or what
+        it has of a law that holds it."""
         alone = EffectSet(self.base, [twin], self.nominal.signals)
-        if not holds(twin.card, effect.card):
-            return [alone.first_guess()]
         rows = zip(best.effects.owners(), best.effects.variables, best.values, strict=True)
         own = best.effects.candidates.index(effect)
-        return list(starts(alone, {v.name.removeprefix(f"{effect.slot}."): float(x) for k, v, x in rows if k == own}))
+        known = {v.name.removeprefix(f"{effect.slot}."): float(x) for k, v, x in rows if k == own}
+        if holds(twin.card, effect.card):
+            return list(starts(alone, known))
+        if holds(effect.card, twin.card):
+            names = [v.name.removeprefix(f"{twin.slot}.") for v in alone.variables]
+            return [np.array([known.get(name, x) for name, x in zip(names, alone.first_guess(), strict=True)])]
+        return [alone.first_guess()]
 
     def _larger(self, best: Refit) -> list[tuple[Candidate, Candidate]]:
         """Effects of a set, each with one at the same site whose law holds its own."""
