@@ -187,7 +187,7 @@ class Stage:
         inside = {k for found in self.best for k in found.blocks}
         if any(block.is_meaningful(self.tangent.error) for k, block in enumerate(self.blocks) if k in inside):
             return True
-        return self.is_notable(self._explained_by_best)
+        return bool(self.best) and self.is_notable(self._explained_by_best)
 
     def is_notable(self, change: np.ndarray) -> bool:
         """Whether a change (m,) of the error is a share of the noise of the outputs worth mentioning."""
