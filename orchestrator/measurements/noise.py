@@ -234,12 +234,18 @@ def _is_too_slow(noise: Noise, records: Sequence[Array]) -> bool:
 
 
 def _finest_step(values: Array) -> float:
+    """The resolution of a record, 0 if it shows none: the smallest step, or difference of neighbouring steps, of which nearly
+    all steps are multiples.
+
+    Whatever moves almost evenly makes steps of three counts, say, and now and then one of four: the difference is one count.
+    """
     changes = np.diff(values)
-    steps = np.abs(changes)
-    real = steps[steps > _ROUNDING * np.max(np.abs(values))]
+    steps, both = np.abs(changes), np.abs(np.r_[changes, np.diff(changes)])
+    least = _ROUNDING * np.max(np.abs(values))
+    real, both = steps[steps > least], both[both > least]
     if not real.size:
         return 0.0
-    finest = float(np.min(real))
+    finest = float(np.min(both))
     counts = np.round(changes / finest)
     # Whatever moves at a constant speed makes steps of one size, which says nothing of a resolution.
     if np.ptp(counts) == 0:

@@ -157,3 +157,12 @@ def test_steps_of_a_constant_speed_are_no_resolution() -> None:
     # Where an encoder counts a step from sample to sample, and now and then none, it shows its resolution.
     counted = np.round(1.0 * time / 0.005) * 0.005
     assert estimated_noise(counted) == pytest.approx(0.005 / np.sqrt(12), rel=0.1)
+
+
+@pytest.mark.parametrize("speed", [1.02, 3.02, 3.5, 7.04])
+def test_resolution_is_that_of_the_encoder_however_evenly_it_turns(speed: float) -> None:
+    """At 3.02 counts a sample nearly all steps are of three counts, and the few others of four."""
+    resolution = 2e-4
+    angle = resolution * np.round(speed * np.arange(2000))
+
+    assert estimated_noise(angle) == pytest.approx(resolution / np.sqrt(12), rel=0.5)
