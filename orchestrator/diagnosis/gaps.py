@@ -1,8 +1,6 @@
-"""Gaps in the record of an input, and the time before it: nobody knows what it did meanwhile, so that much is noise."""
+"""Gaps in the record of an input: nobody knows what it did meanwhile, so that much is noise."""
 
 import numpy as np
-
-from orchestrator.models.held_back import sizes_before
 
 GAP = 1.5
 
@@ -35,15 +33,6 @@ def unknown_in_gaps(time: np.ndarray, series: np.ndarray) -> np.ndarray:
             size * (np.arange(len(time)) == near) for near in range(place - 1, place + 3) if 0 <= near < len(time)
         ]
     return np.column_stack(columns) if columns else np.zeros((len(time), 0))
-
-
-def unknown_before(series: np.ndarray) -> np.ndarray:
-    """Histories (n, k) of an input (n,), one for each of its first samples, of the size that a delay may put it off by.
-
-    Something that acts late acts, when a record begins, as an input did before (see `orchestrator.models.held_back`).
-    """
-    sizes = sizes_before(series)
-    return np.eye(len(series), len(sizes)) * sizes
 
 
 def steps_are_even(steps: np.ndarray, count: int, usual: float) -> np.ndarray:

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 from scipy import linalg
 
-from orchestrator.diagnosis.gaps import unknown_before, unknown_in_gaps
+from orchestrator.diagnosis.gaps import unknown_in_gaps
 from orchestrator.diagnosis.metric import (
     MOST_BLOCKS,
     WAVES,
@@ -35,7 +35,7 @@ def metrics_of(response: Response, outputs: Sequence[Noise], inputs: Sequence[No
     Slow noise of inputs is carried as waves of time, the rest counts as white: what no waves can follow, in the noise and
     in what it does. (The power of all that noise does, less that of the waves, would be no measure of it: where a model
     integrates its inputs, both are large and hardly differ, and by chance their difference is none.) Where the record of an
-    input has gaps, what it did meanwhile is noise, too, and so is what it did before the record began. A model that neither is a formula nor shows its Jacobians, such as an
+    input has gaps, what it did meanwhile is noise, too. A model that neither is a formula nor shows its Jacobians, such as an
     FMU that is stepped, takes a run for each of them, so they are few.
     """
     std = np.array([noise.steady.std for noise in outputs])
@@ -46,8 +46,8 @@ def metrics_of(response: Response, outputs: Sequence[Noise], inputs: Sequence[No
         for i, noise in enumerate(inputs):
             slow, fast = _carried(response, k, i, noise, std, random)
             rest += fast
-            unknown = (unknown_in_gaps(record.time, record.inputs[:, i]), unknown_before(record.inputs[:, i]))
-            shapes = [*slow, *(part for part in unknown if part.any())]
+            gaps = unknown_in_gaps(record.time, record.inputs[:, i])
+            shapes = [*slow, *([gaps] if gaps.any() else [])]
             carried += [(i, shape, response.to_input(k, i, shape)) for shape in shapes]
         if carried or any(noise.slow > 0 or noise.jitter > 0 for noise in outputs):
             count = len(record.time) // stride

@@ -7,7 +7,6 @@ from fmus.catalogue import find_modelica_model
 from orchestrator.diagnosis.candidates import EffectSet, find_candidates
 from orchestrator.diagnosis.cards import effect_library
 from orchestrator.diagnosis.evidence import LearningData, fit_nominal, refit
-from orchestrator.diagnosis.gaps import unknown_before
 from orchestrator.diagnosis.noise_model import metrics_of
 from orchestrator.diagnosis.response import Response
 from orchestrator.measurements import Noise
@@ -58,11 +57,8 @@ def test_delay_is_found_though_nobody_recorded_what_it_held_back_at_the_start() 
 
 
 def test_an_input_that_is_held_at_first_holds_nothing_back() -> None:
-    assert not unknown_before(np.r_[np.full(40, 0.3), np.linspace(0, 1, 60)]).any()
+    assert not sizes_before(np.r_[np.full(40, 0.3), np.linspace(0, 1, 60)]).any()
 
 
 def test_a_ramp_was_as_far_off_as_it_goes_in_as_many_samples() -> None:
     np.testing.assert_allclose(sizes_before(0.5 * np.arange(200)), 0.5 * np.arange(HELD_BACK, 0, -1))
-    shapes = unknown_before(0.5 * np.arange(200))
-    assert shapes.shape == (200, HELD_BACK)
-    np.testing.assert_allclose(np.diag(shapes), 0.5 * np.arange(HELD_BACK, 0, -1))
