@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from orchestrator.diagnosis.evidence import Refit
-from orchestrator.diagnosis.nested import holds, rest_may_matter, unpinned
+from orchestrator.diagnosis.nested import MATTERS, holds, rest_share, unpinned
 from orchestrator.diagnosis.subsets import log_sets
 
 # Odds below which one explanation is not preferred to another: 1 to 20.
@@ -39,7 +39,8 @@ def rivals(best: Refit, tried: Sequence[Refit], scale: float, held_out: Callable
     The odds are exp(difference of BIC / 2), the misfit counted in units of `scale`, by which what is left differs from
     white noise of the declared level, times the odds that held-out trials give, whose logarithm `held_out` returns for a
     set. Several sites of one effect count once. A law that holds the one in its place, and more, pays nothing for parameters
-    that the data leave free, as they take no noise away; it is at most as likely as the simpler law.
+    that the data leave free, as they take no noise away; it is at most as likely as the simpler law, and none of its own where
+    the rest is too small to matter.
     """
     found: dict[tuple[str, str], Rival] = {}
     own = {c.label: c for c in best.effects.candidates}
@@ -53,7 +54,11 @@ def rivals(best: Refit, tried: Sequence[Refit], scale: float, held_out: Callable
         # Of equal size, they pay the same for the number of sets.
         behind = half_bic(other, scale, len(own)) - half_bic(best, scale, len(own))
         limit, least = DECISIVE if other.size <= best.size else PARSIMONIOUS, 0.0
-        holds_it = old.site == by.site and holds(by.card, old.card) and rest_may_matter(other, by, old.card)
+        nested = old.site == by.site and holds(by.card, old.card)
+        rest = rest_share(other, by, old.card) if nested else np.nan
+        if rest < MATTERS:
+            continue
+        holds_it = bool(rest >= MATTERS)
         if holds_it:
             behind -= 0.5 * unpinned(other, by, old.card) * float(np.log(other.fit.rows))
             limit, least = DECISIVE, 1.0

@@ -28,18 +28,19 @@ def holds(larger: EffectCard, smaller: EffectCard) -> bool:
     return alike and inner < outer and set(larger.slots) == set(smaller.slots)
 
 
-def rest_may_matter(found: Refit, larger: Candidate, smaller: EffectCard) -> bool:
-    """Whether what a fitted law has beyond a simpler one may be of a size, within its 90 % interval."""
-    rest = _rest(found, larger, smaller)
-    for unit in {v.unit for v, is_rest in zip(found.effects.variables, rest, strict=True) if is_rest}:
-        alike = np.array([v.unit == unit for v in found.effects.variables]) & _own(found, larger)
-        shared = np.abs(found.values[alike & ~rest])
-        counts = alike & rest & np.isfinite([p.meaningful for p in found.effects.card_parameters])
-        if shared.size and counts.any():
-            most = np.abs(_away(found)[counts]) + Z90 * found.std[counts]
-            if np.any(most >= MATTERS * shared.max()):
-                return True
-    return False
+def rest_share(found: Refit, larger: Candidate, smaller: EffectCard) -> float:
+    """How large what a fitted law has beyond a simpler one may be within its 90 % interval, as a share of what they share.
+
+    Of parameters of one unit; NaN if no parameter of the rest has the unit of one that both have.
+    """
+    own, rest = _own(found, larger), _rest(found, larger, smaller)
+    counts = rest & np.isfinite([p.meaningful for p in found.effects.card_parameters])
+    most, units = np.abs(_away(found)) + Z90 * found.std, np.array([v.unit for v in found.effects.variables])
+    shares = [
+        most[counts & (units == unit)].max() / max(np.abs(found.values[own & ~rest & (units == unit)]).max(), 1e-300)
+        for unit in set(units[counts]) & set(units[own & ~rest])
+    ]
+    return float(max(shares, default=np.nan))
 
 
 def unpinned(found: Refit, larger: Candidate, smaller: EffectCard) -> int:

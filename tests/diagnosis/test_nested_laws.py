@@ -10,7 +10,7 @@ from orchestrator.diagnosis.candidates import EffectSet, find_candidates
 from orchestrator.diagnosis.cards import effect_library
 from orchestrator.diagnosis.confusion import rivals
 from orchestrator.diagnosis.evidence import Refit
-from orchestrator.diagnosis.nested import holds, rest_may_matter, starts, unpinned
+from orchestrator.diagnosis.nested import holds, rest_share, starts, unpinned
 from orchestrator.models.estimation import Fit
 
 CARDS = {(card.id, card.variant): card for card in effect_library()}
@@ -37,20 +37,21 @@ def test_laws_that_hold_another_one_are_found_by_their_parameters() -> None:
 
 
 @pytest.mark.parametrize(
-    ("extra", "std", "matters"),
-    [
-        (0.0, 0.01, False),  # at most 1.6449 * 0.01 of a tauC of 1
-        (0.0, 0.13, True),  # up to 0.214, above a fifth of it
-        (0.25, 0.001, True),
-        (-0.001, np.inf, True),
-    ],
+    ("extra", "std", "share"),
+    [(0.0, 0.01, 0.5 * 1.6449 * 0.01), (0.25, 0.001, 0.5 * (0.25 + 1.6449e-3)), (-0.001, np.inf, np.inf)],
 )
-def test_the_rest_matters_if_its_interval_reaches_a_fifth_of_the_friction(
-    extra: float, std: float, matters: bool
+def test_the_rest_is_as_large_as_its_interval_reaches_against_the_friction(
+    extra: float, std: float, share: float
 ) -> None:
-    found = fitted("stribeck_friction", [1.0, extra, 0.2], [0.01, std, 0.1])
+    found = fitted("stribeck_friction", [2.0, extra, 0.2], [0.01, std, 0.1])
 
-    assert rest_may_matter(found, found.effects.candidates[0], COULOMB) is matters
+    assert rest_share(found, found.effects.candidates[0], COULOMB) == pytest.approx(share)
+
+
+def test_stiffness_has_no_share_of_a_torque() -> None:
+    found = fitted("passive_stiffness", [0.5, 1.0], [0.1, 0.1])
+
+    assert np.isnan(rest_share(found, found.effects.candidates[0], CARDS["constant_force", "joint"]))
 
 
 def test_parameters_of_the_rest_that_could_be_anything_are_free() -> None:
@@ -66,7 +67,8 @@ def test_parameters_of_the_rest_that_could_be_anything_are_free() -> None:
         ([0.5, 2.0, 0.4], 0.0, 2.0, np.exp(2.0)),
         ([0.5, 2.0, 0.4], -4.0, 0.0, np.exp(2.0)),
         ([0.5, 2.0, 0.4], 0.0, 4.0, None),  # odds of 55
-        ([0.0, 0.01, 0.4], 1.0, 0.0, None),  # ruled out: half a log of 1000 for each parameter, odds of 606
+        ([0.0, 0.01, 0.4], 1.0, 0.0, None),  # ruled out
+        ([0.1, 0.001, 0.001], 100.0, 0.0, None),  # it is there, and too small to matter
         ([0.5, 0.1, 0.4], 1.0, 0.0, np.exp(-0.5) * ROWS**0.5),  # only vS is free; odds of 19.2
     ],
 )
