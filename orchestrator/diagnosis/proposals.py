@@ -10,11 +10,14 @@ from orchestrator.diagnosis.calibration import Stage
 from orchestrator.diagnosis.candidates import Candidate, EffectSet, can_join
 from orchestrator.diagnosis.evidence import Refit
 from orchestrator.diagnosis.fitting import Setting
+from orchestrator.diagnosis.nested import holds
 from orchestrator.diagnosis.screening import Explanation, Screened, Screener
 from orchestrator.diagnosis.work import ScreenTask
 
 # A larger set must score this much more, a chance of 1 in 20, to be refitted as a whole.
 CLEARLY = 3.0
+# What an effect leaves of the residual beside a set that is not the best, as a share of what it leaves beside that.
+CLEARLY_LESS = 0.9
 # Refitted in a round: those that explain the most of the correction residual, and the most of the free runs' error.
 BY_RESIDUAL = 5
 BY_FREE_RUNS = 3
@@ -96,20 +99,26 @@ class Proposer:
     def _extensions(self, beam: Sequence[Refit]) -> list[Screened]:
         """Every set that adds one candidate to a set of the beam; each set once, whatever its order.
 
-        Gains count from the cost of the best set, so that extensions of a poor set do not crowd out those of a good one.
+        Gains count from the cost of the best set, so that extensions of a poor set do not crowd out those of a good one; a
+        candidate beside another set has to leave clearly less than beside the best, else the same is fitted twice.
         """
         found: dict[frozenset[str], Screened] = {}
+        beside_best: dict[str, float] = {}
         for current in beam:
             for entry in self._extended(current):
-                gain = 1.0 - (1.0 - entry.gain) * current.cost / beam[0].cost
-                counted = Screened(entry.candidates, entry.values, gain)
+                left, added = (1.0 - entry.gain) * current.cost / beam[0].cost, entry.candidates[-1].label
+                if current is beam[0]:
+                    beside_best[added] = left
+                elif left > CLEARLY_LESS * beside_best.get(added, np.inf):
+                    continue
+                counted = Screened(entry.candidates, entry.values, 1.0 - left)
                 found.setdefault(frozenset(c.label for c in entry.candidates), counted)
         return list(found.values())
 
     def _extended(self, current: Refit) -> list[Screened]:
         inside = current.effects.candidates
         placed = [(can_join(inside, s.screened.candidates[0], self.setting.slots), s) for s in self._singles]
-        possible = [(candidate, single) for candidate, single in placed if candidate is not None]
+        possible = [(c, single) for c, single in placed if c is not None and not _repeats(c, inside)]
         if self._screener is None or current.effects.model.residual is None:
             return [
                 Screened((*inside, c), np.concatenate([current.values, s.screened.values]), np.nan) for c, s in possible
@@ -150,10 +159,16 @@ def unions(beam: Sequence[Refit], slots: Sequence[str]) -> list[Screened]:
             if candidate.label in best.labels:
                 continue
             twin = can_join(placed, candidate, slots)
-            if twin is None:
+            if twin is None or _repeats(twin, placed):
                 break
             placed.append(twin)
             values.append(other.values[np.array(other.effects.owners()) == k])
         if len(placed) == len(best.effects.candidates) + 1:
             found.append(Screened(tuple(placed), np.concatenate(values), np.nan))
     return found
+
+
+def _repeats(candidate: Candidate, others: Sequence[Candidate]) -> bool:
+    """Whether one of the others is at the same site a law that holds the candidate's, or one that it holds."""
+    cards = [other.card for other in others if other.site == candidate.site]
+    return any(holds(card, candidate.card) or holds(candidate.card, card) for card in cards)

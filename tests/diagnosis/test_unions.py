@@ -48,3 +48,8 @@ def test_two_fitted_pairs_are_put_together_only_if_they_share_an_effect() -> Non
 def test_a_set_inside_the_best_one_adds_nothing() -> None:
     best = fitted(viscous_friction=[0.1], cogging=[0.2, 0.3, 7.0])
     assert unions([best, fitted(cogging=[0.4, 0.5, 8.0])], SLOTS) == []
+
+
+def test_a_law_is_not_put_together_with_one_that_holds_it() -> None:
+    best, other = fitted(coulomb_friction=[0.1]), fitted(stribeck_friction=[0.1, 0.05, 0.2])
+    assert unions([best, other], SLOTS) == []
