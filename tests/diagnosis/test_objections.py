@@ -17,7 +17,9 @@ def objection(monkeypatch: pytest.MonkeyPatch, nominal: float, before: float, af
     monkeypatch.setattr(module, "explained_by_noise", lambda *args: False)
     monkeypatch.setattr(Trace, "p_value", lambda self, found: 0.005)
     monkeypatch.setattr(Trace, "_charge", lambda self, found: 0.0)
-    one = SimpleNamespace(cost=before**2, labels=frozenset("a"), ids=("a",))
+    monkeypatch.setattr(Trace, "_shows", lambda self, found, stage: False)
+    many = SimpleNamespace(rows=10_000)
+    one = SimpleNamespace(cost=before**2, labels=frozenset("a"), ids=("a",), fit=many)
     stage = SimpleNamespace(tangent=SimpleNamespace(base=one), colour=SimpleNamespace(level=1.0), nominal_rms=nominal)
     two: Any = SimpleNamespace(
         cost=after**2, labels=frozenset("ab"), ids=("a", "b"), pressed=list, is_meaningful=lambda: False
