@@ -22,6 +22,11 @@ class Oscillation:
     phase: tuple[int, int]
 
 
+def oscillates(effects: EffectSet) -> bool:
+    """Whether an effect of a set has a phase of its own in each trial."""
+    return bool(effects.candidates) and any(p.phase for p in effects.card_parameters)
+
+
 def oscillations(effects: EffectSet, system: SymbolicSystem) -> Iterator[Oscillation]:
     """The oscillations among the effects of a set, by their places in a system of that set."""
     owners, cards, names = effects.owners(), effects.card_parameters, [v.name for v in system.states]
@@ -38,7 +43,7 @@ def canonical(effects: EffectSet, fit: Fit, records: Sequence[Record]) -> tuple[
 
     What was expected of start values turns with them.
     """
-    if not (effects.candidates and any(p.phase for p in effects.card_parameters)):
+    if not oscillates(effects):
         return fit, tuple(records)
     parameters, states = np.ones(len(fit.values)), np.ones(len(effects.model.system.states))
     for oscillation in oscillations(effects, effects.model.system):

@@ -10,7 +10,7 @@ from scipy import stats
 
 from fmus.errors import ComponentError
 from orchestrator.diagnosis.candidates import Candidate, EffectSet, model_of
-from orchestrator.diagnosis.canonical import canonical
+from orchestrator.diagnosis.canonical import canonical, oscillates
 from orchestrator.diagnosis.metric import Metric, stride_for, white_metric
 from orchestrator.diagnosis.nuisances import Nuisances
 from orchestrator.diagnosis.phases import phases_of_runs
@@ -212,7 +212,7 @@ def refit(
     rows = np.atleast_2d(first) if earlier is not None else [_inside(row, effects) for row in np.atleast_2d(first)]
     guesses = [np.r_[row, others] for row in rows]
     begun = [(guess, earlier) for guess in guesses]
-    if earlier is None and _oscillates(effects):
+    if earlier is None and oscillates(effects):
         found_phases = [_phased(effects, model, learning, guess, guess[: len(low)]) for guess in guesses]
         begun = [(np.r_[values, others], phases) for values, phases in found_phases]
     best = begun[0] if len(begun) == 1 else min(begun, key=lambda b: _rough_misfit(model, learning, *b))
@@ -220,11 +220,6 @@ def refit(
     found = _fit(effects, model, learning, best[0], *bounds, tolerance, best[1])
     fit, records = canonical(effects, found.fit, found.records)
     return replace(found, fit=fit, records=records)
-
-
-def _oscillates(effects: EffectSet) -> bool:
-    """Whether an effect of a set has a phase of its own in each trial."""
-    return bool(effects.candidates) and any(p.phase for p in effects.card_parameters)
 
 
 def _phased(
@@ -305,7 +300,7 @@ def follow(found: Refit, learning: LearningData) -> Refit:
         learning.trials, learning.floor, learning.metrics, Nuisances(shift_std=learning.nuisances.shift_std)
     )
     nothing = np.zeros(0)
-    begun = _phased(found.effects, model, alone, nothing, found.values)[1] if _oscillates(found.effects) else None
+    begun = _phased(found.effects, model, alone, nothing, found.values)[1] if oscillates(found.effects) else None
     return _fit(
         EffectSet(found.effects.base, (), model.signals), model, alone, nothing, nothing, nothing, earlier=begun
     )

@@ -13,7 +13,7 @@ from scipy import signal
 
 from fmus.catalogue import ModelicaModel
 from orchestrator.diagnosis.candidates import Candidate, EffectSet
-from orchestrator.diagnosis.canonical import oscillations
+from orchestrator.diagnosis.canonical import oscillates, oscillations
 from orchestrator.diagnosis.evidence import LearningData, Refit
 from orchestrator.diagnosis.phases import with_phases
 from orchestrator.models.estimation import Record, fit
@@ -113,7 +113,7 @@ class Screener:
         self, effects: EffectSet, guess: np.ndarray, records: list[Record], substeps: int
     ) -> tuple[np.ndarray, list[Record]]:
         """First values and records that begin with the amplitudes and phases of oscillations that the residual shows."""
-        if not any(p.phase for p in effects.card_parameters):
+        if not oscillates(effects):
             return guess, records
         compiled, parameters = effects.model.compiled_residual, effects.model.compiled.with_values(guess)
 
