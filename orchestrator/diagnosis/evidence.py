@@ -361,6 +361,19 @@ def _steps(model: SymbolicModel, records: Sequence[Record], parameters: np.ndarr
     return max(model.substeps(record, parameters, learning.trials[0].noise) for record in records)
 
 
+def linearised(found: Refit, learning: LearningData) -> tuple[np.ndarray, np.ndarray]:
+    """Residuals (m,) of a fitted set in the metric, then those of priors, and their slopes (m, k) in all that was fitted."""
+    return linearise(
+        found.model.compiled,
+        found.records,
+        np.ones(len(found.model.signals)),
+        found.fit,
+        substeps=found.substeps,
+        prior=learning.nuisances.prior(found.size),
+        reduce=learning.metrics,
+    )
+
+
 def _finer_steps(found: Refit, learning: LearningData, prior: Prior) -> int:
     """Steps for a fit for which those that were short enough for its first guess are too long; 0 if they are not.
 

@@ -7,9 +7,9 @@ from typing import Any, Literal
 
 import numpy as np
 
-from orchestrator.diagnosis.evidence import LearningData, Refit
+from orchestrator.diagnosis.evidence import LearningData, Refit, linearised
 from orchestrator.diagnosis.tangent import orthonormal
-from orchestrator.models.estimation import Z90, linearise
+from orchestrator.models.estimation import Z90
 
 # A change that moves the data by less than this many standard deviations of their noise, all samples taken together.
 UNSEEN = 1.0
@@ -152,15 +152,7 @@ def doubts_of(found: Refit, learning: LearningData) -> list[Doubt]:
 
 def whitened(found: Refit, learning: LearningData) -> tuple[list[Fitted], np.ndarray]:
     """Parameters of effects and tolerances, and their columns in units of what is left, starts and clocks projected away."""
-    _, jacobian = linearise(
-        found.model.compiled,
-        found.records,
-        np.ones(len(found.model.signals)),
-        found.fit,
-        substeps=found.substeps,
-        prior=learning.nuisances.prior(found.size),
-        reduce=learning.metrics,
-    )
+    _, jacobian = linearised(found, learning)
     count = len(found.fit.values)
     data = slice(0, found.fit.rows)
     jacobian[data] /= max(found.cost**0.5, 1e-300)

@@ -6,14 +6,14 @@ correlated residuals widen a profile as they widen an interval from curvature.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fmus.errors import ComponentError
 from orchestrator.diagnosis.calibration import BEYOND_NOISE
-from orchestrator.diagnosis.evidence import LearningData, Refit
-from orchestrator.models.estimation import Z90, Fit, Prior, fit, linearise
+from orchestrator.diagnosis.evidence import LearningData, Refit, linearised
+from orchestrator.models.estimation import Z90, Fit, Prior, fit
 
 MOST_PARAMETERS = 6
 # A rise of the misfit at the end of an interval that differs from a parabola's by more than this factor misleads.
@@ -56,15 +56,7 @@ class _Problem:
         low = [-np.inf if v.minimum is None else v.minimum for v in variables]
         high = [np.inf if v.maximum is None else v.maximum for v in variables]
         self.low, self.high = np.r_[low, extra.low], np.r_[high, extra.high]
-        residual, jacobian = linearise(
-            found.model.compiled,
-            found.records,
-            np.ones(len(found.model.signals)),
-            found.fit,
-            substeps=found.substeps,
-            prior=self.prior,
-            reduce=learning.metrics,
-        )
+        residual, jacobian = linearised(found, learning)
         length = np.linalg.norm(jacobian, axis=0)
         scaled = jacobian / np.where(length > 0, length, 1.0)
         inverse = np.linalg.pinv(scaled.T @ scaled, hermitian=True)
@@ -160,13 +152,5 @@ class _Problem:
         starts = rest[shifted:].reshape(len(self.found.records), -1)
         shift = float(rest[0]) if shifted else 0.0
         there = Fit(values, values, tuple(starts), 0.0, np.zeros(len(values), bool), self.found.fit.rows, 0.0, shift)
-        residual, _ = linearise(
-            self.found.model.compiled,
-            self.found.records,
-            np.ones(len(self.found.model.signals)),
-            there,
-            substeps=self.found.substeps,
-            prior=self.prior,
-            reduce=self.learning.metrics,
-        )
+        residual, _ = linearised(replace(self.found, fit=there), self.learning)
         return float(residual @ residual)

@@ -11,11 +11,11 @@ from scipy.linalg import block_diag
 
 from fmus.errors import MisfitError
 from orchestrator.diagnosis.candidates import Candidate, EffectSet, can_join
-from orchestrator.diagnosis.evidence import LearningData, Refit
+from orchestrator.diagnosis.evidence import LearningData, Refit, linearised
 from orchestrator.diagnosis.metric import concatenate
 from orchestrator.diagnosis.response import Response
 from orchestrator.diagnosis.visible import over_noise
-from orchestrator.models.estimation import STEEPEST, Record, linearise
+from orchestrator.models.estimation import STEEPEST, Record
 from orchestrator.models.smoothing import SmoothedTrial
 from orchestrator.models.symbolic import Motion, SymbolicModel
 
@@ -74,11 +74,11 @@ class Tangent:
 
     def __init__(self, base: Refit, nominal: SymbolicModel, learning: LearningData) -> None:
         self.base, self.nominal, self.learning = base, nominal, learning
-        residual, _ = self._linearised(base.records)
+        residual, _ = linearised(base, learning)
         self.recorded_error = residual
         records = self._quiet_records(residual)
         self.response = Response(replace(base, records=records), [t.smoother for t in learning.trials])
-        _, jacobian = self._linearised(records)
+        _, jacobian = linearised(replace(base, records=records), learning)
         self.data_rows = base.fit.rows
         between = self._between_samples()
         jacobian = block_diag(jacobian, np.eye(between.shape[1]) / BETWEEN_STD)
@@ -91,19 +91,6 @@ class Tangent:
         given = [*range(base.size, starts), *range(jacobian.shape[1] - between.shape[1], jacobian.shape[1])]
         self._exact = orthonormal(np.delete(jacobian, given, axis=1), 1e-9) if given else self.basis
         self.error = self.project(-residual)
-
-    def _linearised(self, records: Sequence[Record], found: Refit | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """Residuals (m,) and their slopes in all that was fitted, along records; of the base, or of another set."""
-        found = self.base if found is None else found
-        return linearise(
-            found.model.compiled,
-            records,
-            np.ones(len(found.model.signals)),
-            found.fit,
-            substeps=found.substeps,
-            prior=self.learning.nuisances.prior(found.size),
-            reduce=self.learning.metrics,
-        )
 
     def over_noise(self, change: np.ndarray) -> float:
         """Rms of a change (m,) of the error over that of the noise, as the outputs show both beside start values."""
@@ -119,14 +106,15 @@ class Tangent:
     def change_to(self, found: Refit) -> np.ndarray:
         """What another fitted set does to the error (m,) of this one; none in the rows of priors."""
         change = np.zeros(len(self.error))
-        after, _ = self._linearised(found.records, found)
+        after, _ = linearised(found, self.learning)
         change[: self.data_rows] = self.recorded_error[: self.data_rows] - after[: self.data_rows]
         return change
 
     def along_quiet_inputs(self, found: Refit) -> np.ndarray:
         """Errors (m,) of a fitted set, then of priors, along the trials' inputs without the noise that shows of them."""
         pairs = zip(found.records, self.response.base.records, strict=True)
-        return self._linearised([replace(own, inputs=quiet.inputs) for own, quiet in pairs], found)[0]
+        records = tuple(replace(own, inputs=quiet.inputs) for own, quiet in pairs)
+        return linearised(replace(found, records=records), self.learning)[0]
 
     def _quiet_records(self, residual: np.ndarray) -> tuple[Record, ...]:
         """Records without the noise of the inputs, as far as it shows.

@@ -11,8 +11,8 @@ from dataclasses import replace
 import numpy as np
 
 from fmus.errors import ComponentError
-from orchestrator.diagnosis.evidence import LearningData, Refit
-from orchestrator.models.estimation import Fit, linearise
+from orchestrator.diagnosis.evidence import LearningData, Refit, linearised
+from orchestrator.models.estimation import Fit
 
 # A shape and a size make up for each other if their errors are correlated more than this.
 TRADED = 0.95
@@ -71,7 +71,7 @@ def _way(found: Refit, learning: LearningData, shape: int, step: float) -> Itera
         try:
             for _ in range(CORRECTIONS):
                 here = _corrected(found, learning, here, held, low, high)
-            residual, _ = _linearised(found, learning, here)
+            residual, _ = linearised(replace(found, fit=here), learning)
         except ComponentError:
             return
         yield here.values[: found.size], float(residual @ residual)
@@ -81,7 +81,7 @@ def _corrected(
     found: Refit, learning: LearningData, here: Fit, held: list[int], low: np.ndarray, high: np.ndarray
 ) -> Fit:
     """A fit after one step of Gauss and Newton in all but what is held."""
-    residual, slopes = _linearised(found, learning, here)
+    residual, slopes = linearised(replace(found, fit=here), learning)
     size, shifted = len(here.values), int(learning.nuisances.shift_std > 0)
     slopes[:, held] = 0.0
     length = np.where(norms := np.linalg.norm(slopes, axis=0), norms, 1.0)
@@ -92,16 +92,4 @@ def _corrected(
         values=np.clip(here.values + move[:size], low, high),
         shift=here.shift + float(move[size]) if shifted else 0.0,
         starts=tuple(a + b for a, b in zip(here.starts, starts, strict=True)),
-    )
-
-
-def _linearised(found: Refit, learning: LearningData, here: Fit) -> tuple[np.ndarray, np.ndarray]:
-    return linearise(
-        found.model.compiled,
-        found.records,
-        np.ones(len(found.model.signals)),
-        here,
-        substeps=found.substeps,
-        prior=learning.nuisances.prior(found.size),
-        reduce=learning.metrics,
     )
