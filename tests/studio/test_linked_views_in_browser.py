@@ -22,7 +22,17 @@ from orchestrator.studio.views.store import write
 ONE_PAGE = Path(__file__).parents[1] / "studio_views" / "one_page.py"
 UNITS, FLOOR, STEP, SAMPLES = {"q1": "rad", "q2": "rad"}, {"q1": 0.01, "q2": 0.01}, 0.002, 30_000
 TIME = STEP * np.arange(SAMPLES)
-SHIFTS: str = "new PerformanceObserver((list) => { for (const e of list.getEntries()) { window.shifts = (window.shifts ?? 0) + e.value; (window.shifted ??= []).push(...e.sources.map((s) => [s.node?.nodeName + '.' + s.node?.className, s.previousRect.y, s.currentRect.y])); } }).observe({ type: 'layout-shift', buffered: true })"
+# Like the standard measure (CLS) without what follows an input or a new size of the window: a busy machine may show the
+# tab some pixels wide before the browser hears of its size.
+SHIFTS = """
+new PerformanceObserver((list) => {
+  for (const e of list.getEntries().filter((e) => !e.hadRecentInput)) {
+    window.shifts = (window.shifts ?? 0) + e.value;
+    (window.shifted ??= []).push(
+      ...e.sources.map((s) => [s.node?.nodeName + '.' + s.node?.className, s.previousRect.y, s.currentRect.y]));
+  }
+}).observe({ type: 'layout-shift', buffered: true })
+"""
 
 
 def trial(place: int) -> TrialCurves:
