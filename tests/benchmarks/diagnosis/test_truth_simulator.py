@@ -20,6 +20,7 @@ from tests.benchmarks.diagnosis.truth.machines import MACHINES
 from tests.benchmarks.diagnosis.truth.native import has_mujoco, simulate, simulate_tanks
 from tests.benchmarks.diagnosis.truth.nearest import left_by_library
 from tests.benchmarks.diagnosis.truth.run import Injection, run_trial
+from tests.benchmarks.diagnosis.truth.signal_effects import slow_reading
 from tests.benchmarks.diagnosis.truth.write import write_case
 from tests.benchmarks.diagnosis.truth.yardstick import Yardstick
 
@@ -261,3 +262,15 @@ def test_friction_of_a_drive_at_one_speed_is_plain_but_its_law_is_not(name: str,
 
     assert yardstick.enr([true]) > 3.0
     assert law < 2.0
+
+
+@pytest.mark.parametrize("lag", [0.004, 0.006, 0.1])
+def test_a_slow_sensor_answers_an_oscillation_as_the_formula_says(lag: float) -> None:
+    """(q - y)/lag = y' answers sin(w t) by (sin(w t) - w lag cos(w t) + w lag e^(-t/lag)) / (1 + (w lag)^2)."""
+    w, time = 6.0, np.arange(3000) * 1e-3
+    wanted = (np.sin(w * time) - w * lag * (np.cos(w * time) - np.exp(-time / lag))) / (1 + (w * lag) ** 2)
+
+    read = slow_reading(time, np.sin(w * time)[:, None], lag)[:, 0]
+
+    assert np.ptp(wanted) > 1.5
+    np.testing.assert_allclose(read, wanted, atol=2e-8)

@@ -3,10 +3,14 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import signal
+from scipy.interpolate import CubicSpline
 
 from tests.benchmarks.diagnosis.truth.context import Context, Sized
 from tests.benchmarks.diagnosis.truth.run import Injection, Series
 
+# Parts of a sample interval in which a slow sensor is followed.
+_FINER = 16
 # Clocks of inputs and outputs may be a sample apart; a delay or lag that is no longer than that is no effect.
 _SEEN_SAMPLES = 1.5
 
@@ -93,7 +97,7 @@ def sensor_lag(context: Context) -> Sized:
     def late(by: float) -> Series:
         def reading(time: np.ndarray, y: np.ndarray) -> np.ndarray:
             read = y.copy()
-            read[:, alike] = lagged(time, y[:, alike], by, by)
+            read[:, alike] = slow_reading(time, y[:, alike], by)
             return read
 
         return reading
@@ -105,17 +109,28 @@ def sensor_lag(context: Context) -> Sized:
     return sized
 
 
-def lagged(time: np.ndarray, signal: np.ndarray, rising: float, falling: float) -> np.ndarray:
-    """First-order lag (n, k) of a signal, exact for inputs that are straight between samples; the start is at rest."""
+def slow_reading(time: np.ndarray, motion: np.ndarray, lag: float) -> np.ndarray:
+    """What a sensor of first order shows (n, k) of a smooth motion, from rest: a cubic spline through it, taken finely.
+
+    Were the motion straight between its samples, a lag of six of them would read as one that is 0.2 % longer.
+    """
+    fine = np.linspace(time[0], time[-1], _FINER * (len(time) - 1) + 1)
+    numerator, denominator, _ = signal.cont2discrete(([1.0], [lag, 1.0]), fine[1] - fine[0], "foh")
+    moved = CubicSpline(time, motion)(fine) - motion[0]
+    return motion[0] + signal.lfilter(numerator[0], denominator, moved, axis=0)[::_FINER]
+
+
+def lagged(time: np.ndarray, followed: np.ndarray, rising: float, falling: float) -> np.ndarray:
+    """First-order lag (n, k) of a series, exact for inputs that are straight between samples; the start is at rest."""
     step = time[1] - time[0]
-    result, now = np.empty_like(signal), signal[0].copy()
+    result, now = np.empty_like(followed), followed[0].copy()
     result[0] = now
-    slopes, middle = np.diff(signal, axis=0) / step, 0.5 * (signal[1:] + signal[:-1])
+    slopes, middle = np.diff(followed, axis=0) / step, 0.5 * (followed[1:] + followed[:-1])
     kept = np.exp(-step / rising), np.exp(-step / falling)
     for k, slope in enumerate(slopes):
         up = middle[k] > now
         behind = slope * np.where(up, rising, falling)
-        now = signal[k + 1] - behind + (now - signal[k] + behind) * np.where(up, *kept)
+        now = followed[k + 1] - behind + (now - followed[k] + behind) * np.where(up, *kept)
         result[k + 1] = now
     return result
 
