@@ -32,7 +32,7 @@ KEPT_TRIALS = 8
 class _Function(ctypes.Structure):
     """Mirror of `function` in simulator.c."""
 
-    _fields_ = [(name, ctypes.c_void_p) for name in ("call", "work", "row", "column")] + [
+    _fields_ = [(name, ctypes.c_void_p) for name in ("call", "work", "place", "column", "first", "other")] + [
         ("entries", ctypes.c_longlong)
     ]
 
@@ -120,7 +120,7 @@ class CompiledModel:
 
     @property
     def operations(self) -> int:
-        """About how many operations one evaluation of the rates with their slopes takes; 0 if nobody knows."""
+        """About how many operations one evaluation of the rates with their slopes takes, as written; 0 if nobody knows."""
         return self._machine_code.operations
 
     def _delays(self, time: np.ndarray, inputs: np.ndarray, parameters: np.ndarray) -> tuple[np.ndarray, ...]:
@@ -158,12 +158,13 @@ class CompiledModel:
         return self._compiled
 
     def _compile(self) -> "_MachineCode":
-        functions = self._functions()
+        plain = self._functions()
+        functions = [_without_repetitions(function) for function in plain]
         generator = ca.CodeGenerator("model.c", {"with_header": False, "main": False})
         for function in functions:
             generator.add(function)
         library = ctypes.CDLL(str(build_library(_inlined(str(generator.dump())))))
-        return _MachineCode.of(library, functions)
+        return _MachineCode.of(library, functions, operations=plain[1].n_instructions())
 
     def _functions(self) -> list[ca.Function]:
         """Rates and outputs, each alone and with its Jacobian: the four functions that simulator.c calls."""
@@ -195,18 +196,40 @@ class _MachineCode:
     operations: int
 
     @staticmethod
-    def of(library: ctypes.CDLL, functions: Sequence[ca.Function]) -> "_MachineCode":
+    def of(library: ctypes.CDLL, functions: Sequence[ca.Function], operations: int) -> "_MachineCode":
         """Look the functions up in their library; the result keeps alive what it points to."""
         found, keep = list[_Function](), list[object]([library])
         for function in functions:
             name = function.name()
             addresses = [ctypes.cast(library[name + suffix], ctypes.c_void_p) for suffix in ("", "_work")]
-            places = function.sparsity_out(1).get_triplet() if function.n_out() > 1 else ((), ())
-            row, column = (np.array(part, dtype=np.longlong) for part in places)
-            keep += [row, column]
-            found.append(_Function(*addresses, row.ctypes.data, column.ctypes.data, len(row)))
+            layout = _layout(function)
+            keep += layout
+            found.append(_Function(*addresses, *(part.ctypes.data for part in layout), len(layout[0])))
         f, fj, y, yj = found
-        return _MachineCode((f, y), (fj, yj), tuple(keep), functions[1].n_instructions())
+        return _MachineCode((f, y), (fj, yj), tuple(keep), operations)
+
+
+def _without_repetitions(function: ca.Function) -> ca.Function:
+    """The same function, in which what a derivative has in common with its function is computed once."""
+    arguments: Any = function.sx_in() if function.is_a("SXFunction") else function.mx_in()
+    results: Any = function.call(arguments)
+    return ca.Function(function.name(), arguments, results, {"cse": True})
+
+
+def _layout(function: ca.Function) -> list[np.ndarray]:
+    """The entries of a function's Jacobian by rows, and in each by columns, as simulator.c takes them.
+
+    Where each is stored, its column, where each row begins (and the last one ends), and where in a row the columns of
+    states end. A function without a Jacobian has no entries.
+    """
+    if function.n_out() < 2:
+        return [np.zeros(0, dtype=np.longlong)] * 4
+    row, column = (np.array(part, dtype=np.longlong) for part in function.sparsity_out(1).get_triplet())
+    place = np.lexsort((column, row))
+    rows, states = np.arange(function.size1_out(1) + 1), function.size1_in(1)
+    first = np.searchsorted(row[place], rows)
+    other = first[:-1] + np.bincount(row[column < states], minlength=len(rows) - 1)
+    return [np.ascontiguousarray(part, dtype=np.longlong) for part in (place, column[place], first, other)]
 
 
 def _inlined(source: str) -> str:

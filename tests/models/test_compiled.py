@@ -11,7 +11,7 @@ from scipy import linalg
 from fmus.catalogue import ModelicaModel, find_modelica_model
 from fmus.errors import ComponentError, ModelicaError
 from fmus.symbolic.system import SymbolicSystem, Variable
-from orchestrator.models.compiled import CompiledModel, linear_answer
+from orchestrator.models.compiled import CompiledModel, _without_repetitions, linear_answer
 from orchestrator.models.patch import Attachment, check_attached, patched_model
 
 TIME = np.linspace(0, 1, 501)
@@ -201,3 +201,54 @@ def test_threads_that_share_a_model_not_yet_compiled_get_the_same_run() -> None:
     for outputs, slopes in runs:
         assert np.array_equal(outputs, expected.outputs)
         assert np.array_equal(slopes, expected.sensitivities)
+
+
+@pytest.mark.parametrize(("states", "free"), [(1, 7), (7, 1), (8, 0), (11, 6), (16, 16)])
+def test_sensitivities_of_a_linear_system_are_the_polynomial_of_its_matrix(states: int, free: int) -> None:
+    # x' = A x + B p: a Runge-Kutta step of fourth order is 1 + hM + ... + (hM)^4/24 of M = [A B; 0 0].
+    random = np.random.default_rng(states)
+    matrix = np.zeros((states + free, states + free))
+    matrix[:states] = random.normal(size=(states, states + free)) * (random.random((states, states + free)) < 0.6)
+    t, x, u, d, p = (ca.SX.sym(n, k) for n, k in zip("txudp", (1, states, 0, 0, free), strict=True))
+    nothing, names = ca.SX(0, 1), [f"x{k}" for k in range(states)]
+    system = SymbolicSystem(
+        name="Linear",
+        description="",
+        inputs=(),
+        states=tuple(Variable(name) for name in names),
+        algebraics=(),
+        parameters=tuple(Variable(f"p{k}") for k in range(free)),
+        dependents=(),
+        outputs=tuple(names),
+        rhs=ca.Function("rhs", [t, x, u, d, p], [ca.mtimes(ca.DM(matrix[:states]), ca.vertcat(x, p)), nothing]),
+        history=ca.Function("history", [t, u, p], [nothing, nothing]),
+        dependent=ca.Function("dependent", [p], [nothing]),
+        initial=ca.Function("initial", [p], [ca.SX(states, 1)]),
+    )
+    model = CompiledModel(system, names, [v.name for v in system.parameters])
+    values, start, time = random.normal(size=free), random.normal(size=states), np.array([0.0, 0.1, 0.3])
+
+    run = model.run(time, np.zeros((3, 0)), values, start, substeps=2, sensitivities=True)
+
+    whole = np.eye(states + free)
+    for k, h in enumerate([0.05, 0.1], start=1):
+        powers = np.array([np.linalg.matrix_power(h * matrix, order) for order in range(5)])
+        step = np.tensordot([1, 1, 1 / 2, 1 / 6, 1 / 24], powers, axes=1)
+        whole = np.linalg.matrix_power(step, 2) @ whole
+        assert run.sensitivities is not None
+        assert np.allclose(run.sensitivities[k], whole[:states], rtol=1e-12, atol=1e-13)
+        assert np.allclose(run.outputs[k], whole[:states] @ np.r_[start, values], rtol=1e-12, atol=1e-13)
+
+
+def test_a_slope_that_is_computed_with_its_function_costs_no_second_sine() -> None:
+    t, x, u, d, p = (ca.SX.sym(n, k) for n, k in zip("txudp", (1, 1, 0, 0, 1), strict=True))
+    value = ca.sin(p * x) * ca.sin(p * x)  # two nodes of the same formula
+    repeated = ca.Function("model_fj", [t, x, u, d, p], [value, ca.jacobian(value, ca.vertcat(x, p))])
+
+    once = _without_repetitions(repeated)
+
+    sines = [[f.instruction_id(k) for k in range(f.n_instructions())].count(ca.OP_SIN) for f in (repeated, once)]
+    assert sines[0] > 1 and sines[1] == 1
+    at = [ca.DM(0.0), ca.DM(0.7), ca.DM(0, 1), ca.DM(0, 1), ca.DM(1.3)]
+    for expected, found in zip(repeated.call(at), once.call(at), strict=True):
+        assert np.array_equal(expected.full(), found.full())
