@@ -9,6 +9,7 @@ import numpy as np
 from scipy import stats
 
 from fmus.errors import ComponentError
+from orchestrator.diagnosis.begun import Begun, beginning_at
 from orchestrator.diagnosis.candidates import Candidate, EffectSet, model_of
 from orchestrator.diagnosis.canonical import canonical, oscillates
 from orchestrator.diagnosis.metric import Metric, stride_for, white_metric
@@ -196,6 +197,7 @@ def refit(
     *,
     tolerance: float = TOLERANCE,
     earlier: Fit | None = None,
+    near: Begun | None = None,
 ) -> Refit:
     """Fit a set's parameters, the nuisances, and the start values of all trials, by free runs.
 
@@ -204,6 +206,8 @@ def refit(
         nuisances: first values of the nuisances, their nominal ones if left out.
         tolerance: change of the misfit, as a share, at which the fit ends.
         earlier: a fit of the same set, from where start values and clocks are searched.
+        near: where a fit of a smaller set begins, which is tried as well as where the records seem to: a motion that is off
+            by part of a wave of cogging says nothing of it.
     """
     low, high = effects.bounds()
     extra, model = learning.nuisances, with_nuisances(effects, learning)
@@ -215,6 +219,8 @@ def refit(
     if earlier is None and oscillates(effects):
         found_phases = [_phased(effects, model, learning, guess, guess[: len(low)]) for guess in guesses]
         begun = [(np.r_[values, others], phases) for values, phases in found_phases]
+    elif earlier is None and near is not None:
+        begun += [(guess, near.in_model(model, guess, learning.trials)) for guess in guesses]
     best = begun[0] if len(begun) == 1 else min(begun, key=lambda b: _rough_misfit(model, learning, *b))
     bounds = (np.r_[low, extra.low], np.r_[high, extra.high])
     found = _fit(effects, model, learning, best[0], *bounds, tolerance, best[1])
@@ -238,8 +244,7 @@ def _phased(
         first, starts = phases_of_runs(effects, model.compiled, records, learning.metrics, parameters, values, steps)
     except ComponentError:
         return values, None
-    blank = np.full(len(guess), np.inf)
-    return first, Fit(guess, blank, tuple(starts), np.inf, np.zeros(len(guess), bool), 0)
+    return first, beginning_at(guess, starts)
 
 
 def _inside(first: np.ndarray, effects: EffectSet) -> np.ndarray:

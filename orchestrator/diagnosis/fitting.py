@@ -9,6 +9,7 @@ import numpy as np
 
 from fmus.catalogue import ModelicaModel
 from fmus.errors import ComponentError, MisfitError
+from orchestrator.diagnosis.begun import Begun
 from orchestrator.diagnosis.calibration import NEAR_FLOOR, Stage
 from orchestrator.diagnosis.candidates import Candidate
 from orchestrator.diagnosis.evidence import TOLERANCE, LearningData, Refit
@@ -88,10 +89,13 @@ class Fitter:
     def _roughly(
         self, sets: Sequence[Screened], nearer: Sequence[Refit], stage: Stage, nuisances: np.ndarray
     ) -> list[Refit]:
+        base = stage.tangent.base
+        near = Begun.of(base.model, base.fit)
+
         def one(entry: Screened) -> Refit | None:
             self.setting.progress(f"refitting {' + '.join(c.label for c in entry.candidates)}")
             first = np.array([entry.values, *first_values(stage, entry.candidates, nearer)])
-            return self.attempt(Wanted(entry.candidates, first, nuisances, ROUGH))
+            return self.attempt(Wanted(entry.candidates, first, nuisances, ROUGH, near=near))
 
         return [r for r in self.setting.side_by_side(one, sets) if r is not None]
 

@@ -6,7 +6,8 @@ by what it does along inputs without their noise.
 """
 
 from fmus.errors import ComponentError
-from orchestrator.diagnosis.evidence import Refit
+from orchestrator.diagnosis.evidence import Refit, linearised
+from orchestrator.diagnosis.quiet_motion import begun_like, quiet_motion
 from orchestrator.diagnosis.tangent import Tangent
 
 # Share of what a set lowers the misfit by that quiet inputs must confirm.
@@ -17,11 +18,16 @@ def misfit_by_quiet_inputs(tangent: Tangent, found: Refit) -> float:
     """Misfit of a set, were the noise of the inputs carried as in the smaller set that `tangent` tests.
 
     That is the smaller set's error along the recorded inputs, changed by what the larger one changes along quiet ones. Where
-    noise acts alike in both, as in any linear model, it is the misfit of the fit.
+    noise acts alike in both, as in any linear model, it is the misfit of the fit. What the larger set leaves says which noise
+    there was: to the smaller one, an effect is noise of the inputs as far as that can imitate it, and a motion that both
+    move, the noise and the effect, is out of step with waves of cogging.
     """
-    base = tangent.base
-    changed = tangent.along_quiet_inputs(found)[: base.fit.rows] - tangent.along_quiet_inputs(base)[: base.fit.rows]
-    errors = tangent.recorded_error[: base.fit.rows] + changed
+    base, learning, rows = tangent.base, tangent.learning, tangent.base.fit.rows
+    left, _ = linearised(found, learning)
+    quiet = quiet_motion(found, learning, left, tangent.machine_states)
+    before = begun_like(base, found, quiet)
+    after, _ = linearised(quiet, learning)
+    errors = tangent.recorded_error[:rows] + after[:rows] - linearised(before, learning)[0][:rows]
     return float(errors @ errors) + found.fit.prior_cost
 
 

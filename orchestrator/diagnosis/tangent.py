@@ -1,7 +1,7 @@
 """What each candidate would do to the free runs of a fitted model, to first order, in the metric of the diagnosis."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import groupby
 from typing import Protocol, TypeVar
@@ -13,9 +13,10 @@ from fmus.errors import MisfitError
 from orchestrator.diagnosis.candidates import Candidate, EffectSet, can_join
 from orchestrator.diagnosis.evidence import LearningData, Refit, linearised
 from orchestrator.diagnosis.metric import concatenate
+from orchestrator.diagnosis.quiet_motion import quiet_motion
 from orchestrator.diagnosis.response import Response
 from orchestrator.diagnosis.visible import over_noise
-from orchestrator.models.estimation import STEEPEST, Record
+from orchestrator.models.estimation import STEEPEST
 from orchestrator.models.smoothing import SmoothedTrial
 from orchestrator.models.symbolic import Motion, SymbolicModel
 
@@ -76,9 +77,9 @@ class Tangent:
         self.base, self.nominal, self.learning = base, nominal, learning
         residual, _ = linearised(base, learning)
         self.recorded_error = residual
-        records = self._quiet_records(residual)
-        self.response = Response(replace(base, records=records), [t.smoother for t in learning.trials])
-        _, jacobian = linearised(replace(base, records=records), learning)
+        quiet = quiet_motion(base, learning, residual, self.machine_states)
+        self.response = Response(quiet, [t.smoother for t in learning.trials])
+        _, jacobian = linearised(quiet, learning)
         self.data_rows = base.fit.rows
         between = self._between_samples()
         jacobian = block_diag(jacobian, np.eye(between.shape[1]) / BETWEEN_STD)
@@ -91,6 +92,11 @@ class Tangent:
         given = [*range(base.size, starts), *range(jacobian.shape[1] - between.shape[1], jacobian.shape[1])]
         self._exact = orthonormal(np.delete(jacobian, given, axis=1), 1e-9) if given else self.basis
         self.error = self.project(-residual)
+
+    @property
+    def machine_states(self) -> frozenset[str]:
+        """Names of the states that are there without effects."""
+        return frozenset(state.name for state in self.nominal.system.states)
 
     def over_noise(self, change: np.ndarray) -> float:
         """Rms of a change (m,) of the error over that of the noise, as the outputs show both beside start values."""
@@ -109,26 +115,6 @@ class Tangent:
         after, _ = linearised(found, self.learning)
         change[: self.data_rows] = self.recorded_error[: self.data_rows] - after[: self.data_rows]
         return change
-
-    def along_quiet_inputs(self, found: Refit) -> np.ndarray:
-        """Errors (m,) of a fitted set, then of priors, along the trials' inputs without the noise that shows of them."""
-        pairs = zip(found.records, self.response.base.records, strict=True)
-        records = tuple(replace(own, inputs=quiet.inputs) for own, quiet in pairs)
-        return linearised(replace(found, records=records), self.learning)[0]
-
-    def _quiet_records(self, residual: np.ndarray) -> tuple[Record, ...]:
-        """Records without the noise of the inputs, as far as it shows.
-
-        The error (m,) comes from that noise, too: columns along the recorded inputs would go with it by chance, most of all
-        those of effects that act where an input is highest.
-        """
-        found, at = [], 0
-        for record, trial, metric in zip(self.base.records, self.learning.trials, self.learning.metrics, strict=True):
-            rows = len(record.time) // metric.stride * len(self.base.model.signals)
-            noise = metric.input_noise(residual[at : at + rows], record.inputs.shape[1])
-            found.append(replace(record, inputs=replace(trial, inputs=trial.inputs - noise).quiet_inputs))
-            at += rows
-        return tuple(found)
 
     def project(self, columns: np.ndarray) -> np.ndarray:
         """Take away what nuisances explain; rows as in `error`."""
@@ -265,7 +251,7 @@ class Tangent:
             for record, trial, start, plain in zip(
                 self.response.base.records,
                 self.learning.trials,
-                self.base.fit.starts,
+                self.response.base.fit.starts,
                 self.response.outputs,
                 strict=True,
             ):

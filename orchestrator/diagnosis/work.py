@@ -20,6 +20,7 @@ from fmus.catalogue import ModelicaModel
 from fmus.files import cache_folder, write_atomically
 from fmus.frontend.compile import fingerprint
 from orchestrator.cluster import client_of
+from orchestrator.diagnosis.begun import Begun
 from orchestrator.diagnosis.candidates import Candidate, EffectSet, as_fmu, model_of
 from orchestrator.diagnosis.evidence import TOLERANCE, LearningData, Refit, refit, with_nuisances
 from orchestrator.diagnosis.screening import Explanation, Screener
@@ -44,7 +45,7 @@ class Wanted:
     """A set to fit: `first` values of its parameters (k,), or rows of them, and of the nuisances.
 
     The fit ends when the misfit changes by less than the share `tolerance`; start values and clocks begin at those of an
-    `earlier` one of the same set.
+    `earlier` one of the same set, or may begin where those of a smaller set do that it is `near`.
     """
 
     candidates: Sequence[Candidate]
@@ -52,6 +53,7 @@ class Wanted:
     nuisances: np.ndarray
     tolerance: float = TOLERANCE
     earlier: Fit | None = None
+    near: Begun | None = None
 
 
 @dataclass(frozen=True)
@@ -73,6 +75,7 @@ class RefitTask:
         """Hash over model, effects, data, first values and program."""
         wanted = self.wanted
         begun = [] if wanted.earlier is None else [[wanted.earlier.shift], *wanted.earlier.starts]
+        begun += [] if wanted.near is None else [[wanted.near.shift], *wanted.near.starts]
         values = np.concatenate([wanted.first.ravel(), wanted.nuisances, [wanted.tolerance], *begun])
         return _digest(self.base, self.candidates, self.signals, self.learning, values.tobytes())
 
@@ -86,6 +89,7 @@ class RefitTask:
             wanted.nuisances,
             tolerance=wanted.tolerance,
             earlier=wanted.earlier,
+            near=wanted.near,
         )
         return found.fit, found.records, found.substeps
 

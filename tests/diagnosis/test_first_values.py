@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from fmus.catalogue import ModelicaModel, find_modelica_model
+from orchestrator.diagnosis.begun import Begun
 from orchestrator.diagnosis.candidates import Candidate, EffectSet, find_candidates
 from orchestrator.diagnosis.cards import effect_library
 from orchestrator.diagnosis.evidence import LearningData, fit_nominal, refit
@@ -37,6 +38,40 @@ def test_fit_takes_the_start_from_which_free_runs_are_nearest() -> None:
     assert found.cost < 1.3
     assert abs(found.values[2] - 6.0) < 4 * found.std[2]
     assert lost.cost > found.cost + 5 * (2 / found.fit.rows) ** 0.5  # five standard deviations of what noise does to it
+
+
+def test_fit_may_begin_where_an_earlier_one_does_when_the_record_hardly_shows_its_start() -> None:
+    """A speed that is off by 0.02 rad/s turns a drive by five periods of a wave too far: rightly sized waves look wrong."""
+    drive, true, begins = find_modelica_model("drive"), np.array([3e-3, 0.0, 25.0]), np.array([0.0, -1.2])
+    effects = EffectSet(drive, candidates(drive, "cogging"), ["phi"])
+    model, time, noise = effects.model, np.arange(0, 10, 0.02), np.array([3e-3])
+    inputs = np.column_stack([0.02 * np.sin(0.8 * time), np.zeros(len(time))])
+    phi = model.compiled.run(time, inputs, model.compiled.with_values(true), begins).outputs
+    measured = phi + noise * np.random.default_rng(1).standard_normal(phi.shape)
+    learning = LearningData((SmoothedTrial(time, inputs, measured, noise),), noise)
+    rows = np.array([true - [0, 0, 0.1], [6e-4, 0.0, 6.0]])
+    near = Begun(tuple(state.name for state in model.system.states), (begins,), 0.0)
+
+    lost, found = refit(effects, learning, rows), refit(effects, learning, rows, near=near)
+
+    assert found.cost < 1.0 + 2 * (2 / found.fit.rows) ** 0.5 < 1.5 < lost.cost
+    assert abs(found.values[2] - 25.0) < 4 * found.std[2]
+
+
+def test_states_of_which_an_earlier_fit_knows_nothing_begin_as_the_record_shows() -> None:
+    drive = find_modelica_model("drive")
+    model = EffectSet(drive, candidates(drive, "sensor_lag"), ["phi"]).model
+    inputs = np.zeros((len(TIME), len(model.inputs)))
+    trial = SmoothedTrial(TIME, inputs, 0.3 + 0.1 * TIME[:, None], NOISE)
+    guess = np.array([0.05])
+    shown = model.record(trial, model.compiled.with_values(guess)).start
+    names = [state.name for state in model.system.states]
+
+    begun = Begun(("w", "of another effect"), (np.array([-7.0, 5.0]),), 0.001).in_model(model, guess, [trial])
+
+    assert len(names) == 3 and begun.shift == 0.001
+    for name, value, known in zip(names, begun.starts[0], shown, strict=True):
+        assert value == (-7.0 if name == "w" else known)
 
 
 def test_levels_beyond_which_effects_act_start_within_the_range_of_the_record() -> None:

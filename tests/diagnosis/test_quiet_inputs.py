@@ -1,4 +1,7 @@
-"""A ceiling near the highest command of a noisy record takes noise away; along inputs without noise it does nothing."""
+"""A ceiling near the highest command of a noisy record takes noise away; along inputs without noise it does nothing.
+
+Waves of cogging do the same there as along the record, if the motion is the same.
+"""
 
 from pathlib import Path
 
@@ -39,13 +42,22 @@ def recorded(folder: Path, ceiling: float) -> tuple[Tangent, LearningData]:
         rate = np.clip(torque, -ceiling, ceiling) / INERTIA
         speed = np.r_[0.0, np.cumsum(0.5 * STEP * (rate[1:] + rate[:-1]))]
         angle = np.r_[0.0, np.cumsum(STEP * speed[:-1] + STEP**2 * (2 * rate[:-1] + rate[1:]) / 6)]
-        shown = [
-            torque + TORQUE_NOISE * random.normal(size=len(time)),
-            angle + ANGLE_NOISE * random.normal(size=len(time)),
-        ]
-        columns = np.column_stack([time, *shown])
-        np.savetxt(folder / name, columns, delimiter=",", header="time,torque,phi", comments="", fmt="%.12g")
+        write(folder / name, time, torque, angle, TORQUE_NOISE, random)
     (folder / "case.toml").write_text(CASE)
+    return without_effects(folder)
+
+
+def write(
+    file: Path, time: np.ndarray, torque: np.ndarray, angle: np.ndarray, noise: float, random: np.random.Generator
+) -> None:
+    """A trial as it is recorded, with `noise` of the torque."""
+    shown = [torque + noise * random.normal(size=len(time)), angle + ANGLE_NOISE * random.normal(size=len(time))]
+    columns = np.column_stack([time, *shown])
+    np.savetxt(file, columns, delimiter=",", header="time,torque,phi", comments="", fmt="%.12g")
+
+
+def without_effects(folder: Path) -> tuple[Tangent, LearningData]:
+    """Recorded trials of the drive, tested without effects in the metric of their noise."""
     model = model_of(SOURCE, SOURCE.compile())
     data = bind(load_measurements(folder), model.inputs, model.outputs)
     model, nothing = model.restricted(("phi",)), EffectSet(SOURCE, (), ("phi",))
@@ -58,10 +70,13 @@ def recorded(folder: Path, ceiling: float) -> tuple[Tangent, LearningData]:
     return Tangent(fit_nominal(nothing, model, learning), model, learning), learning
 
 
-def with_effect(effect: str, first: float, learning: LearningData) -> Refit:
+def effects_of(effect: str) -> EffectSet:
     cards = [card for card in effect_library() if card.id == effect]
-    candidates = find_candidates(SOURCE, SOURCE.compile(), cards)[0]
-    return refit(EffectSet(SOURCE, candidates, ("phi",)), learning, np.array([first]))
+    return EffectSet(SOURCE, find_candidates(SOURCE, SOURCE.compile(), cards)[0], ("phi",))
+
+
+def with_effect(effect: str, first: float, learning: LearningData) -> Refit:
+    return refit(effects_of(effect), learning, np.array([first]))
 
 
 def test_ceiling_that_only_cuts_noise_explains_nothing(tmp_path: Path) -> None:
@@ -85,3 +100,22 @@ def test_noise_that_a_linear_effect_leaves_as_it_is_changes_nothing(tmp_path: Pa
     found = with_effect("constant_force", 1e-4, learning)
 
     assert misfit_by_quiet_inputs(tangent, found) == pytest.approx(found.fit.misfit, abs=1e-3)
+
+
+def test_waves_that_noise_puts_out_of_step_are_confirmed_along_inputs_without_that_noise(tmp_path: Path) -> None:
+    """To the model without waves their torque is noise of the input; a motion along inputs without that passes other waves."""
+    random, time, noise = np.random.default_rng(8), np.arange(1500) * STEP, 1e-3
+    effects, true = effects_of("cogging"), np.array([5e-4, 0.0, 25.0])
+    model = effects.model
+    for name in ("a.csv", "b.csv"):
+        torque = HIGHEST * np.cos(2 * time + random.uniform(0, 6))
+        inputs = np.column_stack([torque, np.zeros(len(time))])
+        angle = model.compiled.run(time, inputs, model.compiled.with_values(true), np.zeros(2)).outputs[:, 0]
+        write(tmp_path / name, time, torque, angle, noise, random)
+    (tmp_path / "case.toml").write_text(CASE.replace(str(TORQUE_NOISE), str(noise)))
+    tangent, learning = without_effects(tmp_path)
+    found = refit(effects, learning, true)
+
+    assert tangent.base.fit.misfit - found.fit.misfit < found.fit.rows  # less than the noise: quiet inputs are asked
+    assert misfit_by_quiet_inputs(tangent, found) == pytest.approx(found.fit.misfit, abs=3.0)
+    assert not explained_by_noise(tangent, found, 1.0, 0.5 * found.size * np.log(found.fit.rows))
