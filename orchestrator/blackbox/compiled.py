@@ -13,7 +13,7 @@ from orchestrator.blackbox.ports import Port
 from orchestrator.blackbox.process import FmuProcesses
 from orchestrator.blackbox.sites import Sites
 from orchestrator.blackbox.worker import RunRequest, Variant
-from orchestrator.models.compiled import CompiledModel, FreeRun, build_library
+from orchestrator.models.compiled import NOTHING_BEFORE, CompiledModel, FreeRun, build_library
 
 RUNNER = Path(__file__).with_name("runner.c")
 # Relative steps of finite differences: an integrator with fixed steps repeats itself exactly, one that adapts does not.
@@ -46,6 +46,7 @@ class CoupledRuns(CompiledModel):
         *,
         substeps: int = 1,
         sensitivities: bool = False,
+        before: np.ndarray = NOTHING_BEFORE,  # its delays are columns of inputs, and none are counted as delays
     ) -> FreeRun:
         variants, steps = [self._variant(time, inputs, parameters, start)], []
         if sensitivities:

@@ -28,11 +28,8 @@ class NoiseOfSignals:
     inputs: tuple[Noise, ...]
 
     def carried_by(self, found: Refit, learning: LearningData) -> LearningData:
-        """Trials in the metric of noise as a fitted set carries it; the same trials if that is nothing new.
-
-        What is delayed has no slope in what delays it, so the noise of an input that is delayed stays as it was.
-        """
-        if not any(metric.noisy_inputs for metric in learning.metrics) or found.model.system.n_delays:
+        """Trials in the metric of noise as a fitted set carries it; the same trials if that is nothing new."""
+        if not any(metric.noisy_inputs for metric in learning.metrics):
             return learning
         response = Response(found, [t.smoother for t in learning.trials])
         if not response.is_formula:

@@ -6,6 +6,7 @@ from functools import cached_property
 
 import casadi as ca
 import numpy as np
+from scipy.interpolate import interp1d
 
 from orchestrator.blackbox.model import CoupledModel
 from orchestrator.diagnosis.evidence import Refit
@@ -42,7 +43,10 @@ class SimulatedTrial:
 
 @dataclass(frozen=True)
 class _Linear:
-    """x(k+1) = step x(k) + (push(k) u(k) step + push(k+1) u(k+1)) h/2, y = show x + direct u, along a trial."""
+    """x(k+1) = step x(k) + (push(k) u(k) step + push(k+1) u(k+1)) h/2, y = show x + direct u, along a trial.
+
+    Here u are the inputs, then what is delayed.
+    """
 
     step: np.ndarray
     push: np.ndarray
@@ -103,8 +107,27 @@ class Response:
 
     def _answer(self, trial: int, changes: np.ndarray, columns: Sequence[int]) -> np.ndarray:
         linear, time = self._linear(trial), self.base.records[trial].time
+        late, columns = self._late(trial, changes, columns), list(columns)
+        if late.shape[1]:
+            inputs = linear.push.shape[2] - late.shape[1]
+            changes, columns = np.hstack([changes, late]), [*columns, *range(inputs, linear.push.shape[2])]
         half, push, direct = 0.5 * np.diff(time), linear.push[:, :, columns], linear.direct[:, :, columns]
         return linear_answer(half, linear.step, push, linear.show, direct, changes)
+
+    def _late(self, trial: int, changes: np.ndarray, columns: Sequence[int]) -> np.ndarray:
+        """Changes (n, nd, k) of what is delayed by changes (n, c, k) of inputs; before a record the first is held."""
+        record, system = self.base.records[trial], self.model.system
+        if not system.n_delays:
+            return changes[:, :0]
+        n = len(record.time)
+        slopes, delays = self._history_slopes(record.time[None, :], record.inputs.T, self.parameters)
+        slopes = slopes.full().reshape(system.n_delays, n, -1)[:, :, columns]
+        sources = np.einsum("dnc,nck->dnk", slopes, changes)
+        found = np.zeros((n, *sources.shape[::2]))
+        for j, late in enumerate(delays.full()[:, 0]):
+            past = np.maximum(record.time - late, record.time[0])
+            found[:, j] = interp1d(record.time, sources[j], axis=0)(past)
+        return found
 
     def _linear(self, trial: int) -> _Linear:
         if trial not in self._kept:
@@ -120,7 +143,8 @@ class Response:
         if isinstance(self.model, CoupledModel):
             return self.model.jacobians(record, self.base.fit.starts[trial], self.base.substeps)
         states = self._states[trial]
-        n, nx, nu, ny = len(record.time), states.shape[1], record.inputs.shape[1], len(self.model.signals)
+        n, nx, ny = len(record.time), states.shape[1], len(self.model.signals)
+        nu = record.inputs.shape[1] + self.model.system.n_delays
         arguments = [record.time[None, :], states.T, record.inputs.T, self._delayed(trial), self.parameters]
         values = [part.full().reshape(-1, n, order="F").T for part in self._derivatives(*arguments)]
         shapes = [(nx, nx), (nx, nu), (ny, nx), (ny, nu)]
@@ -138,8 +162,16 @@ class Response:
         named = {v.name: x[i] for i, v in enumerate(system.states)}
         named |= {v.name: z[i] for i, v in enumerate(system.algebraics)}
         y = ca.vertcat(*[named[name] for name in self.model.signals])
-        parts = [ca.jacobian(value, by) for value in (dx, y) for by in (x, u)]
+        parts = [ca.jacobian(value, by) for value in (dx, y) for by in (x, ca.vertcat(u, delayed))]
         return ca.Function("derivatives", [t, x, u, delayed, p], [ca.densify(ca.vec(part)) for part in parts])
+
+    @cached_property
+    def _history_slopes(self) -> ca.Function:
+        """Slopes of what is delayed in the inputs, side by side for each instant, and the delay times."""
+        system = self.model.system
+        t, u, p = ca.SX.sym("t"), ca.SX.sym("u", len(system.inputs)), ca.SX.sym("p", len(system.parameters))
+        source, delay = system.history(t, u, p)
+        return ca.Function("slopes", [t, u, p], [ca.densify(ca.jacobian(source, u)), delay])
 
     def _delayed(self, trial: int) -> np.ndarray:
         """Delayed quantities at the samples, by interpolation of their histories."""
@@ -159,6 +191,7 @@ class Response:
             self.parameters,
             start,
             substeps=self.base.substeps,
+            before=self.base.fit.before(trial),
         )
         return run.outputs
 

@@ -27,6 +27,7 @@ FLAGS = ("-fPIC", "-shared", "-std=c99", "-ffp-contract=off")
 FOR_MODELS, FOR_LOOPS = "-O1", "-O3"
 # Trials of which a model with delays remembers what it delays.
 KEPT_TRIALS = 8
+NOTHING_BEFORE = np.zeros((1, 0))
 
 
 class _Function(ctypes.Structure):
@@ -41,8 +42,11 @@ class _Problem(ctypes.Structure):
     """Mirror of `problem` in simulator.c."""
 
     _fields_ = [
-        *((name, ctypes.c_longlong) for name in ("n", "nx", "nu", "nd", "ny", "nfree", "substeps", "sensitivities")),
-        *((name, ctypes.c_void_p) for name in ("t", "u", "source", "delay", "delay_slope", "p")),
+        *(
+            (name, ctypes.c_longlong)
+            for name in ("n", "nx", "nu", "nd", "ny", "nfree", "substeps", "sensitivities", "nodes")
+        ),
+        *((name, ctypes.c_void_p) for name in ("t", "u", "source", "delay", "delay_slope", "before", "p")),
         ("rate", _Function),
         ("output", _Function),
     ]
@@ -85,6 +89,7 @@ class CompiledModel:
         *,
         substeps: int = 1,
         sensitivities: bool = False,
+        before: np.ndarray = NOTHING_BEFORE,
     ) -> FreeRun:
         """Simulate from `start` along inputs that are linear between samples.
 
@@ -94,17 +99,19 @@ class CompiledModel:
             parameters: all parameters, in the system's order.
             start: (nx,) states at the first sample.
             substeps: Runge-Kutta steps in a sample interval.
+            before: (nd, k) by how much each delayed quantity was off its first sample before it, k times at equal
+                distances up to its delay time, linear in between; not at all if left out.
 
         Raises:
             ComponentError: if a value stops being finite, with the time.
         """
         system, n, nx, nfree = self.system, len(time), len(self.system.states), len(self.free)
         keep = [np.ascontiguousarray(a, dtype=float) for a in (time, inputs, *self._delays(time, inputs, parameters))]
-        keep.append(np.ascontiguousarray(parameters, dtype=float))
+        keep += [np.ascontiguousarray(part, dtype=float) for part in (before, parameters)]
         sizes = (n, nx, len(system.inputs), system.n_delays, len(self.outputs), nfree, substeps, int(sensitivities))
         code = self._machine_code  # kept until the run ends: what its functions point to belongs to it
         functions = code.with_slopes if sensitivities else code.plain
-        problem = _Problem(*sizes, *(a.ctypes.data for a in keep), *functions)
+        problem = _Problem(*sizes, before.shape[1], *(a.ctypes.data for a in keep), *functions)
         outputs = np.empty((n, len(self.outputs)))
         slopes = np.empty((n, len(self.outputs), nx + nfree)) if sensitivities else None
         first = np.ascontiguousarray(start, dtype=float)
@@ -122,6 +129,13 @@ class CompiledModel:
     def operations(self) -> int:
         """About how many operations one evaluation of the rates with their slopes takes, as written; 0 if nobody knows."""
         return self._machine_code.operations
+
+    def delayed(self, time: np.ndarray, inputs: np.ndarray, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Delayed quantities (n, nd) at the samples and their delay times (nd,) s."""
+        if not self.system.n_delays:
+            return np.zeros((len(time), 0)), np.zeros(0)
+        sources, delays, _ = self._delays(time, inputs, parameters)
+        return sources, delays
 
     def _delays(self, time: np.ndarray, inputs: np.ndarray, parameters: np.ndarray) -> tuple[np.ndarray, ...]:
         """Delayed quantities at the samples, the delay times, and their slopes in the free parameters."""

@@ -9,7 +9,8 @@ from numpy.typing import ArrayLike
 from scipy.optimize import least_squares
 
 from fmus.errors import ComponentError
-from orchestrator.models.compiled import CompiledModel
+from orchestrator.models.compiled import NOTHING_BEFORE, CompiledModel
+from orchestrator.models.held_back import answers_to, likeliest, ways_before, whitened
 
 # Beyond this a run depends on its start as a diverging one does, and normal equations would overflow.
 STEEPEST = 1e30
@@ -62,7 +63,8 @@ class Fit:
     `cost` is the mean square of the weighted residuals over all `rows` of them, `prior_cost` the sum of squares of the
     departures from priors; `at_bound` tells which parameters ended at a bound; `shift` is by how many seconds the
     outputs are late; `converged` is false if the fit was given up before the cost stopped changing. `correlation`
-    (n_free, n_free) is that of the errors of the values, none (0, 0) where it is unknown.
+    (n_free, n_free) is that of the errors of the values, none (0, 0) where it is unknown. `held_back` is by how much what
+    a model delays was off its first sample before each trial, as runs take it; empty without delays.
     """
 
     values: np.ndarray
@@ -75,6 +77,11 @@ class Fit:
     shift: float = 0.0
     converged: bool = True
     correlation: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
+    held_back: tuple[np.ndarray, ...] = ()
+
+    def before(self, trial: int) -> np.ndarray:
+        """What was held back when a trial began."""
+        return self.held_back[trial] if self.held_back else NOTHING_BEFORE
 
     @property
     def misfit(self) -> float:
@@ -165,6 +172,7 @@ def fit(
         shift,
         found.status > 0,
         correlation,
+        problem.held_back(found.x),
     )
 
 
@@ -259,31 +267,52 @@ class _Problem:
         strict: bool,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Weighted residual of a trial, and its slopes in [start values, free parameters, shift]."""
-        ny = len(self.model.outputs)
         try:
-            run = self.model.run(
-                record.time, record.inputs, parameters, start, substeps=self.substeps, sensitivities=True
-            )
-            assert run.sensitivities is not None
-            if not np.all(np.abs(run.sensitivities) < STEEPEST):
-                raise ComponentError(f"{self.model.system.name}: the sensitivities of a free run overflow")
+            table, unseen = self._table(record, reduce, parameters, start, shift)
         except ComponentError:
             if strict:
                 raise
-            rows = reduce(np.zeros((len(record.time), ny))).size
+            rows = reduce(np.zeros((len(record.time), len(self.model.outputs)))).size
             return np.full(rows, FAILED), np.zeros((rows, self.nx + self.n_shared))
+        reduced = whitened(table, unseen)
+        return reduced[:, -1], reduced[:, :-1]
+
+    def _table(
+        self, record: Record, reduce: Reduce, parameters: np.ndarray, start: np.ndarray, shift: float
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Slopes and, last, errors of a trial, reduced (rows, columns); answers to what delays may have held back (rows, q)."""
+        about = (record.time, record.inputs, parameters)
+        run = self.model.run(*about, start, substeps=self.substeps, sensitivities=True)
+        assert run.sensitivities is not None
+        if not np.all(np.abs(run.sensitivities) < STEEPEST):
+            raise ComponentError(f"{self.model.system.name}: the sensitivities of a free run overflow")
         outputs, columns = run.outputs, [run.sensitivities]
         if self.n_shared > self.n_free:
             rate = np.gradient(outputs, record.time, axis=0)
             outputs = outputs - shift * rate
             columns.append(-rate[:, :, None])
+        ways = ways_before(self.model, *about)
+        unseen = answers_to(ways, self.model, *about, start, run.outputs, self.substeps)
         # Side by side, so that reducing them is one pass.
-        columns.append((outputs - record.measured)[:, :, None])
+        columns += [(outputs - record.measured)[:, :, None], unseen]
         table = np.concatenate(columns, axis=2)
         table /= self.noise[None, :, None]
         reduced = reduce(table)
         reduced = reduced.reshape(-1, reduced.shape[-1])
-        return reduced[:, -1], reduced[:, :-1]
+        kept = reduced.shape[-1] - len(ways)
+        return reduced[:, :kept], reduced[:, kept:]
+
+    def held_back(self, vector: np.ndarray) -> tuple[np.ndarray, ...]:
+        """By how much delayed quantities were likeliest off before each trial; nothing without delays."""
+        if not self.model.system.n_delays:
+            return ()
+        free, shift, starts = self.split(vector)
+        parameters, found = self.model.with_values(free), list[np.ndarray]()
+        for record, reduce, start in zip(self.records, self.reduces, starts, strict=True):
+            table, unseen = self._table(record, reduce, parameters, start, shift)
+            ways = ways_before(self.model, record.time, record.inputs, parameters)
+            found.append(np.tensordot(likeliest(-table[:, -1], unseen), ways, 1))
+        return tuple(found)
 
     def _assemble(
         self, parts: list[tuple[np.ndarray, np.ndarray]], vector: np.ndarray

@@ -37,12 +37,14 @@ typedef struct {
 } function;
 
 typedef struct {
-  long long n, nx, nu, nd, ny, nfree, substeps, sensitivities;
+  long long n, nx, nu, nd, ny, nfree, substeps, sensitivities, nodes;
   const double *t;            /* n sample times, s */
   const double *u;            /* n rows of nu inputs */
   const double *source;       /* n rows of nd quantities that are delayed */
   const double *delay;        /* nd delay times, s */
   const double *delay_slope;  /* nd rows of nfree: derivative of the delay times */
+  const double *before;       /* nd rows of nodes: by how much a delayed quantity was off its first sample before it, at
+                                 equal distances up to its delay time */
   const double *p;            /* all parameters */
   function rate, output;      /* f or fj, y or yj */
 } problem;
@@ -85,6 +87,16 @@ static void evaluate(workspace *s, double t, const double *x, const double *u, c
   s->call(s->arg, s->res, s->iw, s->w, 0);
 }
 
+/* By how much delayed quantity j was off its first sample so long (s) before it. */
+static double before_start(const problem *m, int j, double ago) {
+  if (m->nodes == 0 || ago <= 0) return 0.0;
+  const double *node = m->before + j * m->nodes;
+  double place = ago / m->delay[j] * (double)m->nodes;
+  long long k = place < (double)m->nodes ? (long long)place : m->nodes - 1;
+  double low = k > 0 ? node[k - 1] : 0.0;
+  return low + (place - (double)k) * (node[k] - low);
+}
+
 /* Inputs and delayed quantities at time t inside sample interval k; d_slope is their rate of change. */
 static void read_inputs(const problem *m, int k, double t, double *u, double *d, double *d_slope) {
   double width = m->t[k + 1] - m->t[k];
@@ -95,7 +107,7 @@ static void read_inputs(const problem *m, int k, double t, double *u, double *d,
     double past = t - m->delay[j];
     int low = 0, high = k + 1;
     if (past <= m->t[0]) {
-      d[j] = m->source[j];
+      d[j] = m->source[j] + before_start(m, j, m->t[0] - past);
       d_slope[j] = 0.0;
       continue;
     }

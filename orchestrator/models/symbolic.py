@@ -15,7 +15,6 @@ from orchestrator.models.contract import FittedTrial
 from orchestrator.models.correction import ResidualSystem, residual_system
 from orchestrator.models.estimation import Fit, Record, fit
 from orchestrator.models.first_stretch import LONGEST, start_of_first_stretch
-from orchestrator.models.held_back import doubt_of_start
 from orchestrator.models.smoothing import SmoothedTrial
 
 # Start values that no measurement shows, such as an activation, lie this far from equilibrium, as a share of their range.
@@ -128,7 +127,8 @@ class SymbolicModel:
         """Free run of a trial with fitted parameters and start values."""
         start = found.starts[trial]
         parameters = self.compiled.with_values(found.values)
-        run = self.compiled.run(record.time, record.inputs, parameters, start, substeps=substeps)
+        before = found.before(trial)
+        run = self.compiled.run(record.time, record.inputs, parameters, start, substeps=substeps, before=before)
         names = [v.name for v in self.system.states]
         reach = 0.5 * (record.start_high - record.start_low)
         return FittedTrial(run.outputs, *(dict(zip(names, map(float, part), strict=True)) for part in (start, reach)))
@@ -175,25 +175,9 @@ class SymbolicModel:
                 else:
                     start[i] = hidden[variable.name]
                     spread[i] = HIDDEN_SPREAD * (high[i] - low[i])
-            if self.system.n_delays:
-                low, high = self._widened(trial, parameters, start, low, high)
         elif states:
             start = self._followed_start(trial, parameters, start, low, high)
         return Record(trial.time, trial.inputs, trial.measured, np.clip(start, low, high), spread, low, high)
-
-    def _widened(
-        self, trial: SmoothedTrial, parameters: np.ndarray, start: np.ndarray, low: np.ndarray, high: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Bounds of measured start values, wider by what delays hold back when a record begins."""
-        assert self.residual is not None
-        names, low, high = [v.name for v in self.system.states], low.copy(), high.copy()
-        doubts = doubt_of_start(self.compiled, trial.time, trial.inputs, parameters, np.clip(start, low, high))
-        for signal, position in self.residual.positions.items():
-            for state, doubt in zip((position.state, position.speed), doubts, strict=True):
-                if state is not None:
-                    k, off = names.index(state), 5 * doubt[self.signals.index(signal)]
-                    low[k], high[k] = low[k] - off, high[k] + off
-        return low, high
 
     def _followed_start(
         self, trial: SmoothedTrial, parameters: np.ndarray, start: np.ndarray, low: np.ndarray, high: np.ndarray
