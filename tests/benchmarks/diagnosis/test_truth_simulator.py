@@ -274,3 +274,20 @@ def test_a_slow_sensor_answers_an_oscillation_as_the_formula_says(lag: float) ->
 
     assert np.ptp(wanted) > 1.5
     np.testing.assert_allclose(read, wanted, atol=2e-8)
+
+
+def test_tendons_are_followed_by_steps_that_are_short_enough_for_the_stiffest() -> None:
+    """A fibre hardly activated settles on its tendon within 1/40 ms: a longer step of Runge and Kutta's formula is unstable."""
+    time = np.arange(1001) * 1e-3
+    before, after = [0.21, 0.32, 0.54, 0.58, 0.08, 0.40, 0, 0], [0.33, 0.27, 0.32, 0.51, 0.51, 0.06, 0, 0]
+    inputs = np.array([np.interp(time, [0.53, 0.58], pair) for pair in zip(before, after, strict=True)]).T
+    start = [np.array([1.16, 0.93]), np.array([0.59, -1.13])]
+    values = {**MACHINES["arm"].values, "strain": 0.03}
+    fine_time = np.arange(4001) * 2.5e-4
+    fine_inputs = np.array([np.interp(fine_time, time, column) for column in inputs.T]).T
+
+    usual, _ = simulate("arm", values, inputs, *start)
+    fine, _ = simulate("arm", values, fine_inputs, *start, step=2.5e-4)
+
+    assert np.ptp(usual[:, 1]) > 0.5  # the elbow turns fast
+    np.testing.assert_allclose(usual, fine[::4], atol=1e-7, rtol=0)

@@ -29,8 +29,10 @@ static double tendon_force(const Muscle *m, double strain, double fibre, double 
   return length > 0 ? m->fmax * length / (strain * m->slack) : 0;
 }
 
+static const double LIGHT = 0.05; /* damping beside the fibre, in fmax/vmax */
+
 static double surplus(const Muscle *m, double alpha, double fibre, double speed, double pull) {
-  return fibre_force(m, alpha, fibre, speed) + 0.05 * m->fmax / m->vmax * speed - pull;
+  return fibre_force(m, alpha, fibre, speed) + LIGHT * m->fmax / m->vmax * speed - pull;
 }
 
 /* Fibre speed at which the fibre, with a light damper beside it, pulls as hard as its tendon; by the Illinois method. */
@@ -85,6 +87,17 @@ void muscle_torques(const Case *c, double t, const double *q, const double *w, c
     tau[0] += r1 * force;
     tau[1] += r2 * force;
   }
+}
+
+/* Parts of a step h in which no tendon is too stiff for Runge and Kutta's formula, which is stable up to 2.78 time constants:
+   that of a fibre without activation is its light damper over the tendon's stiffness. */
+int tendon_parts(double strain, double h) {
+  double fastest = 0;
+  for (int i = 0; i < 6; i++) {
+    double rate = MUSCLE[i].vmax / (strain * MUSCLE[i].slack * LIGHT);
+    if (rate > fastest) fastest = rate;
+  }
+  return (int)ceil(fastest * h / 2.5);
 }
 
 /* Fibre lengths at rest: the fibre pulls as hard as its tendon. */

@@ -130,7 +130,8 @@ int simulate(int kind, int use_mujoco, const double *val, double start, double h
   for (int j = 0; j < c.dofs; j++) s.q[j] = q0[j], s.v[j] = v0[j], mode[j] = (s.v[j] > 0) - (s.v[j] < 0);
   c.contact = touching(&c, &s);
   if (kind == ARM) tendon_start(&c, s.q, u, s.z);
-  int parts = val[V_strain] > 0 || val[V_gap] > 0 ? 4 : 1; /* tendons are stiff, and play repeats errors of a step */
+  /* tendons are stiff, and play repeats errors of a step */
+  int parts = val[V_strain] > 0 ? tendon_parts(val[V_strain], h) : val[V_gap] > 0 ? 4 : 1;
   for (int n = 0; n <= steps && !failed; n++) {
     for (int j = 0; j < c.dofs; j++) {
       out[n * 2 * c.dofs + j] = s.q[j];

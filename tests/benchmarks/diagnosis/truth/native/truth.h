@@ -51,6 +51,7 @@ double dry_friction(const Case *c, int joint, const double *q, const double *v);
 void muscle_torques(const Case *c, double t, const double *q, const double *w, const double *z, const double *u,
                     double *tau, double *dz);
 void tendon_start(const Case *c, const double *q, const double *u, double *z);
+int tendon_parts(double strain, double h);
 /* Mass matrix (row by row) and the right-hand side without applied torques: centripetal, weight and wrist forces. */
 void plain_linkage(const double *val, double t, const double *q, const double *v, const double *f, double *mass, double *rhs);
 #ifdef NO_MUJOCO
