@@ -33,6 +33,7 @@ from orchestrator.diagnosis.unexplained import unexplained_forces, where_forces_
 from orchestrator.diagnosis.work import Work
 from orchestrator.measurements import BoundSet, BoundTrial, MeasurementSet, bind
 from orchestrator.models.estimation import Z90
+from orchestrator.models.hands import hands
 from orchestrator.models.patch import free_slots
 from orchestrator.models.smoothing import SmoothedTrial
 from orchestrator.models.symbolic import SymbolicModel
@@ -65,7 +66,7 @@ def diagnose(
         ComponentError: if the model itself cannot be simulated.
     """
     # Two BLAS threads make the small factorisations of the fits about 100 times slower.
-    with threadpool_limits(limits=1, user_api="blas"):
+    with threadpool_limits(limits=1, user_api="blas"), hands(workers):
         return _diagnosed(source, measurements, effect_library() if cards is None else cards, workers, progress, work)
 
 

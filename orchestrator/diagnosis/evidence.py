@@ -221,7 +221,7 @@ def refit(
         begun = [(np.r_[values, others], phases) for values, phases in found_phases]
     elif earlier is None and near is not None:
         begun += [(guess, near.in_model(model, guess, learning.trials)) for guess in guesses]
-    best = begun[0] if len(begun) == 1 else min(begun, key=lambda b: _rough_misfit(model, learning, *b))
+    best = begun[0] if len(begun) == 1 else _likeliest(model, learning, begun)
     bounds = (np.r_[low, extra.low], np.r_[high, extra.high])
     found = _fit(effects, model, learning, best[0], *bounds, tolerance, best[1])
     fit, records = canonical(effects, found.fit, found.records)
@@ -259,9 +259,23 @@ def _inside(first: np.ndarray, effects: EffectSet) -> np.ndarray:
     return np.where(off[0], first, inside)
 
 
-def _rough_misfit(model: SymbolicModel, learning: LearningData, guess: np.ndarray, earlier: Fit | None = None) -> float:
+def _likeliest(
+    model: SymbolicModel, learning: LearningData, begun: Sequence[tuple[np.ndarray, Fit | None]]
+) -> tuple[np.ndarray, Fit | None]:
+    """The first values, and the fit that they begin from, with the least rough misfit; the first of equals."""
+    best, least = begun[0], np.inf
+    for guess, earlier in begun:
+        misfit = _rough_misfit(model, learning, guess, earlier, least)
+        if misfit < least:
+            best, least = (guess, earlier), misfit
+    return best
+
+
+def _rough_misfit(
+    model: SymbolicModel, learning: LearningData, guess: np.ndarray, earlier: Fit | None = None, limit: float = np.inf
+) -> float:
     """Sum of squares of free runs whose start values are fitted to first order, from those of an `earlier` fit if there is
-    one; infinite if a run fails."""
+    one; infinite if a run fails, or if the first trials reach `limit` by themselves."""
     parameters, total = model.compiled.with_values(guess), 0.0
     records = _begun([model.record(trial, parameters) for trial in learning.trials], earlier)
     for record, metric in zip(records, learning.metrics, strict=True):
@@ -281,6 +295,8 @@ def _rough_misfit(model: SymbolicModel, learning: LearningData, guess: np.ndarra
         columns = np.vstack([slopes, np.diag(np.isfinite(reach).astype(float))])
         left = error + columns @ np.linalg.lstsq(columns, -error, rcond=None)[0]
         total += float(left @ left)
+        if total >= limit:
+            return float("inf")
     return total
 
 
@@ -340,7 +356,6 @@ def _fit(
             prior=prior,
             reduce=learning.metrics,
             tolerance=tolerance,
-            threads=1,
             earlier=earlier,
         )
         if found is None or steps > found.substeps or again.misfit < found.fit.misfit:

@@ -1,7 +1,6 @@
 """How sets of effects are refitted by free runs: many roughly, a few to the end, and the best from elsewhere, too."""
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -19,6 +18,7 @@ from orchestrator.diagnosis.tangent import Tangent
 from orchestrator.diagnosis.trace import Trace
 from orchestrator.diagnosis.valley import minima_along, shapes_in_valleys
 from orchestrator.diagnosis.work import Wanted, Work, done_by
+from orchestrator.models.hands import hands
 from orchestrator.models.symbolic import SymbolicModel
 
 # All are fitted roughly, the best few to the end.
@@ -48,8 +48,8 @@ class Setting:
 
     def side_by_side(self, work: Callable[[Item], Found], items: Sequence[Item]) -> list[Found]:
         """Do work on items at the same time; results in the order of the items."""
-        with ThreadPoolExecutor(self.work.callers or self.workers) as pool:
-            return list(pool.map(work, items))
+        with hands(self.work.callers or self.workers) as workers:
+            return workers.do(work, items)
 
 
 class Fitter:

@@ -263,7 +263,6 @@ def _imitated(target: Explanation, other: Explanation, experiment: Experiment, l
                 substeps=2,
                 reduce=_metric(learning, len(wanted)),
                 tolerance=1e-3,
-                threads=1,
             )
     except MisfitError:
         return 0.0

@@ -127,7 +127,6 @@ class _Problem:
                 prior=Prior(mean, std, self.prior.shift_std),
                 reduce=self.learning.metrics,
                 tolerance=1e-5,
-                threads=1,
             )
         except ComponentError:
             return np.inf

@@ -102,7 +102,6 @@ class Screener:
             substeps=substeps,
             reduce=self._weigh,
             tolerance=1e-3,
-            threads=1,
         )
         here = self._regressors(model, model.compiled.with_values(found.values), found.starts)
         gain = 1.0 - float(np.mean(here.residual**2) / np.mean(self._nominal**2))

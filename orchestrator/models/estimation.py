@@ -1,7 +1,6 @@
 """Least-squares fit of free runs to measured trials: shared parameters, and start values of each trial."""
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -10,6 +9,7 @@ from scipy.optimize import least_squares
 
 from fmus.errors import ComponentError
 from orchestrator.models.compiled import NOTHING_BEFORE, CompiledModel
+from orchestrator.models.hands import with_idle_hands
 from orchestrator.models.held_back import answers_to, likeliest, ways_before, whitened
 
 # Beyond this a run depends on its start as a diverging one does, and normal equations would overflow.
@@ -101,7 +101,6 @@ def fit(
     prior: Prior | None = None,
     reduce: Reduce | Sequence[Reduce] = lambda series: series,
     tolerance: float = 1e-7,
-    threads: int = 2,
     earlier: Fit | None = None,
 ) -> Fit:
     """Fit the model's free parameters and every trial's start values.
@@ -124,7 +123,7 @@ def fit(
     """
     first, low, high = (np.asarray(part, dtype=float) for part in (first, low, high))
     prior = Prior(np.zeros(len(first)), np.full(len(first), np.inf)) if prior is None else prior
-    problem = _Problem(model, records, noise, substeps, reduce, threads, prior)
+    problem = _Problem(model, records, noise, substeps, reduce, prior)
     scale = np.maximum(np.abs(first), 1e-3 * (high - low))
     scale = np.where(np.isfinite(prior.std), prior.std, scale)
     reach = 2 * prior.shift_std
@@ -190,7 +189,7 @@ def linearise(
 
     The columns are the free parameters, the shift if there is one, and the start values of trial 1, 2, ...
     """
-    problem = _Problem(model, records, noise, substeps, reduce, 1, prior)
+    problem = _Problem(model, records, noise, substeps, reduce, prior)
     return problem.evaluate(problem.join(found.values, found.shift, found.starts), strict=True)
 
 
@@ -204,12 +203,10 @@ class _Problem:
         noise: np.ndarray,
         substeps: int,
         reduce: Reduce | Sequence[Reduce],
-        threads: int,
         prior: Prior,
     ) -> None:
         self.model, self.records, self.noise, self.substeps = model, records, noise, substeps
         self.reduces = [reduce] * len(records) if callable(reduce) else list(reduce)
-        self.threads = threads
         self.n_free, self.nx = len(model.free), len(model.system.states)
         self.prior, self.known = prior, [int(k) for k in np.flatnonzero(np.isfinite(prior.std))]
         self.n_shared = self.n_free + int(prior.shift_std > 0)
@@ -248,12 +245,8 @@ class _Problem:
         def one(trial: tuple[Record, Reduce, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
             return self._trial(*trial[:2], parameters, trial[2], shift, strict)
 
-        if self.threads == 1:
-            parts = [one(trial) for trial in trials]
-        else:
-            with ThreadPoolExecutor(self.threads) as pool:  # the compiled model runs without the interpreter's lock
-                parts = list(pool.map(one, trials))
-        residuals, jacobian = self._assemble(parts, vector)
+        # The compiled model runs without the interpreter's lock.
+        residuals, jacobian = self._assemble(with_idle_hands(one, trials), vector)
         self._last = (vector.copy(), residuals, jacobian)
         return residuals, jacobian
 

@@ -120,7 +120,7 @@ class SymbolicModel:
         model = self.restricted(names)
         record = model.record(SmoothedTrial(time, inputs, measured, noise))
         steps = model.substeps(record, model.compiled.parameters, noise)
-        found = fit(model.compiled, [record], noise, (), (), (), substeps=steps, threads=1)
+        found = fit(model.compiled, [record], noise, (), (), (), substeps=steps)
         return model.run_fit(record, found, 0, steps)
 
     def run_fit(self, record: Record, found: Fit, trial: int, substeps: int) -> FittedTrial:
