@@ -164,8 +164,8 @@ class Fitter:
     def _without(self, found: Refit, effect: Candidate, tolerance: float = TOLERANCE) -> Refit | None:
         """The other effects of a set, fitted from where they are in it."""
         rest = [c for c in found.effects.candidates if c.label != effect.label]
-        first = found.values[_of_others(found, effect)]
-        return self.attempt(Wanted(rest, first, found.fit.values[found.size :], tolerance))
+        first, near = found.values[_of_others(found, effect)], Begun.of(found.model, found.fit)
+        return self.attempt(Wanted(rest, first, found.fit.values[found.size :], tolerance, near=near))
 
     def _best_from(self, found: Refit, starts: Sequence[np.ndarray]) -> Refit:
         chosen, nuisances = found.effects.candidates, found.fit.values[found.size :]
@@ -181,7 +181,8 @@ class Fitter:
             labels = frozenset(c.label for c, _ in kept)
             if kept and labels not in tried:
                 values = np.concatenate([v for _, v in kept])
-                smaller.setdefault(labels, Wanted([c for c, _ in kept], values, r.fit.values[r.size :]))
+                begun = Begun.of(r.model, r.fit)
+                smaller.setdefault(labels, Wanted([c for c, _ in kept], values, r.fit.values[r.size :], near=begun))
         fitted = self.setting.side_by_side(self.attempt, list(smaller.values()))
         return [r for r in fitted if r is not None]
 

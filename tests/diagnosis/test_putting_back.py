@@ -9,7 +9,7 @@ from orchestrator.diagnosis.cards import effect_library
 from orchestrator.diagnosis.evidence import LearningData, Refit, refit
 from orchestrator.diagnosis.fitting import Fitter, Setting
 from orchestrator.diagnosis.trace import Trace
-from orchestrator.diagnosis.work import Here
+from orchestrator.diagnosis.work import Here, Wanted
 from orchestrator.models.patch import free_slots
 from orchestrator.models.smoothing import SmoothedTrial
 
@@ -72,3 +72,20 @@ def test_effect_of_a_set_stays_only_if_the_set_is_likelier_with_it(true: EffectS
 
     assert tuple(sorted(simple.ids)) == left
     assert simple.cost < 1.0 + 5 * (2 / simple.fit.rows) ** 0.5
+
+
+def test_what_is_left_of_a_set_begins_where_it_did(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Else a motion that is sensitive to its start goes astray on the way, and the effect left out seems to be needed."""
+    learning = recorded(BOTH)
+    found, wanted = fitted(learning, tau=0.002), list[Wanted]()
+    work = fitter(learning)
+    monkeypatch.setattr(work, "attempt", wanted.append)
+
+    work.simplified(found, lambda r: r.half_bic)
+
+    assert sorted(w.candidates[0].card.id for w in wanted) == ["cogging", "sensor_lag"]
+    for one in wanted:
+        assert one.near is not None
+        begun = one.near.in_model(EffectSet(PENDULUM, one.candidates, ["theta"]).model, one.first, learning.trials)
+        for start, known in zip(begun.starts, found.fit.starts, strict=True):
+            np.testing.assert_array_equal(start[:2], known[:2])  # angle and speed
