@@ -26,8 +26,9 @@ _KEYS = (
     "experiment",
     "variant",
     "needs",
+    "contacts",
 )
-_OPTIONAL = ("confusable", "experiment", "variant", "needs")
+_OPTIONAL = ("confusable", "experiment", "variant", "needs", "contacts")
 _PARAMETER_KEYS = ("start", "absent", "meaningful", "start_from", "grid", "phase")
 
 
@@ -60,7 +61,8 @@ class EffectCard:
     the elements of its parameter arrays (joints, muscles) are fitted together, stand for one site each, or are the
     entries of a matrix off its diagonal, one site each ("pairs"; `site` is then a pattern such as
     `channel{0}->muscle{1}`). Cards of one id with different laws differ in `variant`. `needs` is the
-    excitation without which the effect does not show. `card_file` is where the card stands; `class_file` is the Modelica file of its class, None for a class of the shipped library.
+    excitation without which the effect does not show. An effect with `contacts` makes and breaks them, so that a run which is
+    off by a little goes another way: its fits begin with the first stretches of the trials. `card_file` is where the card stands; `class_file` is the Modelica file of its class, None for a class of the shipped library.
     """
 
     id: str
@@ -74,6 +76,7 @@ class EffectCard:
     parameters: tuple[CardParameter, ...]
     variant: str = ""
     needs: tuple[Need, ...] = ()
+    contacts: bool = False
     card_file: Path | None = None
     class_file: Path | None = None
 
@@ -118,6 +121,7 @@ def read_card(path: Path) -> EffectCard:
         parameters=tuple(_parameter(name, _parameter_table(table, names, name)) for name in names.values),
         variant=_text(table, "variant") if "variant" in table.values else "",
         needs=read_needs(table, names.values),
+        contacts=_flag(table, "contacts"),
         card_file=path,
         class_file=_class_file(table, path.parent, class_name),
     )
@@ -164,6 +168,13 @@ def _text(table: TomlTable, key: str) -> str:
     value = table.values[key]
     if not isinstance(value, str) or not value.strip():
         raise table.wrong(key, "a text in quotation marks")
+    return value
+
+
+def _flag(table: TomlTable, key: str) -> bool:
+    value = table.values.get(key, False)
+    if not isinstance(value, bool):
+        raise table.wrong(key, "true or false")
     return value
 
 

@@ -198,6 +198,7 @@ def refit(
     tolerance: float = TOLERANCE,
     earlier: Fit | None = None,
     near: Begun | None = None,
+    settled: bool = False,
 ) -> Refit:
     """Fit a set's parameters, the nuisances, and the start values of all trials, by free runs.
 
@@ -208,12 +209,14 @@ def refit(
         earlier: a fit of the same set, from where start values and clocks are searched.
         near: where a fit of a smaller set begins, which is tried as well as where the records seem to: a motion that is off
             by part of a wave of cogging says nothing of it.
+        settled: whether the first values are those of a fit, which may be at bounds.
     """
     low, high = effects.bounds()
     extra, model = learning.nuisances, with_nuisances(effects, learning)
     others = extra.mean if nuisances is None else nuisances
     # What an earlier fit has found at a bound is there for a reason.
-    rows = np.atleast_2d(first) if earlier is not None else [_inside(row, effects) for row in np.atleast_2d(first)]
+    kept = settled or earlier is not None
+    rows = np.atleast_2d(first) if kept else [_inside(row, effects) for row in np.atleast_2d(first)]
     guesses = [np.r_[row, others] for row in rows]
     begun = [(guess, earlier) for guess in guesses]
     if earlier is None and oscillates(effects):

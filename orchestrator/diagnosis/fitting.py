@@ -9,11 +9,12 @@ import numpy as np
 from fmus.catalogue import ModelicaModel
 from fmus.errors import ComponentError, MisfitError
 from orchestrator.diagnosis.begun import Begun
-from orchestrator.diagnosis.calibration import NEAR_FLOOR, Stage
+from orchestrator.diagnosis.calibration import BEYOND_NOISE, NEAR_FLOOR, Stage
 from orchestrator.diagnosis.candidates import Candidate
 from orchestrator.diagnosis.evidence import TOLERANCE, LearningData, Refit
 from orchestrator.diagnosis.first_values import at_peaks, elsewhere, first_values
 from orchestrator.diagnosis.screening import Screened
+from orchestrator.diagnosis.stretches import follow_stretches
 from orchestrator.diagnosis.tangent import Tangent
 from orchestrator.diagnosis.trace import Trace
 from orchestrator.diagnosis.valley import minima_along, shapes_in_valleys
@@ -82,7 +83,7 @@ class Fitter:
         """Refit sets, then sets that are taken as a `whole`, which may begin from the best of the former."""
         smaller = self._roughly(sets, (), stage, nuisances)
         rough = sorted([*smaller, *self._roughly(whole, smaller, stage, nuisances)], key=lambda r: r.half_bic)
-        polished = sorted(self.setting.side_by_side(self.closer, rough[:POLISHED]), key=lambda r: r.half_bic)
+        polished = sorted(self._polished(rough[:POLISHED]), key=lambda r: r.half_bic)
         self._rough += rough[POLISHED:]
         return [*(self._from_elsewhere(r, stage) for r in polished[:1]), *polished[1:], *rough[POLISHED:]]
 
@@ -108,6 +109,28 @@ class Fitter:
         nuisances = found.fit.values[found.size :]
         better = self.attempt(Wanted(found.effects.candidates, found.values, nuisances, earlier=found.fit))
         return found if better is None else better
+
+    def _polished(self, rough: Sequence[Refit]) -> list[Refit]:
+        """Sets fitted to the end, but for those that went astray, which stay rough; smaller sets first."""
+        followed = list[Refit]()
+        for r in sorted(rough, key=lambda r: len(r.ids)):
+            followed.append(r if _is_astray(r, followed) else self.in_stretches(r))
+        self._rough += [r for r in followed if _is_astray(r, followed)]
+        left = [r for r in followed if any(r is each for each in rough) and not _is_astray(r, followed)]
+        closer = dict(zip(map(id, left), self.setting.side_by_side(self.closer, left), strict=True))
+        return [closer.get(id(r), r) for r in followed]
+
+    def in_stretches(self, found: Refit) -> Refit:
+        """A set with contacts, fitted to the end over stretches of growing length if it leaves much more than noise and that
+        less."""
+        if found.cost <= BEYOND_NOISE**2 or not _has_contacts(found):
+            return found
+        followed = follow_stretches(found, self.setting.learning, found.values)
+        if followed is None:
+            return found
+        chosen, values = found.effects.candidates, followed.fit.values
+        again = self.attempt(Wanted(chosen, values[: found.size], values[found.size :], earlier=followed.fit))
+        return found if again is None or again.fit.misfit > found.fit.misfit else again
 
     def _from_elsewhere(self, found: Refit, stage: Stage) -> Refit:
         """A fitted set, or the same from another point of a grid, if it leaves more than noise and that leaves less."""
@@ -165,7 +188,8 @@ class Fitter:
         """The other effects of a set, fitted from where they are in it."""
         rest = [c for c in found.effects.candidates if c.label != effect.label]
         first, near = found.values[_of_others(found, effect)], Begun.of(found.model, found.fit)
-        return self.attempt(Wanted(rest, first, found.fit.values[found.size :], tolerance, near=near))
+        nuisances = found.fit.values[found.size :]
+        return self.attempt(Wanted(rest, first, nuisances, tolerance, near=near, settled=True))
 
     def _best_from(self, found: Refit, starts: Sequence[np.ndarray]) -> Refit:
         chosen, nuisances = found.effects.candidates, found.fit.values[found.size :]
@@ -182,9 +206,25 @@ class Fitter:
             if kept and labels not in tried:
                 values = np.concatenate([v for _, v in kept])
                 begun = Begun.of(r.model, r.fit)
-                smaller.setdefault(labels, Wanted([c for c, _ in kept], values, r.fit.values[r.size :], near=begun))
+                smaller.setdefault(
+                    labels, Wanted([c for c, _ in kept], values, r.fit.values[r.size :], near=begun, settled=True)
+                )
         fitted = self.setting.side_by_side(self.attempt, list(smaller.values()))
         return [r for r in fitted if r is not None]
+
+
+def _is_astray(found: Refit, others: Sequence[Refit]) -> bool:
+    """Whether a set with contacts leaves much more than noise, and one of the others, which it holds, does not."""
+    enough = BEYOND_NOISE**2
+    return (
+        _has_contacts(found)
+        and found.cost > enough
+        and any(r.cost <= enough and r.labels < found.labels for r in others)
+    )
+
+
+def _has_contacts(found: Refit) -> bool:
+    return any(c.card.contacts for c in found.effects.candidates)
 
 
 def _of_others(found: Refit, effect: Candidate) -> np.ndarray:

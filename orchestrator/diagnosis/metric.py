@@ -47,6 +47,16 @@ class Metric:
         # Half the work of a full product; without a copy if the whitener is stored column by column.
         return np.ascontiguousarray(linalg.blas.dtrmm(1.0, self.whitener, flat, lower=1))
 
+    def of_first(self, samples: int, signals: int) -> "Metric":
+        """The metric of the first samples of the trial alone; it says nothing of the inputs' noise.
+
+        A triangular whitener takes nothing from later means, so that it holds that of fewer of them.
+        """
+        if self.whitener.ndim == 1:
+            return Metric(self.stride, self.whitener)
+        rows = samples // self.stride * signals
+        return Metric(self.stride, np.asfortranarray(self.whitener[:rows, :rows]))
+
     def input_noise(self, error: np.ndarray, inputs: int) -> np.ndarray:
         """The likeliest noise (n, inputs) of the inputs, given the errors (m,) of a run driven by what was recorded of them.
 

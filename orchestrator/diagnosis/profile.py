@@ -13,7 +13,7 @@ import numpy as np
 from fmus.errors import ComponentError
 from orchestrator.diagnosis.calibration import BEYOND_NOISE
 from orchestrator.diagnosis.evidence import LearningData, Refit, linearised
-from orchestrator.models.estimation import Z90, Fit, Prior, fit
+from orchestrator.models.estimation import Z90, Fit, Prior, affordable_evaluations, fit
 
 MOST_PARAMETERS = 6
 # A rise of the misfit at the end of an interval that differs from a parabola's by more than this factor misleads.
@@ -22,6 +22,8 @@ CLOSE = 0.1
 MOST_REFITS = 5
 # A held parameter stays within this share of its standard deviation.
 HELD = 1e-4
+# A fit that is given up before so many evaluations has hardly settled; ten of them, of play in long trials, took minutes.
+FEWEST_EVALUATIONS = 40
 
 
 @dataclass(frozen=True)
@@ -39,8 +41,10 @@ def profiles(found: Refit, learning: LearningData) -> list[Profiled]:
     """Profile the effects' parameters whose interval from curvature leaves the bounds or misses a parabola's rise.
 
     Sets of more than six parameters are left as they are, and those that leave much more than noise: the likelihood, and so
-    its profile, means something only where what is left is noise.
+    its profile, means something only where what is left is noise. So are those whose fits are given up before they settle.
     """
+    if affordable_evaluations(found.model.compiled, found.records, found.substeps) < FEWEST_EVALUATIONS:
+        return []
     if not 0 < found.size <= MOST_PARAMETERS or found.cost > BEYOND_NOISE**2:
         return []
     problem = _Problem(found, learning)

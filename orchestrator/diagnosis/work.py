@@ -45,7 +45,8 @@ class Wanted:
     """A set to fit: `first` values of its parameters (k,), or rows of them, and of the nuisances.
 
     The fit ends when the misfit changes by less than the share `tolerance`; start values and clocks begin at those of an
-    `earlier` one of the same set, or may begin where those of a smaller set do that it is `near`.
+    `earlier` one of the same set, or may begin where those of a set do that it is `near`; first values that are `settled`
+    are those of a fit.
     """
 
     candidates: Sequence[Candidate]
@@ -54,6 +55,7 @@ class Wanted:
     tolerance: float = TOLERANCE
     earlier: Fit | None = None
     near: Begun | None = None
+    settled: bool = False
 
 
 @dataclass(frozen=True)
@@ -76,7 +78,8 @@ class RefitTask:
         wanted = self.wanted
         begun = [] if wanted.earlier is None else [[wanted.earlier.shift], *wanted.earlier.starts]
         begun += [] if wanted.near is None else [[wanted.near.shift], *wanted.near.starts]
-        values = np.concatenate([wanted.first.ravel(), wanted.nuisances, [wanted.tolerance], *begun])
+        settings = [wanted.tolerance, float(wanted.settled)]
+        values = np.concatenate([wanted.first.ravel(), wanted.nuisances, settings, *begun])
         return _digest(self.base, self.candidates, self.signals, self.learning, values.tobytes())
 
     def run(self) -> tuple[Fit, tuple[Record, ...], int]:
@@ -90,6 +93,7 @@ class RefitTask:
             tolerance=wanted.tolerance,
             earlier=wanted.earlier,
             near=wanted.near,
+            settled=wanted.settled,
         )
         return found.fit, found.records, found.substeps
 

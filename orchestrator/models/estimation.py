@@ -193,6 +193,12 @@ def linearise(
     return problem.evaluate(problem.join(found.values, found.shift, found.starts), strict=True)
 
 
+def affordable_evaluations(model: CompiledModel, records: Sequence[Record], substeps: int) -> float:
+    """Evaluations of all free runs after which a fit is given up, however few steps it has made."""
+    stages = 4 * substeps * sum(len(r.time) for r in records)
+    return MOST_OPERATIONS / max(stages * model.operations, 1)
+
+
 class _Problem:
     """Residuals and Jacobian as functions of one vector [free parameters, shift if any, start values of trial 1, ...]."""
 
@@ -224,9 +230,7 @@ class _Problem:
 
     def most_evaluations(self, usual: int) -> int:
         """Evaluations of all free runs until a fit is given up: fewer than `usual` where they take long."""
-        stages = 4 * self.substeps * sum(len(r.time) for r in self.records)
-        affordable = MOST_OPERATIONS / max(stages * self.model.operations, 1)
-        return int(min(usual, max(FEWEST, affordable)))
+        return int(min(usual, max(FEWEST, affordable_evaluations(self.model, self.records, self.substeps))))
 
     def residual(self, vector: np.ndarray) -> np.ndarray:
         return self.evaluate(vector)[0]

@@ -85,7 +85,7 @@ def test_what_is_left_of_a_set_begins_where_it_did(monkeypatch: pytest.MonkeyPat
 
     assert sorted(w.candidates[0].card.id for w in wanted) == ["cogging", "sensor_lag"]
     for one in wanted:
-        assert one.near is not None
+        assert one.near is not None and one.settled
         begun = one.near.in_model(EffectSet(PENDULUM, one.candidates, ["theta"]).model, one.first, learning.trials)
         for start, known in zip(begun.starts, found.fit.starts, strict=True):
             np.testing.assert_array_equal(start[:2], known[:2])  # angle and speed

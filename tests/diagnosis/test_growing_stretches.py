@@ -1,0 +1,69 @@
+"""Fits of play, whose contacts a free run that is off makes at other times: they begin over short stretches."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fmus.catalogue import find_modelica_model
+from fmus.errors import MisfitError
+from orchestrator.diagnosis.candidates import EffectSet, find_candidates
+from orchestrator.diagnosis.cards import SHIPPED, effect_library, read_card
+from orchestrator.diagnosis.evidence import LearningData, refit
+from orchestrator.diagnosis.metric import Metric
+from orchestrator.diagnosis.stretches import follow_stretches
+from orchestrator.models.smoothing import SmoothedTrial
+from tests.benchmarks.diagnosis.truth.machines import MACHINES
+from tests.benchmarks.diagnosis.truth.native import simulate
+
+STEP, EVERY, NOISE, GAP = 1e-3, 4, 1e-4, 0.03
+
+
+def rattling() -> LearningData:
+    """Two trials of two masses with play by the truth simulator, which finds each contact by bisection."""
+    trials = []
+    for seed in range(2):
+        random, fine = np.random.default_rng(seed), np.arange(375 * EVERY + 1) * STEP
+        time = fine[::EVERY]
+        tones = sum(a * np.sin(2 * np.pi * hz * time + random.uniform(0, 6)) for a, hz in ((0.3, 1.1), (0.2, 2.9)))
+        u = np.interp(fine, time, np.asarray(tones))[:, None]
+        values = {**MACHINES["two-mass"].values, "gap": GAP}
+        q, _ = simulate("two-mass", values, u, [0.0, 0.0], [0.0, 0.0], step=STEP)
+        shown = q[::EVERY] + NOISE * random.normal(size=(len(time), 2))
+        inputs = np.column_stack([tones, np.zeros((len(time), 2))])
+        trials.append(SmoothedTrial(time, inputs, shown, np.full(2, NOISE)))
+    return LearningData(tuple(trials), np.full(2, NOISE))
+
+
+def test_play_is_found_over_growing_stretches_where_a_fit_of_whole_trials_goes_astray() -> None:
+    base, learning = find_modelica_model("two-mass"), rattling()
+    cards = [card for card in effect_library() if card.id == "backlash"]
+    effects = EffectSet(base, find_candidates(base, base.compile(), cards)[0], ("phiMotor", "phiLoad"))
+    astray = refit(effects, learning, np.array([0.4 * GAP]), tolerance=1e-3)
+    assert astray.cost > 9.0
+
+    followed = follow_stretches(astray, learning, astray.values)
+
+    assert followed is not None
+    assert followed.samples == len(learning.trials[0].time)
+    found = refit(effects, learning, followed.fit.values, earlier=followed.fit)
+    assert found.cost == pytest.approx(1.0, abs=0.2)
+    assert found.values[0] == pytest.approx(GAP, abs=4 * found.std[0] + 1e-3 * GAP)
+
+
+def test_metric_of_first_samples_whitens_as_that_of_the_whole_trial_does() -> None:
+    random = np.random.default_rng(3)
+    whole = Metric(2, np.asfortranarray(np.tril(random.normal(size=(12, 12)))))
+    series = random.normal(size=(12, 2))
+
+    assert whole.of_first(7, 2)(series[:7]) == pytest.approx(whole(series)[:6])
+
+
+def test_a_card_says_whether_its_effect_makes_contacts(tmp_path: Path) -> None:
+    text = (SHIPPED / "backlash.toml").read_text()
+    said = {card.id: card.contacts for card in effect_library()}
+    (tmp_path / "maybe.toml").write_text(text.replace("contacts = true", 'contacts = "maybe"'))
+
+    assert said["backlash"] and not said["viscous_friction"]
+    with pytest.raises(MisfitError, match="'contacts' = 'maybe', expected true or false"):
+        read_card(tmp_path / "maybe.toml")
