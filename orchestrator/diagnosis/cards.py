@@ -62,7 +62,8 @@ class EffectCard:
     entries of a matrix off its diagonal, one site each ("pairs"; `site` is then a pattern such as
     `channel{0}->muscle{1}`). Cards of one id with different laws differ in `variant`. `needs` is the
     excitation without which the effect does not show. An effect with `contacts` makes and breaks them, so that a run which is
-    off by a little goes another way: its fits begin with the first stretches of the trials. `card_file` is where the card stands; `class_file` is the Modelica file of its class, None for a class of the shipped library.
+    off by a little goes another way: its fits begin with the first stretches of the trials. `card_file` is where the card
+    stands; `class_file` is the Modelica file of its class, None for a class of the shipped library.
     """
 
     id: str

@@ -207,8 +207,8 @@ def refit(
         nuisances: first values of the nuisances, their nominal ones if left out.
         tolerance: change of the misfit, as a share, at which the fit ends.
         earlier: a fit of the same set, from where start values and clocks are searched.
-        near: where a fit of a smaller set begins, which is tried as well as where the records seem to: a motion that is off
-            by part of a wave of cogging says nothing of it.
+        near: where a fit of another set begins, which is tried as well as where the records seem to: a motion that is off
+            by part of a wave of cogging says nothing of it. A set with oscillations begins by their phases all the same.
         settled: whether the first values are those of a fit, which may be at bounds.
     """
     low, high = effects.bounds()
@@ -243,7 +243,7 @@ def _phased(
     parameters = model.compiled.with_values(guess)
     records = tuple(model.record(trial, parameters) for trial in learning.trials)
     try:
-        steps = _steps(model, records, parameters, learning)
+        steps = enough_steps(model, records, parameters, learning)
         first, starts = phases_of_runs(effects, model.compiled, records, learning.metrics, parameters, values, steps)
     except ComponentError:
         return values, None
@@ -280,7 +280,7 @@ def _rough_misfit(
     """Sum of squares of free runs whose start values are fitted to first order, from those of an `earlier` fit if there is
     one; infinite if a run fails, or if the first trials reach `limit` by themselves."""
     parameters, total = model.compiled.with_values(guess), 0.0
-    records = _begun([model.record(trial, parameters) for trial in learning.trials], earlier)
+    records = begun_where([model.record(trial, parameters) for trial in learning.trials], earlier)
     for record, metric in zip(records, learning.metrics, strict=True):
         try:
             steps = model.substeps(record, parameters)
@@ -347,7 +347,7 @@ def _fit(
         # Start values are bounded by what the encoders show, and what they show depends on a sensor error's size.
         parameters = model.compiled.with_values(guess)
         records = tuple(model.record(trial, parameters) for trial in learning.trials)
-        steps = max(_steps(model, _begun(records, earlier), parameters, learning), finer)
+        steps = max(enough_steps(model, begun_where(records, earlier), parameters, learning), finer)
         again = fit(
             model.compiled,
             records,
@@ -372,14 +372,16 @@ def _fit(
     return found
 
 
-def _begun(records: Sequence[Record], earlier: Fit | None) -> Sequence[Record]:
+def begun_where(records: Sequence[Record], earlier: Fit | None) -> Sequence[Record]:
     """Records that begin at the start values that a fit has found, if there is one."""
     if earlier is None:
         return records
     return [replace(r, start=start) for r, start in zip(records, earlier.starts, strict=True)]
 
 
-def _steps(model: SymbolicModel, records: Sequence[Record], parameters: np.ndarray, learning: LearningData) -> int:
+def enough_steps(
+    model: SymbolicModel, records: Sequence[Record], parameters: np.ndarray, learning: LearningData
+) -> int:
     """Integration steps in a sample interval that are enough for every trial."""
     return max(model.substeps(record, parameters, learning.trials[0].noise) for record in records)
 
@@ -403,7 +405,7 @@ def _finer_steps(found: Refit, learning: LearningData, prior: Prior) -> int:
     What a step errs by may be small beside the noise of a sample and yet the same in thousands of them: the misfit decides.
     """
     model, parameters = found.model, found.model.compiled.with_values(found.fit.values)
-    needed = max(_steps(model, _begun(found.records, found.fit), parameters, learning), 2 * found.substeps)
+    needed = max(enough_steps(model, begun_where(found.records, found.fit), parameters, learning), 2 * found.substeps)
     # A state so fast that it needs more is at rest within a step; how fast it is no longer shows.
     if needed > MOST_FINER * found.substeps:
         return 0

@@ -116,16 +116,19 @@ class Fitter:
         for r in sorted(rough, key=lambda r: len(r.ids)):
             followed.append(r if _is_astray(r, followed) else self.in_stretches(r))
         self._rough += [r for r in followed if _is_astray(r, followed)]
-        left = [r for r in followed if any(r is each for each in rough) and not _is_astray(r, followed)]
-        closer = dict(zip(map(id, left), self.setting.side_by_side(self.closer, left), strict=True))
-        return [closer.get(id(r), r) for r in followed]
+
+        def finished(r: Refit) -> Refit:
+            done = not any(r is each for each in rough)
+            return r if done or _is_astray(r, followed) else self.closer(r)
+
+        return self.setting.side_by_side(finished, followed)
 
     def in_stretches(self, found: Refit) -> Refit:
         """A set with contacts, fitted to the end over stretches of growing length if it leaves much more than noise and that
         less."""
         if found.cost <= BEYOND_NOISE**2 or not _has_contacts(found):
             return found
-        followed = follow_stretches(found, self.setting.learning, found.values)
+        followed = follow_stretches(found, self.setting.learning)
         if followed is None:
             return found
         chosen, values = found.effects.candidates, followed.fit.values

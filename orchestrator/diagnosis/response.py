@@ -120,11 +120,11 @@ class Response:
         if not system.n_delays:
             return changes[:, :0]
         n = len(record.time)
-        slopes, delays = self._history_slopes(record.time[None, :], record.inputs.T, self.parameters)
-        slopes = slopes.full().reshape(system.n_delays, n, -1)[:, :, columns]
-        sources = np.einsum("dnc,nck->dnk", slopes, changes)
+        _, delays = self.model.compiled.delayed(record.time, record.inputs, self.parameters)
+        slopes = self._history_slopes(record.time[None, :], record.inputs.T, self.parameters).full()
+        sources = np.einsum("dnc,nck->dnk", slopes.reshape(system.n_delays, n, -1)[:, :, columns], changes)
         found = np.zeros((n, *sources.shape[::2]))
-        for j, late in enumerate(delays.full()[:, 0]):
+        for j, late in enumerate(delays):
             past = np.maximum(record.time - late, record.time[0])
             found[:, j] = interp1d(record.time, sources[j], axis=0)(past)
         return found
@@ -167,20 +167,20 @@ class Response:
 
     @cached_property
     def _history_slopes(self) -> ca.Function:
-        """Slopes of what is delayed in the inputs, side by side for each instant, and the delay times."""
+        """Slopes of what is delayed in the inputs, side by side for each instant."""
         system = self.model.system
         t, u, p = ca.SX.sym("t"), ca.SX.sym("u", len(system.inputs)), ca.SX.sym("p", len(system.parameters))
-        source, delay = system.history(t, u, p)
-        return ca.Function("slopes", [t, u, p], [ca.densify(ca.jacobian(source, u)), delay])
+        source, _ = system.history(t, u, p)
+        return ca.Function("slopes", [t, u, p], [ca.densify(ca.jacobian(source, u))])
 
     def _delayed(self, trial: int) -> np.ndarray:
         """Delayed quantities at the samples, by interpolation of their histories."""
-        record, system = self.base.records[trial], self.model.system
-        if not system.n_delays:
-            return np.zeros((0, len(record.time)))
-        source, delay = system.history(record.time[None, :], record.inputs.T, ca.DM(self.parameters))
-        rows = zip(source.full(), delay.full()[:, 0], strict=True)
-        return np.array([np.interp(record.time - late, record.time, values) for values, late in rows])
+        record = self.base.records[trial]
+        sources, delays = self.model.compiled.delayed(record.time, record.inputs, self.parameters)
+        found = [
+            np.interp(record.time - late, record.time, source) for source, late in zip(sources.T, delays, strict=True)
+        ]
+        return np.array(found).reshape(len(delays), len(record.time))
 
     def _run(self, trial: int, inputs: np.ndarray | None = None) -> np.ndarray:
         """Outputs of a free run, then states if the model is a formula: (n, ny + nx); by the recorded inputs if none are given."""

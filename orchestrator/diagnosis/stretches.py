@@ -13,7 +13,7 @@ import numpy as np
 
 from fmus.errors import ComponentError
 from orchestrator.diagnosis.calibration import BEYOND_NOISE
-from orchestrator.diagnosis.evidence import LearningData, Refit
+from orchestrator.diagnosis.evidence import LearningData, Refit, begun_where, enough_steps
 from orchestrator.diagnosis.metric import Metric
 from orchestrator.models.estimation import Fit, Record, fit
 
@@ -33,16 +33,12 @@ class Followed:
     samples: int
 
 
-def follow_stretches(found: Refit, learning: LearningData, first: np.ndarray) -> Followed | None:
-    """Follow the trials as far as a set can, from `first` values of its parameters; None if not even their first stretch.
-
-    Args:
-        found: a fit of the set, whose nuisances are where those of the first stretch are looked for.
-    """
+def follow_stretches(found: Refit, learning: LearningData) -> Followed | None:
+    """Follow the trials as far as a fitted set can, from its values; None if not even their first stretch."""
     low, high = found.effects.bounds()
     extra, last = learning.nuisances, None
     bounds = (np.r_[low, extra.low], np.r_[high, extra.high])
-    values = np.clip(np.r_[first, found.fit.values[found.size :]], *bounds)
+    values = np.clip(found.fit.values, *bounds)
     records = tuple(found.model.record(t, found.model.compiled.with_values(values)) for t in learning.trials)
     longest = max(len(r.time) for r in records)
     count = min(SHORTEST, longest)
@@ -69,7 +65,6 @@ def _fitted(
     earlier: Fit | None,
 ) -> Fit:
     model, parameters = found.model, found.model.compiled.with_values(values)
-    begun = parts if earlier is None else [replace(r, start=s) for r, s in zip(parts, earlier.starts, strict=True)]
     metrics = [
         _metric(m, t.noise, len(r.time)) for m, t, r in zip(learning.metrics, learning.trials, parts, strict=True)
     ]
@@ -79,7 +74,7 @@ def _fitted(
         np.ones(len(model.signals)),
         values,
         *bounds,
-        substeps=max(model.substeps(r, parameters, learning.trials[0].noise) for r in begun),
+        substeps=enough_steps(model, begun_where(parts, earlier), parameters, learning),
         prior=learning.nuisances.prior(found.size),
         reduce=metrics,
         tolerance=ROUGH,

@@ -42,7 +42,7 @@ def test_play_is_found_over_growing_stretches_where_a_fit_of_whole_trials_goes_a
     astray = refit(effects, learning, np.array([0.4 * GAP]), tolerance=1e-3)
     assert astray.cost > 9.0
 
-    followed = follow_stretches(astray, learning, astray.values)
+    followed = follow_stretches(astray, learning)
 
     assert followed is not None
     assert followed.samples == len(learning.trials[0].time)
