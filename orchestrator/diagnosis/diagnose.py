@@ -27,6 +27,7 @@ from orchestrator.diagnosis.referee import Referee, version_name
 from orchestrator.diagnosis.remetric import NoiseOfSignals
 from orchestrator.diagnosis.response import Response
 from orchestrator.diagnosis.result import Diagnosis, Estimate, NamedEffect
+from orchestrator.diagnosis.runners_up import runners_up
 from orchestrator.diagnosis.search import Progress, Searcher
 from orchestrator.diagnosis.tried import tried
 from orchestrator.diagnosis.unexplained import unexplained_forces, where_forces_lack
@@ -115,7 +116,11 @@ def _diagnosed(
     referee = Referee(source, measurements, nominal, held_out, workers)
     stages = searcher.trace.stages
     base = stages[0].tangent.base
-    refereed = referee.judge(base, path, stages[-1].colour.scale, named_effects, progress)
+    scale = stages[-1].colour.scale
+    refereed = referee.judge(base, path, scale, named_effects, progress)
+    if path and path[-1].refit.labels in refereed.refused:
+        tied = runners_up(path[-1].refit, searcher.trace, scale, searcher.fitter.finished)
+        refereed = referee.instead(refereed, base, tied, scale, named_effects, progress)
     for _ in range(MOST_SECOND_THOUGHTS if refereed.accepted else 0):
         last = refereed.accepted[-1].refit
         searcher.try_kin(last)

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from fmus.catalogue import ModelicaModel
 from fmus.errors import MisfitError
@@ -67,25 +67,61 @@ class Referee:
         is left. An effect that held-out trials do not show, and the learning trials do, stays. `base` is the model
         without effects.
         """
-        steps, kept = [Step((), self.nominal)], list[Accepted]()
-        last, seen, refused = base, [self._follow(base)], []
+        begun = Refereed((), (Step((), self.nominal),), (self._follow(base).cost,), self._follow(base).rows)
         for entry in path:
-            found = entry.refit
-            progress(f"checking {' + '.join(found.ids)} on held-out trials")
-            try:
-                model = found.effects.fixed(found.values, version_name(self.source, len(found.ids)))
-                after, now = self._compared(found, model), self._follow(found)
-            except MisfitError:
-                refused.append(found.labels)  # what cannot even be simulated on held-out trials explains nothing
-                continue
-            if not confirmed(last.fit, found.fit, seen[-1], now, scale):
-                refused.append(found.labels)
-                continue
-            steps.append(Step(effects_of(found), after, adjusted_parameters(found)))
-            kept.append(entry)
-            seen.append(now)
-            last = found
-        return Refereed(tuple(kept), tuple(steps), tuple(fit.cost for fit in seen), seen[0].rows, tuple(refused))
+            begun = self._asked(begun, base, entry, scale, effects_of, progress)
+        return begun
+
+    def instead(
+        self,
+        refereed: Refereed,
+        base: Refit,
+        tied: Sequence[Accepted],
+        scale: float,
+        effects_of: Callable[[Refit], tuple[NamedEffect, ...]],
+        progress: Callable[[str], None],
+    ) -> Refereed:
+        """The same, or with the first of the sets `tied` with a refused one that held-out trials confirm.
+
+        They must hold the confirmed effects. The more of them are asked, the likelier it is that held-out trials speak for one
+        by chance: the second pays odds of 2 to 1 for that, the third 3 to 1.
+        """
+        kept, found = refereed.accepted[-1].refit.labels if refereed.accepted else frozenset[str](), refereed
+        able = [entry for entry in tied if kept < entry.refit.labels and entry.refit.labels not in refereed.refused]
+        for number, entry in enumerate(able, 2):
+            found = self._asked(found, base, entry, scale, effects_of, progress, number)
+            if len(found.accepted) > len(refereed.accepted):
+                break
+        return found
+
+    def _asked(
+        self,
+        before: Refereed,
+        base: Refit,
+        entry: Accepted,
+        scale: float,
+        effects_of: Callable[[Refit], tuple[NamedEffect, ...]],
+        progress: Callable[[str], None],
+        number: int = 1,
+    ) -> Refereed:
+        """The path with a further set on it if held-out trials confirm that, else with the set among the refused ones."""
+        found, last = entry.refit, before.accepted[-1].refit if before.accepted else base
+        refused = replace(before, refused=(*before.refused, found.labels))
+        progress(f"checking {' + '.join(found.ids)} on held-out trials")
+        try:
+            model = found.effects.fixed(found.values, version_name(self.source, len(found.ids)))
+            after, now = self._compared(found, model), self._follow(found)
+        except MisfitError:
+            return refused  # what cannot even be simulated on held-out trials explains nothing
+        if not confirmed(last.fit, found.fit, self._follow(last), now, scale, number):
+            return refused
+        step = Step(effects_of(found), after, adjusted_parameters(found))
+        return replace(
+            before,
+            accepted=(*before.accepted, entry),
+            steps=(*before.steps, step),
+            held_out=(*before.held_out, now.cost),
+        )
 
     def odds(self, best: Refit, other: Refit, scale: float) -> float:
         """Logarithm of the odds that held-out trials give for the first of two sets."""
@@ -130,19 +166,20 @@ class Referee:
         return compare(model, self.measurements, workers=self.workers, floor=self.nominal.noise_floor)
 
 
-def confirmed(learned: Fit, found: Fit, held_out: Fit, now: Fit, scale: float) -> bool:
+def confirmed(learned: Fit, found: Fit, held_out: Fit, now: Fit, scale: float, number: int = 1) -> bool:
     """Whether held-out trials follow a set better than the one before it, or at least have nothing to say of it.
 
     Args:
         learned, found: fits of the learning trials, before and after.
         held_out, now: the same for the held-out trials.
         scale: power of the noise in the metric.
+        number: how many sets have been asked in one another's place, this one included.
     """
-    gain = held_out.misfit - now.misfit
-    if gain / scale >= CONFIRMED:
+    gain, enough = held_out.misfit - now.misfit, CONFIRMED + 2 * math.log(number)
+    if gain / scale >= enough:
         return True
     expected = (learned.cost - found.cost) * now.rows
-    return expected / scale >= CONFIRMED / SILENT and abs(gain) < SILENT * expected
+    return expected / scale >= enough / SILENT and abs(gain) < SILENT * expected
 
 
 def version_name(source: ModelicaModel, number: int) -> str:
