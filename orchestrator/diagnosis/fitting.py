@@ -175,17 +175,23 @@ class Fitter:
             rows.append(row)
         return rows
 
-    def simplified(self, found: Refit, cost: Callable[[Refit], float]) -> Refit:
-        """A fitted set, or what it is without one of its effects after another, as long as that costs less.
+    def simplified(
+        self, found: Refit, cost: Callable[[Refit], float], needless: Callable[[Refit, Refit], bool]
+    ) -> Refit:
+        """A fitted set, or what it is without one of its effects after another, as long as that costs less or the effect is
+        `needless`, as that tells from what is left, fitted roughly, and the whole.
 
         An effect may have helped a fit on its way that is none at the end of it, such as a lag that a clock makes up for;
         without it the same fit from the start may have gone astray.
         """
         if len(found.ids) < 2:
             return found
-        smaller = self.setting.side_by_side(lambda c: self._without(found, c, ROUGH), found.effects.candidates)
-        best = min([found, *(r for r in smaller if r is not None)], key=cost)
-        return found if best is found else self.simplified(self.closer(best), cost)
+        tried = self.setting.side_by_side(lambda c: self._without(found, c, ROUGH), found.effects.candidates)
+        smaller = sorted((r for r in tried if r is not None), key=cost)
+        if smaller and cost(smaller[0]) < cost(found):
+            return self.simplified(self.closer(smaller[0]), cost, needless)
+        without = next((r for r in smaller if needless(r, found)), None)
+        return found if without is None else self.simplified(self.closer(without), cost, needless)
 
     def _without(self, found: Refit, effect: Candidate, tolerance: float = TOLERANCE) -> Refit | None:
         """The other effects of a set, fitted from where they are in it."""

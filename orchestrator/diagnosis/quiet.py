@@ -6,7 +6,7 @@ by what it does along inputs without their noise.
 """
 
 from fmus.errors import ComponentError
-from orchestrator.diagnosis.evidence import Refit, linearised
+from orchestrator.diagnosis.evidence import LearningData, Refit, linearised
 from orchestrator.diagnosis.quiet_motion import begun_like, quiet_motion
 from orchestrator.diagnosis.tangent import Tangent
 
@@ -31,9 +31,9 @@ def misfit_by_quiet_inputs(tangent: Tangent, found: Refit) -> float:
     return float(errors @ errors) + found.fit.prior_cost
 
 
-def carries_noise(tangent: Tangent) -> bool:
+def carries_noise(learning: LearningData) -> bool:
     """Whether some input of the trials is measured with noise that shows in the outputs."""
-    return any(metric.noisy_inputs for metric in tangent.learning.metrics)
+    return any(metric.noisy_inputs for metric in learning.metrics)
 
 
 def explained_by_noise(tangent: Tangent, found: Refit, noise: float, charge: float) -> bool:
@@ -45,7 +45,7 @@ def explained_by_noise(tangent: Tangent, found: Refit, noise: float, charge: flo
         charge: what the set must lower half the misfit by, in units of that power.
     """
     before = tangent.base
-    if not carries_noise(tangent) or before.cost - found.cost >= noise:
+    if not carries_noise(tangent.learning) or before.cost - found.cost >= noise:
         return False
     try:
         gain = before.fit.misfit - misfit_by_quiet_inputs(tangent, found)

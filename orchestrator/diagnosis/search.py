@@ -16,6 +16,7 @@ from orchestrator.diagnosis.kinship import kin
 from orchestrator.diagnosis.nested import holds, starts
 from orchestrator.diagnosis.placed import placed
 from orchestrator.diagnosis.proposals import Proposer
+from orchestrator.diagnosis.quiet import carries_noise, explained_by_noise
 from orchestrator.diagnosis.remetric import NoiseOfSignals
 from orchestrator.diagnosis.response import Response
 from orchestrator.diagnosis.tangent import Tangent
@@ -72,6 +73,8 @@ class Searcher:
             if best is None:
                 break
             base = self._in_its_metric(best, stage)
+            if base.labels != best.labels:
+                base = self.simplified(base, stage.colour.level**2)
             known = {r.labels: r for r in self.trace.refitted}
             others = [known.get(r.labels, r) for r in found if r.is_present() and r.labels != base.labels]
             beam = [base, *others][:UNITED]
@@ -95,8 +98,7 @@ class Searcher:
         best = next((r for r in better if r.is_present() and not self.trace.objection(r)), None)
         if best is None:
             return None
-        again = self.fitter.along_valleys(self.fitter.put_back(best))
-        again = self.fitter.simplified(again, lambda r: half_bic(r, noise, self.trace.choices))
+        again = self.simplified(self.fitter.along_valleys(self.fitter.put_back(best)), noise)
         if again is not best:
             self.trace.refitted.append(again)
         return again
@@ -125,6 +127,20 @@ class Searcher:
             refitted[k] = again[near.index(k)] if k in near else replace(r, fit=replace(r.fit, cost=r.cost + apart))
         able = [r for r in again if r.is_present() and not r.pressed()]
         return min([same, *able], key=lambda r: half_bic(r, noise, choices))
+
+    def simplified(self, found: Refit, noise: float) -> Refit:
+        """A set without the effects that are none: that do not pay, or that take away `noise` (its power) of the inputs."""
+        choices = self.trace.choices
+
+        def needless(smaller: Refit, larger: Refit) -> bool:
+            if not carries_noise(self.learning) or smaller.cost - larger.cost >= noise:
+                return False
+            tangent = Tangent(self.fitter.closer(smaller), self.nominal, self.learning)
+            charge = half_bic(larger, 1.0, choices) - half_bic(smaller, 1.0, choices)
+            charge -= 0.5 * (larger.fit.misfit - smaller.fit.misfit)
+            return explained_by_noise(tangent, larger, noise, charge)
+
+        return self.fitter.simplified(found, lambda r: half_bic(r, noise, choices), needless)
 
     def try_kin(self, best: Refit) -> None:
         """Refit what acts like an effect of a set and was not tried in its place, so that the odds are those of fits.

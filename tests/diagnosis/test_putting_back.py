@@ -45,6 +45,10 @@ def fitter(learning: LearningData) -> Fitter:
     return Fitter(Setting(PENDULUM, nominal, slots, learning, Here(), 1, lambda message: None, Trace()))
 
 
+def never(left: Refit, whole: Refit) -> bool:
+    return False
+
+
 def fitted(learning: LearningData, **first: float) -> Refit:
     return refit(BOTH, learning, np.array([(RIGHT | first)[name] for name in parameters(BOTH)]))
 
@@ -68,10 +72,21 @@ def test_effect_of_a_set_stays_only_if_the_set_is_likelier_with_it(true: EffectS
     learning = recorded(true)
     found = fitted(learning, tau=0.002)
 
-    simple = fitter(learning).simplified(found, lambda r: r.half_bic)
+    simple = fitter(learning).simplified(found, lambda r: r.half_bic, never)
 
     assert tuple(sorted(simple.ids)) == left
     assert simple.cost < 1.0 + 5 * (2 / simple.fit.rows) ** 0.5
+
+
+def test_needless_effect_of_a_set_goes_though_the_set_is_likelier_with_it() -> None:
+    """Such as one that takes away noise of inputs."""
+    learning = recorded(BOTH)
+
+    simple = fitter(learning).simplified(
+        fitted(learning), lambda r: r.half_bic, lambda left, whole: left.ids == ("cogging",)
+    )
+
+    assert simple.ids == ("cogging",)
 
 
 def test_what_is_left_of_a_set_begins_where_it_did(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -81,7 +96,7 @@ def test_what_is_left_of_a_set_begins_where_it_did(monkeypatch: pytest.MonkeyPat
     work = fitter(learning)
     monkeypatch.setattr(work, "attempt", wanted.append)
 
-    work.simplified(found, lambda r: r.half_bic)
+    work.simplified(found, lambda r: r.half_bic, never)
 
     assert sorted(w.candidates[0].card.id for w in wanted) == ["cogging", "sensor_lag"]
     for one in wanted:

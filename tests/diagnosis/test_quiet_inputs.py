@@ -11,12 +11,15 @@ import pytest
 from fmus.catalogue import find_modelica_model
 from orchestrator.diagnosis.candidates import EffectSet, find_candidates, model_of
 from orchestrator.diagnosis.cards import effect_library
+from orchestrator.diagnosis.confusion import half_bic
 from orchestrator.diagnosis.evidence import LearningData, Refit, fit_nominal, refit, smoothed
 from orchestrator.diagnosis.noise_model import metrics_of
 from orchestrator.diagnosis.quiet import explained_by_noise, misfit_by_quiet_inputs
 from orchestrator.diagnosis.response import Response
+from orchestrator.diagnosis.search import Searcher
 from orchestrator.diagnosis.tangent import Tangent
 from orchestrator.measurements import bind, load_measurements
+from orchestrator.models.patch import free_slots
 
 INERTIA, HIGHEST, TORQUE_NOISE, ANGLE_NOISE, STEP = 0.02, 0.1, 4e-3, 1e-4, 0.004
 SOURCE = find_modelica_model("drive")
@@ -33,13 +36,14 @@ phi_noise_std_rad = {ANGLE_NOISE}
 """
 
 
-def recorded(folder: Path, ceiling: float) -> tuple[Tangent, LearningData]:
-    """A drive that is pushed to and fro, tested without effects; its torque is cut off at a ceiling."""
+def recorded(folder: Path, ceiling: float, constant: float = 0.0) -> tuple[Tangent, LearningData]:
+    """A drive that is pushed to and fro, tested without effects; its torque is cut off at a ceiling, and joined by a
+    constant one."""
     random, time = np.random.default_rng(8), np.arange(1500) * STEP
     for name in ("a.csv", "b.csv"):
         # Straight between samples, so that the trapezoidal rule and its next term are exact.
         torque = HIGHEST * np.clip(3 * np.sin(2 * time + random.uniform(0, 6)), -1, 1)
-        rate = np.clip(torque, -ceiling, ceiling) / INERTIA
+        rate = (np.clip(torque, -ceiling, ceiling) + constant) / INERTIA
         speed = np.r_[0.0, np.cumsum(0.5 * STEP * (rate[1:] + rate[:-1]))]
         angle = np.r_[0.0, np.cumsum(STEP * speed[:-1] + STEP**2 * (2 * rate[:-1] + rate[1:]) / 6)]
         write(folder / name, time, torque, angle, TORQUE_NOISE, random)
@@ -70,8 +74,8 @@ def without_effects(folder: Path) -> tuple[Tangent, LearningData]:
     return Tangent(fit_nominal(nothing, model, learning), model, learning), learning
 
 
-def effects_of(effect: str) -> EffectSet:
-    cards = [card for card in effect_library() if card.id == effect]
+def effects_of(*effects: str) -> EffectSet:
+    cards = [card for card in effect_library() if card.id in effects]
     return EffectSet(SOURCE, find_candidates(SOURCE, SOURCE.compile(), cards)[0], ("phi",))
 
 
@@ -119,3 +123,17 @@ def test_waves_that_noise_puts_out_of_step_are_confirmed_along_inputs_without_th
     assert tangent.base.fit.misfit - found.fit.misfit < found.fit.rows  # less than the noise: quiet inputs are asked
     assert misfit_by_quiet_inputs(tangent, found) == pytest.approx(found.fit.misfit, abs=3.0)
     assert not explained_by_noise(tangent, found, 1.0, 0.5 * found.size * np.log(found.fit.rows))
+
+
+def test_set_that_is_likelier_with_an_effect_that_only_cuts_noise_does_without_it(tmp_path: Path) -> None:
+    """Together they explain far more than there is noise; what the needless one does shows only beside the other alone."""
+    tangent, learning = recorded(tmp_path, ceiling=np.inf, constant=0.01)
+    pair = effects_of("constant_force", "saturation")
+    owners = [pair.candidates[k].card.id for k in pair.owners()]
+    found = refit(pair, learning, np.array([{"constant_force": 0.01, "saturation": HIGHEST}[name] for name in owners]))
+    search = Searcher(SOURCE, tangent.nominal, free_slots(SOURCE.compile()), pair.candidates, learning, 1, print)
+
+    simple = search.simplified(found, noise=1.0)
+
+    assert simple.ids == ("constant_force",)
+    assert half_bic(simple, 1.0, 2) > half_bic(found, 1.0, 2)
