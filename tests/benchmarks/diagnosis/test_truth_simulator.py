@@ -109,6 +109,21 @@ def test_stuck_joint_breaks_away_when_the_load_exceeds_breakaway_not_before() ->
     assert moving == pytest.approx(2.0, abs=0.01)
 
 
+@pytest.mark.parametrize("friction", [1e-4, 0.05], ids=["slides", "sticks"])
+def test_dry_friction_of_a_fast_machine_is_the_same_in_steps_that_are_four_times_finer(friction: float) -> None:
+    """The small friction moves it by 0.03 rad; a speed rounded to none at each reversal was good for 0.013 rad of that."""
+    values = {**MACHINES["two-mass"].values, "c1": friction, "c2": friction}
+    time = np.arange(4001) * 1e-3
+    u = (0.1 * np.cos(5 * time) + 0.2 * np.cos(30 * time) + 0.3 * np.cos(70 * time))[:, None]
+    fine = np.interp(np.arange(16001) / 4, np.arange(4001), u[:, 0])[:, None]
+
+    q, v = simulate("two-mass", values, u, [0.0, 0.0], [0.0, 0.0])
+    finer, _ = simulate("two-mass", values, fine, [0.0, 0.0], [0.0, 0.0], step=2.5e-4)
+
+    assert np.count_nonzero(np.diff(np.sign(v[:, 0]))) > 20
+    np.testing.assert_allclose(q, finer[::4], atol=2e-6, rtol=0)
+
+
 def test_play_is_the_same_in_steps_that_are_four_times_finer() -> None:
     values = {**MACHINES["two-mass"].values, "gap": 0.02, "b1": 0.02, "b2": 0.02}
     u = 0.02 * np.sin(2 * np.pi * np.arange(3001) * 1e-3)[:, None]

@@ -75,6 +75,29 @@ static double until_contact(Case *c, const Inputs *in, double t, double h, const
   return high;
 }
 
+/* Whether a joint no longer turns by its mode, or dry friction no longer holds it. */
+static int is_over(Case *c, const Inputs *in, double t, const State *s, const int *mode, int joint) {
+  if (mode[joint]) return mode[joint] * s->v[joint] < 0;
+  slope_of(c, in, t, s, mode);
+  return fabs(c->need[joint]) > c->level[joint];
+}
+
+/* Share of a step after which a joint with dry friction stops or breaks away, by bisection; 1 if it does neither. Were its
+   speed straight within the step, what is left of it when it stops would be a jolt at every reversal, and those of a fast
+   machine would be more than a small friction does. */
+static double until_over(Case *c, const Inputs *in, double t, double h, const State *s, const int *mode, const State *end,
+                         int joint) {
+  if (c->level[joint] <= 0 || !is_over(c, in, t + h, end, mode, joint)) return 1;
+  double low = 0, high = 1;
+  for (int i = 0; i < 45; i++) {
+    double mid = 0.5 * (low + high);
+    State there = runge_kutta(c, in, t, mid * h, s, mode);
+    if (is_over(c, in, t + mid * h, &there, mode, joint)) high = mid;
+    else low = mid;
+  }
+  return high;
+}
+
 static State advance(Case *c, const Inputs *in, double t, double h, State s, int *mode) {
   double done = 0;
   for (int event = 0; event < 12 && h - done > 1e-12; event++) {
@@ -83,8 +106,7 @@ static State advance(Case *c, const Inputs *in, double t, double h, State s, int
     double first = 1;
     int which = -1;
     for (int j = 0; j < c->dofs; j++) {
-      if (c->level[j] <= 0 || mode[j] == 0 || mode[j] * next.v[j] >= 0) continue;
-      double before = mode[j] * s.v[j], share = before > 0 ? before / (before - mode[j] * next.v[j]) : 0;
+      double share = until_over(c, in, t + done, h - done, &s, mode, &next, j);
       if (share < first) first = share, which = j;
     }
     double meeting = until_contact(c, in, t + done, h - done, &s, mode, &next);
