@@ -120,10 +120,13 @@ class EffectSet:
         return np.array([parameter.start for parameter in self.card_parameters])
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Bounds of the free parameters, from the Modelica classes."""
-        low = [-np.inf if v.minimum is None else v.minimum for v in self.variables]
-        high = [np.inf if v.maximum is None else v.maximum for v in self.variables]
-        return np.array(low), np.array(high)
+        """Bounds of the free parameters, from the Modelica classes and, where these leave room for it, from a record."""
+        low = np.array([-np.inf if v.minimum is None else v.minimum for v in self.variables])
+        high = np.array([np.inf if v.maximum is None else v.maximum for v in self.variables])
+        least = np.maximum(low, [p.low for p in self.card_parameters])
+        most = np.minimum(high, [p.high for p in self.card_parameters])
+        room = least < most
+        return np.where(room, least, low), np.where(room, most, high)
 
     def owners(self) -> tuple[int, ...]:
         """Position of the candidate that each free parameter belongs to."""

@@ -1,5 +1,6 @@
 """Effect cards: what a missing effect is called, which Modelica class adds it, where it can attach."""
 
+import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -41,7 +42,8 @@ class CardParameter:
     "residual_peak_hz" the first guess is the frequency at which the correction residual is largest. With a `grid` it is
     the value of the grid at which the effect's other parameters, taken linearly, explain the most. With a `phase`, two
     states of that name in the class are sine and cosine of a phase, and the parameter is the amplitude of an oscillation:
-    the same one if all three change sign, so answers give the form in which the largest element is positive.
+    the same one if all three change sign, so answers give the form in which the largest element is positive. `low` and
+    `high` are bounds within those of the class, which come from a record (see `placed.py`).
     """
 
     name: str
@@ -51,6 +53,8 @@ class CardParameter:
     start_from: Literal["", "residual_peak_hz"] = ""
     grid: tuple[float, ...] = ()
     phase: str = ""
+    low: float = -math.inf
+    high: float = math.inf
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,9 @@
 """First guesses where a record has been: levels beyond which an effect begins to act lie within what was seen.
 
-A card cannot know how far a user's machine moves. Where it declares that its effect acts above, below or beyond a level
-that is one of its parameters, that parameter starts from the range of the quantity in the nominal runs.
+A card cannot know how far a user's machine moves, nor about which angle: a pole hangs at pi. Where it declares that its effect
+acts above, below or beyond a level that is one of its parameters, that parameter starts from the range of the quantity in the
+nominal runs. A level above or below which an effect acts stays near that range: an end stop far from all that was seen is
+a spring, or a constant force, in disguise.
 """
 
 from collections.abc import Sequence
@@ -17,6 +19,10 @@ from orchestrator.diagnosis.response import Response
 LEVELS = (0.95, 0.85, 0.75, 0.6, 0.45, 0.3)
 FIRST = 0.6
 SIDES = ("above", "below", "beyond")
+# The machine itself may have gone farther than its nominal runs, by this share of their range.
+FARTHER = 0.25
+# What moves by less than this share of its size rests but for rounding.
+AT_REST = 1e-9
 
 
 def placed(candidates: Sequence[Candidate], response: Response) -> tuple[Candidate, ...]:
@@ -41,12 +47,23 @@ def placed(candidates: Sequence[Candidate], response: Response) -> tuple[Candida
                 low, high = _range(seen, need.kind)
                 levels = tuple(float(low + share * (high - low)) for share in LEVELS)
                 first = float(low + FIRST * (high - low))
+                least, most = _bounds(seen, need.kind)
                 parameters = [
-                    replace(p, start=first, grid=levels) if p.name == need.limit else p for p in card.parameters
+                    replace(p, start=first, grid=levels, low=least, high=most) if p.name == need.limit else p
+                    for p in card.parameters
                 ]
                 card = replace(card, parameters=tuple(parameters))
         found.append(replace(candidate, card=card))
     return tuple(found)
+
+
+def _bounds(seen: np.ndarray, kind: str) -> tuple[float, float]:
+    """Bounds of a level above or below which an effect acts; none where nothing moved."""
+    low, high = float(seen.min()), float(seen.max())
+    margin = FARTHER * (high - low)
+    if kind == "beyond" or high - low <= AT_REST * max(abs(low), abs(high)):
+        return -np.inf, np.inf
+    return low - margin, high + margin
 
 
 def _range(seen: np.ndarray, kind: str) -> tuple[float, float]:

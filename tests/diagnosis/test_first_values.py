@@ -1,5 +1,7 @@
 """Where fits begin: at the best of several starts, and with levels inside the range of the record."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -95,6 +97,44 @@ def test_levels_beyond_which_effects_act_start_within_the_range_of_the_record() 
     middle = np.median(phi)
     assert np.all((grids["end_stop above"] > middle) & (grids["end_stop above"] < phi.max()))
     assert np.all((grids["end_stop below"] < middle) & (grids["end_stop below"] > phi.min()))
+
+
+def swinging(start: float) -> list[Candidate]:
+    """The end stops of a pendulum let go at an angle, with what its motion says of their levels."""
+    pendulum = find_modelica_model("pendulum")
+    effects = EffectSet(pendulum, (), ["theta"])
+    model = effects.model
+    nothing = np.zeros((len(TIME), len(model.inputs)))
+    theta = model.compiled.run(TIME, nothing, model.compiled.parameters, np.array([start, 0.0])).outputs
+    learning = LearningData((SmoothedTrial(TIME, nothing, theta, NOISE),), NOISE)
+    base = fit_nominal(effects, model, learning)
+    return list(placed(candidates(pendulum, "end_stop"), Response(base, [t.smoother for t in learning.trials])))
+
+
+def test_end_stops_of_a_hanging_pole_lie_where_it_swings_and_not_far_from_there() -> None:
+    """It swings from 2.14 to 4.14 rad about pi. A stop at 200 rad is a constant torque in disguise."""
+    for candidate in swinging(np.pi + 1.0):
+        effects = EffectSet(find_modelica_model("pendulum"), [candidate], ["theta"])
+        low, high = effects.bounds()
+        level = [p.name for p in effects.card_parameters].index("qStop")
+
+        assert all(2.1 < angle < 4.2 for angle in effects.card_parameters[level].grid)
+        assert low[level] == pytest.approx(np.pi - 1.5, abs=0.02)
+        assert high[level] == pytest.approx(np.pi + 1.5, abs=0.02)
+
+
+def test_where_nothing_moves_an_end_stop_may_be_anywhere() -> None:
+    assert all(np.isinf([p.low, p.high]).all() for c in swinging(np.pi) for p in c.card.parameters)
+
+
+def test_bounds_of_a_class_hold_where_a_record_was_beyond_them() -> None:
+    """A stop of at most 1000 rad on a drive that has turned by 2000 rad."""
+    drive = find_modelica_model("drive")
+    stop = candidates(drive, "end_stop")[0]
+    far = [replace(p, low=1900.0, high=2100.0) if p.name == "qStop" else p for p in stop.card.parameters]
+    moved = replace(stop, card=replace(stop.card, parameters=tuple(far)))
+
+    np.testing.assert_equal(EffectSet(drive, [moved], ["phi"]).bounds(), EffectSet(drive, [stop], ["phi"]).bounds())
 
 
 def test_a_tremor_far_smaller_than_its_first_guess_is_found_with_another_phase_in_each_trial() -> None:
