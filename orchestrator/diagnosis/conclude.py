@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from orchestrator.compare.result import Comparison
 from orchestrator.diagnosis.calibration import PRACTICAL, SIGNIFICANT, Stage
 from orchestrator.diagnosis.candidates import Candidate
-from orchestrator.diagnosis.confusion import groups, rivals
+from orchestrator.diagnosis.confusion import disguise, groups, rivals
 from orchestrator.diagnosis.coverage import coverage
 from orchestrator.diagnosis.evidence import Refit
 from orchestrator.diagnosis.excitation import blind_sites, is_at_rest
@@ -54,7 +54,15 @@ def conclude(
     # What a simpler law holds of a larger one is there, whatever excitation the rest of that needs.
     others = groups([rival for rival in like if not rival.holds_it])
     missing = () if best is None else _missing(first, best, others, searcher.candidates)
-    verdict = decide(len(refereed.accepted), left, ambiguous=bool(confusable), blind=blind, missing=missing)
+    other_law = None if best is None else disguise(best, trace.refitted, scale, trace.choices)
+    verdict = decide(
+        len(refereed.accepted),
+        left,
+        ambiguous=bool(confusable),
+        blind=blind,
+        missing=missing,
+        disguised=other_law is not None,
+    )
     named = verdict in ("named", "ambiguous")
     open_class = named or (verdict == "cannot_tell" and best is not None)
     experiments = {c.card.id: c.card.experiment for c in searcher.candidates}
@@ -76,7 +84,7 @@ def conclude(
         ),
         warnings=(
             *_on_the_search(impossible, blind, is_at_rest(searcher.learning)),
-            *_on_what_is_left(verdict, left, stage, best),
+            *_on_what_is_left(verdict, left, stage, best, other_law),
             *(map(str, odds) if open_class else ()),
             *(missing if verdict == "cannot_tell" else ()),
         ),
@@ -129,10 +137,16 @@ def _on_the_search(impossible: Sequence[str], blind: Sequence[str], resting: boo
     return found
 
 
-def _on_what_is_left(verdict: str, left: Left, stage: Stage, best: Refit | None) -> list[str]:
+def _on_what_is_left(verdict: str, left: Left, stage: Stage, best: Refit | None, other_law: Refit | None) -> list[str]:
     size = (
         f"on held-out trials the error is {(left.held_out[1] / left.noise) ** 0.5:.3g} times its part without structure"
     )
+    if other_law is not None and best is not None and not left.is_another:
+        return [
+            f"{' + '.join(best.ids)} explains the error, but {' + '.join(other_law.ids)} with"
+            f" {' and '.join(other_law.pressed())} at the limit of what it can be explains it far better: a law that the library"
+            " lacks"
+        ]
     if verdict == "unknown" and best is not None:
         return [
             f"{' + '.join(best.ids)} explains part of the error, but {left.share:.0%} of what exceeds the noise is left"

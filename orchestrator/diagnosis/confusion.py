@@ -70,6 +70,17 @@ def rivals(best: Refit, tried: Sequence[Refit], scale: float, held_out: Callable
     return tuple(sorted(found.values(), key=lambda rival: rival.odds))
 
 
+def disguise(best: Refit, tried: Sequence[Refit], scale: float, choices: int) -> Refit | None:
+    """The likeliest set at the limit of what an effect can be, of no more effects than the best one, if beside it that is
+    hopeless: then the truth is a law that the library lacks, whatever else imitates it."""
+    pressed = [r for r in tried if len(r.ids) <= len(best.ids) and r.is_present() and r.pressed()]
+    likeliest = min(pressed, key=lambda r: half_bic(r, scale, choices), default=None)
+    if likeliest is None:
+        return None
+    ahead = half_bic(best, scale, choices) - half_bic(likeliest, scale, choices)
+    return likeliest if ahead > np.log(HOPELESS) else None
+
+
 def reach(best: Refit, scale: float) -> float:
     """How far a set that was fitted roughly may fall behind the best one, in half BIC, and be its rival once it is fitted to
     the end."""

@@ -76,7 +76,13 @@ class Left:
 
 
 def decide(
-    named: int, left: Left, *, ambiguous: bool = False, blind: Sequence[str] = (), missing: Sequence[str] = ()
+    named: int,
+    left: Left,
+    *,
+    ambiguous: bool = False,
+    blind: Sequence[str] = (),
+    missing: Sequence[str] = (),
+    disguised: bool = False,
 ) -> Verdict:
     """Decide on a verdict.
 
@@ -86,17 +92,20 @@ def decide(
         ambiguous: whether others explain the data as well as the accepted ones.
         blind: sites at which the data show no effect, were there one.
         missing: excitation that would tell the named effects from others that explain the data as well.
+        disguised: whether a law that the library lacks is likelier than they are.
 
     >>> noise, much = Left((1.0, 1.0, 9), (1.0, 1.0, 9), 1.0, False), Left((26.0, 26.0, 9), (26.0, 17.0, 9), 1.0, True)
     >>> decide(0, noise), decide(1, noise), decide(0, much), decide(1, much)
     ('adequate', 'named', 'unknown', 'unknown')
+    >>> decide(1, noise, disguised=True)
+    'unknown'
     """
     if named == 0:
         if left.structured:
             return "unknown"
         # What only held-out trials show, learning trials cannot name.
         return "cannot_tell" if blind or left.shows_held_out_only else "adequate"
-    if left.is_another:
+    if left.is_another or disguised:
         return "unknown"
     if ambiguous:
         return "cannot_tell" if missing else "ambiguous"
