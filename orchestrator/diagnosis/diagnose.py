@@ -114,9 +114,8 @@ def _diagnosed(
     if path and searcher.noise is not None and searcher.learning is not learning:
         held_out = searcher.noise.carried_by(follow(path[-1].refit, held_out), held_out)
     referee = Referee(source, measurements, nominal, held_out, workers)
-    stages = searcher.trace.stages
-    base = stages[0].tangent.base
-    scale = stages[-1].colour.scale
+    base = searcher.trace.stages[0].tangent.base
+    scale = searcher.test_of(path[-1].refit if path else base).colour.scale
     refereed = referee.judge(base, path, scale, named_effects, progress)
     if path and path[-1].refit.labels in refereed.refused:
         tied = runners_up(path[-1].refit, searcher.trace, scale, searcher.fitter.finished)

@@ -168,6 +168,12 @@ class Refit:
         beyond |= self._shapeless()
         return tuple(v.name for v, is_pressed in zip(self.effects.variables, beyond, strict=True) if is_pressed)
 
+    def pressed_effect(self) -> Candidate | None:
+        """The one effect that is another law in disguise, None if there is none or several are."""
+        owners = {name.rpartition(".")[0] for name in self.pressed()}
+        found = [c for c in self.effects.candidates if c.slot in owners]
+        return found[0] if len(found) == 1 else None
+
     def _shapeless(self) -> np.ndarray:
         """Shapes (k,) that the data do not pin, of effects of which they pin no size either."""
         absent = np.array([p.absent for p in self.effects.card_parameters])

@@ -160,7 +160,7 @@ class Fitter:
 
     def _beside_others(self, found: Refit, effect: Candidate) -> list[np.ndarray]:
         """Rows of parameters of a set in which the others are as they fit alone, and an effect is at a peak beside them."""
-        others, setting, kept = self._without(found, effect), self.setting, _of_others(found, effect)
+        others, setting, kept = self.without(found, effect), self.setting, _of_others(found, effect)
         if others is None:
             return []
         try:
@@ -186,14 +186,14 @@ class Fitter:
         """
         if len(found.ids) < 2:
             return found
-        tried = self.setting.side_by_side(lambda c: self._without(found, c, ROUGH), found.effects.candidates)
+        tried = self.setting.side_by_side(lambda c: self.without(found, c, ROUGH), found.effects.candidates)
         smaller = sorted((r for r in tried if r is not None), key=cost)
         if smaller and cost(smaller[0]) < cost(found):
             return self.simplified(self.closer(smaller[0]), cost, needless)
         without = next((r for r in smaller if needless(r, found)), None)
         return found if without is None else self.simplified(self.closer(without), cost, needless)
 
-    def _without(self, found: Refit, effect: Candidate, tolerance: float = TOLERANCE) -> Refit | None:
+    def without(self, found: Refit, effect: Candidate, tolerance: float = TOLERANCE) -> Refit | None:
         """The other effects of a set, fitted from where they are in it."""
         rest = [c for c in found.effects.candidates if c.label != effect.label]
         first, near = found.values[_of_others(found, effect)], Begun.of(found.model, found.fit)

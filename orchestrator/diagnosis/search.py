@@ -19,18 +19,21 @@ from orchestrator.diagnosis.proposals import Proposer
 from orchestrator.diagnosis.quiet import carries_noise, explained_by_noise
 from orchestrator.diagnosis.remetric import NoiseOfSignals
 from orchestrator.diagnosis.response import Response
+from orchestrator.diagnosis.subsets import MOST_EFFECTS
 from orchestrator.diagnosis.tangent import Tangent
 from orchestrator.diagnosis.trace import Accepted, Trace
+from orchestrator.diagnosis.turnings import turning
 from orchestrator.diagnosis.work import Here, Wanted, Work
 from orchestrator.models.symbolic import SymbolicModel
 
-__all__ = ["MOST_EFFECTS", "Progress", "Searcher"]
+__all__ = ["Progress", "Searcher"]
 
-MOST_EFFECTS = 3
 MOST_ROUNDS = 5
 # Sets that are extended in the next round, and those whose effects are put together.
 BEAM = 2
 UNITED = 3
+# Other paths that are tried where the first one ends far from noise.
+TURNINGS = 2
 
 
 class Searcher:
@@ -59,26 +62,49 @@ class Searcher:
     def run(self) -> list[Accepted]:
         """Return the path of accepted sets, growing by one effect each; `trace` keeps all that was tried.
 
-        The path is empty if no single effect is worth naming. The last stage of `trace` tests the last set of the path.
+        The path is empty if no single effect is worth naming.
         """
         base = fit_nominal(EffectSet(self.base, (), self.nominal.signals), self.nominal, self.learning)
         self.candidates = placed(self.candidates, Response(base, [t.smoother for t in self.learning.trials]))
-        beam, proposer = [base], Proposer(self.setting, self.candidates)
+        proposer = Proposer(self.setting, self.candidates)
+        base = self._path(proposer, base)
+        for _ in range(TURNINGS):
+            other = self._turning(base)
+            if other is None:
+                break
+            base = self._path(proposer, other, base)
+        return self._nested(base)
+
+    def _path(self, proposer: Proposer, base: Refit, known: Refit | None = None) -> Refit:
+        """The last of the sets that grow from one, or the best `known` set if none of them is better."""
+        beam, bound = [base], base if known is None else known
         for _ in range(MOST_ROUNDS):
             stage = self._stage(base, MOST_EFFECTS - len(base.ids))
             if len(base.ids) == MOST_EFFECTS or not self._worth_a_search(stage):
                 break
             found = self._round(proposer, beam, stage)
-            best = self._best(found, base, stage)
+            best = self._best(found, bound, stage)
             if best is None:
                 break
             base = self._in_its_metric(best, stage)
             if base.labels != best.labels:
                 base = self.simplified(base, stage.colour.level**2)
-            known = {r.labels: r for r in self.trace.refitted}
-            others = [known.get(r.labels, r) for r in found if r.is_present() and r.labels != base.labels]
+            bound = base
+            fitted = {r.labels: r for r in self.trace.refitted}
+            others = [fitted.get(r.labels, r) for r in found if r.is_present() and r.labels != base.labels]
             beam = [base, *others][:UNITED]
-        return self._nested(base)
+        return bound
+
+    def _turning(self, base: Refit) -> Refit | None:
+        """A set from which another path leads on, if the last set of this one leaves much more than noise."""
+        noise = self.test_of(base).colour.level ** 2
+        if not base.ids or base.cost <= BEYOND_NOISE**2 * max(noise, 1.0):
+            return None
+        tested = {s.tangent.base.labels for s in self.trace.stages}
+        found = turning(base, self.trace.refitted, tested, noise, self.trace.choices)
+        if found is None or found.in_disguise is None:
+            return None if found is None else found.refit
+        return self.fitter.without(found.refit, found.in_disguise)
 
     def _round(self, proposer: Proposer, beam: Sequence[Refit], stage: Stage) -> list[Refit]:
         """Refit the most promising sets, and those of them without what does not show; the likeliest first."""

@@ -1,0 +1,38 @@
+"""Where a search turns to once the path of the likeliest sets has ended far from noise."""
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+
+from orchestrator.diagnosis.candidates import Candidate
+from orchestrator.diagnosis.confusion import half_bic
+from orchestrator.diagnosis.evidence import Refit
+from orchestrator.diagnosis.subsets import MOST_EFFECTS
+
+
+@dataclass(frozen=True)
+class Turning:
+    """A set from which another path leads on, without the effect that is another law in disguise, if one is."""
+
+    refit: Refit
+    in_disguise: Candidate | None = None
+
+
+def turning(
+    base: Refit, tried: Sequence[Refit], tested: Collection[frozenset[str]], noise: float, choices: int
+) -> Turning | None:
+    """The likeliest set that was not extended yet, `tested` being the labels of those that were.
+
+    An effect that fits best as long as others are missing may imitate them. One that fits better than the last set, `base`,
+    at the limit of what it can be imitates another law: what is beside it comes first.
+    """
+
+    def cost(found: Refit) -> float:
+        return half_bic(found, noise, choices)
+
+    present = sorted((r for r in tried if r.is_present()), key=cost)
+    for found in present:
+        effect = found.pressed_effect()
+        if effect is not None and cost(found) < cost(base) and found.labels - {effect.label} not in (*tested, set()):
+            return Turning(found, effect)
+    able = (r for r in present if not r.pressed() and len(r.ids) < MOST_EFFECTS and r.labels not in tested)
+    return next(map(Turning, able), None)

@@ -1,0 +1,40 @@
+"""Which set a search goes on from where its first path has ended far from noise."""
+
+import numpy as np
+import pytest
+
+from orchestrator.diagnosis.evidence import Refit
+from orchestrator.diagnosis.turnings import turning
+from tests.diagnosis.test_disguise import ROWS, fitted
+
+SPRING, LAGGED = fitted(("passive_stiffness",), 60 * ROWS), fitted(("passive_stiffness", "sensor_lag"), 40 * ROWS)
+SLOW, FAST = fitted(("sensor_lag",), 50 * ROWS), fitted(("sensor_lag", "viscous_friction"), 45 * ROWS)
+DISGUISED = fitted(("cogging", "sensor_lag"), 30 * ROWS, "periods")
+
+
+@pytest.mark.parametrize(
+    ("tried", "tested", "wanted", "in_disguise"),
+    [
+        ([SPRING, SLOW, FAST], [LAGGED, SPRING], FAST, ""),  # the likeliest that was not extended
+        ([SPRING, SLOW], [LAGGED, SPRING, SLOW], None, ""),
+        ([SPRING, SLOW, DISGUISED], [LAGGED, SPRING], DISGUISED, "cogging"),
+        ([SPRING, FAST, DISGUISED], [LAGGED, SPRING, SLOW], FAST, ""),  # what is beside cogging was extended
+    ],
+)
+def test_search_goes_on_beside_a_law_in_disguise_or_from_the_likeliest_set_it_has_not_extended(
+    tried: list[Refit], tested: list[Refit], wanted: Refit | None, in_disguise: str
+) -> None:
+    found = turning(LAGGED, [LAGGED, *tried], {r.labels for r in tested}, 1.0, 20)
+
+    if wanted is None:
+        assert found is None
+        return
+    assert found is not None and found.refit is wanted
+    assert (found.in_disguise.card.id if found.in_disguise else "") == in_disguise
+
+
+def test_law_in_disguise_that_explains_less_than_the_last_set_says_nothing() -> None:
+    poor = fitted(("cogging", "sensor_lag"), 41 * ROWS, "periods")
+
+    assert turning(LAGGED, [LAGGED, poor], {LAGGED.labels}, 1.0, 20) is None
+    assert poor.half_bic == pytest.approx(0.5 * (41 * ROWS + 4 * np.log(ROWS)))
