@@ -30,7 +30,7 @@ _KEYS = (
     "contacts",
 )
 _OPTIONAL = ("confusable", "experiment", "variant", "needs", "contacts")
-_PARAMETER_KEYS = ("start", "absent", "meaningful", "start_from", "grid", "phase")
+_PARAMETER_KEYS = ("start", "absent", "meaningful", "start_from", "grid", "waves_over", "phase")
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,9 @@ class CardParameter:
     `start` is the first guess, `absent` the value (or limit) at which the effect vanishes, `meaningful` the smallest
     departure from it that matters. Unit and bounds are declared in the Modelica class. With `start_from`
     "residual_peak_hz" the first guess is the frequency at which the correction residual is largest. With a `grid` it is
-    the value of the grid at which the effect's other parameters, taken linearly, explain the most. With a `phase`, two
+    the value of the grid at which the effect's other parameters, taken linearly, explain the most; with `waves_over`,
+    a variable of the card's needs, it is a number of waves, of which the grid is as fine as the record tells apart. With a
+    `phase`, two
     states of that name in the class are sine and cosine of a phase, and the parameter is the amplitude of an oscillation:
     the same one if all three change sign, so answers give the form in which the largest element is positive. `low` and
     `high` are bounds within those of the class, which come from a record (see `placed.py`).
@@ -52,6 +54,7 @@ class CardParameter:
     meaningful: float
     start_from: Literal["", "residual_peak_hz"] = ""
     grid: tuple[float, ...] = ()
+    waves_over: str = ""
     phase: str = ""
     low: float = -math.inf
     high: float = math.inf
@@ -114,6 +117,9 @@ def read_card(path: Path) -> EffectCard:
     names = table.get_table("parameters")
     if not names.values:
         raise table.wrong("parameters", "at least one table such as [parameters.b], for what is fitted")
+    needs = read_needs(table, names.values)
+    variables = [need.variable for need in needs]
+    parameters = tuple(_parameter(name, _parameter_table(table, names, name), variables) for name in names.values)
     return EffectCard(
         id=effect_id,
         title=_text(table, "title"),
@@ -123,23 +129,28 @@ def read_card(path: Path) -> EffectCard:
         elements=elements,  # type: ignore[arg-type]  # checked above
         confusable=table.get_texts("confusable") or (),
         experiment=_text(table, "experiment") if "experiment" in table.values else "",
-        parameters=tuple(_parameter(name, _parameter_table(table, names, name)) for name in names.values),
+        parameters=parameters,
         variant=_text(table, "variant") if "variant" in table.values else "",
-        needs=read_needs(table, names.values),
+        needs=needs,
         contacts=_flag(table, "contacts"),
         card_file=path,
         class_file=_class_file(table, path.parent, class_name),
     )
 
 
-def _parameter(name: str, table: TomlTable) -> CardParameter:
-    _check_keys(table, _PARAMETER_KEYS, ("start_from", "grid", "phase"))
+def _parameter(name: str, table: TomlTable, variables: Sequence[str]) -> CardParameter:
+    _check_keys(table, _PARAMETER_KEYS, ("start_from", "grid", "waves_over", "phase"))
     start_from = table.values.get("start_from", "")
     if start_from not in ("", "residual_peak_hz"):
         raise table.wrong("start_from", '"residual_peak_hz", or leave it out')
     grid = table.values.get("grid", [])
     if not isinstance(grid, list) or not all(_is_number(value) for value in grid):
         raise table.wrong("grid", "a list of numbers")
+    waves_over = _text(table, "waves_over") if "waves_over" in table.values else ""
+    if waves_over and waves_over not in variables:
+        raise table.wrong(
+            "waves_over", f"the variable of one of the card's [[needs]]: {', '.join(variables) or 'it has none'}"
+        )
     meaningful = _number(table, "meaningful")
     if meaningful <= 0:
         raise table.wrong("meaningful", "a number above 0: the smallest departure from `absent` that matters")
@@ -150,6 +161,7 @@ def _parameter(name: str, table: TomlTable) -> CardParameter:
         meaningful=meaningful,
         start_from=start_from,
         grid=tuple(map(float, grid)),
+        waves_over=waves_over,
         phase=_text(table, "phase") if "phase" in table.values else "",
     )
 

@@ -1,20 +1,24 @@
 """Where fits begin: at the best of several starts, and with levels inside the range of the record."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from fmus.catalogue import ModelicaModel, find_modelica_model
+from fmus.errors import MisfitError
+from orchestrator import diagnosis
 from orchestrator.diagnosis.begun import Begun
 from orchestrator.diagnosis.candidates import Candidate, EffectSet, find_candidates
-from orchestrator.diagnosis.cards import effect_library
+from orchestrator.diagnosis.cards import effect_library, read_card
 from orchestrator.diagnosis.evidence import LearningData, fit_nominal, refit
 from orchestrator.diagnosis.placed import placed
 from orchestrator.diagnosis.response import Response
 from orchestrator.diagnosis.screening import Screener
 from orchestrator.models.smoothing import SmoothedTrial
 
+SHIPPED = Path(diagnosis.__file__).parent / "cards"
 TIME = np.arange(0, 5, 0.01)
 NOISE = np.array([1e-3])
 
@@ -99,8 +103,8 @@ def test_levels_beyond_which_effects_act_start_within_the_range_of_the_record() 
     assert np.all((grids["end_stop below"] < middle) & (grids["end_stop below"] > phi.min()))
 
 
-def swinging(start: float) -> list[Candidate]:
-    """The end stops of a pendulum let go at an angle, with what its motion says of their levels."""
+def swinging(start: float, effect: str = "end_stop") -> list[Candidate]:
+    """The end stops, or another effect, of a pendulum let go at an angle, with what its motion says of their levels."""
     pendulum = find_modelica_model("pendulum")
     effects = EffectSet(pendulum, (), ["theta"])
     model = effects.model
@@ -108,7 +112,7 @@ def swinging(start: float) -> list[Candidate]:
     theta = model.compiled.run(TIME, nothing, model.compiled.parameters, np.array([start, 0.0])).outputs
     learning = LearningData((SmoothedTrial(TIME, nothing, theta, NOISE),), NOISE)
     base = fit_nominal(effects, model, learning)
-    return list(placed(candidates(pendulum, "end_stop"), Response(base, [t.smoother for t in learning.trials])))
+    return list(placed(candidates(pendulum, effect), Response(base, [t.smoother for t in learning.trials])))
 
 
 def test_end_stops_of_a_hanging_pole_lie_where_it_swings_and_not_far_from_there() -> None:
@@ -121,6 +125,26 @@ def test_end_stops_of_a_hanging_pole_lie_where_it_swings_and_not_far_from_there(
         assert all(2.1 < angle < 4.2 for angle in effects.card_parameters[level].grid)
         assert low[level] == pytest.approx(np.pi - 1.5, abs=0.02)
         assert high[level] == pytest.approx(np.pi + 1.5, abs=0.02)
+
+
+@pytest.mark.parametrize(("amplitude", "apart"), [(0.05, 4.0), (1.0, np.pi / 2.0), (2.5, np.pi / 5.0)])
+def test_waves_of_cogging_are_scanned_as_finely_as_they_get_out_of_step(amplitude: float, apart: float) -> None:
+    """Over 5 rad, 24 waves a turn are more than half a wave out of step with 24.7: no descent leads from one to the other."""
+    (cogging,) = swinging(np.pi + amplitude, "cogging")
+    grid = next(np.array(p.grid) for p in cogging.card.parameters if p.name == "periods")
+
+    assert (grid[0], grid[-1]) == (3.0, 48.0)
+    assert 0.5 * apart < np.diff(grid).max() <= apart * 1.01
+
+
+def test_waves_over_what_a_card_does_not_need_are_refused(tmp_path: Path) -> None:
+    text = (SHIPPED / "cogging.toml").read_text()
+    (tmp_path / "cogging.toml").write_text(text.replace('waves_over = "q"', 'waves_over = "w"'))
+
+    with pytest.raises(
+        MisfitError, match=r"'waves_over' = 'w', expected the variable of one of the card's \[\[needs\]\]: q"
+    ):
+        read_card(tmp_path / "cogging.toml")
 
 
 def test_where_nothing_moves_an_end_stop_may_be_anywhere() -> None:
