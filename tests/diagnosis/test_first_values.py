@@ -8,17 +8,15 @@ import pytest
 
 from fmus.catalogue import ModelicaModel, find_modelica_model
 from fmus.errors import MisfitError
-from orchestrator import diagnosis
 from orchestrator.diagnosis.begun import Begun
 from orchestrator.diagnosis.candidates import Candidate, EffectSet, find_candidates
-from orchestrator.diagnosis.cards import effect_library, read_card
+from orchestrator.diagnosis.cards import SHIPPED, effect_library, read_card
 from orchestrator.diagnosis.evidence import LearningData, fit_nominal, refit
 from orchestrator.diagnosis.placed import placed
 from orchestrator.diagnosis.response import Response
 from orchestrator.diagnosis.screening import Screener
 from orchestrator.models.smoothing import SmoothedTrial
 
-SHIPPED = Path(diagnosis.__file__).parent / "cards"
 TIME = np.arange(0, 5, 0.01)
 NOISE = np.array([1e-3])
 
