@@ -169,11 +169,11 @@ class Stage:
     def is_structured(self) -> bool:
         """Whether more is left than noise, and a share of the error worth mentioning.
 
-        Either candidates or a flexible force explain part of it; or neither does, and it exceeds the noise of the sensors
-        several times.
+        Either candidates or a flexible force explain part of it; or neither does, and what happens between samples explains it
+        but cannot be so large, or it exceeds the noise of the sensors several times.
         """
-        explained = min(self.p_value, self.p_of_flexible) <= SIGNIFICANT and self.structured_share > PRACTICAL
-        return explained or self.colour.level > BEYOND_NOISE
+        shows = min(self.p_value, self.p_of_flexible) <= SIGNIFICANT or not self.tangent.is_between_samples
+        return (shows and self.structured_share > PRACTICAL) or self.colour.level > BEYOND_NOISE
 
     @property
     def may_matter(self) -> bool:

@@ -24,6 +24,9 @@ from orchestrator.models.symbolic import Motion, SymbolicModel
 SHAPES = (0.3, 1.0, 3.0)
 # Standard deviation of how much of its second difference is added to an input; a hold for half a sample is a quarter.
 BETWEEN_STD = 0.25
+# No hold, no straight line and no mean over a sample needs so many of these deviations: half of a second difference is a delay
+# of a whole sample.
+BEYOND_SAMPLES = 2.0
 # Columns of a block that are combinations of the others to this accuracy do not count.
 RANK = 1e-6
 
@@ -92,6 +95,15 @@ class Tangent:
         given = [*range(base.size, starts), *range(jacobian.shape[1] - between.shape[1], jacobian.shape[1])]
         self._exact = orthonormal(np.delete(jacobian, given, axis=1), 1e-9) if given else self.basis
         self.error = self.project(-residual)
+        self._between = self.error[len(residual) - between.shape[1] :]
+
+    @property
+    def is_between_samples(self) -> bool:
+        """Whether what happens between samples can be what it must be for the error to be noise.
+
+        A stiff joint that yields moves its motor by a share of the torque, as second differences of the torque do.
+        """
+        return bool(np.all(np.abs(self._between) <= BEYOND_SAMPLES))
 
     @property
     def machine_states(self) -> frozenset[str]:
