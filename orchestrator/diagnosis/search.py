@@ -86,8 +86,8 @@ class Searcher:
             best = self._best(found, bound, stage)
             if best is None:
                 break
-            base = self._in_its_metric(best, stage)
-            if base.labels != best.labels:
+            before, base = self.learning, self._in_its_metric(best, stage)
+            if self.learning is not before:
                 base = self.simplified(base, stage.colour.level**2)
             bound = base
             fitted = {r.labels: r for r in self.trace.refitted}
