@@ -15,6 +15,8 @@ DECISIVE = 20.0
 PARSIMONIOUS = 3.0
 # Odds by the learning trials that held-out trials are not asked to turn.
 HOPELESS = 1000.0
+# Sets that are fitted in another metric beside the best one.
+MOST_RIVALS = 6
 # A rough fit may end this share of the misfit above what it would come to.
 ROUGHLY = 0.01
 
@@ -85,6 +87,18 @@ def reach(best: Refit, scale: float) -> float:
     """How far a set that was fitted roughly may fall behind the best one, in half BIC, and be its rival once it is fitted to
     the end."""
     return float(np.log(HOPELESS)) + 0.5 * ROUGHLY * best.fit.misfit / scale
+
+
+def near_in_either(best: Refit, same: Refit, tried: Sequence[Refit], noise: float, choices: int) -> list[int]:
+    """Places of the sets that may be rivals of the best one in another metric, in which that is `same`; the likeliest first,
+    at most `MOST_RIVALS` of them.
+
+    What the metric changes for one set, it may change for another one the other way.
+    """
+    changed = 0.5 * abs(same.fit.misfit - best.fit.misfit) / noise
+    limit = half_bic(best, noise, choices) + reach(best, noise) + changed
+    costs = {k: half_bic(r, noise, choices) for k, r in enumerate(tried) if r.labels != best.labels}
+    return sorted((k for k in costs if costs[k] < limit), key=lambda k: costs[k])[:MOST_RIVALS]
 
 
 def half_bic(found: Refit, scale: float, choices: int) -> float:

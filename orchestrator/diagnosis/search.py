@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 
 from fmus.catalogue import ModelicaModel
-from orchestrator.diagnosis.calibration import BEYOND_NOISE, SIGNIFICANT, Stage
+from orchestrator.diagnosis.calibration import BEYOND_NOISE, NEAR_FLOOR, SIGNIFICANT, Stage
 from orchestrator.diagnosis.candidates import Candidate, EffectSet, as_fmu, can_join
-from orchestrator.diagnosis.confusion import DECISIVE, half_bic, reach
+from orchestrator.diagnosis.confusion import DECISIVE, half_bic, near_in_either, reach
 from orchestrator.diagnosis.evidence import LearningData, Refit, fit_nominal
 from orchestrator.diagnosis.first_values import first_values
 from orchestrator.diagnosis.fitting import Fitter, Progress, Setting
@@ -83,6 +83,9 @@ class Searcher:
             if len(base.ids) == MOST_EFFECTS or not self._worth_a_search(stage):
                 break
             found = self._round(proposer, beam, stage)
+            if known is not None and (fresh := [r for r in found if r.labels != known.labels]):
+                # How near noise it comes shows only once its effects are at the right points of their grids.
+                found = [self.fitter.put_back(fresh[0]), *found]
             best = self._best(found, bound, stage)
             if best is None:
                 break
@@ -96,9 +99,9 @@ class Searcher:
         return bound
 
     def _turning(self, base: Refit) -> Refit | None:
-        """A set from which another path leads on, if the last set of this one leaves much more than noise."""
+        """A set from which another path leads on, if the last set of this one leaves more than noise."""
         noise = self.test_of(base).colour.level ** 2
-        if not base.ids or base.cost <= BEYOND_NOISE**2 * max(noise, 1.0):
+        if not base.ids or base.cost <= NEAR_FLOOR * max(noise, 1.0):
             return None
         tested = {s.tangent.base.labels for s in self.trace.stages}
         found = turning(base, self.trace.refitted, tested, noise, self.trace.choices)
@@ -144,13 +147,17 @@ class Searcher:
         noise, choices, refitted = stage.colour.level**2, self.trace.choices, self.trace.refitted
         self.learning = learning
         self.setting = self.fitter.setting = replace(self.setting, learning=learning)
-        limit = half_bic(best, noise, choices) + reach(best, noise)
-        near = [k for k, r in enumerate(refitted) if half_bic(r, noise, choices) < limit]
-        again = self.setting.side_by_side(self.fitter.closer, [refitted[k] for k in near])
-        same = next(r for r in again if r.labels == best.labels)
+        same = self.fitter.closer(best)
         apart = same.cost - best.cost
+        near = near_in_either(best, same, refitted, noise, choices)
+        again = self.setting.side_by_side(self.fitter.closer, [refitted[k] for k in near])
         for k, r in enumerate(refitted):
-            refitted[k] = again[near.index(k)] if k in near else replace(r, fit=replace(r.fit, cost=r.cost + apart))
+            if r.labels == best.labels:
+                refitted[k] = same
+            elif k in near:
+                refitted[k] = again[near.index(k)]
+            else:
+                refitted[k] = replace(r, fit=replace(r.fit, cost=r.cost + apart))
         able = [r for r in again if r.is_present() and not r.pressed()]
         return min([same, *able], key=lambda r: half_bic(r, noise, choices))
 

@@ -1,4 +1,7 @@
-"""A cubic spring is followed by cogging of the fewest waves that it has, and less well by other effects of the library."""
+"""Sets beside the best one: another law in disguise, and those that may be rivals in another metric.
+
+A cubic spring is followed by cogging of the fewest waves that it has, and less well by other effects of the library.
+"""
 
 from typing import Any, cast
 
@@ -8,7 +11,7 @@ import pytest
 from fmus.catalogue import find_modelica_model
 from orchestrator.diagnosis.candidates import EffectSet, find_candidates
 from orchestrator.diagnosis.cards import effect_library
-from orchestrator.diagnosis.confusion import HOPELESS, disguise
+from orchestrator.diagnosis.confusion import HOPELESS, MOST_RIVALS, disguise, near_in_either, reach
 from orchestrator.diagnosis.evidence import Refit
 from orchestrator.models.estimation import Fit
 
@@ -48,3 +51,16 @@ def test_another_law_is_one_that_is_decisively_likelier_at_the_limit_of_an_effec
     other = fitted(names, ROWS - lower, at_limit)
 
     assert disguise(BEST, [BEST, other], 1.0, 20) is (other if is_one else None)
+
+
+@pytest.mark.parametrize(("share", "is_near"), [(0.98, True), (1.02, False)])
+def test_a_set_as_far_behind_as_another_metric_moves_the_best_one_may_be_its_rival(share: float, is_near: bool) -> None:
+    """Noise that is not carried yet counts for an effect that imitates it: a true offset was behind a stiffness by that."""
+    moved = 0.4 * ROWS
+    same = fitted(("passive_stiffness",), ROWS - moved)
+    behind = share * (moved + 2 * reach(BEST, 1.0))
+    # A lag has one parameter less.
+    other = fitted(("sensor_lag",), ROWS + behind + np.log(ROWS))
+
+    assert near_in_either(BEST, same, [BEST, other], 1.0, 20) == ([1] if is_near else [])
+    assert len(near_in_either(BEST, same, [BEST, *9 * [other]], 1.0, 20)) == (MOST_RIVALS if is_near else 0)
