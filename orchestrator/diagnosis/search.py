@@ -32,7 +32,7 @@ MOST_ROUNDS = 5
 # Sets that are extended in the next round, and those whose effects are put together.
 BEAM = 2
 UNITED = 3
-# Other paths that are tried where the first one ends far from noise.
+# Other paths that are tried where the first one ends above noise.
 TURNINGS = 2
 
 
@@ -85,13 +85,13 @@ class Searcher:
             found = self._round(proposer, beam, stage)
             if known is not None and (fresh := [r for r in found if r.labels != known.labels]):
                 # How near noise it comes shows only once its effects are at the right points of their grids.
-                found = [self.fitter.put_back(fresh[0]), *found]
+                found = [self._kept(self.fitter.put_back(fresh[0])), *found]
             best = self._best(found, bound, stage)
             if best is None:
                 break
             before, base = self.learning, self._in_its_metric(best, stage)
             if self.learning is not before:
-                base = self.simplified(base, stage.colour.level**2)
+                base = self._kept(self.simplified(base, stage.colour.level**2))
             bound = base
             fitted = {r.labels: r for r in self.trace.refitted}
             others = [fitted.get(r.labels, r) for r in found if r.is_present() and r.labels != base.labels]
@@ -127,10 +127,13 @@ class Searcher:
         best = next((r for r in better if r.is_present() and not self.trace.objection(r)), None)
         if best is None:
             return None
-        again = self.simplified(self.fitter.along_valleys(self.fitter.put_back(best)), noise)
-        if again is not best:
-            self.trace.refitted.append(again)
-        return again
+        return self._kept(self.simplified(self.fitter.along_valleys(self.fitter.put_back(best)), noise))
+
+    def _kept(self, found: Refit) -> Refit:
+        """A fitted set, which is in the trace from now on."""
+        if not any(found is known for known in self.trace.refitted):
+            self.trace.refitted.append(found)
+        return found
 
     def _in_its_metric(self, best: Refit, stage: Stage) -> Refit:
         """The best set, or a rival of it, fitted in the metric of noise as that set carries it, if that is another one.
