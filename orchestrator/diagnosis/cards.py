@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import cache
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, Literal
 
@@ -40,12 +41,11 @@ class CardParameter:
     `start` is the first guess, `absent` the value (or limit) at which the effect vanishes, `meaningful` the smallest
     departure from it that matters. Unit and bounds are declared in the Modelica class. With `start_from`
     "residual_peak_hz" the first guess is the frequency at which the correction residual is largest. With a `grid` it is
-    the value of the grid at which the effect's other parameters, taken linearly, explain the most; with `waves_over`,
-    a variable of the card's needs, it is a number of waves, of which the grid is as fine as the record tells apart. With a
-    `phase`, two
-    states of that name in the class are sine and cosine of a phase, and the parameter is the amplitude of an oscillation:
-    the same one if all three change sign, so answers give the form in which the largest element is positive. `low` and
-    `high` are bounds within those of the class, which come from a record (see `placed.py`).
+    the value of the grid at which the effect's other parameters, taken linearly, explain the most; with `waves_over`, a
+    variable of the card's needs, it is a number of waves, of which the grid is as fine as the record tells apart. With a
+    `phase`, two states of that name in the class are sine and cosine of a phase, and the parameter is the amplitude of an
+    oscillation, the same one if all three change sign, so answers give the form in which the largest element is positive.
+    `low` and `high` are bounds within those of the class, which come from a record (see `placed.py`).
     """
 
     name: str
@@ -150,6 +150,10 @@ def _parameter(name: str, table: TomlTable, variables: Sequence[str]) -> CardPar
     if waves_over and waves_over not in variables:
         raise table.wrong(
             "waves_over", f"the variable of one of the card's [[needs]]: {', '.join(variables) or 'it has none'}"
+        )
+    if waves_over and (len(grid) < 2 or any(low >= high for low, high in pairwise(grid))):
+        raise table.wrong(
+            "waves_over", "with it a `grid` of two or more numbers of waves that ascend, to be made finer"
         )
     meaningful = _number(table, "meaningful")
     if meaningful <= 0:

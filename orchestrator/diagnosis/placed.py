@@ -71,17 +71,17 @@ def _parameter(parameter: CardParameter, need: Need, parts: Sequence[Sequence[np
 
 
 def in_step(grid: Sequence[float], span: float) -> tuple[float, ...]:
-    """A grid of numbers of waves over 2 pi of a variable, so fine that neighbours part by at most half a wave over its `span`.
+    """An ascending grid of numbers of waves over 2 pi of a variable, so fine that neighbours part by at most half a wave over its `span`.
 
     As fine as at most `MOST_POINTS` points make it.
 
     >>> in_step((3.0, 6.0), np.pi)
     (3.0, 4.0, 5.0, 6.0)
     """
-    most = max(MOST_POINTS - len(grid), 1) / (grid[-1] - grid[0]) if len(grid) > 1 else 0.0
+    most = max(MOST_POINTS - len(grid), 1) / (grid[-1] - grid[0])
     finest = min(span / np.pi, most)
     steps = ((low, high, max(1, math.ceil((high - low) * finest))) for low, high in pairwise(grid))
-    return (*(low + (high - low) * k / n for low, high, n in steps for k in range(n)), *grid[-1:])
+    return (*(low + (high - low) * k / n for low, high, n in steps for k in range(n)), grid[-1])
 
 
 def _bounds(seen: np.ndarray, kind: str) -> tuple[float, float]:

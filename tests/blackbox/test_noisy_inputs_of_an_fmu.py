@@ -9,19 +9,9 @@ from fmus.package import build_fmu
 from orchestrator.blackbox.source import FmuSource
 from orchestrator.diagnosis.diagnose import diagnose
 from orchestrator.measurements import load_measurements
+from tests.noisy_drive import described
 
 INERTIA, TORQUE_NOISE, ANGLE_NOISE = 0.02, 2e-3, 1e-4
-CASE = f"""files = ["a.csv", "b.csv", "c.csv"]
-learning = [1, 2]
-held_out = [3]
-[columns]
-time = "s"
-torque = "N.m"
-phi = "rad"
-[sensors]
-phi_noise_std_rad = {ANGLE_NOISE}
-"torque_noise_std_N.m" = {TORQUE_NOISE}
-"""
 
 
 def test_noise_of_a_torque_is_no_missing_effect_of_a_drive_that_is_stepped(tmp_path: Path) -> None:
@@ -32,7 +22,7 @@ def test_noise_of_a_torque_is_no_missing_effect_of_a_drive_that_is_stepped(tmp_p
         torque = amplitude * np.sin(rate * time) + TORQUE_NOISE * random.normal(size=time.size)
         columns = np.column_stack([time, torque, angle + ANGLE_NOISE * random.normal(size=time.size)])
         np.savetxt(tmp_path / name, columns, delimiter=",", header="time,torque,phi", comments="", fmt="%.12g")
-    (tmp_path / "case.toml").write_text(CASE)
+    (tmp_path / "case.toml").write_text(described(ANGLE_NOISE, TORQUE_NOISE))
     box = build_fmu(find_modelica_model("drive").compile(), tmp_path / "box.fmu")
     measurements = load_measurements(tmp_path)
     source = FmuSource.prepare(box, measurements, stepped=True)

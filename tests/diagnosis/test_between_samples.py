@@ -15,19 +15,9 @@ from orchestrator.diagnosis.nuisances import Nuisances
 from orchestrator.diagnosis.tangent import Tangent
 from orchestrator.measurements import bind, load_measurements
 from orchestrator.models.patch import free_slots
+from tests.noisy_drive import described
 
 INERTIA, STEP, COUNT, ANGLE_STD, TORQUE_STD = 0.02, 0.004, 500, 1e-6, 1e-5
-CASE = f"""files = ["a.csv", "b.csv", "c.csv"]
-learning = [1, 2]
-held_out = [3]
-[columns]
-time = "s"
-torque = "N.m"
-phi = "rad"
-[sensors]
-phi_noise_std_rad = {ANGLE_STD}
-"torque_noise_std_N.m" = {TORQUE_STD}
-"""
 
 
 def stage_of(folder: Path, share: float) -> Stage:
@@ -42,7 +32,7 @@ def stage_of(folder: Path, share: float) -> Stage:
         shown = torque + TORQUE_STD * random.normal(size=COUNT), angle + ANGLE_STD * random.normal(size=COUNT)
         columns = np.column_stack([time, *shown])
         np.savetxt(folder / name, columns, delimiter=",", header="time,torque,phi", comments="", fmt="%.12g")
-    (folder / "case.toml").write_text(CASE)
+    (folder / "case.toml").write_text(described(ANGLE_STD, TORQUE_STD))
     source = find_modelica_model("drive")
     system = source.compile()
     model = model_of(source, system)

@@ -1,5 +1,6 @@
 """Where fits begin: at the best of several starts, and with levels inside the range of the record."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -142,6 +143,15 @@ def test_waves_over_what_a_card_does_not_need_are_refused(tmp_path: Path) -> Non
     with pytest.raises(
         MisfitError, match=r"'waves_over' = 'w', expected the variable of one of the card's \[\[needs\]\]: q"
     ):
+        read_card(tmp_path / "cogging.toml")
+
+
+@pytest.mark.parametrize("grid", ["", "grid = []", "grid = [5]", "grid = [5, 5]", "grid = [5, 9, 5]"])
+def test_waves_without_a_grid_that_ascends_are_refused(tmp_path: Path, grid: str) -> None:
+    text = (SHIPPED / "cogging.toml").read_text()
+    (tmp_path / "cogging.toml").write_text(re.sub(r"grid = \[.*\]", grid, text))
+
+    with pytest.raises(MisfitError, match="two or more numbers of waves that ascend"):
         read_card(tmp_path / "cogging.toml")
 
 

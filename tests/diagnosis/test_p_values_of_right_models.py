@@ -18,21 +18,11 @@ from orchestrator.diagnosis.nuisances import Nuisances
 from orchestrator.diagnosis.tangent import Tangent
 from orchestrator.measurements import Noise, bind, load_measurements
 from orchestrator.models.patch import free_slots
+from tests.noisy_drive import described
 
 STEP, COUNT, INERTIA, ANGLE_STD, TORQUE_STD = 0.004, 500, 0.02, 1e-4, 2e-4
 RECORDS = 40
 CARDS = ("viscous_friction", "coulomb_friction", "cogging", "stimulation_delay", "passive_stiffness", "tremor")
-CASE = f"""files = ["a.csv", "b.csv", "c.csv"]
-learning = [1, 2]
-held_out = [3]
-[columns]
-time = "s"
-torque = "N.m"
-phi = "rad"
-[sensors]
-phi_noise_std_rad = {ANGLE_STD}
-"torque_noise_std_N.m" = {TORQUE_STD}
-"""
 
 
 def write(folder: Path, noise: Noise, random: np.random.Generator) -> None:
@@ -46,7 +36,7 @@ def write(folder: Path, noise: Noise, random: np.random.Generator) -> None:
         measured = torque + noise.draw((COUNT,), random), angle + ANGLE_STD * random.normal(size=COUNT)
         columns = np.column_stack([time, *measured])
         np.savetxt(folder / name, columns, delimiter=",", header="time,torque,phi", comments="", fmt="%.12g")
-    (folder / "case.toml").write_text(CASE)
+    (folder / "case.toml").write_text(described(ANGLE_STD, TORQUE_STD))
 
 
 def p_values(folder: Path, noise: Noise) -> Iterator[float]:
