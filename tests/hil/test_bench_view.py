@@ -22,6 +22,7 @@ from hil.bench_view.advice import ADVICE, REACTIONS
 from hil.bench_view.residual_map import CELLS, FORGETS_S, ResidualMap
 from hil.bench_view.sentences import PHASES, faults, plain, state, trial
 from hil.bench_view.stop_bar import NONE, stop_bar
+from hil.bench_view.tables import fault_list
 from hil.bench_view.watched import Life, Past, Sessions, Watched
 from hil.codecs.barrett.safety_module import Button
 from hil.safety.cycle import Reaction
@@ -95,6 +96,19 @@ def test_faults_are_listed_with_their_time_the_gravest_before_what_followed_from
     assert found[0].words == "emergency stop (module_agrees)"
     assert re.fullmatch(r"\d\d:\d\d:\d\d, from 0.20 to 0.40 s, \d+ cycles", found[1].when)
     assert found[0].became.startswith("Nothing was sent any more")
+
+
+def test_a_session_without_a_fault_is_said_to_have_none(window: Window) -> None:
+    bench = Bench()
+    pilot, cycles = bench.pilot(), iter(range(1000))
+    Loop(bench.wire, pilot, Beats(bench), window=window).run(
+        lambda: Wishes(arm=not pilot.is_armed, over=next(cycles) > 100)
+    )
+    assert pilot.is_armed
+    seen = Watched.open(window.path)
+    seen.glance = seen.look.look()
+    assert fault_list(seen) == "<p>Nothing has gone wrong.</p>"
+    assert "Nothing has gone wrong" not in fault_list(stopped_session(window))
 
 
 @pytest.mark.parametrize("life", list(Life))
