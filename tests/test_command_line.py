@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 CASES = Path(__file__).parent / "cases"
-ARM = CASES / "arm" / "case_009"
+ARM = CASES / "arm" / "case_003"
 
 
 def misfit(*arguments: str | Path, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:

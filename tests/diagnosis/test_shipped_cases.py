@@ -28,8 +28,18 @@ def over_signals(rmse: Any) -> float:
     return float(np.sqrt(np.mean(np.square(list(rmse.values())))))
 
 
+# Parameters of the effects, and what they are called in the answers.
+CALLED = {
+    "case_003": {"mass": "mass"},
+    "case_004": {"T": "delay"},
+    "case_007": {"factor[1]": "fmax_factor"},
+    "case_008": {"tauUp": "tau_act", "tauDown": "tau_deact"},
+    "case_009": {"tauC[1]": "tau_c1", "tauC[2]": "tau_c2"},
+}
+
+
 @pytest.mark.parametrize("case", NAMEABLE)
-def test_hidden_effects_of_the_arm_are_named_and_the_error_falls(case: str) -> None:
+def test_hidden_effects_of_the_arm_are_named_sized_within_three_percent_and_the_error_falls(case: str) -> None:
     truth = ANSWERS[case]
 
     found = run("arm", CASES / "arm" / case)
@@ -39,23 +49,8 @@ def test_hidden_effects_of_the_arm_are_named_and_the_error_falls(case: str) -> N
     before, after = over_signals(found.held_out.rmse_before), over_signals(found.held_out.rmse_after)
     assert after < before / 10 or after < 1.5 * truth["true_model_rmse_heldout_rad"]
     assert sorted(found.ranking[0].effects) == sorted(truth["effects"])
-
-
-@pytest.mark.parametrize(
-    ("case", "parameters"),
-    [
-        ("case_003", {"mass": "mass"}),
-        ("case_004", {"T": "delay"}),
-        ("case_007", {"factor[1]": "fmax_factor"}),
-        ("case_008", {"tauUp": "tau_act", "tauDown": "tau_deact"}),
-        ("case_009", {"tauC[1]": "tau_c1", "tauC[2]": "tau_c2"}),
-    ],
-)
-def test_fitted_parameters_are_within_three_percent_of_the_truth(case: str, parameters: dict[str, str]) -> None:
-    found = run("arm", CASES / "arm" / case)
-
-    for name, true_name in parameters.items():
-        true = ANSWERS[case]["parameters"][0][true_name]
+    for name, true_name in CALLED.get(case, {}).items():
+        true = truth["parameters"][0][true_name]
         assert found.effects[0].parameters[name].value == pytest.approx(true, rel=0.03)
 
 
