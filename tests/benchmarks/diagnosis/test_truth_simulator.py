@@ -222,6 +222,14 @@ def test_nearest_library_effect_leaves_nothing_of_itself_and_most_of_what_it_can
     assert left_by_library(context, scale, true, yardstick) > 0.5 * size
 
 
+def test_force_sensor_reads_the_force_however_large_its_error_is_asked_to_be() -> None:
+    gains = [
+        EFFECTS["arm"]["force_sensor_gain"](Context(MACHINES["arm"], np.random.default_rng(seed), ()))(1e4)
+        for seed in range(8)
+    ]
+    assert {round(gain.parameters["gain"], 9) for gain in gains} == {0.2, 5.0}
+
+
 def test_library_holds_every_kind_of_effect_that_a_diagnosis_may_name() -> None:
     assert len({effect for library in EFFECTS.values() for effect in library}) >= 30
 

@@ -154,11 +154,11 @@ def series_elasticity(context: Context) -> Sized:
 
 
 def force_sensor_gain(context: Context) -> Sized:
-    """Scale error of the force sensor."""
+    """Scale error of the force sensor, by a factor of five at most: one that reads less no longer records the force."""
     sign = context.random.choice([-1.0, 1.0])
 
     def sized(s: float) -> Injection:
-        gain = float(np.exp(sign * 0.01 * s))
+        gain = float(np.exp(sign * min(0.01 * s, np.log(5.0))))
         return Injection(
             "force_sensor_gain",
             "sensor:force",
