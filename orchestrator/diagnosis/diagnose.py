@@ -213,12 +213,18 @@ def _on_outliers(data: BoundSet, trials: Sequence[SmoothedTrial]) -> list[str]:
 
 
 def named_effects(found: Refit) -> tuple[NamedEffect, ...]:
-    """Effects of a fitted set with their parameters (named as in the effect's class) and 90 % intervals."""
+    """Effects of a fitted set with their parameters (named as in the effect's class) and 90 % intervals.
+
+    An interval ends where its class says that the parameter does: no time constant is negative.
+    """
     estimates: list[dict[str, Estimate]] = [{} for _ in found.effects.candidates]
     rows = zip(found.effects.owners(), found.effects.variables, found.values, found.std, strict=True)
     for owner, variable, value, std in rows:
         slot = found.effects.candidates[owner].slot
-        interval = (float(value - Z90 * std), float(value + Z90 * std))
+        least = -np.inf if variable.minimum is None else variable.minimum
+        most = np.inf if variable.maximum is None else variable.maximum
+        low, high = max(value - Z90 * std, min(least, value)), min(value + Z90 * std, max(most, value))
+        interval = (float(low), float(high))
         estimates[owner][variable.name.removeprefix(f"{slot}.")] = Estimate(float(value), variable.unit, interval)
     return tuple(
         NamedEffect(c.card.id, c.site, own) for c, own in zip(found.effects.candidates, estimates, strict=True)
