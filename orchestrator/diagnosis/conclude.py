@@ -85,6 +85,7 @@ def conclude(
         warnings=(
             *_on_the_search(impossible, blind, is_at_rest(searcher.learning)),
             *_on_what_is_left(verdict, left, stage, best, other_law),
+            *_on_parameters(verdict, searcher.learning.nuisances.names),
             *(map(str, odds) if open_class else ()),
             *(missing if verdict == "cannot_tell" else ()),
         ),
@@ -135,6 +136,15 @@ def _on_the_search(impossible: Sequence[str], blind: Sequence[str], resting: boo
     elif blind:
         found.append(f"the data would not show most effects at {', '.join(blind)}: excite them, or say nothing of them")
     return found
+
+
+def _on_parameters(verdict: str, tolerated: Sequence[str]) -> list[str]:
+    """What else may explain an unknown effect: a right model whose parameters are another machine's."""
+    if verdict != "unknown" or tolerated:
+        return []
+    return [
+        "parameters of the model count as exact; if they are not, let them be refitted: --tolerance 5%, or [tolerances]"
+    ]
 
 
 def _on_what_is_left(verdict: str, left: Left, stage: Stage, best: Refit | None, other_law: Refit | None) -> list[str]:
