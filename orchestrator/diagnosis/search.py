@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from fmus.catalogue import ModelicaModel
-from orchestrator.diagnosis.calibration import BEYOND_NOISE, NEAR_FLOOR, SIGNIFICANT, Stage
+from orchestrator.diagnosis.calibration import BEYOND_NOISE, SIGNIFICANT, Stage
 from orchestrator.diagnosis.candidates import Candidate, EffectSet, as_fmu, can_join
 from orchestrator.diagnosis.confusion import DECISIVE, half_bic, near_in_either, reach
 from orchestrator.diagnosis.evidence import LearningData, Refit, fit_nominal
@@ -22,7 +22,7 @@ from orchestrator.diagnosis.response import Response
 from orchestrator.diagnosis.subsets import MOST_EFFECTS
 from orchestrator.diagnosis.tangent import Tangent
 from orchestrator.diagnosis.trace import Accepted, Trace
-from orchestrator.diagnosis.turnings import turning
+from orchestrator.diagnosis.turnings import leaves_another, turning
 from orchestrator.diagnosis.work import Here, Wanted, Work
 from orchestrator.models.symbolic import SymbolicModel
 
@@ -99,9 +99,9 @@ class Searcher:
         return bound
 
     def _turning(self, base: Refit) -> Refit | None:
-        """A set from which another path leads on, if the last set of this one leaves more than noise."""
+        """A set from which another path leads on, if the last set of this one leaves what another effect would."""
         noise = self.test_of(base).colour.level ** 2
-        if not base.ids or base.cost <= NEAR_FLOOR * max(noise, 1.0):
+        if not base.ids or not leaves_another(self.trace.stages[0].tangent.base, base, noise):
             return None
         tested = {s.tangent.base.labels for s in self.trace.stages}
         found = turning(base, self.trace.refitted, tested, noise, self.trace.choices)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from orchestrator.diagnosis.evidence import Refit
-from orchestrator.diagnosis.turnings import turning
+from orchestrator.diagnosis.turnings import leaves_another, turning
 from tests.diagnosis.test_disguise import ROWS, fitted
 
 SPRING, LAGGED = fitted(("passive_stiffness",), 60 * ROWS), fitted(("passive_stiffness", "sensor_lag"), 40 * ROWS)
@@ -38,3 +38,22 @@ def test_law_in_disguise_that_explains_less_than_the_last_set_says_nothing() -> 
 
     assert turning(LAGGED, [LAGGED, poor], {LAGGED.labels}, 1.0, 20) is None
     assert poor.half_bic == pytest.approx(0.5 * (41 * ROWS + 4 * np.log(ROWS)))
+
+
+@pytest.mark.parametrize(
+    ("first", "last", "is_so"),
+    [
+        (9000.0, 15.0, False),  # a thousandth of the power: elastic tendons of another law
+        (9000.0, 20.0, True),
+        (9000.0, 1.2, False),  # noise
+        (5.0, 1.3, True),
+    ],
+)
+def test_other_paths_are_followed_where_what_is_left_is_neither_noise_nor_an_imperfection(
+    first: float, last: float, is_so: bool
+) -> None:
+    """A right set may leave 4 % of the rms above the noise (docs/decisions/010-what-is-left-decides.md)."""
+    given, found = (fitted(("passive_stiffness",), cost * ROWS) for cost in (first, last))
+
+    assert leaves_another(given, found, 1.0) is is_so
+    assert not leaves_another(given, found, 2.0 * last)
