@@ -16,7 +16,7 @@ from orchestrator.diagnosis.metric import concatenate
 from orchestrator.diagnosis.quiet_motion import quiet_motion
 from orchestrator.diagnosis.response import Response
 from orchestrator.diagnosis.visible import over_noise
-from orchestrator.models.estimation import STEEPEST
+from orchestrator.models.estimation import MOST_SHIFT, STEEPEST
 from orchestrator.models.smoothing import SmoothedTrial
 from orchestrator.models.symbolic import Motion, SymbolicModel
 
@@ -27,6 +27,8 @@ BETWEEN_STD = 0.25
 # No hold, no straight line and no mean over a sample needs so many of these deviations: half of a second difference is a delay
 # of a whole sample.
 BEYOND_SAMPLES = 2.0
+# A shift of the clock beyond this share of the most that it can be is at its end.
+AT_END = 0.999
 # Columns of a block that are combinations of the others to this accuracy do not count.
 RANK = 1e-6
 
@@ -83,6 +85,9 @@ class Tangent:
         quiet = quiet_motion(base, learning, residual, self.machine_states)
         self.response = Response(quiet, [t.smoother for t in learning.trials])
         _, jacobian = linearised(quiet, learning)
+        if abs(base.fit.shift) > AT_END * MOST_SHIFT * learning.nuisances.shift_std > 0:
+            # A clock at the end of what it may be off by goes no further: a delay of a sample and a half is not its doing.
+            jacobian[:, base.fit.values.size] = 0.0
         self.data_rows = base.fit.rows
         between = self._between_samples()
         jacobian = block_diag(jacobian, np.eye(between.shape[1]) / BETWEEN_STD)

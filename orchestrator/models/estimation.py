@@ -22,6 +22,8 @@ MOST_EVALUATIONS, MOST_IF_ROUGH, FEWEST = 60, 25, 8
 # converge must not hold up a search. Seconds themselves would make results depend on the machine.
 MOST_OPERATIONS = 2e10
 Z90 = 1.6449
+# Clocks are off by at most so many standard deviations.
+MOST_SHIFT = 2.0
 
 Reduce = Callable[[np.ndarray], np.ndarray]
 
@@ -126,7 +128,7 @@ def fit(
     problem = _Problem(model, records, noise, substeps, reduce, prior)
     scale = np.maximum(np.abs(first), 1e-3 * (high - low))
     scale = np.where(np.isfinite(prior.std), prior.std, scale)
-    reach = 2 * prior.shift_std
+    reach = MOST_SHIFT * prior.shift_std
     bounds = (
         problem.join(low, -reach, [r.start_low for r in records]),
         problem.join(high, reach, [r.start_high for r in records]),
