@@ -17,6 +17,10 @@ USUAL_S = 10.0
 # Shares of their range by which inputs are moved beside what the first trial does: an arm without a controller falls out of
 # the postures that were recorded when all its muscles are driven alike.
 BESIDE = (0.5, 0.2, 0.05)
+# Shares of their range by which inputs are driven: of one that acts to both sides also small ones, as a machine that nothing
+# holds runs away under a torque that is large for long.
+ONE_SIDED, TWO_SIDED = (1.0, 0.5), (1.0, 0.5, 0.2, 0.05)
+IN_WORDS = {1.0: "full range", 0.5: "half the range", 0.2: "a fifth of the range", 0.05: "a twentieth of the range"}
 # How far a machine that only rested is moved out of rest, by the unit of its output.
 OUT_OF_REST = {"rad": 0.5}
 OUT_OF_REST_ELSE = 0.1
@@ -76,12 +80,15 @@ def menu(
     low, high = every.min(axis=0), every.max(axis=0)
     for i, (smallest, largest) in ranges.items():
         low[i], high[i] = smallest, largest
-    for share in (1.0, 0.5):
+    idle = _idle(low, high)
+    two_sided = all(smallest < idle[i] < largest for i, (smallest, largest) in ranges.items())
+    for share in TWO_SIDED if two_sided else ONE_SIDED:
         for name, words, shape in _shapes(time, step):
-            inputs = np.tile(_idle(low, high), (len(time), 1))
+            inputs = np.tile(idle, (len(time), 1))
             for place, (i, (smallest, largest)) in enumerate(ranges.items()):
-                inputs[:, i] = smallest + share * (largest - smallest) * np.clip(shape(place, len(ranges)), 0.0, 1.0)
-            size = "full range" if share == 1.0 else "half the range"
+                bottom, top = _part(smallest, largest, float(idle[i]), share)
+                inputs[:, i] = bottom + (top - bottom) * np.clip(shape(place, len(ranges)), 0.0, 1.0)
+            size = IN_WORDS[share]
             limits = "that keep the machine where it was" if amplitudes else "seen so far"
             found.append(Experiment(f"{name}, {size}", f"{words}, {size} of the inputs {limits}", time, inputs))
     return found if amplitudes else [*found, *_beside_the_first(variables, trials, time, ranges)]
@@ -129,6 +136,19 @@ def _idle(low: np.ndarray, high: np.ndarray) -> np.ndarray:
     return np.clip(0.0, low, high)
 
 
+def _part(low: float, high: float, idle: float, share: float) -> tuple[float, float]:
+    """A share of a range: as far to one side of idle as to the other, so that a torque drives nothing away; from its lower end
+    if idle is no point inside.
+
+    >>> _part(-0.3, 0.2, 0.0, 0.5), _part(0.1, 0.9, 0.1, 0.5)
+    ((-0.1, 0.1), (0.1, 0.5))
+    """
+    if not low < idle < high:
+        return low, low + share * (high - low)
+    far = share * min(idle - low, high - idle)
+    return idle - far, idle + far
+
+
 def _shapes(time: np.ndarray, step: float) -> Iterator[tuple[str, str, Callable[[int, int], np.ndarray]]]:
     """Name, words and shape (a function of the input's place and their number, with values in [0, 1])."""
     span = float(time[-1]) or 1.0
@@ -155,6 +175,10 @@ def _shapes(time: np.ndarray, step: float) -> Iterator[tuple[str, str, Callable[
         inside = (count * time / span) % 1.0
         return np.where((turn == place) & (inside < 0.6), 1.0, 0.0)
 
+    def square(hz: float) -> Callable[[int, int], np.ndarray]:
+        # From rest it goes one way for a quarter of a period first, so that it comes back.
+        return lambda place, count: (np.cos(2 * np.pi * (hz * time + place / max(2 * count, 1))) < 0).astype(float)
+
     def multisine(low_hz: float, high_hz: float) -> Callable[[int, int], np.ndarray]:
         def shape(place: int, count: int) -> np.ndarray:
             lines = np.linspace(low_hz, high_hz, LINES)
@@ -174,3 +198,5 @@ def _shapes(time: np.ndarray, step: float) -> Iterator[tuple[str, str, Callable[
     yield "slow multisine", slow, multisine(0.1 * pace, pace)
     fast = f"drive every input with sines between {pace:.2g} and {fastest:.2g} Hz"
     yield "fast multisine", fast, multisine(pace, fastest)
+    for name, hz in (("slow", 0.5 * pace), ("fast", min(2.0 * pace, 0.1 / step))):
+        yield f"{name} square wave", f"switch every input between two values, {hz:.2g} times a second", square(hz)

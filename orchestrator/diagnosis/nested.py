@@ -43,6 +43,24 @@ def rest_share(found: Refit, larger: Candidate, smaller: EffectCard) -> float:
     return float(max(shares, default=np.nan))
 
 
+def at_least(found: Refit, larger: Candidate, smaller: EffectCard) -> np.ndarray:
+    """Values (k,) of a fitted set in which what a law has beyond a simpler one is as large as matters, if it is smaller.
+
+    What hardly shows has no shape of its own, a fit may have left that anywhere: it is the card's then.
+    """
+    own, rest = _own(found, larger), _rest(found, larger, smaller)
+    units, away = np.array([v.unit for v in found.effects.variables]), _away(found)
+    shared = [np.abs(found.values[own & ~rest & (units == unit)]).max(initial=0.0) for unit in units]
+    least, (low, high), values = MATTERS * np.array(shared), found.effects.bounds(), found.values.copy()
+    sizes = [k for k in np.flatnonzero(rest) if least[k] > 0]
+    if all(abs(away[k]) < least[k] for k in sizes):
+        for k in np.flatnonzero(rest):
+            parameter = found.effects.card_parameters[k]
+            side = -1.0 if away[k] < 0 and parameter.absent - least[k] >= low[k] else 1.0
+            values[k] = parameter.absent + side * least[k] if least[k] > 0 else parameter.start
+    return np.asarray(np.clip(values, low, high))
+
+
 def unpinned(found: Refit, larger: Candidate, smaller: EffectCard) -> int:
     """Number of parameters of the rest that the data do not pin: what could be anything lowers no misfit by chance."""
     loose = ~(found.std < PINNED * np.abs(_away(found)))

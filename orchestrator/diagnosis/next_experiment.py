@@ -2,14 +2,16 @@
 
 For two explanations i and j the separation is the mean square of y_i - y_j in the metric, where noise is white with unit
 variance, after j has been refitted to what i predicts, so that only what refitting cannot imitate counts (T-optimality:
-Atkinson and Fedorov 1975; Hunter and Reiner 1965). Over N rows the log-likelihood ratio then has mean N separation/2, and
-the right one is preferred with the probability Phi(sqrt(N separation)/2). The noise of the inputs is taken to be carried to
-the outputs as in the first trial.
+Atkinson and Fedorov 1975; Hunter and Reiner 1965). It is refitted as in a diagnosis of that record: start values, what a
+delay held back and a shift of the clock are free as far as they are there. Over N rows the log-likelihood ratio then has mean
+N separation/2 and variance N separation, and a diagnosis names the right one where that is above the odds that it asks for,
+L = log(20): with the probability Phi((N separation/2 - L)/sqrt(N separation)). The noise of the inputs is taken to be carried
+to the outputs as in the first trial.
 """
 
 import csv
 import io
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
@@ -18,12 +20,14 @@ import numpy as np
 from scipy.stats import norm
 
 from fmus.errors import MisfitError
+from orchestrator.diagnosis.confusion import DECISIVE
 from orchestrator.diagnosis.evidence import LearningData
 from orchestrator.diagnosis.excitation import driven, is_at_rest
 from orchestrator.diagnosis.menu import OUT_OF_REST, OUT_OF_REST_ELSE, Experiment, menu
 from orchestrator.diagnosis.metric import Metric
 from orchestrator.models.correction import PREFIX
-from orchestrator.models.estimation import Record, fit
+from orchestrator.models.estimation import STEEPEST, Prior, fit
+from orchestrator.models.smoothing import SmoothedTrial
 from orchestrator.models.symbolic import SymbolicModel
 
 # Explanations compared, and experiments for which they are refitted to each other.
@@ -31,8 +35,10 @@ MOST_MEMBERS = 5
 REFITTED = 3
 # Outputs may leave the range seen so far by this share of it.
 BEYOND = 0.5
-# Below this probability an experiment is no better than tossing a coin.
-HOPELESS = 0.6
+# Below this probability a record of an experiment hardly names the right explanation. Where a few records would, the advice
+# says how many do with near certainty.
+HOPELESS, NEARLY_CERTAIN = 0.6, 0.9
+MOST_RECORDS = 10
 INSEPARABLE = "no experiment of the menu separates these, they act alike on what is measured; add another sensor"
 # A separation below this is the rounding of a fit.
 NOTHING = 1e-9
@@ -40,7 +46,11 @@ NOTHING = 1e-9
 
 @dataclass(frozen=True)
 class Explanation:
-    """A model with values of its free parameters, their bounds, and start values of the states (nx,)."""
+    """A model with values of its free parameters, their bounds, and start values of the states (nx,).
+
+    `simpler` is the label of an explanation whose law this one holds: refitted, it imitates that one always, and only what
+    it has beyond that can tell them apart.
+    """
 
     label: str
     model: SymbolicModel
@@ -48,14 +58,16 @@ class Explanation:
     low: np.ndarray
     high: np.ndarray
     start: np.ndarray
+    simpler: str = ""
 
 
 @dataclass(frozen=True)
 class Plan:
     """The experiment to do next, and what is expected of it.
 
-    `separation` and `probability` are those of the pair that is told apart worst, without those (`alike`) that nothing
-    separates; `repeat` the same for a repetition of the first trial. `considered` lists every experiment of the menu with its separation before refitting.
+    `separation` and `probability` are those of the pair that is told apart worst, without those (`alike`) that no experiment
+    is likely to tell apart; `repeat` the same for a repetition of the first trial. `records` of the experiment name the right
+    one with near certainty. `considered` lists every experiment of the menu with its separation to first order.
     """
 
     experiment: Experiment
@@ -67,6 +79,7 @@ class Plan:
     names: tuple[str, ...]
     units: tuple[str, ...]
     alike: tuple[tuple[str, str], ...] = ()
+    records: float = 1.0
 
     def to_json(self) -> dict[str, Any]:
         """Return it as plain values; the inputs themselves are in `csv`."""
@@ -92,9 +105,13 @@ class Plan:
     @property
     def _do(self) -> str:
         if self.probability < HOPELESS:
-            return INSEPARABLE
+            if self.records > MOST_RECORDS:
+                return INSEPARABLE
+            times = int(np.ceil(self.records))
+            return f"{self.experiment.do}; one such record will hardly tell them apart, {times} of them will"
         kept = "; ".join(
-            f"{one} and {other} act alike in all of the menu and stay one class" for one, other in self.alike
+            f"{one} and {other} act so much alike in all of the menu that they stay one class"
+            for one, other in self.alike
         )
         return f"{self.experiment.do}; {kept}" if kept else self.experiment.do
 
@@ -127,17 +144,29 @@ def plan(explanations: Sequence[Explanation], learning: LearningData, scale: flo
         amplitudes = {i: a for i in commands if (a := _amplitude(members[0], i, learning)) > 0}
     unit = members[0].model.outputs[0].unit if resting else None
     choices = menu(variables, learning.trials, amplitudes, unit)
-    rough = {}
-    for k, experiment in enumerate(choices):
-        runs = _predictions(members, experiment, learning, limited=k > 0)
-        if runs is not None:
-            rough[k] = min(_distance(a, b, learning) for a, b in combinations(runs, 2))
-    shortlist = sorted((k for k in rough if k), key=lambda k: -rough[k])[:REFITTED]
-    pairs = {k: _refitted(members, choices[k], learning) for k in (0, *shortlist) if k in rough}
-    if not pairs:
+    rough = {
+        k: each
+        for k, experiment in enumerate(choices)
+        if _predictions(members, experiment, learning, limited=k > 0) is not None
+        and (each := _to_first_order(members, experiment, learning)) is not None
+    }
+    if not rough:
         return None
-    separable = np.max(list(pairs.values()), axis=0) > NOTHING
-    scores = {k: float(each[separable].min(initial=np.inf)) if separable.any() else 0.0 for k, each in pairs.items()}
+
+    def told_apart(found: Mapping[int, np.ndarray]) -> np.ndarray:
+        """Which pairs some experiment is likely to tell apart; the others stay a class whatever is done."""
+        each = [[_probability(s / scale, choices[k], learning) for s in pair] for k, pair in found.items()]
+        return np.max(each, axis=0) >= HOPELESS
+
+    def scores_of(found: Mapping[int, np.ndarray]) -> dict[int, float]:
+        """The least separation in each experiment, of the pairs that can be told apart if there are such."""
+        able = told_apart(found)
+        return {k: float(each[able if able.any() else ~able].min()) for k, each in found.items()}
+
+    first = scores_of(rough)
+    shortlist = sorted((k for k in rough if k), key=lambda k: -first[k])[:REFITTED]
+    pairs = {k: _refitted(members, choices[k], learning) for k in (0, *shortlist) if k in rough}
+    separable, scores = told_apart(pairs), scores_of(pairs)
     alike = [pair for pair, seen in zip(combinations(members, 2), separable, strict=True) if not seen]
     best = max(scores, key=lambda k: scores[k])
     repeat = scores.get(0, 0.0)
@@ -147,10 +176,11 @@ def plan(explanations: Sequence[Explanation], learning: LearningData, scale: flo
         separation=scores[best],
         probability=_probability(scores[best] / scale, choices[best], learning),
         repeat=(repeat, _probability(repeat / scale, choices[0], learning)),
-        considered=tuple((choices[k].name, value) for k, value in rough.items()),
+        considered=tuple((choices[k].name, value) for k, value in first.items()),
         names=tuple(v.name for v in members[0].model.inputs),
         units=tuple(v.unit for v in members[0].model.inputs),
         alike=tuple((one.label, other.label) for one, other in alike) if separable.any() else (),
+        records=_records(scores[best] / scale, choices[best], learning),
     )
 
 
@@ -202,8 +232,43 @@ def _predictions(
     return runs
 
 
-def _distance(a: np.ndarray, b: np.ndarray, learning: LearningData) -> float:
-    return float(np.mean(_metric(learning, len(a))(a - b) ** 2))
+def _to_first_order(
+    members: Sequence[Explanation], experiment: Experiment, learning: LearningData
+) -> np.ndarray | None:
+    """Separation of each pair after one linear step of the refit, which ranks experiments; None if slopes overflow."""
+    try:
+        seen = [_reduced(member, experiment, learning) for member in members]
+    except MisfitError:
+        return None
+    found = []
+    for pair in combinations(range(len(members)), 2):
+        left = []
+        for i, j in _ways(members, *pair):
+            change, slopes = seen[i][:, :1] - seen[j][:, :1], seen[j][:, 1:]
+            step, *_ = np.linalg.lstsq(slopes, change, rcond=1e-9)
+            left.append(float(np.mean((change - slopes @ step) ** 2)))
+        found.append(min(left))
+    return np.array(found)
+
+
+def _reduced(member: Explanation, experiment: Experiment, learning: LearningData) -> np.ndarray:
+    """Outputs of an explanation and their slopes in all that a refit may move, in the metric: (rows, 1 + k)."""
+    parameters = member.model.compiled.with_values(member.values)
+    start = _start(member, experiment, learning)
+    about = (experiment.time, experiment.inputs, parameters, start)
+    run = member.model.compiled.run(*about, substeps=2, sensitivities=True)
+    assert run.sensitivities is not None
+    late = np.gradient(run.outputs, experiment.time, axis=0)[:, :, None] * bool(learning.nuisances.shift_std)
+    slopes = np.where(np.abs(run.sensitivities) < STEEPEST, run.sensitivities, 0.0)
+    table = np.concatenate([run.outputs[:, :, None], slopes, late], axis=2)
+    return _metric(learning, len(table))(table).reshape(-1, table.shape[2])
+
+
+def _ways(members: Sequence[Explanation], i: int, j: int) -> list[tuple[int, int]]:
+    """Which of two is to be imitated by which: the model as given is every effect at no size at all, and a law that holds
+    another one is that one without the rest, so that both only show how far it is from them."""
+    ways = [(a, b) for a, b in ((i, j), (j, i)) if members[b].simpler != members[a].label]
+    return [(a, b) for a, b in ways if len(members[a].values) or not len(members[b].values)]
 
 
 def _metric(learning: LearningData, samples: int) -> Metric:
@@ -233,42 +298,50 @@ def _amplitude(member: Explanation, column: int, learning: LearningData) -> floa
 
 
 def _refitted(members: Sequence[Explanation], experiment: Experiment, learning: LearningData) -> np.ndarray:
-    """Separation of each pair, the worse of two: each explanation refitted to the other's prediction.
-
-    The model as given is every effect at no size at all, so it only shows how far it is from them.
-    """
-    found = []
-    for one, other in combinations(members, 2):
-        ways = [(a, b) for a, b in ((one, other), (other, one)) if len(a.values) or not len(b.values)]
-        found.append(min(_imitated(target, by, experiment, learning) for target, by in ways))
-    return np.array(found)
+    """Separation of each pair, the worse of two: each explanation refitted to the other's prediction."""
+    pairs = combinations(range(len(members)), 2)
+    ways = [_ways(members, *pair) for pair in pairs]
+    return np.array([min(_imitated(members[i], members[j], experiment, learning) for i, j in each) for each in ways])
 
 
 def _imitated(target: Explanation, other: Explanation, experiment: Experiment, learning: LearningData) -> float:
-    """Mean squared distance that is left when `other` imitates `target` as well as it can."""
+    """Mean squared distance that is left when `other` imitates a record of `target` as well as a diagnosis lets it."""
+    shift = Prior(np.zeros(len(other.values)), np.full(len(other.values), np.inf), learning.nuisances.shift_std)
     try:
         wanted = _run(target, experiment, learning)
-        start = _start(other, experiment, learning)
-        free = np.full(len(start), np.inf)
-        spread = np.maximum(0.1 * np.abs(start), 0.02)
-        record = Record(experiment.time, experiment.inputs, wanted, start, free, start - spread, start + spread)
+        trial = SmoothedTrial(experiment.time, experiment.inputs, wanted, learning.trials[0].noise)
         with np.errstate(all="ignore"):  # what a poor imitation says of its own accuracy may overflow
             found = fit(
                 other.model.compiled,
-                [record],
+                [other.model.record(trial, other.model.compiled.with_values(other.values))],
                 np.ones(len(learning.floor)),
                 other.values,
                 other.low,
                 other.high,
                 substeps=2,
+                prior=shift,
                 reduce=_metric(learning, len(wanted)),
                 tolerance=1e-3,
             )
     except MisfitError:
         return 0.0
-    return found.cost
+    return found.misfit / found.rows
+
+
+def _worth(separation: float, experiment: Experiment, learning: LearningData) -> float:
+    """Twice the mean of the log-likelihood ratio that a record of the experiment gives."""
+    rows = len(experiment.time) // learning.metrics[0].stride * len(learning.floor)
+    return rows * max(separation, 0.0)
 
 
 def _probability(separation: float, experiment: Experiment, learning: LearningData) -> float:
-    rows = len(experiment.time) // learning.metrics[0].stride * len(learning.floor)
-    return float(norm.cdf(0.5 * np.sqrt(rows * max(separation, 0.0))))
+    """Chance that a record of the experiment gives the odds that a diagnosis asks for."""
+    worth = max(_worth(separation, experiment, learning), NOTHING)
+    return float(norm.cdf((0.5 * worth - np.log(DECISIVE)) / np.sqrt(worth)))
+
+
+def _records(separation: float, experiment: Experiment, learning: LearningData) -> float:
+    """How many records of the experiment give those odds with near certainty: Phi^-1 of it solved for their worth."""
+    least = norm.ppf(NEARLY_CERTAIN)
+    needed = (least + np.sqrt(least**2 + 2 * np.log(DECISIVE))) ** 2
+    return float(needed / max(_worth(separation, experiment, learning), NOTHING))

@@ -1,12 +1,14 @@
 """The explanations that remain after a search, for the choice of the next experiment."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from fmus.errors import MisfitError
 from orchestrator.diagnosis.candidates import EffectSet
 from orchestrator.diagnosis.evidence import LearningData, Refit
+from orchestrator.diagnosis.nested import at_least, holds
 from orchestrator.diagnosis.next_experiment import Explanation
 from orchestrator.models.symbolic import SymbolicModel
 
@@ -21,9 +23,10 @@ def remaining(
 ) -> list[Explanation]:
     """Return the explanations to tell apart.
 
-    With effects that cannot be told apart: the best set, and the best set for each of the others. Without (the data show
-    no effect, or too little): the model as given, and effects that would not show (`unseen`) at their typical sizes, else
-    the sets that fit best with each of their effects at least of the size that matters.
+    With effects that cannot be told apart: the best set, and the best set for each of the others; a law that holds one of the
+    best set and more, with as much of that as would matter. Without (the data show no effect, or too little): the model as given,
+    and effects that would not show (`unseen`) at their typical sizes, else the sets that fit best with each of their effects at
+    least of the size that matters.
     """
     others = {name for group in confusable for name in group}
     if best is not None and others:
@@ -31,7 +34,7 @@ def remaining(
         rivals = [
             r for r in refitted if len(r.ids) == len(best.ids) and set(r.ids) - own and set(r.ids) - own <= others
         ]
-        return [_of(best), *(_of(r) for r in _best_of_each(rivals))]
+        return [_of(best), *(_beyond(best, r) for r in _best_of_each(rivals))]
     try:
         start = nominal.record(learning.trials[0]).start
     except MisfitError:
@@ -53,6 +56,20 @@ def _best_of_each(refits: Sequence[Refit]) -> list[Refit]:
     return list(found.values())
 
 
+def _beyond(best: Refit, rival: Refit) -> Explanation:
+    """A rival as an explanation; of a law that holds one of the best set, fitted, little more than that may be left."""
+    gone = [c for c in best.effects.candidates if c.label not in rival.labels]
+    come = [c for c in rival.effects.candidates if c.label not in best.labels]
+    found = _of(rival)
+    if len(gone) == len(come) == 1 and gone[0].site == come[0].site and holds(come[0].card, gone[0].card):
+        return replace(found, values=at_least(rival, come[0], gone[0].card), simpler=_label(best))
+    return found
+
+
+def _label(refit: Refit) -> str:
+    return " + ".join(refit.ids)
+
+
 def _of(refit: Refit, *, enlarged: bool = False) -> Explanation:
     """A refit as an explanation, its parameters moved to meaningful sizes if they are smaller and `enlarged`."""
     low, high = refit.effects.bounds()
@@ -61,7 +78,7 @@ def _of(refit: Refit, *, enlarged: bool = False) -> Explanation:
         if np.isfinite(parameter.meaningful) and abs(values[k] - parameter.absent) < parameter.meaningful:
             direction = 1.0 if values[k] >= parameter.absent else -1.0
             values[k] = np.clip(parameter.absent + direction * parameter.meaningful, low[k], high[k])
-    return Explanation(" + ".join(refit.ids), refit.effects.model, values, low, high, refit.fit.starts[0])
+    return Explanation(_label(refit), refit.effects.model, values, low, high, refit.fit.starts[0])
 
 
 def _typical(effects: EffectSet, learning: LearningData) -> list[Explanation]:

@@ -10,7 +10,7 @@ from orchestrator.diagnosis.candidates import EffectSet, find_candidates
 from orchestrator.diagnosis.cards import effect_library
 from orchestrator.diagnosis.confusion import rivals
 from orchestrator.diagnosis.evidence import Refit
-from orchestrator.diagnosis.nested import holds, rest_share, starts, unpinned
+from orchestrator.diagnosis.nested import at_least, holds, rest_share, starts, unpinned
 from orchestrator.models.estimation import Fit
 
 CARDS = {(card.id, card.variant): card for card in effect_library()}
@@ -92,3 +92,18 @@ def test_fits_of_the_larger_law_begin_about_the_simpler_one() -> None:
 
     expected = [(0.04, extra, vs) for extra in (0.012, 0.04) for vs in (0.06, 0.2, 0.6)]
     np.testing.assert_allclose(rows, expected, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("extra", "shape", "expected"),
+    [(0.0, 2.9, (0.2, 0.2)), (-1e-9, 2.9, (0.2, 0.2)), (0.1, 2.9, (0.2, 0.2)), (0.5, 2.9, (0.5, 2.9))],
+)
+def test_rest_that_is_planned_for_is_as_large_as_matters(
+    extra: float, shape: float, expected: tuple[float, float]
+) -> None:
+    """A fit of the larger law to a record of the simpler one has no rest to speak of, and no experiment would show it."""
+    found = fitted("stribeck_friction", [1.0, extra, shape], [0.01, 0.5, 9.0])
+
+    values = at_least(found, found.effects.candidates[0], COULOMB)
+
+    np.testing.assert_allclose(values, [1.0, *expected], rtol=1e-12)

@@ -2,6 +2,7 @@
 
 import csv
 import io
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,7 +14,8 @@ from orchestrator.diagnosis.candidates import EffectSet, find_candidates, model_
 from orchestrator.diagnosis.cards import effect_library
 from orchestrator.diagnosis.evidence import LearningData
 from orchestrator.diagnosis.menu import menu
-from orchestrator.diagnosis.next_experiment import Explanation, plan
+from orchestrator.diagnosis.next_experiment import HOPELESS, INSEPARABLE, Explanation, plan
+from orchestrator.diagnosis.nuisances import Nuisances
 from orchestrator.models.smoothing import SmoothedTrial
 
 DRIVE, MUSCLE, TANKS = (find_modelica_model(name) for name in ("drive", "muscle", "tanks"))
@@ -55,7 +57,8 @@ def test_delay_and_lag_that_a_slow_input_cannot_separate_are_separated_by_the_ch
     assert found.separation > 10 * found.repeat[0]
     assert found.probability > found.repeat[1]
     samples = len(found.experiment.time)
-    assert found.probability == pytest.approx(norm.cdf(0.5 * np.sqrt(samples * found.separation)))
+    worth = samples * found.separation
+    assert found.probability == pytest.approx(norm.cdf((0.5 * worth - np.log(20)) / np.sqrt(worth)))
     assert found.to_json()["effects"] == ["activation_dynamics", "stimulation_delay"]
 
 
@@ -141,7 +144,9 @@ def test_noise_that_counts_too_much_in_the_metric_does_not_hide_what_separates()
     usual, quiet = plan(members, data), plan(members, data, 0.1)
 
     assert usual is not None and quiet is not None
-    assert norm.ppf(quiet.repeat[1]) == pytest.approx(10**0.5 * norm.ppf(usual.repeat[1]))
+    for found, rows in ((usual, len(TIME)), (quiet, 10 * len(TIME))):
+        worth = rows * found.repeat[0]
+        assert found.repeat[1] == pytest.approx(norm.cdf((0.5 * worth - np.log(20)) / np.sqrt(worth)))
 
 
 def test_machine_at_rest_whose_model_has_more_outputs_than_were_measured_gets_an_experiment() -> None:
@@ -218,3 +223,60 @@ def test_all_members_of_a_class_of_four_are_told_apart() -> None:
     assert found.members == tuple(sizes)
     assert found.alike == ()
     assert found.separation > 10 * found.repeat[0]
+
+
+def test_what_start_values_and_a_clock_imitate_is_no_separation() -> None:
+    """Along a torque a delay moves the speed at the start, and most of the rest is a shift of the clock."""
+    torque = 0.05 * np.sin(3 * TIME) + 0.03 * np.cos(20 * TIME)
+    members = [explanation("stimulation_delay", [0.02]), explanation("sensor_lag", [0.02])]
+    trial = learning(torque).trials[0]
+
+    found = plan(members, LearningData((trial,), NOISE, nuisances=Nuisances(shift_std=0.005)))
+
+    assert found is not None
+    assert found.separation < 0.05
+    run = found.experiment
+    late = [
+        m.model.compiled.run(run.time, run.inputs, m.model.compiled.with_values(m.values), m.start) for m in members
+    ]
+    assert np.mean((late[0].outputs - late[1].outputs) ** 2) / NOISE[0] ** 2 > 10
+
+
+def test_law_that_holds_a_simpler_one_is_told_from_it_by_what_it_has_beyond() -> None:
+    """Refitted, it is the simpler law: only that one can fail to imitate it."""
+    simple, larger = explanation("coulomb_friction", [0.02]), explanation("stribeck_friction", [0.02, 0.01, 0.2])
+    data = learning(0.05 * np.sin(2 * TIME))
+
+    blind, found = plan([simple, larger], data), plan([simple, replace(larger, simpler="coulomb_friction")], data)
+
+    assert blind is not None and found is not None
+    assert blind.to_json()["do"] == INSEPARABLE
+    assert found.probability > 0.99
+
+
+def test_torque_to_both_sides_stays_about_none_at_any_share() -> None:
+    """A wheel that nothing holds runs away under half of a torque that is always negative."""
+    shares = {"half the range": 0.5, "a fifth of the range": 0.2, "a twentieth of the range": 0.05}
+
+    found = menu(DRIVE.compile().inputs, learning(0.05 * np.sin(2 * TIME)).trials)
+
+    for experiment in found:
+        for words, share in shares.items():
+            if experiment.name.endswith(words):
+                assert np.abs(experiment.inputs[:, 0]).max() <= 0.05 * share * (1 + 1e-9)
+    assert sum(experiment.name.endswith("fifth of the range") for experiment in found) > 5
+
+
+def test_few_records_are_advised_where_one_hardly_decides() -> None:
+    members = [explanation("viscous_friction", [0.05]), explanation("coulomb_friction", [0.02])]
+    data = learning(0.05 * np.sin(2 * TIME))
+    sure = plan(members, data)
+    assert sure is not None
+
+    noisy = plan(
+        members, data, len(TIME) * sure.separation / 4.0
+    )  # the record is worth four, the odds ask for twice three
+
+    assert noisy is not None
+    assert noisy.probability < HOPELESS
+    assert noisy.to_json()["do"].endswith("one such record will hardly tell them apart, 5 of them will")
