@@ -70,6 +70,7 @@ class SymbolicSystem:
     `solved` lists the unknowns of each block of equations that `rhs` solves by iteration, in the order of evaluation;
     they are NaN where no solution was found. Names that are none of the variables are derivatives or auxiliaries.
     `notes` tell what was assumed where the model leaves a choice.
+    `contacts` tells whether it makes and breaks contact, so that steps of one length err wherever it does.
     `relations` makes events of those relations that Modelica makes events of; `rhs` evaluates them as they stand.
     """
 
@@ -90,6 +91,7 @@ class SymbolicSystem:
     consistent: ca.Function | None = None
     notes: tuple[str, ...] = ()
     relations: Relations | None = None
+    contacts: bool = False
 
     def start_of_states(self, parameters: ca.DM, inputs: ca.DM | None = None, time: float = 0.0) -> ca.DM:
         """Start values of the states at given parameters; inputs have their own start values unless given."""

@@ -62,14 +62,19 @@ class EffectSet:
     @property
     def system(self) -> SymbolicSystem:
         """The equations of the extended model."""
-        return self._of_fmu.system if as_fmu(self.base) is not None else _extended(*self._key)
+        return self._of_fmu.system if as_fmu(self.base) is not None else _extended(*self._key, self.contacts)
 
     @property
     def model(self) -> SymbolicModel:
         """The extended model; its free parameters are those of the candidates, in their order."""
         if as_fmu(self.base) is not None:
             return self._of_fmu
-        return _extended_model(*self._key, self.signals, tuple(v.name for v in self.variables))
+        return _extended_model(*self._key, self.contacts, self.signals, tuple(v.name for v in self.variables))
+
+    @property
+    def contacts(self) -> bool:
+        """Whether an effect of the set makes and breaks contact."""
+        return any(c.card.contacts for c in self.candidates)
 
     @property
     def written(self) -> ModelicaModel:
@@ -110,7 +115,7 @@ class EffectSet:
         source = as_fmu(self.base)
         if source is None:
             extended = patched_model(self.base, name, self.attachments(values))
-            return SymbolicModel(extended.name, extended.compile())
+            return SymbolicModel(extended.name, replace(extended.compile(), contacts=self.contacts))
         by_name = dict(zip([v.name for v in self.variables], map(float, values), strict=True))
         changed = tuple(replace(v, start=by_name.get(v.name, v.start)) for v in self.system.parameters)
         return source.model(replace(self.system, parameters=changed))
@@ -173,10 +178,12 @@ _Key = tuple[ModelicaModel, str, str, tuple[tuple[str, str, str], ...]]
 
 # The many sets of a diagnosis share few classes. Not a cached_property, whose lock lets one thread compile at a time.
 @lru_cache(maxsize=KEPT)
-def _extended(base: ModelicaModel, content: str, name: str, parts: tuple[tuple[str, str, str], ...]) -> SymbolicSystem:
+def _extended(
+    base: ModelicaModel, content: str, name: str, parts: tuple[tuple[str, str, str], ...], contacts: bool
+) -> SymbolicSystem:
     system = _written(base, name, parts).compile()
     check_attached(system, _attachments(parts))
-    return system
+    return replace(system, contacts=contacts)
 
 
 def _written(base: ModelicaModel, name: str, parts: Sequence[tuple[str, str, str]]) -> ModelicaModel:
@@ -193,10 +200,11 @@ def _extended_model(
     content: str,
     name: str,
     parts: tuple[tuple[str, str, str], ...],
+    contacts: bool,
     signals: tuple[str, ...],
     free: tuple[str, ...],
 ) -> SymbolicModel:
-    return model_of(base, _extended(base, content, name, parts), signals, free)
+    return model_of(base, _extended(base, content, name, parts, contacts), signals, free)
 
 
 def find_candidates(

@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import replace
 from typing import TypeVar
 
@@ -10,7 +11,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from fmus.catalogue import ModelicaModel
-from fmus.errors import MisfitError
+from fmus.errors import ComponentError, MisfitError
 from orchestrator.compare.comparison import compare
 from orchestrator.diagnosis.adjusted import adjusted_parameters
 from orchestrator.diagnosis.advice import with_next_experiment
@@ -18,7 +19,8 @@ from orchestrator.diagnosis.candidates import EffectSet, find_candidates, model_
 from orchestrator.diagnosis.cards import EffectCard, effect_library
 from orchestrator.diagnosis.compile_ahead import compile_ahead
 from orchestrator.diagnosis.conclude import conclude
-from orchestrator.diagnosis.evidence import LearningData, Refit, fit_nominal, follow, smoothed
+from orchestrator.diagnosis.cutting import TooLong, cut, is_worth_a_cut
+from orchestrator.diagnosis.evidence import LearningData, Refit, fit_nominal, smoothed
 from orchestrator.diagnosis.left_open import with_open_questions
 from orchestrator.diagnosis.noise_model import metrics_of
 from orchestrator.diagnosis.nuisances import Nuisances, nuisances
@@ -29,6 +31,7 @@ from orchestrator.diagnosis.response import Response
 from orchestrator.diagnosis.result import Diagnosis, Estimate, NamedEffect
 from orchestrator.diagnosis.runners_up import runners_up
 from orchestrator.diagnosis.search import Progress, Searcher
+from orchestrator.diagnosis.stretches import follow_closely, lost_after
 from orchestrator.diagnosis.tried import tried
 from orchestrator.diagnosis.unexplained import unexplained_forces, where_forces_lack
 from orchestrator.diagnosis.work import Work
@@ -45,6 +48,8 @@ __all__ = ["diagnose", "named_effects", "version_name"]
 CLOCK_SAMPLES = 0.5
 # What takes the place of the best set may itself have kin that is likelier: a torque pair that is an encoder's offset.
 MOST_SECOND_THOUGHTS = 2
+# Trials are cut into shorter and shorter stretches at most so often.
+MOST_CUTS = 3
 
 Found = TypeVar("Found")
 
@@ -68,7 +73,39 @@ def diagnose(
     """
     # Two BLAS threads make the small factorisations of the fits about 100 times slower.
     with threadpool_limits(limits=1, user_api="blas"), hands(workers):
-        return _diagnosed(source, measurements, effect_library() if cards is None else cards, workers, progress, work)
+        cards = effect_library() if cards is None else cards
+        return _over_stretches(source, measurements, cards, workers, progress, work)
+
+
+def _over_stretches(
+    source: ModelicaModel,
+    measurements: MeasurementSet,
+    cards: Sequence[EffectCard],
+    workers: int,
+    progress: Progress,
+    work: Work | None,
+) -> Diagnosis:
+    """The diagnosis by whole trials, or by stretches of them if contacts let no run follow those and are named by these."""
+    began, shown, seconds = time.monotonic(), measurements, 0.0
+    for _ in range(MOST_CUTS + 1):
+        try:
+            found = _diagnosed(source, shown, cards, workers, progress, work, may_cut=True)
+        except TooLong as error:
+            seconds = error.seconds
+            progress(f"cutting the trials into stretches of {seconds:.3g} s")
+            shown = cut(measurements, seconds)
+            continue
+        if not seconds:
+            return found
+        if {card.id for card in cards if card.contacts} & {effect.id for effect in found.effects}:
+            note = (
+                f"judged over stretches of {seconds:.3g} s: contacts let free runs follow no whole trial; what is too slow to"
+                " show in a stretch is not looked for"
+            )
+            return replace(found, warnings=(*found.warnings, note), seconds=time.monotonic() - began)
+        break
+    found = _diagnosed(source, measurements, cards, workers, progress, work)
+    return replace(found, seconds=time.monotonic() - began)
 
 
 def _diagnosed(
@@ -78,6 +115,7 @@ def _diagnosed(
     workers: int,
     progress: Progress,
     work: Work | None,
+    may_cut: bool = False,
 ) -> Diagnosis:
     began = time.monotonic()
     system = source.compile()
@@ -104,6 +142,7 @@ def _diagnosed(
         workers=workers,
         progress=progress,
         work=work,
+        may_cut=may_cut,
         noise=NoiseOfSignals(*(tuple(map(data.noise_of, names)) for names in (data.output_names, data.input_names))),
     )
     with _Aside(workers) as aside:
@@ -111,8 +150,12 @@ def _diagnosed(
         later = aside.begin(lambda: _in_metric(source, plain, data, data.held_out, nominal.noise_floor, extra))
         path = searcher.run()
         held_out, (where, findings) = later(), lacking()
+    lost = lost_after(path[-1].refit, held_out) if path and may_cut else None
+    if lost is not None and is_worth_a_cut(lost, 0):
+        raise TooLong(lost * held_out.step)
     if path and searcher.noise is not None and searcher.learning is not learning:
-        held_out = searcher.noise.carried_by(follow(path[-1].refit, held_out), held_out)
+        with suppress(ComponentError):  # free runs that fail carry no noise, and the referee refuses them
+            held_out = searcher.noise.carried_by(follow_closely(path[-1].refit, held_out), held_out)
     referee = Referee(source, measurements, nominal, held_out, workers)
     base = searcher.trace.stages[0].tangent.base
     scale = searcher.test_of(path[-1].refit if path else base).colour.scale

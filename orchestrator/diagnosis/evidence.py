@@ -53,6 +53,16 @@ class LearningData:
             white = tuple(white_metric(self.floor, stride_for(len(t.time), 1)) for t in self.trials)
             object.__setattr__(self, "metrics", white)
 
+    @property
+    def longest(self) -> int:
+        """Samples of the longest trial."""
+        return max(len(trial.time) for trial in self.trials)
+
+    @property
+    def step(self) -> float:
+        """Seconds between samples."""
+        return self.trials[0].smoother.step
+
     @cached_property
     def content(self) -> bytes:
         """Hash of all that fits depend on, made once: whitening matrices are large."""
@@ -322,17 +332,26 @@ def fit_nominal(effects: EffectSet, model: SymbolicModel, learning: LearningData
     return _fit(effects, model, learning, extra.mean, extra.low, extra.high)
 
 
-def follow(found: Refit, learning: LearningData) -> Refit:
-    """The model with the values that a fit found, along other trials: only start values and clocks are fitted."""
+def follow(found: Refit, learning: LearningData, earlier: Fit | None = None) -> Refit:
+    """The model with the values that a fit found, along other trials: only start values and clocks are fitted, from those of
+    an `earlier` fit of these trials if there is one."""
+    begun, alone, nothing = as_found(found), _without_parameters(learning), np.zeros(0)
+    if earlier is None and oscillates(found.effects):
+        earlier = _phased(found.effects, begun.model, alone, nothing, found.values)[1]
+    return _fit(begun.effects, begun.model, alone, nothing, nothing, nothing, earlier=earlier)
+
+
+def as_found(found: Refit) -> Refit:
+    """The model with the values that a fit found, none of them free, before it follows any trials."""
     model = model_of(found.effects.base, found.model.system, found.model.signals)
     model.compiled.parameters = found.model.compiled.with_values(found.fit.values)
-    alone = LearningData(
+    return Refit(EffectSet(found.effects.base, (), model.signals), model, (), beginning_at(np.zeros(0), ()), 1)
+
+
+def _without_parameters(learning: LearningData) -> LearningData:
+    """Trials of which only start values and clocks are to be fitted."""
+    return LearningData(
         learning.trials, learning.floor, learning.metrics, Nuisances(shift_std=learning.nuisances.shift_std)
-    )
-    nothing = np.zeros(0)
-    begun = _phased(found.effects, model, alone, nothing, found.values)[1] if oscillates(found.effects) else None
-    return _fit(
-        EffectSet(found.effects.base, (), model.signals), model, alone, nothing, nothing, nothing, earlier=begun
     )
 
 
@@ -411,6 +430,8 @@ def _finer_steps(found: Refit, learning: LearningData, prior: Prior) -> int:
     What a step errs by may be small beside the noise of a sample and yet the same in thousands of them: the misfit decides.
     """
     model, parameters = found.model, found.model.compiled.with_values(found.fit.values)
+    if model.system.contacts:  # which has its steps as short as they must be
+        return 0
     needed = max(enough_steps(model, begun_where(found.records, found.fit), parameters, learning), 2 * found.substeps)
     # A state so fast that it needs more is at rest within a step; how fast it is no longer shows.
     if needed > MOST_FINER * found.substeps:

@@ -11,6 +11,7 @@ from fmus.errors import ComponentError, MisfitError
 from orchestrator.diagnosis.begun import Begun
 from orchestrator.diagnosis.calibration import BEYOND_NOISE, NEAR_FLOOR, Stage
 from orchestrator.diagnosis.candidates import Candidate
+from orchestrator.diagnosis.cutting import TooLong, is_worth_a_cut
 from orchestrator.diagnosis.evidence import TOLERANCE, LearningData, Refit
 from orchestrator.diagnosis.first_values import at_peaks, elsewhere, first_values
 from orchestrator.diagnosis.screening import Screened
@@ -35,7 +36,7 @@ Found = TypeVar("Found")
 class Setting:
     """What a search works on, and with: a model without effects, its free slots, the learning trials, who does the work.
 
-    `trace` keeps what was tried.
+    `trace` keeps what was tried. With `may_cut`, trials that no run with contacts can follow to the end are `TooLong`.
     """
 
     base: ModelicaModel
@@ -46,6 +47,7 @@ class Setting:
     workers: int
     progress: Progress
     trace: Trace
+    may_cut: bool = False
 
     def side_by_side(self, work: Callable[[Item], Found], items: Sequence[Item]) -> list[Found]:
         """Do work on items at the same time; results in the order of the items."""
@@ -125,12 +127,21 @@ class Fitter:
 
     def in_stretches(self, found: Refit) -> Refit:
         """A set with contacts, fitted to the end over stretches of growing length if it leaves much more than noise and that
-        less."""
-        if found.cost <= BEYOND_NOISE**2 or not _has_contacts(found):
+        less.
+
+        Raises:
+            TooLong: if it is lost on the way, and yet follows the trials for twice as long as the model does without effects.
+        """
+        if found.cost <= BEYOND_NOISE**2 or not found.effects.contacts:
             return found
-        followed = follow_stretches(found, self.setting.learning)
+        learning = self.setting.learning
+        followed = follow_stretches(found, learning)
         if followed is None:
             return found
+        if self.setting.may_cut and followed.samples < learning.longest:
+            without = follow_stretches(self.setting.trace.stages[0].tangent.base, learning)
+            if is_worth_a_cut(followed.samples, 0 if without is None else without.samples):
+                raise TooLong(followed.samples * learning.step)
         chosen, values = found.effects.candidates, followed.fit.values
         again = self.attempt(Wanted(chosen, values[: found.size], values[found.size :], earlier=followed.fit))
         return found if again is None or again.fit.misfit > found.fit.misfit else again
@@ -226,14 +237,10 @@ def _is_astray(found: Refit, others: Sequence[Refit]) -> bool:
     """Whether a set with contacts leaves much more than noise, and one of the others, which it holds, does not."""
     enough = BEYOND_NOISE**2
     return (
-        _has_contacts(found)
+        found.effects.contacts
         and found.cost > enough
         and any(r.cost <= enough and r.labels < found.labels for r in others)
     )
-
-
-def _has_contacts(found: Refit) -> bool:
-    return any(c.card.contacts for c in found.effects.candidates)
 
 
 def _of_others(found: Refit, effect: Candidate) -> np.ndarray:

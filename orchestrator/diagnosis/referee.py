@@ -10,8 +10,9 @@ from orchestrator.compare.comparison import compare
 from orchestrator.compare.result import Comparison
 from orchestrator.diagnosis.adjusted import adjusted_parameters
 from orchestrator.diagnosis.confusion import rivals
-from orchestrator.diagnosis.evidence import LearningData, Refit, follow
+from orchestrator.diagnosis.evidence import LearningData, Refit
 from orchestrator.diagnosis.result import NamedEffect, Step
+from orchestrator.diagnosis.stretches import follow_closely
 from orchestrator.diagnosis.trace import Accepted
 from orchestrator.measurements import MeasurementSet
 from orchestrator.models.estimation import Fit
@@ -154,7 +155,7 @@ class Referee:
     def _follow(self, found: Refit) -> Fit:
         key = (found.labels, found.values.tobytes())
         if key not in self._followed:
-            self._followed[key] = follow(found, self.held_out).fit
+            self._followed[key] = follow_closely(found, self.held_out).fit
         return self._followed[key]
 
     def _compared(self, found: Refit, model: SymbolicModel) -> Comparison:

@@ -50,13 +50,14 @@ class Searcher:
         progress: Progress,
         work: Work | None = None,
         noise: NoiseOfSignals | None = None,
+        may_cut: bool = False,
     ) -> None:
         self.base, self.nominal, self.slots = base, nominal, tuple(slots)
         self.candidates, self.learning, self.progress = tuple(candidates), learning, progress
         self.trace = Trace(len({c.label for c in candidates}))
         self.noise = noise
         work = Here() if work is None else work
-        self.setting = Setting(base, nominal, self.slots, learning, work, workers, progress, self.trace)
+        self.setting = Setting(base, nominal, self.slots, learning, work, workers, progress, self.trace, may_cut)
         self.fitter = Fitter(self.setting)
 
     def run(self) -> list[Accepted]:

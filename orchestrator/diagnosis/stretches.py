@@ -7,13 +7,14 @@ multiple shooting: Bock, in Modelling of Chemical Reaction Systems, Springer 198
 """
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fmus.errors import ComponentError
 from orchestrator.diagnosis.calibration import BEYOND_NOISE
-from orchestrator.diagnosis.evidence import LearningData, Refit, begun_where, enough_steps
+from orchestrator.diagnosis.evidence import LearningData, Refit, as_found, begun_where, enough_steps, follow
 from orchestrator.diagnosis.metric import Metric
 from orchestrator.models.estimation import Fit, Record, fit
 
@@ -33,6 +34,43 @@ class Followed:
     samples: int
 
 
+def follow_closely(found: Refit, trials: LearningData) -> Refit:
+    """The model with the values that a fit found, along other trials; of a set with contacts, over growing stretches.
+
+    Raises:
+        ComponentError: if free runs fail.
+    """
+    if not found.effects.contacts:
+        return follow(found, trials)
+    plain, failed = None, ComponentError("no stretch can be followed")
+    try:
+        plain = follow(found, trials)
+        if plain.cost <= BEYOND_NOISE**2:
+            return plain
+    except ComponentError as error:
+        failed = error
+    followed = follow_stretches(as_found(found), trials)
+    try:
+        again = None if followed is None else follow(found, trials, followed.fit)
+    except ComponentError as error:
+        again, failed = None, error
+    able = [each for each in (plain, again) if each is not None]
+    if not able:
+        raise failed
+    return min(able, key=lambda each: each.cost)
+
+
+def lost_after(found: Refit, trials: LearningData) -> int | None:
+    """Samples of other trials after which free runs of a set with contacts are lost; None if they follow them to the end."""
+    if not found.effects.contacts:
+        return None
+    with suppress(ComponentError):
+        if follow_closely(found, trials).cost <= BEYOND_NOISE**2:
+            return None
+    followed = follow_stretches(as_found(found), trials)
+    return None if followed is None or followed.samples == trials.longest else followed.samples
+
+
 def follow_stretches(found: Refit, learning: LearningData) -> Followed | None:
     """Follow the trials as far as a fitted set can, from its values; None if not even their first stretch."""
     low, high = found.effects.bounds()
@@ -40,7 +78,7 @@ def follow_stretches(found: Refit, learning: LearningData) -> Followed | None:
     bounds = (np.r_[low, extra.low], np.r_[high, extra.high])
     values = np.clip(found.fit.values, *bounds)
     records = tuple(found.model.record(t, found.model.compiled.with_values(values)) for t in learning.trials)
-    longest = max(len(r.time) for r in records)
+    longest = learning.longest
     count = min(SHORTEST, longest)
     while True:
         parts = [_first_samples(r, count) for r in records]

@@ -27,6 +27,9 @@ FLAGS = ("-fPIC", "-shared", "-std=c99", "-ffp-contract=off")
 FOR_MODELS, FOR_LOOPS = "-O1", "-O3"
 # Trials of which a model with delays remembers what it delays.
 KEPT_TRIALS = 8
+# Error of a step of a system that makes and breaks contact, as a share of the largest value of each state so far. Steps of
+# an eighth of a millisecond left the true play of two masses at 0.41 in a metric in which it can be 0.32; these leave 0.33.
+CONTACT_TOLERANCE = 1e-8
 NOTHING_BEFORE = np.zeros((1, 0))
 
 
@@ -47,6 +50,7 @@ class _Problem(ctypes.Structure):
             for name in ("n", "nx", "nu", "nd", "ny", "nfree", "substeps", "sensitivities", "nodes")
         ),
         *((name, ctypes.c_void_p) for name in ("t", "u", "source", "delay", "delay_slope", "before", "p")),
+        ("tolerance", ctypes.c_double),
         ("rate", _Function),
         ("output", _Function),
     ]
@@ -68,6 +72,7 @@ class CompiledModel:
 
     def __init__(self, system: SymbolicSystem, outputs: Sequence[str], free: Sequence[str] = ()) -> None:
         self.system, self.outputs, self.free = system, tuple(outputs), tuple(free)
+        self.tolerance = CONTACT_TOLERANCE if system.contacts else 0.0
         names = [parameter.name for parameter in system.parameters]
         self._free_positions = [names.index(name) for name in free]
         self.parameters = np.array([parameter.start for parameter in system.parameters], dtype=float)
@@ -98,7 +103,7 @@ class CompiledModel:
             inputs: (n, nu).
             parameters: all parameters, in the system's order.
             start: (nx,) states at the first sample.
-            substeps: Runge-Kutta steps in a sample interval.
+            substeps: Runge-Kutta steps in a sample interval; a system with contacts halves them where it must.
             before: (nd, k) by how much each delayed quantity was off its first sample before it, k times at equal
                 distances up to its delay time, linear in between; not at all if left out.
 
@@ -111,7 +116,7 @@ class CompiledModel:
         sizes = (n, nx, len(system.inputs), system.n_delays, len(self.outputs), nfree, substeps, int(sensitivities))
         code = self._machine_code  # kept until the run ends: what its functions point to belongs to it
         functions = code.with_slopes if sensitivities else code.plain
-        problem = _Problem(*sizes, before.shape[1], *(a.ctypes.data for a in keep), *functions)
+        problem = _Problem(*sizes, before.shape[1], *(a.ctypes.data for a in keep), self.tolerance, *functions)
         outputs = np.empty((n, len(self.outputs)))
         slopes = np.empty((n, len(self.outputs), nx + nfree)) if sensitivities else None
         first = np.ascontiguousarray(start, dtype=float)

@@ -21,6 +21,8 @@ MOST_EVALUATIONS, MOST_IF_ROUGH, FEWEST = 60, 25, 8
 # Operations (see CompiledModel.operations) after which a fit is given up, some ten seconds: a stiff effect that does not
 # converge must not hold up a search. Seconds themselves would make results depend on the machine.
 MOST_OPERATIONS = 2e10
+# Integration steps in a sample interval that two masses with play take.
+STEPS_WITH_CONTACTS = 20
 Z90 = 1.6449
 # Clocks are off by at most so many standard deviations.
 MOST_SHIFT = 2.0
@@ -197,7 +199,8 @@ def linearise(
 
 def affordable_evaluations(model: CompiledModel, records: Sequence[Record], substeps: int) -> float:
     """Evaluations of all free runs after which a fit is given up, however few steps it has made."""
-    stages = 4 * substeps * sum(len(r.time) for r in records)
+    steps = max(substeps, STEPS_WITH_CONTACTS) if model.system.contacts else substeps
+    stages = 4 * steps * sum(len(r.time) for r in records)
     return MOST_OPERATIONS / max(stages * model.operations, 1)
 
 

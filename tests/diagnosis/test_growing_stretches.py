@@ -7,11 +7,12 @@ import pytest
 
 from fmus.catalogue import find_modelica_model
 from fmus.errors import MisfitError
+from orchestrator.diagnosis.begun import beginning_at
 from orchestrator.diagnosis.candidates import EffectSet, find_candidates
 from orchestrator.diagnosis.cards import SHIPPED, effect_library, read_card
-from orchestrator.diagnosis.evidence import LearningData, refit
+from orchestrator.diagnosis.evidence import LearningData, Refit, follow, refit, with_nuisances
 from orchestrator.diagnosis.metric import Metric
-from orchestrator.diagnosis.stretches import follow_stretches
+from orchestrator.diagnosis.stretches import follow_closely, follow_stretches, lost_after
 from orchestrator.models.smoothing import SmoothedTrial
 from tests.benchmarks.diagnosis.truth.machines import MACHINES
 from tests.benchmarks.diagnosis.truth.native import simulate
@@ -19,7 +20,7 @@ from tests.benchmarks.diagnosis.truth.native import simulate
 STEP, EVERY, NOISE, GAP = 1e-3, 4, 1e-4, 0.03
 
 
-def rattling() -> LearningData:
+def rattling(gap: float = GAP) -> LearningData:
     """Two trials of two masses with play by the truth simulator, which finds each contact by bisection."""
     trials = []
     for seed in range(2):
@@ -27,7 +28,7 @@ def rattling() -> LearningData:
         time = fine[::EVERY]
         tones = sum(a * np.sin(2 * np.pi * hz * time + random.uniform(0, 6)) for a, hz in ((0.3, 1.1), (0.2, 2.9)))
         u = np.interp(fine, time, np.asarray(tones))[:, None]
-        values = {**MACHINES["two-mass"].values, "gap": GAP}
+        values = {**MACHINES["two-mass"].values, "gap": gap}
         q, _ = simulate("two-mass", values, u, [0.0, 0.0], [0.0, 0.0], step=STEP)
         shown = q[::EVERY] + NOISE * random.normal(size=(len(time), 2))
         inputs = np.column_stack([tones, np.zeros((len(time), 2))])
@@ -35,10 +36,30 @@ def rattling() -> LearningData:
     return LearningData(tuple(trials), np.full(2, NOISE))
 
 
-def test_play_is_found_over_growing_stretches_where_a_fit_of_whole_trials_goes_astray() -> None:
-    base, learning = find_modelica_model("two-mass"), rattling()
+def play() -> EffectSet:
+    base = find_modelica_model("two-mass")
     cards = [card for card in effect_library() if card.id == "backlash"]
-    effects = EffectSet(base, find_candidates(base, base.compile(), cards)[0], ("phiMotor", "phiLoad"))
+    return EffectSet(base, find_candidates(base, base.compile(), cards)[0], ("phiMotor", "phiLoad"))
+
+
+def test_true_play_follows_other_trials_over_growing_stretches_where_start_values_fitted_at_once_go_astray() -> None:
+    effects, learning = play(), rattling(0.1)
+    found = Refit(effects, with_nuisances(effects, learning), (), beginning_at(np.array([0.1]), ()), 1)
+
+    assert follow(found, learning).cost > 100.0
+    assert follow_closely(found, learning).cost == pytest.approx(1.0, abs=0.2)
+    assert lost_after(found, learning) is None
+
+
+def test_play_that_is_off_is_lost_on_other_trials() -> None:
+    effects, learning = play(), rattling(0.1)
+    found = Refit(effects, with_nuisances(effects, learning), (), beginning_at(np.array([0.11]), ()), 1)
+
+    assert 8 <= (lost_after(found, learning) or 0) < learning.longest / 2
+
+
+def test_play_is_found_over_growing_stretches_where_a_fit_of_whole_trials_goes_astray() -> None:
+    effects, learning = play(), rattling()
     astray = refit(effects, learning, np.array([0.4 * GAP]), tolerance=1e-3)
     assert astray.cost > 9.0
 

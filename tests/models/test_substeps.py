@@ -1,5 +1,7 @@
 """How many integration steps a sample needs."""
 
+from dataclasses import replace
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -68,3 +70,37 @@ def test_a_run_far_from_the_measurement_takes_fewer_steps_and_still_errs_by_litt
     error = model.run(time, inputs, rate, start, substeps=enough).outputs - exact
     assert enough < close
     assert np.sqrt(np.mean(error**2)) < 0.01 * 0.1
+
+
+def test_steps_are_as_short_as_a_contact_needs_and_no_shorter_elsewhere() -> None:
+    """A ball on a stiff floor: |v| is the same after each bounce, at steps too long for one of them to see the floor."""
+    t, x, u, d, p = (ca.SX.sym(name, n) for name, n in zip("txudp", (1, 2, 0, 0, 1), strict=True))
+    nothing = ca.SX(0, 1)
+    depth = 0.5 * (ca.sqrt(x[0] ** 2 + 1e-12) - x[0])
+    system = SymbolicSystem(
+        name="Ball",
+        description="",
+        inputs=(),
+        states=(Variable("x", start=0.01), Variable("v", start=-1.0)),
+        algebraics=(),
+        parameters=(Variable("k", "N/m", start=1e5),),
+        dependents=(),
+        outputs=("x", "v"),
+        rhs=ca.Function("rhs", [t, x, u, d, p], [ca.vertcat(x[1], p * depth), nothing]),
+        history=ca.Function("history", [t, u, p], [nothing, nothing]),
+        dependent=ca.Function("dependent", [p], [nothing]),
+        initial=ca.Function("initial", [p], [ca.DM([0.01, -1.0])]),
+    )
+    time, parameters, start = np.linspace(0, 0.1, 26), np.array([1e5]), np.array([0.01, -1.0])
+    speeds = []
+    for contacts in (False, True):
+        model = CompiledModel(replace(system, contacts=contacts), ["x", "v"])
+        run = model.run(time, np.zeros((26, 0)), parameters, start, sensitivities=True)
+        speeds.append(run.outputs[-1, 1])
+        assert not contacts or enough_substeps(model, time, np.zeros((26, 0)), parameters, start, 1e-5) == 1
+
+    assert abs(speeds[0] - 1.0) > 0.02
+    assert speeds[1] == pytest.approx(1.0, abs=1e-5)
+    assert run.sensitivities is not None
+    # What comes in faster goes out faster.
+    assert run.sensitivities[-1, 1, 1] == pytest.approx(-1.0, abs=0.02)

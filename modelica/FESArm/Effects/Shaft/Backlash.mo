@@ -2,7 +2,7 @@ within FESArm.Effects.Shaft;
 model Backlash "Play between the ends of the shaft"
   import SI = FESArm.Units;
   extends PartialShaft;
-  parameter SI.Angle gap(min=0, max=0.5) = 0.01 "Whole play, from contact on one side to contact on the other";
+  parameter SI.Angle gap(min=0, max=6.3) = 0.01 "Whole play, from contact on one side to contact on the other";
   parameter SI.Angle onset(min=1e-6, max=0.01) = 2e-5 "Angle over which contact sets in";
 protected
   SI.Angle above, below "Distances from the edges of the play, smooth at the edge";
