@@ -196,13 +196,13 @@ static int refined(const problem *m, workspace *f, int k, double t, double whole
     const double h = whole / (double)parts;
     for (int stage = 0; stage < 4; stage++) {
       double reach = node[stage] * h;
-      add(nx, x, reach, rate, at);
+      add(nx, x, reach, stage == 0 ? x : rate, at); /* the rates of a step that was too long may be no numbers */
       if (stage != 2) read_inputs(m, k, t + reach, u, d, slope);
       evaluate(f, t + reach, at, u, d, m->p, rate, NULL);
       add(nx, stage == 0 ? x : sum, h * weight[stage], rate, sum);
     }
     evaluate(f, t + h, sum, u, d, m->p, last, NULL);
-    int enough = 1;
+    int enough = all_finite(sum, nx);
     for (int i = 0; i < nx; i++)
       if (!(h / 6 * fabs(rate[i] - last[i]) <= m->tolerance * fmax(largest[i], fabs(sum[i])))) enough = 0;
     if (enough) break;
