@@ -177,6 +177,15 @@ def test_nothing_missing_is_resolved_by_adequate() -> None:
     assert row["resolved"]
 
 
+def test_effect_of_no_library_is_resolved_by_unknown_and_by_nothing_else() -> None:
+    outside, unsure = truth("unknown", family="O"), answer("tremor", verdict="ambiguous")
+    seconds = [answer(verdict="unknown"), answer("tremor"), answer(verdict="adequate")]
+
+    rows = [row_of(str(k), outside, unsure, again) for k, again in enumerate(seconds)]
+
+    assert [row["resolved"] for row in rows] == [True, False, False]
+
+
 def test_confident_answers_that_are_half_right_are_badly_calibrated() -> None:
     true, said = truth("viscous_friction"), answer("viscous_friction")
     rows = [row_of(str(k), true, said if k % 2 else answer("tremor")) for k in range(40)]

@@ -72,13 +72,15 @@ def judge_again(truth: Mapping[str, Any], first: Mapping[str, Any], again: Mappi
     """What the recommended experiment made of an answer that left something open.
 
     `open`: the first answer was a class of effects or "cannot tell". `resolved`: with the record of one recommended
-    experiment the answer is the truth, named, or "adequate" where nothing is missing.
+    experiment the answer is the truth, named, or "adequate" where nothing is missing, or "unknown" where no library has it.
     """
     left_open = first["verdict"] in ("ambiguous", "cannot_tell")
     if again is None or not left_open:
         return {"open": left_open, "again": None, "resolved": False, "again_cpu_seconds": 0.0}
     row = judge(first["case"], truth, again)
-    right = row["verdict"] == "named" and row["exact"] if row["true"] else row["verdict"] == "adequate"
+    without_names = {(): "adequate", ("unknown",): "unknown"}
+    wanted = without_names.get(tuple(row["true"]), "named")
+    right = row["verdict"] == wanted and (row["exact"] or wanted != "named")
     return {
         "open": True,
         "again": row["verdict"],
