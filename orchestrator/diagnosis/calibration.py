@@ -214,10 +214,11 @@ class Stage:
             found[block.candidate.label] = max(gain, found.get(block.candidate.label, 0.0))
         return found
 
-    def nominated(self, count: int, simple: int) -> list[str]:
-        """Candidates that explain the most alone, `simple` of a single parameter first of all, and those of the best sets.
+    def nominated(self, count: int, simple: bool) -> list[str]:
+        """Candidates that explain the most alone, and those of the best sets; `simple`: each effect of one parameter, too.
 
-        Along a run that is far from the measurements slopes say little, and shapes with many parameters follow anything.
+        Along a run that is far from the measurements slopes say little, and shapes with many parameters follow anything. An
+        effect of one parameter is soon refitted; at the site where it explains the most.
         """
         singles: dict[str, float] = {}
         for block, basis in zip(self.blocks, self._bases, strict=True):
@@ -225,8 +226,9 @@ class Stage:
             label, found = block.candidate.label, score(gain, basis.shape[1], self.library.distinct, 1)
             singles[label] = max(found, singles.get(label, -np.inf))
         order = sorted(singles, key=lambda label: (-singles[label], label))
-        plain = {block.candidate.label for block in self.blocks if len(block.candidate.card.parameters) == 1}
-        order = [*[label for label in order if label in plain][:simple], *order[:count]]
+        cards = {b.candidate.label: b.candidate.card for b in self.blocks if len(b.candidate.card.parameters) == 1}
+        plain = {cards[label].id: label for label in reversed(order) if label in cards}
+        order = [*(plain.values() if simple else ()), *order[:count]]
         inside = [self.blocks[k].candidate.label for found in self.best for k in found.blocks]
         return list(dict.fromkeys([*order, *inside]))
 

@@ -21,8 +21,6 @@ CLEARLY_LESS = 0.9
 # Refitted in a round: those that explain the most of the correction residual, and the most of the free runs' error.
 BY_RESIDUAL = 5
 BY_FREE_RUNS = 3
-# And of effects of one parameter, where no residual of the equations shows what free runs hide.
-SIMPLE = 3
 
 
 class Proposer:
@@ -50,8 +48,8 @@ class Proposer:
         """
         judged = sorted((s for s in screened if s.gain > 0), key=lambda s: -s.gain)[:BY_RESIDUAL]
         inside = stage.tangent.base.labels
-        blind = all(np.isnan(s.gain) for s in screened)
-        wanted = {inside | {label} for label in stage.nominated(BY_FREE_RUNS, SIMPLE if blind else 0)}
+        blind = all(np.isnan(s.gain) for s in screened)  # no residual of the equations shows what free runs hide
+        wanted = {inside | {label} for label in stage.nominated(BY_FREE_RUNS, simple=blind and not inside)}
         hidden = [s for s in screened if np.isnan(s.gain)] if not stage.blocks else []
         by_labels = {frozenset(c.label for c in s.candidates): s for s in screened}
         found = [*judged, *hidden, *(by_labels[labels] for labels in wanted if labels in by_labels)]
