@@ -15,11 +15,11 @@ from orchestrator.diagnosis.cutting import TooLong, is_worth_a_cut
 from orchestrator.diagnosis.evidence import TOLERANCE, LearningData, Refit
 from orchestrator.diagnosis.first_values import at_peaks, elsewhere, first_values
 from orchestrator.diagnosis.screening import Screened
-from orchestrator.diagnosis.stretches import follow_stretches
+from orchestrator.diagnosis.stretches import Followed
 from orchestrator.diagnosis.tangent import Tangent
 from orchestrator.diagnosis.trace import Trace
 from orchestrator.diagnosis.valley import minima_along, shapes_in_valleys
-from orchestrator.diagnosis.work import Wanted, Work, done_by
+from orchestrator.diagnosis.work import FollowTask, Wanted, Work, done_by
 from orchestrator.models.hands import hands
 from orchestrator.models.symbolic import SymbolicModel
 
@@ -135,16 +135,22 @@ class Fitter:
         if found.cost <= BEYOND_NOISE**2 or not found.effects.contacts:
             return found
         learning = self.setting.learning
-        followed = follow_stretches(found, learning)
+        followed = self._over_stretches(found)
         if followed is None:
             return found
         if self.setting.may_cut and followed.samples < learning.longest:
-            without = follow_stretches(self.setting.trace.stages[0].tangent.base, learning)
+            without = self._over_stretches(self.setting.trace.stages[0].tangent.base)
             if is_worth_a_cut(followed.samples, 0 if without is None else without.samples):
                 raise TooLong(followed.samples * learning.step)
         chosen, values = found.effects.candidates, followed.fit.values
         again = self.attempt(Wanted(chosen, values[: found.size], values[found.size :], earlier=followed.fit))
         return found if again is None or again.fit.misfit > found.fit.misfit else again
+
+    def _over_stretches(self, found: Refit) -> Followed | None:
+        setting, chosen = self.setting, found.effects.candidates
+        task = FollowTask(setting.base, setting.nominal.signals, setting.learning, chosen, found.fit)
+        followed: Followed | None = setting.work.do(task)
+        return followed
 
     def _from_elsewhere(self, found: Refit, stage: Stage) -> Refit:
         """A fitted set, or the same from another point of a grid, if it leaves more than noise and that leaves less."""

@@ -24,6 +24,7 @@ from orchestrator.diagnosis.begun import Begun
 from orchestrator.diagnosis.candidates import Candidate, EffectSet, as_fmu, model_of
 from orchestrator.diagnosis.evidence import TOLERANCE, LearningData, Refit, refit, with_nuisances
 from orchestrator.diagnosis.screening import Explanation, Screener
+from orchestrator.diagnosis.stretches import Followed, follow_stretches
 from orchestrator.models.estimation import Fit, Record
 
 
@@ -96,6 +97,27 @@ class RefitTask:
             settled=wanted.settled,
         )
         return found.fit, found.records, found.substeps
+
+
+@dataclass(frozen=True)
+class FollowTask:
+    """Follow the trials with a fitted set over stretches of growing length."""
+
+    base: ModelicaModel
+    signals: tuple[str, ...]
+    learning: LearningData
+    candidates: tuple[Candidate, ...]
+    fit: Fit
+
+    @property
+    def key(self) -> str:
+        """Hash over model, effects, data, fitted values and program."""
+        return _digest(self.base, self.candidates, self.signals, self.learning, b"follow" + self.fit.values.tobytes())
+
+    def run(self) -> Followed | None:
+        """The last stretch that the set follows; None if not even the first."""
+        effects = EffectSet(self.base, self.candidates, self.signals)
+        return follow_stretches(Refit(effects, with_nuisances(effects, self.learning), (), self.fit, 1), self.learning)
 
 
 @dataclass(frozen=True)

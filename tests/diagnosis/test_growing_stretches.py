@@ -13,6 +13,7 @@ from orchestrator.diagnosis.cards import SHIPPED, effect_library, read_card
 from orchestrator.diagnosis.evidence import LearningData, Refit, follow, refit, with_nuisances
 from orchestrator.diagnosis.metric import Metric
 from orchestrator.diagnosis.stretches import follow_closely, follow_stretches, lost_after
+from orchestrator.diagnosis.work import FollowTask, Here, Resumable
 from orchestrator.models.smoothing import SmoothedTrial
 from tests.benchmarks.diagnosis.truth.machines import MACHINES
 from tests.benchmarks.diagnosis.truth.native import simulate
@@ -70,6 +71,21 @@ def test_play_is_found_over_growing_stretches_where_a_fit_of_whole_trials_goes_a
     found = refit(effects, learning, followed.fit.values, earlier=followed.fit)
     assert found.cost == pytest.approx(1.0, abs=0.2)
     assert found.values[0] == pytest.approx(GAP, abs=4 * found.std[0] + 1e-3 * GAP)
+
+
+def test_following_is_a_task_that_is_done_once_and_gives_the_same(tmp_path: Path) -> None:
+    effects, learning = play(), rattling()
+    found = Refit(effects, with_nuisances(effects, learning), (), beginning_at(np.array([GAP]), ()), 1)
+    task = FollowTask(effects.base, effects.signals, learning, effects.candidates, found.fit)
+    first, again = (Resumable(Here(), tmp_path) for _ in range(2))
+
+    done, kept, direct = first.do(task), again.do(task), follow_stretches(found, learning)
+
+    assert (first.remembered, again.remembered) == (0, 1)
+    assert direct is not None
+    assert done.samples == kept.samples == direct.samples == learning.longest
+    np.testing.assert_array_equal(done.fit.values, direct.fit.values)
+    np.testing.assert_array_equal(kept.fit.values, direct.fit.values)
 
 
 def test_metric_of_first_samples_whitens_as_that_of_the_whole_trial_does() -> None:
