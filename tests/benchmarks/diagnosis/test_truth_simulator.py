@@ -18,8 +18,9 @@ from tests.benchmarks.diagnosis.truth.families import FAMILIES, Wish, draw_case
 from tests.benchmarks.diagnosis.truth.library import EFFECTS
 from tests.benchmarks.diagnosis.truth.machines import MACHINES
 from tests.benchmarks.diagnosis.truth.native import has_mujoco, simulate, simulate_tanks
-from tests.benchmarks.diagnosis.truth.nearest import left_by_library
+from tests.benchmarks.diagnosis.truth.nearest import beyond_smaller_sets, left_by_library
 from tests.benchmarks.diagnosis.truth.run import Injection, run_trial
+from tests.benchmarks.diagnosis.truth.sensors import Recorder
 from tests.benchmarks.diagnosis.truth.signal_effects import slow_reading
 from tests.benchmarks.diagnosis.truth.write import write_case
 from tests.benchmarks.diagnosis.truth.yardstick import Yardstick
@@ -220,6 +221,19 @@ def test_nearest_library_effect_leaves_nothing_of_itself_and_most_of_what_it_can
 
     assert left_by_library(context, viscous, true, yardstick) < 0.02 * size
     assert left_by_library(context, scale, true, yardstick) > 0.5 * size
+
+
+def test_leak_and_outlet_error_are_one_at_one_tank_and_two_at_two() -> None:
+    machine, random = MACHINES["tanks"], np.random.default_rng(9)
+    plans = [plan_trial(machine, k, 10.0, random) for k in range(2)]
+    runs = [run_trial(machine, plan) for plan in plans]
+    yardstick = Yardstick.of(machine, plans, runs, Recorder.of(machine, "mid", runs), random)
+    leaks = [Injection("leak", f"tank{k}", {}, {f"leak{k}": 2e-6}) for k in (1, 2)]
+    narrow = Injection("outlet_error", "outlet2", {}, {"a2": 0.95 * machine.values["a2"]})
+
+    assert min(yardstick.enr([each]) for each in (*leaks, narrow)) > 5.0
+    assert beyond_smaller_sets([leaks[1], narrow], yardstick) < 0.1
+    assert beyond_smaller_sets([leaks[0], narrow], yardstick) > 2.0
 
 
 def test_force_sensor_reads_the_force_however_large_its_error_is_asked_to_be() -> None:

@@ -11,7 +11,7 @@ from tests.benchmarks.diagnosis.truth.idle import hidden_effect, idle_plan
 from tests.benchmarks.diagnosis.truth.library import EFFECTS, FOREIGN, confusable_pairs
 from tests.benchmarks.diagnosis.truth.machines import MACHINES, Machine
 from tests.benchmarks.diagnosis.truth.native import TruthError
-from tests.benchmarks.diagnosis.truth.nearest import left_by_library
+from tests.benchmarks.diagnosis.truth.nearest import beyond_smaller_sets, left_by_library
 from tests.benchmarks.diagnosis.truth.run import Injection, run_trial
 from tests.benchmarks.diagnosis.truth.sensors import LEVELS, Recorder
 from tests.benchmarks.diagnosis.truth.size import sized_to
@@ -31,6 +31,8 @@ TOLERANCE = 0.05
 TRIALS = 6
 SINGLE_ENR = (10.0, 3.0, 30.0, 1.0)
 SET_ENR = (10.0, 3.0, 30.0)
+# What a set does beyond any smaller one, each of its effects in any size: with less, no record tells that there are so many.
+LEAST_BEYOND = 0.5
 CONFUSED_SHARE = 0.3
 
 
@@ -139,14 +141,14 @@ def _names(wish: Wish, machine: Machine, random: np.random.Generator) -> tuple[s
 def _apart(
     context: Context, name: str, wanted: float, yardstick: Yardstick, others: list[Injection]
 ) -> tuple[Injection, float]:
-    """The effect at the wanted size; the simulator keeps one value for effects that are of one kind at one joint."""
+    """The effect at the wanted size, which no other one imitates; effects of one kind at one joint share a value."""
     taken = {key for other in others for key in other.values}
     machine = context.machine
     library = EFFECTS[machine.name]
     best: tuple[Injection, float] | None = None
     for attempt in range(20):
         found, enr = sized_to(library[name](context), wanted, yardstick)
-        if not taken & found.values.keys():
+        if not taken & found.values.keys() and beyond_smaller_sets([*others, found], yardstick) >= LEAST_BEYOND:
             if best is None or best[1] < enr:
                 best = (found, enr)
             # An end stop may throw a machine where it never meets the stop again; another one may not.

@@ -1,6 +1,6 @@
-"""How much of an effect that is in no library the nearest library effect could imitate, to first order."""
+"""How much of what effects do others could imitate, to first order: library effects one outside it, fewer effects a set."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -30,6 +30,23 @@ def left_by_library(context: Context, library: Mapping[str, Draw], true: Injecti
             beside = np.column_stack(together)
             amounts, *_ = np.linalg.lstsq(beside, wanted, rcond=1e-6)
             left.append(_rms(wanted - beside @ amounts))
+    return min(left)
+
+
+def beyond_smaller_sets(effects: Sequence[Injection], yardstick: Yardstick) -> float:
+    """ENR of what is left of a set's change beside that set without one effect, the others in any size; the least of these.
+
+    A leak at an outlet that is too narrow makes the record of one that is less so: nothing tells the pair from either.
+    """
+    wanted = yardstick.change(effects)
+    if len(effects) < 2:
+        return _rms(wanted)
+    alone = [yardstick.change([effect]) for effect in effects]
+    left = []
+    for k in range(len(effects)):
+        beside = np.column_stack([*alone[:k], *alone[k + 1 :]])
+        amounts, *_ = np.linalg.lstsq(beside, wanted, rcond=1e-6)
+        left.append(_rms(wanted - beside @ amounts))
     return min(left)
 
 
