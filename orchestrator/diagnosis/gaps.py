@@ -35,6 +35,19 @@ def unknown_in_gaps(time: np.ndarray, series: np.ndarray) -> np.ndarray:
     return np.column_stack(columns) if columns else np.zeros((len(time), 0))
 
 
+def without_gaps(time: np.ndarray) -> np.ndarray:
+    """The times (n,), and between them, in gaps, times (m,) in all that are as near to each other as samples are.
+
+    >>> without_gaps(np.array([0.0, 1.0, 2.0, 5.0, 6.0]))
+    array([0., 1., 2., 3., 4., 5., 6.])
+    """
+    steps = np.diff(time)
+    usual = float(np.median(steps))
+    gaps = np.flatnonzero(steps > GAP * usual)
+    inside = [np.linspace(time[k], time[k + 1], round(steps[k] / usual) + 1)[1:-1] for k in gaps]
+    return np.sort(np.concatenate([time, *inside]))
+
+
 def steps_are_even(steps: np.ndarray, count: int, usual: float) -> np.ndarray:
     """Whether `count` steps that begin at each sample, as far as there are so many, have no gap among them."""
     gaps = np.r_[0, np.cumsum(steps > GAP * usual)]

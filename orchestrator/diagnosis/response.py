@@ -10,6 +10,7 @@ from scipy.interpolate import interp1d
 
 from orchestrator.blackbox.model import CoupledModel
 from orchestrator.diagnosis.evidence import Refit
+from orchestrator.diagnosis.gaps import without_gaps
 from orchestrator.models.compiled import CompiledModel, linear_answer
 from orchestrator.models.correction import PREFIX
 from orchestrator.models.exponential import exponentials
@@ -45,9 +46,10 @@ class SimulatedTrial:
 class _Linear:
     """x(k+1) = step x(k) + (push(k) u(k) step + push(k+1) u(k+1)) h/2, y = show x + direct u, along a trial.
 
-    Here u are the inputs, then what is delayed.
+    Here u are the inputs, then what is delayed; h are the steps of `time`: the samples, and steps as short within gaps.
     """
 
+    time: np.ndarray
     step: np.ndarray
     push: np.ndarray
     show: np.ndarray
@@ -111,8 +113,12 @@ class Response:
         if late.shape[1]:
             inputs = linear.push.shape[2] - late.shape[1]
             changes, columns = np.hstack([changes, late]), [*columns, *range(inputs, linear.push.shape[2])]
-        half, push, direct = 0.5 * np.diff(time), linear.push[:, :, columns], linear.direct[:, :, columns]
-        return linear_answer(half, linear.step, push, linear.show, direct, changes)
+        half, push, direct = 0.5 * np.diff(linear.time), linear.push[:, :, columns], linear.direct[:, :, columns]
+        if len(linear.time) == len(time):
+            return linear_answer(half, linear.step, push, linear.show, direct, changes)
+        between = interp1d(time, changes, axis=0)(linear.time)
+        answer = linear_answer(half, linear.step, push, linear.show, direct, between)
+        return answer[np.searchsorted(linear.time, time)]
 
     def _late(self, trial: int, changes: np.ndarray, columns: Sequence[int]) -> np.ndarray:
         """Changes (n, nd, k) of what is delayed by changes (n, c, k) of inputs; before a record the first is held."""
@@ -132,9 +138,11 @@ class Response:
     def _linear(self, trial: int) -> _Linear:
         if trial not in self._kept:
             time = self.base.records[trial].time
-            a, b, c, d = self._jacobians(trial)
-            middle = 0.5 * (a[1:] + a[:-1]) * np.diff(time)[:, None, None]
-            self._kept[trial] = _Linear(exponentials(middle), b, c, d)
+            fine = without_gaps(time)
+            parts = self._jacobians(trial)
+            a, b, c, d = parts if len(fine) == len(time) else [interp1d(time, part, axis=0)(fine) for part in parts]
+            middle = 0.5 * (a[1:] + a[:-1]) * np.diff(fine)[:, None, None]
+            self._kept[trial] = _Linear(fine, exponentials(middle), b, c, d)
         return self._kept[trial]
 
     def _jacobians(self, trial: int) -> Sequence[np.ndarray]:

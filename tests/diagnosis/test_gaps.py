@@ -3,7 +3,13 @@
 import numpy as np
 import pytest
 
+from fmus.catalogue import find_modelica_model
+from orchestrator.diagnosis.begun import beginning_at
+from orchestrator.diagnosis.candidates import EffectSet, model_of
+from orchestrator.diagnosis.evidence import Refit
 from orchestrator.diagnosis.gaps import unknown_in_gaps
+from orchestrator.diagnosis.response import Response
+from orchestrator.models.smoothing import SmoothedTrial
 
 STEP, RATE, MISSING = 0.004, 40.0, 8
 
@@ -24,3 +30,24 @@ def test_a_record_without_gaps_has_none() -> None:
     time = np.arange(100) * STEP
 
     assert unknown_in_gaps(time, np.sin(RATE * time)).shape == (100, 0)
+
+
+def test_an_answer_to_a_change_beside_a_gap_is_a_difference_of_runs() -> None:
+    """The shaft of two masses turns by a whole oscillation in the gap: what is done to it at once at either end is not done so."""
+    source, signals = find_modelica_model("two-mass"), ("phiMotor", "phiLoad")
+    model, nothing = model_of(source, source.compile(), signals), EffectSet(source, (), signals)
+    time = np.delete(np.arange(400) * STEP, np.arange(200, 200 + 12))
+    trial = SmoothedTrial(time, np.zeros((len(time), 3)), np.zeros((len(time), 2)), np.full(2, 1e-4))
+    fitted = Refit(nothing, model, (model.record(trial),), beginning_at(np.zeros(0), (np.zeros(4),)), 40)
+    change = 0.01 * (np.arange(len(time)) == 199)
+
+    found = Response(fitted, [trial.smoother]).to_input(0, 0, change[:, None])[:, :, 0]
+
+    moved = np.column_stack([change, np.zeros((len(time), 2))])
+    parameters = fitted.model.compiled.with_values(fitted.fit.values)
+    runs = [
+        fitted.model.compiled.run(time, u, parameters, fitted.fit.starts[0], substeps=40).outputs
+        for u in (trial.inputs, moved)
+    ]
+    assert np.abs(found[:199]).max() == 0.0
+    np.testing.assert_allclose(found, runs[1] - runs[0], atol=0.02 * np.ptp(runs[1] - runs[0], axis=0).min())
