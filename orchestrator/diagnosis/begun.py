@@ -27,10 +27,9 @@ class Begun:
         """A fit of a model at a guess (k,), of which nothing counts but where it begins; other states begin as trials show."""
         parameters, starts = model.compiled.with_values(guess), []
         for trial, known in zip(trials, self.starts, strict=True):
-            shown = model.record(trial, parameters).start
-            by_name = dict(zip(self.states, known, strict=True))
-            states = zip(model.system.states, shown, strict=True)
-            starts.append(np.array([by_name.get(state.name, value) for state, value in states]))
+            record, by_name = model.record(trial, parameters), dict(zip(self.states, known, strict=True))
+            states = zip(model.system.states, record.start, strict=True)
+            starts.append(record.off_bounds(np.array([by_name.get(state.name, value) for state, value in states])))
         return beginning_at(guess, starts, self.shift)
 
 

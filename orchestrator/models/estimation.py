@@ -24,6 +24,9 @@ MOST_OPERATIONS = 2e10
 # Integration steps in a sample interval that two masses with play take.
 STEPS_WITH_CONTACTS = 20
 Z90 = 1.6449
+# Start values are first guessed at least this share of their range off their bounds: steps of the trust-region reflective
+# method shrink with the distance to a bound, and end there.
+OFF_BOUNDS = 0.05
 # Clocks are off by at most so many standard deviations.
 MOST_SHIFT = 2.0
 
@@ -45,6 +48,12 @@ class Record:
     start_std: np.ndarray
     start_low: np.ndarray
     start_high: np.ndarray
+
+    def off_bounds(self, start: np.ndarray) -> np.ndarray:
+        """Start values (nx,), those at their bounds, or near them, moved off these, so that a fit is not stuck there."""
+        span = self.start_high - self.start_low
+        margin = np.where(np.isfinite(span), OFF_BOUNDS * span, 0.0)
+        return np.clip(start, self.start_low + margin, self.start_high - margin)
 
 
 @dataclass(frozen=True)
@@ -135,7 +144,9 @@ def fit(
         problem.join(low, -reach, [r.start_low for r in records]),
         problem.join(high, reach, [r.start_high for r in records]),
     )
-    shift, starts = (0.0, [r.start for r in records]) if earlier is None else (earlier.shift, earlier.starts)
+    shift, starts = (
+        (0.0, [r.off_bounds(r.start) for r in records]) if earlier is None else (earlier.shift, earlier.starts)
+    )
     guess = np.clip(problem.join(first, shift, starts), *bounds)
     residual, jacobian = problem.evaluate(guess, strict=guess.size > 0)
     if not jacobian[: problem.data_rows].any():  # nothing to fit, or nothing that the data depend on

@@ -1,5 +1,8 @@
 """Fits: known parameters come back, intervals cover, bounds hold."""
 
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -46,6 +49,32 @@ def test_ninety_percent_intervals_cover_the_truth_about_nine_times_in_ten() -> N
         inside += int(np.sum(np.abs(found.values - [0.42, 0.25]) < 1.645 * found.std))
     # 40 intervals at 90 %: fewer than 29 would happen once in a thousand runs; all 40 would be too wide to be useful.
     assert inside >= 29
+
+
+def test_start_values_at_their_bounds_are_searched_from_off_them_unless_a_fit_has_found_them_there(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Friction of two joints that yield both ways, -1 and 1 at first: 219 times the noise was left after five steps."""
+    model, begun, search = arm(), list[np.ndarray](), estimation.least_squares
+
+    def looked_at(residual: Any, guess: np.ndarray, *rest: Any, **options: Any) -> Any:
+        begun.append(guess)
+        return search(residual, guess, *rest, **options)
+
+    monkeypatch.setattr(estimation, "least_squares", looked_at)
+    low, high = START - 1.0, START + np.array([1.0, 1.0, 1.0, np.inf])
+    record = replace(
+        trial(model, 6, 0.0), start=np.array([low[0], high[1], 0.3, low[3]]), start_low=low, start_high=high
+    )
+    first, noise = [0.3, 0.3], np.array([1e-4, 1e-4])
+
+    found = fit(model, [record], noise, first, [0, 0], [2, 2], substeps=2)
+    there = replace(found, starts=(record.start,))
+    fit(model, [record], noise, first, [0, 0], [2, 2], substeps=2, earlier=there)
+
+    np.testing.assert_allclose(begun[0][2:], [low[0] + 0.1, high[1] - 0.1, 0.3, low[3]])
+    np.testing.assert_array_equal(begun[1][2:], record.start)
+    np.testing.assert_allclose(found.starts[0], START, atol=1e-4)
 
 
 def test_parameter_stops_at_its_bound_and_is_reported_there() -> None:
