@@ -9,9 +9,8 @@ from orchestrator.diagnosis.candidates import Candidate
 from orchestrator.diagnosis.evidence import Refit
 from orchestrator.diagnosis.tangent import Block, orthonormal
 
-# A peak that explains this share of what the highest explains is worth a start; so many of them are tried.
+# A peak that explains this share of what the highest explains is worth a start.
 WORTH_A_START = 0.3
-MOST_ELSEWHERE = 3
 
 
 def first_values(stage: Stage, chosen: Sequence[Candidate], nearer: Sequence[Refit] = ()) -> list[np.ndarray]:
@@ -44,28 +43,24 @@ def elsewhere(stage: Stage, found: Refit) -> list[np.ndarray]:
     """Rows of parameters (k,) of a fitted set in which a new effect starts at another point of its grid.
 
     A frequency or a number of periods has many values that explain part of an error, and a fit ends at the nearest. Each peak
-    of what the points explain to first order is a start, but for the one that the fit is at.
+    of what the points explain to first order is a start, the highest first; the one that the fit is at, too, as the fit may
+    have come there with other sizes and stay half a wave off.
     """
     rows, owners = [], np.array(found.effects.owners())
     for k, candidate in enumerate(found.effects.candidates):
         blocks = [block for block in stage.blocks if block.candidate.label == candidate.label]
         if candidate.label in stage.tangent.base.labels or len(blocks) < 2:
             continue
-        own = found.values[owners == k]
-        peaks = _peaks([_gain(block, stage.tangent.error) for block in blocks])
-        span = np.ptp([block.point for block in blocks], axis=0)
-        scale = np.where(span > 0, span, np.inf)
-        peaks.remove(min(peaks, key=lambda i: float(np.max(np.abs(blocks[i].point - own) / scale))))
-        for i in peaks[:MOST_ELSEWHERE]:
+        for values in at_peaks(blocks, stage.tangent.error):
             row = found.values.copy()
-            row[owners == k] = _sizes([blocks[i]], stage.tangent.error)[candidate.label]
+            row[owners == k] = values
             rows.append(row)
     return rows
 
 
 def at_peaks(blocks: Sequence[Block], error: np.ndarray) -> list[np.ndarray]:
     """Parameters (k,) of an effect at each peak of what the points of its grid explain of an error (m,), the best first."""
-    tops = _peaks([_gain(block, error) for block in blocks])[:MOST_ELSEWHERE] if blocks else []
+    tops = _peaks([_gain(block, error) for block in blocks]) if blocks else []
     return [_sizes([blocks[i]], error)[blocks[i].candidate.label] for i in tops]
 
 

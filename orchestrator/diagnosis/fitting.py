@@ -26,6 +26,8 @@ from orchestrator.models.symbolic import SymbolicModel
 # All are fitted roughly, the best few to the end.
 ROUGH = 1e-3
 POLISHED = 3
+# Starts elsewhere that are tried before it is asked whether one of them has led to noise.
+AT_A_TIME = 3
 
 Progress = Callable[[str], None]
 Item = TypeVar("Item")
@@ -218,18 +220,28 @@ class Fitter:
         return self.attempt(Wanted(rest, first, nuisances, tolerance, near=near, settled=True))
 
     def _best_from(self, found: Refit, starts: Sequence[np.ndarray]) -> Refit:
-        chosen, nuisances = found.effects.candidates, found.fit.values[found.size :]
-        tried = self.setting.side_by_side(lambda row: self.attempt(Wanted(chosen, row, nuisances)), starts)
-        return min([found, *(r for r in tried if r is not None)], key=lambda r: r.fit.misfit)
+        """A fitted set, or the same from the start that leaves the least, a few at a time until one leaves but noise."""
+        chosen, nuisances, best = found.effects.candidates, found.fit.values[found.size :], found
+        for first in range(0, len(starts), AT_A_TIME):
+            few = starts[first : first + AT_A_TIME]
+            tried = self.setting.side_by_side(lambda row: self.attempt(Wanted(chosen, row, nuisances, ROUGH)), few)
+            best = min([best, *(r for r in tried if r is not None)], key=lambda r: r.fit.misfit)
+            if best.cost <= NEAR_FLOOR:
+                break
+        return found if best is found else self.closer(best)
 
     def pruned(self, found: Sequence[Refit]) -> list[Refit]:
-        """Sets without the effects that the data do not show beside the others, as far as they were not tried."""
-        tried = {r.labels for r in (*self.setting.trace.refitted, *found)}
+        """Sets without the effects that the data do not show beside the others, as far as they were not tried.
+
+        One that was tried and is less likely than with those effects has gone astray, and is fitted again from their values.
+        """
+        known = sorted((*self.setting.trace.refitted, *found), key=lambda r: -r.half_bic)
+        tried = {r.labels: r.half_bic for r in known}
         smaller: dict[frozenset[str], Wanted] = {}
         for r in sorted(found, key=lambda r: r.half_bic)[:POLISHED]:
             kept = r.without_absent()
             labels = frozenset(c.label for c, _ in kept)
-            if kept and labels not in tried:
+            if kept and labels != r.labels and tried.get(labels, np.inf) > r.half_bic:
                 values = np.concatenate([v for _, v in kept])
                 begun = Begun.of(r.model, r.fit)
                 smaller.setdefault(

@@ -117,6 +117,8 @@ class Searcher:
         found = self.fitter.refit(*proposer.chosen(screened, stage, beam), stage, beam[0].fit.values[beam[0].size :])
         noise = stage.colour.level**2
         found = sorted([*found, *self.fitter.pruned(found)], key=lambda r: half_bic(r, noise, self.trace.choices))
+        likeliest = {r.labels: r for r in reversed(found)}
+        found = [r for r in found if r is likeliest[r.labels]]
         self.trace.refitted += found
         return found
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from fmus.catalogue import find_modelica_model
-from orchestrator.diagnosis.candidates import EffectSet, find_candidates
+from orchestrator.diagnosis.candidates import EffectSet, can_join, find_candidates
 from orchestrator.diagnosis.cards import effect_library
-from orchestrator.diagnosis.evidence import LearningData, Refit, refit
+from orchestrator.diagnosis.evidence import TOLERANCE, LearningData, Refit, refit
 from orchestrator.diagnosis.fitting import Fitter, Setting
 from orchestrator.diagnosis.trace import Trace
 from orchestrator.diagnosis.work import Here, Wanted
@@ -43,6 +43,12 @@ def recorded(effects: EffectSet) -> LearningData:
 def fitter(learning: LearningData) -> Fitter:
     nominal, slots = EffectSet(PENDULUM, (), ["theta"]).model, tuple(free_slots(PENDULUM.compile()))
     return Fitter(Setting(PENDULUM, nominal, slots, learning, Here(), 1, lambda message: None, Trace()))
+
+
+def cogging_of(learning: LearningData, waves: float, tolerance: float = TOLERANCE) -> Refit:
+    """Cogging alone, fitted from another number of waves a turn."""
+    first = [(RIGHT | {"periods": waves})[name] for name in parameters(COGGING)]
+    return refit(COGGING, learning, np.array(first), tolerance=tolerance)
 
 
 def never(left: Refit, whole: Refit) -> bool:
@@ -104,3 +110,43 @@ def test_what_is_left_of_a_set_begins_where_it_did(monkeypatch: pytest.MonkeyPat
         begun = one.near.in_model(EffectSet(PENDULUM, one.candidates, ["theta"]).model, one.first, learning.trials)
         for start, known in zip(begun.starts, found.fit.starts, strict=True):
             np.testing.assert_array_equal(start[:2], known[:2])  # angle and speed
+
+
+def test_what_is_left_without_an_absent_effect_is_fitted_again_if_it_went_astray_by_itself() -> None:
+    """Cogging beside an end stop that the data did not show had the right number of waves, cogging alone had 40 for 25."""
+    learning = recorded(COGGING)
+    astray, right = cogging_of(learning, 23.8), cogging_of(learning, RIGHT["periods"])
+    (drag,) = find_candidates(
+        PENDULUM, PENDULUM.compile(), [c for c in effect_library() if c.id == "viscous_friction"]
+    )[0]
+    beside = can_join(COGGING.candidates, drag, free_slots(PENDULUM.compile()))
+    assert beside is not None
+    both = refit(EffectSet(PENDULUM, [*COGGING.candidates, beside], ["theta"]), learning, np.r_[right.values, 1e-6])
+
+    (again,) = fitter(learning).pruned([both, astray])
+
+    assert not both.is_present() and astray.cost > 2.0 > both.cost
+    assert again.ids == ("cogging",)
+    assert again.cost < 1.0 + 5 * (2 / again.fit.rows) ** 0.5
+    assert fitter(learning).pruned([both, right]) == []
+
+
+def test_other_starts_are_tried_until_one_leaves_but_noise(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of 18 numbers of waves that explained 30 % or more to first order, the fourth led to noise."""
+    learning, tried = recorded(COGGING), list[float]()
+    work = fitter(learning)
+    attempt, place = work.attempt, parameters(COGGING).index("periods")
+
+    def counted(wanted: Wanted) -> Refit | None:
+        tried.append(wanted.first[place])
+        return attempt(wanted)
+
+    monkeypatch.setattr(work, "attempt", counted)
+    lost = cogging_of(learning, 23.8)
+    rows = [np.where(np.arange(3) == place, waves, lost.values) for waves in (40.0, 33.0, 28.0, 16.9, 12.0, 9.0, 6.0)]
+
+    found = work._best_from(lost, rows)
+
+    assert lost.cost > 2.0 and found.cost < 1.0 + 5 * (2 / found.fit.rows) ** 0.5
+    assert tried[:6] == [40.0, 33.0, 28.0, 16.9, 12.0, 9.0]
+    assert len(tried) == 7 and abs(tried[6] - 16.9) < 0.5  # the best one, fitted to the end
