@@ -30,6 +30,8 @@ DEPENDENT = 1e-9
 ROUNDING = 1e-6
 # A parameter is pinned if its standard deviation is less than this share of it.
 PINNED = 0.3
+# A first value is at a bound if it is nearer to it than this share of the typical size.
+AT_BOUND = 1e-9
 # A fit is repeated with shorter steps if they change its misfit by more than one, and by more than this share of it.
 NOTICED = 1e-3
 MOST_FINER = 4
@@ -269,13 +271,15 @@ def _phased(
 def _inside(first: np.ndarray, effects: EffectSet) -> np.ndarray:
     """First values off their bounds, where a fit would be stuck: at the card's typical size if that is off them too.
 
-    A value that is only small against its range, as in a small plant, stays.
+    A value that is only small against its range or its typical size, as in a small plant, stays.
     """
     low, high = effects.bounds()
     span, typical = high - low, effects.first_guess()
-    off = [np.minimum(values - low, high - values) >= 1e-9 * span for values in (first, typical)]
-    inside = np.where(off[1], typical, np.clip(first, low + 0.01 * span, high - 0.01 * span))
-    return np.where(off[0], first, inside)
+    room = np.minimum(typical - low, high - typical)
+    is_off = room >= AT_BOUND * span
+    inside = np.where(is_off, typical, np.clip(first, low + 0.01 * span, high - 0.01 * span))
+    near = AT_BOUND * np.where(is_off, room, span)
+    return np.where(np.minimum(first - low, high - first) >= near, first, inside)
 
 
 def _likeliest(

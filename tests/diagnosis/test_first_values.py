@@ -45,6 +45,23 @@ def test_fit_takes_the_start_from_which_free_runs_are_nearest() -> None:
     assert lost.cost > found.cost + 5 * (2 / found.fit.rows) ** 0.5  # five standard deviations of what noise does to it
 
 
+def test_first_value_that_is_small_against_its_typical_size_is_not_taken_for_its_bound() -> None:
+    """A drag of 4 nN.m.s2 shows on a swinging pendulum; with its typical size, 10 mN.m.s2, none swings, and fits get nowhere."""
+    pendulum, drag = find_modelica_model("pendulum"), 4e-9
+    effects = EffectSet(pendulum, candidates(pendulum, "quadratic_drag"), ["theta"])
+    model, noise = effects.model, np.array([1e-5])
+    nothing, start = np.zeros((len(TIME), len(model.inputs))), np.array([0.5, 0.0])
+    theta = model.compiled.run(TIME, nothing, model.compiled.with_values([drag]), start, substeps=8).outputs
+    measured = theta + noise * np.random.default_rng(1).standard_normal(theta.shape)
+
+    found = refit(
+        effects, LearningData((SmoothedTrial(TIME, nothing, measured, noise),), noise), np.array([0.5 * drag])
+    )
+
+    assert found.cost < 1.0 + 5 * (2 / found.fit.rows) ** 0.5
+    assert found.values[0] == pytest.approx(drag, abs=5 * found.std[0])
+
+
 def test_fit_may_begin_where_an_earlier_one_does_when_the_record_hardly_shows_its_start() -> None:
     """A speed that is off by 0.02 rad/s turns a drive by five periods of a wave too far: rightly sized waves look wrong."""
     drive, true, begins = find_modelica_model("drive"), np.array([3e-3, 0.0, 25.0]), np.array([0.0, -1.2])
