@@ -72,6 +72,11 @@ class Stage:
         self.best = self.library.best(tangent.error, further)
 
     @cached_property
+    def hidden_pair(self) -> BestSet | None:
+        """The pair of which no part shows alone that explains the most."""
+        return self.library.hidden_pair(self.tangent.error) if self.further > 1 and self.blocks else None
+
+    @cached_property
     def flexible(self) -> np.ndarray:
         """Orthonormal answers to flexible forces."""
         response = self.tangent.response

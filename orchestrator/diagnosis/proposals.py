@@ -127,10 +127,16 @@ class Proposer:
             return []  # a set whose residual cannot be simulated with its fitted values leads nowhere
 
     def _whole_sets(self, stage: Stage) -> list[Screened]:
-        """The best sets of two and three further effects to first order, if they score clearly above smaller ones."""
+        """The best sets of two and three further effects to first order, if they score clearly above smaller ones.
+
+        And the best pair that hides behind its parts, if it scores clearly above the best single effect.
+        """
         values = {s.screened.candidates[0].label: s.screened.values for s in self._singles}
-        current, found = stage.tangent.base, list[Screened]()
-        for smaller, larger in pairwise(stage.best):
+        current, found, steps = stage.tangent.base, list[Screened](), list(pairwise(stage.best))
+        hidden = stage.hidden_pair
+        if steps and hidden is not None and all(hidden.blocks != larger.blocks for _, larger in steps):
+            steps.append((stage.best[0], hidden))
+        for smaller, larger in steps:
             labels = [stage.blocks[k].candidate.label for k in larger.blocks]
             if larger.score < smaller.score + CLEARLY or not all(label in values for label in labels):
                 continue

@@ -10,6 +10,8 @@ MOST_EFFECTS = 3
 BEAM = 5
 # A direction of which less than this share is new explains nothing new.
 SEPARATE = 1e-4
+# A pair is more than its parts if it explains so many times what they do.
+HIDDEN = 2.0
 
 
 @dataclass(frozen=True)
@@ -71,6 +73,23 @@ class Library:
             beam = [blocks for _, blocks in ranked[:BEAM]]
             found.append(BestSet(beam[0], tried[beam[0]], -ranked[0][0]))
         return found
+
+    def hidden_pair(self, error: np.ndarray) -> BestSet | None:
+        """The pair that explains the most of those that explain `HIDDEN` times what their blocks do alone, for an error (m,).
+
+        A beam never meets it: an encoder's offset and its scale may each be all but of one shape with the other, and hardly
+        with the error, which they leave none of together.
+        """
+        moments = np.r_[self.stacked.T @ error, 0.0]
+        alone, best = self._extension(()).gains(moments), None
+        for k in range(len(self.sizes)):
+            gains = self._extension((k,)).gains(moments)
+            gains[gains < HIDDEN * (alone[k] + alone)] = -np.inf
+            other = int(np.argmax(gains))
+            if np.isfinite(gains[other]) and (best is None or gains[other] > best.gain):
+                blocks, gain = (min(k, other), max(k, other)), float(gains[other])
+                best = BestSet(blocks, gain, self._score(blocks, gain))
+        return best
 
     def _score(self, blocks: tuple[int, ...], gain: float) -> float:
         return score(gain, int(self.sizes[list(blocks)].sum()), self.distinct, len(blocks))

@@ -32,6 +32,23 @@ def test_best_pair_is_the_one_that_trying_all_pairs_finds() -> None:
     assert best.gain == pytest.approx(pairs[best.blocks])
 
 
+def test_pair_of_which_no_part_shows_alone_is_found_where_a_beam_goes_past_it() -> None:
+    """`a` and `b` are nearly one shape; the error is what they differ by, and six others show more of it alone."""
+    common, beside, own = np.eye(40)[:3]
+    bases = [common + 0.1 * own, common - 0.1 * own]
+    bases += [own + (1.0 + 0.1 * k) * beside + np.eye(40)[10 + k] for k in range(6)]
+    found = Library([orthonormal(each[:, None]) for each in bases], list("abcdefgh"))
+    error = 20.0 * own
+
+    hidden = found.hidden_pair(error)
+
+    assert hidden is not None
+    assert hidden.blocks == (0, 1)
+    assert hidden.gain == pytest.approx(400.0)
+    assert found.best(error, 2)[1].blocks != (0, 1)
+    assert found.hidden_pair(20.0 * orthonormal(bases[0][:, None])[:, 0]) is None
+
+
 def test_two_points_of_one_candidate_never_stand_together() -> None:
     found, bases = library()
     error = bases[3][:, 0] * 9 + bases[4][:, 0] * 9
