@@ -123,14 +123,17 @@ class Searcher:
         return found
 
     def _best(self, found: Sequence[Refit], base: Refit, stage: Stage) -> Refit | None:
-        """The likeliest set that is better than the tested one, and against which nothing speaks."""
+        """The likeliest set that is better than the tested one, and against which nothing speaks, nor against what it is at last:
+        without an effect that it does not need, cogging may be a hardening spring in disguise."""
         noise = stage.colour.level**2
         bound = half_bic(base, noise, self.trace.choices)
-        better = [r for r in found if half_bic(r, noise, self.trace.choices) < bound]
-        best = next((r for r in better if r.is_present() and not self.trace.objection(r)), None)
-        if best is None:
-            return None
-        return self._kept(self.simplified(self.fitter.along_valleys(self.fitter.put_back(best)), noise))
+        for r in found:
+            if half_bic(r, noise, self.trace.choices) >= bound or not r.is_present() or self.trace.objection(r):
+                continue
+            best = self._kept(self.simplified(self.fitter.along_valleys(self.fitter.put_back(r)), noise))
+            if best.is_present() and not self.trace.objection(best):
+                return best
+        return None
 
     def _kept(self, found: Refit) -> Refit:
         """A fitted set, which is in the trace from now on."""
@@ -282,13 +285,17 @@ class Searcher:
         return stage
 
     def _nested(self, last: Refit) -> list[Accepted]:
-        """The path to the last set, in which each step adds an effect to the one before as far as that was tried."""
+        """The path to the last set, in which each step adds an effect to the one before as far as that was tried.
+
+        The referee may stop at any step, so that none is another law in disguise.
+        """
         if not last.ids:
             return []
         nested = [last]
         while len(nested[0].ids) > 1:
             labels = nested[0].labels
             inside = [r for r in self.trace.refitted if len(r.ids) == len(labels) - 1 and r.labels < labels]
+            inside = [r for r in inside if not r.pressed()]
             if not inside:
                 break
             nested.insert(0, min(inside, key=lambda r: r.half_bic))

@@ -3,6 +3,7 @@
 A cubic spring is followed by cogging of the fewest waves that it has, and less well by other effects of the library.
 """
 
+from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
@@ -13,6 +14,7 @@ from orchestrator.diagnosis.candidates import EffectSet, find_candidates
 from orchestrator.diagnosis.cards import effect_library
 from orchestrator.diagnosis.confusion import HOPELESS, MOST_RIVALS, disguise, near_in_either, reach
 from orchestrator.diagnosis.evidence import Refit
+from orchestrator.diagnosis.search import Searcher
 from orchestrator.models.estimation import Fit
 
 ROWS = 1000
@@ -64,3 +66,35 @@ def test_a_set_as_far_behind_as_another_metric_moves_the_best_one_may_be_its_riv
 
     assert near_in_either(BEST, same, [BEST, other], 1.0, 20) == ([1] if is_near else [])
     assert len(near_in_either(BEST, same, [BEST, *9 * [other]], 1.0, 20)) == (MOST_RIVALS if is_near else 0)
+
+
+IN_DISGUISE = fitted(("cogging", "sensor_lag"), 1.1 * ROWS, "periods")
+PLAINER = fitted(("saturation", "sensor_lag"), 1.4 * ROWS)
+WHOLE = fitted(("cogging", "saturation", "sensor_lag"), ROWS)
+
+
+@pytest.fixture
+def search(monkeypatch: pytest.MonkeyPatch) -> Searcher:
+    """A search in which nothing speaks against a set but that it is another law in disguise."""
+    made = Searcher(BASE, cast(Any, None), (), (), cast(Any, None), 1, print)
+    monkeypatch.setattr(made.trace, "p_value", lambda found: 0.0)
+    monkeypatch.setattr(made.trace, "objection", lambda found: "in disguise" if found.pressed() else "")
+    for name in ("put_back", "along_valleys"):
+        monkeypatch.setattr(made.fitter, name, lambda found: found)
+    return made
+
+
+def test_set_that_is_a_disguise_without_what_it_does_not_need_is_passed_over(
+    search: Searcher, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(search, "simplified", lambda found, noise: IN_DISGUISE if found is WHOLE else found)
+    stage = cast(Any, SimpleNamespace(colour=SimpleNamespace(level=1.0)))
+
+    assert search._best([WHOLE, PLAINER], fitted(("tremor",), 3 * ROWS), stage) is PLAINER
+    assert any(known is IN_DISGUISE for known in search.trace.refitted)
+
+
+def test_no_step_of_a_path_is_a_law_in_disguise(search: Searcher) -> None:
+    search.trace.refitted += [IN_DISGUISE, PLAINER, fitted(("sensor_lag",), 2 * ROWS)]
+
+    assert [entry.refit.ids for entry in search._nested(WHOLE)] == [("sensor_lag",), PLAINER.ids, WHOLE.ids]
