@@ -29,7 +29,8 @@ Written by `{command}`, which also drew the pictures; no figure below is written
 A separate simulator (`tests/benchmarks/diagnosis/truth`: plain C, MuJoCo for linked bodies) makes six trials of each
 case, four to learn from and two held out; `misfit diagnose` sees the recordings only. ENR is the effect's size: rms of
 what it changes in a free run from the true start, over the rms of what sensor noise and carried input noise leave there.
-Pairs and triples that a smaller set imitates to an ENR below 0.5 are drawn again: no record tells them from that set.
+Pairs and triples that a smaller set imitates to an ENR below 0.5 are drawn again, and so is what is in no library and yet
+imitated by a library effect: no record tells them apart.
 Shares come with Wilson's 95 % interval in brackets. "Class" accepts a declared group of at most three effects. A run
 that fails or takes too long is a wrong answer, and an alarm where nothing is missing. A target reads "at least / aim";
 "not certain" means that the interval holds values on both sides of "at least".

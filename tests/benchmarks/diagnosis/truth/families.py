@@ -31,7 +31,8 @@ TOLERANCE = 0.05
 TRIALS = 6
 SINGLE_ENR = (10.0, 3.0, 30.0, 1.0)
 SET_ENR = (10.0, 3.0, 30.0)
-# What a set does beyond any smaller one, each of its effects in any size: with less, no record tells that there are so many.
+# What a set does beyond any smaller one, or what is in no library beyond any of its effects, each in any size: with less, no
+# record tells that there is more.
 LEAST_BEYOND = 0.5
 CONFUSED_SHARE = 0.3
 
@@ -98,10 +99,8 @@ def draw_case(wish: Wish) -> Drawn:
         effect, size = hidden_effect(context, hidden, recorder.std)
         injections = [effect(size)]
     elif wish.family == "O":
-        kind = _choose(FOREIGN[machine.name], wish)
-        found, enr = sized_to(FOREIGN[machine.name][kind](context), _enr(wish, SET_ENR), yardstick)
+        kind, found, enr, left = _outside(context, wish, yardstick)
         injections, each = [found], [enr]
-        left = left_by_library(context, EFFECTS[machine.name], found, yardstick)
     else:
         for name in _names(wish, machine, random):
             wanted = _enr(wish, SINGLE_ENR if wish.family == "S" else SET_ENR)
@@ -112,6 +111,21 @@ def draw_case(wish: Wish) -> Drawn:
     return Drawn(
         wish, machine, plans, tuple(injections), recorder, yardstick.noise, changed, total, tuple(each), kind, left
     )
+
+
+def _outside(context: Context, wish: Wish, yardstick: Yardstick) -> tuple[str, Injection, float, float]:
+    """An effect of no library, its kind and ENR, and the ENR that no library effect imitates, which a record should show."""
+    name = context.machine.name
+    first = _choose(FOREIGN[name], wish)
+    best = ("", Injection("", "", {}), 0.0, -1.0)
+    for kind in (first, *(other for other in sorted(FOREIGN[name]) if other != first and not wish.effects)):
+        found, enr = sized_to(FOREIGN[name][kind](context), _enr(wish, SET_ENR), yardstick)
+        best = max(
+            best, (kind, found, enr, left_by_library(context, EFFECTS[name], found, yardstick)), key=lambda b: b[3]
+        )
+        if best[3] >= LEAST_BEYOND:
+            break
+    return best
 
 
 def _enr(wish: Wish, cycle: tuple[float, ...]) -> float:

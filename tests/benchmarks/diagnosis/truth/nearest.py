@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from scipy.optimize import nnls
 
 from tests.benchmarks.diagnosis.truth.context import Context, Sized
 from tests.benchmarks.diagnosis.truth.library import Draw
@@ -21,15 +22,15 @@ ROUNDS = 4
 
 def left_by_library(context: Context, library: Mapping[str, Draw], true: Injection, yardstick: Yardstick) -> float:
     """ENR of what is left of `true` beside the library effect that comes nearest: an effect that none imitates keeps its own."""
-    few = yardstick.of_first(TRIALS)
+    few = yardstick.where_most([true], TRIALS)
     wanted = few.change([true])
     left = [_rms(wanted)]
     for name, draw in library.items():
         columns = [c for c in (_column(draw(context), few, left[0]) for _ in range(DRAWS)) if c is not None]
         for together in [[c] for c in columns] if name in SHAPED else [columns] if columns else []:
-            beside = np.column_stack(together)
-            amounts, *_ = np.linalg.lstsq(beside, wanted, rcond=1e-6)
-            left.append(_rms(wanted - beside @ amounts))
+            # None of an effect is less than none: friction that drives is no friction.
+            _, norm = nnls(np.column_stack(together), wanted)
+            left.append(norm / len(wanted) ** 0.5)
     return min(left)
 
 

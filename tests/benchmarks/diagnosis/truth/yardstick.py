@@ -1,6 +1,6 @@
 """How large an effect is against the noise, once what free start values could explain is taken out of both."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -45,9 +45,11 @@ class Yardstick:
         noise = scale * np.sqrt(1 + carried)
         return Yardstick(machine, tuple(plans), noise, scale, bases)
 
-    def of_first(self, trials: int) -> "Yardstick":
-        """The same for the first trials only."""
-        return replace(self, plans=self.plans[:trials], bases=self.bases[:trials])
+    def where_most(self, injections: Sequence[Injection], trials: int) -> "Yardstick":
+        """The same for a few trials only, those in which effects do the most."""
+        done = [np.sum(change**2) for change in self._changes(injections)]
+        chosen = sorted(np.argsort(done)[-trials:])
+        return replace(self, plans=tuple(self.plans[k] for k in chosen), bases=tuple(self.bases[k] for k in chosen))
 
     def enr(self, injections: Sequence[Injection]) -> float:
         """ENR: rms over trials and signals of (run with the effects - nominal free run) / noise."""
@@ -55,13 +57,13 @@ class Yardstick:
 
     def change(self, injections: Sequence[Injection]) -> np.ndarray:
         """What effects do, over the noise and beside what start values can do: samples of all trials and signals."""
-        parts = []
+        return np.concatenate(list(self._changes(injections)))
+
+    def _changes(self, injections: Sequence[Injection]) -> Iterator[np.ndarray]:
         for plan, basis in zip(self.plans, self.bases, strict=True):
             run = run_trial(self.machine, plan, injections)
             change = run.outputs - nominal_run(self.machine, run, run.recorded)
-            left = _left(self.machine, change, self.scale, basis) * self.scale / self.noise
-            parts.append(left.ravel())
-        return np.concatenate(parts)
+            yield (_left(self.machine, change, self.scale, basis) * self.scale / self.noise).ravel()
 
 
 def _stride(machine: Machine) -> int:
