@@ -2,6 +2,7 @@
 
 import zlib
 from dataclasses import dataclass, field
+from itertools import product
 
 import numpy as np
 
@@ -114,16 +115,18 @@ def draw_case(wish: Wish) -> Drawn:
 
 
 def _outside(context: Context, wish: Wish, yardstick: Yardstick) -> tuple[str, Injection, float, float]:
-    """An effect of no library, its kind and ENR, and the ENR that no library effect imitates, which a record should show."""
-    name = context.machine.name
+    """An effect of no library, its kind and ENR, and the ENR that no library effect imitates, which a record must show."""
+    name, wanted = context.machine.name, _enr(wish, SET_ENR)
     first = _choose(FOREIGN[name], wish)
+    kinds = (first, *(other for other in sorted(FOREIGN[name]) if other != first and not wish.effects))
+    larger = [enr for enr in sorted(SET_ENR) if enr > wanted and wish.enr is None]
     best = ("", Injection("", "", {}), 0.0, -1.0)
-    for kind in (first, *(other for other in sorted(FOREIGN[name]) if other != first and not wish.effects)):
-        found, enr = sized_to(FOREIGN[name][kind](context), _enr(wish, SET_ENR), yardstick)
-        best = max(
-            best, (kind, found, enr, left_by_library(context, EFFECTS[name], found, yardstick)), key=lambda b: b[3]
-        )
-        if best[3] >= LEAST_BEYOND:
+    for size, kind in product((wanted, *larger), kinds):
+        found, enr = sized_to(FOREIGN[name][kind](context), size, yardstick)
+        left = left_by_library(context, EFFECTS[name], found, yardstick)
+        if left > best[3]:
+            best = (kind, found, enr, left)
+        if left >= LEAST_BEYOND:
             break
     return best
 
