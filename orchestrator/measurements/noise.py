@@ -91,11 +91,7 @@ def estimated_noise(values: Array) -> float:
         Standard deviation in the unit of `values`, too high where the signal is not smooth from
         sample to sample; 0 only for a record that never changes and so says nothing.
     """
-    order = min(_ORDER, len(values) - 1)
-    gain = math.sqrt(math.comb(2 * order, order))
-    residual = np.diff(values, n=order) / gain
-    spread = float(np.median(np.abs(residual))) / _MEDIAN_OF_UNIT_NORMAL
-    return max(spread, _finest_step(values) * _UNIFORM_STD)
+    return max(_spread(values), _finest_step(values) * _UNIFORM_STD)
 
 
 def recorded_noise(records: Sequence[Array]) -> Noise:
@@ -104,14 +100,15 @@ def recorded_noise(records: Sequence[Array]) -> Noise:
     The spectrum above the motion says what colour the noise has; where there is none, or impacts and steps fill it, noise
     counts as white and of the level that differences of neighbouring samples show, the median over the trials.
     """
-    levels = [level for level in map(estimated_noise, records) if level > 0.0]
+    step = _finest_step(*records) if records else 0.0
+    levels = [max(_spread(values), step * _UNIFORM_STD) for values in records if np.ptp(values) > 0.0]
+    levels = [level for level in levels if level > 0.0]
     if not levels:
         return Noise(0.0)
     level = float(np.median(levels))
     found = noise_of_records(records)
     if found is None or found.fast > IMPACTS * level or _is_too_slow(found, records):
         return Noise(level)
-    step = min((step for step in map(_finest_step, records) if step > 0.0), default=0.0)
     return found.scaled(max(found.std, step * _UNIFORM_STD))
 
 
@@ -136,7 +133,7 @@ def measurement_noise(
         note asks for a declaration.
     """
     stated = declared_noise(sensors, unit, column) or None
-    record = recorded_noise(records)
+    record = recorded_noise([r for r in records if not (drives and _switches(r))])
     shown_std = record.std or None
     clock = clock_jitter(records)
     if stated is not None and clock is not None:
@@ -233,15 +230,29 @@ def _is_too_slow(noise: Noise, records: Sequence[Array]) -> bool:
     return False
 
 
-def _finest_step(values: Array) -> float:
-    """The resolution of a record, 0 if it shows none: the smallest step, or difference of neighbouring steps, of which nearly
-    all steps are multiples.
+def _spread(values: Array) -> float:
+    """Standard deviation of white noise with such differences of neighbouring samples as most of a record has."""
+    order = min(_ORDER, len(values) - 1)
+    gain = math.sqrt(math.comb(2 * order, order))
+    residual = np.diff(values, n=order) / gain
+    return float(np.median(np.abs(residual))) / _MEDIAN_OF_UNIT_NORMAL
+
+
+def _switches(values: Array) -> bool:
+    """Whether a record goes to and fro between two values, at each of which it stays: its steps say nothing of a resolution."""
+    return len(np.unique(values)) == 2 and _spread(values) == 0.0
+
+
+def _finest_step(*records: Array) -> float:
+    """The resolution of records of one column, 0 if they show none: the smallest step, or difference of neighbouring steps, of
+    which nearly all steps are multiples.
 
     Whatever moves almost evenly makes steps of three counts, say, and now and then one of four: the difference is one count.
+    A square wave has steps of one size, of which those of another record are no multiples.
     """
-    changes = np.diff(values)
-    steps, both = np.abs(changes), np.abs(np.r_[changes, np.diff(changes)])
-    least = _ROUNDING * np.max(np.abs(values))
+    changes = np.concatenate([np.diff(values) for values in records])
+    steps, both = np.abs(changes), np.abs(np.concatenate([changes, *(np.diff(values, n=2) for values in records)]))
+    least = _ROUNDING * max(float(np.max(np.abs(values))) for values in records)
     real, both = steps[steps > least], both[both > least]
     if not real.size:
         return 0.0

@@ -148,6 +148,18 @@ def test_steps_of_any_size_are_a_command_and_no_resolution() -> None:
     assert estimated_noise(np.round(steps, 1)) == pytest.approx(0.1 / np.sqrt(12))
 
 
+def test_a_square_wave_beside_other_commands_is_exact() -> None:
+    """Trials of a recommended experiment switch commands: their one step is no resolution of the steps elsewhere."""
+    random = np.random.default_rng(3)
+    staged = [np.repeat(random.uniform(0.05, 0.6, 8), 60) for _ in range(3)]
+    square = np.tile(np.repeat([0.06, 0.59], 60), 4)
+    stair = np.tile(np.repeat([0.1, 0.3, 0.5], 60), 3)
+
+    assert measurement_noise("u", "1", [*staged, square], {}, drives=True).std == 0.0
+    assert measurement_noise("u", "1", [*staged, stair], {}, drives=True).std == 0.0
+    assert measurement_noise("u", "1", [square, square], {}, drives=True).std == 0.0
+
+
 def test_steps_of_a_constant_speed_are_no_resolution() -> None:
     """A shaft at 4 rad/s moves 0.016 rad from one sample to the next: its encoder may be a thousand times finer."""
     time, random = np.arange(2000) / 250, np.random.default_rng(4)
