@@ -12,6 +12,7 @@ from orchestrator.diagnosis.excitation import blind_sites, is_at_rest
 from orchestrator.diagnosis.ranking import rank
 from orchestrator.diagnosis.referee import Referee, Refereed
 from orchestrator.diagnosis.result import Diagnosis, HeldOut, Odds, Verdict
+from orchestrator.diagnosis.room import Rooms
 from orchestrator.diagnosis.search import Searcher
 from orchestrator.diagnosis.verdict import Left, decide, reducible_removed
 
@@ -48,7 +49,8 @@ def conclude(
     stage = first if best is None else searcher.test_of(best)
     left = _left(first, stage, refereed, declared)
     scale = stage.colour.scale
-    like = () if best is None else rivals(best, trace.refitted, scale, _odds(referee, best, scale))
+    rooms = Rooms(best, searcher.learning, scale)
+    like = () if best is None else rivals(best, trace.refitted, scale, _odds(referee, best, scale), rooms)
     blind, confusable = blind_sites(first, searcher.candidates), groups(like)
     odds = tuple(Odds(r.replaced, r.by, r.odds) for r in like if r.by != r.replaced)
     # What a simpler law holds of a larger one is there, whatever excitation the rest of that needs.
@@ -87,6 +89,7 @@ def conclude(
             *_on_what_is_left(verdict, left, stage, best, other_law),
             *_on_parameters(verdict, searcher.learning.nuisances.names),
             *(map(str, odds) if open_class else ()),
+            *(rooms.hidden({(r.replaced, r.by) for r in like}) if named else ()),
             *(missing if verdict == "cannot_tell" else ()),
         ),
         next_experiment={"effects": list(confusable[0]), "do": experiments[confusable[0][0]]}

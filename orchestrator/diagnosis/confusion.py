@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from orchestrator.diagnosis.candidates import Candidate
 from orchestrator.diagnosis.evidence import Refit
 from orchestrator.diagnosis.nested import MATTERS, holds, rest_share, unpinned
 from orchestrator.diagnosis.subsets import log_sets
@@ -35,14 +36,21 @@ class Rival:
     holds_it: bool = False
 
 
-def rivals(best: Refit, tried: Sequence[Refit], scale: float, held_out: Callable[[Refit], float]) -> tuple[Rival, ...]:
+def rivals(
+    best: Refit,
+    tried: Sequence[Refit],
+    scale: float,
+    held_out: Callable[[Refit], float],
+    room_for: Callable[[Refit, Candidate, Candidate], float | None] = lambda other, old, by: None,
+) -> tuple[Rival, ...]:
     """Sets of equal size that differ from the best one in one effect and that the data do not rule out.
 
     The odds are exp(difference of BIC / 2), the misfit counted in units of `scale`, by which what is left differs from
     white noise of the declared level, times the odds that held-out trials give, whose logarithm `held_out` returns for a
-    set. Several sites of one effect count once. A law that holds the one in its place, and more, pays nothing for parameters
-    that the data leave free, as they take no noise away; it is at most as likely as the simpler law, and none of its own where
-    the rest is too small to matter.
+    set. Several sites of one effect count once. A law that holds the one in its place, and more, is at most as likely as the
+    simpler law, and none of its own where the rest is too small to matter. Nor does it hang on one fit where `room_for` tells
+    how likely it is with all that its rest may be; where that is None, it pays nothing for parameters that the data leave
+    free, as they take no noise away.
     """
     found: dict[tuple[str, str], Rival] = {}
     own = {c.label: c for c in best.effects.candidates}
@@ -53,20 +61,23 @@ def rivals(best: Refit, tried: Sequence[Refit], scale: float, held_out: Callable
             continue
         old, by = own[gone.pop()], new[come.pop()]
         pair = (old.card.id, by.card.id)
+        rest = rest_share(other, by, old.card) if old.site == by.site and holds(by.card, old.card) else np.nan
+        room = None if np.isnan(rest) else room_for(other, old, by)
+        if rest < MATTERS and room is None:
+            continue
         # Of equal size, they pay the same for the number of sets.
         behind = half_bic(other, scale, len(own)) - half_bic(best, scale, len(own))
         limit, least = DECISIVE if other.size <= best.size else PARSIMONIOUS, 0.0
-        nested = old.site == by.site and holds(by.card, old.card)
-        rest = rest_share(other, by, old.card) if nested else np.nan
-        if rest < MATTERS:
-            continue
-        holds_it = bool(rest >= MATTERS)
+        holds_it = not np.isnan(rest)
         if holds_it:
-            behind -= 0.5 * unpinned(other, by, old.card) * float(np.log(other.fit.rows))
             limit, least = DECISIVE, 1.0
-        if behind >= np.log(HOPELESS):
-            continue
-        odds = max(float(np.exp(np.clip(behind + held_out(other), -50, 50))), least)
+        if holds_it and room is None:
+            behind -= 0.5 * unpinned(other, by, old.card) * float(np.log(other.fit.rows))
+        hopeless = behind >= np.log(HOPELESS) or rest < MATTERS
+        behind = np.inf if hopeless else behind + held_out(other)
+        if room is not None:
+            behind = min(behind, -float(np.log(room)))
+        odds = max(float(np.exp(np.clip(behind, -50, 50))), least)
         if odds < limit and (pair not in found or odds < found[pair].odds):
             found[pair] = Rival(other, *pair, odds, holds_it)
     return tuple(sorted(found.values(), key=lambda rival: rival.odds))

@@ -61,6 +61,34 @@ def at_least(found: Refit, larger: Candidate, smaller: EffectCard) -> np.ndarray
     return np.asarray(np.clip(values, low, high))
 
 
+def rest_parts(found: Refit, larger: Candidate, smaller: EffectCard) -> tuple[np.ndarray, np.ndarray]:
+    """Places of what a law has beyond a simpler one in a set's parameters: sizes, whose unit both share, and shapes."""
+    own, rest = _own(found, larger), _rest(found, larger, smaller)
+    units = np.array([v.unit for v in found.effects.variables])
+    sized = np.isin(units, units[own & ~rest])
+    return np.flatnonzero(rest & sized), np.flatnonzero(rest & ~sized)
+
+
+def with_simpler(best: Refit, other: Refit, old: Candidate, by: Candidate) -> tuple[np.ndarray, np.ndarray]:
+    """Values (k,) of a set with the law `by` in which that is the simpler law `old` of the best set, and nothing else; and
+    sizes (k,) of the rest that are those of the simpler law, element by element."""
+    known = {
+        (best.effects.candidates[owner].label, _own_name(best, k)): best.values[k]
+        for k, owner in enumerate(best.effects.owners())
+    }
+    values, sizes = other.values.copy(), np.zeros(other.size)
+    for k, owner in enumerate(other.effects.owners()):
+        label = other.effects.candidates[owner].label
+        values[k] = known.get((old.label if label == by.label else label, _own_name(other, k)), values[k])
+    rest, _ = rest_parts(other, by, old.card)
+    shared = np.setdiff1d(np.flatnonzero(_own(other, by)), rest)
+    by_element = {(other.effects.variables[k].unit, _element(other, k)): values[k] for k in map(int, shared)}
+    for k in map(int, rest):
+        values[k] = other.effects.card_parameters[k].absent
+        sizes[k] = by_element.get((other.effects.variables[k].unit, _element(other, k)), 0.0)
+    return values, sizes
+
+
 def unpinned(found: Refit, larger: Candidate, smaller: EffectCard) -> int:
     """Number of parameters of the rest that the data do not pin: what could be anything lowers no misfit by chance."""
     loose = ~(found.std < PINNED * np.abs(_away(found)))
@@ -82,6 +110,15 @@ def starts(larger: EffectSet, known: Mapping[str, float]) -> Iterator[np.ndarray
     for size, shape in product(SIZES, SHAPES):
         rest = [size * sizes[unit] if unit in sizes else shape * first for _, unit, first in rows]
         yield np.clip([known.get(name, value) for (name, _, _), value in zip(rows, rest, strict=True)], low, high)
+
+
+def _own_name(found: Refit, k: int) -> str:
+    return found.effects.variables[k].name.removeprefix(f"{found.effects.candidates[found.effects.owners()[k]].slot}.")
+
+
+def _element(found: Refit, k: int) -> str:
+    """Subscript of a parameter, as `[2]`."""
+    return _own_name(found, k).removeprefix(found.effects.card_parameters[k].name)
 
 
 def _own(found: Refit, candidate: Candidate) -> np.ndarray:

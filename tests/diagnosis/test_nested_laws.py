@@ -10,7 +10,7 @@ from orchestrator.diagnosis.candidates import EffectSet, find_candidates
 from orchestrator.diagnosis.cards import effect_library
 from orchestrator.diagnosis.confusion import rivals
 from orchestrator.diagnosis.evidence import Refit
-from orchestrator.diagnosis.nested import at_least, holds, rest_share, starts, unpinned
+from orchestrator.diagnosis.nested import at_least, holds, rest_share, starts, unpinned, with_simpler
 from orchestrator.models.estimation import Fit
 
 CARDS = {(card.id, card.variant): card for card in effect_library()}
@@ -83,6 +83,51 @@ def test_friction_that_may_be_larger_near_rest_is_listed_beside_coulomb_friction
 
     assert [(r.by, r.holds_it) for r in found] == ([] if odds is None else [("stribeck_friction", True)])
     assert [r.odds for r in found] == ([] if odds is None else [pytest.approx(odds)])
+
+
+@pytest.mark.parametrize(
+    ("room", "extra", "odds"),
+    [
+        (0.01, 2.0, None),  # the fit does not rule the rest out, and it could hide in next to no samples only
+        (0.25, 2.0, 4.0),
+        (0.25, 0.01, 4.0),  # a fit that went astray
+        (30.0, 2.0, 1.0),  # no likelier than the simpler law
+    ],
+)
+def test_where_the_record_tells_how_much_room_a_rest_has_its_own_fit_does_not_count(
+    room: float, extra: float, odds: float | None
+) -> None:
+    plain = fitted("coulomb_friction", [1.0], [0.01])
+    other = fitted("stribeck_friction", [1.0, 0.0, 0.2], [0.01, extra, 0.4], ROWS - 1.0)
+
+    found = rivals(plain, [plain, other], 1.0, lambda _: 0.0, lambda *_: room)
+
+    assert [r.odds for r in found] == ([] if odds is None else [pytest.approx(odds)])
+
+
+def test_simpler_law_in_a_larger_one_keeps_its_values_and_gives_the_rest_its_size() -> None:
+    """Element by element: of two joints, one has no friction."""
+    base = find_modelica_model("two-mass")
+    both = find_candidates(base, base.compile(), [COULOMB, STRIBECK])[0]
+    fits = []
+    for card, values in ((COULOMB, [0.0, 3.0]), (STRIBECK, [1.0, 1.0, 2.0, 2.0, 0.4])):
+        effects = EffectSet(base, [c for c in both if c.card.id == card.id][:1], ("phi1", "phi2"))
+        std = np.ones(len(values))
+        fit = Fit(np.array(values), std, (), 1.0, std > 2, ROWS, correlation=np.diag(std))
+        fits.append(Refit(effects, cast(Any, None), (), fit, 1))
+    best, other = fits
+
+    values, sizes = with_simpler(best, other, best.effects.candidates[0], other.effects.candidates[0])
+
+    assert [v.name.split(".")[1] for v in other.effects.variables] == [
+        "tauC[1]",
+        "tauC[2]",
+        "tauExtra[1]",
+        "tauExtra[2]",
+        "vS",
+    ]
+    np.testing.assert_array_equal(values, [0.0, 3.0, 0.0, 0.0, 0.4])
+    np.testing.assert_array_equal(sizes, [0.0, 0.0, 0.0, 3.0, 0.0])
 
 
 def test_fits_of_the_larger_law_begin_about_the_simpler_one() -> None:
