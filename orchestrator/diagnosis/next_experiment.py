@@ -305,10 +305,15 @@ def _refitted(members: Sequence[Explanation], experiment: Experiment, learning: 
 
 
 def _imitated(target: Explanation, other: Explanation, experiment: Experiment, learning: LearningData) -> float:
-    """Mean squared distance that is left when `other` imitates a record of `target` as well as a diagnosis lets it."""
+    """Mean squared distance that is left when `other` imitates a record of `target` as well as a diagnosis lets it.
+
+    That is no more than before a refit, which may lose its way along a motion that runs away.
+    """
     shift = Prior(np.zeros(len(other.values)), np.full(len(other.values), np.inf), learning.nuisances.shift_std)
+    metric = _metric(learning, len(experiment.time))
     try:
         wanted = _run(target, experiment, learning)
+        as_it_is = float(np.mean(metric(_run(other, experiment, learning) - wanted) ** 2))
         trial = SmoothedTrial(experiment.time, experiment.inputs, wanted, learning.trials[0].noise)
         with np.errstate(all="ignore"):  # what a poor imitation says of its own accuracy may overflow
             found = fit(
@@ -320,12 +325,12 @@ def _imitated(target: Explanation, other: Explanation, experiment: Experiment, l
                 other.high,
                 substeps=2,
                 prior=shift,
-                reduce=_metric(learning, len(wanted)),
+                reduce=metric,
                 tolerance=1e-3,
             )
     except MisfitError:
         return 0.0
-    return found.misfit / found.rows
+    return min(found.misfit / found.rows, as_it_is)
 
 
 def _worth(separation: float, experiment: Experiment, learning: LearningData) -> float:

@@ -10,12 +10,14 @@ from scipy.stats import norm
 
 from fmus.catalogue import ModelicaModel, find_modelica_model
 from fmus.symbolic.system import Variable
+from orchestrator.diagnosis import next_experiment
 from orchestrator.diagnosis.candidates import EffectSet, find_candidates, model_of
 from orchestrator.diagnosis.cards import effect_library
 from orchestrator.diagnosis.evidence import LearningData
 from orchestrator.diagnosis.menu import menu
 from orchestrator.diagnosis.next_experiment import HOPELESS, INSEPARABLE, Explanation, plan
 from orchestrator.diagnosis.nuisances import Nuisances
+from orchestrator.models.estimation import Fit
 from orchestrator.models.smoothing import SmoothedTrial
 
 DRIVE, MUSCLE, TANKS = (find_modelica_model(name) for name in ("drive", "muscle", "tanks"))
@@ -70,6 +72,18 @@ def test_two_names_of_one_effect_are_not_separated_by_anything() -> None:
     assert found is not None
     # Refitting makes them equal up to the accuracy of the fit, far below the noise.
     assert found.separation < 1e-2
+
+
+def test_refit_that_loses_its_way_separates_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An offset of a force sensor and a constant force are one in any record; a refit along an arm that runs away left 1.8."""
+    lost = Fit(np.array([0.5]), np.ones(1), (), 1.8, np.zeros(1, bool), len(TIME), correlation=np.eye(1))
+    monkeypatch.setattr(next_experiment, "fit", lambda *_, **__: lost)
+    members = [explanation("viscous_friction", [0.05]), explanation("viscous_friction", [0.05])]
+
+    found = plan(members, learning(0.05 * np.sin(2 * TIME)))
+
+    assert found is not None
+    assert found.separation == 0.0
 
 
 def test_experiments_stay_within_the_inputs_that_were_seen() -> None:
