@@ -57,3 +57,11 @@ def test_other_paths_are_followed_where_what_is_left_is_neither_noise_nor_an_imp
 
     assert leaves_another(given, found, 1.0) is is_so
     assert not leaves_another(given, found, 2.0 * last)
+
+
+def test_largest_set_that_leaves_more_than_noise_has_grown_along_a_wrong_path() -> None:
+    given, whole = fitted(("passive_stiffness",), 1e4 * ROWS), ("cogging", "saturation", "sensor_lag")
+
+    assert leaves_another(given, fitted(whole, 1.5 * ROWS), 1.0)
+    assert not leaves_another(given, fitted(whole, 1.2 * ROWS), 1.0)
+    assert not leaves_another(given, fitted(whole[1:], 1.5 * ROWS), 1.0)
