@@ -48,9 +48,9 @@ def rivals(
     The odds are exp(difference of BIC / 2), the misfit counted in units of `scale`, by which what is left differs from
     white noise of the declared level, times the odds that held-out trials give, whose logarithm `held_out` returns for a
     set. Several sites of one effect count once. A law that holds the one in its place, and more, is at most as likely as the
-    simpler law, and none of its own where the rest is too small to matter. Nor does it hang on one fit where `room_for` tells
-    how likely it is with all that its rest may be; where that is None, it pays nothing for parameters that the data leave
-    free, as they take no noise away.
+    simpler law, and none of its own where the rest is too small to matter. It pays nothing for parameters that the data leave
+    free, as they take no noise away. Nor is it one if `room_for` tells that it is unlikely with all that its rest may be; that
+    alone counts where the fit went astray.
     """
     found: dict[tuple[str, str], Rival] = {}
     own = {c.label: c for c in best.effects.candidates}
@@ -71,12 +71,12 @@ def rivals(
         holds_it = not np.isnan(rest)
         if holds_it:
             limit, least = DECISIVE, 1.0
-        if holds_it and room is None:
             behind -= 0.5 * unpinned(other, by, old.card) * float(np.log(other.fit.rows))
         hopeless = behind >= np.log(HOPELESS) or rest < MATTERS
         behind = np.inf if hopeless else behind + held_out(other)
         if room is not None:
-            behind = min(behind, -float(np.log(room)))
+            astray = other.fit.misfit > best.fit.misfit  # for a law that holds the best one, and so explains no less
+            behind = max(-float(np.log(room)), -np.inf if astray else behind)
         odds = max(float(np.exp(np.clip(behind, -50, 50))), least)
         if odds < limit and (pair not in found or odds < found[pair].odds):
             found[pair] = Rival(other, *pair, odds, holds_it)

@@ -86,19 +86,20 @@ def test_friction_that_may_be_larger_near_rest_is_listed_beside_coulomb_friction
 
 
 @pytest.mark.parametrize(
-    ("room", "extra", "odds"),
+    ("room", "extra", "lower", "odds"),
     [
-        (0.01, 2.0, None),  # the fit does not rule the rest out, and it could hide in next to no samples only
-        (0.25, 2.0, 4.0),
-        (0.25, 0.01, 4.0),  # a fit that went astray
-        (30.0, 2.0, 1.0),  # no likelier than the simpler law
+        (0.01, 2.0, 1.0, None),  # the fit does not rule the rest out, and it could hide in next to no samples only
+        (0.25, 2.0, 1.0, 4.0),
+        (0.25, 0.01, 1.0, None),  # its own fit rules it out
+        (0.25, 0.01, -1.0, 4.0),  # a fit that went astray
+        (30.0, 2.0, 1.0, 1.0),  # no likelier than the simpler law
     ],
 )
-def test_where_the_record_tells_how_much_room_a_rest_has_its_own_fit_does_not_count(
-    room: float, extra: float, odds: float | None
+def test_larger_law_is_no_rival_if_its_fit_rules_it_out_or_the_record_has_no_room_for_its_rest(
+    room: float, extra: float, lower: float, odds: float | None
 ) -> None:
     plain = fitted("coulomb_friction", [1.0], [0.01])
-    other = fitted("stribeck_friction", [1.0, 0.0, 0.2], [0.01, extra, 0.4], ROWS - 1.0)
+    other = fitted("stribeck_friction", [1.0, 0.0, 0.2], [0.01, extra, 0.4], ROWS - lower)
 
     found = rivals(plain, [plain, other], 1.0, lambda _: 0.0, lambda *_: room)
 

@@ -236,6 +236,18 @@ def test_leak_and_outlet_error_are_one_at_one_tank_and_two_at_two() -> None:
     assert beyond_smaller_sets([leaks[0], narrow], yardstick) > 2.0
 
 
+def test_a_leak_is_drawn_as_asked_however_small_and_never_beside_an_outlet_that_imitates_it() -> None:
+    small = draw_case(Wish("S", "tanks", 0, 17001, enr=0.2, effects=("leak",)))
+    pairs = [draw_case(Wish("D", "tanks", 0, seed, effects=("leak", "outlet_error"))) for seed in (14001, 17001)]
+
+    assert [each.id for each in small.injections] == ["leak"]
+    assert small.enr == pytest.approx(0.2, rel=0.1)
+    for case in pairs:
+        places = {each.id: each.site[-1] for each in case.injections}
+        assert len(places) == 2
+        assert places.get("leak") != places.get("outlet_error")
+
+
 def test_force_sensor_reads_the_force_however_large_its_error_is_asked_to_be() -> None:
     gains = [
         EFFECTS["arm"]["force_sensor_gain"](Context(MACHINES["arm"], np.random.default_rng(seed), ()))(1e4)

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from tests.benchmarks.diagnosis.truth.excitation import Plan
-from tests.benchmarks.diagnosis.truth.families import TRIALS, Drawn
+from tests.benchmarks.diagnosis.truth.families import HELD_OUT, TRIALS, Drawn
 from tests.benchmarks.diagnosis.truth.run import run_trial
-from tests.benchmarks.diagnosis.truth.write import HELD_OUT, write_measurements
+from tests.benchmarks.diagnosis.truth.write import write_measurements
 
 
 @dataclass(frozen=True)

@@ -30,6 +30,7 @@ FAMILIES = {
 }
 TOLERANCE = 0.05
 TRIALS = 6
+HELD_OUT = (5, 6)
 SINGLE_ENR = (10.0, 3.0, 30.0, 1.0)
 SET_ENR = (10.0, 3.0, 30.0)
 # What a set does beyond any smaller one, or what is in no library beyond any of its effects, each in any size: with less, no
@@ -93,6 +94,7 @@ def draw_case(wish: Wish) -> Drawn:
     recorder = Recorder.of(machine, level, runs, ugly=wish.family == "N2")
     context = Context(machine, random, tuple(runs))
     yardstick = Yardstick.of(machine, plans, runs, recorder, random)
+    learning = yardstick.in_trials([k for k in range(TRIALS) if k + 1 not in HELD_OUT])
     injections: list[Injection] = []
     each, kind, left = list[float](), "", None
     changed = _tolerances(machine, random) if wish.family == "N1" else {}
@@ -100,12 +102,12 @@ def draw_case(wish: Wish) -> Drawn:
         effect, size = hidden_effect(context, hidden, recorder.std)
         injections = [effect(size)]
     elif wish.family == "O":
-        kind, found, enr, left = _outside(context, wish, yardstick)
+        kind, found, enr, left = _outside(context, wish, yardstick, learning)
         injections, each = [found], [enr]
     else:
         for name in _names(wish, machine, random):
             wanted = _enr(wish, SINGLE_ENR if wish.family == "S" else SET_ENR)
-            found, enr = _apart(context, name, wanted, yardstick, injections)
+            found, enr = _apart(context, name, wanted, yardstick, learning, injections)
             injections.append(found)
             each.append(enr)
     total = yardstick.enr(injections) if injections else 0.0
@@ -114,8 +116,10 @@ def draw_case(wish: Wish) -> Drawn:
     )
 
 
-def _outside(context: Context, wish: Wish, yardstick: Yardstick) -> tuple[str, Injection, float, float]:
-    """An effect of no library, its kind and ENR, and the ENR that no library effect imitates, which a record must show."""
+def _outside(
+    context: Context, wish: Wish, yardstick: Yardstick, learning: Yardstick
+) -> tuple[str, Injection, float, float]:
+    """An effect of no library, its kind and ENR, and the ENR that no library effect imitates, which learning trials must show."""
     name, wanted = context.machine.name, _enr(wish, SET_ENR)
     first = _choose(FOREIGN[name], wish)
     kinds = (first, *(other for other in sorted(FOREIGN[name]) if other != first and not wish.effects))
@@ -123,7 +127,7 @@ def _outside(context: Context, wish: Wish, yardstick: Yardstick) -> tuple[str, I
     best = ("", Injection("", "", {}), 0.0, -1.0)
     for size, kind in product((wanted, *larger), kinds):
         found, enr = sized_to(FOREIGN[name][kind](context), size, yardstick)
-        left = left_by_library(context, EFFECTS[name], found, yardstick)
+        left = left_by_library(context, EFFECTS[name], found, learning)
         if left > best[3]:
             best = (kind, found, enr, left)
         if left >= LEAST_BEYOND:
@@ -156,7 +160,7 @@ def _names(wish: Wish, machine: Machine, random: np.random.Generator) -> tuple[s
 
 
 def _apart(
-    context: Context, name: str, wanted: float, yardstick: Yardstick, others: list[Injection]
+    context: Context, name: str, wanted: float, yardstick: Yardstick, learning: Yardstick, others: list[Injection]
 ) -> tuple[Injection, float]:
     """The effect at the wanted size, which no other one imitates; effects of one kind at one joint share a value."""
     taken = {key for other in others for key in other.values}
@@ -165,7 +169,8 @@ def _apart(
     best: tuple[Injection, float] | None = None
     for attempt in range(20):
         found, enr = sized_to(library[name](context), wanted, yardstick)
-        if not taken & found.values.keys() and beyond_smaller_sets([*others, found], yardstick) >= LEAST_BEYOND:
+        shows = not others or beyond_smaller_sets([*others, found], learning) >= LEAST_BEYOND
+        if shows and not taken & found.values.keys():
             if best is None or best[1] < enr:
                 best = (found, enr)
             # An end stop may throw a machine where it never meets the stop again; another one may not.

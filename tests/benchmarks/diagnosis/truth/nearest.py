@@ -40,8 +40,6 @@ def beyond_smaller_sets(effects: Sequence[Injection], yardstick: Yardstick) -> f
     A leak at an outlet that is too narrow makes the record of one that is less so: nothing tells the pair from either.
     """
     wanted = yardstick.change(effects)
-    if len(effects) < 2:
-        return _rms(wanted)
     alone = [yardstick.change([effect]) for effect in effects]
     left = []
     for k in range(len(effects)):

@@ -8,10 +8,8 @@ from typing import Any
 import numpy as np
 
 from tests.benchmarks.diagnosis.truth.excitation import Plan
-from tests.benchmarks.diagnosis.truth.families import TOLERANCE, TRIALS, Drawn
+from tests.benchmarks.diagnosis.truth.families import HELD_OUT, TOLERANCE, TRIALS, Drawn
 from tests.benchmarks.diagnosis.truth.run import Run, nominal_run, run_trial
-
-HELD_OUT = (5, 6)
 
 
 def write_case(case: Drawn, folder: Path) -> dict[str, Any]:

@@ -48,7 +48,10 @@ class Yardstick:
     def where_most(self, injections: Sequence[Injection], trials: int) -> "Yardstick":
         """The same for a few trials only, those in which effects do the most."""
         done = [np.sum(change**2) for change in self._changes(injections)]
-        chosen = sorted(np.argsort(done)[-trials:])
+        return self.in_trials(sorted(np.argsort(done)[-trials:]))
+
+    def in_trials(self, chosen: Sequence[int]) -> "Yardstick":
+        """The same for some of the trials only."""
         return replace(self, plans=tuple(self.plans[k] for k in chosen), bases=tuple(self.bases[k] for k in chosen))
 
     def enr(self, injections: Sequence[Injection]) -> float:
