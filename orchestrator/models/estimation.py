@@ -378,8 +378,20 @@ def _sandwich(
     spread = used * gradients.T @ gradients + weighted[data:].T @ weighted[data:]
     correlated = np.diag(inverse @ spread @ inverse)
     variance = np.maximum(correlated, np.diag(inverse))[:n_free]
-    plain = inverse[:n_free, :n_free]
-    size = np.sqrt(np.maximum(np.diag(plain), 1e-300))
     with np.errstate(divide="ignore", invalid="ignore"):
-        std = np.asarray(np.where(length[:n_free] > 0, np.sqrt(variance) / length[:n_free], np.inf))
-    return std, plain / np.outer(size, size)
+        std = np.asarray(np.where((length[:n_free] > 0) & (variance >= 0), np.sqrt(variance) / length[:n_free], np.inf))
+    return std, _correlation(inverse[:n_free, :n_free])
+
+
+def _correlation(covariance: np.ndarray) -> np.ndarray:
+    """Correlations (k, k); none of what depends on others so closely that rounding leaves no variance, or less.
+
+    >>> _correlation(np.array([[4.0, 1.0], [1.0, 1.0]])).tolist()
+    [[1.0, 0.5], [0.5, 1.0]]
+    >>> _correlation(np.array([[4.0, 1e-9], [1e-9, -1e-9]])).tolist()
+    [[1.0, 0.0], [0.0, 0.0]]
+    """
+    variance = np.diag(covariance)
+    known = variance > 0
+    size = np.sqrt(np.where(known, variance, 1.0))
+    return np.asarray(np.where(np.outer(known, known), covariance / np.outer(size, size), 0.0))
