@@ -63,8 +63,6 @@ def rivals(
         pair = (old.card.id, by.card.id)
         rest = rest_share(other, by, old.card) if old.site == by.site and holds(by.card, old.card) else np.nan
         room = None if np.isnan(rest) else room_for(other, old, by)
-        if rest < MATTERS and room is None:
-            continue
         # Of equal size, they pay the same for the number of sets.
         behind = half_bic(other, scale, len(own)) - half_bic(best, scale, len(own))
         limit, least = DECISIVE if other.size <= best.size else PARSIMONIOUS, 0.0

@@ -1,7 +1,7 @@
 """Diagnose a model: compare it, search for the missing effects, let held-out trials referee, give a verdict."""
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence, Set
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import replace
@@ -71,25 +71,28 @@ def diagnose(
         MisfitError: if the data do not fit the model or hold no held-out trials.
         ComponentError: if the model itself cannot be simulated.
     """
+    library = effect_library() if cards is None else cards
+
+    def by(shown: MeasurementSet, may_cut: bool) -> Diagnosis:
+        return _diagnosed(source, shown, library, workers, progress, work, may_cut=may_cut)
+
     # Two BLAS threads make the small factorisations of the fits about 100 times slower.
     with threadpool_limits(limits=1, user_api="blas"), hands(workers):
-        cards = effect_library() if cards is None else cards
-        return _over_stretches(source, measurements, cards, workers, progress, work)
+        return _over_stretches(by, measurements, {card.id for card in library if card.contacts}, progress)
 
 
 def _over_stretches(
-    source: ModelicaModel,
+    by: Callable[[MeasurementSet, bool], Diagnosis],
     measurements: MeasurementSet,
-    cards: Sequence[EffectCard],
-    workers: int,
+    contacts: Set[str],
     progress: Progress,
-    work: Work | None,
 ) -> Diagnosis:
-    """The diagnosis by whole trials, or by stretches of them if contacts let no run follow those and are named by these."""
+    """The diagnosis `by` trials, which may ask for a cut if told so: whole ones, or stretches of them if effects that make
+    contacts (ids) let no run follow those and are named by these."""
     began, shown, seconds = time.monotonic(), measurements, 0.0
     for _ in range(MOST_CUTS + 1):
         try:
-            found = _diagnosed(source, shown, cards, workers, progress, work, may_cut=True)
+            found = by(shown, True)
         except TooLong as error:
             seconds = error.seconds
             progress(f"cutting the trials into stretches of {seconds:.3g} s")
@@ -97,15 +100,14 @@ def _over_stretches(
             continue
         if not seconds:
             return found
-        if {card.id for card in cards if card.contacts} & {effect.id for effect in found.effects}:
+        if contacts & {effect.id for effect in found.effects}:
             note = (
                 f"judged over stretches of {seconds:.3g} s: contacts let free runs follow no whole trial; what is too slow to"
                 " show in a stretch is not looked for"
             )
             return replace(found, warnings=(*found.warnings, note), seconds=time.monotonic() - began)
         break
-    found = _diagnosed(source, measurements, cards, workers, progress, work)
-    return replace(found, seconds=time.monotonic() - began)
+    return replace(by(measurements, False), seconds=time.monotonic() - began)
 
 
 def _diagnosed(
@@ -115,7 +117,7 @@ def _diagnosed(
     workers: int,
     progress: Progress,
     work: Work | None,
-    may_cut: bool = False,
+    may_cut: bool,
 ) -> Diagnosis:
     began = time.monotonic()
     system = source.compile()

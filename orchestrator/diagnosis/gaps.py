@@ -19,8 +19,7 @@ def unknown_in_gaps(time: np.ndarray, series: np.ndarray) -> np.ndarray:
     steps = np.diff(time)
     usual = float(np.median(steps))
     columns = []
-    for place in np.flatnonzero(steps > GAP * usual):
-        missing = round(steps[place] / usual)
+    for place, missing in _gaps(time):
         whole = steps_are_even(steps, missing, usual)
         if not whole.any():
             continue
@@ -41,11 +40,15 @@ def without_gaps(time: np.ndarray) -> np.ndarray:
     >>> without_gaps(np.array([0.0, 1.0, 2.0, 5.0, 6.0]))
     array([0., 1., 2., 3., 4., 5., 6.])
     """
+    inside = [np.linspace(time[place], time[place + 1], missing + 1)[1:-1] for place, missing in _gaps(time)]
+    return np.sort(np.concatenate([time, *inside]))
+
+
+def _gaps(time: np.ndarray) -> list[tuple[int, int]]:
+    """The sample before each gap of times (n,), and the usual steps that the gap is long."""
     steps = np.diff(time)
     usual = float(np.median(steps))
-    gaps = np.flatnonzero(steps > GAP * usual)
-    inside = [np.linspace(time[k], time[k + 1], round(steps[k] / usual) + 1)[1:-1] for k in gaps]
-    return np.sort(np.concatenate([time, *inside]))
+    return [(int(place), round(steps[place] / usual)) for place in np.flatnonzero(steps > GAP * usual)]
 
 
 def steps_are_even(steps: np.ndarray, count: int, usual: float) -> np.ndarray:
