@@ -7,7 +7,6 @@ multiple shooting: Bock, in Modelling of Chemical Reaction Systems, Springer 198
 """
 
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -42,19 +41,7 @@ def follow_closely(found: Refit, trials: LearningData) -> Refit:
     """
     if not found.effects.contacts:
         return follow(found, trials)
-    plain, failed = None, ComponentError("no stretch can be followed")
-    try:
-        plain = follow(found, trials)
-        if plain.cost <= BEYOND_NOISE**2:
-            return plain
-    except ComponentError as error:
-        failed = error
-    followed = follow_stretches(as_found(found), trials)
-    try:
-        again = None if followed is None else follow(found, trials, followed.fit)
-    except ComponentError as error:
-        again, failed = None, error
-    able = [each for each in (plain, again) if each is not None]
+    able, _, failed = _closely(found, trials)
     if not able:
         raise failed
     return min(able, key=lambda each: each.cost)
@@ -64,11 +51,29 @@ def lost_after(found: Refit, trials: LearningData) -> int | None:
     """Samples of other trials after which free runs of a set with contacts are lost; None if they follow them to the end."""
     if not found.effects.contacts:
         return None
-    with suppress(ComponentError):
-        if follow_closely(found, trials).cost <= BEYOND_NOISE**2:
-            return None
-    followed = follow_stretches(as_found(found), trials)
+    able, followed, _ = _closely(found, trials)
+    if any(each.cost <= BEYOND_NOISE**2 for each in able):
+        return None
     return None if followed is None or followed.samples == trials.longest else followed.samples
+
+
+def _closely(found: Refit, trials: LearningData) -> tuple[list[Refit], Followed | None, ComponentError]:
+    """The model along other trials at once and, if that leaves more than noise, over growing stretches, as far as runs did not
+    fail; how far it follows them so; and the last failure."""
+    able, failed = list[Refit](), ComponentError("no stretch can be followed")
+    try:
+        able.append(follow(found, trials))
+    except ComponentError as error:
+        failed = error
+    if able and able[0].cost <= BEYOND_NOISE**2:
+        return able, None, failed
+    followed = follow_stretches(as_found(found), trials)
+    if followed is not None:
+        try:
+            able.append(follow(found, trials, followed.fit))
+        except ComponentError as error:
+            failed = error
+    return able, followed, failed
 
 
 def follow_stretches(found: Refit, learning: LearningData) -> Followed | None:
