@@ -4,6 +4,7 @@ import json
 import subprocess
 import sys
 import tempfile
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,9 @@ from fmus.checks.terminals import check_terminals
 from fmus.checks.units import check_units
 
 TIME_LIMIT_S = 120.0
+# Two threads that read their process's first XML schema at once are told that it is none, once in a hundred times:
+# libxml2 makes the types that every schema builds upon when it first needs them, and does not wait.
+_READING_SCHEMA = threading.Lock()
 
 
 def validate_fmu(path: Path) -> list[str]:
@@ -33,7 +37,8 @@ def validate_fmu(path: Path) -> list[str]:
 def _schema_findings(folder: Path) -> list[str]:
     from fmpy.validation import validate_fmu as fmpy_findings  # type: ignore[import-untyped]
 
-    return [" ".join(str(finding).split()) for finding in fmpy_findings(str(folder))]
+    with _READING_SCHEMA:
+        return [" ".join(str(finding).split()) for finding in fmpy_findings(str(folder))]
 
 
 def _content_findings(folder: Path) -> list[str]:

@@ -3,7 +3,9 @@
 import json
 import subprocess
 import sys
+import time
 import zipfile
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -11,6 +13,7 @@ import pytest
 from fmus.archive import read_archive
 from fmus.catalogue import find_modelica_model
 from fmus.package import build_fmu
+from fmus.validate import validate_fmu
 
 
 def misfit(*arguments: object) -> "subprocess.CompletedProcess[str]":
@@ -51,6 +54,22 @@ def test_json_holds_the_findings_of_every_file(fmus: tuple[Path, Path]) -> None:
     good, bad = document["fmus"]
     assert good == {"file": str(fmus[0]), "findings": []}
     assert bad["findings"]
+
+
+def test_threads_read_schemas_one_after_another(fmus: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch) -> None:
+    reading: list[str] = []
+
+    def overlapping(folder: str) -> list[str]:
+        reading.append(folder)
+        time.sleep(0.02)
+        others = len(reading) - 1
+        reading.remove(folder)
+        return [f"{others} others read a schema meanwhile"]
+
+    monkeypatch.setattr("fmpy.validation.validate_fmu", overlapping)
+    with ThreadPoolExecutor(4) as pool:
+        findings = list(pool.map(validate_fmu, [fmus[0]] * 4))
+    assert findings == [["0 others read a schema meanwhile"]] * 4
 
 
 def test_a_file_that_is_no_fmu_ends_with_code_2(tmp_path: Path) -> None:
