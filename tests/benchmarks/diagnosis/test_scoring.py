@@ -193,6 +193,16 @@ def test_confident_answers_that_are_half_right_are_badly_calibrated() -> None:
     assert calibration_error(rows) == pytest.approx(0.9 - 0.5)
 
 
+def test_probability_left_for_effects_of_no_library_is_right_when_they_are_as_frequent() -> None:
+    said = answer("tremor")
+    rows = [row_of(str(k), truth("tremor"), said) for k in range(18)]
+    rows += [row_of(f"outside {k}", truth("unknown", family="O", kind="magnet", enr_left=2.0), said) for k in range(2)]
+
+    assert calibration_error(rows) == pytest.approx(0.0)
+    assert texts(rows)["the same without effects of no library"] == "-"
+    assert texts(rows + rows)["the same without effects of no library"] == "0.1"
+
+
 def test_confusion_counts_every_case_once_under_its_truth() -> None:
     rows = [
         row_of("a", truth("backlash"), answer("hysteresis")),

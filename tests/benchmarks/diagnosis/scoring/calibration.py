@@ -11,8 +11,12 @@ FEWEST = 4
 
 
 def reliability(rows: Sequence[dict[str, Any]]) -> list[tuple[float, bool]]:
-    """Probability of the first in the ranking and whether it is the truth, of cases in which effects are missing."""
-    known = [r for r in rows if r["probability"] is not None and r["true"] and not r["kind"]]
+    """Probability of the first in the ranking and whether it is the truth, of cases in which something is missing.
+
+    Effects of no library count, and nothing that is listed is right there: a diagnosis reserves some probability for them,
+    which would look like too little confidence without them.
+    """
+    known = [r for r in rows if r["probability"] is not None and r["true"]]
     return [(r["probability"], bool(r["probability_right"])) for r in known]
 
 

@@ -148,23 +148,20 @@ def _experiments(rows: Sequence[Row]) -> list[Score]:
 
 
 def _overall(rows: Sequence[Row]) -> list[Score]:
-    error = calibration_error(rows)
-    text = "-" if error is None else f"{error:.3g}"
-    found = Score(
-        "expected calibration error of probabilities",
-        text,
-        len(reliability(rows)),
-        error,
-        Target(0.10, 0.05, less=True),
-        percent=False,
-    )
     arm = [r["wall_seconds"] for r in rows if r["model"] == "arm"]
     return [
-        found,
+        _calibration("expected calibration error of probabilities", rows, Target(0.10, 0.05, less=True)),
+        _calibration("the same without effects of no library", [r for r in rows if not r["kind"]], None),
         _mean("usefulness of an answer (1: the truth, -0.5: misleading)", [utility(r) for r in rows]),
         Score.share("runs that failed or took too long", Share.of(bool(r["failed"]) for r in rows)),
         _median("seconds for an arm case, one process", arm, Target(60.0, 15.0, less=True)),
     ]
+
+
+def _calibration(name: str, rows: Sequence[Row], target: Target | None) -> Score:
+    error = calibration_error(rows)
+    text = "-" if error is None else f"{error:.3g}"
+    return Score(name, text, len(reliability(rows)), error, target, percent=False)
 
 
 def by_size(rows: Sequence[Row]) -> list[tuple[str, Share, Share, Share, Share]]:
