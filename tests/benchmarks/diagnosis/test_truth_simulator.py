@@ -248,6 +248,21 @@ def test_a_leak_is_drawn_as_asked_however_small_and_never_beside_an_outlet_that_
         assert places.get("leak") != places.get("outlet_error")
 
 
+def test_a_set_is_drawn_anew_where_nothing_fits_beside_its_first_effect(monkeypatch: pytest.MonkeyPatch) -> None:
+    refused: list[Injection] = []
+
+    def beyond(effects: list[Injection], _: Yardstick) -> float:
+        refused.extend(effects[:1] if not refused else [])
+        return 0.0 if effects[0] is refused[0] else 1.0
+
+    monkeypatch.setattr("tests.benchmarks.diagnosis.truth.families.beyond_smaller_sets", beyond)
+    case = draw_case(Wish("D", "pendulum", 0, 1, seconds=2.0))
+
+    assert refused
+    assert len(case.injections) == len(case.enr_each) == 2
+    assert refused[0] not in case.injections
+
+
 def test_force_sensor_reads_the_force_however_large_its_error_is_asked_to_be() -> None:
     gains = [
         EFFECTS["arm"]["force_sensor_gain"](Context(MACHINES["arm"], np.random.default_rng(seed), ()))(1e4)

@@ -37,6 +37,8 @@ SET_ENR = (10.0, 3.0, 30.0)
 # record tells that there is more.
 LEAST_BEYOND = 0.5
 CONFUSED_SHARE = 0.3
+# Sets in all, where effects that go together are drawn until some do.
+REDRAWS = 5
 
 
 @dataclass(frozen=True)
@@ -105,15 +107,31 @@ def draw_case(wish: Wish) -> Drawn:
         kind, found, enr, left = _outside(context, wish, yardstick, learning)
         injections, each = [found], [enr]
     else:
-        for name in _names(wish, machine, random):
-            wanted = _enr(wish, SINGLE_ENR if wish.family == "S" else SET_ENR)
-            found, enr = _apart(context, name, wanted, yardstick, learning, injections)
-            injections.append(found)
-            each.append(enr)
+        injections, each = _inside(context, wish, yardstick, learning)
     total = yardstick.enr(injections) if injections else 0.0
     return Drawn(
         wish, machine, plans, tuple(injections), recorder, yardstick.noise, changed, total, tuple(each), kind, left
     )
+
+
+def _inside(
+    context: Context, wish: Wish, yardstick: Yardstick, learning: Yardstick
+) -> tuple[list[Injection], list[float]]:
+    """Effects of the library and their ENR; others where none fits beside the first, which learning trials hardly show."""
+    for attempt in range(REDRAWS):
+        injections, each = list[Injection](), list[float]()
+        try:
+            for name in _names(wish, context.machine, context.random):
+                wanted = _enr(wish, SINGLE_ENR if wish.family == "S" else SET_ENR)
+                found, enr = _apart(context, name, wanted, yardstick, learning, injections)
+                injections.append(found)
+                each.append(enr)
+        except TruthError:
+            if attempt == REDRAWS - 1:
+                raise
+        else:
+            break
+    return injections, each
 
 
 def _outside(
