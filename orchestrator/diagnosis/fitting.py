@@ -99,7 +99,7 @@ class Fitter:
 
         def one(entry: Screened) -> Refit | None:
             self.setting.progress(f"refitting {' + '.join(c.label for c in entry.candidates)}")
-            first = np.array([entry.values, *first_values(stage, entry.candidates, nearer)])
+            first = np.array([entry.values, *entry.others, *first_values(stage, entry.candidates, nearer)])
             return self.attempt(Wanted(entry.candidates, first, nuisances, ROUGH, near=near))
 
         return [r for r in self.setting.side_by_side(one, sets) if r is not None]

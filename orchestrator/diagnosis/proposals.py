@@ -1,6 +1,7 @@
 """What to refit: the sets that explain the most of the correction residual, and of the free runs' error."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import groupby, pairwise
 
 import numpy as np
@@ -11,7 +12,7 @@ from orchestrator.diagnosis.candidates import Candidate, EffectSet, can_join
 from orchestrator.diagnosis.evidence import Refit
 from orchestrator.diagnosis.fitting import Setting
 from orchestrator.diagnosis.nested import holds
-from orchestrator.diagnosis.screening import Explanation, Screened, Screener
+from orchestrator.diagnosis.screening import Explanation, Screened, Screener, beside
 from orchestrator.diagnosis.work import ScreenTask
 
 # A larger set must score this much more, a chance of 1 in 20, to be refitted as a whole.
@@ -109,7 +110,7 @@ class Proposer:
                     beside_best[added] = left
                 elif left > CLEARLY_LESS * beside_best.get(added, np.inf):
                     continue
-                counted = Screened(entry.candidates, entry.values, 1.0 - left)
+                counted = replace(entry, gain=1.0 - left)
                 found.setdefault(frozenset(c.label for c in entry.candidates), counted)
         return list(found.values())
 
@@ -118,13 +119,16 @@ class Proposer:
         placed = [(can_join(inside, s.screened.candidates[0], self.setting.slots), s) for s in self._singles]
         possible = [(c, single) for c, single in placed if c is not None and not _repeats(c, inside)]
         if self._screener is None or current.effects.model.residual is None:
-            return [
-                Screened((*inside, c), np.concatenate([current.values, s.screened.values]), np.nan) for c, s in possible
-            ]
+            return [self._unjudged(current, c, single.screened) for c, single in possible]
         try:
             return self._screener.extend(current, possible)
         except MisfitError:
             return []  # a set whose residual cannot be simulated with its fitted values leads nowhere
+
+    def _unjudged(self, current: Refit, candidate: Candidate, single: Screened) -> Screened:
+        """A set and a further candidate of which only free runs tell what it explains, from its values alone."""
+        chosen, others = (*current.effects.candidates, candidate), tuple(beside(current, row) for row in single.others)
+        return Screened(chosen, beside(current, single.values), np.nan, others)
 
     def _whole_sets(self, stage: Stage) -> list[Screened]:
         """The best sets of two and three further effects to first order, if they score clearly above smaller ones.

@@ -21,15 +21,23 @@ from orchestrator.models.smoothing import low_pass
 from orchestrator.models.symbolic import SymbolicModel
 
 CORNER_HZ = 2.0
+# Peaks of a residual's spectrum at which an oscillation may be, and how high they are at least beside the highest: an error of
+# another kind swings with the commands, ten times as wide.
+MOST_PEAKS = 5
+WORTH_A_PEAK = 0.01
 
 
 @dataclass(frozen=True)
 class Screened:
-    """A set of candidates with first values of its parameters; `gain` is the share of the residual's square explained."""
+    """A set of candidates with first values of its parameters; `gain` is the share of the residual's square explained.
+
+    `others` are first values for a fit that may begin elsewhere, such as at other peaks of the residual's spectrum.
+    """
 
     candidates: tuple[Candidate, ...]
     values: np.ndarray
     gain: float
+    others: tuple[np.ndarray, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -90,8 +98,9 @@ class Screener:
         guess = np.clip(self._first_guess(effects), low, high)
         if model.residual is None:  # the effect hides the positions; only a free run can tell
             return Explanation(Screened((candidate,), guess, np.nan), np.zeros((len(self._nominal), 0)), False)
-        records, substeps = self._records(model, model.compiled.with_values(guess))
-        guess, records = self._phased(effects, guess, records, substeps)
+        plain, substeps = self._records(model, model.compiled.with_values(guess))
+        guess, records = self._phased(effects, guess, plain, substeps)
+        others = [self._phased(effects, row, plain, substeps)[0] for row in self._at_other_peaks(effects)]
         found = fit(
             model.compiled_residual,
             records,
@@ -106,7 +115,7 @@ class Screener:
         here = self._regressors(model, model.compiled.with_values(found.values), found.starts)
         gain = 1.0 - float(np.mean(here.residual**2) / np.mean(self._nominal**2))
         columns = np.column_stack([here.residual - self._nominal, here.slopes])
-        return Explanation(Screened((candidate,), found.values, gain), columns, False)
+        return Explanation(Screened((candidate,), found.values, gain, tuple(others)), columns, False)
 
     def _phased(
         self, effects: EffectSet, guess: np.ndarray, records: list[Record], substeps: int
@@ -143,19 +152,26 @@ class Screener:
             if explanation.linear:
                 value = np.array([parameter.absent for parameter in candidate.card.parameters]) + change[-len(value) :]
             after = (1.0 - gain) * float(np.mean(here.residual**2))
-            values = np.concatenate([current.values, value])
             hopeful = np.nan if np.isnan(explanation.screened.gain) else 1.0 - after / left
-            found.append(Screened((*current.effects.candidates, candidate), values, hopeful))
+            others = tuple(beside(current, row) for row in explanation.screened.others)
+            found.append(Screened((*current.effects.candidates, candidate), beside(current, value), hopeful, others))
         return found
 
     def _first_guess(self, effects: EffectSet) -> np.ndarray:
         guess = effects.first_guess()
         for k, parameter in enumerate(effects.card_parameters):
             if parameter.start_from == "residual_peak_hz":
-                guess[k] = self._peak_hz
+                guess[k] = self._peaks_hz[0]
             if parameter.grid and effects.model.residual is not None:
                 guess = self._scan(effects, k, parameter.grid)
         return guess
+
+    def _at_other_peaks(self, effects: EffectSet) -> list[np.ndarray]:
+        """First values (k,) with the frequency of an oscillation at each further peak of the residual's spectrum."""
+        places = [k for k, p in enumerate(effects.card_parameters) if p.start_from == "residual_peak_hz"]
+        rows = np.repeat(effects.first_guess()[None], len(self._peaks_hz) - 1 if places else 0, axis=0)
+        rows[:, places] = np.array(self._peaks_hz[1:])[: len(rows), None]
+        return list(np.clip(rows, *effects.bounds()))
 
     def _scan(self, effects: EffectSet, position: int, grid: Sequence[float]) -> np.ndarray:
         """Values of all parameters at the best point of a grid of one; the others enter linearly from their absence."""
@@ -174,18 +190,18 @@ class Screener:
         return best
 
     @cached_property
-    def _peak_hz(self) -> float:
-        """Frequency above `CORNER_HZ`/4 at which the nominal model's residual is largest, over trials and signals."""
+    def _peaks_hz(self) -> tuple[float, ...]:
+        """Frequencies above `CORNER_HZ`/4 at which the nominal model's residual is large, over trials and signals, the largest first."""
         compiled, step = self.nominal.compiled_residual, self._smoother.step * self._smoother.stride
-        powers = []
+        powers, lines = [], []
         records, substeps = self._records(self.nominal, compiled.parameters)
         for record in records:
             run = compiled.run(record.time, record.inputs, compiled.parameters, record.start, substeps=substeps)
             series = self._weigh(run.outputs / self._size)
             frequency, power = signal.periodogram(series, 1 / step, "hann", nfft=2**14, axis=0)
             powers.append(power.sum(axis=1))
-        total = np.where(frequency > CORNER_HZ / 4, np.sum(powers, axis=0), 0.0)
-        return float(frequency[np.argmax(total)])
+            lines.append(len(series) * step)
+        return _peaks(frequency, np.sum(powers, axis=0), 1.0 / min(lines))
 
     def _regressors(
         self, model: SymbolicModel, parameters: np.ndarray, starts: Sequence[np.ndarray] | None = None
@@ -225,6 +241,29 @@ class Screener:
         if positions.size:
             result[:, positions] = low_pass(series[:, positions], 1, CORNER_HZ * 2 * self._smoother.step)
         return self._smoother.thin(result, CORNER_HZ if any(self._positions) else None)
+
+
+def beside(current: Refit, values: np.ndarray) -> np.ndarray:
+    """First values (k,) of a fitted set and those of a further effect."""
+    return np.concatenate([current.values, values])
+
+
+def _peaks(frequency: np.ndarray, power: np.ndarray, width: float) -> tuple[float, ...]:
+    """Frequencies of the highest peaks of a spectrum above `CORNER_HZ`/4, the highest first, no two within a line's width.
+
+    Args:
+        frequency, power: (n,) in Hz, equally spaced, and in any unit.
+        width: of a line of the shortest record: one over its length, in Hz.
+
+    >>> f = np.linspace(0.0, 10.0, 1001)
+    >>> _peaks(f, np.exp(-((f - 2) ** 2) / 0.01) + 0.1 * np.exp(-((f - 5) ** 2) / 0.01), 0.1)
+    (2.0, 5.0)
+    """
+    above = np.where(frequency > CORNER_HZ / 4, power, 0.0)
+    apart = max(1, round(2.0 * width / (frequency[1] - frequency[0])))
+    places, _ = signal.find_peaks(above, height=WORTH_A_PEAK * above.max(), distance=apart)
+    ordered = sorted({*places, int(np.argmax(above))}, key=lambda i: -above[i])
+    return tuple(float(frequency[i]) for i in ordered[:MOST_PEAKS])
 
 
 def _least_squares(residual: np.ndarray, columns: np.ndarray) -> tuple[np.ndarray, float]:

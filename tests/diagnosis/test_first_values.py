@@ -15,7 +15,7 @@ from orchestrator.diagnosis.cards import SHIPPED, effect_library, read_card
 from orchestrator.diagnosis.evidence import LearningData, fit_nominal, refit
 from orchestrator.diagnosis.placed import placed
 from orchestrator.diagnosis.response import Response
-from orchestrator.diagnosis.screening import Screener
+from orchestrator.diagnosis.screening import Screened, Screener
 from orchestrator.models.smoothing import SmoothedTrial
 
 TIME = np.arange(0, 5, 0.01)
@@ -99,7 +99,7 @@ def test_states_of_which_an_earlier_fit_knows_nothing_begin_as_the_record_shows(
 def test_levels_beyond_which_effects_act_start_within_the_range_of_the_record() -> None:
     drive = find_modelica_model("drive")
     chosen = candidates(drive, "saturation", "end_stop")
-    torque = 0.1 * np.sin(2 * np.pi * 0.5 * TIME)
+    torque = 0.03 * np.sin(2 * np.pi * 0.5 * TIME)
     inputs = np.column_stack([torque, np.zeros(len(TIME))])
     effects = EffectSet(drive, (), ["phi"])
     model = effects.model
@@ -186,26 +186,40 @@ def test_bounds_of_a_class_hold_where_a_record_was_beyond_them() -> None:
     np.testing.assert_equal(EffectSet(drive, [moved], ["phi"]).bounds(), EffectSet(drive, [stop], ["phi"]).bounds())
 
 
-def test_a_tremor_far_smaller_than_its_first_guess_is_found_with_another_phase_in_each_trial() -> None:
-    """The guess is 0.05 N.m, and only the product of an amplitude and a phase's length shows."""
-    drive, amplitude, frequency = find_modelica_model("drive"), 1e-3, 4.7
+def screened_tremor(amplitude: float, frequency: float, torque: np.ndarray, scale: float) -> Screened:
+    """What screening says of a tremor in three trials of a drive, a phase in each, whose encoder reads `scale` times too much."""
+    drive = find_modelica_model("drive")
     (tremor,) = [c for c in candidates(drive, "tremor")]
-    effects = EffectSet(drive, [tremor], ["phi"])
-    model, nominal = effects.model, EffectSet(drive, (), ["phi"]).model
+    model, nominal = EffectSet(drive, [tremor], ["phi"]).model, EffectSet(drive, (), ["phi"]).model
     names = [v.name.split(".")[-1] for v in model.system.states]
     inputs, trials = np.zeros((len(TIME), len(model.inputs))), []
+    inputs[:, [v.name for v in model.inputs].index("torque")] = torque
     for k, phase in enumerate((0.4, 2.5, 4.6)):
         start = np.zeros(len(names))
         start[names.index("phase[1]")], start[names.index("phase[2]")] = np.sin(phase), np.cos(phase)
         parameters = model.compiled.with_values([amplitude, frequency])
-        phi = model.compiled.run(TIME, inputs, parameters, start).outputs
+        phi = scale * model.compiled.run(TIME, inputs, parameters, start).outputs
         noise = 1e-5 * np.random.default_rng(k).standard_normal(phi.shape)
         kept = slice(len(TIME) - 30 * k)  # no two trials are as long
         trials.append(SmoothedTrial(TIME[kept], inputs[kept], (phi + noise)[kept], np.array([1e-5])))
     learning = LearningData(tuple(trials), np.array([1e-5]))
+    return Screener(drive, nominal, learning).explain([tremor])[0].screened
 
-    (found,) = Screener(drive, nominal, learning).explain([tremor])
 
-    assert found.screened.gain > 0.9
-    assert abs(found.screened.values[0]) == pytest.approx(amplitude, rel=0.05)
-    assert found.screened.values[1] == pytest.approx(frequency, abs=0.01)
+def test_a_tremor_far_smaller_than_its_first_guess_is_found_with_another_phase_in_each_trial() -> None:
+    """The guess is 0.05 N.m, and only the product of an amplitude and a phase's length shows."""
+    found = screened_tremor(amplitude=1e-3, frequency=4.7, torque=np.zeros(len(TIME)), scale=1.0)
+
+    assert found.gain > 0.9
+    assert abs(found.values[0]) == pytest.approx(1e-3, rel=0.05)
+    assert found.values[1] == pytest.approx(4.7, abs=0.01)
+
+
+def test_a_tremor_beside_a_larger_error_at_the_frequency_of_the_command_is_a_further_start() -> None:
+    torque = 0.03 * np.sin(2 * np.pi * 2.0 * TIME)
+    found = screened_tremor(amplitude=1e-3, frequency=4.7, torque=torque, scale=1.05)
+
+    assert found.values[1] == pytest.approx(2.0, abs=0.05)
+    (other,) = found.others
+    assert abs(other[0]) == pytest.approx(1e-3, rel=0.2)
+    assert other[1] == pytest.approx(4.7, abs=0.02)
