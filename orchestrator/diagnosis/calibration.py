@@ -26,6 +26,8 @@ AR_ORDER = 6
 # What nothing explains is not noise if it is this many times what the sensors are said, or seen, to have.
 BEYOND_NOISE = 3.0
 NEAR_FLOOR = 1.25
+# What noise leaves has a mean square that scatters by sqrt(2/rows); what lies within two such deviations is noise.
+SCATTER = 2.0
 # The saturated fit takes at most this share of the degrees of freedom.
 SATURATED = 0.25
 
@@ -112,20 +114,14 @@ class Stage:
 
     def _per_trial(self, error: np.ndarray) -> list[np.ndarray]:
         signals = len(self.tangent.base.model.signals)
-        edges = np.cumsum(self._rows)
+        edges = np.cumsum(self.tangent.rows_of_trials)
         return [part.reshape(-1, signals) for part in np.split(error[: edges[-1]], edges[:-1])]
-
-    @cached_property
-    def _rows(self) -> list[int]:
-        signals = len(self.tangent.base.model.signals)
-        pairs = zip(self.tangent.learning.metrics, self.tangent.learning.trials, strict=True)
-        return [len(t.time) // m.stride * signals for m, t in pairs]
 
     @cached_property
     def _nulls(self) -> tuple[np.ndarray, np.ndarray]:
         """Best score and flexible gain of each noise record, in units of the noise."""
         random = np.random.default_rng(self.seed)
-        signals, rows = len(self.tangent.base.model.signals), self._rows
+        signals, rows = len(self.tangent.base.model.signals), self.tangent.rows_of_trials
         unit = Colour(self.colour.coefficients, 1.0)
         draws = np.stack([unit.draw(rows, signals, random) for _ in range(NULLS)], axis=1)
         draws = self.tangent.project(np.concatenate([draws, np.zeros((self.tangent.prior_rows, NULLS))]))
@@ -169,6 +165,14 @@ class Stage:
         """Chance that noise alone lets a flexible force explain so much."""
         gain = float(np.sum((self.flexible.T @ self.tangent.error) ** 2)) / self.colour.level**2
         return float((1 + np.sum(self._nulls[1] >= gain)) / (1 + NULLS))
+
+    @property
+    def scatter(self) -> float:
+        """By how much the mean square of a right model's error may exceed that of its noise, which is read from the same rows: as
+        much as noise of this colour lets candidates and flexible forces explain, and two deviations of it."""
+        freedom = self._saturated.shape[1]
+        most = self.colour.scale * (freedom + SCATTER * (2.0 * freedom) ** 0.5)
+        return (most - self.colour.level**2 * freedom) / self.tangent.data_rows
 
     @property
     def is_structured(self) -> bool:

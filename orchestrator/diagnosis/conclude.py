@@ -3,9 +3,10 @@
 from collections.abc import Callable, Sequence
 
 from orchestrator.compare.result import Comparison
-from orchestrator.diagnosis.calibration import PRACTICAL, SIGNIFICANT, Stage
+from orchestrator.diagnosis.calibration import NOTABLE, PRACTICAL, SIGNIFICANT, Stage
 from orchestrator.diagnosis.candidates import Candidate
 from orchestrator.diagnosis.confusion import disguise, groups, rivals
+from orchestrator.diagnosis.constancy import Change, changes
 from orchestrator.diagnosis.coverage import coverage
 from orchestrator.diagnosis.evidence import Refit
 from orchestrator.diagnosis.excitation import blind_sites, is_at_rest
@@ -57,13 +58,14 @@ def conclude(
     others = groups([rival for rival in like if not rival.holds_it])
     missing = () if best is None else _missing(first, best, others, searcher.candidates)
     other_law = None if best is None else disguise(best, trace.refitted, scale, trace.choices)
+    changing = () if best is None or left.is_another or not declared else _changing(searcher, best, stage)
     verdict = decide(
         len(refereed.accepted),
         left,
         ambiguous=bool(confusable),
         blind=blind,
         missing=missing,
-        disguised=other_law is not None,
+        disguised=other_law is not None or bool(changing),
     )
     named = verdict in ("named", "ambiguous")
     open_class = named or (verdict == "cannot_tell" and best is not None)
@@ -86,7 +88,7 @@ def conclude(
         ),
         warnings=(
             *_on_the_search(impossible, blind, is_at_rest(searcher.learning)),
-            *_on_what_is_left(verdict, left, stage, best, other_law),
+            *_on_what_is_left(verdict, left, stage, best, other_law, changing),
             *_on_parameters(verdict, searcher.learning.nuisances.names),
             *(map(str, odds) if open_class else ()),
             *(rooms.hidden({(r.replaced, r.by) for r in like}) if named else ()),
@@ -123,7 +125,13 @@ def _left(first: Stage, stage: Stage, refereed: Refereed, declared: bool) -> Lef
         min(stage.colour.level**2, MOST_NOISE) if declared else stage.colour.level**2,
         structured,
         declared,
+        stage.scatter,
     )
+
+
+def _changing(searcher: Searcher, best: Refit, stage: Stage) -> tuple[Change, ...]:
+    """Effects that are not the same in all trials, as far as a machine's own drift would not do; noise must be declared."""
+    return changes(stage.tangent, stage.colour.scale, lambda effect: searcher.without(best, effect), CLEAR, NOTABLE)
 
 
 def _odds(referee: Referee, best: Refit, scale: float) -> Callable[[Refit], float]:
@@ -150,7 +158,9 @@ def _on_parameters(verdict: str, tolerated: Sequence[str]) -> list[str]:
     ]
 
 
-def _on_what_is_left(verdict: str, left: Left, stage: Stage, best: Refit | None, other_law: Refit | None) -> list[str]:
+def _on_what_is_left(
+    verdict: str, left: Left, stage: Stage, best: Refit | None, other_law: Refit | None, changing: Sequence[Change]
+) -> list[str]:
     size = (
         f"on held-out trials the error is {(left.held_out[1] / left.noise) ** 0.5:.3g} times its part without structure"
     )
@@ -160,6 +170,8 @@ def _on_what_is_left(verdict: str, left: Left, stage: Stage, best: Refit | None,
             f" {' and '.join(other_law.pressed())} at the limit of what it can be explains it far better: a law that the library"
             " lacks"
         ]
+    if changing:
+        return [str(change) for change in changing]
     if verdict == "unknown" and best is not None:
         return [
             f"{' + '.join(best.ids)} explains part of the error, but {left.share:.0%} of what exceeds the noise is left"

@@ -11,7 +11,7 @@ from orchestrator.diagnosis.candidates import Candidate, EffectSet, as_fmu, can_
 from orchestrator.diagnosis.confusion import DECISIVE, half_bic, near_in_either, reach
 from orchestrator.diagnosis.evidence import LearningData, Refit, fit_nominal
 from orchestrator.diagnosis.first_values import first_values
-from orchestrator.diagnosis.fitting import Fitter, Progress, Setting
+from orchestrator.diagnosis.fitting import ROUGH, Fitter, Progress, Setting
 from orchestrator.diagnosis.kinship import kin
 from orchestrator.diagnosis.nested import holds, starts
 from orchestrator.diagnosis.placed import placed
@@ -271,6 +271,12 @@ class Searcher:
         """The test of what a set leaves, made now if the search did not need it."""
         known = [s for s in self.trace.stages if s.tangent.base.labels == found.labels]
         return known[-1] if known else self._stage(found, MOST_EFFECTS - len(found.ids))
+
+    def without(self, found: Refit, effect: Candidate) -> Refit | None:
+        """A set without one of its effects, fitted roughly to the same trials; None if that cannot be."""
+        if len(found.ids) > 1:
+            return self.fitter.without(found, effect, ROUGH)
+        return fit_nominal(EffectSet(self.base, (), self.nominal.signals), self.nominal, self.learning)
 
     def _stage(self, base: Refit, further: int) -> Stage:
         """Test a fitted set on what it leaves."""

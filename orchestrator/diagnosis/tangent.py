@@ -72,7 +72,8 @@ class Block:
 class Tangent:
     """A fitted model, linearised: its error (m,), an orthonormal basis of its nuisances, and blocks of candidates.
 
-    `recorded_error` is the error along the recorded inputs, before nuisances are taken away.
+    `recorded_error` is the error along the recorded inputs, before nuisances are taken away; `slopes` (m, k) are those of the
+    error in the parameters of the effects that are in the model.
 
     Rows are the samples of all trials in the metric, then one row for each prior. Nuisances are start values, clocks,
     parameters with tolerances and the parameters of effects that are in the model already.
@@ -85,6 +86,7 @@ class Tangent:
         quiet = quiet_motion(base, learning, residual, self.machine_states)
         self.response = Response(quiet, [t.smoother for t in learning.trials])
         _, jacobian = linearised(quiet, learning)
+        slopes = jacobian[:, : base.size]
         if abs(base.fit.shift) > AT_END * MOST_SHIFT * learning.nuisances.shift_std > 0:
             # A clock at the end of what it may be off by goes no further: a delay of a sample and a half is not its doing.
             jacobian[:, base.fit.values.size] = 0.0
@@ -93,6 +95,7 @@ class Tangent:
         jacobian = block_diag(jacobian, np.eye(between.shape[1]) / BETWEEN_STD)
         jacobian[: self.data_rows, jacobian.shape[1] - between.shape[1] :] = between
         residual = np.r_[residual, np.zeros(between.shape[1])]
+        self.slopes = np.concatenate([slopes, np.zeros((between.shape[1], base.size))])
         self.prior_rows = len(residual) - self.data_rows
         self.basis = orthonormal(jacobian, 1e-9)
         starts = jacobian.shape[1] - between.shape[1] - sum(map(len, base.fit.starts))
@@ -114,6 +117,15 @@ class Tangent:
     def machine_states(self) -> frozenset[str]:
         """Names of the states that are there without effects."""
         return frozenset(state.name for state in self.nominal.system.states)
+
+    @property
+    def rows_of_trials(self) -> list[int]:
+        """Rows of data of each trial."""
+        signals = len(self.base.model.signals)
+        return [
+            len(trial.time) // metric.stride * signals
+            for metric, trial in zip(self.learning.metrics, self.learning.trials, strict=True)
+        ]
 
     def over_noise(self, change: np.ndarray) -> float:
         """Rms of a change (m,) of the error over that of the noise, as the outputs show both beside start values."""

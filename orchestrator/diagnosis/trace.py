@@ -3,13 +3,12 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from orchestrator.diagnosis.calibration import NEAR_FLOOR, NOTABLE, PRACTICAL, SIGNIFICANT, Stage
+from orchestrator.diagnosis.calibration import NEAR_FLOOR, NOTABLE, PRACTICAL, SCATTER, SIGNIFICANT, Stage
 from orchestrator.diagnosis.candidates import Candidate
 from orchestrator.diagnosis.confusion import half_bic
 from orchestrator.diagnosis.evidence import Refit
 from orchestrator.diagnosis.quiet import explained_by_noise
 from orchestrator.diagnosis.screening import Screened
-from orchestrator.diagnosis.verdict import SCATTER
 
 # An effect must take this share off the mean square error above the noise to be worth its parameters.
 WORTHWHILE = 0.2

@@ -1,8 +1,10 @@
 """The verdict and its figures, as pure functions."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from orchestrator.diagnosis.calibration import SCATTER
 from orchestrator.diagnosis.result import Verdict
 
 # Held-out errors exceed the noise if their mean square is this many times its power. Right sets of the benchmark's
@@ -13,8 +15,6 @@ EXCESS = 1.5
 # and where the noise is read from the record itself, which does not tell slow noise from a slow error.
 LEFT = 0.04
 LEFT_UNDECLARED = 0.3
-# What noise leaves has a mean square that scatters by sqrt(2/rows); what lies within two such deviations is noise.
-SCATTER = 2.0
 
 
 def reducible_removed(before: float, after: float) -> float:
@@ -33,7 +33,8 @@ class Left:
     """What a set of effects leaves of all trials, in the metric, where noise has the mean square `noise`.
 
     `learning` and `held_out` are mean squares (before, after) and numbers of rows; `structured` tells whether the effects
-    of the library or flexible forces explain more of the learning trials than noise would let them.
+    of the library or flexible forces explain more of the learning trials than noise would let them; `within` is by how much the
+    learning errors of a right set may exceed `noise` if that is read from the same rows, which scatter together.
     """
 
     learning: tuple[float, float, int]
@@ -41,6 +42,7 @@ class Left:
     noise: float
     structured: bool
     declared: bool = True
+    within: float = math.inf
 
     @property
     def share(self) -> float:
@@ -51,12 +53,13 @@ class Left:
         0.1
         """
         before = sum(max(part[0] - self.noise, 0.0) * part[2] for part in (self.learning, self.held_out))
-        after = sum(self._above_noise(part[1], part[2]) * part[2] for part in (self.learning, self.held_out))
+        after = self._above_noise(*self.learning[1:], self.within) * self.learning[2]
+        after += self._above_noise(*self.held_out[1:]) * self.held_out[2]
         return float((after / max(before, 1e-9)) ** 0.5)
 
-    def _above_noise(self, mean_square: float, rows: int) -> float:
+    def _above_noise(self, mean_square: float, rows: int, within: float = math.inf) -> float:
         """Part of a mean square that noise does not account for."""
-        return max(mean_square - self.noise * (1.0 + SCATTER * (2.0 / rows) ** 0.5), 0.0)
+        return max(mean_square - self.noise - min(self.noise * SCATTER * (2.0 / rows) ** 0.5, within), 0.0)
 
     @property
     def exceeds(self) -> bool:
@@ -92,7 +95,7 @@ def decide(
         ambiguous: whether others explain the data as well as the accepted ones.
         blind: sites at which the data show no effect, were there one.
         missing: excitation that would tell the named effects from others that explain the data as well.
-        disguised: whether a law that the library lacks is likelier than they are.
+        disguised: whether a law that the library lacks is likelier than they are, or one of them imitates such a law.
 
     >>> noise, much = Left((1.0, 1.0, 9), (1.0, 1.0, 9), 1.0, False), Left((26.0, 26.0, 9), (26.0, 17.0, 9), 1.0, True)
     >>> decide(0, noise), decide(1, noise), decide(0, much), decide(1, much)

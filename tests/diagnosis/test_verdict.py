@@ -1,5 +1,8 @@
 """The verdict's figures."""
 
+import math
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -77,3 +80,13 @@ def test_only_what_the_scatter_of_noise_does_not_explain_is_left(mean_square: fl
 
     assert (after.share > 0) == left
     assert decide(1, after) == ("unknown" if left else "named")
+
+
+def test_scatter_that_noise_and_error_share_hides_nothing_structured() -> None:
+    """Of 4000 rows, 100 columns explain 100 +- 14 times the noise of one: an excess of 140, or 0.035, is none by chance, though
+    two mean squares of other rows may differ by that."""
+    cubic = Left((1.4, 1.035, 4000), (1.4, 1.0, 2000), 1.0, structured=True, within=2 * 200**0.5 / 4000)
+
+    assert decide(1, cubic) == "unknown"
+    assert decide(1, replace(cubic, within=math.inf)) == "named"
+    assert decide(1, replace(cubic, structured=False)) == "named"
