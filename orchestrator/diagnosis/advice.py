@@ -2,9 +2,9 @@
 
 from dataclasses import replace
 
-from orchestrator.diagnosis.candidates import EffectSet
+from orchestrator.diagnosis.candidates import EffectSet, as_fmu
 from orchestrator.diagnosis.evidence import Refit
-from orchestrator.diagnosis.excitation import blind_sites, unseen
+from orchestrator.diagnosis.excitation import blind_sites, is_at_rest, unseen
 from orchestrator.diagnosis.next_experiment import plan
 from orchestrator.diagnosis.remaining import remaining
 from orchestrator.diagnosis.result import Diagnosis
@@ -22,7 +22,9 @@ def with_next_experiment(found: Diagnosis, searcher: Searcher, best: Refit | Non
         return found
     searcher.progress("choosing the next experiment")
     trace, learning, nominal = searcher.trace, searcher.learning, searcher.nominal
-    hidden = unseen(searcher.candidates, blind_sites(trace.stages[0], searcher.candidates))
+    blind = blind_sites(trace.stages[0], searcher.candidates)
+    at_rest = is_at_rest(learning) and as_fmu(searcher.base) is None  # whose runs take too long for many effects
+    hidden = unseen(searcher.candidates, blind, at_rest)
     effects = [EffectSet(searcher.base, [candidate], nominal.signals) for candidate in hidden]
     chosen = plan(remaining(best, trace.refitted, found.confusable, nominal, learning, effects), learning, scale)
     if chosen is None:

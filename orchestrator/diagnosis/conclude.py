@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from orchestrator.compare.result import Comparison
 from orchestrator.diagnosis.calibration import NOTABLE, PRACTICAL, SIGNIFICANT, Stage
 from orchestrator.diagnosis.candidates import Candidate
-from orchestrator.diagnosis.confusion import disguise, groups, rivals
+from orchestrator.diagnosis.confusion import DECISIVE, disguise, groups, least_odds, rivals
 from orchestrator.diagnosis.constancy import Change, changes
 from orchestrator.diagnosis.coverage import coverage
 from orchestrator.diagnosis.evidence import Refit
@@ -51,8 +51,11 @@ def conclude(
     left = _left(first, stage, refereed, declared)
     scale = stage.colour.scale
     rooms = Rooms(best, searcher.learning, scale)
-    like = () if best is None else rivals(best, trace.refitted, scale, _odds(referee, best, scale), rooms)
+    without = first.tangent.base.cost
+    like = () if best is None else rivals(best, trace.refitted, scale, _odds(referee, best, scale), rooms, without)
     blind, confusable = blind_sites(first, searcher.candidates), groups(like)
+    against = {} if best is None else least_odds(best, trace.refitted, like)
+    against |= dict.fromkeys(refereed.refused, DECISIVE)
     odds = tuple(Odds(r.replaced, r.by, r.odds) for r in like if r.by != r.replaced)
     # What a simpler law holds of a larger one is there, whatever excitation the rest of that needs.
     others = groups([rival for rival in like if not rival.holds_it])
@@ -77,7 +80,7 @@ def conclude(
         effects=refereed.steps[-1].effects if named else (),
         confusable=confusable if open_class else (),
         odds=odds if open_class else (),
-        ranking=rank(trace, first, searcher.candidates, best, refereed.refused, TRUST[verdict]),
+        ranking=rank(trace, first, searcher.candidates, best, against, TRUST[verdict]),
         p_value=max(a.p_value for a in refereed.accepted) if refereed.accepted else first.p_value,
         noise_floor=nominal.noise_floor,
         held_out=HeldOut(

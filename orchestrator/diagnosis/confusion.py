@@ -7,8 +7,9 @@ import numpy as np
 
 from orchestrator.diagnosis.candidates import Candidate
 from orchestrator.diagnosis.evidence import Refit
-from orchestrator.diagnosis.nested import MATTERS, holds, rest_share, unpinned
+from orchestrator.diagnosis.nested import MATTERS, acts_near_rest_only, holds, rest_share, unpinned
 from orchestrator.diagnosis.subsets import log_sets
+from orchestrator.diagnosis.verdict import LEFT
 
 # Odds below which one explanation is not preferred to another: 1 to 20.
 DECISIVE = 20.0
@@ -42,6 +43,7 @@ def rivals(
     scale: float,
     held_out: Callable[[Refit], float],
     room_for: Callable[[Refit, Candidate, Candidate], float | None] = lambda other, old, by: None,
+    missing: float = 0.0,
 ) -> tuple[Rival, ...]:
     """Sets of equal size that differ from the best one in one effect and that the data do not rule out.
 
@@ -50,7 +52,8 @@ def rivals(
     set. Several sites of one effect count once. A law that holds the one in its place, and more, is at most as likely as the
     simpler law, and none of its own where the rest is too small to matter. It pays nothing for parameters that the data leave
     free, as they take no noise away. Nor is it one if `room_for` tells that it is unlikely with all that its rest may be; that
-    alone counts where the fit went astray.
+    alone counts where the fit went astray. Where a rest that acts next to rest only follows the trials better, the simpler law
+    is preferred if it leaves no more than a right set may of what is `missing`, the mean square without effects.
     """
     found: dict[tuple[str, str], Rival] = {}
     own = {c.label: c for c in best.effects.candidates}
@@ -71,14 +74,39 @@ def rivals(
             limit, least = DECISIVE, 1.0
             behind -= 0.5 * unpinned(other, by, old.card) * float(np.log(other.fit.rows))
         hopeless = behind >= np.log(HOPELESS) or rest < MATTERS
+        hopeless |= holds_it and _only_hinders_creeping((other, by), (best, old), scale, missing)
         behind = np.inf if hopeless else behind + held_out(other)
         if room is not None:
             astray = other.fit.misfit > best.fit.misfit  # for a law that holds the best one, and so explains no less
             behind = max(-float(np.log(room)), -np.inf if astray else behind)
         odds = max(float(np.exp(np.clip(behind, -50, 50))), least)
+        if old.site == by.site and holds(old.card, by.card):
+            odds = 0.0 if _only_hinders_creeping((best, old), (other, by), scale, missing) else odds
         if odds < limit and (pair not in found or odds < found[pair].odds):
             found[pair] = Rival(other, *pair, odds, holds_it)
     return tuple(sorted(found.values(), key=lambda rival: rival.odds))
+
+
+def _only_hinders_creeping(
+    larger: tuple[Refit, Candidate], simpler: tuple[Refit, Candidate], scale: float, missing: float
+) -> bool:
+    """Whether a law in its set follows the trials better than the one that it holds by a rest next to rest only, and that
+    one leaves no more than a right set may."""
+    if larger[0].fit.misfit >= simpler[0].fit.misfit or not acts_near_rest_only(*larger, simpler[1].card):
+        return False
+    return max(simpler[0].cost - scale, 0.0) <= LEFT**2 * max(missing - scale, 0.0)
+
+
+def least_odds(best: Refit, tried: Sequence[Refit], like: Sequence[Rival]) -> dict[frozenset[str], float]:
+    """Odds of the best set against sets with a law in place of a simpler one that it holds, whatever more those explain: those
+    of a rival, or decisive ones, by the labels of the set."""
+    listed, found = {rival.refit.labels: rival.odds for rival in like}, dict[frozenset[str], float]()
+    for other in tried:
+        gone = [c for c in best.effects.candidates if c.label not in other.labels]
+        come = [c for c in other.effects.candidates if c.label not in best.labels]
+        if len(gone) == len(come) == 1 and gone[0].site == come[0].site and holds(come[0].card, gone[0].card):
+            found[other.labels] = listed.get(other.labels, DECISIVE)
+    return found
 
 
 def disguise(best: Refit, tried: Sequence[Refit], scale: float, choices: int) -> Refit | None:

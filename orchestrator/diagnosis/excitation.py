@@ -18,8 +18,8 @@ SHOWN = 0.5
 # A muscle that is never stimulated does nothing at all; what leaks out of the upper of two tanks does 0.002 to 0.005 of what
 # leaks out of the lower one, however they are driven.
 AS_ELSEWHERE = 0.001
-# Effects of a blind site that the next experiment should show.
-MOST_UNSEEN = 2
+# Effects of a blind site that the next experiment should show, and of a machine that only rested.
+MOST_UNSEEN, MOST_AT_REST = 2, 12
 # These act only beyond a level; a range that was never entered says nothing against the data.
 BEYOND_A_LEVEL = ("end_stop", "saturation", "recruitment_curve", "backlash", "tremor")
 
@@ -75,10 +75,11 @@ def _is_shown(key: tuple[str, str], powers: Mapping[tuple[str, str], float], lea
     return powers[key] > least or powers[key] > AS_ELSEWHERE * max(elsewhere, default=least) > 0.0
 
 
-def unseen(candidates: Sequence[Candidate], blind: Sequence[str]) -> list[Candidate]:
-    """Effects to look for at the first blind site, one of each id."""
-    there = [c for c in candidates if c.site in blind[:1] and c.card.id not in BEYOND_A_LEVEL]
-    return list({c.card.id: c for c in reversed(there)}.values())[::-1][:MOST_UNSEEN]
+def unseen(candidates: Sequence[Candidate], blind: Sequence[str], resting: bool = False) -> list[Candidate]:
+    """Effects to look for, one of each id: some at the first blind site, or at all of them if the machine only rested."""
+    sites = blind if resting else blind[:1]
+    there = [c for c in candidates if c.site in sites and c.card.id not in BEYOND_A_LEVEL]
+    return list({c.card.id: c for c in reversed(there)}.values())[::-1][: MOST_AT_REST if resting else MOST_UNSEEN]
 
 
 def _site(candidate: Candidate, parameter: str) -> str | None:

@@ -20,7 +20,10 @@ BESIDE = (0.5, 0.2, 0.05)
 # Shares of their range by which inputs are driven: of one that acts to both sides also small ones, as a machine that nothing
 # holds runs away under a torque that is large for long.
 ONE_SIDED, TWO_SIDED = (1.0, 0.5), (1.0, 0.5, 0.2, 0.05)
+# Inputs that were never driven may also go beyond what a slow sine lets them, as a fast one moves a machine less.
+BEYOND_SLOW = (100.0, 30.0, 10.0, 3.0)
 IN_WORDS = {1.0: "full range", 0.5: "half the range", 0.2: "a fifth of the range", 0.05: "a twentieth of the range"}
+IN_WORDS |= {share: f"{share:g} times the range" for share in BEYOND_SLOW}
 # How far a machine that only rested is moved out of rest, by the unit of its output.
 OUT_OF_REST = {"rad": 0.5}
 OUT_OF_REST_ELSE = 0.1
@@ -54,8 +57,8 @@ def menu(
     unit that never moved. Others that never moved are not touched: a bench may not have them.
 
     Args:
-        amplitudes: how far inputs may be driven to either side of where they rest, by position, of a machine that was never
-            driven.
+        amplitudes: how far a slow sine may drive inputs to either side of where they rest, by position, of a machine that
+            was never driven.
         rest: unit of the output of a machine that only rested, else None.
     """
     first = trials[0]
@@ -80,16 +83,20 @@ def menu(
     low, high = every.min(axis=0), every.max(axis=0)
     for i, (smallest, largest) in ranges.items():
         low[i], high[i] = smallest, largest
-    idle = _idle(low, high)
+    idle = rests if amplitudes else _idle(low, high)
     two_sided = all(smallest < idle[i] < largest for i, (smallest, largest) in ranges.items())
-    for share in TWO_SIDED if two_sided else ONE_SIDED:
+    shares = TWO_SIDED if two_sided else ONE_SIDED
+    noise = np.zeros(len(idle)) if first.input_noise is None else first.input_noise
+    for share in (*BEYOND_SLOW, *shares) if amplitudes else shares:
         for name, words, shape in _shapes(time, step):
             inputs = np.tile(idle, (len(time), 1))
             for place, (i, (smallest, largest)) in enumerate(ranges.items()):
                 bottom, top = _part(smallest, largest, float(idle[i]), share)
+                if amplitudes and abs(idle[i]) > noise[i]:  # what only ran one way may not be able to turn
+                    bottom, top = (max(bottom, 0.0), top) if idle[i] > 0 else (bottom, min(top, 0.0))
                 inputs[:, i] = bottom + (top - bottom) * np.clip(shape(place, len(ranges)), 0.0, 1.0)
             size = IN_WORDS[share]
-            limits = "that keep the machine where it was" if amplitudes else "seen so far"
+            limits = "over which a slow sine keeps the machine where it was" if amplitudes else "seen so far"
             found.append(Experiment(f"{name}, {size}", f"{words}, {size} of the inputs {limits}", time, inputs))
     return found if amplitudes else [*found, *_beside_the_first(variables, trials, time, ranges)]
 

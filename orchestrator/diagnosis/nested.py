@@ -89,6 +89,18 @@ def with_simpler(best: Refit, other: Refit, old: Candidate, by: Candidate) -> tu
     return values, sizes
 
 
+def acts_near_rest_only(found: Refit, larger: Candidate, smaller: EffectCard) -> bool:
+    """Whether what a fitted law has beyond a simpler one acts at the slowest speeds only that it may act at.
+
+    There laws of dry friction are smooth, so that machines creep which stand still: a rest that hinders creeping follows them
+    better, whatever their friction.
+    """
+    _, shapes = rest_parts(found, larger, smaller)
+    low, high = found.effects.bounds()
+    lowest = found.fit.at_bound[: found.size] & (found.values - low < high - found.values)
+    return bool(lowest[shapes].any())
+
+
 def unpinned(found: Refit, larger: Candidate, smaller: EffectCard) -> int:
     """Number of parameters of the rest that the data do not pin: what could be anything lowers no misfit by chance."""
     loose = ~(found.std < PINNED * np.abs(_away(found)))

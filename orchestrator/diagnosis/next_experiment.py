@@ -11,6 +11,7 @@ to the outputs as in the first trial.
 
 import csv
 import io
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
@@ -30,9 +31,11 @@ from orchestrator.models.estimation import STEEPEST, Prior, fit
 from orchestrator.models.smoothing import SmoothedTrial
 from orchestrator.models.symbolic import SymbolicModel
 
-# Explanations compared, and experiments for which they are refitted to each other.
+# Explanations compared by refits, and experiments for which they are refitted to each other.
 MOST_MEMBERS = 5
 REFITTED = 3
+# Sizes of an input of one shape that are compared for a machine that rested; what is smaller shows less of it.
+LARGEST = 2
 # Outputs may leave the range seen so far by this share of it.
 BEYOND = 0.5
 # Below this probability a record of an experiment hardly names the right explanation. Where a few records would, the advice
@@ -129,27 +132,32 @@ def plan(explanations: Sequence[Explanation], learning: LearningData, scale: flo
     """Choose the experiment that tells the explanations apart; the noise has the power `scale` in the metric.
 
     Experiments in which some explanation leaves the range of the recorded outputs by more than half of it, or cannot be
-    simulated, are left out.
+    simulated, are left out. All explanations of a machine that only rested rank the experiments to first order, those that are
+    told apart worst are refitted.
 
     Returns:
         None for fewer than two explanations, or if no experiment can be simulated.
     """
-    members = list(explanations[:MOST_MEMBERS])
+    resting = is_at_rest(learning)
+    members = _at_rest(explanations, learning) if resting else list(explanations[:MOST_MEMBERS])
     if len(members) < 2:
         return None
-    variables, resting = members[0].model.inputs, is_at_rest(learning)
+    variables = members[0].model.inputs
     commands = [i for i, v in enumerate(variables) if not v.name.startswith(PREFIX)]
     amplitudes = {}
     if commands and not driven(learning.trials)[commands].any():
         amplitudes = {i: a for i in commands if (a := _amplitude(members[0], i, learning)) > 0}
     unit = members[0].model.outputs[0].unit if resting else None
     choices = menu(variables, learning.trials, amplitudes, unit)
-    rough = {
-        k: each
-        for k, experiment in enumerate(choices)
-        if _predictions(members, experiment, learning, limited=k > 0) is not None
-        and (each := _to_first_order(members, experiment, learning)) is not None
-    }
+    rough, sizes = dict[int, np.ndarray](), Counter[str]()
+    for k, experiment in enumerate(choices):
+        shape = experiment.name.partition(",")[0]
+        if resting and sizes[shape] == LARGEST or _predictions(members, experiment, learning, limited=k > 0) is None:
+            continue
+        each = _to_first_order(members, experiment, learning)
+        if each is not None:
+            rough[k] = each
+            sizes[shape] += 1
     if not rough:
         return None
 
@@ -165,6 +173,8 @@ def plan(explanations: Sequence[Explanation], learning: LearningData, scale: flo
 
     first = scores_of(rough)
     shortlist = sorted((k for k in rough if k), key=lambda k: -first[k])[:REFITTED]
+    hardest = _hardest(rough[max(first, key=lambda k: first[k])], told_apart(rough), len(members))
+    members = [members[i] for i in hardest]
     pairs = {k: _refitted(members, choices[k], learning) for k in (0, *shortlist) if k in rough}
     separable, scores = told_apart(pairs), scores_of(pairs)
     alike = [pair for pair, seen in zip(combinations(members, 2), separable, strict=True) if not seen]
@@ -179,9 +189,29 @@ def plan(explanations: Sequence[Explanation], learning: LearningData, scale: flo
         considered=tuple((choices[k].name, value) for k, value in first.items()),
         names=tuple(v.name for v in members[0].model.inputs),
         units=tuple(v.unit for v in members[0].model.inputs),
-        alike=tuple((one.label, other.label) for one, other in alike) if separable.any() else (),
+        alike=tuple((one.label, other.label) for one, other in alike) if separable.any() and not resting else (),
         records=_records(scores[best] / scale, choices[best], learning),
     )
+
+
+def _at_rest(explanations: Sequence[Explanation], learning: LearningData) -> list[Explanation]:
+    """Those of a machine that rested that let it rest; an effect that moves it would have shown."""
+    first = learning.trials[0]
+    as_it_was = Experiment("repeat", "", first.time, first.inputs)
+    return [e for e in explanations if _predictions([e], as_it_was, learning, limited=True)]
+
+
+def _hardest(separations: np.ndarray, separable: np.ndarray, count: int) -> list[int]:
+    """At most `MOST_MEMBERS` of `count` explanations: those of the pairs that are told apart worst, of separable ones first.
+
+    >>> _hardest(np.array([9.0, 1.0, 5.0]), np.array([True, False, True]), 3)
+    [0, 1, 2]
+    """
+    pairs, found = list(combinations(range(count), 2)), set[int]()
+    for k in np.lexsort((separations, ~separable)):
+        if len(found | set(pairs[k])) <= MOST_MEMBERS:
+            found |= set(pairs[k])
+    return sorted(found)
 
 
 def _start(member: Explanation, experiment: Experiment, learning: LearningData) -> np.ndarray:

@@ -1,6 +1,6 @@
 """Order everything that was tried, from the best explanation to the worst."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -22,7 +22,7 @@ def rank(
     nominal: Stage,
     candidates: Sequence[Candidate],
     best: Refit | None = None,
-    refused: Sequence[frozenset[str]] = (),
+    least_odds: Mapping[frozenset[str], float] | None = None,
     trust: float = 1.0,
 ) -> tuple[RankedSet, ...]:
     """Rank all sets tried by extended BIC, with the misfit in units of the noise that the best of them leaves.
@@ -35,10 +35,11 @@ def rank(
     Args:
         best: the set that held-out trials confirmed last. Larger sets that hold it were not worth their effects, others
             that the search left for it neither, whatever they make of an error that no set explains. They rank behind it.
-        refused: effects of sets that held-out trials did not confirm. They rank behind the best, too.
+        least_odds: of the best set against others (by their labels), as of those that held-out trials did not confirm. They
+            rank no higher than these let them.
         trust: probability that the truth is among the choices; the probabilities of all sum to it.
     """
-    base = nominal.tangent.base
+    base, odds = nominal.tangent.base, least_odds or {}
     nothing = trace.half_bic(base)
     scale = min(stage.colour.scale for stage in trace.stages)
     found: list[tuple[tuple[Candidate, ...], float, float]] = []
@@ -47,8 +48,9 @@ def rank(
     for r in trace.refitted:
         if r.is_present():
             criterion = trace.half_bic(r)
-            if r.labels in refused or (best is not None and len(r.labels) > len(best.labels)):
+            if best is not None and len(r.labels) > len(best.labels):
                 criterion = max(criterion, ahead + float(np.log(DECISIVE)))
+            criterion = max(criterion, ahead + float(np.log(odds[r.labels]))) if r.labels in odds else criterion
             found.append((r.effects.candidates, r.cost, criterion))
             least = min(least, r.cost)
         else:

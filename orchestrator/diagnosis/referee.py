@@ -144,7 +144,7 @@ class Referee:
         if not refereed.accepted:
             return refereed
         last = refereed.accepted[-1]
-        like = rivals(last.refit, tried, scale, lambda other: self.odds(last.refit, other, scale))
+        like = rivals(last.refit, tried, scale, lambda other: self.odds(last.refit, other, scale), missing=base.cost)
         if not like or like[0].odds >= 1.0:
             return refereed
         rival = like[0].refit

@@ -1,5 +1,6 @@
 """The explanations that remain after a search, for the choice of the next experiment."""
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -28,12 +29,11 @@ def remaining(
     and effects that would not show (`unseen`) at their typical sizes, else the sets that fit best with each of their effects at
     least of the size that matters.
     """
-    others = {name for group in confusable for name in group}
+    others = {name for group in confusable for name in group[1:]}
     if best is not None and others:
-        own = set(best.ids)
-        rivals = [
-            r for r in refitted if len(r.ids) == len(best.ids) and set(r.ids) - own and set(r.ids) - own <= others
-        ]
+        # A second effect of one id counts as another: of leaks at both tanks one may stand for what is at an outlet.
+        beside = [(r, set(Counter(r.ids) - Counter(best.ids))) for r in refitted if len(r.ids) == len(best.ids)]
+        rivals = [r for r, come in beside if come and come <= others]
         return [_of(best), *(_beyond(best, r) for r in _best_of_each(rivals))]
     try:
         start = nominal.record(learning.trials[0]).start
@@ -43,7 +43,7 @@ def remaining(
     singles = [] if unseen else [r for r in refitted if len(r.ids) == 1]
     return [
         Explanation("nothing added", nominal, nothing, nothing, nothing, start),
-        *(member for effects in unseen for member in _typical(effects, learning)),
+        *(member for effects in unseen for member in _typical(effects, unseen, learning)),
         *(_of(r, enlarged=True) for r in _best_of_each(singles)),
     ]
 
@@ -81,8 +81,10 @@ def _of(refit: Refit, *, enlarged: bool = False) -> Explanation:
     return Explanation(_label(refit), refit.effects.model, values, low, high, refit.fit.starts[0])
 
 
-def _typical(effects: EffectSet, learning: LearningData) -> list[Explanation]:
+def _typical(effects: EffectSet, others: Sequence[EffectSet], learning: LearningData) -> list[Explanation]:
     """An effect at its card's first guess; none if it cannot be built."""
+    own = effects.candidates[0]
+    simpler = [c.card.id for each in others for c in each.candidates if c.site == own.site and holds(own.card, c.card)]
     try:
         low, high = effects.bounds()
         values = np.clip(effects.first_guess(), low, high)
@@ -90,4 +92,4 @@ def _typical(effects: EffectSet, learning: LearningData) -> list[Explanation]:
         start = model.record(learning.trials[0], model.compiled.with_values(values)).start
     except MisfitError:
         return []
-    return [Explanation(effects.candidates[0].card.id, model, values, low, high, start)]
+    return [Explanation(own.card.id, model, values, low, high, start, *simpler[:1])]

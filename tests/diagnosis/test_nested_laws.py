@@ -1,5 +1,6 @@
 """Stribeck friction holds Coulomb friction: when the data rule out its rest, and what it costs where they do not."""
 
+from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
@@ -8,9 +9,11 @@ import pytest
 from fmus.catalogue import find_modelica_model
 from orchestrator.diagnosis.candidates import EffectSet, find_candidates
 from orchestrator.diagnosis.cards import effect_library
-from orchestrator.diagnosis.confusion import rivals
+from orchestrator.diagnosis.confusion import least_odds, rivals
 from orchestrator.diagnosis.evidence import Refit
 from orchestrator.diagnosis.nested import at_least, holds, rest_share, starts, unpinned, with_simpler
+from orchestrator.diagnosis.ranking import rank
+from orchestrator.diagnosis.trace import Trace
 from orchestrator.models.estimation import Fit
 
 CARDS = {(card.id, card.variant): card for card in effect_library()}
@@ -104,6 +107,47 @@ def test_larger_law_is_no_rival_if_its_fit_rules_it_out_or_the_record_has_no_roo
     found = rivals(plain, [plain, other], 1.0, lambda _: 0.0, lambda *_: room)
 
     assert [r.odds for r in found] == ([] if odds is None else [pytest.approx(odds)])
+
+
+@pytest.mark.parametrize(
+    ("slowest", "share", "creeps"),
+    [
+        (True, 0.03, True),
+        (False, 0.03, False),  # it acts at speeds where friction is no longer smooth
+        (True, 0.05, False),  # more than a right law may leave
+    ],
+)
+def test_rest_that_only_keeps_a_machine_from_creeping_is_no_law_of_it(
+    slowest: bool, share: float, creeps: bool
+) -> None:
+    """Smooth friction creeps where a machine stands still: a pendulum followed that better with a rest below 0.01 rad/s."""
+    missing, left = 1000.0, 1.0 + share**2 * 999.0
+    plain = fitted("coulomb_friction", [1.0], [0.01], left * ROWS)
+    other = fitted("stribeck_friction", [1.0, 0.1, 0.01], [0.01, 0.1, 0.006])
+    other.fit.at_bound[2] = slowest
+
+    found = rivals(other, [plain, other], 1.0, lambda _: 0.0, missing=missing)
+    back = rivals(plain, [plain, other], 1.0, lambda _: 0.0, missing=missing)
+
+    assert [r.odds for r in found] == ([0.0] if creeps else [])
+    assert [r.by for r in back] == ([] if creeps else ["stribeck_friction"])
+
+
+def test_larger_law_that_is_ruled_out_ranks_behind_the_one_that_is_named() -> None:
+    """Whatever its rest imitates: it is less likely than the simpler law by odds of 20."""
+    plain = fitted("coulomb_friction", [1.0], [0.01], 1.2 * ROWS)
+    other = fitted("stribeck_friction", [1.0, 0.1, 0.01], [0.01, 0.1, 0.006])
+    effects = EffectSet(plain.effects.base, [], ("phi",))
+    base = Refit(effects, cast(Any, None), (), Fit(np.zeros(0), np.zeros(0), (), 9.0, np.zeros(0, bool), ROWS), 1)
+    stage = cast(Any, SimpleNamespace(tangent=SimpleNamespace(base=base), gains={}, colour=SimpleNamespace(scale=1.0)))
+    trace = Trace(2, refitted=[plain, other], stages=[stage])
+
+    odds = least_odds(plain, trace.refitted, [])
+    found = rank(trace, stage, [*plain.effects.candidates, *other.effects.candidates], plain, odds)
+
+    assert odds == {other.labels: 20.0}
+    assert [r.effects for r in found] == [("coulomb_friction",), ("stribeck_friction",)]
+    assert found[0].probability == pytest.approx(20.0 * found[1].probability)
 
 
 def test_simpler_law_in_a_larger_one_keeps_its_values_and_gives_the_rest_its_size() -> None:

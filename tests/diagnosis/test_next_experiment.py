@@ -3,6 +3,7 @@
 import csv
 import io
 from dataclasses import replace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -13,10 +14,12 @@ from fmus.symbolic.system import Variable
 from orchestrator.diagnosis import next_experiment
 from orchestrator.diagnosis.candidates import EffectSet, find_candidates, model_of
 from orchestrator.diagnosis.cards import effect_library
-from orchestrator.diagnosis.evidence import LearningData
+from orchestrator.diagnosis.evidence import LearningData, Refit
+from orchestrator.diagnosis.excitation import unseen
 from orchestrator.diagnosis.menu import menu
 from orchestrator.diagnosis.next_experiment import HOPELESS, INSEPARABLE, Explanation, plan
 from orchestrator.diagnosis.nuisances import Nuisances
+from orchestrator.diagnosis.remaining import remaining
 from orchestrator.models.estimation import Fit
 from orchestrator.models.smoothing import SmoothedTrial
 
@@ -223,7 +226,43 @@ def test_pump_that_only_ran_evenly_is_driven_about_that_flow() -> None:
 
     for experiment in menu(TANKS.compile().inputs, [trial], {0: most})[1:]:
         assert np.ptp(experiment.inputs[:, 0]) > 0
-        assert np.all(np.abs(experiment.inputs[:, 0] - steady) <= most * (1 + 1e-9))
+        assert experiment.inputs[:, 0].min() >= 0.0  # a pump may not turn back
+        further = "times the range" in experiment.name
+        assert further or np.all(np.abs(experiment.inputs[:, 0] - steady) <= most * (1 + 1e-9))
+
+
+def test_wheel_that_only_coasted_is_driven_further_by_fast_torques_than_by_slow_ones() -> None:
+    """A tenth of a second of a torque moves it a hundredth of what a second does: far less would hardly show a friction."""
+    members = [explanation("viscous_friction", [0.02]), explanation("coulomb_friction", [0.02])]
+    data = learning(np.zeros(len(TIME)))
+
+    found = plan(members, data)
+
+    assert found is not None
+    slowly = next_experiment._amplitude(members[0], 0, data)
+    assert np.abs(found.experiment.inputs[:, 0]).max() > 2 * slowly
+
+
+def test_experiment_for_a_machine_that_only_rested_tells_all_effects_apart_that_it_may_have() -> None:
+    """Steps for an offset and a scale tell a delay from a lag badly; a torque that moves it would have shown at rest."""
+    time, system = np.arange(300.0), TANKS.compile()
+    level = (1e-4 / 5e-5) ** 2 / (2 * 9.81)
+    inputs = np.column_stack([np.full(300, 1e-4), np.zeros((300, len(system.inputs) - 1))])
+    data = LearningData((SmoothedTrial(time, inputs, np.full((300, 2), level), np.full(2, 1e-4)),), np.full(2, 1e-4))
+    candidates = {c.card.id: c for c in find_candidates(TANKS, system, effect_library())[0]}
+    seen = ["joint_offset", "joint_scale", "outlet_error", "saturation", "sensor_lag", "stimulation_delay"]
+    hidden = unseen([candidates[name] for name in ("leak", *seen)], [c.site for c in candidates.values()], resting=True)
+    effects = [EffectSet(TANKS, [c], ("h1", "h2")) for c in hidden]
+    nominal = model_of(TANKS, system).restricted(("h1", "h2"))
+
+    members = remaining(None, [], (), nominal, data, effects)
+    found = plan(members, data)
+
+    assert found is not None
+    assert {m.label for m in members} == {"nothing added", "leak", *seen} - {"saturation"}
+    assert len(found.members) == 5
+    assert {"sensor_lag", "stimulation_delay"} <= set(found.members)
+    assert found.probability > 0.99
 
 
 def test_all_members_of_a_class_of_four_are_told_apart() -> None:
@@ -294,3 +333,16 @@ def test_few_records_are_advised_where_one_hardly_decides() -> None:
     assert noisy is not None
     assert noisy.probability < HOPELESS
     assert noisy.to_json()["do"].endswith("one such record will hardly tell them apart, 5 of them will")
+
+
+def test_second_effect_of_one_kind_is_an_explanation_beside_the_one_that_it_stands_for() -> None:
+    """Leaks of both tanks, or one of them and an outlet that is too wide: there was nothing to plan for."""
+    candidates = find_candidates(TANKS, TANKS.compile(), effect_library())[0]
+    leaks, outlets = ([c for c in candidates if c.card.id == name] for name in ("leak", "outlet_error"))
+    fitted = Fit(np.ones(2), np.ones(2), (np.full(2, 0.2),), 1.0, np.zeros(2, bool), 600, correlation=np.eye(2))
+    sets = ([leaks[0], outlets[1]], leaks, outlets)
+    refits = [Refit(EffectSet(TANKS, chosen, ("h1", "h2")), cast(Any, None), (), fitted, 1) for chosen in sets]
+
+    found = remaining(refits[0], refits, [("outlet_error", "leak")], cast(Any, None), cast(Any, None))
+
+    assert [e.label for e in found] == ["leak + outlet_error", "leak + leak"]
