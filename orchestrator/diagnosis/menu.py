@@ -87,17 +87,21 @@ def menu(
     two_sided = all(smallest < idle[i] < largest for i, (smallest, largest) in ranges.items())
     shares = TWO_SIDED if two_sided else ONE_SIDED
     noise = np.zeros(len(idle)) if first.input_noise is None else first.input_noise
+    one_way = (np.abs(idle) > noise) & bool(amplitudes)  # what only ran one way may not be able to turn
+    limits = "over which a slow sine keeps the machine where it was" if amplitudes else "seen so far"
+    before = list[tuple[float, float]]()
     for share in (*BEYOND_SLOW, *shares) if amplitudes else shares:
+        parts = [_part(*extent, float(idle[i]), share, one_way=one_way[i]) for i, extent in ranges.items()]
+        allowed = [_within(part, variables[i]) for part, i in zip(parts, ranges, strict=True)]
+        if allowed == before:  # no less than a larger share, which the inputs' own limits have cut
+            continue
+        before, cut = allowed, ", as far as the model lets them" if allowed != parts else ""
         for name, words, shape in _shapes(time, step):
             inputs = np.tile(idle, (len(time), 1))
-            for place, (i, (smallest, largest)) in enumerate(ranges.items()):
-                bottom, top = _part(smallest, largest, float(idle[i]), share)
-                if amplitudes and abs(idle[i]) > noise[i]:  # what only ran one way may not be able to turn
-                    bottom, top = (max(bottom, 0.0), top) if idle[i] > 0 else (bottom, min(top, 0.0))
+            for place, (i, (bottom, top)) in enumerate(zip(ranges, allowed, strict=True)):
                 inputs[:, i] = bottom + (top - bottom) * np.clip(shape(place, len(ranges)), 0.0, 1.0)
             size = IN_WORDS[share]
-            limits = "over which a slow sine keeps the machine where it was" if amplitudes else "seen so far"
-            found.append(Experiment(f"{name}, {size}", f"{words}, {size} of the inputs {limits}", time, inputs))
+            found.append(Experiment(f"{name}, {size}", f"{words}, {size} of the inputs {limits}{cut}", time, inputs))
     return found if amplitudes else [*found, *_beside_the_first(variables, trials, time, ranges)]
 
 
@@ -143,17 +147,30 @@ def _idle(low: np.ndarray, high: np.ndarray) -> np.ndarray:
     return np.clip(0.0, low, high)
 
 
-def _part(low: float, high: float, idle: float, share: float) -> tuple[float, float]:
+def _part(low: float, high: float, idle: float, share: float, *, one_way: bool = False) -> tuple[float, float]:
     """A share of a range: as far to one side of idle as to the other, so that a torque drives nothing away; from its lower end
-    if idle is no point inside.
+    if idle is no point inside; on idle's side of zero if that is the `one_way` that the input goes.
 
-    >>> _part(-0.3, 0.2, 0.0, 0.5), _part(0.1, 0.9, 0.1, 0.5)
-    ((-0.1, 0.1), (0.1, 0.5))
+    >>> _part(-0.3, 0.2, 0.0, 0.5), _part(0.1, 0.9, 0.1, 0.5), _part(0.0, 0.5, 0.25, 2.0, one_way=True)
+    ((-0.1, 0.1), (0.1, 0.5), (0.0, 0.75))
     """
     if not low < idle < high:
         return low, low + share * (high - low)
     far = share * min(idle - low, high - idle)
+    if one_way:
+        return (max(idle - far, 0.0), idle + far) if idle > 0 else (idle - far, min(idle + far, 0.0))
     return idle - far, idle + far
+
+
+def _within(part: tuple[float, float], variable: Variable) -> tuple[float, float]:
+    """The part of a range over which a model lets its input go.
+
+    >>> _within((-0.3, 12.0), Variable("alpha_1", "1", minimum=0.0, maximum=1.0))
+    (0.0, 1.0)
+    """
+    low = -np.inf if variable.minimum is None else variable.minimum
+    high = np.inf if variable.maximum is None else variable.maximum
+    return min(max(part[0], low), high), max(min(part[1], high), low)
 
 
 def _shapes(time: np.ndarray, step: float) -> Iterator[tuple[str, str, Callable[[int, int], np.ndarray]]]:

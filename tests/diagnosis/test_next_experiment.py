@@ -231,6 +231,19 @@ def test_pump_that_only_ran_evenly_is_driven_about_that_flow() -> None:
         assert further or np.all(np.abs(experiment.inputs[:, 0] - steady) <= most * (1 + 1e-9))
 
 
+def test_muscles_that_were_never_stimulated_are_driven_no_further_than_the_model_lets_them() -> None:
+    variables = [Variable(f"alpha_{k}", "1", minimum=0.0, maximum=1.0) for k in (1, 2)]
+    trial = SmoothedTrial(TIME, np.zeros((len(TIME), 2)), np.zeros((len(TIME), 1)), np.array([1e-3]))
+
+    found = menu(variables, [trial], {0: 0.05, 1: 0.05})[1:]
+
+    assert all(e.inputs.min() >= 0.0 and e.inputs.max() <= 1.0 for e in found)
+    assert max(e.inputs.max() for e in found) == pytest.approx(1.0)
+    # 100 and 30 times as much are both cut to 1; what 10 times lets them is half of it.
+    assert {e.name.partition(", ")[2] for e in found if e.inputs.max() > 0.9} == {"100 times the range"}
+    assert all("as far as the model lets them" in e.do for e in found)
+
+
 def test_wheel_that_only_coasted_is_driven_further_by_fast_torques_than_by_slow_ones() -> None:
     """A tenth of a second of a torque moves it a hundredth of what a second does: far less would hardly show a friction."""
     members = [explanation("viscous_friction", [0.02]), explanation("coulomb_friction", [0.02])]
