@@ -87,9 +87,11 @@ class Fitter:
         """Refit sets, then sets that are taken as a `whole`, which may begin from the best of the former."""
         smaller = self._roughly(sets, (), stage, nuisances)
         rough = sorted([*smaller, *self._roughly(whole, smaller, stage, nuisances)], key=lambda r: r.half_bic)
-        polished = sorted(self._polished(rough[:POLISHED]), key=lambda r: r.half_bic)
-        self._rough += rough[POLISHED:]
-        return [*(self._from_elsewhere(r, stage) for r in polished[:1]), *polished[1:], *rough[POLISHED:]]
+        first = [*rough[:POLISHED], *lost_contacts(rough)]
+        rest = [r for r in rough if not any(r is each for each in first)]
+        polished = sorted(self._polished(first), key=lambda r: r.half_bic)
+        self._rough += rest
+        return [*(self._from_elsewhere(r, stage) for r in polished[:1]), *polished[1:], *rest]
 
     def _roughly(
         self, sets: Sequence[Screened], nearer: Sequence[Refit], stage: Stage, nuisances: np.ndarray
@@ -249,6 +251,17 @@ class Fitter:
                 )
         fitted = self.setting.side_by_side(self.attempt, list(smaller.values()))
         return [r for r in fitted if r is not None]
+
+
+def lost_contacts(rough: Sequence[Refit]) -> list[Refit]:
+    """The smallest of the sets with contacts, the likeliest of several, if all sets leave much more than noise and none of the first
+    has any.
+
+    Runs that lose a rattling play part from the measurement whatever its size is: what it leaves says nothing of it.
+    """
+    if any(r.cost <= BEYOND_NOISE**2 for r in rough) or any(r.effects.contacts for r in rough[:POLISHED]):
+        return []
+    return sorted((r for r in rough if r.effects.contacts), key=lambda r: len(r.ids))[:1]
 
 
 def _is_astray(found: Refit, others: Sequence[Refit]) -> bool:
