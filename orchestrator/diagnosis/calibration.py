@@ -14,7 +14,7 @@ from scipy import linalg, signal
 
 from orchestrator.diagnosis.flexible import flexible_forces
 from orchestrator.diagnosis.subsets import BestSet, Library, score
-from orchestrator.diagnosis.tangent import Block, Tangent, orthonormal
+from orchestrator.diagnosis.tangent import Block, Tangent, orthonormal, split_by_trials
 
 NULLS = 199
 SIGNIFICANT = 0.05
@@ -114,8 +114,7 @@ class Stage:
 
     def _per_trial(self, error: np.ndarray) -> list[np.ndarray]:
         signals = len(self.tangent.base.model.signals)
-        edges = np.cumsum(self.tangent.rows_of_trials)
-        return [part.reshape(-1, signals) for part in np.split(error[: edges[-1]], edges[:-1])]
+        return [part.reshape(-1, signals) for part in split_by_trials(error, self.tangent.rows_of_trials)]
 
     @cached_property
     def _nulls(self) -> tuple[np.ndarray, np.ndarray]:
@@ -171,8 +170,7 @@ class Stage:
         """By how much the mean square of a right model's error may exceed that of its noise, which is read from the same rows: as
         much as noise of this colour lets candidates and flexible forces explain, and two deviations of it."""
         freedom = self._saturated.shape[1]
-        most = self.colour.scale * (freedom + SCATTER * (2.0 * freedom) ** 0.5)
-        return (most - self.colour.level**2 * freedom) / self.tangent.data_rows
+        return (self.colour.scale * most_by_chance(freedom) - self.colour.level**2 * freedom) / self.tangent.data_rows
 
     @property
     def is_structured(self) -> bool:
@@ -245,6 +243,15 @@ class Stage:
     def _bases(self) -> list[np.ndarray]:
         edges = np.r_[0, np.cumsum(self.library.sizes)]
         return [self.library.stacked[:, a:b] for a, b in zip(edges[:-1], edges[1:], strict=True)]
+
+
+def most_by_chance(freedom: int) -> float:
+    """What that many orthonormal columns take of white noise of power one, and two deviations of it (chi-squared).
+
+    >>> most_by_chance(50)
+    70.0
+    """
+    return freedom + SCATTER * (2.0 * freedom) ** 0.5
 
 
 def _autocovariance(series: np.ndarray) -> np.ndarray:

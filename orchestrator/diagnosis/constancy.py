@@ -13,10 +13,10 @@ import numpy as np
 from scipy import stats
 from scipy.linalg import block_diag
 
-from orchestrator.diagnosis.calibration import SCATTER
+from orchestrator.diagnosis.calibration import most_by_chance
 from orchestrator.diagnosis.candidates import Candidate
 from orchestrator.diagnosis.evidence import Refit
-from orchestrator.diagnosis.tangent import Tangent, orthonormal
+from orchestrator.diagnosis.tangent import Tangent, orthonormal, split_by_trials
 
 # Columns that are combinations of the others to this accuracy are no freedom of their own.
 APART = 1e-3
@@ -70,9 +70,8 @@ def each_for_itself(columns: np.ndarray, rows: Sequence[int]) -> np.ndarray:
     >>> each_for_itself(np.array([[1.0], [2.0], [3.0]]), [1, 2]).tolist()
     [[1.0, 0.0], [0.0, 2.0], [0.0, 3.0]]
     """
-    edges = np.cumsum(rows)
-    apart = block_diag(*np.split(columns[: edges[-1]], edges[:-1]))
-    return np.concatenate([apart, np.zeros((len(columns) - edges[-1], apart.shape[1]))])
+    apart = block_diag(*split_by_trials(columns, rows))
+    return np.concatenate([apart, np.zeros((len(columns) - len(apart), apart.shape[1]))])
 
 
 def beyond_noise(basis: np.ndarray, error: np.ndarray, scale: float) -> tuple[float, float]:
@@ -82,5 +81,4 @@ def beyond_noise(basis: np.ndarray, error: np.ndarray, scale: float) -> tuple[fl
     if not freedom:
         return 0.0, 1.0
     taken = float(np.sum((basis.T @ error) ** 2)) / scale
-    beyond = max(taken - freedom - SCATTER * (2.0 * freedom) ** 0.5, 0.0)
-    return beyond * scale, float(stats.chi2.sf(taken, freedom))
+    return max(taken - most_by_chance(freedom), 0.0) * scale, float(stats.chi2.sf(taken, freedom))

@@ -65,7 +65,7 @@ class Searcher:
 
         The path is empty if no single effect is worth naming.
         """
-        base = fit_nominal(EffectSet(self.base, (), self.nominal.signals), self.nominal, self.learning)
+        base = self._without_effects()
         self.candidates = placed(self.candidates, Response(base, [t.smoother for t in self.learning.trials]))
         proposer = Proposer(self.setting, self.candidates)
         base = self._path(proposer, base)
@@ -276,6 +276,10 @@ class Searcher:
         """A set without one of its effects, fitted roughly to the same trials; None if that cannot be."""
         if len(found.ids) > 1:
             return self.fitter.without(found, effect, ROUGH)
+        return self._without_effects()
+
+    def _without_effects(self) -> Refit:
+        """The model as given, fitted to the trials in the metric that the search goes by now."""
         return fit_nominal(EffectSet(self.base, (), self.nominal.signals), self.nominal, self.learning)
 
     def _stage(self, base: Refit, further: int) -> Stage:

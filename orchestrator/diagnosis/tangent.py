@@ -130,9 +130,7 @@ class Tangent:
     def over_noise(self, change: np.ndarray) -> float:
         """Rms of a change (m,) of the error over that of the noise, as the outputs show both beside start values."""
         total, rows, at, first = 0.0, 0, 0, 0
-        signals = len(self.base.model.signals)
-        for metric, trial, start in zip(self.learning.metrics, self.learning.trials, self.base.fit.starts, strict=True):
-            count = len(trial.time) // metric.stride * signals
+        for metric, count, start in zip(self.learning.metrics, self.rows_of_trials, self.base.fit.starts, strict=True):
             own = self._starts[at : at + count, first : first + len(start)]
             seen, samples = over_noise(change[at : at + count], own, metric)
             total, rows, at, first = total + seen, rows + samples, at + count, first + len(start)
@@ -306,6 +304,12 @@ class Tangent:
         data = block_diag(*(concatenate([m], [part]) for m, part in zip(self.learning.metrics, per_trial, strict=True)))
         data = np.where(np.all(np.abs(data) < STEEPEST, axis=0), data, 0.0)
         return np.concatenate([data, np.zeros((self.prior_rows, data.shape[1]))])
+
+
+def split_by_trials(values: np.ndarray, rows: Sequence[int]) -> list[np.ndarray]:
+    """The parts of values (m, ...) that belong to trials of so many `rows` one after the other; those of priors are left out."""
+    edges = np.cumsum(rows)
+    return np.split(values[: edges[-1]], edges[:-1])
 
 
 def points(effects: EffectSet) -> Iterator[tuple[np.ndarray, bool]]:

@@ -99,7 +99,7 @@ def test_states_of_which_an_earlier_fit_knows_nothing_begin_as_the_record_shows(
 def test_levels_beyond_which_effects_act_start_within_the_range_of_the_record() -> None:
     drive = find_modelica_model("drive")
     chosen = candidates(drive, "saturation", "end_stop")
-    torque = 0.03 * np.sin(2 * np.pi * 0.5 * TIME)
+    torque = 0.1 * np.sin(2 * np.pi * 0.5 * TIME)
     inputs = np.column_stack([torque, np.zeros(len(TIME))])
     effects = EffectSet(drive, (), ["phi"])
     model = effects.model
