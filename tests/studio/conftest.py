@@ -5,10 +5,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, BrowserContext, Page
+from playwright.sync_api import Browser, BrowserContext, Page, expect
 from studio_process import ROOT, Studio, sign_in, start
 
 SCREENSHOTS = ROOT / "build" / "screenshots"
+# How long a busy machine may take until a page shows what it should; windows have the same limit for what is done in them.
+PATIENCE_MS = 15_000
+expect.set_options(timeout=PATIENCE_MS)
 
 
 @pytest.fixture
@@ -43,7 +46,7 @@ def session_cookie(studio: Studio) -> dict[str, Any]:
 def context(browser: Browser, session_cookie: dict[str, Any]) -> Iterator[BrowserContext]:
     """A window at 1280x720 that is signed in to the shared studio."""
     window = browser.new_context(viewport={"width": 1280, "height": 720})
-    window.set_default_timeout(15_000)
+    window.set_default_timeout(PATIENCE_MS)
     window.add_cookies([session_cookie])
     yield window
     window.close()
