@@ -1,7 +1,7 @@
 """How sets of effects are refitted by free runs: many roughly, a few to the end, and the best from elsewhere, too."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
@@ -20,6 +20,7 @@ from orchestrator.diagnosis.tangent import Tangent
 from orchestrator.diagnosis.trace import Trace
 from orchestrator.diagnosis.valley import minima_along, shapes_in_valleys
 from orchestrator.diagnosis.work import FollowTask, Wanted, Work, done_by
+from orchestrator.models.estimation import Fit
 from orchestrator.models.hands import hands
 from orchestrator.models.symbolic import SymbolicModel
 
@@ -104,7 +105,27 @@ class Fitter:
             first = np.array([entry.values, *entry.others, *first_values(stage, entry.candidates, nearer)])
             return self.attempt(Wanted(entry.candidates, first, nuisances, ROUGH, near=near))
 
-        return [r for r in self.setting.side_by_side(one, sets) if r is not None]
+        rough = self.setting.side_by_side(one, sets)
+        found = [(r, entry.values) for r, entry in zip(rough, sets, strict=True) if r is not None]
+        if any(r.cost <= BEYOND_NOISE**2 for r, _ in found):
+            return [r for r, _ in found]
+        return self.setting.side_by_side(lambda each: self.from_first_stretch(*each), found)
+
+    def from_first_stretch(self, found: Refit, first: np.ndarray) -> Refit:
+        """A fitted set, or the same from first values (k,) over stretches of growing length, if it follows the trials to their end.
+
+        Along whole trials a large effect makes another motion of slightly other values, and a fit ends at the nearest of many
+        minima: over a first stretch there is but one. Sets with contacts are followed `in_stretches`, from their fit.
+        """
+        if self.setting.nominal.residual is None or found.effects.contacts:
+            return found
+        self.setting.progress(f"following {' + '.join(found.ids)}")
+        values = np.r_[np.clip(first, *found.effects.bounds()), found.fit.values[found.size :]]
+        followed = self._over_stretches(replace(found, fit=replace(found.fit, values=values)))
+        if followed is None or followed.samples < self.setting.learning.longest:
+            return found
+        again = self._closer(found, followed.fit, ROUGH)
+        return found if again is None or again.fit.misfit > found.fit.misfit else again
 
     def finished(self, found: Refit) -> Refit:
         """A fitted set, to the end if it was fitted roughly only."""
@@ -112,9 +133,14 @@ class Fitter:
 
     def closer(self, found: Refit) -> Refit:
         """A fitted set, fitted further from where it is, to the end."""
-        nuisances = found.fit.values[found.size :]
-        better = self.attempt(Wanted(found.effects.candidates, found.values, nuisances, earlier=found.fit))
+        better = self._closer(found, found.fit)
         return found if better is None else better
+
+    def _closer(self, found: Refit, earlier: Fit, tolerance: float = TOLERANCE) -> Refit | None:
+        """A set fitted from where an earlier fit of it is; None if it cannot be."""
+        values = earlier.values
+        wanted = Wanted(found.effects.candidates, values[: found.size], values[found.size :], tolerance, earlier)
+        return self.attempt(wanted)
 
     def _polished(self, rough: Sequence[Refit]) -> list[Refit]:
         """Sets fitted to the end, but for those that went astray, which stay rough; smaller sets first."""
@@ -146,8 +172,7 @@ class Fitter:
             without = self._over_stretches(self.setting.trace.stages[0].tangent.base)
             if is_worth_a_cut(followed.samples, 0 if without is None else without.samples):
                 raise TooLong(followed.samples * learning.step)
-        chosen, values = found.effects.candidates, followed.fit.values
-        again = self.attempt(Wanted(chosen, values[: found.size], values[found.size :], earlier=followed.fit))
+        again = self._closer(found, followed.fit)
         return found if again is None or again.fit.misfit > found.fit.misfit else again
 
     def _over_stretches(self, found: Refit) -> Followed | None:
