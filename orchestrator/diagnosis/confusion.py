@@ -51,9 +51,9 @@ def rivals(
     white noise of the declared level, times the odds that held-out trials give, whose logarithm `held_out` returns for a
     set. Several sites of one effect count once. A law that holds the one in its place, and more, is at most as likely as the
     simpler law, and none of its own where the rest is too small to matter. It pays nothing for parameters that the data leave
-    free, as they take no noise away. Nor is it one if `room_for` tells that it is unlikely with all that its rest may be; that
-    alone counts where the fit went astray. Where a rest that acts next to rest only follows the trials better, the simpler law
-    is preferred if it leaves no more than a right set may of what is `missing`, the mean square without effects.
+    free, as they take no noise away. Where `room_for` tells how likely it is with all that its rest may be, that alone counts: a
+    fit of it is but the nearest of several minima. Where a rest that acts next to rest only follows the trials better, the
+    simpler law is preferred if it leaves no more than a right set may of what is `missing`, the mean square without effects.
     """
     found: dict[tuple[str, str], Rival] = {}
     own = {c.label: c for c in best.effects.candidates}
@@ -73,12 +73,14 @@ def rivals(
         if holds_it:
             limit, least = DECISIVE, 1.0
             behind -= 0.5 * unpinned(other, by, old.card) * float(np.log(other.fit.rows))
-        hopeless = behind >= np.log(HOPELESS) or rest < MATTERS
-        hopeless |= holds_it and _only_hinders_creeping((other, by), (best, old), scale, missing)
-        behind = np.inf if hopeless else behind + held_out(other)
         if room is not None:
-            astray = other.fit.misfit > best.fit.misfit  # for a law that holds the best one, and so explains no less
-            behind = max(-float(np.log(room)), -np.inf if astray else behind)
+            behind = -float(np.log(room))
+        elif behind >= np.log(HOPELESS) or rest < MATTERS:
+            behind = np.inf
+        else:
+            behind += held_out(other)
+        if holds_it and _only_hinders_creeping((other, by), (best, old), scale, missing):
+            behind = np.inf
         odds = max(float(np.exp(np.clip(behind, -50, 50))), least)
         if old.site == by.site and holds(old.card, by.card):
             odds = 0.0 if _only_hinders_creeping((best, old), (other, by), scale, missing) else odds

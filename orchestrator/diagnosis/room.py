@@ -107,7 +107,16 @@ def room(best: Refit, other: Refit, old: Candidate, by: Candidate, learning: Lea
     if not len(free):
         return Room(mean, name, shape.unit)
     least = low if free[0] == 0 else float(points[free[0]])
-    return Room(mean, name, shape.unit, (least, float(points[free[-1]])))
+    return Room(mean, name, shape.unit, (least, float(points[up_to_a_gap(free)[-1]])))
+
+
+def up_to_a_gap(places: np.ndarray) -> np.ndarray:
+    """Of rising integers (n,), n > 0, those from the first one on which follow each other.
+
+    >>> up_to_a_gap(np.array([1, 2, 4, 5])).tolist()
+    [1, 2]
+    """
+    return places[: np.flatnonzero(np.diff(places, append=np.inf) > 1)[0] + 1]
 
 
 def _terms(

@@ -93,12 +93,12 @@ def test_friction_that_may_be_larger_near_rest_is_listed_beside_coulomb_friction
     [
         (0.01, 2.0, 1.0, None),  # the fit does not rule the rest out, and it could hide in next to no samples only
         (0.25, 2.0, 1.0, 4.0),
-        (0.25, 0.01, 1.0, None),  # its own fit rules it out
-        (0.25, 0.01, -1.0, 4.0),  # a fit that went astray
+        (0.25, 0.01, 1.0, 4.0),  # its fit leaves no rest that matters: the nearest of several minima
+        (0.25, 2.0, -20.0, 4.0),  # its fit is behind by odds of e^10
         (30.0, 2.0, 1.0, 1.0),  # no likelier than the simpler law
     ],
 )
-def test_larger_law_is_no_rival_if_its_fit_rules_it_out_or_the_record_has_no_room_for_its_rest(
+def test_larger_law_is_a_rival_where_the_record_has_room_for_its_rest_whatever_its_fit_found(
     room: float, extra: float, lower: float, odds: float | None
 ) -> None:
     plain = fitted("coulomb_friction", [1.0], [0.01])
