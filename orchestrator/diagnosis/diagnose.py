@@ -74,7 +74,7 @@ def diagnose(
     library = effect_library() if cards is None else cards
 
     def by(shown: MeasurementSet, may_cut: bool) -> Diagnosis:
-        return _diagnosed(source, shown, library, workers, progress, work, may_cut=may_cut)
+        return _diagnosed(source, shown, measurements, library, workers, progress, work, may_cut=may_cut)
 
     # Two BLAS threads make the small factorisations of the fits about 100 times slower.
     with threadpool_limits(limits=1, user_api="blas"), hands(workers):
@@ -90,9 +90,9 @@ def _over_stretches(
     """The diagnosis `by` trials, which may ask for a cut if told so: whole ones, or stretches of them if effects that make
     contacts (ids) let no run follow those and are named by these."""
     began, shown, seconds = time.monotonic(), measurements, 0.0
-    for _ in range(MOST_CUTS + 1):
+    for cuts in range(MOST_CUTS + 1):
         try:
-            found = by(shown, True)
+            found = by(shown, cuts < MOST_CUTS)
         except TooLong as error:
             seconds = error.seconds
             progress(f"cutting the trials into stretches of {seconds:.3g} s")
@@ -113,12 +113,14 @@ def _over_stretches(
 def _diagnosed(
     source: ModelicaModel,
     measurements: MeasurementSet,
+    whole: MeasurementSet,
     cards: Sequence[EffectCard],
     workers: int,
     progress: Progress,
     work: Work | None,
     may_cut: bool,
 ) -> Diagnosis:
+    """The diagnosis by some trials, which may be stretches of `whole` ones."""
     began = time.monotonic()
     system = source.compile()
     model = model_of(source, system)
@@ -129,6 +131,9 @@ def _diagnosed(
             f"{measurements.path} has no trials on one side; a diagnosis needs learning and held-out trials"
         )
     data = bind(measurements, model.inputs, model.outputs)
+    if measurements is not whole:
+        # Stretches show less of the noise: rattling counted as slow noise, with next to none that is white.
+        data = data.with_noise_of(bind(whole, model.inputs, model.outputs))
     candidates, impossible = find_candidates(source, system, cards)
     progress("compiling the model with each effect")
     compile_ahead(source, candidates, workers)

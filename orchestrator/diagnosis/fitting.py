@@ -171,7 +171,7 @@ class Fitter:
         if self.setting.may_cut and followed.samples < learning.longest:
             without = self._over_stretches(self.setting.trace.stages[0].tangent.base)
             if is_worth_a_cut(followed.samples, 0 if without is None else without.samples):
-                raise TooLong(followed.samples * learning.step)
+                raise TooLong(followed.stretch * learning.step)
         again = self._closer(found, followed.fit)
         return found if again is None or again.fit.misfit > found.fit.misfit else again
 

@@ -12,10 +12,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fmus.errors import ComponentError
-from orchestrator.diagnosis.calibration import BEYOND_NOISE
+from orchestrator.diagnosis.calibration import BEYOND_NOISE, NEAR_FLOOR
+from orchestrator.diagnosis.cutting import FEWEST_SAMPLES
 from orchestrator.diagnosis.evidence import LearningData, Refit, as_found, begun_where, enough_steps, follow
 from orchestrator.diagnosis.metric import Metric
-from orchestrator.models.estimation import Fit, Record, fit
+from orchestrator.diagnosis.tangent import split_by_trials
+from orchestrator.models.estimation import Fit, Record, fit, linearise
 
 # Samples of the first stretch, and how much longer each next one is.
 SHORTEST, GROWTH = 8, 1.5
@@ -27,10 +29,19 @@ ROUGH = 1e-3
 
 @dataclass(frozen=True)
 class Followed:
-    """How far a set follows the trials: a fit of their first `samples`, which leaves what noise would."""
+    """How far a set follows the trials: a fit of their first `samples`, which leaves no trial much more than noise.
+
+    Of the first `clean` ones it leaves what noise would: beyond them contacts of a few trials may be made at wrong times.
+    """
 
     fit: Fit
     samples: int
+    clean: int
+
+    @property
+    def stretch(self) -> int:
+        """Samples of the stretches that trials are cut into: the clean ones, or some more if those are too few to tell much."""
+        return max(self.clean, min(self.samples, FEWEST_SAMPLES))
 
 
 def follow_closely(found: Refit, trials: LearningData) -> Refit:
@@ -54,7 +65,7 @@ def lost_after(found: Refit, trials: LearningData) -> int | None:
     able, followed, _ = _closely(found, trials)
     if any(each.cost <= BEYOND_NOISE**2 for each in able):
         return None
-    return None if followed is None or followed.samples == trials.longest else followed.samples
+    return None if followed is None or followed.samples == trials.longest else followed.stretch
 
 
 def _closely(found: Refit, trials: LearningData) -> tuple[list[Refit], Followed | None, ComponentError]:
@@ -84,16 +95,18 @@ def follow_stretches(found: Refit, learning: LearningData) -> Followed | None:
     values = np.clip(found.fit.values, *bounds)
     records = tuple(found.model.record(t, found.model.compiled.with_values(values)) for t in learning.trials)
     longest = learning.longest
-    count = min(SHORTEST, longest)
+    count, clean, least = min(SHORTEST, longest), 0, np.inf
     while True:
         parts = [_first_samples(r, count) for r in records]
         try:
-            fitted = _fitted(found, learning, parts, values, bounds, None if last is None else last.fit)
+            fitted, worst = _fitted(found, learning, parts, values, bounds, None if last is None else last.fit)
         except ComponentError:
             return last
-        if not fitted.cost <= BEYOND_NOISE**2:
+        if not worst <= BEYOND_NOISE**2:
             return last
-        last, values = Followed(fitted, count), fitted.values
+        least = min(least, max(fitted.cost, 1.0))
+        clean = count if fitted.cost <= NEAR_FLOOR**2 * least else clean
+        last, values = Followed(fitted, count, clean), fitted.values
         if count == longest:
             return last
         count = min(int(np.ceil(GROWTH * count)), longest)
@@ -106,23 +119,29 @@ def _fitted(
     values: np.ndarray,
     bounds: tuple[np.ndarray, np.ndarray],
     earlier: Fit | None,
-) -> Fit:
+) -> tuple[Fit, float]:
+    """A fit of first stretches, and the largest mean square that it leaves of a trial."""
     model, parameters = found.model, found.model.compiled.with_values(values)
     metrics = [
         _metric(m, t.noise, len(r.time)) for m, t, r in zip(learning.metrics, learning.trials, parts, strict=True)
     ]
-    return fit(
+    steps = enough_steps(model, begun_where(parts, earlier), parameters, learning)
+    noise, prior = np.ones(len(model.signals)), learning.nuisances.prior(found.size)
+    fitted = fit(
         model.compiled,
         parts,
-        np.ones(len(model.signals)),
+        noise,
         values,
         *bounds,
-        substeps=enough_steps(model, begun_where(parts, earlier), parameters, learning),
-        prior=learning.nuisances.prior(found.size),
+        substeps=steps,
+        prior=prior,
         reduce=metrics,
         tolerance=ROUGH,
         earlier=earlier,
     )
+    left, _ = linearise(model.compiled, parts, noise, fitted, substeps=steps, prior=prior, reduce=metrics)
+    rows = [len(part.time) // m.stride * len(model.signals) for m, part in zip(metrics, parts, strict=True)]
+    return fitted, max(float(np.mean(each**2)) for each in split_by_trials(left, rows))
 
 
 def _first_samples(record: Record, count: int) -> Record:

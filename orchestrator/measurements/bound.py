@@ -1,7 +1,7 @@
 """Trials in the terms of a model: inputs and outputs in its order and its units."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from orchestrator.measurements.colour import Noise
 from orchestrator.measurements.noise import NoiseLevel
@@ -47,6 +47,10 @@ class BoundSet:
     def noise_of(self, name: str) -> Noise:
         """Noise of a variable with its colour; none for an input without a column."""
         return self.levels[name].noise if name in self.levels else Noise(self.noise_std.get(name, 0.0))
+
+    def with_noise_of(self, other: "BoundSet") -> "BoundSet":
+        """The same trials with the noise that another set of the same sensors shows, and what is noted of that."""
+        return replace(self, noise_std=other.noise_std, levels=other.levels, notes=other.notes)
 
     @property
     def learning(self) -> tuple[BoundTrial, ...]:

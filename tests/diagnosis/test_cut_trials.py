@@ -39,10 +39,11 @@ def test_trials_that_hold_no_two_stretches_stay_whole() -> None:
 def test_diagnosis_over_stretches_counts_only_if_it_names_an_effect_with_contacts(
     monkeypatch: pytest.MonkeyPatch, named: str, stretches: int, asked: int
 ) -> None:
-    seen = list[int]()
+    seen, of_noise = list[int](), list[MeasurementSet]()
 
-    def diagnosed(source: Any, shown: MeasurementSet, *args: Any, may_cut: bool = False) -> Any:
+    def diagnosed(source: Any, shown: MeasurementSet, whole: MeasurementSet, *args: Any, may_cut: bool = False) -> Any:
         seen.append(len(shown.learning))
+        of_noise.append(whole)
         if may_cut and len(seen) == 1:
             raise TooLong(0.8)
         return Answer((NamedEffect(named, "joint1", {}),), ())
@@ -53,11 +54,32 @@ def test_diagnosis_over_stretches_counts_only_if_it_names_an_effect_with_contact
     )
 
     nothing: Any = None
-    found: Any = module.diagnose(nothing, measured(), workers=1)
+    trials = measured()
+    found: Any = module.diagnose(nothing, trials, workers=1)
 
     assert len(seen) == asked
     assert seen[-1] == stretches
+    assert all(each is trials for each in of_noise), "stretches show less of the noise"
     assert ["stretches of 0.8 s" in each for each in found.warnings] == [True] * (named == "backlash")
+
+
+def test_stretches_of_the_last_cut_are_judged_as_they_are(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = list[bool]()
+
+    def diagnosed(*args: Any, may_cut: bool = False) -> Any:
+        asked.append(may_cut)
+        if may_cut:
+            raise TooLong(0.8 / len(asked))
+        return Answer((NamedEffect("backlash", "joint1", {}),), ())
+
+    monkeypatch.setattr(module, "_diagnosed", diagnosed)
+    monkeypatch.setattr(module, "replace", lambda found, **changed: Answer(found.effects, changed["warnings"]))
+
+    nothing: Any = None
+    found: Any = module.diagnose(nothing, measured(), workers=1)
+
+    assert asked == [True] * module.MOST_CUTS + [False]
+    assert "stretches of 0.267 s" in found.warnings[0]
 
 
 class Answer:

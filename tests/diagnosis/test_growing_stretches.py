@@ -1,5 +1,6 @@
 """Fits of play, whose contacts a free run that is off makes at other times: they begin over short stretches."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ from orchestrator.diagnosis.candidates import EffectSet, find_candidates
 from orchestrator.diagnosis.cards import SHIPPED, effect_library, read_card
 from orchestrator.diagnosis.evidence import LearningData, Refit, follow, refit, with_nuisances
 from orchestrator.diagnosis.metric import Metric
-from orchestrator.diagnosis.stretches import follow_closely, follow_stretches, lost_after
+from orchestrator.diagnosis.stretches import Followed, follow_closely, follow_stretches, lost_after
 from orchestrator.diagnosis.work import FollowTask, Here, Resumable
 from orchestrator.models.smoothing import SmoothedTrial
 from tests.benchmarks.diagnosis.truth.machines import MACHINES
@@ -71,6 +72,38 @@ def test_play_is_found_over_growing_stretches_where_a_fit_of_whole_trials_goes_a
     found = refit(effects, learning, followed.fit.values, earlier=followed.fit)
     assert found.cost == pytest.approx(1.0, abs=0.2)
     assert found.values[0] == pytest.approx(GAP, abs=4 * found.std[0] + 1e-3 * GAP)
+
+
+def test_stretches_end_where_one_trial_is_lost_though_the_mean_over_trials_is_not_large() -> None:
+    """The second trial is off by eleven deviations of the noise after 240 samples, of which start values take a part: that
+    leaves about 5 of both trials at last, and 10 of the second one."""
+    effects, whole = play(), rattling()
+    kept, moved = whole.trials
+    moved = replace(moved, measured=moved.measured + 11 * NOISE * (np.arange(len(moved.time)) > 240)[:, None])
+    found = Refit(effects, with_nuisances(effects, whole), (), beginning_at(np.array([GAP]), ()), 1)
+
+    followed = follow_stretches(found, LearningData((kept, moved), whole.floor))
+
+    assert followed is not None
+    assert followed.samples == followed.clean == 210
+
+
+def test_what_is_clean_ends_before_a_trial_leaves_more_than_noise() -> None:
+    effects, whole = play(), rattling()
+    kept, moved = whole.trials
+    moved = replace(moved, measured=moved.measured + 8 * NOISE * (np.arange(len(moved.time)) > 240)[:, None])
+    found = Refit(effects, with_nuisances(effects, whole), (), beginning_at(np.array([GAP]), ()), 1)
+
+    followed = follow_stretches(found, LearningData((kept, moved), whole.floor))
+
+    assert followed is not None
+    assert (followed.samples, followed.clean) == (whole.longest, 210)
+
+
+@pytest.mark.parametrize(("samples", "clean", "stretch"), [(210, 140, 140), (62, 41, 50), (27, 18, 27)])
+def test_trials_are_cut_into_clean_stretches_unless_those_are_too_short(samples: int, clean: int, stretch: int) -> None:
+    """Play of 1.4 rad beside hysteresis left 1.3 times the noise after 41 samples and 2.4 times after 62."""
+    assert Followed(beginning_at(np.array([GAP]), ()), samples, clean).stretch == stretch
 
 
 def test_following_is_a_task_that_is_done_once_and_gives_the_same(tmp_path: Path) -> None:

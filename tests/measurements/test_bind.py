@@ -185,3 +185,19 @@ def test_learning_and_held_out_trials_stay_apart(write_case: WriteCase) -> None:
     result = bound(write_case({"a.csv": DATA, "b.csv": DATA}, case), [])
     assert [trial.name for trial in result.learning] == ["b.csv"]
     assert [trial.name for trial in result.held_out] == ["a.csv"]
+
+
+def test_stretches_take_the_noise_of_whole_trials_and_what_is_noted_of_it(write_case: WriteCase) -> None:
+    """A record of two samples shows no noise, and what it has is noted as none."""
+    time = np.arange(400) * 0.01
+    noisy = np.sin(time) + 0.1 * np.random.default_rng(0).normal(size=len(time))
+    rows = [f"{t},{t:.6f},{q:.6f}" for t, q in zip(time, noisy, strict=True)]
+    whole = bound(write_case({"a.csv": "\n".join(["time,u,q", *rows])}), [Variable("u")])
+    short = bound(write_case({"a.csv": "\n".join(["time,u,q", *rows[:2]])}), [Variable("u")])
+    assert whole.noise_of("q").std == pytest.approx(0.1, rel=0.3)
+    assert short.noise_of("q").std < 0.05
+
+    found = short.with_noise_of(whole)
+
+    assert found.trials is short.trials
+    assert (found.noise_std, found.noise_of("q"), found.notes) == (whole.noise_std, whole.noise_of("q"), whole.notes)
