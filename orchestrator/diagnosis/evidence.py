@@ -220,6 +220,10 @@ def refit(
 ) -> Refit:
     """Fit a set's parameters, the nuisances, and the start values of all trials, by free runs.
 
+    The first values whose runs are the best may be those that do the least, as a ceiling above all commands or a stiff shaft: no
+    slope leads from there to a low ceiling or a soft shaft. So a fit in which an effect is not told from its absence is
+    made again from the next best ones.
+
     Args:
         first: first values of the effects' parameters (k,), or several rows of them: that with the best free runs is taken.
         nuisances: first values of the nuisances, their nominal ones if left out.
@@ -242,9 +246,19 @@ def refit(
         begun = [(np.r_[values, others], phases) for values, phases in found_phases]
     elif earlier is None and near is not None:
         begun += [(guess, near.in_model(model, guess, learning.trials)) for guess in guesses]
-    best = begun[0] if len(begun) == 1 else _likeliest(model, learning, begun)
     bounds = (np.r_[low, extra.low], np.r_[high, extra.high])
-    found = _fit(effects, model, learning, best[0], *bounds, tolerance, best[1])
+    found: Refit | None = None
+    while begun and not (found and found.is_present()):
+        guess, where = begun[0] if len(begun) == 1 else _likeliest(model, learning, begun)
+        begun = [start for start in begun if not np.array_equal(start[0], guess)]
+        try:
+            again = _fit(effects, model, learning, guess, *bounds, tolerance, where)
+        except ComponentError:
+            if found is None:
+                raise
+        else:
+            found = again if found is None or again.fit.misfit < found.fit.misfit else found
+    assert found is not None
     fit, records = canonical(effects, found.fit, found.records)
     return replace(found, fit=fit, records=records)
 
