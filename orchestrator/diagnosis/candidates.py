@@ -77,6 +77,11 @@ class EffectSet:
         return any(c.card.contacts for c in self.candidates)
 
     @property
+    def imperfect(self) -> float:
+        """Share (rms) of what it explains that the set may leave, as the classes of its effects are not exactly their laws."""
+        return max((c.card.imperfect for c in self.candidates), default=0.0)
+
+    @property
     def written(self) -> ModelicaModel:
         """The extended class in a file of its own, not for an FMU.
 

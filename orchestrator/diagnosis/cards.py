@@ -29,8 +29,9 @@ _KEYS = (
     "variant",
     "needs",
     "contacts",
+    "imperfect",
 )
-_OPTIONAL = ("confusable", "experiment", "variant", "needs", "contacts")
+_OPTIONAL = ("confusable", "experiment", "variant", "needs", "contacts", "imperfect")
 _PARAMETER_KEYS = ("start", "absent", "meaningful", "start_from", "grid", "waves_over", "phase")
 
 
@@ -69,7 +70,8 @@ class EffectCard:
     entries of a matrix off its diagonal, one site each ("pairs"; `site` is then a pattern such as
     `channel{0}->muscle{1}`). Cards of one id with different laws differ in `variant`. `needs` is the
     excitation without which the effect does not show. An effect with `contacts` makes and breaks them, so that a run which is
-    off by a little goes another way: its fits begin with the first stretches of the trials. `card_file` is where the card
+    off by a little goes another way: its fits begin with the first stretches of the trials. An effect is `imperfect` by the share
+    (rms) of what it does that its class, whose equations must be solved, leaves of the law. `card_file` is where the card
     stands; `class_file` is the Modelica file of its class, None for a class of the shipped library.
     """
 
@@ -85,6 +87,7 @@ class EffectCard:
     variant: str = ""
     needs: tuple[Need, ...] = ()
     contacts: bool = False
+    imperfect: float = 0.0
     card_file: Path | None = None
     class_file: Path | None = None
 
@@ -133,6 +136,7 @@ def read_card(path: Path) -> EffectCard:
         variant=_text(table, "variant") if "variant" in table.values else "",
         needs=needs,
         contacts=_flag(table, "contacts"),
+        imperfect=_share(table, "imperfect"),
         card_file=path,
         class_file=_class_file(table, path.parent, class_name),
     )
@@ -203,6 +207,13 @@ def _number(table: TomlTable, key: str) -> float:
     if not _is_number(table.values[key]):
         raise table.wrong(key, "a number")
     return float(table.values[key])
+
+
+def _share(table: TomlTable, key: str) -> float:
+    value = table.values.get(key, 0.0)
+    if not _is_number(value) or not 0.0 <= value < 1.0:
+        raise table.wrong(key, "a share, from 0 to less than 1")
+    return float(value)
 
 
 def _is_number(value: Any) -> bool:

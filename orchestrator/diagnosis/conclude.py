@@ -129,6 +129,7 @@ def _left(first: Stage, stage: Stage, refereed: Refereed, declared: bool) -> Lef
         structured,
         declared,
         stage.scatter,
+        best.effects.imperfect,
     )
 
 

@@ -22,7 +22,7 @@ class Turning:
 def leaves_another(first: Refit, last: Refit, noise: float) -> bool:
     """Whether the last set of a path leaves more than noise, and more than the imperfection of a right set.
 
-    Elastic tendons of another law than the card's leave 15 noises of 8700: other paths would be followed for minutes. A set
+    Elastic tendons, whose card is imperfect, leave 15 noises of 8700: other paths would be followed for minutes. A set
     that can grow no more is likelier to have grown along a wrong path than to be right three times and imperfect.
 
     Args:
@@ -30,7 +30,7 @@ def leaves_another(first: Refit, last: Refit, noise: float) -> bool:
         noise: power of the noise in the metric.
     """
     noise = max(noise, 1.0)
-    much = last.cost - noise > LEFT**2 * (first.cost - noise)
+    much = last.cost - noise > max(LEFT, last.effects.imperfect) ** 2 * (first.cost - noise)
     return last.cost > NEAR_FLOOR * noise and (much or len(last.ids) == MOST_EFFECTS)
 
 

@@ -12,8 +12,10 @@ from orchestrator.diagnosis.result import Verdict
 # metric knows (docs/decisions/010-what-is-left-decides.md).
 EXCESS = 1.5
 # What a set leaves, as a share of what exceeded the noise (rms), before it counts as another effect: of declared sensors,
-# and where the noise is read from the record itself, which does not tell slow noise from a slow error.
-LEFT = 0.04
+# where learning trials show it beside their noise and where only held-out errors exceed theirs; and where the noise is read
+# from the record itself, which does not tell slow noise from a slow error. Cards say of which effects more may be left.
+LEFT = 0.02
+LEFT_HELD_OUT = 0.04
 LEFT_UNDECLARED = 0.3
 
 
@@ -34,7 +36,8 @@ class Left:
 
     `learning` and `held_out` are mean squares (before, after) and numbers of rows; `structured` tells whether the effects
     of the library or flexible forces explain more of the learning trials than noise would let them; `within` is by how much the
-    learning errors of a right set may exceed `noise` if that is read from the same rows, which scatter together.
+    learning errors of a right set may exceed `noise` if that is read from the same rows, which scatter together; `imperfect` is the
+    share that its effects leave though they are there.
     """
 
     learning: tuple[float, float, int]
@@ -43,6 +46,7 @@ class Left:
     structured: bool
     declared: bool = True
     within: float = math.inf
+    imperfect: float = 0.0
 
     @property
     def share(self) -> float:
@@ -73,9 +77,14 @@ class Left:
 
     @property
     def is_another(self) -> bool:
-        """Whether what is left is more than noise, and too much to be the imperfection of the right set."""
-        most = LEFT if self.declared else LEFT_UNDECLARED
-        return (self.structured or self.exceeds) and self.share > most
+        """Whether what is left is more than noise, and too much to be the imperfection of the right set.
+
+        >>> shown, hidden = (Left((1e4, 10.0, 6000), (1e4, 10.0, 3000), 1.0, each) for each in (True, False))
+        >>> round(shown.share, 2), shown.is_another, hidden.is_another
+        (0.03, True, False)
+        """
+        most = max(LEFT if self.structured else LEFT_HELD_OUT, self.imperfect)
+        return (self.structured or self.exceeds) and self.share > (most if self.declared else LEFT_UNDECLARED)
 
 
 def decide(

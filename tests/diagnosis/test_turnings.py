@@ -1,11 +1,14 @@
 """Which set a search goes on from where its first path has ended far from noise."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from orchestrator.diagnosis.candidates import EffectSet
 from orchestrator.diagnosis.evidence import Refit
 from orchestrator.diagnosis.turnings import leaves_another, turning
-from tests.diagnosis.test_disguise import ROWS, fitted
+from tests.diagnosis.test_disguise import BASE, ROWS, fitted
 
 SPRING, LAGGED = fitted(("passive_stiffness",), 60 * ROWS), fitted(("passive_stiffness", "sensor_lag"), 40 * ROWS)
 SLOW, FAST = fitted(("sensor_lag",), 50 * ROWS), fitted(("sensor_lag", "viscous_friction"), 45 * ROWS)
@@ -43,8 +46,8 @@ def test_law_in_disguise_that_explains_less_than_the_last_set_says_nothing() -> 
 @pytest.mark.parametrize(
     ("first", "last", "is_so"),
     [
-        (9000.0, 15.0, False),  # a thousandth of the power: elastic tendons of another law
-        (9000.0, 20.0, True),
+        (9000.0, 4.0, False),  # less than 2 % of the rms
+        (9000.0, 6.0, True),
         (9000.0, 1.2, False),  # noise
         (5.0, 1.3, True),
     ],
@@ -52,11 +55,23 @@ def test_law_in_disguise_that_explains_less_than_the_last_set_says_nothing() -> 
 def test_other_paths_are_followed_where_what_is_left_is_neither_noise_nor_an_imperfection(
     first: float, last: float, is_so: bool
 ) -> None:
-    """A right set may leave 4 % of the rms above the noise (docs/decisions/010-what-is-left-decides.md)."""
+    """A right set may leave 2 % of the rms above the noise (docs/decisions/010-what-is-left-decides.md)."""
     given, found = (fitted(("passive_stiffness",), cost * ROWS) for cost in (first, last))
 
     assert leaves_another(given, found, 1.0) is is_so
     assert not leaves_another(given, found, 2.0 * last)
+
+
+def test_no_other_path_is_followed_where_no_more_is_left_than_a_card_admits() -> None:
+    """Elastic tendons left 15 of 8700."""
+    given, found = (fitted(("passive_stiffness",), cost * ROWS) for cost in (8700.0, 15.0))
+    assert leaves_another(given, found, 1.0)
+
+    (own,) = found.effects.candidates
+    soft = replace(own, card=replace(own.card, imperfect=0.06))
+    admitted = replace(found, effects=EffectSet(BASE, [soft], ("phi",)))
+
+    assert not leaves_another(given, admitted, 1.0)
 
 
 def test_largest_set_that_leaves_more_than_noise_has_grown_along_a_wrong_path() -> None:

@@ -2,10 +2,16 @@
 
 import math
 from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
+from fmus.errors import MisfitError
+from orchestrator.diagnosis.cards import SHIPPED, effect_library, read_card
+from orchestrator.diagnosis.conclude import _left
 from orchestrator.diagnosis.referee import confirmed
 from orchestrator.diagnosis.verdict import Left, decide, reducible_removed
 from orchestrator.models.estimation import Fit
@@ -80,6 +86,49 @@ def test_only_what_the_scatter_of_noise_does_not_explain_is_left(mean_square: fl
 
     assert (after.share > 0) == left
     assert decide(1, after) == ("unknown" if left else "named")
+
+
+def test_learning_trials_that_show_what_a_set_leaves_allow_it_less_than_held_out_trials_alone() -> None:
+    """Friction that grows with another joint's speed was named viscous friction, which leaves 2.8 % (encoders of 1e-5 rad)."""
+    coupled = Left((3282.0, 3.68, 4000), (6392.0, 6.27, 2000), 1.09, structured=True)
+
+    assert coupled.share == pytest.approx(0.028, abs=0.001)
+    assert decide(1, coupled) == "unknown"
+    assert decide(1, replace(coupled, structured=False)) == "named"
+    assert decide(1, replace(coupled, declared=False)) == "named"
+
+
+def test_elastic_tendons_may_leave_what_their_card_lacks_of_the_law() -> None:
+    tendons = Left((8717.0, 14.59, 4000), (10837.0, 20.47, 2000), 1.5, structured=True, imperfect=0.06)
+
+    assert tendons.share == pytest.approx(0.04, abs=0.001)
+    assert decide(1, tendons) == "named"
+    assert decide(1, replace(tendons, imperfect=0.0)) == "unknown"
+    assert {card.id: card.imperfect for card in effect_library() if card.imperfect} == {"series_elasticity": 0.06}
+
+
+def test_what_is_left_is_judged_by_the_cards_of_the_set_that_leaves_it() -> None:
+    fit, effects = SimpleNamespace(rows=4000), SimpleNamespace(imperfect=0.06)
+    given, tendons = (
+        SimpleNamespace(cost=cost, fit=fit, ids=("series_elasticity",), effects=effects) for cost in (8717.0, 14.59)
+    )
+    noise = {"colour": SimpleNamespace(level=2.0), "scatter": 0.1, "is_structured": True}
+    first, stage = (
+        cast(Any, SimpleNamespace(tangent=SimpleNamespace(base=base), p_value=0.005, p_of_flexible=0.005, **noise))
+        for base in (given, tendons)
+    )
+
+    found = _left(first, stage, cast(Any, SimpleNamespace(rows=2000, held_out=(10837.0, 20.47))), declared=True)
+
+    assert found == Left((8717.0, 14.59, 4000), (10837.0, 20.47, 2000), 1.5, True, True, 0.1, 0.06)
+
+
+def test_a_card_is_imperfect_by_a_share(tmp_path: Path) -> None:
+    text = (SHIPPED / "series_elasticity.toml").read_text()
+    (tmp_path / "card.toml").write_text(text.replace("imperfect = 0.06", "imperfect = 6"))
+
+    with pytest.raises(MisfitError, match="'imperfect' = 6, expected a share, from 0 to less than 1"):
+        read_card(tmp_path / "card.toml")
 
 
 def test_scatter_that_noise_and_error_share_hides_nothing_structured() -> None:
