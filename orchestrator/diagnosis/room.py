@@ -20,8 +20,9 @@ from orchestrator.diagnosis.response import Response
 from orchestrator.diagnosis.tangent import orthonormal
 from orchestrator.models.estimation import Z90
 
-# Shares of the record's samples up to which the rest acts, and sizes of it, as shares of the simpler law.
-ACTS_IN = (0.01, 0.02, 0.04, 0.07, 0.12, 0.2, 0.35, 0.6, 1.0)
+# Shares of the record's samples up to which the rest acts, dense where little of the record tells: near rest, and at the top
+# speeds, which a machine may have for a moment only; and sizes of the rest, as shares of the simpler law.
+ACTS_IN = (0.01, 0.02, 0.04, 0.07, 0.12, 0.2, 0.35, 0.6, 0.8, 0.9, 0.95, 1.0)
 SIZES = np.linspace(MATTERS, 1.0, 41)
 # Likelihoods that are no less than this, and no more than its inverse.
 LEAST = 1e-20

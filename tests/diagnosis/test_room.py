@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from fmus.catalogue import find_modelica_model
+from orchestrator.diagnosis import room as module
 from orchestrator.diagnosis.candidates import Candidate, EffectSet, find_candidates
 from orchestrator.diagnosis.cards import effect_library
 from orchestrator.diagnosis.evidence import LearningData, refit
@@ -21,9 +22,13 @@ DRY, STRIBECK = (
 TIME, FRICTION = np.arange(0, 6, 0.01), 0.012
 
 
-def found_in(noise: float, extra: float, by: Candidate = STRIBECK.candidates[0]) -> Room | None:
-    """The room for the rest of Stribeck friction in a record of dry friction, and of `extra` N.m more below 0.5 rad/s."""
-    inputs = np.column_stack([0.05 * np.sin(2 * np.pi * 0.4 * TIME), np.zeros(len(TIME))])
+def found_in(noise: float, extra: float, by: Candidate = STRIBECK.candidates[0], push: float = 0.0) -> Room | None:
+    """The room for the rest of Stribeck friction in a record of dry friction, and of `extra` N.m more below 0.5 rad/s.
+
+    `push`: torque in N.m that is added in the last 0.2 s.
+    """
+    torque = 0.05 * np.sin(2 * np.pi * 0.4 * TIME) + push * (TIME > 5.8)
+    inputs = np.column_stack([torque, np.zeros(len(TIME))])
     parameters = STRIBECK.model.compiled.with_values(np.array([FRICTION, extra, 0.5]))
     read = STRIBECK.model.compiled.run(TIME, inputs, parameters, np.zeros(2), substeps=8).outputs
     std = np.array([noise])
@@ -48,6 +53,17 @@ def test_rest_has_room_where_friction_itself_hardly_shows() -> None:
 
     assert found is not None
     assert 0.2 < found.likelihood < 5.0
+
+
+def test_speeds_of_a_moment_give_no_room_by_themselves(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Few samples are that fast, and next to none tell: a rest that acts in all of them was taken for one that acts in most."""
+    found = found_in(0.1, 0.0, push=1.0)
+    monkeypatch.setattr(module, "ACTS_IN", tuple(np.linspace(0.01, 1.0, 100)))
+    closer = found_in(0.1, 0.0, push=1.0)
+
+    assert found is not None
+    assert closer is not None
+    assert found.likelihood == pytest.approx(closer.likelihood, rel=0.2)
 
 
 def test_rest_that_is_there_is_likelier_although_its_own_fit_went_astray() -> None:
