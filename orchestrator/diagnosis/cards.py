@@ -40,7 +40,8 @@ class CardParameter:
     """A fitted parameter of an effect.
 
     `start` is the first guess, `absent` the value (or limit) at which the effect vanishes, `meaningful` the smallest
-    departure from it that matters. Unit and bounds are declared in the Modelica class. With `start_from`
+    departure from it that matters; of a time constant that is infinite where the effect is absent, so that its inverse says
+    how large that is, the largest value that matters. Unit and bounds are declared in the Modelica class. With `start_from`
     "residual_peak_hz" the first guess is the frequency at which the correction residual is largest. With a `grid` it is
     the value of the grid at which the effect's other parameters, taken linearly, explain the most; with `waves_over`, a
     variable of the card's needs, it is a number of waves, of which the grid is as fine as the record tells apart. With a
@@ -59,6 +60,22 @@ class CardParameter:
     phase: str = ""
     low: float = -math.inf
     high: float = math.inf
+
+    @property
+    def zero(self) -> float:
+        """The value from which departures count against standard deviations: of T, infinite at absence, 1/T has as many as T."""
+        return self.absent if math.isfinite(self.absent) else 0.0
+
+    def matters(self, value: float) -> bool:
+        """Whether the effect is there in a size that matters.
+
+        >>> slow, rigid = (CardParameter("T", 30.0, math.inf, m) for m in (700.0, math.inf))
+        >>> slow.matters(600.0), slow.matters(800.0), rigid.matters(1.0)
+        (True, False, False)
+        """
+        if not math.isfinite(self.meaningful):
+            return False
+        return value <= self.meaningful if math.isinf(self.absent) else abs(value - self.absent) >= self.meaningful
 
 
 @dataclass(frozen=True)

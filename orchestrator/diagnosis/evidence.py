@@ -143,10 +143,10 @@ class Refit:
         return [(self.effects.candidates[k], self.values[owners == k]) for k in sorted(self._present())]
 
     def _present(self) -> set[int]:
-        absent = np.array([p.absent for p in self.effects.card_parameters])
+        zero = np.array([p.zero for p in self.effects.card_parameters])
         counts = np.isfinite([p.meaningful for p in self.effects.card_parameters])
-        away = self.values - absent
-        counts &= np.abs(away) > ROUNDING * np.abs(absent)
+        away = self.values - zero
+        counts &= np.abs(away) > ROUNDING * np.abs(zero)
         owners = np.array(self.effects.owners())
         found = set(owners[counts & (np.abs(away) > DEVIATIONS * self.std)].tolist())
         return found | {k for k in set(owners.tolist()) - found if self._shows(away, (owners == k) & counts)}
@@ -188,12 +188,12 @@ class Refit:
 
     def _shapeless(self) -> np.ndarray:
         """Shapes (k,) that the data do not pin, of effects of which they pin no size either."""
-        absent = np.array([p.absent for p in self.effects.card_parameters])
+        zero = np.array([p.zero for p in self.effects.card_parameters])
         is_size, owners = (
             np.isfinite([p.meaningful for p in self.effects.card_parameters]),
             np.array(self.effects.owners()),
         )
-        known = np.abs(self.values - absent) > DEVIATIONS * self.std
+        known = np.abs(self.values - zero) > DEVIATIONS * self.std
         sized = [bool(np.any(known & is_size & (owners == owner))) for owner in owners]
         return np.asarray(~is_size & ~(self.std < PINNED * np.abs(self.values)) & ~np.array(sized, dtype=bool))
 
@@ -202,7 +202,7 @@ class Refit:
         big: set[int] = set()
         rows = zip(self.effects.owners(), self.effects.card_parameters, self.values, strict=True)
         for owner, parameter, value in rows:
-            if abs(value - parameter.absent) >= parameter.meaningful:
+            if parameter.matters(value):
                 big.add(owner)
         return len(big) == len(self.effects.candidates)
 

@@ -11,6 +11,8 @@ from orchestrator.diagnosis.tangent import Block, orthonormal
 
 # A peak that explains this share of what the highest explains is worth a start.
 WORTH_A_START = 0.3
+# A time constant is at most its first guess over this.
+FAINTEST = 1e-4
 
 
 def first_values(stage: Stage, chosen: Sequence[Candidate], nearer: Sequence[Refit] = ()) -> list[np.ndarray]:
@@ -119,5 +121,9 @@ def _values(block: Block, change: np.ndarray) -> np.ndarray:
     by_name = {p.name: p.absent for p in block.candidate.card.parameters}
     prefix = f"{block.candidate.slot}."
     absent = np.array([by_name[name.removeprefix(prefix).split("[")[0]] for name in block.names[1:]])
-    moved = absent + share * (block.point - absent) + slopes
+    finite = np.where(np.isfinite(absent), absent, 0.0)
+    moved = finite + share * (block.point - finite) + slopes
+    # Of what is infinite at absence, the inverse is a size.
+    inverse = np.maximum(share * block.point - slopes, FAINTEST * block.point)
+    moved = np.where(np.isfinite(absent), moved, block.point**2 / inverse)
     return np.where(np.isfinite(block.meaningful[1:]), moved, block.point)

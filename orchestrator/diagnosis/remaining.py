@@ -75,9 +75,9 @@ def _of(refit: Refit, *, enlarged: bool = False) -> Explanation:
     low, high = refit.effects.bounds()
     values = refit.values.copy()
     for k, parameter in enumerate(refit.effects.card_parameters if enlarged else ()):
-        if np.isfinite(parameter.meaningful) and abs(values[k] - parameter.absent) < parameter.meaningful:
-            direction = 1.0 if values[k] >= parameter.absent else -1.0
-            values[k] = np.clip(parameter.absent + direction * parameter.meaningful, low[k], high[k])
+        if np.isfinite(parameter.meaningful) and not parameter.matters(values[k]):
+            direction = 1.0 if values[k] >= parameter.zero else -1.0
+            values[k] = np.clip(parameter.zero + direction * parameter.meaningful, low[k], high[k])
     return Explanation(_label(refit), refit.effects.model, values, low, high, refit.fit.starts[0])
 
 

@@ -46,7 +46,8 @@ class SideBySide(Protocol):
 class Block:
     """A candidate at one point of its parameters: columns (m, k) that its parameters span, in the metric.
 
-    `sizes` (k,) are the typical sizes of the columns' parameters (their first guesses less their absence); a column
+    `sizes` (k,) are the typical sizes of the columns' parameters (their first guesses less their absence, or less twice
+    themselves where that is infinite); a column
     times its size is what the effect does when it is of typical size. `names` are the parameters of the columns, `powers`
     (k,) the sums of squares of what they do beyond start values, were clocks and the model's parameters known exactly.
     `point` are the values of the candidate's parameters at which the block is taken.
@@ -205,13 +206,16 @@ class Tangent:
     ) -> Iterator[Block]:
         absent, start = (np.array([getattr(p, name) for p in effects.card_parameters]) for name in ("absent", "start"))
         meaningful = np.array([p.meaningful for p in effects.card_parameters])
+        # Of a time constant T that is infinite at absence, 1/T says the size: to first order a change of T by start^2/T.
+        inverse = np.isinf(absent)
+        meaningful = np.where(inverse & np.isfinite(meaningful), start**2 / meaningful, meaningful)
         # What a diverging linearisation says of an effect, a fit by free runs has to find.
         columns = np.where(np.all(np.abs(columns) < STEEPEST, axis=0), columns, 0.0)
         names = [v.name for v in effects.variables]
         owners = np.array(effects.owners())
         powers = np.sum(_beyond(columns, self._exact, starts) ** 2, axis=0)
         columns = _beyond(columns, self.basis, starts)
-        sizes = start - absent
+        sizes = np.where(inverse, -start, start - absent)
         for k, candidate in enumerate(effects.candidates):
             own = np.flatnonzero(owners == k)
             if not columns[:, own].any():

@@ -68,8 +68,13 @@ def check_class(card: EffectCard, slot: str, compiled: Callable[[], SymbolicSyst
                 f"{where}: phase: class {card.class_name} has no states '{parameter.phase}[1]' and '{parameter.phase}[2]'; its"
                 f" states are {', '.join(_inside(slot, found.states)) or 'none'}"
             )
-        if not np.isfinite(parameter.absent):
-            raise MisfitError(f"{where}: absent = {parameter.absent}, expected the value at which the effect vanishes")
+        if not np.isfinite(parameter.absent) and (
+            parameter.absent != np.inf or len(card.parameters) == 1 or parameter.grid
+        ):
+            raise MisfitError(
+                f"{where}: absent = {parameter.absent}, expected the value at which the effect vanishes (inf for one of several"
+                " parameters without a grid)"
+            )
     if all(np.isinf(parameter.meaningful) for parameter in card.parameters):
         raise MisfitError(
             f"{card.card_file}: meaningful is infinite for all parameters, so the effect could never matter"
