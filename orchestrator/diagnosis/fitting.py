@@ -124,8 +124,7 @@ class Fitter:
         followed = self._over_stretches(replace(found, fit=replace(found.fit, values=values)))
         if followed is None or followed.samples < self.setting.learning.longest:
             return found
-        again = self._closer(found, followed.fit, ROUGH)
-        return found if again is None or again.fit.misfit > found.fit.misfit else again
+        return self._closer_if_better(found, followed.fit, ROUGH)
 
     def finished(self, found: Refit) -> Refit:
         """A fitted set, to the end if it was fitted roughly only."""
@@ -141,6 +140,11 @@ class Fitter:
         values = earlier.values
         wanted = Wanted(found.effects.candidates, values[: found.size], values[found.size :], tolerance, earlier)
         return self.attempt(wanted)
+
+    def _closer_if_better(self, found: Refit, earlier: Fit, tolerance: float = TOLERANCE) -> Refit:
+        """A set fitted from where an earlier fit of it is, or as it was found if that leaves less."""
+        again = self._closer(found, earlier, tolerance)
+        return found if again is None or again.fit.misfit > found.fit.misfit else again
 
     def _polished(self, rough: Sequence[Refit]) -> list[Refit]:
         """Sets fitted to the end, but for those that went astray, which stay rough; smaller sets first."""
@@ -172,8 +176,7 @@ class Fitter:
             without = self._over_stretches(self.setting.trace.stages[0].tangent.base)
             if is_worth_a_cut(followed.samples, 0 if without is None else without.samples):
                 raise TooLong(followed.stretch * learning.step)
-        again = self._closer(found, followed.fit)
-        return found if again is None or again.fit.misfit > found.fit.misfit else again
+        return self._closer_if_better(found, followed.fit)
 
     def _over_stretches(self, found: Refit) -> Followed | None:
         setting, chosen = self.setting, found.effects.candidates

@@ -74,30 +74,29 @@ def test_play_is_found_over_growing_stretches_where_a_fit_of_whole_trials_goes_a
     assert found.values[0] == pytest.approx(GAP, abs=4 * found.std[0] + 1e-3 * GAP)
 
 
+def followed_with_a_step(of: float) -> Followed:
+    """How far play follows two trials of which the second is off by so many deviations of the noise after 240 samples."""
+    effects, whole = play(), rattling()
+    kept, moved = whole.trials
+    moved = replace(moved, measured=moved.measured + of * NOISE * (np.arange(len(moved.time)) > 240)[:, None])
+    found = Refit(effects, with_nuisances(effects, whole), (), beginning_at(np.array([GAP]), ()), 1)
+    followed = follow_stretches(found, LearningData((kept, moved), whole.floor))
+    assert followed is not None
+    return followed
+
+
 def test_stretches_end_where_one_trial_is_lost_though_the_mean_over_trials_is_not_large() -> None:
     """The second trial is off by eleven deviations of the noise after 240 samples, of which start values take a part: that
     leaves about 5 of both trials at last, and 10 of the second one."""
-    effects, whole = play(), rattling()
-    kept, moved = whole.trials
-    moved = replace(moved, measured=moved.measured + 11 * NOISE * (np.arange(len(moved.time)) > 240)[:, None])
-    found = Refit(effects, with_nuisances(effects, whole), (), beginning_at(np.array([GAP]), ()), 1)
+    followed = followed_with_a_step(of=11)
 
-    followed = follow_stretches(found, LearningData((kept, moved), whole.floor))
-
-    assert followed is not None
     assert followed.samples == followed.clean == 210
 
 
 def test_what_is_clean_ends_before_a_trial_leaves_more_than_noise() -> None:
-    effects, whole = play(), rattling()
-    kept, moved = whole.trials
-    moved = replace(moved, measured=moved.measured + 8 * NOISE * (np.arange(len(moved.time)) > 240)[:, None])
-    found = Refit(effects, with_nuisances(effects, whole), (), beginning_at(np.array([GAP]), ()), 1)
+    followed = followed_with_a_step(of=8)
 
-    followed = follow_stretches(found, LearningData((kept, moved), whole.floor))
-
-    assert followed is not None
-    assert (followed.samples, followed.clean) == (whole.longest, 210)
+    assert (followed.samples, followed.clean) == (rattling().longest, 210)
 
 
 @pytest.mark.parametrize(("samples", "clean", "stretch"), [(210, 140, 140), (62, 41, 50), (27, 18, 27)])
