@@ -12,6 +12,7 @@ from fmus.files import cache_folder, write_atomically
 from fmus.frontend import compile_class
 from fmus.frontend.compile import fingerprint
 from fmus.library import library_root
+from fmus.symbolic.balances import Balance, with_balances
 from fmus.symbolic.build import build_system
 from fmus.symbolic.store import from_bytes, to_bytes
 from fmus.symbolic.system import SymbolicSystem
@@ -39,6 +40,14 @@ class ModelicaModel:
         system = build_system(compile_class(self.class_name, self.file), self.class_name, self.description)
         write_atomically(kept, to_bytes(system))
         return system
+
+    def balanced(self) -> tuple[SymbolicSystem, tuple[Balance, ...]]:
+        """Return the symbolic form with an input at each balance equation, and these equations.
+
+        Raises:
+            ModelicaError: if it cannot be compiled or uses an unsupported construct.
+        """
+        return with_balances(compile_class(self.class_name, self.file), self.class_name, self.description)
 
     @property
     def is_compiled(self) -> bool:

@@ -38,22 +38,22 @@ def build_system(dae: Mapping[str, Any], name: str, description: str = "") -> Sy
     refuse_unsupported(arena)
     refinements = 0
     try:
-        builder = _Builder(arena, dae, name, description)
+        builder = SystemBuilder(arena, dae, name, description)
         system = builder.build()
     except TranslationError:
         # Long chains of gears magnify rounding; what is no fault of the translation disappears by refinement.
         refinements = REFINEMENTS
-        builder = _Builder(arena, dae, name, description, refinements=refinements)
+        builder = SystemBuilder(arena, dae, name, description, refinements=refinements)
         system = builder.build()
     if not builder.recorder.found:
         return system
-    frozen = _Builder(arena, dae, name, description, freeze=True, refinements=refinements)
+    frozen = SystemBuilder(arena, dae, name, description, freeze=True, refinements=refinements)
     system = replace(system, relations=frozen.relations(system))
     verify_relations(system)
     return system
 
 
-class _Builder:
+class SystemBuilder:
     """Collects what `build` needs from the front end's representation; used once."""
 
     def __init__(

@@ -1,6 +1,6 @@
 """Check that equations, sums and values have consistent units, on the flat DAE."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from fractions import Fraction
 from typing import Any
 
@@ -54,6 +54,11 @@ def check_units(dae: Mapping[str, Any]) -> None:
     check = _UnitCheck(Arena(dae))
     check.values()
     check.equations()
+
+
+def dimension_of(arena: Arena) -> Callable[[int], Known]:
+    """Return what tells the dimension of an expression of a model that has passed the check, by its number."""
+    return _UnitCheck(arena).dimension
 
 
 class _UnitCheck:

@@ -1,0 +1,209 @@
+"""Balance equations of a model, each with an input that adds to what drives its state.
+
+A balance equation says how fast something stored changes: m*der(v) = forces, C*der(T) = heat flows. It is told from the flat
+equations: one that holds the derivative of a state and is not merely der(q) = w. What a model lacks, a friction, a leak, a loss,
+enters there, so that a diagnosis needs no preparation of the model.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from fmus.frontend.lint.dimensions import UNKNOWN, Dimension, Known, of_unit
+from fmus.frontend.lint.unit_check import dimension_of
+from fmus.symbolic.arena import Arena
+from fmus.symbolic.build import SystemBuilder
+from fmus.symbolic.dae import Dae, Equation, Knowns, column
+from fmus.symbolic.system import SymbolicSystem, Variable
+
+# Units that engineers write, by their SI exponents; `rad` in the state's unit tells a torque from a work.
+_FLOWS = ("N", "N.m", "W", "A", "V", "m3/s", "kg/s", "mol/s", "Pa")
+_RATES = ("1", "Pa/s", "K/s", "m/s2", "m/s", "1/s", "A/s", "V/s", "mol/(m3.s)")
+# An equation of accelerations that belong to a linkage holds rates, too; a balance of forces is preferred to it.
+UNLIKELY = 0.1
+
+
+@dataclass(frozen=True)
+class Balance:
+    """A balance equation: `storage * der(state) = ... + input`, its terms in `unit`.
+
+    `input` is the name of the added input; a positive value adds to der(state). `position` is the state whose derivative the
+    state is, empty if there is none (a speed has a position, a temperature has none). `place` is `file:line` of the equation.
+    """
+
+    state: str
+    unit: str
+    position: str
+    input: str
+    place: str = ""
+
+
+def with_balances(
+    dae: Mapping[str, Any], name: str, description: str = ""
+) -> tuple[SymbolicSystem, tuple[Balance, ...]]:
+    """Translate a flat DAE as `build_system` does, with an input at each balance equation.
+
+    Raises:
+        ModelicaError: for a construct outside the supported subset.
+    """
+    builder = _BalancedBuilder(Arena(dae), {**dae, "flat": None}, name, description)
+    system = builder.build()
+    return system, tuple(_with_position(balance, system) for balance in builder.balances)
+
+
+def _with_position(balance: Balance, system: SymbolicSystem) -> Balance:
+    """The balance with the state whose derivative its state is."""
+    t, p = ca.SX.sym("t"), ca.SX.sym("p", len(system.parameters))
+    x, u, d = ca.SX.sym("x", len(system.states)), ca.SX.sym("u", len(system.inputs)), ca.SX.sym("d", system.n_delays)
+    rates = system.rhs(t, x, u, d, p)[0]
+    names = [v.name for v in system.states]
+    if balance.state not in names:
+        return balance
+    own = x[names.index(balance.state)]
+    found = [name for k, name in enumerate(names) if ca.is_equal(rates[k], own)]
+    return replace(balance, position=found[0]) if found else balance
+
+
+class _BalancedBuilder(SystemBuilder):
+    """Builds a system whose balance equations have inputs."""
+
+    balances: tuple[Balance, ...] = ()
+
+    def _equations(self, section: str) -> list[Equation]:
+        found = super()._equations(section)
+        if section == "continuous_equation_operations":
+            self._dimensions = self._of_equations(section)
+        return found
+
+    def _of_equations(self, section: str) -> list[Known]:
+        """Dimension of each scalar equation, in the order of `_equations`."""
+        known: list[Known] = []
+        measure = dimension_of(self.arena)
+        for operation in self.arena.storage[section]:
+            kind, body = next(iter(operation.items()))
+            node = body["residual"] if kind == "residual" else body["bodies"][0]
+            known += [measure(node)] * len(self._residuals(kind, body))
+        return known
+
+    def _dae(self) -> Dae:
+        dae = super()._dae()
+        rates = _rates(dae)
+        rows = _balance_rows(dae.equations, rates)
+        if not rows:
+            return dae
+        values = self._values(dae, *self._defaults(dae.knowns)[::2])
+        units = [self._dimensions[k] if k < len(self._dimensions) else UNKNOWN for k in rows]
+        likely = np.array([1.0 if _named(unit) in _FLOWS else UNLIKELY for unit in units])
+        assigned = _assigned([dae.equations[k].residual for k in rows], list(rates.values()), values, likely)
+        equations, found, added = list(dae.equations), [], []
+        states = list(rates)
+        for row, (place, sign) in assigned.items():
+            index, state = rows[row], states[place]
+            symbol = ca.SX.sym(f"balance({state})")
+            equations[index] = replace(equations[index], residual=equations[index].residual - sign * symbol)
+            unit = _unit(
+                self._dimensions[index] if index < len(self._dimensions) else UNKNOWN, self.declared.records[state].unit
+            )
+            found.append(Balance(state, unit, "", symbol.name(), equations[index].place))
+            added.append(symbol)
+            self.declared.records[symbol.name()] = Variable(symbol.name(), unit, f"adds to the balance of {state}", 0.0)
+        self.declared.inputs.extend(added)
+        self.balances = tuple(found)
+        knowns = Knowns(dae.knowns.time, column(self.declared.inputs), dae.knowns.delays, dae.knowns.parameters)
+        return replace(dae, knowns=knowns, equations=equations)
+
+
+def _rates(dae: Dae) -> dict[str, list[ca.SX]]:
+    """By state, the symbols that stand for its derivative in balance equations: der(x) and the variables that equal it.
+
+    A state whose derivative is itself a state, as that of a position is, has no balance.
+    """
+    states = {q.symbol.element_hash() for q in dae.quantities if q.derivative is not None}
+    names = _names(dae.equations)
+    found: dict[str, list[ca.SX]] = {}
+    for quantity in dae.quantities:
+        if quantity.derivative is None:
+            continue
+        equal = _closure(quantity.derivative, names)
+        if not any(s.element_hash() in states for s in equal):
+            found[quantity.name] = equal
+    return found
+
+
+def _names(equations: Sequence[Equation]) -> list[tuple[ca.SX, ca.SX]]:
+    """Pairs of variables that an equation a = b says to be equal."""
+    found = []
+    for equation in equations:
+        free = ca.symvar(equation.residual)
+        if len(free) == 2 and _only_a_name(equation.residual, free):
+            found.append((free[0], free[1]))
+    return found
+
+
+def _closure(first: ca.SX, names: Sequence[tuple[ca.SX, ca.SX]]) -> list[ca.SX]:
+    """A variable and all that are equal to it."""
+    found = {first.element_hash(): first}
+    while True:
+        more = {b.element_hash(): b for pair in names for a, b in (pair, pair[::-1]) if a.element_hash() in found}
+        if more.keys() <= found.keys():
+            return list(found.values())
+        found |= more
+
+
+def _only_a_name(residual: ca.SX, free: Sequence[ca.SX]) -> bool:
+    slopes = ca.jacobian(residual, ca.vertcat(*free))
+    if not slopes.is_constant() or slopes.nnz() != len(free):
+        return False
+    numbers = np.array(ca.DM(slopes)).ravel()
+    at_zero = ca.substitute(residual, ca.vertcat(*free), ca.DM.zeros(len(free)))
+    return bool(numbers.sum() == 0.0 and ca.simplify(at_zero).is_zero())
+
+
+def _balance_rows(equations: Sequence[Equation], rates: Mapping[str, Sequence[ca.SX]]) -> list[int]:
+    """Equations that hold a rate and are not merely its name for another one."""
+    if not rates:
+        return []
+    every = ca.vertcat(*(symbol for equal in rates.values() for symbol in equal))
+    found = []
+    for index, equation in enumerate(equations):
+        if ca.depends_on(equation.residual, every):
+            free = ca.symvar(equation.residual)
+            if len(free) != 2 or not _only_a_name(equation.residual, free):
+                found.append(index)
+    return found
+
+
+def _assigned(
+    residuals: Sequence[ca.SX], rates: Sequence[Sequence[ca.SX]], values: Mapping[int, float], likely: np.ndarray
+) -> dict[int, tuple[int, float]]:
+    """For each row the rate that it determines most, and the sign of its slope there, at the start values."""
+    rows = ca.vertcat(*residuals)
+    slopes = ca.horzcat(*(ca.sum2(ca.jacobian(rows, ca.vertcat(*equal))) for equal in rates))
+    free = ca.symvar(slopes)
+    numbers = [values.get(s.element_hash(), 0.0) for s in free]
+    random = np.random.default_rng(1)
+    if free:
+        near = [n + 0.1 * random.standard_normal() * (abs(n) or 1.0) for n in numbers]
+        matrix = np.array(ca.Function("slopes", [ca.vertcat(*free)], [ca.densify(slopes)])(near))
+    else:
+        matrix = np.array(ca.DM(slopes))
+    matrix = np.nan_to_num(matrix, posinf=0.0, neginf=0.0)
+    scale = np.abs(matrix) / np.maximum(np.abs(matrix).max(axis=0, initial=0.0), 1e-300)
+    pairs = zip(*(map(int, part) for part in linear_sum_assignment(-scale * likely[:, None])), strict=True)
+    return {r: (c, float(np.sign(matrix[r, c]))) for r, c in pairs if matrix[r, c] != 0.0}
+
+
+def _unit(dimension: Known, state_unit: str) -> str:
+    """The unit of a balance's terms, as engineers write it; empty if it is not known."""
+    if "rad" in state_unit and dimension == of_unit("N.m"):
+        return "N.m"
+    return _named(dimension) or (str(dimension) if isinstance(dimension, Dimension) else "")
+
+
+def _named(dimension: Known) -> str:
+    """The usual name of a dimension, empty without one."""
+    return next((name for name in (*_FLOWS, *_RATES) if of_unit(name) == dimension), "")
