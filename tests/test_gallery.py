@@ -1,0 +1,42 @@
+"""The gallery: models in the styles of eight people, each with data of a machine that does more than its model."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fmus.catalogue import ModelicaModel
+from orchestrator.measurements import load_measurements
+from tests.cases.gallery.generate import MACHINES
+
+GALLERY = Path(__file__).parent / "cases" / "gallery"
+ANSWERS = json.loads((GALLERY / "answers.json").read_text())
+
+
+@pytest.mark.parametrize("name", ANSWERS)
+def test_the_null_machine_moves_as_its_model_says(name: str) -> None:
+    """The rates of two programs that share nothing agree at random points."""
+    machine = MACHINES[name]
+    system = ModelicaModel(name, machine.class_name, GALLERY / name / "Model.mo").compile()
+    right = machine.right(False)
+    if machine.follow is not None:
+        pytest.skip("moves by time stepping")
+    random = np.random.default_rng(0)
+    for _ in range(3):
+        u, x = machine.command(random, 10)[5], machine.start(random)
+        x = x + 0.1 * np.abs(x) * random.uniform(-1, 1, len(x))
+        expected = right(0.0, x, u)
+        inner = ORDER.get(name, range(len(system.states)))
+        rates, _ = system.rhs(0.0, x[inner], u, [], [v.start for v in system.parameters])
+        assert np.array(rates).ravel() == pytest.approx(expected[inner], rel=1e-6, abs=1e-9)
+
+
+# Where the states of the program stand in the model; the battery's program has one more.
+ORDER = {"battery": [0, 1], "quarter_car": [0, 1, 2, 3]}
+
+
+@pytest.mark.parametrize("name", [case for answer in ANSWERS for case in (answer, f"{answer}_null")])
+def test_each_case_is_a_measurement_set_of_five_trials(name: str) -> None:
+    measurements = load_measurements(GALLERY / name)
+    assert [trial.subset for trial in measurements.trials] == ["learning"] * 3 + ["held_out"] * 2
