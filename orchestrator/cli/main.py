@@ -48,6 +48,7 @@ SUMMARIES = {
     "diagnose": "Name the physical effect that a model lacks.",
     "discover": "Compare, diagnose, add, compare again.",
     "hil": "Run a session with a robot on CAN, real or virtual.",
+    "import": "Write a case.toml for recorded files as they are.",
     "learn": "Learn the force that a model lacks along recorded trials.",
     "ledger": "List every version of a model and its errors.",
     "models": "List the built-in models.",

@@ -50,12 +50,15 @@ def bind(
         for variable in (*inputs, *measured)
         if variable.name in matching.column_of
     }
+    held = tuple(v.name for v in inputs if trial_set.interpolation.get(matching.column_of.get(v.name, "")) == "hold")
     idle = [v for v in inputs if v.name not in channels]
     notes = [*matching.notes, *(_idle_note(variable) for variable in idle)]
     for channel in channels.values():
         notes.extend(channel.notes)
     return BoundSet(
-        trials=tuple(_bound_trial(trial, i, inputs, measured, channels) for i, trial in enumerate(trial_set.trials)),
+        trials=tuple(
+            _bound_trial(trial, i, inputs, measured, channels, held) for i, trial in enumerate(trial_set.trials)
+        ),
         input_names=tuple(v.name for v in inputs),
         output_names=tuple(v.name for v in measured),
         unconnected_inputs=tuple(v.name for v in idle),
@@ -72,6 +75,7 @@ def _bound_trial(
     inputs: Sequence["Variable"],
     measured: Sequence["Variable"],
     channels: Mapping[str, Channel],
+    held: tuple[str, ...],
 ) -> BoundTrial:
     input_values = np.empty((len(trial.time), len(inputs)))
     for i, variable in enumerate(inputs):
@@ -80,7 +84,7 @@ def _bound_trial(
     output_values = np.column_stack([channels[v.name].values[index] for v in measured])
     for values in (input_values, output_values):
         values.setflags(write=False)
-    return BoundTrial(trial.name, trial.subset, trial.time, input_values, output_values)
+    return BoundTrial(trial.name, trial.subset, trial.time, input_values, output_values, held)
 
 
 def _idle(variable: "Variable") -> float:

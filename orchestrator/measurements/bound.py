@@ -14,7 +14,8 @@ class BoundTrial:
 
     `time` has shape (n,), s. `inputs` has shape (n, n_inputs), all inputs of the model in its order;
     an input without a column holds its start value, or 0. `outputs` has shape (n, n_outputs), only
-    the outputs that were measured. Both are in the units of the model.
+    the outputs that were measured. Both are in the units of the model. `held` names the inputs that stay at a sample's value
+    until the next sample; the others run in straight lines.
     """
 
     name: str
@@ -22,6 +23,7 @@ class BoundTrial:
     time: Array
     inputs: Array
     outputs: Array
+    held: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

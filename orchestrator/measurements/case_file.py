@@ -8,6 +8,7 @@ from pathlib import Path
 
 from fmus.errors import MisfitError
 from fmus.units import conversion
+from orchestrator.measurements.dirty.reading import Reading, read_reading
 from orchestrator.measurements.sensors import sensor_key
 from orchestrator.measurements.split import LastThird, Split
 from orchestrator.measurements.split_table import read_split
@@ -26,7 +27,10 @@ _KNOWN_KEYS = (
     "sensors",
     "tolerances",
     "initial_conditions",
+    "reading",
+    "interpolation",
 )
+INTERPOLATIONS = ("linear", "hold")
 # Free text for people, which needs no remark.
 _REMARK_KEYS = ("note", "notes", "name", "title", "description", "source", "license")
 
@@ -36,7 +40,9 @@ class CaseFile:
     """A measurement set as described, before any data file is read.
 
     `units` maps a column to its unit, `variables` a column to a model variable, `sensors` a key of
-    [sensors] to its number, `tolerances` a model parameter to its relative standard deviation. `rate_hz` is None when no rate was given.
+    [sensors] to its number, `tolerances` a model parameter to its relative standard deviation. `rate_hz` is None when no rate was
+    given. `interpolation` says of columns whether they run in straight lines between samples ("linear") or stay ("hold").
+    `reading` says how files of another make are read (None: as plain csv), `readings` how single ones that differ.
     """
 
     files: tuple[str, ...]
@@ -48,6 +54,13 @@ class CaseFile:
     initial_conditions_given: bool = False
     notes: tuple[str, ...] = ()
     tolerances: Mapping[str, float] = field(default_factory=dict)
+    interpolation: Mapping[str, str] = field(default_factory=dict)
+    reading: Reading | None = None
+    readings: Mapping[str, Reading] = field(default_factory=dict)
+
+    def reading_of(self, file: str) -> Reading | None:
+        """How a file is read; None: as plain csv."""
+        return self.readings.get(file, self.reading)
 
 
 def read_case_file(path: Path, content: bytes, files_found: tuple[str, ...]) -> CaseFile:
@@ -64,6 +77,7 @@ def read_case_file(path: Path, content: bytes, files_found: tuple[str, ...]) -> 
     table = TomlTable.parse(path, content)
     files = _files(table, files_found)
     sensors, sensor_notes = _sensors(table.get_table("sensors"))
+    reading, readings = read_reading(table.get_table("reading"))
     return CaseFile(
         files=files,
         split=read_split(table, len(files)),
@@ -74,6 +88,9 @@ def read_case_file(path: Path, content: bytes, files_found: tuple[str, ...]) -> 
         initial_conditions_given=bool(table.get_table("initial_conditions").get_flag("given")),
         notes=(*_unknown_keys(table), *sensor_notes),
         tolerances=_tolerances(table.get_table("tolerances")),
+        interpolation=_interpolation(table.get_table("interpolation")),
+        reading=reading,
+        readings=readings,
     )
 
 
@@ -113,6 +130,14 @@ def _variables(table: TomlTable) -> dict[str, str]:
             )
         column_of[variable] = column
     return variables
+
+
+def _interpolation(table: TomlTable) -> dict[str, str]:
+    found = table.texts()
+    for column, how in found.items():
+        if how not in INTERPOLATIONS:
+            raise table.wrong(column, '"linear" or "hold"')
+    return found
 
 
 def _sensors(table: TomlTable) -> tuple[dict[str, float], tuple[str, ...]]:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fmus.errors import MisfitError
-from fmus.units import conversion
+from fmus.units import conversion, scaling, si_exponents
 from orchestrator.measurements.bridges import bridged
 from orchestrator.measurements.cleaning import cleaned, pieces
 from orchestrator.measurements.colour import Noise
@@ -49,8 +49,8 @@ def read_channel(measurements: MeasurementSet, column: str, variable: "Variable"
     excitation = _excitation(measurements.trials, recorded, column, unit, variable)
     if excitation is not None:
         return excitation
-    factor, notes = _factor(measurements.trials[0], column, unit, variable)
-    values = tuple(factor * each for each in recorded)
+    factor, offset, notes = _scaling(measurements.trials[0], column, unit, variable)
+    values = tuple(factor * each + offset for each in recorded)
     if not drives:
         values, cleaning = _cleaned(measurements.trials, values, column)
         notes = (*notes, *cleaning)
@@ -64,7 +64,7 @@ def read_channel(measurements: MeasurementSet, column: str, variable: "Variable"
     longest = max(map(len, parts))
     records = [part for part in parts if len(part) >= min(SHORTEST, longest)]
     noise = measurement_noise(column, variable.unit or unit, records, measurements.sensors, drives=drives)
-    if drives:
+    if drives and measurements.interpolation.get(column) != "hold":
         values = tuple(bridged(trial.time, each) for trial, each in zip(measurements.trials, values, strict=True))
     notes = (*notes, *_range_notes(values, column, variable), noise.note, *filter(None, [noise.warning]))
     return Channel(values, noise, notes)
@@ -129,23 +129,27 @@ def _scale(unit: str) -> float:
         return 1.0
 
 
-def _factor(trial: Trial, column: str, unit: str, variable: "Variable") -> tuple[float, tuple[str, ...]]:
+def _scaling(trial: Trial, column: str, unit: str, variable: "Variable") -> tuple[float, float, tuple[str, ...]]:
+    """Factor and offset into the model's unit (an offset for degC only), and what is noted of them."""
     if not unit:
         note = f"unit of column {shown(column)} is not given; taken as {variable.unit or 'unknown'}, the unit of {variable.name}"
-        return 1.0, (note,)
+        return 1.0, 0.0, (note,)
     if not variable.unit:
         note = f"the model gives no unit for {variable.name}; column {shown(column)} is used in {unit}"
-        return 1.0, (note,)
+        return 1.0, 0.0, (note,)
     try:
-        factor = conversion(unit, variable.unit)
+        factor, offset = scaling(unit, si_exponents(unit), variable.unit, si_exponents(variable.unit))
     except MisfitError as error:
         raise MisfitError(
             f"{trial.name}: column {shown(column)} in {shown(unit)} cannot be model variable {shown(variable.name)} in {shown(variable.unit)}: {error}; correct the unit in [columns] of case.toml, or map the column to another variable in [variables]"
         ) from error
-    if factor == 1.0:
-        return factor, ()
-    note = f"column {shown(column)} is multiplied by {factor:.9g} ({unit} to {variable.unit}) for {variable.name}"
-    return factor, (note,)
+    if (factor, offset) == (1.0, 0.0):
+        return factor, offset, ()
+    added = f" and {offset:.9g} {variable.unit} is added" if offset else ""
+    note = (
+        f"column {shown(column)} is multiplied by {factor:.9g}{added} ({unit} to {variable.unit}) for {variable.name}"
+    )
+    return factor, offset, (note,)
 
 
 def _range_notes(values: tuple[Array, ...], column: str, variable: "Variable") -> tuple[str, ...]:

@@ -5,12 +5,18 @@ from pathlib import Path
 
 from fmus.errors import MisfitError
 from orchestrator.measurements.case_file import CaseFile, read_case_file
+from orchestrator.measurements.dirty.reading import Reading
+from orchestrator.measurements.dirty.repair import TIME, repaired
+from orchestrator.measurements.dirty.text_table import read_text_table
 from orchestrator.measurements.record import rate_notes, read_record
 from orchestrator.measurements.table import Table, read_table
 from orchestrator.measurements.trial import MeasurementSet, Record
 from orchestrator.measurements.wording import listed
 
-_ENDINGS = (".csv", ".parquet", ".mf4", ".mdf", ".h5", ".hdf5")
+TEXT_ENDINGS = (".csv", ".txt", ".tsv", ".dat", ".asc", ".log")
+TYPED_ENDINGS = (".parquet", ".mf4", ".mdf", ".h5", ".hdf5")
+# Text of another ending is a table only where a [reading] says how it is read.
+_ENDINGS = (".csv", *TYPED_ENDINGS)
 
 
 def load_measurements(path: str | Path) -> MeasurementSet:
@@ -28,15 +34,18 @@ def load_measurements(path: str | Path) -> MeasurementSet:
     """
     path = Path(path)
     folder, case, digest = _described(path)
-    records = []
+    records: list[Record] = []
+    repairs: list[str] = []
     for name in case.files:
-        file = folder / name
-        _require_known_ending(file)
-        content = _read(file)
+        if case.reading_of(name) is None:
+            _require_known_ending(folder / name)
+        content = _read(folder / name)
         digest.update(f"{name}\0{len(content)}\0".encode(errors="surrogateescape"))
         digest.update(content)
-        records.append(read_record(name, _table(file, content), case))
-    notes = [*case.notes, *case.split.notes(records)]
+        table = _table(folder / name, content, case, name)
+        records.append(read_record(name, table, case))
+        repairs.extend(table.notes)
+    notes = [*case.notes, *repairs, *case.split.notes(records)]
     for record in records:
         notes.extend(rate_notes(record, case.rate_hz))
     return MeasurementSet(
@@ -46,6 +55,7 @@ def load_measurements(path: str | Path) -> MeasurementSet:
         variables=case.variables,
         initial_conditions_given=case.initial_conditions_given,
         tolerances=case.tolerances,
+        interpolation=case.interpolation,
         notes=tuple(notes),
         content_hash=digest.hexdigest(),
     )
@@ -60,8 +70,9 @@ def load_records(path: str | Path) -> tuple[Record, ...]:
     folder, case, _ = _described(Path(path))
     records = []
     for name in case.files:
-        _require_known_ending(folder / name)
-        records.append(read_record(name, _table(folder / name, _read(folder / name)), case))
+        if case.reading_of(name) is None:
+            _require_known_ending(folder / name)
+        records.append(read_record(name, _table(folder / name, _read(folder / name), case, name), case))
     return tuple(records)
 
 
@@ -116,12 +127,29 @@ def _require_known_ending(file: Path) -> None:
         )
 
 
-def _table(file: Path, content: bytes) -> Table:
+def _table(file: Path, content: bytes, case: CaseFile, name: str) -> Table:
+    reading = case.reading_of(name)
+    if reading is not None:
+        needed = [column for column, variable in case.variables.items() if variable != TIME]
+        return repaired(read_any_table(file, content, reading), reading, needed, case.interpolation)
     if file.suffix.lower() == ".csv":
         return read_table(file, content)
     from orchestrator.measurements.typed_table import read_typed_table
 
     return read_typed_table(file)
+
+
+def read_any_table(file: Path, content: bytes, reading: Reading) -> Table:
+    """Read a file as [reading] says, with NaN where a sample has no value.
+
+    Raises:
+        MisfitError: the file is not what [reading] says, or is damaged.
+    """
+    if file.suffix.lower() in TYPED_ENDINGS:
+        from orchestrator.measurements.typed_table import read_typed_table
+
+        return read_typed_table(file, holes=True)
+    return read_text_table(file, content, reading)
 
 
 def _read(file: Path) -> bytes:

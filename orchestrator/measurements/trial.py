@@ -60,7 +60,7 @@ class MeasurementSet:
 
     `sensors` holds the numbers of [sensors], `tolerances` the relative standard deviations of
     [tolerances] by parameter, `variables` maps a column to a model variable where the names differ. `notes` lists what was assumed. `content_hash` is the sha256 of case.toml and all
-    data files, in hex: equal hashes mean equal data.
+    data files, in hex: equal hashes mean equal data. `interpolation` maps a column to "linear" or "hold" (default: linear).
     """
 
     path: Path
@@ -71,6 +71,7 @@ class MeasurementSet:
     notes: tuple[str, ...]
     content_hash: str
     tolerances: Mapping[str, float] = field(default_factory=dict)
+    interpolation: Mapping[str, str] = field(default_factory=dict)
 
     def with_tolerances(self, tolerances: Mapping[str, float]) -> "MeasurementSet":
         """Return the same set with further tolerances, which go before those of its file."""

@@ -9,8 +9,10 @@ from orchestrator.cosim.results.reading import read_columns
 from orchestrator.measurements.table import Table, require_finite
 
 
-def read_typed_table(path: Path) -> Table:
+def read_typed_table(path: Path, *, holes: bool = False) -> Table:
     """Read all numeric columns; columns of text are left out. A row's line is its number, counted from 1.
+
+    With `holes`, cells that are not finite become NaN instead of an error.
 
     Raises:
         MisfitError: if the file is damaged, holds no numbers, columns of different length, or a cell that is not finite.
@@ -26,6 +28,9 @@ def read_typed_table(path: Path) -> Table:
         raise MisfitError(f"{path}: column names but no rows; record the trial again or remove the file")
     names, values = tuple(arrays), np.column_stack([np.asarray(part, dtype=float) for part in arrays.values()])
     lines = tuple(range(1, len(values) + 1))
-    require_finite(path, names, lines, values)
+    if holes:
+        values[~np.isfinite(values)] = np.nan
+    else:
+        require_finite(path, names, lines, values)
     units = {column.name: column.unit for column in content.header.columns if column.unit}
     return Table(path, names, values, lines, units)

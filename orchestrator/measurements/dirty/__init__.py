@@ -1,0 +1,1 @@
+"""Files as people have them: any separator, decimal sign, encoding, header and clock, with holes and stray lines."""

@@ -1,0 +1,112 @@
+"""Cells of a text file: a number, a time stamp, nothing, or text."""
+
+import csv
+import math
+import re
+from typing import Literal
+
+Kind = Literal["number", "stamp", "missing", "text"]
+
+MISSING = frozenset(
+    [
+        "nan",
+        "na",
+        "n/a",
+        "null",
+        "none",
+        "nil",
+        "-",
+        "--",
+        "---",
+        "?",
+        "#n/a",
+        "#na",
+        "#value!",
+        "#div/0!",
+        "#num!",
+        "inf",
+        "-inf",
+        "+inf",
+        "infinity",
+        "-infinity",
+        "missing",
+        "ol",
+        "overflow",
+        "underflow",
+        "-nan",
+        "1.#qnan",
+        "-1.#ind",
+        "1.#ind",
+        "1.#inf",
+        "-1.#inf",
+        "bad",
+        "error",
+        "err",
+        "invalid",
+    ]
+) | {""}
+_GROUPED = {
+    ".": re.compile(r"[+-]?\d{1,3}(?:,\d{3})+(?:\.\d+)?"),
+    ",": re.compile(r"[+-]?\d{1,3}(?:\.\d{3})+(?:,\d+)?"),
+}
+_CLOCK = r"\d{1,3}:\d{2}(?::\d{2})?(?:[.,]\d+)?(?:\s*[AaPp][Mm])?"
+_DATE = r"(?:\d{1,4}[-./]\d{1,2}[-./]\d{1,4}|\d{1,2}[-. /][A-Za-z]{3}[-. /]\d{2,4}|\d{8})"
+_STAMP = re.compile(
+    rf"(?:{_DATE}[T ]\s*(?:{_CLOCK}|\d{{6}}(?:[.,]\d+)?)|{_DATE}|{_CLOCK})\s*(?:Z|UTC|[+-]\d{{2}}:?\d{{2}})?"
+)
+
+
+def split_line(line: str, separator: str) -> list[str]:
+    """Split a line into its cells, without the blanks around them; a separator " " stands for any run of blanks.
+
+    >>> split_line('1.5; "a;b" ;', ";")
+    ['1.5', 'a;b', '']
+    """
+    if separator == " ":
+        return line.split()
+    if '"' in line:
+        return [cell.strip() for cell in next(csv.reader([line], delimiter=separator, skipinitialspace=True))]
+    return [cell.strip() for cell in line.split(separator)]
+
+
+def as_number(cell: str, decimal: str) -> float | None:
+    """Read a finite number, with digits in groups or without; None for anything else.
+
+    >>> as_number("1.234,5", ","), as_number("1,5", "."), as_number("2e-3", ".")
+    (1234.5, None, 0.002)
+    """
+    other = "," if decimal == "." else "."
+    if other in cell:
+        if not _GROUPED[decimal].fullmatch(cell):
+            return None
+        cell = cell.replace(other, "")
+    if decimal == ",":
+        if cell.endswith(","):
+            return None
+        cell = cell.replace(",", ".")
+    # Python reads 1_000 as a number, files do not mean one by it.
+    if "_" in cell:
+        return None
+    try:
+        value = float(cell)
+    except ValueError:
+        return None
+    return value if math.isfinite(value) else None
+
+
+def is_stamp(cell: str) -> bool:
+    """Whether a cell is a date, a time of the day, or both.
+
+    >>> is_stamp("2024-03-01T12:00:00.5Z"), is_stamp("12:00:00,250"), is_stamp("1.5")
+    (True, True, False)
+    """
+    return (":" in cell or not cell.isdigit()) and bool(_STAMP.fullmatch(cell))
+
+
+def kind_of(cell: str, decimal: str) -> Kind:
+    """What a cell is, read with a decimal sign."""
+    if cell.lower() in MISSING:
+        return "missing"
+    if as_number(cell, decimal) is not None:
+        return "number"
+    return "stamp" if is_stamp(cell) else "text"

@@ -1,0 +1,137 @@
+"""Which columns of a file hold time, in which unit, and when the clock began."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from fmus.errors import MisfitError
+from fmus.units import conversion
+from orchestrator.measurements.dirty.header_units import split_header
+from orchestrator.measurements.dirty.reading import Reading
+from orchestrator.measurements.trial import Array
+from orchestrator.measurements.wording import listed
+
+_NAMES = [
+    "time",
+    "t",
+    "zeit",
+    "temps",
+    "tiempo",
+    "tempo",
+    "timestamp",
+    "time_stamp",
+    "time-stamp",
+    "stamp",
+    "elapsed",
+    "elapsed_time",
+    "time_elapsed",
+    "seconds",
+    "secs",
+    "sec",
+    "millis",
+    "micros",
+    "clock",
+    "uhrzeit",
+    "date",
+    "datetime",
+    "rel_time",
+    "reltime",
+    "relative_time",
+    "ms",
+]
+# Seconds, ms, us and ns since 1970 that lie between 1980 and 2100; days since 1900, as spreadsheets count.
+_EPOCHS = (("s", 3.2e8, 4.2e9), ("ms", 3.2e11, 4.2e12), ("us", 3.2e14, 4.2e15), ("ns", 3.2e17, 4.2e18))
+_SERIAL_DAYS = (29000.0, 73000.0)
+DAY_STEP = 0.2
+
+
+def with_clock(
+    reading: Reading,
+    values: Mapping[str, Array],
+    stamps: Sequence[str],
+    units: Mapping[str, str],
+    counted_rate: float | None,
+    wanted: str | None = None,
+) -> tuple[Reading, tuple[str, ...]]:
+    """Complete a reading by its time.
+
+    A column named as time goes first, then stamps (a date and a time of the day are joined), then a column in a unit of time,
+    then a first column that grows from row to row; at last the samples are counted, if a rate is known.
+
+    Args:
+        reading: how the file is read so far.
+        values: the columns of numbers, by name in the order of the file, NaN where there is none.
+        stamps: the columns that hold dates or times of the day.
+        units: what the header says.
+        counted_rate: the sampling rate in Hz if the file or the user says it.
+        wanted: the column that the user says is time.
+
+    Returns:
+        The reading, and what was assumed.
+
+    Raises:
+        MisfitError: there is no time.
+    """
+    if wanted is not None:
+        if wanted in stamps:
+            return replace(reading, time=(wanted,), time_kind="stamps"), ()
+        if wanted not in values:
+            raise MisfitError(f"no column {wanted!r} that could be time; columns: {listed([*values, *stamps])}")
+        return _numbers(reading, wanted, values[wanted], units.get(wanted))
+    growing = [name for name in values if _grows(values[name])]
+    named = [name for name in growing if _plain(name) in _NAMES]
+    if named:
+        return _numbers(reading, named[0], values[named[0]], units.get(named[0]))
+    if stamps:
+        return replace(reading, time=tuple(stamps[:2]), time_kind="stamps"), ()
+    timed = [name for name in growing if _is_time(units.get(name))]
+    if timed:
+        return _numbers(reading, timed[0], values[timed[0]], units.get(timed[0]))
+    if counted_rate is not None:
+        note = f"no column holds time; the samples are counted at {counted_rate:g} Hz"
+        return replace(reading, time=(), time_kind="counted"), (note,)
+    first = next(iter(values))
+    if first in growing:
+        found, notes = _numbers(reading, first, values[first], units.get(first))
+        return found, (f"no column is named as time; {first!r}, which grows from row to row, is taken as time", *notes)
+    raise MisfitError(
+        f"no column holds time; expected one named time or t, time stamps, or one in s or ms; columns: {listed([*values, *stamps])}; name it with --time COLUMN, or give the sampling rate with --rate HZ"
+    )
+
+
+def _plain(name: str) -> str:
+    return split_header(name)[0].lower().rstrip("()").strip().replace(" ", "_")
+
+
+def _is_time(unit: str | None) -> bool:
+    if not unit:
+        return False
+    try:
+        conversion(unit, "s")
+    except MisfitError:
+        return False
+    return True
+
+
+def _grows(values: Array) -> bool:
+    """Whether nearly all steps go up; rows in the wrong order or a clock that repeats its stamps are repaired later."""
+    steps = np.diff(values[~np.isnan(values)])
+    return bool(steps.size and np.mean(steps < 0) <= 0.05 and np.any(steps > 0))
+
+
+def _numbers(reading: Reading, name: str, values: Array, unit: str | None) -> tuple[Reading, tuple[str, ...]]:
+    known = values[~np.isnan(values)]
+    first, step = float(known[0]), float(np.median(np.abs(np.diff(known)))) if len(known) > 1 else 0.0
+    for epoch, low, high in _EPOCHS:
+        if low < first < high and (unit is None or unit == epoch):
+            notes = () if unit else (f"{name!r} counts {epoch} since 1970; time starts at its first value",)
+            return replace(reading, time=(name,), time_kind="epoch", time_unit=epoch), notes
+    if unit is None and _SERIAL_DAYS[0] < first < _SERIAL_DAYS[1] and 0 < step < DAY_STEP:
+        note = f"{name!r} counts days, as spreadsheets do; time starts at its first value"
+        return replace(reading, time=(name,), time_kind="epoch", time_unit="d"), (note,)
+    if _is_time(unit):
+        return replace(reading, time=(name,), time_kind="number", time_unit=unit or "s"), ()
+    return replace(reading, time=(name,), time_kind="number", time_unit="s"), (
+        f"{name!r} states no unit of time; taken as s",
+    )

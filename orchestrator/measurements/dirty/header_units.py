@@ -1,0 +1,197 @@
+"""Units as people write them in headers, in the spelling that the rest of the program reads."""
+
+import re
+
+from fmus.errors import MisfitError
+from fmus.units import conversion
+
+_SPELLINGS = {
+    "°": "deg",
+    "degree": "deg",
+    "degrees": "deg",
+    "grad": "deg",
+    "radian": "rad",
+    "radians": "rad",
+    "sec": "s",
+    "secs": "s",
+    "second": "s",
+    "seconds": "s",
+    "sek": "s",
+    "msec": "ms",
+    "millis": "ms",
+    "milliseconds": "ms",
+    "usec": "us",
+    "micros": "us",
+    "microseconds": "us",
+    "nanos": "ns",
+    "minutes": "min",
+    "hours": "h",
+    "newton": "N",
+    "newtons": "N",
+    "volt": "V",
+    "volts": "V",
+    "ampere": "A",
+    "amps": "A",
+    "amp": "A",
+    "meter": "m",
+    "meters": "m",
+    "kelvin": "K",
+    "celsius": "degC",
+    "°c": "degC",
+    "c": "degC",
+    "°f": "degF",
+    "nm": "N.m",
+    "nmm": "N.mm",
+    "mnm": "mN.m",
+    "knm": "kN.m",
+    "rpm": "rpm",
+    "1/min": "rpm",
+    "min-1": "rpm",
+    "rps": "rad/s",
+    "rad/sec": "rad/s",
+    "deg/sec": "deg/s",
+    "°/s": "deg/s",
+    "dps": "deg/s",
+    "m/sec": "m/s",
+    "mps": "m/s",
+    "kph": "km/h",
+    "g": "g",
+    "-": "1",
+    "--": "1",
+    "none": "1",
+    "normalized": "1",
+    "norm": "1",
+    "pct": "%",
+    "percent": "%",
+    "volts/div": "V",
+}
+_POWERS = str.maketrans(
+    {"²": "2", "³": "3", "·": ".", "×": ".", "⋅": ".", "*": ".", "µ": "u", "μ": "u", "Ω": "Ohm", "^": None}
+)
+_BRACKETED = re.compile(
+    r"^(?P<name>.*?)\s*(?:\[(?P<square>[^\[\]]*)\]|\((?P<round>[^()]*(?:\([^()]*\))?)\)|<(?P<angle>[^<>]*)>)\s*$"
+)
+_SEPARATED = re.compile(r"^(?P<name>.+?)(?:\s+in\s+|\s*,\s*|\s*/\s*|\s+)(?P<unit>\S+)$")
+# Behind an underscore only units that are no likely part of a name: x_m is a position, u_a a phase.
+_SUFFIXES = frozenset(
+    [
+        "s",
+        "sec",
+        "ms",
+        "msec",
+        "us",
+        "usec",
+        "ns",
+        "min",
+        "deg",
+        "rad",
+        "rpm",
+        "N",
+        "Nm",
+        "mNm",
+        "V",
+        "mV",
+        "A",
+        "mA",
+        "K",
+        "degC",
+        "Pa",
+        "kPa",
+        "bar",
+        "mbar",
+        "m",
+        "mm",
+        "cm",
+        "um",
+        "kg",
+        "g",
+        "W",
+        "Hz",
+        "rad_s",
+        "deg_s",
+        "m_s",
+        "mm_s",
+        "rad_per_s",
+        "deg_per_s",
+        "m_per_s",
+        "m_s2",
+        "m_per_s2",
+        "rad_s2",
+        "percent",
+        "pct",
+        "seconds",
+        "millis",
+    ]
+)
+# Names that are a unit of time themselves.
+_TIMES = {"millis": "ms", "micros": "us", "seconds": "s", "ms": "ms"}
+
+
+def read_unit(text: str) -> str | None:
+    """Give the unit in this program's spelling; None if the text is none.
+
+    >>> [read_unit(text) for text in ("[°]", "Nm", "rad/sec", "m/s²", "-", "Sensor 4")]
+    ['deg', 'N.m', 'rad/s', 'm/s2', '1', None]
+    """
+    bare = text.strip().strip("[]<>").strip()
+    if bare.startswith("(") and bare.endswith(")"):
+        bare = bare[1:-1].strip()
+    if not bare:
+        return None
+    lower = bare.lower()
+    # Small letters mean something else for some units: nm is a length, m is a metre and M nothing.
+    if bare not in ("nm", "c", "g") and lower in _SPELLINGS:
+        return _SPELLINGS[lower]
+    plain = bare.translate(_POWERS)
+    for candidate in (plain, plain.replace("sec", "s").replace("°", "deg").replace("Nm", "N.m").replace("**", "")):
+        try:
+            conversion(candidate, candidate)
+        except MisfitError as error:
+            if "zero points" in str(error):
+                return candidate
+            continue
+        return candidate
+    return None
+
+
+def split_header(header: str) -> tuple[str, str | None]:
+    """Split the header of a column into what it names and the unit that it states.
+
+    Example:
+        >>> split_header("theta [deg]"), split_header("F (N)"), split_header("theta_deg"), split_header("q1")
+        (('theta', 'deg'), ('F', 'N'), ('theta', 'deg'), ('q1', None))
+        >>> split_header("Angle, °"), split_header("x_m_s"), split_header("time / ms")
+        (('Angle', 'deg'), ('x', 'm/s'), ('time', 'ms'))
+    """
+    text = header.strip()
+    if text.lower() in _TIMES:
+        return text, _TIMES[text.lower()]
+    match = _BRACKETED.match(text)
+    if match and (match["square"] or "").isdigit() and "[" in text.split()[-1][1:]:
+        return text, None  # an element of an array, alpha[1]
+    if match and match["name"]:
+        unit = read_unit(match["square"] or match["round"] or match["angle"] or "")
+        if unit is not None:
+            return match["name"].strip(), unit
+        return (
+            (match["name"].strip(), None) if match["name"].strip().lower() in ("time", "t", "millis") else (text, None)
+        )
+    if "/" in text and read_unit(text) is not None:
+        return text, None
+    match = _SEPARATED.match(text)
+    if match and not match["unit"].isdigit() and (unit := read_unit(match["unit"])) is not None:
+        return match["name"].strip(), unit
+    return _by_underscore(text)
+
+
+def _by_underscore(text: str) -> tuple[str, str | None]:
+    parts = text.split("_")
+    for length in (3, 2, 1):
+        if len(parts) <= length:
+            continue
+        suffix = "_".join(parts[-length:])
+        if suffix in _SUFFIXES:
+            unit = read_unit(suffix.replace("_per_", "/").replace("_", "/"))
+            if unit is not None:
+                return "_".join(parts[:-length]), unit
+    return text, None

@@ -1,0 +1,33 @@
+"""Whether a recorded input was held from sample to sample, seen from its record."""
+
+import numpy as np
+
+from orchestrator.measurements.trial import Array
+
+# A held signal repeats more samples than this share, and its steps are larger than the last digit of a slow one.
+REPEATS = 0.5
+LAST_DIGIT = 2.5
+LARGE = 0.05
+
+
+def proposed_interpolation(values: Array) -> str:
+    """Propose "hold" if a signal stays for several samples and then jumps, else "linear".
+
+    A slow signal with few digits also repeats samples, but then changes by one digit at a time.
+
+    Example:
+        >>> proposed_interpolation(np.repeat([0.0, 1.0, 0.3, 0.8], 10))
+        'hold'
+        >>> proposed_interpolation(np.round(np.sin(np.linspace(0, 3, 200)), 1))
+        'linear'
+    """
+    known = values[~np.isnan(values)]
+    if len(known) < 3 or np.ptp(known) == 0.0:
+        return "linear"
+    steps = np.abs(np.diff(known))
+    jumps = steps[steps > 1e-12 * np.ptp(known)]
+    if len(jumps) > (1.0 - REPEATS) * len(steps):
+        return "linear"
+    digit = float(jumps.min())
+    jumping = float(np.median(jumps)) > LAST_DIGIT * digit or digit > 2 * LARGE * float(np.ptp(known))
+    return "hold" if jumping and float(np.median(jumps)) > LARGE * float(np.ptp(known)) else "linear"
