@@ -1,1 +1,1 @@
-"""The bench: sessions with a robot on CAN. Nothing is here yet."""
+"""The bench: sessions with a robot on CAN, real or virtual."""

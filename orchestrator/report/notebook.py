@@ -122,6 +122,22 @@ def result_plot(found: "Result", names: Sequence[str] = ()) -> Shown:
     return Shown(render_part(Page("", "", None, (Section("", pictures=(Picture(_curves(found, names), ""),)),))))
 
 
+def forces_plot(
+    time: np.ndarray, names: Sequence[str], units: Sequence[str], mean: np.ndarray, std: np.ndarray
+) -> Shown:
+    """A missing force over time, (n,) s, one panel for each column of `mean` and `std` (n, k); std is NaN where unknown."""
+    panels = [
+        Panel(f"missing on {name}", unit, (Line(name, Colour.IMPROVED, mean[:, k], _known(std[:, k])),))
+        for k, (name, unit) in enumerate(zip(names, units, strict=True))
+    ]
+    picture = Picture(curves_svg(time, panels), "Missing force with 90 % band; zero would be nothing missing.")
+    return _shown(picture)
+
+
+def _known(std: np.ndarray) -> np.ndarray | None:
+    return std if np.isfinite(std).all() else None
+
+
 def block_html(found: "Block") -> str:
     """What a learned block takes and gives, and its curves."""
     rows = [(name, unit, "input") for name, unit in found.inputs.items()]

@@ -158,11 +158,15 @@ def test_example_notebook_runs_and_every_cell_shows_something(tmp_path: Path) ->
     assert done.returncode == 0, done.stderr[-2000:]
 
     cells = [cell for cell in json.loads(target.read_text())["cells"] if cell["cell_type"] == "code"]
-    shown = [
-        "".join(output["data"].get("text/html", "")) for cell in cells for output in cell["outputs"] if "data" in output
-    ]
+    outputs = [output for cell in cells for output in cell["outputs"]]
+    shown, progress = (
+        ["".join(output["data"].get("text/html", "")) for output in outputs if output["output_type"] == kind]
+        for kind in ("execute_result", "display_data")
+    )
+    assert progress and not any(progress)  # the line that says what is being done goes when it is done
     assert len(shown) == len(cells)
     assert all(text.lstrip().startswith('<div class="misfit-report">') for text in shown)
     assert "Missing: viscous friction at joint1" in shown[2]
+    assert "Missing force with 90 % band" in shown[5]
     assert "Replay of the worst trial" in shown[-1]
     assert not any(output.get("name") == "stderr" for cell in cells for output in cell["outputs"])
