@@ -7,6 +7,8 @@ import click
 from orchestrator.cli.common import (
     can_be_written,
     cards_option,
+    mend_option,
+    mended_record,
     progress,
     result_options,
     scheduler_option,
@@ -20,8 +22,17 @@ from orchestrator.cli.common import (
 @click.command()
 @click.argument("model")
 @click.argument("data")
+@mend_option
 @result_options()
-def compare(model: str, data: str, json_file: str | None, html_file: str | None, quiet: bool, workers: int) -> None:
+def compare(
+    model: str,
+    data: str,
+    accept_mends: bool,
+    json_file: str | None,
+    html_file: str | None,
+    quiet: bool,
+    workers: int,
+) -> None:
     """Show where MODEL fails against DATA, and by how much, against the noise floor."""
     from orchestrator.compare.comparison import compare as run
     from orchestrator.measurements import load_measurements
@@ -35,11 +46,13 @@ def compare(model: str, data: str, json_file: str | None, html_file: str | None,
         measurements = load_measurements(data)
         say(f"building {model}")
         loaded = load_model(model)
+        if accept_mends:
+            measurements = mended_record(loaded, measurements, quiet)
         say("running the model along every trial")
         result = run(loaded, measurements, workers=workers)
         report = comparison_report(result, arm_replay(loaded, measurements, result)) if html_file else None
     show(comparison_table(result), quiet)
-    show("\n".join(result.findings), quiet)
+    show("\n".join((*result.findings, *map(str, result.data_checks))), quiet)
     write_json(json_file, result.to_json())
     write_file(html_file, report)
 
@@ -49,6 +62,7 @@ def compare(model: str, data: str, json_file: str | None, html_file: str | None,
 @click.argument("data")
 @cards_option
 @tolerance_option
+@mend_option
 @scheduler_option
 @click.option(
     "--experiment",
@@ -63,6 +77,7 @@ def diagnose(
     data: str,
     card_folders: tuple[Path, ...],
     tolerances: dict[str, float],
+    accept_mends: bool,
     scheduler: str | None,
     experiment_file: str | None,
     json_file: str | None,
@@ -84,6 +99,8 @@ def diagnose(
         say(f"reading {data}")
         cards = effect_library(card_folders)
         measurements = load_measurements(data).with_tolerances(tolerances)
+        if accept_mends:
+            measurements = mended_record(load_model(model), measurements, quiet)
         source = load_source(model, measurements)
         with resumable(f"{model} {measurements.content_hash}", scheduler) as work:
             result = run(source, measurements, cards=cards, workers=workers, progress=say, work=work)

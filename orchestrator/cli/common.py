@@ -6,12 +6,16 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from fmus.errors import MisfitError
 from fmus.files import write_atomically
+
+if TYPE_CHECKING:
+    from orchestrator.measurements import MeasurementSet
+    from orchestrator.models.contract import Model
 
 Say = Callable[[str], None]
 
@@ -169,3 +173,20 @@ def write_file(target: str | None, text: str | None) -> None:
         write_atomically(path, text.encode())
     except OSError as error:
         raise MisfitError(f"{path} cannot be written: {error.strerror}; choose another place") from error
+
+
+def mend_option(command: Callable[..., None]) -> Callable[..., None]:
+    """Add `--mend`."""
+    return click.option(
+        "--mend", "accept_mends", is_flag=True, help="Accept what the data checks propose to mend in the record."
+    )(command)
+
+
+def mended_record(model: "Model", measurements: "MeasurementSet", quiet: bool) -> "MeasurementSet":
+    """Return the record with the proposals of the data checks accepted, and say which."""
+    from orchestrator.datacheck.check import mend
+
+    found = mend(model, measurements)
+    for finding in found.done:
+        show(f"Mended: {finding.proposal}, because {finding.evidence}.", quiet)
+    return found.measurements

@@ -13,6 +13,8 @@ from orchestrator.cli.common import (
     cards_option,
     html_option,
     json_option,
+    mend_option,
+    mended_record,
     progress,
     result_options,
     scheduler_option,
@@ -130,6 +132,7 @@ def ledger(folder: str, json_file: str | None, html_file: str | None) -> None:
 )
 @cards_option
 @tolerance_option
+@mend_option
 @scheduler_option
 @result_options()
 def discover(
@@ -138,6 +141,7 @@ def discover(
     folder: str,
     card_folders: tuple[Path, ...],
     tolerances: dict[str, float],
+    accept_mends: bool,
     scheduler: str | None,
     json_file: str | None,
     html_file: str | None,
@@ -158,6 +162,8 @@ def discover(
         say(f"reading {data}")
         cards = effect_library(card_folders)
         measurements = load_measurements(data).with_tolerances(tolerances)
+        if accept_mends:
+            measurements = mended_record(load_model(model), measurements, quiet)
         source = load_source(model, measurements)
         with resumable(f"{model} {measurements.content_hash}", scheduler) as work:
             found = run(source, measurements, Path(folder), cards=cards, workers=workers, progress=say, work=work)

@@ -10,18 +10,26 @@ from orchestrator.compare.estimates import estimate_floor
 from orchestrator.compare.floor import noise_floor, over_floor
 from orchestrator.compare.result import Comparison, SetErrors, TrialCurves, TrialErrors
 from orchestrator.compare.where import findings, where_it_fails
+from orchestrator.datacheck.check import check_data
+from orchestrator.datacheck.findings import Finding
 from orchestrator.measurements import BoundSet, BoundTrial, MeasurementSet, bind
 from orchestrator.models.contract import FittedTrial, Model
 
 
 def compare(
-    model: Model, measurements: MeasurementSet, *, workers: int = 2, floor: Mapping[str, float] | None = None
+    model: Model,
+    measurements: MeasurementSet,
+    *,
+    workers: int = 2,
+    floor: Mapping[str, float] | None = None,
+    checks: Sequence[Finding] | None = None,
 ) -> Comparison:
     """Run the model freely along every trial and measure its errors.
 
     Args:
         workers: number of trials that run at a time.
         floor: noise floor of each signal, in its unit; estimated with this model if not given.
+        checks: what the data checks found; they are made if neither these nor the floor are given.
 
     Raises:
         MisfitError: if columns and variables do not fit each other.
@@ -40,7 +48,9 @@ def compare(
         floor = noise_floor(model, data, [pair for pair in followed if pair[0].subset == "learning"])
         estimates = estimate_floor(data, floor)
         floor = {name: estimate.used for name, estimate in estimates.items()}
-        return replace(summarise(model, measurements, data, followed, floor), noise_estimates=estimates)
+        found = summarise(model, measurements, data, followed, floor)
+        checks = check_data(model, measurements) if checks is None else checks
+        return replace(found, noise_estimates=estimates, data_checks=tuple(checks))
     return summarise(model, measurements, data, followed, floor)
 
 
@@ -72,6 +82,7 @@ def summarise(
         findings=findings(where, floor),
         notes=(*measurements.notes, *data.notes),
         curves=curves,
+        mended=measurements.mended,
     )
 
 

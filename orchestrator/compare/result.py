@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from orchestrator.compare.estimates import FloorEstimate, floor_sentence
+from orchestrator.datacheck.findings import Finding
 
 if TYPE_CHECKING:
     from orchestrator.report.notebook import Shown
@@ -50,7 +51,8 @@ class Comparison:
     """Free runs of a model against measured trials.
 
     `where` tells where the error is: lists of plain mappings under "signal", "time", "state" and "frequency".
-    `findings` says the same in sentences. `curves` is not part of the JSON result.
+    `findings` says the same in sentences. `curves` is not part of the JSON result. `data_checks` says what is wrong with the
+    record, `mended` what was mended before.
     """
 
     model: str
@@ -66,6 +68,8 @@ class Comparison:
     notes: tuple[str, ...] = ()
     noise_estimates: Mapping[str, FloorEstimate] = field(default_factory=dict)
     curves: tuple[TrialCurves, ...] = field(default=(), repr=False)
+    data_checks: tuple[Finding, ...] = ()
+    mended: tuple[str, ...] = ()
 
     @property
     def noise_sentences(self) -> tuple[str, ...]:
@@ -105,6 +109,8 @@ class Comparison:
             "findings": list(self.findings),
             "notes": [*self.notes, *self.noise_sentences],
             "noise_estimates": {name: asdict(each) for name, each in self.noise_estimates.items()},
+            "data_checks": [finding.to_json() for finding in self.data_checks],
+            "mended": list(self.mended),
         }
 
     def _times_floor(self, rmse: Mapping[str, float]) -> dict[str, Any]:

@@ -13,6 +13,8 @@ from threadpoolctl import threadpool_limits
 from fmus.catalogue import ModelicaModel
 from fmus.errors import ComponentError, MisfitError
 from orchestrator.compare.comparison import compare
+from orchestrator.datacheck.check import check_data, forbids_physics
+from orchestrator.datacheck.verdict import first_mend
 from orchestrator.diagnosis.adjusted import adjusted_parameters
 from orchestrator.diagnosis.advice import with_next_experiment
 from orchestrator.diagnosis.candidates import EffectSet, find_candidates, model_of
@@ -72,13 +74,20 @@ def diagnose(
         ComponentError: if the model itself cannot be simulated.
     """
     library = effect_library() if cards is None else cards
+    progress("checking the record")
+    model = model_of(source, source.compile())
+    checks = check_data(model, measurements)
+    if forbids_physics(checks):
+        return replace(first_mend(model, measurements, checks, workers), mended=measurements.mended)
 
     def by(shown: MeasurementSet, may_cut: bool) -> Diagnosis:
         return _diagnosed(source, shown, measurements, library, workers, progress, work, may_cut=may_cut)
 
     # Two BLAS threads make the small factorisations of the fits about 100 times slower.
     with threadpool_limits(limits=1, user_api="blas"), hands(workers):
-        return _over_stretches(by, measurements, {card.id for card in library if card.contacts}, progress)
+        found = _over_stretches(by, measurements, {card.id for card in library if card.contacts}, progress)
+    warnings = (*map(str, checks), *found.warnings)
+    return replace(found, warnings=warnings, data_checks=checks, mended=measurements.mended)
 
 
 def _over_stretches(

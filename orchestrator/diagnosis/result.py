@@ -5,6 +5,7 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 from orchestrator.compare.result import Comparison
+from orchestrator.datacheck.findings import Finding
 from orchestrator.diagnosis.coverage import Coverage
 from orchestrator.diagnosis.identifiability import Doubt
 from orchestrator.diagnosis.kinship import Kin
@@ -124,7 +125,7 @@ class Diagnosis:
     of the next experiment. `where` maps the force that the model as given lacks (rows as in a comparison's "state"),
     `findings` says the same. `tried` tells what became of each set of the ranking. `adjusted` are the parameters fitted
     within their tolerances and `clock_shift_s` by how much outputs were late; errors count with both, the patched model
-    has neither.
+    has neither. `data_checks` says what is wrong with the record, `mended` what was mended before.
     """
 
     model: str
@@ -152,6 +153,8 @@ class Diagnosis:
     identifiability: tuple[Doubt, ...] = ()
     excitation: tuple[Coverage, ...] = ()
     kin: tuple[Kin, ...] = ()
+    data_checks: tuple[Finding, ...] = ()
+    mended: tuple[str, ...] = ()
 
     def plot(self) -> "Shown":
         """The error that falls from step to step, for a notebook; the ranking where no effect was added."""
@@ -196,6 +199,8 @@ class Diagnosis:
             "tried": [asdict(entry) for entry in self.tried],
             "curves": [curve for step in self.steps[-1:] for curve in _held_out_curves(self.steps[0], step)],
             "latent_forces": [curve.to_json() for curve in self.latent_forces],
+            "data_checks": [finding.to_json() for finding in self.data_checks],
+            "mended": list(self.mended),
         }
 
 

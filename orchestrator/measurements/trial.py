@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 Subset = Literal["learning", "held_out"]
 Array = NDArray[np.float64]
+# How a note about a mended column begins.
+MENDED = "mended: "
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,6 +74,11 @@ class MeasurementSet:
     content_hash: str
     tolerances: Mapping[str, float] = field(default_factory=dict)
     interpolation: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def mended(self) -> tuple[str, ...]:
+        """What data checks changed in the columns as recorded."""
+        return tuple(note.removeprefix(MENDED) for note in self.notes if note.startswith(MENDED))
 
     def with_tolerances(self, tolerances: Mapping[str, float]) -> "MeasurementSet":
         """Return the same set with further tolerances, which go before those of its file."""

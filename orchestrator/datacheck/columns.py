@@ -1,0 +1,126 @@
+"""Wrong columns: units, signs, zeros, exchanged ones, told by what a model predicts with and without a change."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+from orchestrator.datacheck import limits
+from orchestrator.datacheck.changes import Change
+from orchestrator.datacheck.factors import CLOCK, KELVIN, QUARTERS, factors, is_angle, is_temperature, same_dimension
+from orchestrator.datacheck.findings import Finding, Kind
+from orchestrator.datacheck.prediction import Predictor
+
+Left = Callable[[Change], float]
+# Changes that are looked at more closely after a first look.
+SHORTLIST = 6
+KINDS: Mapping[str, Kind] = {"shift": "offset", "swap": "swap", "clock": "time_unit", "delay": "delay"}
+
+
+@dataclass(frozen=True)
+class Tried:
+    """A change with the share of the record that is left with it."""
+
+    change: Change
+    left: float
+
+
+def possible_changes(moving: Sequence[str], units: Mapping[str, str], outputs: Sequence[str]) -> list[Change]:
+    """Everything that a person may have got wrong with the columns, one thing at a time."""
+    found = [Change("clock", ("time",), factor, meaning) for factor, meaning in CLOCK.items()]
+    for names in _groups(moving, units):
+        found += [Change("scale", names, factor, meaning) for factor, meaning in factors(units[names[0]]).items()]
+        found.append(Change("scale", names, -1.0, "counted the other way"))
+    for name in moving:
+        if name in outputs and is_angle(units[name]):
+            found += [Change("shift", (name,), zero, meaning) for zero, meaning in QUARTERS.items()]
+        if is_temperature(units[name]):
+            found += [Change("shift", (name,), zero, meaning) for zero, meaning in KELVIN.items()]
+    for pair in combinations(moving, 2):
+        if (pair[0] in outputs) == (pair[1] in outputs) and same_dimension([units[name] for name in pair]):
+            found.append(Change("swap", pair, 0.0, "exchanged"))
+    return found
+
+
+def _groups(moving: Sequence[str], units: Mapping[str, str]) -> Iterable[tuple[str, ...]]:
+    """Each column alone, and all columns of a unit together: whoever exports degrees exports all angles so."""
+    yield from ((name,) for name in moving)
+    for unit in dict.fromkeys(units[name] for name in moving):
+        together = tuple(name for name in moving if units[name] == unit)
+        if len(together) > 1:
+            yield together
+
+
+def wrong_columns(predictor: Predictor, units: Mapping[str, str]) -> tuple[Finding, ...]:
+    """The change that makes a model that predicted next to nothing predict nearly everything, if there is one."""
+    before = predictor.left()
+    if before < limits.NOTHING_WRONG:
+        return ()
+    changes = possible_changes(predictor.moving, units, predictor.data.output_names)
+    first = sorted((Tried(c, predictor.left(c, few=True)) for c in changes), key=lambda tried: tried.left)
+    closely = [Tried(each.change, predictor.left(each.change)) for each in first[:SHORTLIST]]
+    return judged(before, closely, predictor.left)
+
+
+def judged(before: float, tried: Sequence[Tried], left: Left) -> tuple[Finding, ...]:
+    """The best change as a finding, if it leaves little, much less than before, and by its own amount the least."""
+    ranked = sorted(tried, key=lambda each: (each.left, len(each.change.columns)))
+    good = [each for each in ranked if each.left < limits.WELL_PREDICTED and before > limits.DROP * each.left]
+    good = [each for each in good if each.left <= limits.AS_GOOD * good[0].left]
+    good = [each for each in good if is_sharp(each, left)]
+    if not good:
+        return ()
+    best = _likeliest(good)
+    others = [each.change for each in good if each.change is not best.change]
+    return (_finding(best, before, others),)
+
+
+def _likeliest(good: Sequence[Tried]) -> Tried:
+    """Of equally good changes, the one with the most telling factor: 57.3 is nothing but degrees; a sign is an output's."""
+    return min(good, key=lambda each: (len(each.change.columns) > 1, each.change.way == "clock", each.left))
+
+
+def is_sharp(tried: Tried, left: Left) -> bool:
+    """Whether the amount of a change, if it were free, would be the well-known one; a gain of physics is anything."""
+    change = tried.change
+    if change.way not in ("scale", "shift") or change.value == -1.0:
+        return True
+    if change.way == "shift":
+        reach, moved = limits.CLOSE_ANGLE, [change.with_value(change.value + d * limits.CLOSE_ANGLE) for d in (-1, 1)]
+    else:
+        size = max(abs(change.value), 1 / abs(change.value))
+        reach = limits.CLOSE if size < limits.NEAR_ONE else limits.LOOSE
+        moved = [change.with_value(change.value * (1 + d * reach)) for d in (-1, 1)]
+    return all(left(each) >= tried.left for each in moved)
+
+
+def _finding(best: Tried, before: float, others: Sequence[Change]) -> Finding:
+    change = best.change
+    kind: Kind = KINDS.get(change.way, "sign" if change.value == -1.0 else "unit")
+    column = ", ".join(change.columns)
+    evidence = (
+        f"over short stretches the model leaves {before:.3g} of what the record shows, and {best.left:.2g} if"
+        f" {column} {is_are(change.columns)} {change.meaning}"
+    )
+    if others:
+        as_good = [f"{', '.join(other.columns)} {other.meaning}" for other in others[:3]]
+        evidence += f"; as good: {' or '.join(as_good)}"
+    return Finding(kind, column, "", evidence, proposal(change), strong=True, change=change)
+
+
+def is_are(columns: Sequence[str]) -> str:
+    """The verb for one or several columns."""
+    return "is" if len(columns) == 1 else "are"
+
+
+def proposal(change: Change) -> str:
+    """What to do with a column, in words."""
+    column = " and ".join(change.columns)
+    if change.way == "scale":
+        return f"multiply {column} by {change.value:.6g}"
+    if change.way == "shift":
+        return f"add {change.value:.6g} to {column}"
+    if change.way == "swap":
+        return f"exchange {column}"
+    if change.way == "clock":
+        return f"multiply the time by {change.value:.6g}"
+    return f"read {column} {abs(change.value):.4g} s {'later' if change.value > 0 else 'earlier'}"

@@ -1,0 +1,42 @@
+"""What is wrong with a record, by the figures, and how to mend it."""
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from orchestrator.datacheck.changes import Change
+
+Kind = Literal["unit", "time_unit", "offset", "sign", "swap", "delay", "stuck", "saturated", "held", "trial", "nan"]
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that is wrong, or may be, with a column or a trial.
+
+    `evidence` says why in numbers, `proposal` what to do. A `strong` finding forbids to name physics. `change` is the mend of
+    the columns, in the units of the model, and `trials` names those it concerns, none for all.
+    """
+
+    kind: Kind
+    column: str
+    trial: str
+    evidence: str
+    proposal: str
+    strong: bool
+    change: Change | None = None
+    trials: tuple[str, ...] = ()
+
+    def to_json(self) -> dict[str, Any]:
+        """The entry of `data_checks`."""
+        where = {"column": self.column} if self.column else {}
+        where |= {"trial": self.trial} if self.trial else {}
+        return {
+            "kind": self.kind,
+            **where,
+            "evidence": self.evidence,
+            "proposal": self.proposal,
+            "strong": self.strong,
+        }
+
+    def __str__(self) -> str:
+        where = " in ".join(part for part in (self.column, self.trial) if part)
+        return f"data check, {where}: {self.evidence}; {self.proposal}"

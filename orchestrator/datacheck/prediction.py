@@ -1,0 +1,136 @@
+"""How much of what a record shows a model predicts over short stretches, from free start values in each of them.
+
+Free runs over whole trials would not do: plants integrate, are unstable or chaotic, and models lack effects. Over the time in
+which a signal swings once, a right model with a missing effect still predicts most of what there is; one that is fed a wrong
+column predicts next to nothing.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from fmus.errors import ComponentError
+from orchestrator.datacheck.changes import NO_CHANGE, Change
+from orchestrator.measurements import BoundSet, BoundTrial
+from orchestrator.models.contract import Model
+
+# Stretches that are looked at, and samples that each has at least and at most; the first look at a change is at the first ones
+# of the first stretch.
+MANY, SHORTEST, LONGEST, FIRST_LOOK = 6, 24, 400, 150
+# A model that errs by more than this many times what there is to predict says nothing more by erring more.
+WORST = 1e4
+# Less than this is rounding.
+LEAST = 1e-12
+# Columns are differentiated over this share of a trial, so that their noise does not count as motion.
+REACH = 1 / 200
+TINY = 1e-300
+
+
+@dataclass(frozen=True, eq=False)
+class Stretch:
+    """A short part of a trial: `time` (n,), `inputs` (n, nu), `outputs` (n, ny), in the units of the model."""
+
+    time: np.ndarray
+    inputs: np.ndarray
+    outputs: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Predictor:
+    """A model beside trials: what it leaves of them, as they are and with a changed column."""
+
+    model: Model
+    data: BoundSet
+    trials: tuple[BoundTrial, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All inputs, then all measured outputs."""
+        return (*self.data.input_names, *self.data.output_names)
+
+    @cached_property
+    def noise(self) -> np.ndarray:
+        """Standard deviation of the noise of each of `names`."""
+        return np.array([self.data.noise_std.get(name, 0.0) for name in self.names])
+
+    @cached_property
+    def moving(self) -> tuple[str, ...]:
+        """Inputs and outputs that are measured and not constant."""
+        every = np.concatenate([np.hstack([t.inputs, t.outputs]) for t in self.trials])
+        return tuple(name for name, extent in zip(self.names, np.ptp(every, axis=0), strict=True) if extent > 0)
+
+    @cached_property
+    def rows(self) -> tuple[tuple[int, slice], ...]:
+        """The most active stretches, as (trial, rows), spread over the trials, the best of each trial first."""
+        count = max(1, MANY // len(self.trials))
+        found = [[(k, rows) for rows in _active(trial)[:count]] for k, trial in enumerate(self.trials[:MANY])]
+        return tuple(each for rank in range(count) for own in found for each in own[rank : rank + 1])
+
+    def stretches(self, change: Change, *, few: bool = False) -> list[Stretch]:
+        """The stretches with changed columns."""
+        rows = self.rows
+        if few:
+            k, whole = rows[0]
+            rows = ((k, slice(whole.start, min(whole.stop, whole.start + FIRST_LOOK))),)
+        changed, nu = {}, len(self.data.input_names)
+        for k in {k for k, _ in rows}:
+            trial = self.trials[k]
+            changed[k] = change.applied(trial.time, np.hstack([trial.inputs, trial.outputs]), self.names)
+        return [Stretch(changed[k][0][r], changed[k][1][r, :nu], changed[k][1][r, nu:]) for k, r in rows]
+
+    def left(self, change: Change = NO_CHANGE, *, few: bool = False) -> float:
+        """Share of what the outputs show that the model does not predict, of the output that it predicts worst.
+
+        1 means that a straight line through each stretch is as good.
+        """
+        nu = len(self.data.input_names)
+        noise = change.noise(self.noise, self.names)[nu:]
+        shares = unexplained(self.model, self.stretches(change, few=few), self.data.output_names, noise)
+        return float(max(shares.max(), LEAST))
+
+
+def unexplained(model: Model, parts: Sequence[Stretch], names: Sequence[str], noise: np.ndarray) -> np.ndarray:
+    """Share (ny,) of the outputs' bent part that the model does not predict; more than 1 where it is worse than nothing."""
+    left, there = np.zeros(len(names)), np.zeros(len(names))
+    for part in parts:
+        size = np.sum(bent(part.time, part.outputs) ** 2, axis=0)
+        try:
+            run = model.follow(part.time, part.inputs, part.outputs, names, noise).outputs
+            with np.errstate(over="ignore"):
+                error = np.sum(bent(part.time, part.outputs - run) ** 2, axis=0)
+        except (ComponentError, np.linalg.LinAlgError, ValueError):
+            error = np.full(len(names), np.inf)
+        left += np.minimum(np.nan_to_num(error, nan=np.inf), WORST * size)
+        there += size
+    return np.asarray(np.clip(left / np.maximum(there, TINY), 0.0, WORST))
+
+
+def bent(time: np.ndarray, series: np.ndarray) -> np.ndarray:
+    """What a straight line leaves of series (n, k): the part that a model has to predict."""
+    base = np.column_stack([np.ones(len(time)), time - time.mean()])
+    base[:, 1] /= np.ptp(time)
+    return np.asarray(series - base @ np.linalg.lstsq(base, series, rcond=None)[0])
+
+
+def _active(trial: BoundTrial) -> list[slice]:
+    """Stretches of a trial, the most active first."""
+    length = _length(trial)
+    size = np.var(trial.outputs, axis=0) + TINY
+    found = [slice(start, start + length) for start in range(0, max(1, len(trial.time) - length + 1), length)]
+
+    def activity(rows: slice) -> float:
+        return float(np.sum(np.var(bent(trial.time[rows], trial.outputs[rows]), axis=0) / size))
+
+    return sorted(found, key=activity, reverse=True)
+
+
+def _length(trial: BoundTrial) -> int:
+    """Samples in the shortest period of the outputs, by Rice's formula for the rate of mean crossings."""
+    step = float(np.mean(np.diff(trial.time)))
+    around = trial.outputs - trial.outputs.mean(axis=0)
+    reach = max(1, int(len(around) * REACH))
+    speed = (around[reach:] - around[:-reach]) / (reach * step)
+    period = 2 * np.pi * np.sqrt(np.var(around, axis=0) / (np.var(speed, axis=0) + TINY))
+    return int(np.clip(period.min() / step, SHORTEST, min(LONGEST, len(trial.time))))

@@ -1,0 +1,45 @@
+"""The diagnosis of a record that is wrong: it names no physics, and says what to mend first."""
+
+import time
+from collections.abc import Sequence
+
+from orchestrator.compare.comparison import compare
+from orchestrator.compare.result import Comparison
+from orchestrator.datacheck.findings import Finding
+from orchestrator.diagnosis.result import Diagnosis, HeldOut, Step
+from orchestrator.measurements import MeasurementSet
+from orchestrator.models.contract import Model
+
+
+def first_mend(model: Model, measurements: MeasurementSet, findings: Sequence[Finding], workers: int) -> Diagnosis:
+    """Return a diagnosis that cannot tell, with the findings as its first warnings.
+
+    Raises:
+        ComponentError: if the model cannot follow the record at all.
+    """
+    began = time.monotonic()
+    given = compare(model, measurements, workers=workers, checks=findings)
+    warnings = [str(finding) for finding in findings]
+    warnings[0] += "; no physical effect is named before that: mend the record, or repeat the command with --mend"
+    return Diagnosis(
+        model=given.model,
+        data=given.data,
+        verdict="cannot_tell",
+        effects=(),
+        confusable=(),
+        ranking=(),
+        p_value=None,
+        noise_floor=given.noise_floor,
+        held_out=_held_out(given),
+        warnings=tuple(warnings),
+        next_experiment=None,
+        patched_model=None,
+        seconds=time.monotonic() - began,
+        steps=(Step((), given),),
+        data_checks=tuple(findings),
+    )
+
+
+def _held_out(given: Comparison) -> HeldOut:
+    shown = given.held_out or given.learning
+    return HeldOut(shown.rmse, shown.rmse, given.noise_floor, 0.0)
