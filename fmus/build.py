@@ -1,15 +1,14 @@
 """Modelica models to FMU files: in parallel, and only what has changed since it was last built."""
 
 import hashlib
-import multiprocessing
 import os
 from collections.abc import Iterable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 
 from fmus.catalogue import ModelicaModel
+from fmus.children import Workers
 from fmus.errors import FmuError
 from fmus.files import cache_folder, write_atomically
 from fmus.library import library_root
@@ -64,9 +63,9 @@ def build_all(targets: Sequence[Target], workers: int) -> dict[str, tuple[str, .
         notes = [_build(model, files) for model, files in jobs.items()]
     else:
         # CasADi's reference counts are not safe in threads, and a fork would copy threads in the middle of their work.
-        context = multiprocessing.get_context("spawn")
-        with ProcessPoolExecutor(min(workers, len(jobs)), mp_context=context) as pool:
-            notes = list(pool.map(_build, jobs.keys(), jobs.values()))
+        with Workers(min(workers, len(jobs))) as pool:
+            doing = [pool.submit(_build, model, files) for model, files in jobs.items()]
+            notes = [each.result() for each in doing]
     for target in targets:
         _deliver(kept[target].read_bytes(), target.path)
     for target, path in _kept(missing).items():

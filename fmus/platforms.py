@@ -2,8 +2,6 @@
 
 import importlib.util
 import os
-import subprocess
-import sys
 import tempfile
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -11,6 +9,7 @@ from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 
+from fmus.children import child_environment, python_command, run_tool
 from fmus.errors import FmuError
 from fmus.files import cache_folder
 from fmus.runtime.compiler import CODE_FLAGS, first_error, write_sources
@@ -107,7 +106,7 @@ def universal(libraries: Mapping[Platform, bytes]) -> bytes:
 def _compile(sources: Mapping[str, str], platform: Platform) -> bytes:
     with tempfile.TemporaryDirectory(prefix="misfit-zig-") as folder:
         units = write_sources(sources, Path(folder))
-        command = [sys.executable, "-m", "ziglang", "cc", "-target", platform.target, *CODE_FLAGS]
+        command = python_command("ziglang", "cc", "-target", platform.target, *CODE_FLAGS)
         command += [
             "-shared",
             "-s",
@@ -118,10 +117,8 @@ def _compile(sources: Mapping[str, str], platform: Platform) -> bytes:
         ]
         cache = str(cache_folder("zig"))
         # The compiler writes next to what it makes, and keeps what it made of the C library in its cache.
-        environment = {**os.environ, "ZIG_GLOBAL_CACHE_DIR": cache, "ZIG_LOCAL_CACHE_DIR": str(Path(folder) / "cache")}
-        result = subprocess.run(
-            command, cwd=folder, env=environment, capture_output=True, text=True, errors="replace", check=False
-        )
+        environment = child_environment(ZIG_GLOBAL_CACHE_DIR=cache, ZIG_LOCAL_CACHE_DIR=str(Path(folder) / "cache"))
+        result = run_tool(command, folder=Path(folder), environment=environment)
         if result.returncode != 0:
             raise FmuError(f"Zig cannot compile the model for {platform.name}: {first_error(result.stderr)}")
         return (Path(folder) / f"model{platform.ending}").read_bytes()

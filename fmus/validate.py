@@ -2,7 +2,6 @@
 
 import json
 import subprocess
-import sys
 import tempfile
 import threading
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Any
 from fmus.archive import extract_fmu
 from fmus.checks.terminals import check_terminals
 from fmus.checks.units import check_units
+from fmus.children import child_environment, python_command, run_child
 
 TIME_LIMIT_S = 120.0
 # Two threads that read their process's first XML schema at once are told that it is none, once in a hundred times:
@@ -73,17 +73,16 @@ def _behaviour_findings(folder: Path) -> list[str]:
         return []
     with tempfile.TemporaryDirectory(prefix="misfit-behaviour-") as name:
         result = Path(name) / "findings.jsonl"
-        command = [sys.executable, "-m", "fmus.behaviour", str(folder), str(result)]
+        command = python_command("fmus.behaviour", str(folder), str(result))
         try:
-            done = subprocess.run(
-                command, capture_output=True, text=True, errors="replace", timeout=TIME_LIMIT_S, check=False
-            )
+            done = run_child(command, environment=child_environment(), timeout_s=TIME_LIMIT_S)
         except subprocess.TimeoutExpired:
             findings, last = _noted(result)
             return [*findings, f"checking {last} gave no answer for {TIME_LIMIT_S:.0f} s and was stopped"]
         findings, last = _noted(result)
         if done.returncode == 1:  # an exception in Python
-            return [*findings, f"running the FMU failed: {(done.stderr.strip().splitlines() or ['no message'])[-1]}"]
+            said = done.stderr.decode(errors="replace").strip().splitlines() or ["no message"]
+            return [*findings, f"running the FMU failed: {said[-1]}"]
         if done.returncode != 0:
             return [*findings, f"checking {last} crashed its process (exit code {done.returncode})"]
         return findings

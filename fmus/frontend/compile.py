@@ -4,13 +4,13 @@ import hashlib
 import json
 import shutil
 import subprocess
-import sys
 import tempfile
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from fmus.children import child_environment, python_command, run_child
 from fmus.errors import ModelicaError
 from fmus.files import cache_folder, write_atomically
 from fmus.frontend.lint import check_units, lint_class
@@ -70,16 +70,16 @@ def _compiled(model: str, source: Path, root: Path) -> str:
 
 
 def _run_compiler(model: str, source: Path, root: Path) -> str:
-    command = [sys.executable, "-m", "fmus.frontend.worker", model, str(source), str(root)]
+    command = python_command("fmus.frontend.worker", model, str(source), str(root))
     try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=TIME_LIMIT_S, check=False)
+        done = run_child(command, environment=child_environment(), timeout_s=TIME_LIMIT_S)
     except subprocess.TimeoutExpired:
         raise ModelicaError(f"compiling {model} took longer than {TIME_LIMIT_S:.0f} s; simplify the class") from None
     if done.returncode == 2:
-        raise ModelicaError(explained(done.stderr, model, source, [root]))
+        raise ModelicaError(explained(done.stderr.decode(errors="replace"), model, source, [root]))
     if done.returncode != 0:
         raise ModelicaError(f"the Modelica compiler crashed on {model} (exit {done.returncode}); check {source.name}")
-    return done.stdout
+    return done.stdout.decode()
 
 
 def fingerprint(model: str, file: Path | None = None) -> str:

@@ -15,6 +15,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import redirect_stdout, suppress
 from pathlib import Path
 
+from fmus.children import child_environment, python_command, run_child
 from fmus.frontend import worker
 from fmus.frontend.compile import TIME_LIMIT_S, keep_dae, kept_dae
 from fmus.frontend.lint import lint_class
@@ -37,10 +38,10 @@ def compile_together(classes: Sequence[tuple[str, Path]], processes: int) -> Non
 
 def _run(classes: Sequence[tuple[str, Path]]) -> None:
     lines = "".join(json.dumps([model, str(file)]) + "\n" for model, file in classes)
-    command = [sys.executable, "-m", "fmus.frontend.together", str(library_root())]
+    command = python_command("fmus.frontend.together", str(library_root()))
     limit = TIME_LIMIT_S + USUAL_S * len(classes)
     with suppress(subprocess.TimeoutExpired):
-        subprocess.run(command, input=lines.encode(), capture_output=True, timeout=limit, check=False)
+        run_child(command, environment=child_environment(), given=lines.encode(), timeout_s=limit)
 
 
 def main() -> int:

@@ -3,12 +3,12 @@
 import os
 import shlex
 import shutil
-import subprocess
 import tempfile
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+from fmus.children import run_tool
 from fmus.errors import FmuError
 
 # Contracted multiply-adds would make results depend on the machine that compiled; nobody reads errno or traps.
@@ -41,7 +41,7 @@ def compile_library(sources: Mapping[str, str]) -> bytes:
 
 
 def _run(command: Sequence[str], folder: str) -> None:
-    result = subprocess.run(command, cwd=folder, capture_output=True, text=True, errors="replace", check=False)
+    result = run_tool(command, folder=Path(folder))
     if result.returncode != 0:
         raise FmuError(f"{command[0]} cannot compile the model: {first_error(result.stderr)}")
 

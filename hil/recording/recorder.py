@@ -2,9 +2,9 @@
 
 import contextlib
 import subprocess
-import sys
 from pathlib import Path
 
+from fmus.children import child_environment, python_command
 from fmus.errors import ComponentError, MisfitError
 from hil.codecs.frame import Timed
 from hil.recording.records import Flag, Kind, pack_begin, pack_cycle, pack_frame
@@ -32,7 +32,8 @@ class Recorder:
             raise MisfitError(f"{folder} cannot be written: {error.strerror}") from error
         self.folder, self.ring = folder, Ring.create()
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "hil.recording.writer", str(self.ring.path), str(folder / FRAMES)],
+            python_command("hil.recording.writer", str(self.ring.path), str(folder / FRAMES)),
+            env=child_environment(),
             start_new_session=True,  # a closed terminal must not stop it
         )
 

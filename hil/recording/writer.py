@@ -10,6 +10,7 @@ import sys
 import time
 from pathlib import Path
 
+from fmus.children import parent_process
 from hil.recording.records import MAGIC
 from hil.recording.ring import Ring
 
@@ -30,7 +31,7 @@ def main(ring_path: Path, file_path: Path) -> None:
 
 
 def _copy(ring: Ring, file_path: Path) -> None:
-    parent = os.getppid()
+    parent = parent_process()
     with file_path.open("ab", buffering=0) as file:
         if file.tell() == 0:
             file.write(MAGIC)

@@ -16,6 +16,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from fmus.children import child_environment, parent_process, python_command
 from fmus.errors import ComponentError, MisfitError
 from hil.bus.gate import TORQUE_IDENTIFIERS, let_go
 from hil.bus.wire import Wire, open_wire
@@ -42,7 +43,7 @@ def watch(heart: Heart, settings: Mapping[str, Any], limit_ns: int = LIMIT_NS, *
     """
     let_it_go = _stay_silent if dry_run else let_the_arm_go
     wire = open_wire(settings, TORQUE_IDENTIFIERS, beside=True)
-    parent, hears = os.getppid(), True
+    parent, hears = parent_process(), True
     print("watching", flush=True)
     try:
         while not heart.is_finished:
@@ -104,9 +105,10 @@ def watchdog(settings: Mapping[str, Any], *, dry_run: bool = False) -> Iterator[
     heart = Heart.create()
     process = subprocess.Popen(
         [
-            *(sys.executable, "-m", "hil.session.watchdog", str(heart.path), json.dumps(dict(settings))),
+            *python_command("hil.session.watchdog", str(heart.path), json.dumps(dict(settings))),
             *(["dry"] if dry_run else []),
         ],
+        env=child_environment(),
         stdout=subprocess.PIPE,
         text=True,
         start_new_session=True,

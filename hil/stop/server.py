@@ -20,6 +20,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any, ClassVar
 
+from fmus.children import child_environment, parent_process, python_command
 from hil.stop.flag import StopFlag
 from hil.stop.page import READY, page
 
@@ -150,7 +151,7 @@ def servers(flag: StopFlag) -> list[ThreadingHTTPServer]:
 
 def serve(flag: StopFlag) -> None:
     """Serve until told to end, or until the session is gone."""
-    parent, ended = os.getppid(), threading.Event()
+    parent, ended = parent_process(), threading.Event()
     signal.signal(signal.SIGTERM, lambda *_: ended.set())
     found = servers(flag)
     flag.listen(found[0].server_port)
@@ -168,7 +169,8 @@ def stop_button() -> Iterator[StopFlag]:
     """Run one beside a session; it is up a moment later, and the session does not wait for that."""
     flag = StopFlag.create()
     process = subprocess.Popen(
-        [sys.executable, "-m", "hil.stop.server", str(flag.path)],
+        python_command("hil.stop.server", str(flag.path)),
+        env=child_environment(),
         stdin=subprocess.DEVNULL,
         start_new_session=True,  # a closed terminal must not stop it
     )

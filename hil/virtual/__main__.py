@@ -6,6 +6,7 @@ import signal
 import sys
 from collections.abc import Callable, Mapping
 
+from fmus.children import parent_process
 from fmus.errors import MisfitError
 from hil.bus.wire import open_wire
 from hil.session.timing import real_time_priority
@@ -56,7 +57,7 @@ def serve_slcan(made: Made) -> None:
 
 def _run(serve: Callable[[Callable[[], bool]], None]) -> None:
     """Serve with priority until a signal comes, or the process that began this one is gone."""
-    parent, ended = os.getppid(), list[int]()
+    parent, ended = parent_process(), list[int]()
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda number, frame: ended.append(number))
     with real_time_priority(PRIORITY):

@@ -1,10 +1,10 @@
 """A virtual robot beside a session, in a process of its own."""
 
 import subprocess
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from fmus.children import child_environment, python_command
 from fmus.errors import ComponentError
 from hil.robots.proficio import Side
 from hil.virtual.body import Body
@@ -17,10 +17,12 @@ def virtual_robot(side: Side = "right", body: Body | None = None) -> Iterator[di
     Raises:
         ComponentError: if it does not come up.
     """
-    command = [sys.executable, "-m", "hil.virtual", "--side", side]
+    command = python_command("hil.virtual", "--side", side)
     if body is not None:
         command += ["--body", body.to_json()]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, start_new_session=True)
+    process = subprocess.Popen(
+        command, env=child_environment(), stdout=subprocess.PIPE, text=True, start_new_session=True
+    )
     try:
         assert process.stdout is not None
         line = process.stdout.readline().strip()

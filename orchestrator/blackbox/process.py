@@ -1,16 +1,15 @@
 """Child processes that run one FMU, shared by all who need runs of it."""
 
 import multiprocessing
-import os
 import queue
 import subprocess
-import sys
 import threading
 import weakref
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
+from fmus.children import child_environment, end_child, python_command, start_child
 from fmus.errors import ComponentError
 from orchestrator.blackbox.worker import PathRequest, ProbeRequest, RatesRequest, RunRequest
 
@@ -63,13 +62,12 @@ class _Child:
     def __init__(self, path: Path, cosimulation: bool) -> None:
         self.name = path.name
         self._connection, theirs = multiprocessing.Pipe()
-        command = [sys.executable, "-c", "from orchestrator.blackbox.worker import main; main()"]
         arguments = [str(path.resolve()), str(int(cosimulation)), str(theirs.fileno())]
-        self._process = subprocess.Popen(
-            [*command, *arguments],
+        self._process = start_child(
+            python_command("orchestrator.blackbox.worker:main", *arguments),
+            environment=child_environment(),
             pass_fds=[theirs.fileno()],
             stdin=subprocess.DEVNULL,
-            env={**os.environ, "PYTHONPATH": os.pathsep.join(part for part in sys.path if part)},
         )
         theirs.close()
         self.close = weakref.finalize(self, _end, self._process, self._connection)
@@ -90,5 +88,4 @@ class _Child:
 
 def _end(process: "subprocess.Popen[bytes]", connection: Connection) -> None:
     connection.close()
-    process.kill()
-    process.wait()
+    end_child(process)

@@ -5,7 +5,6 @@ import hashlib
 import os
 import re
 import shutil
-import subprocess
 import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,6 +16,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
+from fmus.children import run_tool
 from fmus.errors import ComponentError, MisfitError
 from fmus.files import cache_folder
 from fmus.symbolic.system import SymbolicSystem
@@ -313,7 +313,7 @@ def build_library(source: str, driver: Path | None = None, *, level: str = FOR_M
         generated.write_text(source)
         files = [str(generated), *([str(driver)] if driver else [])]
         command = [compiler, *flags, "-o", str(built), *files, "-lm"]
-        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        done = run_tool(command)
         if done.returncode != 0:
             raise MisfitError(
                 f"the C compiler failed: {done.stderr.strip().splitlines()[0] if done.stderr else command}"

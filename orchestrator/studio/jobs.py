@@ -6,20 +6,20 @@ import os
 import shutil
 import signal
 import subprocess
-import sys
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+from fmus.children import child_environment, python_command, start_child
 from fmus.errors import MisfitError
 from fmus.files import write_atomically
 from orchestrator.studio.project import Project
 
 State = Literal["none", "running", "done", "failed", "cancelled"]
 PATIENCE_S = 5.0
-PROGRAM = (sys.executable, "-m", "orchestrator.studio.child")
+PROGRAM = tuple(python_command("orchestrator.studio.child"))
 _children: list["subprocess.Popen[bytes]"] = []
 
 
@@ -54,14 +54,13 @@ def start(project: Project, kind: str, arguments: Sequence[str] = ()) -> None:
     folder.mkdir()
     with (folder / "lock").open("w") as lock, (folder / "log.txt").open("wb") as log:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        child = subprocess.Popen(
+        child = start_child(
             [*PROGRAM, kind, *arguments],
+            environment=child_environment(),
             cwd=project.folder,
-            env={**os.environ, "PYTHONPATH": os.pathsep.join(part for part in sys.path if part)},
             stdin=subprocess.DEVNULL,
             stdout=log,
             stderr=log,
-            start_new_session=True,
             pass_fds=[lock.fileno()],
         )
     _children.append(child)

@@ -3,14 +3,13 @@
 import hashlib
 import shutil
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from multiprocessing import get_context
 from typing import Any
 
 from threadpoolctl import threadpool_limits
 
+from fmus.children import BrokenWorker, Workers
 from fmus.errors import ComponentError
 from fmus.files import cache_folder
 from orchestrator.diagnosis.work import Cluster, Resumable, Task, Work
@@ -23,8 +22,7 @@ class Processes:
 
     def __init__(self, workers: int) -> None:
         self.callers: int | None = workers
-        context = get_context("spawn")
-        self._pool = ProcessPoolExecutor(workers, mp_context=context) if workers > 1 else None
+        self._pool = Workers(workers) if workers > 1 else None
 
     def do(self, task: Task) -> Any:
         """Result of a task.
@@ -36,7 +34,7 @@ class Processes:
             return alone(task)
         try:
             return self._pool.submit(alone, task).result()
-        except BrokenProcessPool as error:
+        except BrokenWorker as error:
             raise ComponentError(
                 "a worker process of the study died, perhaps for lack of memory; try fewer --workers; finished parts are kept"
             ) from error
@@ -44,7 +42,7 @@ class Processes:
     def close(self) -> None:
         """End the processes; what has not begun is not done."""
         if self._pool is not None:
-            self._pool.shutdown(cancel_futures=True)
+            self._pool.close()
 
 
 def alone(task: Task) -> Any:

@@ -3,13 +3,13 @@
 import ctypes
 import hashlib
 import os
-import subprocess
 import tempfile
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 
 import fmus.runtime
+from fmus.children import run_tool
 from fmus.errors import MisfitError
 from fmus.files import cache_folder
 from fmus.runtime.compiler import FLAGS, find_compiler, first_error
@@ -63,7 +63,7 @@ def compile_native(sources: Sequence[Path], headers: Sequence[Path]) -> Path:
     with tempfile.TemporaryDirectory(dir=target.parent) as folder:
         built = str(Path(folder) / "native.so")
         command = [*compiler, *flags, *includes, "-shared", "-o", built, *map(str, sources), "-lm"]
-        done = subprocess.run(command, capture_output=True, text=True, errors="replace", check=False)
+        done = run_tool(command)
         if done.returncode != 0:
             raise MisfitError(f"the C compiler failed: {first_error(done.stderr)}")
         os.replace(built, target)  # a concurrent build of the same content gives the same file

@@ -2,13 +2,13 @@
 
 import hashlib
 import os
-import subprocess
 import tempfile
 from collections.abc import Iterator
 from importlib.util import find_spec
 from pathlib import Path
 
 from fmus.archive import check_entry_name
+from fmus.children import run_tool
 from fmus.errors import FmuError
 from fmus.files import cache_folder
 from fmus.runtime.compiler import find_compiler, first_error
@@ -77,6 +77,6 @@ def _arguments(description: FmuDescription, part: SourceSet, sources: Path) -> l
 
 
 def _run(description: FmuDescription, command: list[str]) -> None:
-    done = subprocess.run(command, capture_output=True, text=True, errors="replace", check=False)
+    done = run_tool(command)
     if done.returncode != 0:
         raise FmuError(f"{description.path.name}: its sources do not compile: {first_error(done.stderr)}")

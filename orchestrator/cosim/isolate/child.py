@@ -1,10 +1,8 @@
 """The child's side: `main` serves a simulation or a component until the host closes the connection."""
 
-import os
 import pickle
 import resource
 import sys
-import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from itertools import count
@@ -61,14 +59,13 @@ class Host:
 
 
 def main() -> None:
-    """Entry of the child: what it serves, the inherited connection and memory, and the host's process number.
+    """Entry of the child: what it serves, and the inherited connection and memory.
 
     What it serves is a simulation, a component, or `module:function`, which is called with the host.
     """
     task, pipe, memory = sys.argv[1], int(sys.argv[2]), int(sys.argv[3])
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     connection = Connection(pipe)
-    threading.Thread(target=_end_with, args=(int(sys.argv[4]),), daemon=True).start()
     host = Host(connection, SharedMemory(memory))
     ours = {"simulation": _serve_simulation, "component": _serve_component}
     serve = ours[task] if task in ours else resolve_name(task)
@@ -76,14 +73,6 @@ def main() -> None:
         serve(host)
     except EOFError:
         return
-
-
-def _end_with(parent: int) -> None:
-    """End this process when the host is gone, also while an FMU is in an endless loop."""
-    pause = threading.Event()
-    while os.getppid() == parent:
-        pause.wait(1.0)
-    os._exit(1)
 
 
 def _answer(host: Host, call: Callable[[], Any], state: Callable[[], Any] = lambda: None) -> None:

@@ -5,17 +5,16 @@ import pickle
 import select
 import signal
 import subprocess
-import sys
 import time
 import weakref
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
+from fmus.children import child_environment, end_child, python_command, start_child
 from fmus.errors import ComponentError, FmuError, MisfitError, ModelicaError
 from orchestrator.cosim.isolate.memory import SharedMemory
 from orchestrator.cosim.progress import CALLS
@@ -63,16 +62,14 @@ class Child:
         self.memory = SharedMemory()
         self._connection, theirs = Pipe()
         reading, writing = os.pipe()
-        command = [sys.executable, "-c", "from orchestrator.cosim.isolate.child import main; main()", task]
         handles = (theirs.fileno(), self.memory.handle)
-        self._process = subprocess.Popen(
-            [*command, *map(str, handles), str(os.getpid())],
+        self._process = start_child(
+            python_command("orchestrator.cosim.isolate.child:main", task, *map(str, handles)),
+            environment=child_environment(),
             pass_fds=handles,
             stdin=subprocess.DEVNULL,
             stdout=writing,
             stderr=writing,
-            start_new_session=True,
-            env={**os.environ, "PYTHONPATH": os.pathsep.join(part for part in sys.path if part)},
         )
         os.close(writing)
         theirs.close()
@@ -177,10 +174,6 @@ def _resident_gib(pid: int) -> float:
 
 def _end(process: "subprocess.Popen[bytes]", connection: Connection, output: Connection, handle: int) -> None:
     connection.close()
-    # The child leads a group of its own, which whatever an FMU has started belongs to.
-    with suppress(ProcessLookupError, PermissionError):
-        os.killpg(process.pid, signal.SIGKILL)
-    process.kill()
-    process.wait()
+    end_child(process)
     output.close()
     os.close(handle)

@@ -11,13 +11,12 @@ import hashlib
 import json
 import shutil
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from concurrent.futures.process import BrokenProcessPool
+from concurrent.futures import as_completed
 from dataclasses import asdict, dataclass, replace
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
+from fmus.children import BrokenWorker, Workers
 from fmus.errors import MisfitError
 from fmus.files import write_atomically
 from orchestrator.cluster import connected
@@ -127,22 +126,19 @@ class Study:
             for case in cases:
                 yield run_here(self.system, case, self.options, self.folder)
             return
-        left, options = {case.number: case for case in cases}, self.options
-        while left:
-            try:
-                with ProcessPoolExecutor(min(workers, len(left)), get_context("spawn")) as pool:
-                    waiting = [pool.submit(run_here, self.system, c, options, self.folder) for c in left.values()]
-                    try:
-                        for future in as_completed(waiting):
-                            done = future.result()
-                            left.pop(done.number)
-                            yield done
-                    except BaseException:
-                        pool.shutdown(wait=False, cancel_futures=True)
-                        raise
-            except BrokenProcessPool:
-                # A trusted FMU took its process along: nobody knows which, so the rest run in processes of their own.
-                options = replace(options, isolate=True)
+        with Workers(min(workers, len(cases))) as pool:
+            waiting = {pool.submit(run_here, self.system, case, self.options, self.folder): case for case in cases}
+            apart = []
+            for future in as_completed(waiting):
+                try:
+                    yield future.result()
+                except (
+                    BrokenWorker
+                ):  # a trusted FMU took its process along; on its own, the failure is a row of the study
+                    apart.append(waiting[future])
+            options = replace(self.options, isolate=True)
+            for future in as_completed([pool.submit(run_here, self.system, c, options, self.folder) for c in apart]):
+                yield future.result()
 
     def _on_cluster(self, cases: Sequence[Case], scheduler: str) -> Iterator[Done]:
         with connected(scheduler) as client:

@@ -2,12 +2,12 @@
 
 import json
 import pickle
-import subprocess
 import sys
 from collections.abc import Mapping
 from statistics import median
 from typing import Any
 
+from fmus.children import child_environment, python_command, run_child
 from fmus.errors import ComponentError
 from orchestrator.cosim.system import System
 from orchestrator.regress.case import Case
@@ -55,8 +55,8 @@ def _seconds(system: System, repeats: int, progress: Watched) -> float:
 
 def _memory(system: System) -> float:
     """Bytes by which a run raises the peak of its process."""
-    command = [sys.executable, "-c", f"from {__name__} import grown; grown()"]
-    done = subprocess.run(command, input=pickle.dumps(system), capture_output=True, check=False)
+    command = python_command(f"{__name__}:grown")
+    done = run_child(command, environment=child_environment(), given=pickle.dumps(system))
     if done.returncode != 0:
         last = (done.stderr.decode(errors="replace").strip().splitlines() or ["no message"])[-1]
         raise ComponentError(f"the run for its memory failed: {last}")

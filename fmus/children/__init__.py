@@ -1,0 +1,18 @@
+"""Child processes: Python that never imports from the working directory, and no process that outlives the one that began it."""
+
+from fmus.children.command import child_environment, parent_process, python_command
+from fmus.children.start import end_child, run_child, start_child
+from fmus.children.tool import run_tool
+from fmus.children.workers import BrokenWorker, Workers
+
+__all__ = [
+    "BrokenWorker",
+    "Workers",
+    "child_environment",
+    "end_child",
+    "parent_process",
+    "python_command",
+    "run_child",
+    "run_tool",
+    "start_child",
+]

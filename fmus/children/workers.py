@@ -1,0 +1,106 @@
+"""A pool of child processes that call functions; a function and its arguments go there, and its result comes back."""
+
+import pickle
+import queue
+import subprocess
+import threading
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+from multiprocessing import Pipe
+from types import TracebackType
+from typing import Any, TypeVar
+
+from fmus.children.command import child_environment, python_command
+from fmus.children.start import end_child, start_child
+
+Result = TypeVar("Result")
+
+
+class BrokenWorker(Exception):
+    """A child process ended in the middle of a call: it crashed, or was killed for lack of memory."""
+
+
+class Workers:
+    """So many children, each begun when it is first needed; use it as a context manager.
+
+    Functions must be importable by name, and arguments and results must be picklable. A child that breaks costs the call that
+    it was in; the next call gets a new one.
+    """
+
+    def __init__(self, number: int) -> None:
+        self._threads = ThreadPoolExecutor(number, "workers")
+        self._idle: queue.SimpleQueue[_Worker] = queue.SimpleQueue()
+        self._all: set[_Worker] = set()
+        self._lock = threading.Lock()
+        self._closed = False
+
+    def submit(self, function: Callable[..., Result], *arguments: Any) -> "Future[Result]":
+        """Call a function in a child; the future raises what the function does, or `BrokenWorker`."""
+        return self._threads.submit(self._call, function, *arguments)
+
+    def close(self) -> None:
+        """End all children, also in the middle of a call; what has not begun is not done."""
+        with self._lock:
+            self._closed = True
+            for worker in self._all:
+                worker.end()
+        self._threads.shutdown(wait=True, cancel_futures=True)
+
+    def __enter__(self) -> "Workers":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _call(self, function: Callable[..., Result], *arguments: Any) -> Result:
+        worker = self._take()
+        try:
+            succeeded, result = worker.call(function, arguments)
+        except BrokenWorker:
+            with self._lock:
+                self._all.discard(worker)
+            worker.end()
+            raise
+        self._idle.put(worker)
+        if not succeeded:
+            raise result
+        return result
+
+    def _take(self) -> "_Worker":
+        try:
+            return self._idle.get_nowait()
+        except queue.Empty:
+            with self._lock:
+                if self._closed:
+                    raise BrokenWorker("the pool was closed") from None
+                worker = _Worker()
+                self._all.add(worker)
+            return worker
+
+
+class _Worker:
+    """One child."""
+
+    def __init__(self) -> None:
+        self._connection, theirs = Pipe()
+        self._process = start_child(
+            python_command("fmus.children.serve:main", str(theirs.fileno())),
+            environment=child_environment(),
+            pass_fds=[theirs.fileno()],
+            stdin=subprocess.DEVNULL,
+        )
+        theirs.close()
+
+    def call(self, function: Callable[..., Any], arguments: tuple[Any, ...]) -> tuple[bool, Any]:
+        """Whether the function returned, and what; else what it raised."""
+        try:
+            self._connection.send_bytes(pickle.dumps((function, arguments), pickle.HIGHEST_PROTOCOL))
+            return pickle.loads(self._connection.recv_bytes())
+        except (EOFError, OSError) as error:
+            code = self._process.wait()
+            raise BrokenWorker(f"a worker process ended in the middle of its work (exit code {code})") from error
+
+    def end(self) -> None:
+        end_child(self._process)
