@@ -67,6 +67,18 @@ def compare(
     return Comparison(checked, None, tuple(dict.fromkeys(reasons)))
 
 
+def residuals(
+    flat: Mapping[str, Any], sources: Sequence[str], values: Mapping[str, float]
+) -> list[tuple[FlatEquation, np.ndarray | None, float]]:
+    """Left minus right side of each flat equation at one point, and the size of its terms.
+
+    The residual is None where an equation has a name or a construct without a value here.
+    """
+    model = read_flat(flat)
+    point = _Point(model, Functions(sources), values)
+    return [(equation, *point.residual(equation)) for equation in model.equations]
+
+
 def _bindings(model: FlatModel, dependents: Sequence[str]) -> list[tuple[FlatEquation, str]]:
     names = dict.fromkeys(_ELEMENT.sub(r"\g<base>", name) for name in dependents)
     return [(FlatEquation(("name", n), model.bindings[n], None), n) for n in names if n in model.bindings]
@@ -95,6 +107,16 @@ class _Point:
             left, right = (self.evaluator.value(tree) for tree in (equation.left, equation.right))
             size = self.evaluator.size(equation.left) + self.evaluator.size(equation.right)
             return _largest(left, right, size + ROUNDING * self.largest)
+
+    def residual(self, equation: FlatEquation) -> tuple[np.ndarray | None, float]:
+        """Left minus right side, row-major, and the size of the terms; None if it cannot be evaluated."""
+        with np.errstate(all="ignore"):
+            try:
+                left, right = (self.evaluator.value(tree) for tree in (equation.left, equation.right))
+                size = self.evaluator.size(equation.left) + self.evaluator.size(equation.right)
+            except (Unknown, TypeError, ValueError, IndexError, ZeroDivisionError):
+                return None, 0.0
+            return np.ravel(np.asarray(np.subtract(left, right), dtype=float)), float(np.max(np.abs(size), initial=0.0))
 
     def _outputs_error(self, equation: FlatEquation) -> tuple[int, float]:
         """`(a, b) = f(x)`."""

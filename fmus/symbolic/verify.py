@@ -73,7 +73,7 @@ def verify_relations(system: SymbolicSystem) -> None:
     names = [*(f"der({v.name})" for v in system.states), *(v.name for v in system.algebraics)]
     random = np.random.default_rng(2)
     for _ in range(POINTS):
-        x, u, p = (_near(random, v, 0.3) for v in (system.states, system.inputs, system.parameters))
+        x, u, p = (near(random, v, 0.3) for v in (system.states, system.inputs, system.parameters))
         time = float(random.uniform(0.0, 1.0))
         d = np.array(system.history(time, u, p)[0]).ravel()
         instants, rising = (np.array(part).ravel() for part in relations.times(p))
@@ -117,9 +117,9 @@ def _points(system: SymbolicSystem, rates: ca.Function, rate_names: Sequence[str
     for attempt in range(MOST_TRIES):
         spread = 0.3 / (1 + attempt // 4)
         time = float(random.uniform(0.0, 1.0))
-        x, u = (_near(random, variables, spread) for variables in (system.states, system.inputs))
+        x, u = (near(random, variables, spread) for variables in (system.states, system.inputs))
         # One point has the parameters as declared, for conditions that hold for these only.
-        p = _near(random, system.parameters, 0.0 if attempt == 0 else 0.1 * spread)
+        p = near(random, system.parameters, 0.0 if attempt == 0 else 0.1 * spread)
         source, delay = (np.array(part).ravel() for part in system.history(time, u, p))
         d = [delayed(s, t) for s, t in zip(source, delay, strict=True)]
         dx, z = (np.array(part).ravel() for part in system.rhs(time, x, u, d, p))
@@ -138,7 +138,7 @@ def _named(variables: Sequence[Variable], values: Sequence[float] | np.ndarray) 
     return {v.name: float(value) for v, value in zip(variables, values, strict=True)}
 
 
-def _near(random: np.random.Generator, variables: Sequence[Variable], spread: float) -> list[float]:
+def near(random: np.random.Generator, variables: Sequence[Variable], spread: float) -> list[float]:
     """Values around the starts, within the bounds."""
     found = []
     for v in variables:

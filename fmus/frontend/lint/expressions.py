@@ -66,7 +66,8 @@ class Expressions:
         """Step over an expression and return where it stands."""
         start = self.at
         length = self.expression()
-        return Value(self.tokens[start].line, length, " ".join(t.text for t in self.tokens[start : self.at]))
+        text, span = " ".join(t.text for t in self.tokens[start : self.at]), self.tokens[start].start
+        return Value(self.tokens[start].line, length, text, (span, self.tokens[self.at - 1].end))
 
     def expression(self) -> int | None:
         """Step over an expression; the number of elements if it is an array constructor and nothing else."""
@@ -229,14 +230,15 @@ class Expressions:
                 break
         self.expect(")")
 
-    def iterators(self) -> None:
-        """Step over `i in 1:n, j in 1:m`."""
+    def iterators(self) -> list[str]:
+        """Step over `i in 1:n, j in 1:m` and return the names."""
+        found = []
         while True:
-            self.identifier()
+            found.append(self.identifier())
             if self.accept("in"):
                 self.expression()
             if not self.accept(","):
-                return
+                return found
 
 
 def _brief(token: Token) -> str:

@@ -47,7 +47,7 @@ class Parser(Statements):
 
     def class_definition(self, prefixes: frozenset[str], outer: ClassDef | None) -> ClassDef:
         """Parse a class, long or short."""
-        line, words = self.token.line, set(prefixes)
+        line, words, start = self.token.line, set(prefixes), self.token.start
         while self._is_class():
             words.add(self.text)
             self.at += 1
@@ -56,13 +56,16 @@ class Parser(Statements):
         kind = next(iter(words & _KINDS - {"operator"}), "operator")
         is_extending = self.accept("extends")
         definition = ClassDef(self.identifier(), kind, line, self.file, frozenset(words), outer=outer)
+        definition.name_at = self.tokens[self.at - 1].start
         if is_extending:
             definition.bases.append(Extends((definition.name,), line, self._modifiers()))
         if not is_extending and self.accept("="):
             self._short(definition)
         else:
             self.description()
+            definition.header = self.tokens[self.at - 1].end
             self._composition(definition)
+        definition.span = (start, self.tokens[self.at - 1].end)
         return definition
 
     def _short(self, definition: ClassDef) -> None:
@@ -82,12 +85,19 @@ class Parser(Statements):
         self.comment()
 
     def _composition(self, definition: ClassDef) -> None:
+        outer, self.equations = self.equations, definition.equations
+        is_protected = False
         while self.text != "end":
             initial = self.text == "initial" and self.tokens[self.at + 1].text in ("equation", "algorithm")
             self.at += initial
             if self.text in ("equation", "algorithm"):
                 self.at += 1
+                if self.tokens[self.at - 1].text == "equation" and not initial and not definition.first_equation:
+                    definition.first_equation = self.tokens[self.at - 1].end
+                known = len(self.equations)
                 self.section(self.tokens[self.at - 1].text == "algorithm")
+                if initial:
+                    del self.equations[known:]
             elif self.accept("external"):
                 while not self.accept(";"):
                     if self.accept("annotation"):
@@ -97,9 +107,16 @@ class Parser(Statements):
             elif self.accept("annotation"):
                 self.annotation()
                 self.expect(";")
-            elif not self.accept("public", "protected"):
+            elif self.accept("public", "protected"):
+                is_protected = self.tokens[self.at - 1].text == "protected"
+            else:
+                before, start = set(definition.components), self.token.start
                 self._element(definition)
                 self.expect(";")
+                for name in definition.components.keys() - before:
+                    component = definition.components[name]
+                    component.clause, component.is_protected = (start, self.tokens[self.at - 1].end), is_protected
+        self.equations = outer
         self._end(definition)
 
     def _end(self, definition: ClassDef) -> None:
@@ -119,7 +136,9 @@ class Parser(Statements):
         elif self.text == "extends":
             line = self.token.line
             self.at += 1
-            definition.bases.append(Extends(self.name(), line, self._modifiers()))
+            start, name = self.token.start, self.name()
+            type_span = (start, self.tokens[self.at - 1].end)
+            definition.bases.append(Extends(name, line, self._modifiers(), type_span))
             self.comment()
         else:
             self._declaration(definition)
@@ -165,11 +184,13 @@ class Parser(Statements):
 
     def _components(self, prefixes: frozenset[str], only_one: bool = False) -> list[Component]:
         prefixes |= self._prefixes(_VARIABLE_PREFIXES)
-        type_name = self.name()
+        first, type_name = self.token.start, self.name()
+        type_span = (first, self.tokens[self.at - 1].end)
         common = self.subscripts() if self.text == "[" else []
         found = []
         while True:
             component = Component(self._declared_name(type_name), self.tokens[self.at - 1].line, type_name, prefixes)
+            start = self.tokens[self.at - 1].start
             component.sizes = (self.subscripts() if self.text == "[" else []) + common
             component.modifiers = self._modifiers()
             if self.accept("=", ":="):
@@ -177,6 +198,7 @@ class Parser(Statements):
             if not only_one and self.accept("if"):
                 self.expression()
             self.comment()
+            component.span, component.type_span = (start, self.tokens[self.at - 1].end), type_span
             found.append(component)
             if only_one or not self.accept(","):
                 break

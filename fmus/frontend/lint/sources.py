@@ -63,6 +63,8 @@ class Sources:
     def _read(self, path: Path) -> tuple[ClassDef, ...]:
         if path not in self._files:
             self._files[path] = parse(modelica_text(path), path.name)
+            for definition in self._files[path]:
+                definition.path = path
         return self._files[path]
 
 

@@ -1,10 +1,18 @@
 """Grammar of equations and algorithms: only correctness is checked."""
 
 from fmus.frontend.lint.expressions import Expressions
+from fmus.frontend.lint.tokens import Token
+from fmus.frontend.lint.tree import EquationText
 
 
 class Statements(Expressions):
-    """Adds equations and statements to the expression grammar."""
+    """Adds equations and statements to the expression grammar; `equations` collects those of the present class."""
+
+    def __init__(self, tokens: list[Token], file: str) -> None:
+        super().__init__(tokens, file)
+        self.equations: list[EquationText] = []
+        self._loops: list[str] = []
+        self._branches: list[int] = []
 
     def section(self, is_algorithm: bool) -> None:
         """Step over the equations or statements of a section, up to the keyword that ends it."""
@@ -53,7 +61,7 @@ class Statements(Expressions):
             self._equation(is_algorithm)
 
     def _equation(self, is_algorithm: bool) -> None:
-        line = self.token.line
+        line, start = self.token.line, self.token.start
         self.expression()
         if is_algorithm and self.text == "=":
             self.refuse("an assignment in an algorithm is written with ':='")
@@ -63,12 +71,18 @@ class Statements(Expressions):
             self.expression()
         elif self.tokens[self.at - 1].text != ")":
             self.refuse("this is neither an equation nor a call", line)
+        if not is_algorithm:
+            span = (start, self.tokens[self.at - 1].end)
+            self.equations.append(EquationText(span, line, tuple(self._loops), tuple(self._branches)))
 
     def _block(self, kind: str, is_algorithm: bool) -> None:
         line = self.token.line
         self.at += 1
+        depth, inside = len(self._loops), len(self._branches)
+        if kind == "if":
+            self._branches.append(self.token.start)
         if kind == "for":
-            self.iterators()
+            self._loops += self.iterators()
         else:
             self.expression()
         self.expect("then" if kind in ("if", "when") else "loop")
@@ -82,3 +96,4 @@ class Statements(Expressions):
         if self.text != "end" or self.tokens[self.at + 1].text != kind:
             self.refuse(f"the '{kind}' of line {line} is not closed; write 'end {kind};'")
         self.at += 2
+        del self._loops[depth:], self._branches[inside:]

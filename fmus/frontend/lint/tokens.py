@@ -24,11 +24,17 @@ _TOKEN = re.compile(
 
 @dataclass(frozen=True, slots=True)
 class Token:
-    """One token; `kind` is name, keyword, number, string, symbol or end."""
+    """One token; `kind` is name, keyword, number, string, symbol or end, `start` its first character in the text."""
 
     kind: str
     text: str
     line: int
+    start: int = 0
+
+    @property
+    def end(self) -> int:
+        """Where the text goes on behind the token."""
+        return self.start + len(self.text)
 
 
 def tokens_of(text: str, file: str) -> list[Token]:
@@ -47,8 +53,8 @@ def tokens_of(text: str, file: str) -> list[Token]:
             raise ModelicaError(f"{file}:{line}: {why}: {rest}")
         kind, piece = str(match.lastgroup), match.group()
         if kind not in ("space", "newline", "comment"):
-            found.append(Token("keyword" if piece in KEYWORDS else kind, piece, line))
+            found.append(Token("keyword" if piece in KEYWORDS else kind, piece, line, position))
         line += piece.count("\n")
         position = match.end()
-    found.append(Token("end", "end of file", line))
+    found.append(Token("end", "end of file", line, len(text)))
     return found

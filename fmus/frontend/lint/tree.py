@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 Name = tuple[str, ...]
+Span = tuple[int, int]
 
 
 @dataclass(slots=True)
@@ -13,6 +14,7 @@ class Value:
     line: int
     length: int | None = None
     text: str = ""
+    span: Span = (0, 0)
 
 
 @dataclass(slots=True)
@@ -26,9 +28,26 @@ class Modifier:
     redeclared: "ClassDef | Component | None" = None
 
 
+@dataclass(frozen=True, slots=True)
+class EquationText:
+    """An equation as it is written: its characters without description, and its line.
+
+    `iterators` are those of the loops around it, `branches` tells where the if-equations around it begin.
+    """
+
+    span: Span
+    line: int
+    iterators: tuple[str, ...] = ()
+    branches: tuple[int, ...] = ()
+
+
 @dataclass(slots=True)
 class Component:
-    """A declared variable or part."""
+    """A declared variable or part.
+
+    `span` holds the characters from its name to its description or annotation, `type_span` those of its type, and `clause`
+    those of the whole declaration, which may declare others, too.
+    """
 
     name: str
     line: int
@@ -38,6 +57,10 @@ class Component:
     modifiers: list[Modifier] = field(default_factory=list)
     value: Value | None = None
     constraint: "Extends | None" = None
+    span: Span = (0, 0)
+    type_span: Span = (0, 0)
+    clause: Span = (0, 0)
+    is_protected: bool = False
 
 
 @dataclass(slots=True)
@@ -47,6 +70,7 @@ class Extends:
     type_name: Name
     line: int
     modifiers: list[Modifier] = field(default_factory=list)
+    type_span: Span = (0, 0)
 
 
 @dataclass(slots=True)
@@ -59,7 +83,11 @@ class Import:
 
 @dataclass(slots=True, eq=False)
 class ClassDef:
-    """A class; `short` is the base of `model A = B(...)`, `folder` that of a package stored as a folder."""
+    """A class; `short` is the base of `model A = B(...)`, `folder` that of a package stored as a folder.
+
+    `path` is its file where it is the outermost class there. `span` holds its characters up to `end NAME`; `name_at` is where
+    its name stands, `header` ends behind its description, `first_equation` behind the first keyword `equation` (0: none).
+    """
 
     name: str
     kind: str
@@ -71,11 +99,17 @@ class ClassDef:
     within: Name = ()
     outer: "ClassDef | None" = None
     folder: Path | None = None
+    path: Path | None = None
     classes: dict[str, "ClassDef"] = field(default_factory=dict)
     components: dict[str, Component] = field(default_factory=dict)
     bases: list[Extends] = field(default_factory=list)
     imports: list[Import] = field(default_factory=list)
     constraint: Extends | None = None
+    span: Span = (0, 0)
+    name_at: int = 0
+    header: int = 0
+    first_equation: int = 0
+    equations: list[EquationText] = field(default_factory=list)
 
     @property
     def all_bases(self) -> list[Extends]:
