@@ -1,22 +1,34 @@
 """`misfit learn`."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from orchestrator.cli.common import can_be_written, json_option, progress, quiet_option, show, write_json
+
+if TYPE_CHECKING:
+    from orchestrator.gp.from_trials import Learned
+
+REFUSED = 1
 
 
 @click.command()
 @click.argument("model")
 @click.argument("data")
 @click.option("--out", "block_file", metavar="F", default="block.json", show_default=True, callback=can_be_written,
-              help="Where to write the block; `misfit build F` makes an FMU of it.")  # fmt: skip
+              help="Where to write the block; its FMU and the coupled system come into a folder of that name.")  # fmt: skip
 @click.option("--most", type=click.IntRange(10, 2000), default=300, show_default=True, help="Data for each output.")
+@click.option("--factors", is_flag=False, flag_value="auto", default="auto", show_default=True, metavar="NAMES",
+              help="Inputs of MODEL that multiply a function of their own each, such as alpha_1,alpha_3; "
+              "auto: all that move in the trials; none: forces depend on positions and speeds alone.")  # fmt: skip
 @json_option
 @quiet_option
-def learn(model: str, data: str, block_file: str, most: int, json_file: str | None, quiet: bool) -> None:
-    """Learn the force that MODEL lacks along DATA, such as a recorded session of trials, as a Gaussian process."""
+def learn(model: str, data: str, block_file: str, most: int, factors: str, json_file: str | None, quiet: bool) -> None:
+    """Learn the force that MODEL lacks along DATA, such as a recorded session of trials, as a Gaussian process.
+
+    The block is judged by free runs along the held-out trials; one that makes them worse is shrunk, or refused with exit code 1.
+    """
     from orchestrator.gp.from_trials import learn_missing
     from orchestrator.gp.saved import write_block
     from orchestrator.measurements import bind, load_measurements
@@ -29,24 +41,90 @@ def learn(model: str, data: str, block_file: str, most: int, json_file: str | No
         loaded = SymbolicModel(model, load_modelica(model).compile())
         bound = bind(measurements, loaded.inputs, loaded.outputs)
         say("finding the missing force along every trial")
-        found = learn_missing(loaded.restricted(bound.output_names), bound, most)
-        write_block(found.block, Path(block_file))
-    lines = [f"{found.count} data over {', '.join(found.block.inputs)} in {block_file}"]
-    lines += [
-        f"{each.output}, held out: {each.before:.3g} {each.unit} without the block, {each.after:.3g} {each.unit} with it"
-        for each in found.held_out
-    ]
-    show("\n".join(lines), quiet or json_file == "-")
+        found = learn_missing(loaded.restricted(bound.output_names), bound, most, _factors(factors))
+        if found.block is not None:
+            write_block(found.block, Path(block_file))
+    units = {variable.name: variable.unit for variable in loaded.outputs}
+    show("\n".join(_lines(found, block_file, units)), quiet or json_file == "-")
+    written = block_file if found.block is not None else None
     write_json(
         json_file,
-        {
-            "schema": "misfit.learn/1",
-            "model": model,
-            "data": str(data),
-            "block": block_file,
-            "count": found.count,
-            "held_out": {
-                each.output: {"unit": each.unit, "before": each.before, "after": each.after} for each in found.held_out
-            },
-        },
+        {"schema": "misfit.learn/1", "model": model, "data": str(data), "block": written, **document(found, units)},
     )
+    if found.block is None:
+        raise SystemExit(REFUSED)
+
+
+def _factors(given: str) -> list[str] | None:
+    if given == "auto":
+        return None
+    return [] if given == "none" else [name.strip() for name in given.split(",") if name.strip()]
+
+
+def _lines(found: "Learned", block_file: str, units: dict[str, str]) -> list[str]:
+    """What is said of a block: where it is, what it is made of, and errors before and after."""
+    lines = []
+    if found.block is not None:
+        lines.append(f"{found.count} data over {', '.join(found.block.inputs)} in {block_file}")
+    for each in found.functions:
+        name = f"{each.output}: a function times {each.factor}" if each.factor else f"{each.output}: a function alone"
+        if each.needed:
+            lines.append(f"{name} is needed ({each.size:.3g} rms, {each.gain:.0f} nats)")
+    for force in found.held_out:
+        lines.append(
+            f"{force.output}, held out: {force.before:.3g} {force.unit} without the block, {force.after:.3g} {force.unit} with it"
+        )
+    if found.judgement is None:
+        return [*lines, "no held-out trials: nobody knows whether the block helps; name some in case.toml"]
+    before, after = found.judgement.before.signals, found.judgement.after.signals
+    for name in before:
+        lines.append(
+            f"free run, held out: {name} {before[name]:.3g} {units[name]} without the block, {after[name]:.3g} {units[name]} with it"
+        )
+    return [*lines, f"the block is {found.judgement.verdict}: {found.judgement.reason}"]
+
+
+def document(found: "Learned", units: dict[str, str]) -> dict[str, Any]:
+    """What was learned, for JSON."""
+    return {
+        "count": found.count,
+        "held_out": {
+            each.output: {"unit": each.unit, "before": each.before, "after": each.after} for each in found.held_out
+        },
+        "functions": [
+            {
+                "function": each.function,
+                "output": each.output,
+                "factor": each.factor or None,
+                "verdict": "needed" if each.needed else "not needed",
+                "rms": each.size,
+                "gain_nats": each.gain,
+                "price_nats": each.price,
+            }
+            for each in found.functions
+        ],
+        "free_run": _free_run(found, units),
+    }
+
+
+def _free_run(found: "Learned", units: dict[str, str]) -> dict[str, Any] | None:
+    judgement = found.judgement
+    if judgement is None:
+        return None
+    before, after, refused = judgement.before, judgement.after, judgement.refused
+    return {
+        "held_out_before": before.all,
+        "held_out_after": after.all,
+        "verdict": judgement.verdict,
+        "reason": judgement.reason,
+        "shares": dict(judgement.shares),
+        "signals": {
+            name: {"unit": units[name], "before": before.signals[name], "after": after.signals[name]}
+            for name in before.signals
+        },
+        "trials": {
+            name: {signal: {"before": row[signal], "after": after.trials[name][signal]} for signal in row}
+            for name, row in before.trials.items()
+        },
+        "as_learned": None if refused is None else refused.finite(),
+    }

@@ -1,6 +1,6 @@
 """A block as an FMU with its data baked in: any importer can use the learned effect, without Python."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import casadi as ca
@@ -31,10 +31,9 @@ def block_system(block: Block, name: str) -> SymbolicSystem:
     u = ca.MX.sym("u", len(units))
     values = dict(zip(units, ca.vertsplit(u), strict=True))
     x = u[: len(block.inputs)]
-    latents = {term.latent: mean_of(block.posterior, term.latent, x) for o in block.outputs for term in o.terms}
     combinations = {o.terms: _factors(o, values) for o in block.outputs}
     spreads = {terms: deviation_of(block.posterior, factors, x) for terms, factors in combinations.items()}
-    means = [sum(f * latents[name][o.component] for name, f in combinations[o.terms].items()) for o in block.outputs]
+    means = mean_expressions(block, values)
     deviations = [spreads[output.terms] for output in block.outputs]
     t, none, p = ca.MX.sym("t"), ca.MX.sym("none", 0), ca.MX.sym("p", 0)
     empty = ca.MX(0, 1)
@@ -56,7 +55,17 @@ def block_system(block: Block, name: str) -> SymbolicSystem:
     )
 
 
-def _factors(output: Output, values: dict[str, ca.MX]) -> dict[str, ca.MX]:
+def mean_expressions(block: Block, values: Mapping[str, ca.MX]) -> list[ca.MX]:
+    """Expected value of each output of a block, as a CasADi expression of the values of its inputs by name."""
+    x = ca.vertcat(*[values[name] for name in block.inputs])
+    latents = {term.latent: mean_of(block.posterior, term.latent, x) for o in block.outputs for term in o.terms}
+    return [
+        sum((f * latents[name][o.component] for name, f in _factors(o, values).items()), ca.MX(0))
+        for o in block.outputs
+    ]
+
+
+def _factors(output: Output, values: Mapping[str, ca.MX]) -> dict[str, ca.MX]:
     """What each latent function counts in an output."""
     found: dict[str, ca.MX] = {}
     for term in output.terms:

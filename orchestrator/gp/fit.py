@@ -14,7 +14,7 @@ from orchestrator.gp.covariance import Latents
 from orchestrator.gp.likelihood import Likelihood
 from orchestrator.gp.limits import Box, Limits, Units, box
 from orchestrator.gp.observations import Observation
-from orchestrator.gp.search import Found, minimise
+from orchestrator.gp.search import PROMISE, Found, minimise
 
 Array = NDArray[Any]
 _AT_BOUND = 1e-3
@@ -50,6 +50,7 @@ def fit(
     units: Units | None = None,
     starts: int = 3,
     seed: int = 0,
+    promise: float = PROMISE,
 ) -> Fit:
     """Fit kernels and learnt noise to all observations together, from the values given and from `starts` - 1 others.
 
@@ -58,6 +59,7 @@ def fit(
     Args:
         limits: bounds and priors by name of a parameter, such as `strong.length_scales[3]`.
         units: units of the data, for limits that have one.
+        promise: nats; a search ends where a step would gain less.
         seed: of the other starts, which lie within a factor of 10 of the first, and of the share of many data that is used first.
 
     Raises:
@@ -69,7 +71,8 @@ def fit(
     others = [rng.uniform(-1.0, 1.0, len(likelihood.start)) * np.log(10.0) for _ in range(starts - 1)]
     begins = [np.clip(likelihood.start + move, limit.low, limit.high) for move in (0.0, *others)]
     with _blas().limit(limits=1, user_api="blas"):
-        runs = _search(_Objective(likelihood, limit), _rough(latents, observations, likelihood, limit, rng), begins)
+        rough = _rough(latents, observations, likelihood, limit, rng, promise)
+        runs = _search(_Objective(likelihood, limit, promise), rough, begins)
     best = min(runs, key=lambda run: run.value)
     if not np.isfinite(best.value):
         raise MisfitError(
@@ -94,8 +97,8 @@ def fit(
 class _Objective:
     """Likelihood and prior within bounds; NaN where the covariance has no factor."""
 
-    def __init__(self, likelihood: Likelihood, limit: Box) -> None:
-        self.limit, self.count = limit, likelihood.count
+    def __init__(self, likelihood: Likelihood, limit: Box, promise: float) -> None:
+        self.limit, self.count, self._promise = limit, likelihood.count, promise
         self._likelihood = likelihood
 
     def __call__(self, parameters: Array) -> tuple[float, Array]:
@@ -107,7 +110,7 @@ class _Objective:
         return value + prior, slope + prior_slope
 
     def least(self, begin: Array, curvature: Array | None = None) -> Found:
-        return minimise(self, begin, self.limit.low, self.limit.high, curvature)
+        return minimise(self, begin, self.limit.low, self.limit.high, curvature, self._promise)
 
 
 def _search(objective: _Objective, rough: _Objective | None, begins: Sequence[Array]) -> list[Found]:
@@ -129,7 +132,12 @@ def _search(objective: _Objective, rough: _Objective | None, begins: Sequence[Ar
 
 
 def _rough(
-    latents: Latents, observations: Sequence[Observation], whole: Likelihood, limit: Box, rng: np.random.Generator
+    latents: Latents,
+    observations: Sequence[Observation],
+    whole: Likelihood,
+    limit: Box,
+    rng: np.random.Generator,
+    promise: float,
 ) -> _Objective | None:
     """The objective on a share of the data; None where there are few, or where that share leaves a parameter out."""
     if whole.count < _MANY:
@@ -137,7 +145,7 @@ def _rough(
     chosen = (rng.permutation(len(each.inputs))[: max(1, int(_SHARE * len(each.inputs)))] for each in observations)
     part = [each.rows(np.sort(rows)) for each, rows in zip(observations, chosen, strict=True)]
     likelihood = Likelihood(latents, part)
-    return _Objective(likelihood, limit) if likelihood.names == whole.names else None
+    return _Objective(likelihood, limit, promise) if likelihood.names == whole.names else None
 
 
 @cache

@@ -1,4 +1,4 @@
-"""What a physics model lacks along measured trials, learned as a block over its positions and speeds."""
+"""What a physics model lacks along measured trials, learned as a block over its positions, speeds and drives."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -8,16 +8,18 @@ from numpy.typing import NDArray
 
 from fmus.errors import MisfitError
 from orchestrator.gp.block import Block, Output, Term
-from orchestrator.gp.covariance import Latent
-from orchestrator.gp.fit import fit
-from orchestrator.gp.kernels import SquaredExponential
+from orchestrator.gp.covariance import Latents
 from orchestrator.gp.observations import Observation
 from orchestrator.gp.posterior import condition
-from orchestrator.gp.residual import corrections
-from orchestrator.measurements import BoundSet, BoundTrial
+from orchestrator.gp.trials.data import observation, smoothed, table
+from orchestrator.gp.trials.functions import Verdict, needed_functions
+from orchestrator.gp.trials.judged import Judgement, judge
+from orchestrator.gp.trials.places import MISSING, Place, coordinates, drives, places_of
+from orchestrator.measurements import BoundSet
 from orchestrator.models.missing_force import Force, missing_forces
-from orchestrator.models.smoothing import SmoothedTrial
 from orchestrator.models.symbolic import SymbolicModel
+
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -32,87 +34,99 @@ class Shortfall:
 
 @dataclass(frozen=True, eq=False)
 class Learned:
-    """A block with outputs `<signal>_missing`, the number of data it holds, and how it does on trials that it has not seen."""
+    """A block with outputs `<signal>_missing`, the number of data it holds, and how it does on trials that it has not seen.
 
-    block: Block
+    `block` is None where it was refused, and holds shares of what was learned where it was shrunk (see `judgement`, None without held-out
+    trials). `functions` says of each latent function whether the data need it.
+    """
+
+    block: Block | None
     count: int
     held_out: tuple[Shortfall, ...]
+    functions: tuple[Verdict, ...]
+    judgement: Judgement | None
 
 
-def learn_missing(model: SymbolicModel, data: BoundSet, most: int = 300) -> Learned:
-    """Learn the force that a model lacks on each measured output, as a function of its positions and speeds.
+def learn_missing(
+    model: SymbolicModel, data: BoundSet, most: int = 300, factors: Sequence[str] | None = None
+) -> Learned:
+    """Learn the force that a model lacks on each measured output: f(positions, speeds) + sum of factor times a function of them.
 
     Data are the missing forces along the learning trials (`missing_forces`); hyperparameters are those that make them most
-    probable.
+    probable; functions that the data do not need are left out; the block is judged by free runs along the held-out trials.
 
     Args:
         data: trials in the model's units; their outputs are those of `model`.
         most: data for each output; longer records are taken at longer intervals.
+        factors: inputs of the model, such as activations; all that move in the trials if left out.
 
     Raises:
-        MisfitError: if there are no learning trials, or the model does not show which force it lacks.
+        MisfitError: if there are no learning trials, the model does not show which force it lacks, or a factor is not there.
     """
     if not data.learning:
         raise MisfitError("there is no learning trial to learn from; name some in case.toml")
     noise = np.array([data.noise_std[name] for name in data.output_names])
-    coordinates = _coordinates(model)
-    names = [v.name for v in model.system.states]
-    places = [names.index(state) for state in coordinates.values()]
-    forces = missing_forces(model, _smoothed(data.learning, noise))
-    observations = _observations(forces, data.learning, places, most)
-    latents = {}
+    points = coordinates(model, data.learning)
+    chosen = drives(model, data.learning, points) if factors is None else places_of(model, factors)
+    forces = missing_forces(model, smoothed(data.learning, noise))
+    latents: Latents = {}
+    kept: list[Observation] = []
+    verdicts: list[Verdict] = []
     for k, output in enumerate(forces[0].names):
-        seen = np.concatenate([each.inputs for each in observations if output in each.coefficients])
-        spread = np.where(np.ptp(seen, axis=0) > 0.0, np.std(seen, axis=0), 1.0)
-        latents[output] = Latent(SquaredExponential(float(forces[0].size[k]) ** 2, tuple(map(float, spread))))
-    best = fit(latents, observations)
-    units = dict(zip(names, (v.unit for v in model.system.states), strict=True))
+        fitted, said = needed_functions(observation(k, forces, data.learning, points, chosen, most), output)
+        verdicts += said
+        if any(each.needed for each in said):
+            latents = {**latents, **fitted.latents}
+            kept += fitted.observations
+    units = dict(zip(forces[0].names, forces[0].units, strict=True))
+    block = _block(latents, kept, {name: place.unit(model) for name, place in points.items()}, units) if kept else None
+    count = sum(len(each.inputs) for each in kept)
+    if not data.held_out:
+        return Learned(block, count, (), tuple(verdicts), None)
+    judgement = judge(model, block, data.held_out, noise)
+    used = _shared(block, judgement) if block is not None else None
+    left = missing_forces(model, smoothed(data.held_out, noise))
+    return Learned(used, count, _shortfalls(used, left, data, points, chosen), tuple(verdicts), judgement)
+
+
+def _block(latents: Latents, kept: Sequence[Observation], inputs: dict[str, str], units: dict[str, str]) -> Block:
     outputs = [
-        Output(f"{name}_missing", unit, (Term(name),))
-        for name, unit in zip(forces[0].names, forces[0].units, strict=True)
+        Output(each.name + MISSING, units[each.name], tuple(_term(each.name, name) for name in each.coefficients))
+        for each in kept
     ]
-    inputs = {name: units[state] for name, state in coordinates.items()}
-    block = Block(condition(best.latents, best.observations), inputs, outputs, tuple(best.observations))
-    held_out = missing_forces(model, _smoothed(data.held_out, noise)) if data.held_out else ()
-    return Learned(block, sum(len(each.inputs) for each in observations), _shortfalls(block, held_out, places))
+    return Block(condition(latents, kept), inputs, outputs, tuple(kept))
 
 
-def _coordinates(model: SymbolicModel) -> dict[str, str]:
-    """Names of a block's inputs, and the states that they are: each signal that is a position, then their speeds."""
-    if model.residual is None:
-        raise MisfitError(f"{model.name} does not show which force it lacks on {', '.join(model.signals)}")
-    positions = model.residual.positions
-    found = {signal: at.state for signal, at in positions.items()}
-    return found | {f"{signal}_speed": at.speed for signal, at in positions.items() if at.speed is not None}
+def _term(output: str, function: str) -> Term:
+    return Term(function, 1.0, function.removeprefix(output).removeprefix(":"))
 
 
-def _smoothed(trials: Sequence[BoundTrial], noise: NDArray[np.float64]) -> list[SmoothedTrial]:
-    return [SmoothedTrial(trial.time, trial.inputs, trial.outputs, noise) for trial in trials]
+def _shared(block: Block, judgement: Judgement) -> Block | None:
+    """The block with the shares of its outputs that were judged to help."""
+    outputs = [
+        replace(o, terms=tuple(replace(term, factor=share) for term in o.terms))
+        for o in block.outputs
+        if (share := judgement.shares.get(o.name, 0.0)) > 0.0
+    ]
+    return replace(block, outputs=outputs) if outputs else None
 
 
-def _observations(
-    forces: Sequence[Force], trials: Sequence[BoundTrial], places: Sequence[int], most: int
-) -> list[Observation]:
-    """Observations of every trial at equal intervals, about `most` for each output.
-
-    Errors of a force are alike over its duration, in which several data may lie: their deviations grow so that all of them
-    together say as much as one.
-    """
-    spacing = sum(float(force.time[-1] - force.time[0]) for force in forces) / most
+def _shortfalls(
+    block: Block | None, forces: Sequence[Force], data: BoundSet, points: dict[str, Place], factors: dict[str, Place]
+) -> tuple[Shortfall, ...]:
+    x, a = table(points, forces, data.held_out), table(factors, forces, data.held_out)
+    outputs = {} if block is None else {o.name: o for o in block.outputs}
     found = []
-    for force, trial in zip(forces, trials, strict=True):
-        alike = np.sqrt(np.maximum(force.duration / max(spacing, float(np.median(np.diff(force.time)))), 1.0))
-        found += corrections(trial.name, replace(force, std=force.std * alike), force.states[:, places], spacing)
-    return found
-
-
-def _shortfalls(block: Block, forces: Sequence[Force], places: Sequence[int]) -> tuple[Shortfall, ...]:
-    found = []
-    for k, output in enumerate(block.outputs if forces else ()):
+    for k, name in enumerate(forces[0].names):
         missing = np.concatenate([force.mean[:, k] for force in forces])
-        states = np.concatenate([force.states[:, places] for force in forces])
-        left = missing - block.posterior.mean(output.terms[0].latent, states)[:, 0]
-        found.append(
-            Shortfall(output.name, output.unit, *(float(np.sqrt(np.mean(part**2))) for part in (missing, left)))
-        )
+        expected = np.zeros(len(missing))
+        if block is not None and name + MISSING in outputs:
+            places = list(factors)
+            of = {
+                term.latent: term.factor * (a[:, places.index(term.input)] if term.input else np.ones(len(x)))
+                for term in outputs[name + MISSING].terms
+            }
+            expected = block.posterior.mean(of, x)[:, 0]
+        before, after = (float(np.sqrt(np.mean(part**2))) for part in (missing, missing - expected))
+        found.append(Shortfall(name + MISSING, forces[0].units[k], before, after))
     return tuple(found)

@@ -129,5 +129,5 @@ def _by_noise(observations: Sequence[Observation], slope: Array) -> list[Array]:
         part = slope[begin : begin + len(each.inputs)]
         begin += len(each.inputs)
         if isinstance(each.noise, LearntNoise):
-            found.append(2.0 * (part * each.deviation**2) @ each.noise.features)
+            found.append(part @ each.noise.variance_slopes)
     return found

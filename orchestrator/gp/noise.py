@@ -41,6 +41,11 @@ class LearntNoise:
         """Standard deviation of each observation, (n,), in the unit of the values."""
         return np.exp(self.features @ self.weights)
 
+    @property
+    def variance_slopes(self) -> Array:
+        """Derivative of each variance by each weight, (n, k)."""
+        return 2.0 * (self.deviation**2)[:, None] * self.features
+
     def with_weights(self, weights: Array) -> "LearntNoise":
         """The same noise with other weights."""
         return replace(self, weights=weights)
@@ -48,6 +53,34 @@ class LearntNoise:
     def rows(self, chosen: Array) -> "LearntNoise":
         """The noise of some of the observations."""
         return replace(self, features=self.features[chosen])
+
+
+@dataclass(frozen=True, eq=False)
+class AddedNoise(LearntNoise):
+    """Learnt noise on top of a known deviation, (n,): sqrt(known^2 + exp(features @ weights)^2).
+
+    For data whose measuring error is known and which hold something else besides, that no function of the inputs explains.
+    """
+
+    known: Array
+
+    @property
+    def deviation(self) -> Array:
+        return np.hypot(self.known, super().deviation)
+
+    @property
+    def variance_slopes(self) -> Array:
+        return 2.0 * (super().deviation ** 2)[:, None] * self.features
+
+    def rows(self, chosen: Array) -> "AddedNoise":
+        return replace(self, features=self.features[chosen], known=self.known[chosen])
+
+
+def added_noise(known: ArrayLike, deviation: float) -> AddedNoise:
+    """A known deviation of each observation, (n,), and one of all to be learnt beside it, from this first guess."""
+    spread = np.array(known, dtype=float)
+    features = np.ones((len(spread), 1))
+    return AddedNoise(features, np.log([_positive(deviation)]), ("log deviation",), spread)
 
 
 def constant_noise(deviation: float, count: int) -> LearntNoise:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 Array = NDArray[Any]
 Objective = Callable[[Array], tuple[float, Array]]
 # A step that promises less than this is not worth an evaluation: values of hundreds have a rounding floor of 1e-10.
-_PROMISE = 1e-8
+PROMISE = 1e-8
 _LONGEST = 2.0
 _SUFFICIENT = 1e-4
 _MOST_ITERATIONS = 200
@@ -34,7 +34,7 @@ def minimise(
     low: Array,
     high: Array,
     curvature: Array | None = None,
-    promise: float = _PROMISE,
+    promise: float = PROMISE,
 ) -> Found:
     """Search from `begin` within bounds (k,); the objective gives value and gradient, NaN where it has none.
 

@@ -25,6 +25,8 @@ SIMULATOR = Path(__file__).with_name("simulator.c")
 FLAGS = ("-fPIC", "-shared", "-std=c99", "-ffp-contract=off")
 # Generated code is long and runs once for each stage of a step; what loops over sensitivities is short and must be fast.
 FOR_MODELS, FOR_LOOPS = "-O1", "-O3"
+# A model with long sums in it, such as a Gaussian process, whose exponentials are evaluated several at a time; the last bits differ.
+FOR_LONG_SUMS = "-O2 -ftree-vectorize -ffast-math"
 # Trials of which a model with delays remembers what it delays.
 KEPT_TRIALS = 8
 # Error of a step of a system that makes and breaks contact, as a share of the largest value of each state so far. Steps of
@@ -70,8 +72,10 @@ class FreeRun:
 class CompiledModel:
     """Machine code of one system for a chosen tuple of outputs and of free parameters."""
 
-    def __init__(self, system: SymbolicSystem, outputs: Sequence[str], free: Sequence[str] = ()) -> None:
-        self.system, self.outputs, self.free = system, tuple(outputs), tuple(free)
+    def __init__(
+        self, system: SymbolicSystem, outputs: Sequence[str], free: Sequence[str] = (), level: str = FOR_MODELS
+    ) -> None:
+        self.system, self.outputs, self.free, self._level = system, tuple(outputs), tuple(free), level
         self.tolerance = CONTACT_TOLERANCE if system.contacts else 0.0
         names = [parameter.name for parameter in system.parameters]
         self._free_positions = [names.index(name) for name in free]
@@ -182,7 +186,7 @@ class CompiledModel:
         generator = ca.CodeGenerator("model.c", {"with_header": False, "main": False})
         for function in functions:
             generator.add(function)
-        library = ctypes.CDLL(str(build_library(_inlined(str(generator.dump())))))
+        library = ctypes.CDLL(str(build_library(_inlined(str(generator.dump())), level=self._level)))
         return _MachineCode.of(library, functions, operations=plain[1].n_instructions())
 
     def _functions(self) -> list[ca.Function]:
@@ -302,7 +306,7 @@ def build_library(source: str, driver: Path | None = None, *, level: str = FOR_M
     compiler = os.environ.get("CC") or shutil.which("cc") or shutil.which("gcc")
     if compiler is None:
         raise MisfitError("no C compiler found; install one (Debian: apt-get install gcc libc6-dev)")
-    flags = (level, *FLAGS)
+    flags = (*level.split(), *FLAGS)
     text = source + (driver.read_text() if driver else "")
     key = hashlib.sha256(" ".join((compiler, *flags, text)).encode()).hexdigest()
     target = cache_folder("compiled") / f"{key}.so"

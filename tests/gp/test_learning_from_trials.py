@@ -3,6 +3,7 @@
 import json
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,9 +11,14 @@ import pytest
 
 from fmus.catalogue import find_modelica_model
 from orchestrator.cli.main import main
+from orchestrator.gp.from_trials import learn_missing
 from orchestrator.gp.saved import read_block
+from orchestrator.gp.trials.judged import judge
+from orchestrator.measurements import bind, load_measurements
 from orchestrator.models.compiled import CompiledModel
+from orchestrator.models.symbolic import SymbolicModel
 
+CASES = Path(__file__).parents[1] / "cases" / "arm"
 TIME = np.arange(500) * 0.004
 NOISE = 2e-4  # rad
 DAMPING = 0.4  # N.m.s/rad, at the elbow, that nobody is told of
@@ -59,7 +65,9 @@ def learn(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -
 def test_learned_friction_takes_most_of_the_missing_torque_off_a_trial_it_has_not_seen(
     trials: Path, tmp_path: Path, learn: Callable[..., tuple[int, str, str]]
 ) -> None:
-    code, out, _ = learn("arm", trials, "--out", tmp_path / "block.json", "--most", "120", "--json", "-")
+    code, out, _ = learn(
+        "arm", trials, "--out", tmp_path / "block.json", "--most", "120", "--factors", "none", "--json", "-"
+    )
 
     assert code == 0
     found = json.loads(out)
@@ -73,9 +81,83 @@ def test_learned_friction_takes_most_of_the_missing_torque_off_a_trial_it_has_no
     assert slope == pytest.approx(-DAMPING, rel=0.15)
 
 
+def test_a_block_that_makes_held_out_runs_worse_is_refused_with_the_reason(
+    tmp_path: Path, learn: Callable[..., tuple[int, str, str]]
+) -> None:
+    """A payload is no function of positions and speeds."""
+    case, written = CASES / "case_003", tmp_path / "block.json"
+    code, _, _ = learn(
+        "arm", case, "--out", written, "--most", "200", "--factors", "none", "--json", tmp_path / "f.json"
+    )
+
+    found = json.loads((tmp_path / "f.json").read_text())["free_run"]
+    assert code == 1
+    assert not written.exists()
+    assert found["verdict"] == "refused"
+    assert "worse, in trial_0" in found["reason"]
+    assert found["as_learned"] > found["held_out_before"] == found["held_out_after"]
+
+
+def test_a_weak_muscle_stands_out_by_its_own_function_and_free_runs_come_within_a_hundredth(
+    tmp_path: Path, learn: Callable[..., tuple[int, str, str]]
+) -> None:
+    code, out, _ = learn(
+        "arm", CASES / "case_007", "--out", tmp_path / "block.json", "--most", "120", "--factors", "--json", "-"
+    )
+
+    found = json.loads(out)
+    assert code == 0
+    assert [(each["output"], each["factor"]) for each in found["functions"] if each["verdict"] == "needed"] == [
+        ("q1", "alpha_1")
+    ]
+    assert len(found["functions"]) == 2 * (1 + 8)  # on each joint: one alone, one a muscle, one a component of the push
+    free = found["free_run"]
+    assert free["held_out_before"] > 0.3
+    assert free["held_out_after"] < 0.01 * free["held_out_before"]
+    signals = np.array([free["signals"][name]["after"] for name in ("q1", "q2")])
+    assert free["held_out_after"] == pytest.approx(np.sqrt(np.mean(signals**2)))
+
+
+def test_a_muscle_without_positions_is_learned_over_the_length_that_drives_it(
+    tmp_path: Path, learn: Callable[..., tuple[int, str, str]]
+) -> None:
+    code, out, _ = learn(
+        "rat-muscle", CASES.parent / "rat_muscle", "--out", tmp_path / "b.json", "--most", "60", "--json", "-"
+    )
+
+    found = json.loads(out)
+    assert code == 0
+    assert list(read_block(tmp_path / "b.json").inputs) == ["length"]
+    assert {each["factor"] for each in found["functions"]} == {None, "stimulation"}
+    assert found["free_run"]["held_out_after"] < 0.95 * found["free_run"]["held_out_before"]
+
+
+def test_a_block_that_is_more_than_twice_too_strong_is_shrunk(trials: Path) -> None:
+    model = SymbolicModel("arm", find_modelica_model("arm").compile())
+    bound = bind(load_measurements(trials), model.inputs, model.outputs)
+    learned = learn_missing(model.restricted(bound.output_names), bound, 60, [])
+    assert learned.block is not None
+    assert learned.judgement is not None
+    twice = [
+        replace(o, terms=[replace(term, factor=3.0 * term.factor) for term in o.terms]) for o in learned.block.outputs
+    ]
+    noise = np.full(2, NOISE)
+
+    found = judge(model, replace(learned.block, outputs=twice), bound.held_out, noise)
+
+    assert found.verdict == "shrunk"
+    assert found.refused is not None
+    assert found.refused.all > 0.5 * found.before.all
+    assert found.after.all < 0.4 * found.before.all
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
-    [(["arm", "nowhere"], "nowhere"), (["pendulum.fmu", "DATA"], "equations are closed")],
+    [
+        (["arm", "nowhere"], "nowhere"),
+        (["pendulum.fmu", "DATA"], "equations are closed"),
+        (["arm", "DATA", "--factors", "alpha_7"], "alpha_7"),
+    ],
 )
 def test_what_cannot_be_learned_from_is_said_in_one_line(
     trials: Path, learn: Callable[..., tuple[int, str, str]], arguments: list[str], words: str

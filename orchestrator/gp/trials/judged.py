@@ -1,0 +1,152 @@
+"""Whether a block earns its place: free runs along held-out trials, with it and without it."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmus.errors import ComponentError
+from orchestrator.gp.block import Block
+from orchestrator.gp.trials.beside import ModelBeside
+from orchestrator.measurements import BoundTrial
+from orchestrator.models.symbolic import SymbolicModel
+
+Array = NDArray[np.float64]
+# A block must take off so much of the error of all held-out trials together, more than a change of start values could.
+LEAST_GAIN = 0.05
+# No trial and no signal may lose more than this share of its error, nor more than this share of its noise.
+MOST_LOSS, OF_NOISE = 0.02, 0.1
+# An error within this many times the noise is that of a model that lacks nothing.
+NOTHING_LACKS = 1.2
+SHARES = (1.0, 0.5, 0.25)
+
+
+@dataclass(frozen=True)
+class Errors:
+    """RMS of free runs, by trial and signal, in the signals' units."""
+
+    trials: Mapping[str, Mapping[str, float]]
+
+    @property
+    def signals(self) -> dict[str, float]:
+        """RMS of each signal over all trials."""
+        rows = list(self.trials.values())
+        return {name: float(np.sqrt(np.mean([row[name] ** 2 for row in rows]))) for name in rows[0]}
+
+    @property
+    def all(self) -> float:
+        """RMS over all signals and trials."""
+        return float(np.sqrt(np.mean(np.square(list(self.signals.values())))))
+
+    def finite(self) -> float | None:
+        """The same; None where a run left the finite numbers."""
+        return self.all if np.isfinite(self.all) else None
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """What became of a block: `shares` of its outputs that are used, and free-run errors without it and with these shares.
+
+    `refused` are those of the block as it was learned, where it was not used as such; `reason` says in words what was decided and why.
+    """
+
+    verdict: Literal["kept", "shrunk", "refused"]
+    reason: str
+    shares: Mapping[str, float]
+    before: Errors
+    after: Errors
+    refused: Errors | None = None
+
+
+def judge(model: SymbolicModel, block: Block | None, trials: Sequence[BoundTrial], noise: Array) -> Judgement:
+    """Judge a block by free runs along trials that it has not seen, against the model without it.
+
+    If it does not win as a whole, outputs alone and smaller shares of all are tried, and the best that wins is used.
+
+    Args:
+        block: None if the data need no function.
+        noise: (signals,) standard deviation of the measurements.
+    """
+    alone = _errors(
+        trials, model.signals, lambda t: model.follow(t.time, t.inputs, t.outputs, model.signals, noise).outputs
+    )
+    if block is None:
+        return Judgement("refused", "the learning trials need none of the functions", {}, alone, alone)
+    if all(alone.signals[name] < NOTHING_LACKS * s for name, s in zip(model.signals, noise, strict=True)):
+        return Judgement(
+            "refused", "the model alone follows the held-out trials to within their noise", {}, alone, alone
+        )
+    beside, level = ModelBeside(model, block), dict(zip(model.signals, map(float, noise), strict=True))
+    all_of_it, *others = _ways([output.name for output in block.outputs])
+    whole = _errors(trials, model.signals, lambda t: beside.along(t, all_of_it, noise))
+    if _wins(alone, whole, level):
+        return Judgement("kept", "free runs along the held-out trials are closer with it", all_of_it, alone, whole)
+    winners = []
+    for shares in others:
+        found = _winner(alone, trials, level, lambda t, use=shares: beside.along(t, use, noise))  # type: ignore[misc]
+        winners += [] if found is None else [(shares, found)]
+    if not winners:
+        return Judgement("refused", _why(alone, whole), {}, alone, alone, whole)
+    shares, best = min(winners, key=lambda run: run[1].all)
+    used = ", ".join(f"{share:g} of {name}" for name, share in shares.items())
+    return Judgement("shrunk", f"{_why(alone, whole)}; {used} helps", shares, alone, best, whole)
+
+
+def _ways(names: Sequence[str]) -> list[dict[str, float]]:
+    """Shares to try: all of the block, outputs alone, smaller shares of all."""
+    whole = [dict.fromkeys(names, share) for share in SHARES]
+    alone = [{name: share} for share in SHARES[:2] for name in names] if len(names) > 1 else []
+    return [whole[0], *alone, *whole[1:]]
+
+
+def _wins(alone: Errors, found: Errors, noise: Mapping[str, float]) -> bool:
+    """Whether errors fall in all, and rise noticeably in no trial and no signal."""
+    if not found.all < (1.0 - LEAST_GAIN) * alone.all:
+        return False
+    least = min(noise.values())
+    pairs = [(alone.signals[name], found.signals[name], noise[name]) for name in noise]
+    for name, row in alone.trials.items():
+        pairs.append((_rms(row), _rms(found.trials[name]), least))
+    return all(after <= _allowed(before, sigma) for before, after, sigma in pairs)
+
+
+def _winner(
+    alone: Errors, trials: Sequence[BoundTrial], noise: Mapping[str, float], run: Callable[[BoundTrial], Array]
+) -> Errors | None:
+    """Errors of a way that wins; None as soon as a trial loses."""
+    found = Errors({})
+    for trial in trials:
+        found = Errors({**found.trials, **_errors([trial], list(noise), run).trials})
+        lost = _rms(found.trials[trial.name]) > _allowed(_rms(alone.trials[trial.name]), min(noise.values()))
+        if lost:
+            return None
+    return found if _wins(alone, found, noise) else None
+
+
+def _allowed(before: float, noise: float) -> float:
+    return (1.0 + MOST_LOSS) * before + OF_NOISE * noise
+
+
+def _why(alone: Errors, found: Errors) -> str:
+    worst = max(alone.trials, key=lambda name: _rms(found.trials[name]) / max(_rms(alone.trials[name]), 1e-300))
+    before, after = _rms(alone.trials[worst]), _rms(found.trials[worst])
+    if after > before:
+        return f"the whole block makes free runs worse, in {worst} from {before:.3g} to {after:.3g}"
+    return f"the whole block changes the free-run error from {alone.all:.3g} to {found.all:.3g} only"
+
+
+def _rms(row: Mapping[str, float]) -> float:
+    return float(np.sqrt(np.mean(np.square(list(row.values())))))
+
+
+def _errors(trials: Sequence[BoundTrial], signals: Sequence[str], run: Callable[[BoundTrial], Array]) -> Errors:
+    found = {}
+    for trial in trials:
+        try:
+            left = np.sqrt(np.mean((run(trial) - trial.outputs) ** 2, axis=0))
+        except ComponentError:  # the run left the finite numbers
+            left = np.full(len(signals), np.inf)
+        found[trial.name] = dict(zip(signals, map(float, left), strict=True))
+    return Errors(found)
