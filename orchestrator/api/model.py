@@ -178,14 +178,15 @@ class Model:
         return found
 
     def learn(self, data: Any, *, most: int = 300) -> "Block":
-        """Learn the force that the model lacks as a Gaussian process over its positions and speeds.
+        """Learn the force that the model lacks as a Gaussian process over its positions, speeds and drives.
 
         Args:
             data: as for `compare`; learning trials are learned from.
             most: data for each output; longer records are taken at longer intervals.
 
         Raises:
-            MisfitError: if there is no learning trial, or the model does not show which force it lacks.
+            MisfitError: if there is no learning trial, the model does not show which force it lacks, or a block does not make free
+                runs along the held-out trials better; the message says why.
         """
         from orchestrator.api.block import Block
         from orchestrator.gp.from_trials import learn_missing
@@ -198,7 +199,11 @@ class Model:
         bound = trials.bound(model.inputs, model.outputs)
         with progress() as say:
             say("finding the missing force along every trial")
-            return Block(learn_missing(model.restricted(bound.output_names), bound, most).block)  # type: ignore[attr-defined]
+            learned = learn_missing(model.restricted(bound.output_names), bound, most)  # type: ignore[attr-defined]
+        if learned.block is None:
+            reason = learned.judgement.reason if learned.judgement else "the trials need no function of its inputs"
+            raise MisfitError(f"{self.name}: no block was learned: {reason}")
+        return Block(learned.block)
 
     def to_fmu(self, path: "str | Path", *, fmi_version: str = "2.0") -> Path:
         """Write the model as an FMU for co-simulation and model exchange; returns its path.
