@@ -9,6 +9,8 @@ from orchestrator.arm_drawing import Replay, replay_script, replay_style, script
 from orchestrator.compare.result import Comparison
 from orchestrator.diagnosis.result import Diagnosis
 from orchestrator.ledger import LedgerEntry
+from orchestrator.report.answer import answer_of
+from orchestrator.report.answer.markup import answer_html, answer_style
 from orchestrator.report.numbers import digits
 from orchestrator.report.page import (
     Page,
@@ -35,8 +37,8 @@ from orchestrator.report.pictures import (
     trial_pictures,
 )
 from orchestrator.report.provenance import ledger_provenance, provenance
-from orchestrator.report.sentences import comparison_sentence, ledger_sentence, verdict_sentence
-from orchestrator.report.summary import comparison_facts, comparison_plain, diagnosis_facts, diagnosis_plain
+from orchestrator.report.sentences import comparison_sentence, ledger_sentence
+from orchestrator.report.summary import comparison_facts, comparison_plain
 from orchestrator.report.where_tables import where_tables
 
 if TYPE_CHECKING:
@@ -98,10 +100,11 @@ def _diagnosis_page(diagnosis: Diagnosis, entries: list[LedgerEntry], replay: Re
     effects = (entries[-1].effects if entries else ()) or diagnosis.effects
     versions = [(e.name, e.learning, e.held_out) for e in entries] or step_versions(diagnosis)
     changed = {} if final is given else {(curves.file, curves.set): curves for curves in final.curves}
+    document = diagnosis.to_json()
     seconds = (("seconds", digits(diagnosis.seconds)),)
     return Page(
         title=f"{'Discovery' if entries else 'Diagnosis'}: {diagnosis.model} on {_short(diagnosis.data)}",
-        verdict=verdict_sentence(diagnosis),
+        verdict="",
         falling_error=falling(versions),
         sections=(
             Section(
@@ -140,9 +143,8 @@ def _diagnosis_page(diagnosis: Diagnosis, entries: list[LedgerEntry], replay: Re
                 "Provenance", pairs=provenance(diagnosis.model, diagnosis.data) + seconds + ledger_provenance(entries)
             ),
         ),
-        plain=diagnosis_plain(diagnosis),
-        facts=diagnosis_facts(diagnosis),
         replay=moving(replay),
+        answer=answer_html(answer_of(document), document),
     )
 
 
@@ -173,7 +175,7 @@ def _filled(template: str, page: Page, selector: str) -> str:
             page=page,
             shown=[(f"part-{number}", part) for number, part in enumerate(page.sections) if not part.is_empty],
             colours=css_variables(selector),
-            style=replay_style() if page.replay else "",
+            style=(replay_style() if page.replay else "") + (answer_style() if page.answer else ""),
             script=script,
             policy=f"; script-src {script_source()}" if script else "",
         )

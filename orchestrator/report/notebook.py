@@ -14,12 +14,14 @@ from orchestrator.diagnosis.result import Diagnosis
 from orchestrator.ledger import LedgerEntry
 from orchestrator.measurements.wording import nearest
 from orchestrator.report import figures
+from orchestrator.report.answer import answer_of
+from orchestrator.report.answer.markup import answer_html
 from orchestrator.report.html import render_part
 from orchestrator.report.page import Page, PageTable, Picture, Section, effects_table, set_errors_table, versions_table
 from orchestrator.report.palette import Colour
 from orchestrator.report.pictures import falling, moving, step_versions
-from orchestrator.report.sentences import comparison_sentence, verdict_sentence
-from orchestrator.report.summary import comparison_facts, comparison_plain, diagnosis_facts, diagnosis_plain
+from orchestrator.report.sentences import comparison_sentence
+from orchestrator.report.summary import comparison_facts, comparison_plain
 
 if TYPE_CHECKING:
     from orchestrator.cosim.results.result import Result
@@ -61,13 +63,13 @@ def comparison_plot(found: Comparison, trial: str | None = None) -> Shown:
 
 
 def diagnosis_html(found: Diagnosis) -> str:
-    """The verdict, large numbers, effects with intervals, and what the data leave open."""
+    """The first screen of the answer; effects with intervals and what the data leave open are folded below it."""
     sections = (
         Section("What is missing", tables=effects_table(found.effects)),
         Section("What the data leave open", found.warnings),
     )
-    page = Page("", verdict_sentence(found), None, sections, diagnosis_plain(found), diagnosis_facts(found))
-    return render_part(page)
+    document = found.to_json()
+    return render_part(Page("", "", None, sections, answer=answer_html(answer_of(document), document)))
 
 
 def diagnosis_plot(found: Diagnosis) -> Shown:

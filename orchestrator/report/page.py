@@ -14,7 +14,7 @@ from orchestrator.report.sentences import effect_name, errors, ranked_name
 from orchestrator.report.summary import Fact
 
 MAX_TRIALS = 40
-MAX_TRIED = 40
+MAX_TRIED = 15
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,8 @@ class Page:
 
     The first page is for everyone: `verdict`, `plain` words, `facts`, the `falling_error` (of one
     model alone: its error by trial). `replay` is a motion, whose script
-    is the only one that a page has. `sections` are for whoever wants to know why.
+    is the only one that a page has. `sections` are for whoever wants to know why. `answer` is the markup of the first screen of
+    a diagnosis, made by this program, in place of verdict, words and facts; the rest of the page is folded behind it then.
     """
 
     title: str
@@ -67,6 +68,7 @@ class Page:
     plain: str = ""
     facts: tuple[Fact, ...] = ()
     replay: Picture | None = None
+    answer: str = ""
 
 
 def effects_table(effects: Sequence[NamedEffect]) -> tuple[PageTable, ...]:

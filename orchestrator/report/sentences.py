@@ -1,13 +1,13 @@
 """Results in plain words: what was found, before any table or figure."""
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from orchestrator.compare.result import Comparison
-from orchestrator.diagnosis.result import Diagnosis, HeldOut, NamedEffect, RankedSet
+from orchestrator.diagnosis.result import Diagnosis, NamedEffect, RankedSet
 from orchestrator.ledger import LedgerEntry
-from orchestrator.report.numbers import estimate, over_floor, percent, quantity, ratio
+from orchestrator.report.answer import answer_of
+from orchestrator.report.numbers import percent, quantity, ratio
 
 # Below this multiple of the floor an error is no larger than what the noise alone explains.
 WITHIN_NOISE = 1.5
@@ -66,59 +66,22 @@ def ledger_sentence(entries: Sequence[LedgerEntry]) -> str:
 
 
 def verdict_sentence(diagnosis: Diagnosis) -> str:
-    """Return the verdict in one or two plain sentences, with the numbers that support it."""
-    names = joined(effect_name(effect) for effect in diagnosis.effects)
-    chance = "" if diagnosis.p_value is None else f" (p = {diagnosis.p_value:.2g})"
-    match diagnosis.verdict:
-        case "adequate":
-            return f"Nothing is missing that these data can show{chance}.{_present_error(diagnosis.held_out)}"
-        case "named":
-            found = joined(_with_values(effect) for effect in diagnosis.effects) or "an effect"
-            return f"Missing: {found}{chance}.{_removed(diagnosis)}"
-        case "ambiguous":
-            groups = "; ".join(joined((_at(name, "") for name in group), "or") for group in diagnosis.confusable)
-            choice = groups or names or "several effects"
-            return f"An effect is missing{chance}, but these data cannot tell which: {choice}."
-        case "unknown":
-            found = f" Best in the library: {names}." if names else ""
-            return f"Something is missing{chance} that no effect in the library explains.{found}" + (
-                _removed(diagnosis) if names else _present_error(diagnosis.held_out)
-            )
-        case "cannot_tell":
-            return f"These data cannot tell whether an effect is missing{chance}.{_present_error(diagnosis.held_out)}"
+    """Return the answer in plain sentences: what is missing and where, its size, what adding it buys."""
+    return answer_of(diagnosis.to_json()).text
 
 
 def experiment_sentence(experiment: Mapping[str, Any]) -> str:
     """Return what to do next, and what is expected of it as far as that was computed."""
-    text = f"Next experiment: {experiment.get('do', experiment.get('experiment', ''))}"
+    do = str(experiment.get("do", experiment.get("experiment", "")))
+    if do.startswith("no "):
+        return f"{do[:1].upper()}{do[1:]}."
+    text = f"Next experiment: {do}"
     if "probability_to_separate" not in experiment:
         return f"{text}."
     chance, gain = experiment["probability_to_separate"], experiment["expected_gain"]
     apart = joined(name.replace("_", " ") for name in experiment["effects"])
     better = f"; a repetition would separate them {ratio(gain)} less" if gain > 1 else ""
     return f"{text}. It tells apart {apart} with a probability of {percent(chance)}{better}."
-
-
-def _present_error(held_out: HeldOut) -> str:
-    now = over_floor(held_out.rmse_before, held_out.noise_floor)
-    return "" if math.isnan(now) else f" The error on held-out trials is {ratio(now)} the noise floor."
-
-
-def _with_values(effect: NamedEffect) -> str:
-    values = "; ".join(estimate(name, found) for name, found in effect.parameters.items())
-    return f"{effect_name(effect)} ({values})" if values else effect_name(effect)
-
-
-def _removed(diagnosis: Diagnosis) -> str:
-    held_out, them = diagnosis.held_out, "them" if len(diagnosis.effects) > 1 else "it"
-    before = over_floor(held_out.rmse_before, held_out.noise_floor)
-    after = over_floor(held_out.rmse_after, held_out.noise_floor)
-    if math.isnan(before) or math.isnan(after):
-        return ""
-    fall = f" Adding {them} takes the error on held-out trials from {ratio(before)} to {ratio(after)} the noise floor"
-    if before <= 1.0:
-        return f"{fall}."
-    return f"{fall} and removes {percent(held_out.reducible_removed)} of what can be removed."
 
 
 def _at(effect: str, site: str) -> str:

@@ -12,19 +12,19 @@ from rich.text import Text
 from orchestrator.compare.result import Comparison, SetErrors
 from orchestrator.diagnosis.result import Diagnosis, NamedEffect
 from orchestrator.ledger import LedgerEntry
+from orchestrator.report.answer import answer_of
+from orchestrator.report.answer.notes import note_sentences
 from orchestrator.report.numbers import digits, estimate, percent, quantity
 from orchestrator.report.sentences import (
     comparison_sentence,
     effect_name,
     experiment_sentence,
-    ranked_name,
     verdict_sentence,
 )
 
 __all__ = ["comparison_table", "diagnosis_table", "ledger_table", "verdict_sentence"]
 
 BAR_WIDTH = 7
-RANKING_ROWS = 8
 TRIAL_ROWS = 40
 _EIGHTHS = " ▏▎▍▌▋▊▉█"
 
@@ -83,26 +83,24 @@ def comparison_table(comparison: Comparison) -> Group:
 
 def diagnosis_table(diagnosis: Diagnosis) -> Group:
     """Return the verdict sentence, the best of the ranking unless there is nothing to explain, and what is left open."""
-    left_open = [_plain(f"Note: {note.rstrip('.')}.") for note in diagnosis.warnings]
-    if diagnosis.next_experiment is not None:
+    left_open = [_plain(f"Note: {note}") for note in note_sentences(diagnosis.warnings)]
+    if diagnosis.next_experiment is not None and diagnosis.next_experiment.get("effects"):
         left_open.append(_plain(experiment_sentence(diagnosis.next_experiment)))
-    if diagnosis.verdict == "adequate":
+    if diagnosis.verdict == "adequate" or not diagnosis.ranking:
         return Group(_plain(verdict_sentence(diagnosis)), *left_open)
+    answer = answer_of(diagnosis.to_json())
     table = _table()
-    table.add_column("", justify="right", no_wrap=True)
-    table.add_column("added to the model", overflow="fold", max_width=52)
-    table.add_column("error removed", justify="right", no_wrap=True)
-    table.add_column("", no_wrap=True, width=BAR_WIDTH)
-    table.add_column("probability", justify="right", no_wrap=True)
-    for place, entry in enumerate(diagnosis.ranking[:RANKING_ROWS], start=1):
-        score, probability = percent(entry.score), percent(entry.probability)
-        _row(table, str(place), ranked_name(entry), score, bar(entry.score), probability)
-    left = len(diagnosis.ranking) - RANKING_ROWS
-    if left > 0:
-        table.caption = f"{left} more are in the JSON result"
+    table.add_column("what else it could be", overflow="fold", ratio=3)
+    table.add_column("odds against", overflow="fold", min_width=12, ratio=1)
+    table.add_column("why", overflow="fold", ratio=2)
+    for place, rival in enumerate(answer.rivals, start=1):
+        _row(table, f"{place} {rival.name}", rival.odds, rival.reason)
+    if answer.not_tried:
+        table.caption = answer.not_tried
     left_over = [_plain(f"{line}.") for line in diagnosis.findings]
     left_over += [_plain(f"{curve.sentence()}.") for curve in diagnosis.latent_forces]
-    return Group(_plain(verdict_sentence(diagnosis)), *left_over, table, *left_open)
+    following = _plain(f"Next: {answer.next_step}")
+    return Group(_plain(answer.text), following, table, *left_over, *left_open)
 
 
 def _table() -> Table:

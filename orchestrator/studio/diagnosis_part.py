@@ -1,16 +1,14 @@
-"""What is missing: verdict, evidence, what else it could be, and the next experiment."""
+"""Behind the answer: parameters, what the data leave open, the next experiment, and what was tried."""
 
 from typing import Any
 
-from orchestrator.diagnosis.read_back import effects_of, ranking_of, tried_of
-from orchestrator.report.numbers import digits, percent
+from orchestrator.diagnosis.read_back import effects_of, tried_of
+from orchestrator.report.answer.notes import note_sentences
 from orchestrator.report.page import effects_table, experiment_rows, tried_table
-from orchestrator.report.sentences import ranked_name
+from orchestrator.report.sentences import experiment_sentence
 from orchestrator.studio.live import Live
 from orchestrator.studio.project import DIAGNOSIS, Project, file_stamp
 from orchestrator.studio.text import bullets, details, heading, html_table, page_table, paragraph
-
-MOST_RANKED = 8
 
 
 def diagnosis_part(project: Project) -> Live:
@@ -22,44 +20,25 @@ def _build(project: Project) -> None:
     found = project.result(DIAGNOSIS)
     if found is None:
         return
-    heading("What is missing")
-    paragraph(found["sentence"], "studio-verdict")
+    heading("What was found")
     for each in effects_table(effects_of(found)):
         page_table(each)
-    _ranking(found)
-    _confusable(found)
+    bullets(f"{finding}." for finding in found["findings"])
     if found["warnings"]:
         heading("What the data leave open", 3)
-        bullets(found["warnings"])
-    pairs = experiment_rows(found["next_experiment"])
-    if pairs:
-        heading("Next experiment", 3)
-        html_table("The experiment that would tell them apart", ("", "proposal"), pairs)
-    bullets(found["findings"])
+        bullets(note_sentences(found["warnings"]))
+    _experiment(found)
     with details("Tried and rejected"):
         for table in tried_table(tried_of(found)):
             page_table(table)
 
 
-def _ranking(found: dict[str, Any]) -> None:
-    ranked = ranking_of(found)[:MOST_RANKED]
-    if not ranked or found["verdict"] == "adequate":
+def _experiment(found: dict[str, Any]) -> None:
+    """The experiment that was proposed, and what it would show; nothing where none was."""
+    proposed = found["next_experiment"]
+    if not proposed:
         return
-    rows = [[ranked_name(each), percent(each.score), percent(each.probability)] for each in ranked]
-    html_table("Effects, ranked by evidence", ("added to the model", "reducible error removed", "probability"), rows)
-
-
-def _confusable(found: dict[str, Any]) -> None:
-    groups = [" or ".join(name.replace("_", " ") for name in group) for group in found["confusable"]]
-    if not groups and found["verdict"] != "named":
-        return
-    heading("What else it could be", 3)
-    if groups:
-        paragraph("These data cannot tell apart:")
-        bullets(groups)
-    else:
-        paragraph("Nothing that was tried: these data tell the named effects from it.")
-    bullets(
-        f"{each['named'].replace('_', ' ')} or {each['rival'].replace('_', ' ')}: odds {digits(each['odds'])} to 1"
-        for each in found["odds"]
-    )
+    heading("Next experiment", 3)
+    paragraph(experiment_sentence(proposed))
+    with details("Its figures"):
+        html_table("The proposed experiment", ("", "proposal"), experiment_rows(proposed))

@@ -9,6 +9,7 @@ from fastapi import Request
 from nicegui import app, ui
 
 from orchestrator.arm_drawing import replay_script, replay_style
+from orchestrator.report.answer.markup import answer_style
 from orchestrator.report.palette import Colour, css_variables
 from orchestrator.studio.pages import Page
 from orchestrator.studio.views.parts import STYLE as VIEWS_STYLE
@@ -19,7 +20,7 @@ STATIC = Path(__file__).with_name("static")
 
 def mount(pages: Sequence[Page]) -> None:
     """Give every page its route."""
-    ui.add_css(css_variables() + VIEWS_STYLE.read_text() + STYLE.read_text(), shared=True)
+    ui.add_css(css_variables() + VIEWS_STYLE.read_text() + STYLE.read_text() + answer_style(), shared=True)
     ui.add_css(replay_style(), shared=True)
     ui.add_head_html(f"<script>{replay_script()}</script>", shared=True)
     app.add_static_files("/studio", STATIC)

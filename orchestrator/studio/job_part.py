@@ -1,12 +1,13 @@
 """The bar with the main buttons, what is being done, and Cancel; it stays in sight and keeps its height."""
 
 from collections.abc import Awaitable, Callable
+from typing import Any
 
 from nicegui import run, ui
 
 from orchestrator.studio import jobs
 from orchestrator.studio.jobs import Job
-from orchestrator.studio.project import COMPARISON, DIAGNOSIS, MATCH, VERSION, Project
+from orchestrator.studio.project import COMPARISON, DIAGNOSIS, MATCH, Project
 from orchestrator.studio.tell import telling
 from orchestrator.studio.versions import Versions, versions
 
@@ -16,24 +17,28 @@ DOING = {
     "diagnose": "Diagnosing",
     "add": "Adding the effect",
 }
-DONE = {"match": "Columns matched", "compare": "Compared", "diagnose": "Diagnosed", "add": "Added"}
+DONE = {"compare": "Compared", "diagnose": "Diagnosed", "add": "Added"}
+
+
+STEPS = ("Data", "Compare", "Diagnose", "Add", "Take away")
 
 
 class JobPart:
-    """Buttons Compare, Diagnose, Add, Undo and Cancel, and two lines of text."""
+    """How far the work has gone, the buttons Diagnose, Compare and Cancel, and two lines of text while they are needed."""
 
     def __init__(self, project: Project) -> None:
         self.project = project
         with ui.element("section").classes("studio-bar").props('aria-label="Work"'):
-            with ui.element("div").classes("studio-buttons"):
-                self.compare = self._button("Compare", lambda: jobs.start(project, "compare"))
-                self.diagnose = self._button("Diagnose", lambda: jobs.start(project, "diagnose"))
-                self.add = self._button("Add", self._add)
-                self.undo = self._button("Undo", self._undo).props("outline")
-                self.cancel = self._button("Cancel", self._cancel).props("outline color=negative")
+            with ui.element("div").classes("studio-line"):
+                self.steps = ui.html("", sanitize=False, tag="ol").classes("studio-steps")
+                with ui.element("div").classes("studio-buttons"):
+                    self.diagnose = self._button("Diagnose", lambda: jobs.start(project, "diagnose"))
+                    self.compare = self._button("Compare", lambda: jobs.start(project, "compare")).props("flat")
+                    self.cancel = self._button("Cancel", self._cancel).props("outline color=negative")
             self.busy = ui.element("div").classes("studio-busy").props('aria-hidden="true"')
-            self.state = ui.label().classes("studio-state").props("role=status")
-            self.hint = ui.label().classes("studio-hint")
+            with ui.element("div").classes("studio-words") as self.words:
+                self.state = ui.label().classes("studio-state").props("role=status")
+                self.hint = ui.label().classes("studio-hint")
         self.check()
 
     def _button(self, text: str, action: Callable[[], Awaitable[None] | None]) -> ui.button:
@@ -57,43 +62,63 @@ class JobPart:
         ready = bool(matched and matched["model"] and not matched["problem"]) and not job.running
         self.compare.set_enabled(ready)
         self.diagnose.set_enabled(ready)
-        self.add.set_enabled(ready and now.next is not None)
-        self.undo.set_enabled(ready and now.number > 0)
-        self.cancel.set_enabled(job.running)
+        self.cancel.set_visibility(job.running)
+        diagnosed = project.result(DIAGNOSIS) is not None
+        # Diagnose compares, too; once it has, the answer's own button is the one to press.
+        self.compare.set_visibility(not diagnosed)
+        self.diagnose.props("outline" if diagnosed else "", remove="" if diagnosed else "outline")
+        self.words.set_visibility(not diagnosed or job.running or job.state in ("failed", "cancelled"))
         self.busy.props(f"data-running={str(job.running).lower()}")
-        self.state.set_text(_state(job))
+        self.steps.set_content(_steps(project, ready or job.running, now))
+        self.state.set_text(_state(job, matched))
         self.state.classes(
             add="studio-problem" if job.state == "failed" else "",
             remove="" if job.state == "failed" else "studio-problem",
         )
         self.hint.set_text("" if job.running else _hint(project, job, now))
 
-    def _add(self) -> None:
-        number = versions(self.project).number + 1
-        self.project.change(wanted=number)
-        if self.project.result(VERSION.format(number)) is None:
-            jobs.start(self.project, "add", [str(number)])
-
-    def _undo(self) -> None:
-        self.project.change(wanted=versions(self.project).number - 1)
-
     async def _cancel(self) -> None:
         await run.io_bound(jobs.cancel, self.project)
 
 
-def _state(job: Job) -> str:
+def _steps(project: Project, matched: bool, now: Versions) -> str:
+    """The steps of the work, those that are done with a tick, the latest in bold."""
+    diagnosed = project.result(DIAGNOSIS) is not None
+    compared = diagnosed or project.result(COMPARISON) is not None
+    done = [matched, compared, diagnosed, now.number > 0, False]
+    last = max((place for place, each in enumerate(done) if each), default=-1)
+    entries = []
+    for place, (name, is_done) in enumerate(zip(STEPS, done, strict=True)):
+        current = ' aria-current="step"' if place == last else ""
+        tick = '<span aria-hidden="true">✓ </span>' if is_done else ""
+        hidden = '<span class="studio-unseen"> (done)</span>' if is_done else ""
+        entries.append(f"<li{current}>{tick}{name}{hidden}</li>")
+    return "".join(entries)
+
+
+def _state(job: Job, matched: dict[str, Any] | None) -> str:
     seconds = f"{job.seconds:.0f} s"
     match job.state:
         case "none":
             return "Nothing has been done yet."
         case "running":
             return f"{DOING[job.kind]} · {seconds} · {job.message}"
+        case "done" if job.kind == "match":
+            return _matched_words(matched)
         case "done":
             return f"{DONE[job.kind]} in {seconds}."
         case "cancelled":
             return f"{DOING[job.kind]}: {job.message} after {seconds}."
         case "failed":
             return f"{DOING[job.kind]} failed: {job.message}"
+
+
+def _matched_words(matched: dict[str, Any] | None) -> str:
+    """How many columns found a variable; nothing is matched where none did."""
+    if matched is None or matched["model"] is None:
+        return "The files are read; no model is chosen yet."
+    found = sum(bool(row["variable"]) for row in matched["columns"])
+    return f"{found} of {len(matched['columns'])} columns are variables of the model."
 
 
 def _hint(project: Project, job: Job, now: Versions) -> str:
@@ -108,11 +133,7 @@ def _hint(project: Project, job: Job, now: Versions) -> str:
     if matched is None or matched["problem"]:
         return "Next: correct what is said about the columns, then upload the file again."
     if project.result(COMPARISON) is None:
-        return "Next: Compare shows where the model fails; Diagnose does that, too, and says what is missing."
+        return "Next: Diagnose says what is missing."
     if project.result(DIAGNOSIS) is None:
         return "Next: Diagnose says which effect is missing."
-    if now.next is not None:
-        return f"Next: Add puts {now.next} into the model."
-    if now.number == 0:
-        return "There is nothing to add: no effect is named for sure."
-    return "All that was named is in the model; download it below."
+    return ""

@@ -4,15 +4,18 @@ from nicegui import ui
 
 from fmus.errors import MisfitError
 from orchestrator.studio import workspace
+from orchestrator.studio.answer_part import AnswerPart
 from orchestrator.studio.columns_part import columns_part
 from orchestrator.studio.comparison_part import comparison_part
 from orchestrator.studio.diagnosis_part import diagnosis_part
 from orchestrator.studio.downloads_part import downloads_part
+from orchestrator.studio.folded import Folded
 from orchestrator.studio.job_part import JobPart
 from orchestrator.studio.live import Live, Part
 from orchestrator.studio.pages import Page
+from orchestrator.studio.project import DIAGNOSIS
 from orchestrator.studio.replay_part import replay_part
-from orchestrator.studio.setup_part import setup_part
+from orchestrator.studio.setup_part import setup_part, setup_words
 from orchestrator.studio.text import heading, paragraph
 from orchestrator.studio.versions_part import VersionsPart
 
@@ -34,17 +37,16 @@ def build(project: str) -> None:
         paragraph(str(error), "studio-problem")
         ui.link("Go to the start page", "/")
         return
-    parts: list[Part] = [
-        Live(lambda: shown.name, lambda: heading(shown.name, 1)),
-        JobPart(shown),
-        *setup_part(shown),
-        columns_part(shown),
-        VersionsPart(shown),
-        diagnosis_part(shown),
-        replay_part(shown),
-        comparison_part(shown),
-        downloads_part(shown),
-    ]
+    with ui.element("div").classes("studio-top"):
+        name = Live(lambda: shown.name, lambda: heading(shown.name, 1))
+        bar = JobPart(shown)
+    parts: list[Part] = [name, bar]
+    with Folded("setup", lambda: setup_words(shown), lambda: shown.result(DIAGNOSIS) is None) as setup:
+        parts += [setup, *setup_part(shown), columns_part(shown)]
+    parts.append(AnswerPart(shown))
+    with Folded("why", lambda: "Why do you think so?", lambda: False) as why:
+        parts += [why, diagnosis_part(shown), VersionsPart(shown), replay_part(shown), comparison_part(shown)]
+    parts.append(downloads_part(shown))
 
     def follow() -> None:
         if not shown.exists:

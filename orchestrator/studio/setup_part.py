@@ -9,7 +9,7 @@ from nicegui.events import GenericEventArguments
 from fmus.catalogue import built_in_models
 from orchestrator.studio.drop_zone import drop_zone
 from orchestrator.studio.live import Live
-from orchestrator.studio.project import Project
+from orchestrator.studio.project import MATCH, Project
 from orchestrator.studio.receive import DATA_ENDINGS, make_way
 from orchestrator.studio.tell import telling
 from orchestrator.studio.text import bullets, details, heading, paragraph
@@ -39,6 +39,13 @@ def setup_part(project: Project) -> list[Live]:
             drop_zone(project, "measurements", text, ",".join((*DATA_ENDINGS, ".toml", ".zip")), multiple=True)
             files = Live(lambda: tuple(map(str, project.data_files())), lambda: _files(project))
     return [model, files]
+
+
+def setup_words(project: Project) -> str:
+    """Model and measurements in a few words."""
+    matched = project.result(MATCH)
+    trials = f"{len(matched['trials'])} trials" if matched else f"{len(project.data_files())} files"
+    return f"Model: {project.model or 'none yet'} · {trials}"
 
 
 def _rename(project: Project) -> None:

@@ -106,7 +106,7 @@ def test_plot_gives_a_picture_that_says_what_it_shows(kind: str) -> None:
 def test_numbers_are_those_of_the_result() -> None:
     found = diagnosis(n=60)
 
-    assert "Missing: coulomb friction at joint1 (tauC[1] = 0.0373 N.m [0.0361, 0.0385])" in found._repr_html_()
+    assert "tauC[1] 37.3 mN·m (36.1 to 38.5)" in found._repr_html_()
     table = result()._repr_html_()
     assert "arm.&lt;b&gt;" in table and "<b>" not in table
     assert re.search(r"arm.q</th><td>rad</td><td>0</td><td>0</td><td>4</td><td>4</td>", table)
@@ -166,7 +166,7 @@ def test_example_notebook_runs_and_every_cell_shows_something(tmp_path: Path) ->
     assert progress and not any(progress)  # the line that says what is being done goes when it is done
     assert len(shown) == len(cells)
     assert all(text.lstrip().startswith('<div class="misfit-report">') for text in shown)
-    assert "Missing: viscous friction at joint1" in shown[2]
+    assert "Viscous friction at joint1 is missing" in shown[2]
     assert "Missing force with 90 % band" in shown[5]
     assert "Replay of the worst trial" in shown[-1]
     assert not any(output.get("name") == "stderr" for cell in cells for output in cell["outputs"])

@@ -60,6 +60,10 @@ def unmatched(page: str, document: dict[str, Any]) -> list[str]:
     found = leaves(json.loads(json.dumps(document)))
     texts = " ".join(leaf for leaf in found if isinstance(leaf, str))
     numbers = [float(leaf) for leaf in found if isinstance(leaf, int | float) and not isinstance(leaf, bool)]
+    # Odds are the ratio of two probabilities of the ranking.
+    ranking = document.get("ranking", ())
+    chances = [each["probability"] for each in ranking]
+    numbers += [chances[0] / each for each in chances if each > 0] + [100 * each["score"] for each in ranking]
     return [cell for cell in Cells(page).texts if cell not in texts and not _is_known(cell, numbers)]
 
 
@@ -125,6 +129,7 @@ def test_verdict_comes_first_then_what_is_open_then_evidence_then_what_was_rejec
     page = diagnosis_report(full_diagnosis())
 
     headings = re.findall(r"<h2\b[^>]*>(.*?)</h2>", page)
+    assert headings[0].startswith("Coulomb friction at joint1")
     order = [
         "What is missing",
         "What the data leave open",
@@ -133,4 +138,3 @@ def test_verdict_comes_first_then_what_is_open_then_evidence_then_what_was_rejec
         "Before, after and the noise floor",
     ]
     assert [heading for heading in headings if heading in order] == order
-    assert page.index('class="verdict"') < page.index("<h2")

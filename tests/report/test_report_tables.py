@@ -5,7 +5,7 @@ import math
 from dataclasses import replace
 
 import pytest
-from builders import COULOMB, comparison, diagnosis, entries
+from builders import comparison, diagnosis, entries
 from rich.console import Console, RenderableType
 
 from orchestrator.compare.result import SetErrors
@@ -108,14 +108,20 @@ def test_a_terminal_escape_in_a_file_name_does_not_reach_the_terminal() -> None:
     assert "[2Jtrial" in text
 
 
-def test_the_ranking_shows_the_best_eight_and_says_how_many_are_left() -> None:
+def test_the_terminal_names_the_answer_first_and_then_what_came_closest() -> None:
     text = piped(diagnosis_table(diagnosis()))
 
-    assert "coulomb friction at joint1 + payload at wrist" in text
-    assert "97 %" in text
-    assert "muscle6" in text
-    assert "muscle7" not in text
-    assert "4 more" in text
+    assert text.startswith("Coulomb friction at joint1 and payload at wrist are missing.")
+    assert "1 Coulomb friction at joint1 and" in text
+    assert "muscle1" in text and "muscle6" not in text
+    assert "more sets were tried" in text
+
+
+def test_at_eighty_columns_no_number_of_the_terminal_is_broken() -> None:
+    stream = io.StringIO()
+    Console(file=stream, width=80, highlight=False).print(diagnosis_table(diagnosis()))
+
+    assert "38.5)" in stream.getvalue() and max(map(len, stream.getvalue().splitlines())) <= 80
 
 
 @pytest.mark.parametrize("verdict", ["adequate", "named", "cannot_tell"])
@@ -142,11 +148,14 @@ def test_an_experiment_that_only_a_card_knows_is_said_without_figures() -> None:
 @pytest.mark.parametrize(
     ("verdict", "words"),
     [
-        ("adequate", "Nothing is missing that these data can show (p = 0.004)."),
-        ("named", "Missing: coulomb friction at joint1 (tauC[1] = 0.0373 N.m [0.0361, 0.0385]) and payload"),
+        ("adequate", "Nothing is missing that these data can show."),
+        (
+            "named",
+            "Coulomb friction at joint1 and payload at wrist are missing. Size: tauC[1] 37.3 mN·m (36.1 to 38.5)",
+        ),
         ("ambiguous", "these data cannot tell which: coulomb friction or viscous friction."),
-        ("unknown", "Something is missing (p = 0.004) that no effect in the library explains."),
-        ("cannot_tell", "These data cannot tell whether an effect is missing (p = 0.004)."),
+        ("unknown", "Something is missing that no effect in the library explains."),
+        ("cannot_tell", "These data cannot tell whether anything is missing."),
     ],
 )
 def test_every_verdict_is_a_plain_sentence(verdict: Verdict, words: str) -> None:
@@ -154,17 +163,12 @@ def test_every_verdict_is_a_plain_sentence(verdict: Verdict, words: str) -> None
 
 
 def test_the_verdict_without_held_out_trials_claims_nothing_about_them() -> None:
-    assert "held-out" not in verdict_sentence(diagnosis(n_held_out=0))
-
-
-def test_the_verdict_on_one_effect_uses_the_singular() -> None:
-    assert "Adding it takes" in verdict_sentence(replace(diagnosis(), effects=(COULOMB,)))
+    assert "No trial was held out" in verdict_sentence(diagnosis(n_held_out=0))
 
 
 def test_an_effect_without_parameters_or_interval_can_be_named() -> None:
     bare = NamedEffect("backlash", "", {})
     sharp = NamedEffect("payload", "wrist", {"m": Estimate(0.5, "kg", (0.5, 0.5))})
+    text = verdict_sentence(replace(diagnosis(), effects=(bare, sharp)))
 
-    assert "Missing: backlash and payload at wrist (m = 0.500 kg [0.500, 0.500])" in verdict_sentence(
-        replace(diagnosis(), effects=(bare, sharp))
-    )
+    assert "Backlash and payload at wrist are missing. Size: m 0.500 kg (0.500 to 0.500)." in text

@@ -1,0 +1,188 @@
+"""What a diagnosis answers, from its JSON document: the sentence, what it buys, what is next, what else it could be."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from orchestrator.report.answer.rivals import Rival, not_tried, rivals_of
+from orchestrator.report.answer.words import PARAMETER_ERROR, capital, joined, name_of, share, sizes, times, what
+from orchestrator.report.numbers import over_floor
+
+Document = Mapping[str, Any]
+# An error of up to so many noise floors is what noise alone leaves.
+WITHIN_NOISE = 1.5
+
+
+@dataclass(frozen=True)
+class Bar:
+    """One bar of "what it buys": the error in multiples of the noise; `kind` is given, better or floor."""
+
+    label: str
+    value: float
+    kind: str
+
+
+@dataclass(frozen=True)
+class Answer:
+    """The first screen of a result.
+
+    `headline` is the one sentence that names effect and place, `detail` size and what it buys, `caution` what is still open
+    ("" if nothing), `next_step` what to do, `can_add` whether something can be put into the model. `bars` and `rivals` are
+    the two lists of the screen.
+    """
+
+    verdict: str
+    headline: str
+    detail: str
+    caution: str
+    next_step: str
+    can_add: bool
+    bars: tuple[Bar, ...]
+    rivals: tuple[Rival, ...]
+    not_tried: str
+
+    @property
+    def text(self) -> str:
+        """The same for a terminal."""
+        return " ".join(part for part in (self.headline, self.detail, self.caution) if part)
+
+    def added(self, name: str, before: float, now: float, then: str | None) -> "Answer":
+        """The same once effects are in the model, whose version is called `name`; `then` is what is still to be added."""
+        fell = f"{name} has it: the error on held-out trials fell from {times(before)} to {times(now)} times the noise."
+        step = f"Add {then}." if then else "Take the model away: Modelica, FMU and report are under Take away."
+        return replace(self, detail=f"{self.detail.partition(' Adding it')[0]} {fell}".strip(), next_step=step)
+
+
+def answer_of(document: Document) -> Answer:
+    """Read the answer from a `misfit.diagnosis/1` document; keys that it lacks are left out of what is said."""
+    effects, best = list(document.get("effects") or ()), list(document.get("best") or ())
+    shown = effects or best
+    before, after = before_after(document)
+    return Answer(
+        verdict=str(document.get("verdict", "")),
+        headline=_headline(document, effects),
+        detail=_detail(document, effects, before, after),
+        caution=_caution(document, effects, before, after),
+        next_step=_next_step(document, effects, best),
+        can_add=bool(effects),
+        bars=_bars(shown, before, after, bool(effects)),
+        rivals=rivals_of(document),
+        not_tried=not_tried(document),
+    )
+
+
+def before_after(document: Document) -> tuple[float, float]:
+    """Errors of the held-out trials as multiples of the noise, as given and with the effects; NaN where there is none."""
+    held_out = document.get("held_out") or {}
+    floor = held_out.get("noise_floor") or {}
+    return tuple(over_floor(held_out.get(key) or {}, floor) for key in ("rmse_before", "rmse_after"))  # type: ignore[return-value]
+
+
+def _headline(document: Document, effects: Sequence[Mapping[str, Any]]) -> str:
+    match document.get("verdict"):
+        case "adequate":
+            return "Nothing is missing that these data can show."
+        case "named":
+            return _missing(effects) + (", but not all that is missing." if document.get("incomplete") else ".")
+        case "ambiguous":
+            return f"Something is missing, and these data cannot tell which: {_choice(document, effects)}."
+        case "unknown":
+            return "Something is missing that no effect in the library explains."
+        case _:
+            return "These data cannot tell whether anything is missing."
+
+
+def _missing(effects: Sequence[Mapping[str, Any]]) -> str:
+    lacking = [what(effect) for effect in effects if effect["id"] != PARAMETER_ERROR]
+    wrong = [str(effect["site"]) for effect in effects if effect["id"] == PARAMETER_ERROR]
+    parts = []
+    if lacking:
+        parts.append(f"{joined(lacking)} {'is' if len(lacking) == 1 else 'are'} missing")
+    if wrong:
+        parts.append(f"the model's value of {joined(wrong)} is wrong")
+    return capital(" and ".join(parts)) or "An effect is missing"
+
+
+def _choice(document: Document, effects: Sequence[Mapping[str, Any]]) -> str:
+    groups = [joined((name_of(each) for each in group), "or") for group in document.get("confusable") or ()]
+    return "; ".join(groups) or joined((what(effect) for effect in effects), "or") or "several effects fit"
+
+
+def _detail(document: Document, effects: Sequence[Mapping[str, Any]], before: float, after: float) -> str:
+    if not effects:
+        return _present(before)
+    found = sizes(effects)
+    return " ".join(part for part in (f"Size: {found}." if found else "", _buys(document, before, after)) if part)
+
+
+def _present(before: float) -> str:
+    if math.isnan(before):
+        return ""
+    if before <= WITHIN_NOISE:
+        return f"On held-out trials the model is off by {times(before)} times the noise, which is the noise itself."
+    return f"On held-out trials the model is off by {times(before)} times the noise."
+
+
+def _buys(document: Document, before: float, after: float) -> str:
+    """What adding the effects does to the error that nobody had looked at."""
+    if math.isnan(before) or math.isnan(after):
+        return "No trial was held out, so what it buys is not proven."
+    fall = f"Adding it takes the error on held-out trials from {times(before)} to {times(after)} times the noise"
+    removed = (document.get("held_out") or {}).get("reducible_removed")
+    if after >= before:
+        return f"Adding it does not lower the error on held-out trials ({times(before)} to {times(after)} times the noise)."
+    if before <= 1.0 or removed is None or not math.isfinite(removed):
+        return f"{fall}."
+    return f"{fall}: {share(removed)} of the avoidable error."
+
+
+def _caution(document: Document, effects: Sequence[Mapping[str, Any]], before: float, after: float) -> str:
+    unexplained = document.get("unexplained_share")
+    if effects and unexplained and document.get("incomplete"):
+        return f"{capital(share(float(unexplained)))} of the missing force is still not explained."
+    if effects and not math.isnan(after) and after > WITHIN_NOISE:
+        return f"What is left, {times(after)} times the noise, is not explained by it."
+    if document.get("verdict") == "unknown" and (best := document.get("best")):
+        return f"Closest in the library: {joined(what(effect) for effect in best)}; it is not proven."
+    laws = document.get("laws") or ()
+    if document.get("verdict") == "unknown" and laws:
+        return f"A formula that fits: {laws[0].get('formula', '')}."
+    return ""
+
+
+def _next_step(document: Document, effects: Sequence[Mapping[str, Any]], best: Sequence[Mapping[str, Any]]) -> str:
+    experiment = document.get("next_experiment") or {}
+    do = str(experiment.get("do", experiment.get("experiment", "")))
+    match document.get("verdict"):
+        case "named":
+            return "Add it to the model."
+        case "adequate":
+            return "Nothing has to be added; use the model as it is."
+        case "ambiguous" if do:
+            return _record(do)
+        case "ambiguous":
+            return "Record trials that move the model differently, and diagnose again."
+        case "unknown" if document.get("laws"):
+            return "Look at the proposed formula, and add it as a card of your own."
+        case "unknown":
+            return "Learn the missing force along these trials: misfit learn."
+        case _ if do:
+            return _record(do)
+        case _:
+            return "Record trials with more motion or less noise, and diagnose again."
+
+
+def _record(do: str) -> str:
+    """The proposed experiment; that there is none is said as it is."""
+    return f"{capital(do)}." if do.startswith("no ") else f"Record this: {do}."
+
+
+def _bars(shown: Sequence[Mapping[str, Any]], before: float, after: float, proven: bool) -> tuple[Bar, ...]:
+    if not math.isfinite(before):
+        return ()
+    bars = [Bar("as given", before, "given")]
+    if shown and math.isfinite(after):
+        names = joined(name_of(effect["id"]) for effect in shown)
+        bars.append(Bar(f"+ {names}{'' if proven else ' (not proven)'}", after, "better"))
+    return (*bars, Bar("noise floor", 1.0, "floor"))

@@ -1,0 +1,171 @@
+"""The pictures of the answer as SVG that follows the colours of the page, light or dark."""
+
+import html
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from orchestrator.report.answer.answer import Bar
+from orchestrator.report.answer.residual import Residual
+from orchestrator.report.answer.witness import Witness
+from orchestrator.report.answer.words import times, unit_text
+from orchestrator.report.numbers import engineering_exponent, prefixed, takes_prefix
+
+# Points of a curve that a picture of this width can show.
+MOST_POINTS = 500
+
+
+def ticks(low: float, high: float, most: int = 6) -> list[float]:
+    """Round values between two limits, at most as many.
+
+    >>> ticks(-0.043, 0.04)
+    [-0.04, -0.02, 0.0, 0.02, 0.04]
+    """
+    span = high - low
+    if not span > 0 or not math.isfinite(span):
+        return [low]
+    power = 10.0 ** math.floor(math.log10(span / most))
+    step = next(power * factor for factor in (1, 2, 5, 10, 20) if span / (power * factor) <= most)
+    first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
+    return [round(k * step, 12) for k in range(first, last + 1)]
+
+
+class _Axes:
+    """A frame with grid and numbers; `x` and `y` turn values into places."""
+
+    def __init__(self, box: tuple[float, float, float, float], x: tuple[float, float], y: tuple[float, float]) -> None:
+        self.left, self.top, self.right, self.bottom = box
+        self.x_range, self.y_range = x, y
+
+    def x(self, value: float) -> float:
+        low, high = self.x_range
+        return self.left + (value - low) / (high - low) * (self.right - self.left)
+
+    def y(self, value: float) -> float:
+        low, high = self.y_range
+        return self.bottom - (value - low) / (high - low) * (self.bottom - self.top)
+
+    def grid(self, x_label: str) -> str:
+        parts = []
+        for value in ticks(*self.y_range):
+            y = self.y(value)
+            parts.append(f'<line class="a-grid" x1="{self.left}" x2="{self.right}" y1="{y:.1f}" y2="{y:.1f}"/>')
+            parts.append(f'<text class="a-axis" x="{self.left - 6}" y="{y + 4:.1f}" text-anchor="end">{value:g}</text>')
+        for value in ticks(*self.x_range):
+            parts.append(
+                f'<text class="a-axis" x="{self.x(value):.1f}" y="{self.bottom + 16}" text-anchor="middle">{value:g}</text>'
+            )
+        middle = (self.left + self.right) / 2
+        parts.append(
+            f'<text class="a-axis" x="{middle}" y="{self.bottom + 31}" text-anchor="middle">{html.escape(x_label)}</text>'
+        )
+        return "".join(parts)
+
+    def line(self, x: np.ndarray, y: np.ndarray, kind: str) -> str:
+        step = max(1, -(-len(x) // MOST_POINTS))
+        points = " ".join(f"{self.x(a):.1f},{self.y(b):.1f}" for a, b in zip(x[::step], y[::step], strict=True))
+        return f'<polyline class="{kind}" points="{points}"/>'
+
+
+def witness_svg(found: Witness) -> str:
+    """Dots with bands, and the fitted law as a line."""
+    exponent = _exponent(max(map(abs, found.force)), found.unit)
+    scale = 10.0**-exponent
+    x, force = np.array(found.x), scale * np.array(found.force)
+    band = scale * np.array(found.band) if found.band else np.zeros_like(force)
+    law = scale * np.array(found.law) if found.law else None
+    seen = [force - band, force + band, *([law] if law is not None else [])]
+    low, high = _room(float(min(part.min() for part in seen)), float(max(part.max() for part in seen)))
+    axes = _Axes((46, 24, 292, 132), _room(float(x.min()), float(x.max())), (low, high))
+    title = f"{_first_capital(found.balance)} ({_unit(found.unit, exponent)})"
+    parts = [f'<text class="a-title" x="46" y="13">{html.escape(title)}</text>']
+    parts.append(axes.grid(_named(found.coordinate, found.coordinate_unit)))
+    if law is not None:
+        parts.append(axes.line(x, law, "a-law"))
+    for a, b, half in zip(x, force, band, strict=True):
+        if half > 0:
+            parts.append(
+                f'<line class="a-band" x1="{axes.x(a):.1f}" x2="{axes.x(a):.1f}" y1="{axes.y(b - half):.1f}" y2="{axes.y(b + half):.1f}"/>'
+            )
+        parts.append(f'<circle class="a-dot" cx="{axes.x(a):.1f}" cy="{axes.y(b):.1f}" r="3.5"/>')
+    words = f"{title} over {found.coordinate}: {len(x)} dots" + (", with the fitted law as a line" if found.law else "")
+    return _svg(300, 168, words, parts)
+
+
+def bars_svg(bars: Sequence[Bar]) -> str:
+    """Errors as multiples of the noise, on a linear scale from 0."""
+    longest = max((bar.value for bar in bars if math.isfinite(bar.value)), default=1.0)
+    parts = []
+    for place, bar in enumerate(bars):
+        y = 4 + 34 * place
+        width = max(1.5, 290 * min(bar.value / longest, 1.0)) if math.isfinite(bar.value) else 290
+        label = bar.label if len(bar.label) <= 30 else f"{bar.label[:29]}…"
+        parts.append(f'<text class="a-axis" x="188" y="{y + 15}" text-anchor="end">{html.escape(label)}</text>')
+        parts.append(f'<rect class="a-{bar.kind}" x="196" y="{y}" width="{width:.1f}" height="20"/>')
+        parts.append(
+            f'<text class="a-title" x="{196 + width + 6:.1f}" y="{y + 15}">{"1" if bar.kind == "floor" else times(bar.value)} ×</text>'
+        )
+    words = "Error on held-out trials: " + ", ".join(f"{bar.label} {times(bar.value)} times the noise" for bar in bars)
+    return _svg(560, 34 * len(bars), words, parts)
+
+
+def residual_svg(found: Residual) -> str:
+    """Before and after on one axis, with the noise as a grey band."""
+    exponent = _exponent(float(np.abs(found.before).max()), found.unit)
+    scale = 10.0**-exponent
+    before, noise = scale * found.before, 2 * scale * found.noise
+    after = None if found.after is None else scale * found.after
+    # The range is that of the model as given: what improves is seen to shrink.
+    axes = _Axes(
+        (46, 24, 552, 146),
+        (float(found.time[0]), float(found.time[-1])),
+        _room(min(float(before.min()), -noise), max(float(before.max()), noise)),
+    )
+    title = f"Error of {found.signal}, held-out {_short(found.trial)} ({_unit(found.unit, exponent)}):"
+    legend = f'<tspan class="a-ink-given"> {"as given" if after is None else "before"}</tspan>'
+    legend += ', <tspan class="a-ink-after">after</tspan>' if after is not None else ""
+    parts = [f'<text class="a-title" x="46" y="13">{html.escape(title)}{legend}, grey = noise</text>']
+    parts.append(axes.grid("time (s)"))
+    top, bottom = axes.y(noise), axes.y(-noise)
+    parts.append(
+        f'<rect class="a-noise" x="{axes.left}" width="{axes.right - axes.left}" y="{top:.1f}" height="{max(bottom - top, 1):.1f}"/>'
+    )
+    parts.append(axes.line(found.time, before, "a-before"))
+    if after is not None:
+        parts.append(axes.line(found.time, np.clip(after, *axes.y_range), "a-after"))
+    words = f"Error of {found.signal} along {found.trial}: rms {np.sqrt(np.mean(before**2)):.3g} as given"
+    words += f", {np.sqrt(np.mean(after**2)):.3g} with the effect" if after is not None else ""
+    return _svg(560, 182, f"{words} ({_unit(found.unit, exponent)})", parts)
+
+
+def _svg(width: int, height: int, words: str, parts: Sequence[str]) -> str:
+    label = html.escape(words, quote=True)
+    return f'<svg class="a-svg" role="img" aria-label="{label}" viewBox="0 0 {width} {height}">{"".join(parts)}</svg>'
+
+
+def _room(low: float, high: float) -> tuple[float, float]:
+    """Limits with a little room; zero is in sight where the values are near it."""
+    span = high - low or abs(high) or 1.0
+    return low - 0.06 * span, high + 0.06 * span
+
+
+def _exponent(value: float, unit: str) -> int:
+    return engineering_exponent(value) if takes_prefix(unit) else 0
+
+
+def _unit(unit: str, exponent: int) -> str:
+    return unit_text(prefixed(unit, exponent)) or "no unit"
+
+
+def _short(name: str) -> str:
+    return name if len(name) <= 24 else f"{name[:15]}…{name[-8:]}"
+
+
+def _named(name: str, unit: str) -> str:
+    shown = unit_text(unit)
+    return f"{name} ({shown})" if shown else name
+
+
+def _first_capital(text: str) -> str:
+    return text[:1].upper() + text[1:]

@@ -1,0 +1,87 @@
+"""The first screen as HTML, the same for the studio, reports and notebooks."""
+
+import html
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from orchestrator.report.answer.answer import Answer
+from orchestrator.report.answer.drawing import bars_svg, residual_svg, witness_svg
+from orchestrator.report.answer.residual import worst_residual
+from orchestrator.report.answer.rivals import Rival
+from orchestrator.report.answer.witness import shape_words, witnesses_of
+from orchestrator.report.answer.words import capital
+
+
+def answer_style() -> str:
+    """The style sheet of the screen; it needs the variables of the palette."""
+    return Path(__file__).with_name("answer.css").read_text()
+
+
+def verdict_html(answer: Answer) -> str:
+    """The sentence, its figures, and what is next."""
+    parts = [f"<h2>{html.escape(answer.headline)}</h2>"]
+    if answer.detail or answer.caution:
+        caution = f' <span class="a-caution">{html.escape(answer.caution)}</span>' if answer.caution else ""
+        parts.append(f'<p class="a-detail">{html.escape(answer.detail)}{caution}</p>')
+    parts.append(f'<p><span class="a-next">Next:</span> {html.escape(answer.next_step)}</p>')
+    return "".join(parts)
+
+
+def evidence_html(answer: Answer, document: Mapping[str, Any]) -> str:
+    """The four parts below: why, what it buys, where it failed, what else it could be."""
+    parts = [_why(document), _buys(answer), _failed(document), _rivals(answer)]
+    return f'<div class="a-grid-of-four">{"".join(part for part in parts if part)}</div>'
+
+
+def answer_html(answer: Answer, document: Mapping[str, Any]) -> str:
+    """All of it as one part of a page."""
+    return f'<div class="answer"><div class="a-verdict">{verdict_html(answer)}</div>{evidence_html(answer, document)}</div>'
+
+
+def _why(document: Mapping[str, Any]) -> str:
+    found = witnesses_of(document)
+    if not found or document.get("verdict") == "adequate":
+        return ""
+    panels = "".join(f"<div>{witness_svg(each)}</div>" for each in found)
+    line = " Line: the effect that was fitted." if any(each.law for each in found) else ""
+    note = f"Dots: what the model lacks, from learning trials, with 90 % bands.{line}"
+    return _section(f"Why: {shape_words(found)}", f'<div class="a-panels">{panels}</div>{_small(note)}')
+
+
+def _buys(answer: Answer) -> str:
+    if not answer.bars:
+        return ""
+    heading = "What it buys, on trials never used for learning" if len(answer.bars) > 2 else "How far the model is off"
+    return _section(heading, bars_svg(answer.bars) + _small("Error as a multiple of the sensor noise; linear scale."))
+
+
+def _failed(document: Mapping[str, Any]) -> str:
+    found = worst_residual(document)
+    if found is None:
+        return ""
+    heading = "Where it failed, before and after" if found.after is not None else "Where the error is largest"
+    return _section(heading, residual_svg(found))
+
+
+def _rivals(answer: Answer) -> str:
+    if not answer.rivals:
+        return ""
+    body = "".join(map(_row, answer.rivals))
+    head = '<thead><tr><th scope="col">effect</th><th scope="col">odds against it</th><th scope="col">why</th></tr></thead>'
+    table = f"<table>{head}<tbody>{body}</tbody></table>"
+    return _section("What else it could be", table + (_small(answer.not_tried) if answer.not_tried else ""))
+
+
+def _row(rival: Rival) -> str:
+    kind = ' class="a-named"' if rival.named else ""
+    cells = "".join(f"<td>{html.escape(cell)}</td>" for cell in (rival.odds, rival.reason))
+    return f'<tr{kind}><th scope="row">{html.escape(rival.name)}</th>{cells}</tr>'
+
+
+def _section(heading: str, content: str) -> str:
+    return f"<section><h3>{html.escape(capital(heading))}</h3>{content}</section>"
+
+
+def _small(text: str) -> str:
+    return f'<p class="a-small">{html.escape(text)}</p>'

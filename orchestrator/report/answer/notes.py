@@ -1,0 +1,38 @@
+"""What the data leave open, as sentences a person acts on."""
+
+import re
+from collections.abc import Sequence
+
+# A row of names in a note is counted instead; the names stand in the JSON result.
+_NAMES = re.compile(r": ((?:[a-z][a-z0-9]*(?:_[a-z0-9]+)*, ){4,}[a-z][a-z0-9_]*)\.?$")
+_CLOSED = re.compile(r"(\w+(?:, \w+)*) (?:is|are) not tried: the FMU would have to expose")
+_NO_SLOT = "not tried, the model has no free slot for them"
+
+
+def note_sentences(notes: Sequence[str]) -> list[str]:
+    """Notes with a capital letter and a full stop, and counts in place of long rows of names.
+
+    >>> note_sentences(["not tried, the model has no free slot for them: backlash, fatigue, leak, payload, tremor"])
+    ['5 effects of the library were not tried, because this model has no place for them.']
+    >>> note_sentences(["it is open"])
+    ['It is open.']
+    """
+    closed = [found for note in notes if (found := _CLOSED.match(note))]
+    kept = [_sentence(note) for note in notes if not _CLOSED.match(note)]
+    if len(closed) < 2:
+        return kept if not closed else [*kept, _sentence(closed[0].string)]
+    count = sum(found[1].count(",") + 1 for found in closed)
+    return [*kept, f"{count} effects were not tried, because this FMU does not expose what they act on."]
+
+
+def _sentence(note: str) -> str:
+    text = note.rstrip(". ")
+    found = _NAMES.search(text)
+    if found:
+        count = found[1].count(",") + 1
+        if text.startswith(_NO_SLOT):
+            return f"{count} effects of the library were not tried, because this model has no place for them."
+        text = f"{text[: found.start()]}: {count} effects"
+    # A name such as tauC[1] stays as it is.
+    plain = re.match(r"[a-z]+\b(?![\[_.])", text)
+    return f"{text[:1].upper()}{text[1:]}." if plain else f"{text}."

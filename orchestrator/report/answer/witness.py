@@ -1,0 +1,141 @@
+"""Why: the force that the model lacks over the coordinate that tells most about it, from the JSON document."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+Document = Mapping[str, Any]
+# Panels that have room beside each other.
+MOST_PANELS = 2
+# The share of the dots' variance from which on a shape is said in words.
+TELLS = 0.85
+# Shares of two shapes that differ by less do not tell between them; a straight line leaves next to nothing.
+ALIKE = 0.05
+STRAIGHT = 0.95
+Z90 = 1.645
+
+
+@dataclass(frozen=True)
+class Witness:
+    """Dots (n,) of the missing force `balance` in `unit` over a coordinate, with 90 % half-widths, and the fitted law if known."""
+
+    balance: str
+    unit: str
+    coordinate: str
+    coordinate_unit: str
+    x: tuple[float, ...]
+    force: tuple[float, ...]
+    band: tuple[float, ...]
+    law: tuple[float, ...]
+
+
+def witnesses_of(document: Document) -> tuple[Witness, ...]:
+    """The panels: as the document states them, else its curves of what no effect explains, else its map of the force."""
+    stated = [found for each in document.get("witness") or () if (found := _stated(each)) is not None]
+    return tuple((stated or _latent(document) or _binned(document))[:MOST_PANELS])
+
+
+def _stated(entry: Mapping[str, Any]) -> Witness | None:
+    x, force = _numbers(entry.get("x")), _numbers(entry.get("force"))
+    if len(x) < 2 or len(x) != len(force):
+        return None
+    band, law = _numbers(entry.get("band")), _numbers(entry.get("law"))
+    order = sorted(range(len(x)), key=x.__getitem__)
+    return Witness(
+        str(entry.get("balance", "the missing force")),
+        str(entry.get("unit", "")),
+        str(entry.get("coordinate", "")),
+        str(entry.get("coordinate_unit", "")),
+        tuple(x[k] for k in order),
+        tuple(force[k] for k in order),
+        tuple(band[k] for k in order) if len(band) == len(x) else (),
+        tuple(law[k] for k in order) if len(law) == len(x) else (),
+    )
+
+
+def _latent(document: Document) -> list[Witness]:
+    """Curves of what is left, where no effect explains it."""
+    found = []
+    for each in document.get("latent_forces") or ():
+        x, force = _numbers(each.get("at")), _numbers(each.get("force"))
+        low, high = _numbers(each.get("low")), _numbers(each.get("high"))
+        if len(x) < 2 or len({len(x), len(force), len(low), len(high)}) > 1:
+            continue
+        coordinate, unit = each["coordinates"][0], each["coordinate_units"][0]
+        band = tuple((b - a) / 2 for a, b in zip(low, high, strict=True))
+        found.append(
+            Witness(
+                f"what is left of {each['signal']}", each["unit"], coordinate, unit, tuple(x), tuple(force), band, ()
+            )
+        )
+    return found
+
+
+def _binned(document: Document) -> list[Witness]:
+    """One panel for each signal: the mean missing force in bins of the coordinate of the greatest strength."""
+    where = document.get("where") or {}
+    rows = where.get("force") or () if isinstance(where, Mapping) else ()
+    found = []
+    for signal in dict.fromkeys(row["signal"] for row in rows):
+        own = [row for row in rows if row["signal"] == signal]
+        best = max(own, key=lambda row: (float(row.get("strength") or 0.0), row["against"]))["against"]
+        bins = [row for row in own if row["against"] == best and row.get("count")]
+        if len(bins) < 3:
+            continue
+        bins.sort(key=lambda row: float(row["from"]))
+        spread = [max(float(b["rmse"]) ** 2 - float(b["bias"]) ** 2, 0.0) ** 0.5 for b in bins]
+        found.append(
+            Witness(
+                f"missing force on {signal}",
+                str(bins[0].get("force_unit", "")),
+                str(best),
+                str(bins[0].get("unit", "")),
+                tuple((float(b["from"]) + float(b["to"])) / 2 for b in bins),
+                tuple(float(b["bias"]) for b in bins),
+                tuple(Z90 * s / math.sqrt(b["count"]) for s, b in zip(spread, bins, strict=True)),
+                (),
+            )
+        )
+    return found
+
+
+def shape_words(found: Sequence[Witness]) -> str:
+    """What the dots show, in words; the plainest of the shapes that tells most of their variance.
+
+    >>> line = Witness("torque", "N.m", "speed of q", "rad/s", (-2.0, -1.0, 1.0, 2.0), (2.0, 1.0, -1.0, -2.0), (), ())
+    >>> shape_words([line])
+    'the missing force opposes speed of q, in proportion to it'
+    """
+    if not found:
+        return ""
+    first = found[0]
+    lack = "what is left" if first.balance.startswith("what is left") else "the missing force"
+    x, force = np.array(first.x), np.array(first.force)
+    if np.ptp(x) == 0 or np.ptp(force) == 0:
+        return f"{lack} hardly changes with {first.coordinate}"
+    sign, line = _explained(np.sign(x), force), _explained(x, force)
+    slope = float(np.sum((x - x.mean()) * (force - force.mean())))
+    if max(sign, line) < TELLS:
+        return f"{lack} changes with {first.coordinate}"
+    if sign > line + ALIKE and np.any(x > 0) and np.any(x < 0):
+        return f"{lack} flips with the sign of {first.coordinate}"
+    way = "grows with" if slope > 0 else "opposes" if first.coordinate.startswith("speed") else "falls with"
+    straight = line > max(sign, STRAIGHT) + ALIKE / 2
+    return f"{lack} {way} {first.coordinate}{', in proportion to it' if straight else ''}"
+
+
+def _explained(source: np.ndarray, force: np.ndarray) -> float:
+    if np.ptp(source) == 0:
+        return 0.0
+    return float(np.corrcoef(source, force)[0, 1] ** 2)
+
+
+def _numbers(values: Any) -> list[float]:
+    try:
+        found = [float(value) for value in values or ()]
+    except (TypeError, ValueError):
+        return []
+    return found if all(map(math.isfinite, found)) else []

@@ -1,0 +1,138 @@
+"""The first screen at 1280 x 800 answers: verdict, place, size, what it buys and the next step, as the JSON has them."""
+
+import json
+import math
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from accessibility import grave_violations
+from playwright.sync_api import Page, expect
+from studio_process import ROOT, Studio
+
+from orchestrator import ledger
+from orchestrator.compare.result import SetErrors
+from orchestrator.ledger import LedgerEntry
+from orchestrator.studio.project import DIAGNOSIS, MATCH, Project
+from orchestrator.studio.workspace import Workspace
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "report"))
+from builders import diagnosis  # noqa: E402
+
+# Results of real runs, thinned to what the screen reads (tests/answers); the last ones are made up by tests/report/builders.py.
+RECORDED = ("arm", "pendulum", "fmu", "thermal", "nothing", "unlisted")
+MADE_UP = ("ambiguous", "unknown", "cannot_tell")
+HEIGHT = 800
+
+
+def document_of(case: str) -> dict[str, Any]:
+    if case in MADE_UP:
+        return dict(json.loads(json.dumps(diagnosis(case, n=100).to_json(), allow_nan=True)))  # type: ignore[arg-type]
+    return dict(json.loads((ROOT / "tests" / "answers" / f"{case}.json").read_text()))
+
+
+def project_of(studio: Studio, document: dict[str, Any]) -> Project:
+    """A project as it stands after Diagnose."""
+    project = Workspace(studio.workspace).create("A first screen")
+    project.change(model=document["model"])
+    (project.measurements / "trial.csv").write_text("time,q1\n0,1\n1,2\n")
+    matched = {"model": document["model"], "columns": [], "trials": [], "notes": [], "problem": ""}
+    (project.results / MATCH).write_text(json.dumps(matched))
+    (project.results / DIAGNOSIS).write_text(json.dumps(document))
+    given = document["steps"][0]
+    sets = [
+        SetErrors(given[key]["rmse"], given[key]["over_floor"]) for key in ("learning", "held_out") if given.get(key)
+    ]
+    floor = given["noise_floor"]
+    entry = LedgerEntry(
+        0, "given", document["model"], (), sets[0], sets[-1], floor, dict.fromkeys(floor, "1"), "0", "0", "2026", "0"
+    )
+    ledger.append(project.results, entry)
+    return project
+
+
+def rms_over_floor(held_out: dict[str, Any], key: str) -> float:
+    squares = [(value / held_out["noise_floor"][name]) ** 2 for name, value in held_out[key].items()]
+    return math.sqrt(sum(squares) / len(squares)) if squares else math.nan
+
+
+def shown_as(text: str, value: float) -> bool:
+    """Whether one of the numbers of a text is the value, rounded to three digits or whole."""
+    words = text.replace("(", " ").replace(")", " ").replace(",", " ").split()
+    for word in words:
+        try:
+            if math.isclose(float(word), value, rel_tol=6e-3):
+                return True
+        except ValueError:
+            continue
+    return False
+
+
+def visible_text(tab: Page) -> str:
+    """Text of the answer that stands within the first screen."""
+    script = """(height) => [...document.querySelectorAll('.studio-answer .a-verdict *, .studio-answer svg text, .studio-answer td,'
+        + ' .studio-answer th, .studio-answer h3')].filter((e) => { const box = e.getBoundingClientRect();
+        return box.height > 0 && box.bottom <= height; }).map((e) => e.textContent).join(' ')"""
+    return str(tab.evaluate(script, HEIGHT))
+
+
+@pytest.mark.parametrize("case", [*RECORDED, *MADE_UP])
+def test_the_first_screen_answers_what_the_json_says(
+    case: str, tab: Page, studio: Studio, screenshot: Callable[[Page, str], Path]
+) -> None:
+    document = document_of(case)
+    project = project_of(studio, document)
+    tab.set_viewport_size({"width": 1280, "height": HEIGHT})
+    tab.goto(f"{studio.url}/project/{project.id}")
+    expect(tab.locator(".a-verdict h2")).to_be_visible()
+    tab.screenshot(path=ROOT / "build" / "screenshots" / f"first_screen_{case}.png")
+
+    text = visible_text(tab)
+    held_out = document["held_out"]
+    before, after = rms_over_floor(held_out, "rmse_before"), rms_over_floor(held_out, "rmse_after")
+    assert shown_as(text, before), "the error as given"
+    assert "Next:" in text
+    for effect in document["effects"] if document["verdict"] == "named" else ():
+        assert effect["id"].replace("_", " ") in text.lower()
+        assert all(part in text for part in effect["site"].split("+"))
+        name, size = next(iter(effect["parameters"].items()))
+        assert name in text
+        assert any(shown_as(text, size["value"] * scale) for scale in (1.0, 1e3, 1e6)), f"the size of {name}"
+        assert shown_as(text, after), "the error with it"
+        assert tab.get_by_role("button", name="Add", exact=False).first.bounding_box()["y"] < HEIGHT  # type: ignore[index]
+    if document["verdict"] == "named":
+        first = tab.locator(".a-named th").inner_text().lower()
+        assert all(effect["id"].replace("_", " ") in first for effect in document["effects"])
+        # One figure for "removes": that of the held-out trials, and no other percentage of the same thing.
+        assert tab.locator(".studio-answer").inner_text().count("of the avoidable error") == 1
+    if document["verdict"] == "ambiguous":
+        assert "viscous friction" in text and "coulomb friction" in text
+    assert not tab.get_by_text("Drop files here").is_visible()
+    assert tab.evaluate("document.documentElement.scrollWidth") <= 1280
+
+
+def test_wrong_units_are_told_on_the_first_screen_with_what_to_do(tab: Page, studio: Studio) -> None:
+    project = Workspace(studio.workspace).create("Wrong units")
+    project.change(model="drive")
+    rows = "".join(f"{k / 10},{k / 5},{k / 7}\n" for k in range(20))
+    (project.measurements / "a.csv").write_text(f"time,torque,phi\n{rows}")
+    (project.measurements / "case.toml").write_text('files = ["a.csv"]\n[columns]\nphi = "m"\ntorque = "N.m"\n')
+    tab.set_viewport_size({"width": 1280, "height": HEIGHT})
+    tab.goto(f"{studio.url}/project/{project.id}")
+
+    problem = tab.locator(".studio-problem", has_text="cannot be model variable 'phi' in 'rad'").first
+    expect(problem).to_be_visible(timeout=60_000)
+    tab.screenshot(path=ROOT / "build" / "screenshots" / "first_screen_wrong_units.png")
+    assert problem.bounding_box()["y"] < HEIGHT  # type: ignore[index]
+    expect(tab.get_by_role("button", name="Diagnose")).to_be_disabled()
+
+
+def test_why_opens_the_evidence_and_axe_finds_nothing_serious(tab: Page, studio: Studio) -> None:
+    project = project_of(studio, document_of("arm"))
+    tab.goto(f"{studio.url}/project/{project.id}")
+    tab.get_by_role("button", name="Why do you think so?").click()
+
+    expect(tab.get_by_text("What was found")).to_be_visible()
+    assert grave_violations(tab) == []
