@@ -48,6 +48,8 @@ def step(
     """
     motion = follow(limits, state, seen)
     state = _armed(limits, state, motion, seen, rules)
+    if seen.controller != state.controller:
+        state = state._replace(controller=seen.controller, ramp_ns=seen.time_ns)
     trips = tuple(trip for rule in rules if (trip := rule(limits, state, motion, seen)) is not None)
     worst = max(trips, key=lambda trip: trip.reaction, default=None)
     stopped, reaction = state.stopped, worst.reaction if worst is not None else Reaction.PASS
@@ -71,7 +73,14 @@ def _armed(limits: Limits, state: State, motion: Motion, seen: Seen, rules: tupl
     if not seen.arm or seen.abort or seen.module is not Module.ACTIVE:
         return state
     fresh = begin(limits, state.time_ns, motion.positions)
-    fresh = fresh._replace(motion=state.motion, armed_ns=seen.time_ns, late=state.late, heat=state.heat)
+    fresh = fresh._replace(
+        motion=state.motion,
+        armed_ns=seen.time_ns,
+        ramp_ns=seen.time_ns,
+        controller=seen.controller,
+        late=state.late,
+        heat=state.heat,
+    )
     if any(rule(limits, fresh, motion, seen) is not None for rule in rules):
         return state
     return fresh
@@ -92,7 +101,7 @@ def _wanted(limits: Limits, state: State, motion: Motion, seen: Seen, reaction: 
     support = _support(limits, seen)
     if state.armed_ns is None or reaction >= Reaction.SUPPORT:
         return support
-    up = min((seen.time_ns - state.armed_ns) * 1e-9 / limits.ramp_s, 1.0)
+    up = min((seen.time_ns - state.ramp_ns) * 1e-9 / limits.ramp_s, 1.0)
     share = max(up, 0.0) * fading * (limits.reduced if reaction is Reaction.REDUCE else 1.0)
     asked = state.asked if reaction is Reaction.COMPLY else seen.asked
     damping = limits.damping if reaction is Reaction.COMPLY else 0.0
@@ -149,6 +158,8 @@ def _remember(
         # While the arm gives way it follows what was asked before: what is asked now may be what went wrong.
         asked=seen.asked if reaction < Reaction.COMPLY else state.asked,
         armed_ns=state.armed_ns,
+        ramp_ns=state.ramp_ns,
+        controller=state.controller,
         stopped=stopped,
         reaction=reaction,
         fading=fading,

@@ -55,6 +55,7 @@ class Seen(NamedTuple):
         abort: whether the operator, or the end of the process, wants to stop.
         end: whether the session is over and the arm is to be let go.
         arm: whether the operator has just armed the arm, which ends a stop as well.
+        controller: number of who asks for torques; another one than before has just taken over.
     """
 
     time_ns: int
@@ -75,6 +76,7 @@ class Seen(NamedTuple):
     abort: bool = False
     end: bool = False
     arm: bool = False
+    controller: int = 0
 
 
 class Motion(NamedTuple):
@@ -108,7 +110,8 @@ class State(NamedTuple):
     """What the core remembers from cycle to cycle.
 
     `torques` were sent last, `active` is the part of them that does not hold the weight, `asked` what the controller asked
-    for while all was well; `armed_ns` is when the arm was armed, None while it is not; `stopped` is the first trip that stays; `fading` the share of
+    for while all was well; `armed_ns` is when the arm was armed, None while it is not; `ramp_ns` when the `controller` (its
+    number) took over, from where its torque comes up; `stopped` is the first trip that stays; `fading` the share of
     the controller's torque that is left while the arm gives way; `energy` J given so far; `flips` the times (ns) of recent
     changes of sign of each joint's torque, `swing` the last torque of each joint that was more than half its limit; `heat` of
     each joint as a share of what its motor bears for ever; `pinched` cycles in a row in which a joint has pressed with all
@@ -121,6 +124,8 @@ class State(NamedTuple):
     active: Vector
     asked: Vector
     armed_ns: int | None = None
+    ramp_ns: int = 0
+    controller: int = 0
     stopped: Trip | None = None
     reaction: Reaction = Reaction.PASS
     fading: float = 1.0

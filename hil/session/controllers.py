@@ -9,7 +9,7 @@ _NOTHING = np.zeros(3)
 
 
 class Observed(NamedTuple):
-    """What a controller sees: time since arming in s (negative before), joint angles rad, speeds rad/s, wrist force N.
+    """What a controller sees: time since it took over in s (negative before the arm is armed), joint angles rad, speeds rad/s, wrist force N.
 
     `sent` N.m is what the core let pass in the last cycle, without the part that holds the weight; `confirm` whether the
     operator has just confirmed; `fresh` whether all angles were measured in this cycle.
@@ -25,7 +25,10 @@ class Observed(NamedTuple):
 
 
 class Controller(Protocol):
-    """Anything with this method, such as a class of the user's own."""
+    """Anything with this method, such as a class of the user's own.
+
+    One that pauses counts in `turn` how often it has begun to ask: its torque comes up along the ramp each time.
+    """
 
     def torque(self, observed: Observed) -> np.ndarray:
         """Joint torques in N.m that it asks for, without those that hold the arm's weight."""

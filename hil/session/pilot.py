@@ -93,7 +93,10 @@ class Pilot:
         force_axes: np.ndarray | None = None,
     ) -> None:
         self._force_axes = np.eye(3) if force_axes is None else force_axes
-        self.proof, self._proved_s = proof, 0.0
+        self.proof = proof
+        # Who asked for torques last, how many have taken over so far, and when the last of them did.
+        self._asking: tuple[object, int] = (None, 0)
+        self._takeovers, self._taken_ns = 0, 0
         self.robot, self.limits, self.controller, self.gravity = robot, limits, controller, gravity
         self._showing = controller if isinstance(controller, Showing) else None
         self.gate = TorqueGate(robot.torque_units, robot.motor["MODE"])
@@ -150,9 +153,10 @@ class Pilot:
         sent = np.array(self.state.active)
         fresh = not any(motion.missing)
         observed = Observed(seconds, angles, np.array(motion.speeds), self._force.copy(), sent, given.confirm, fresh)
-        asked = self._ask(observed)
+        asked = self._ask(observed, given.start_ns)
         support = proficio.holding_torques(angles, self.robot.side) if self.gravity else np.zeros(proficio.JOINTS)
         seen = seen._replace(asked=tuple(asked.tolist()), support=tuple(support.tolist()))
+        seen = seen._replace(controller=self._takeovers)
         self.state, outcome = step(self.limits, self.state, seen)
         self.cycle += 1
         passed = self.state.active
@@ -180,17 +184,28 @@ class Pilot:
             return False
         return state.reaction >= Reaction.RELEASE or state.fading == 0.0
 
-    def _ask(self, observed: Observed) -> np.ndarray:
+    def _ask(self, observed: Observed, now_ns: int) -> np.ndarray:
         """What the controller asks for; one that raises asks for what is no number, which the core does not let pass."""
+        is_proving = self.proof is not None and observed.seconds >= 0 and not self.proof.is_done
         try:
-            if self.proof is not None and observed.seconds >= 0 and not self.proof.is_done:
-                self._proved_s = observed.seconds
+            if is_proving and self.proof is not None:
+                self._take_over(self.proof, now_ns)
                 return self.proof.torque(observed)
-            begun = observed._replace(seconds=observed.seconds - self._proved_s if observed.seconds >= 0 else -1.0)
-            return np.asarray(self.controller.torque(begun), dtype=float).ravel()
+            self._take_over(self.controller, now_ns)
+            if observed.seconds >= 0:
+                observed = observed._replace(seconds=min(observed.seconds, (now_ns - self._taken_ns) * 1e-9))
+            return np.asarray(self.controller.torque(observed), dtype=float).ravel()
         except Exception as error:  # a user's own class may raise anything
             self.controller_error = f"{type(error).__name__}: {error}"
             return np.full(proficio.JOINTS, np.nan)
+
+    def _take_over(self, asking: object, now_ns: int) -> None:
+        """Note who asks, and when somebody else begins to: its torque comes up along the ramp."""
+        turn = getattr(asking, "turn", 0)
+        if (asking, turn) != self._asking:
+            self._asking = asking, turn
+            self._takeovers += 1
+            self._taken_ns = now_ns
 
     def _seen(self, given: CycleInput, fresh: set[int]) -> Seen:
         """What the core is shown of a cycle, but for the torques that are not known yet."""
