@@ -14,7 +14,7 @@ import click
 from fmus.errors import MisfitError
 from hil.trials.cli import record
 from hil.virtual.cli import robot, tell
-from orchestrator.cli.common import can_be_filled, json_option, quiet_option, show, write_json
+from orchestrator.cli.common import can_be_filled, json_option, quiet_option, screen_paused, show, write_json
 
 if TYPE_CHECKING:
     from hil.session.settings import Settings
@@ -62,7 +62,8 @@ def hold(
 ) -> None:
     """Hold the arm where it is, and give way to whoever pushes."""
     from hil.session.again import keep_on
-    from hil.session.session import Operator, run_session
+    from hil.session.entry import Operator
+    from hil.session.session import run_session
 
     if virtual and patience_s is not None:
         raise MisfitError(
@@ -73,11 +74,11 @@ def hold(
         out = folder or Path(tempfile.mkdtemp(prefix="session-", dir=_made(Path("recordings"))))
         at_home, may_arm = (yes, yes) if virtual else (ask_home, ask_arm)
 
-        def run(into: Path) -> dict[str, Any]:
-            return run_session(settings, seconds, Operator(at_home, may_arm), into, dry_run=dry_run)
-
         def tell(words: str) -> None:
             click.echo(words, err=True)
+
+        def run(into: Path) -> dict[str, Any]:
+            return run_session(settings, seconds, Operator(at_home, may_arm, tell=tell), into, dry_run=dry_run)
 
         document = (
             run(out) if patience_s is None else keep_on(run, out, settings.bus, patience_s, tell, dry_run=dry_run)
@@ -89,6 +90,7 @@ def hold(
             f"{document['cycles']} cycles at {document['rate_hz']:g} Hz, {document['missed']} missed,"
             f" {document['answers_late']} answers late, {document['frames_lost']} lost\n"
             f"late by {late['p50']} us (median), {late['p99']} us (99 %), {late['max']} us (at most)\n"
+            + gaps(document)
             + "".join(f"not permitted here: {words}; cycles may be late\n" for words in document["not_permitted"])
             + "".join(f"broken off: {each['fault']}\n" for each in document.get("breaks", []))
             + stopped_by(document, virtual)
@@ -229,11 +231,21 @@ def robot_of(
     return replace(settings, bus=stack.enter_context(virtual_robot(settings.side, body)))
 
 
+def gaps(document: Mapping[str, Any]) -> str:
+    """A line on the longest times between cycles and torques, and on how long answers took."""
+    gap, took = document["largest_gap_ms"], document["round_trip_us"]
+    without = [f"without {name}, with halved limits\n" for name in document["without"]]
+    return (
+        f"longest gap {gap['cycles']} ms between cycles, {gap['torque_frames']} ms between torque frames (limit {gap['limit']} ms);"
+        f" answers after {took['p50']} us (median), {took['max']} us (at most)\n" + "".join(without)
+    )
+
+
 def stopped_by(document: Mapping[str, Any], virtual: bool) -> str:
     """Lines that say what went wrong in a session, if anything did; a virtual robot on a busy machine answers late."""
     lines = ""
     if slow := document.get("slow_cycles", 0):
-        lines += f"the controller took more than half of the cycle {slow} times; 3 in a row halve its torque, 15 stop the arm\n"
+        lines += f"the controller took more than half of the cycle {slow} times; 6 ms of it in a row halve its torque, 30 ms stop the arm\n"
     lines += "".join(f"stopped by {fault}\n" for fault in document["faults"])
     late = [fault for fault in document["faults"] if fault.startswith(("positions_answered", "on_time"))]
     if virtual and late:
@@ -252,15 +264,19 @@ def yes(robot: object = None) -> bool:
 
 
 def ask_home() -> bool:
-    return sys.stdin.isatty() and click.confirm("The arm has not been zeroed. Is it on its stops?")
+    if not sys.stdin.isatty():
+        return False
+    with screen_paused():
+        return click.confirm("The arm has not been zeroed. Is it on its stops?")
 
 
 def ask_arm(robot: "Robot") -> bool:
     if not sys.stdin.isatty():
         raise MisfitError("arming needs somebody at a terminal who confirms it")
-    _forget_typed()
     words = f"A real Proficio, mounted on the {robot.side}, is on this bus. Type ARM to switch its torques on"
-    return click.prompt(words, default="", show_default=False) == "ARM"
+    with screen_paused():
+        _forget_typed()
+        return click.prompt(words, default="", show_default=False) == "ARM"
 
 
 def _forget_typed() -> None:

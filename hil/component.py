@@ -1,6 +1,7 @@
 """A robot on its bus as a component of a co-simulation: it stands where an FMU of the robot stood."""
 
 import contextlib
+import tempfile
 import threading
 import time as clock
 from collections.abc import Sequence
@@ -8,50 +9,34 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
+import click
 
 from fmus.errors import ComponentError, MisfitError
-from hil.bus.gate import TORQUE_IDENTIFIERS
-from hil.bus.wire import open_wire
-from hil.cli import ask_arm, ask_home
+from hil.cli import ask_arm, ask_home, yes
 from hil.robots import proficio
-from hil.session.controllers import Observed
-from hil.session.loop import Loop, Wishes
+from hil.session.entry import PATIENCE_S, Opened, Operator, open_robot_session
 from hil.session.pilot import Decision, Pilot
+from hil.session.recorded import finish_session
 from hil.session.settings import Settings, read_settings, virtual_settings
-from hil.session.start_up import start_up
-from hil.session.timing import Metronome
-from hil.session.watchdog import watchdog
+from hil.session.timing import real_time_priority
+from hil.stop.server import stop_button
 from hil.virtual.process import virtual_robot
 from orchestrator.cosim import Component, Port, StepEnd
 from orchestrator.cosim.isolate.component import IsolatedComponent
 from orchestrator.cosim.system import ComponentSpec
 from orchestrator.measurements.toml_values import number
 
-# Somebody has so long to press Activate on the pendant.
-PATIENCE_S = 60.0
-# Torques that were not asked for again within this time count no longer.
+# Torques that were not asked for again within this time count no longer: a run that hangs must not go on pushing.
 STALE_S = 0.2
 _JOINTS = range(1, proficio.JOINTS + 1)
-
-
-class _Asked:
-    """A controller that asks for what was set last, as long as that is not old: a run that hangs must not go on pushing."""
-
-    def __init__(self) -> None:
-        self.torques = np.zeros(proficio.JOINTS)
-        self.until = 0.0
-
-    def torque(self, observed: Observed) -> np.ndarray:
-        """The torques that were set."""
-        return self.torques if clock.monotonic() < self.until else np.zeros(proficio.JOINTS)
 
 
 class RobotComponent(Component):
     """Cycles at its own rate beside the run; a step waits until its time has passed, so the run keeps pace with the robot.
 
-    Inputs `asked1..3` (N.m) pass the safety core like those of any controller; outputs are angles, speeds, the force at the
-    wrist, the torques sent, and what the core did. Outputs change by a step only.
+    Inputs `asked1..3` (N.m) are those of the controller `asked` of a session like any other: the same questions, refusals,
+    proof, recording, watchdog and stop button. Outputs are angles, speeds, the force at the wrist, the torques sent, and
+    what the safety core did; they change by a step only.
     """
 
     kind = "robot"
@@ -69,59 +54,60 @@ class RobotComponent(Component):
     )
     feedthrough = {port.name: () for port in ports if port.causality == "output"}
 
-    def __init__(self, settings: Settings, *, virtual: bool) -> None:
-        self.settings, self.virtual = settings, virtual
-        self._asked = _Asked()
+    def __init__(self, settings: Settings, *, virtual: bool, folder: Path | None = None) -> None:
+        self.settings, self.virtual, self.folder = replace(settings, controller="asked"), virtual, folder
+        self._torques = (0.0,) * proficio.JOINTS
+        self._asked_until = 0.0
         self._stack = contextlib.ExitStack()
-        self._loop: Loop | None = None
+        self._opened: Opened | None = None
         self._thread: threading.Thread | None = None
-        self._failure, self._ended = "", threading.Event()
-        self._began: float | None = None
+        self._failure, self._ended, self._began = "", threading.Event(), 0.0
+        self._document: dict[str, Any] | None = None
+        self._abort = threading.Event()
         self._values: dict[str, float] = dict.fromkeys(self.feedthrough, 0.0)
 
     def initialise(self, time: float, stop: float | None, tolerance: float | None) -> None:
-        """Start the robot up; its torques stay off."""
+        """Start the robot up and ask whether it may be armed; its torques stay off."""
         settings = self.settings
         if self.virtual:
             settings = replace(settings, bus=self._stack.enter_context(virtual_robot(settings.side)))
-        heart = self._stack.enter_context(watchdog(settings.bus))
-        wire = open_wire(settings.bus, TORQUE_IDENTIFIERS)
-        self._stack.callback(wire.close)
-        robot = start_up(wire, settings.side, clock.sleep, (lambda: True) if self.virtual else ask_home)
-        if not self.virtual and not ask_arm(robot):
+        self.folder = self.folder or _new_folder()
+        at_home, may_arm = (yes, yes) if self.virtual else (ask_home, ask_arm)
+        operator = Operator(at_home, may_arm, abort=self._abort, watch=self._watch, tell=_tell)
+        button = self._stack.enter_context(stop_button())
+        session = open_robot_session(settings, operator, self.folder, button, asked=self._wanted)
+        self._opened = self._stack.enter_context(session)
+        if not self._opened.armed:
             raise ComponentError("the robot was not armed; type ARM when asked")
-        axes = np.array(settings.force_axes)
-        pilot = Pilot(robot, settings.limits, self._asked, gravity=settings.gravity, force_axes=axes)
-        beats = Metronome(settings.limits.period_ns)
-        self._loop = Loop(wire, pilot, beats, None, heart, watch=self._watch)
-        self._loop.begin()
 
     def start(self) -> None:
-        """Cycle with zero torque until the arm is armed, and from then on beside the run.
+        """Cycle with zero torque until the arm is armed and has proved itself, and from then on beside the run.
 
         Raises:
-            ComponentError: if it cannot be armed.
+            ComponentError: if it cannot be armed, or does not prove itself.
         """
-        loop = self._running()
-        self._thread = threading.Thread(target=self._cycle, args=(loop,), daemon=True)
+        opened = self._running()
+        self._thread = threading.Thread(target=self._cycle, args=(opened,), daemon=True)
         self._thread.start()
         deadline = clock.monotonic() + PATIENCE_S
-        while not loop.pilot.is_armed:
-            if self._failure or clock.monotonic() > deadline:
-                raise ComponentError(f"the robot could not be armed: {self._failure or loop.pilot.refused}")
+        while not opened.pilot.is_ready:
+            if self._ended.is_set() or clock.monotonic() > deadline:
+                faults = opened.loop.summary.faults
+                said = self._failure or (faults[0] if faults else opened.pilot.refused)
+                raise ComponentError(f"the robot could not be armed: {said}")
             clock.sleep(0.01)
 
     def set(self, names: Sequence[str], values: Sequence[Any]) -> None:
         """Ask for torques."""
-        torques = self._asked.torques.copy()
+        torques = list(self._torques)
         for name, value in zip(names, values, strict=True):
-            torques[int(name.removeprefix("asked")) - 1] = value
-        self._asked.torques = torques
-        self._asked.until = clock.monotonic() + STALE_S
+            torques[int(name.removeprefix("asked")) - 1] = float(value)
+        self._torques = tuple(torques)
+        self._asked_until = clock.monotonic() + STALE_S
 
     def get(self, names: Sequence[str]) -> list[Any]:
         """What the last cycle has shown; inputs as they were set."""
-        inputs = {f"asked{k}": float(self._asked.torques[k - 1]) for k in _JOINTS}
+        inputs = {f"asked{k}": self._torques[k - 1] for k in _JOINTS}
         values = {**self._values, **inputs}
         return [values[name] for name in names]
 
@@ -131,42 +117,51 @@ class RobotComponent(Component):
         Raises:
             ComponentError: if the bus broke, or a rule of the safety core has stopped the arm.
         """
-        loop = self._running()
-        if self._began is None:
-            self._began = clock.monotonic() - time
-        self._asked.until = max(self._asked.until, clock.monotonic() + size + STALE_S)
+        opened = self._running()
+        self._began = self._began or clock.monotonic() - time
+        self._asked_until = max(self._asked_until, clock.monotonic() + size + STALE_S)
         self._ended.wait(max(self._began + time + size - clock.monotonic(), 0.0))
-        if loop.summary.faults:
-            raise ComponentError(f"the safety core stopped the robot: {loop.summary.faults[0]}")
+        if opened.loop.summary.faults:
+            raise ComponentError(
+                f"the safety core stopped the robot: {opened.loop.summary.faults[0]}; recorded in {self.folder}"
+            )
         if self._failure:
             raise ComponentError(self._failure)
         return StepEnd(time + size)
 
     def terminate(self) -> None:
-        """Let the arm down and give the bus back."""
+        """Let the arm down, give the bus back and finish the recording."""
         self._ended.set()
         if self._thread is not None:
             self._thread.join(timeout=10)
-        elif self._loop is not None:
-            self._loop.end()
+        opened, self._opened, self._thread = self._opened, None, None
         self._stack.close()
-        self._loop = self._thread = None
+        if opened is not None and self._document is not None and self.folder is not None:
+            finish_session(self.folder, self._document)
 
-    def _cycle(self, loop: Loop) -> None:
+    def _cycle(self, opened: Opened) -> None:
+        """The session's own thread: from the first cycle to the last torque."""
+        wishes = opened.wishes(float("inf"))
         try:
-            while not self._ended.is_set() and not loop.pilot.is_over:
-                loop.beat(Wishes(arm=not loop.pilot.is_armed))
-            loop.end()
+            with real_time_priority() as refused:
+                opened.refuse_slow()
+                opened.loop.run(lambda: wishes()._replace(over=True) if self._ended.is_set() else wishes())
+                self._document = opened.result(refused)
         except MisfitError as error:
             self._failure = str(error)
+        finally:
             self._ended.set()
 
-    def _running(self) -> Loop:
-        if self._loop is None:
-            raise ComponentError("the robot has not been started up")
-        return self._loop
+    def _wanted(self) -> tuple[float, ...] | None:
+        """What the run asks for; nothing once it has not asked for long."""
+        return self._torques if clock.monotonic() < self._asked_until else None
 
-    def _watch(self, start_ns: int, decision: Decision) -> None:
+    def _running(self) -> Opened:
+        if self._opened is None:
+            raise ComponentError("the robot has not been started up")
+        return self._opened
+
+    def _watch(self, pilot: Pilot, decision: Decision) -> None:
         sent = decision.outcome.torques or (0.0,) * proficio.JOINTS
         seen, values = decision.observed, dict[str, float]()
         for k in _JOINTS:
@@ -177,24 +172,37 @@ class RobotComponent(Component):
         self._values = values  # all at once: the run reads from another thread
 
 
+def _new_folder() -> Path:
+    """A new folder in ./recordings, where a session of its own would record, too."""
+    recordings = Path("recordings")
+    recordings.mkdir(exist_ok=True)
+    return Path(tempfile.mkdtemp(prefix="run-", dir=recordings))
+
+
+def _tell(words: str) -> None:
+    click.echo(words, err=True)
+
+
 def open_robot(spec: ComponentSpec, folder: Path) -> Component:
     """Make the component of a system file: `kind = "robot"` with `virtual = true`, or `source` a bench file.
 
-    It gets a process of its own unless `isolate = false`: whatever else Python does would stop its cycle for too long. To ask
-    an operator, as a real robot does, it needs the terminal, and so `isolate = false`.
+    `record` names the folder to record in, next to the system file; without it a new one in ./recordings is made. A virtual
+    robot gets a process of its own unless `isolate = false`: whatever else Python does would stop its cycle for too long. To
+    ask an operator, as a real robot does, it needs the terminal, and so `isolate = false`.
 
     Raises:
         MisfitError: if neither or both are given, or the bench file is wrong.
     """
     virtual = bool(spec.options.get("virtual", False))
-    unknown = set(spec.options) - {"virtual", "rate_hz"}
+    unknown = set(spec.options) - {"virtual", "rate_hz", "record"}
     if unknown or virtual == bool(spec.source):
-        raise MisfitError("a robot takes either virtual = true or source = BENCH.toml, and rate_hz")
+        raise MisfitError("a robot takes either virtual = true or source = BENCH.toml, and rate_hz, record")
     if spec.isolate is None and virtual:
         return IsolatedComponent(replace(spec, isolate=False), folder)
     rate = number(spec.options.get("rate_hz", 500.0))
     if rate is None:
         raise MisfitError(f"rate_hz = {spec.options['rate_hz']!r}; a number of cycles a second was expected")
+    into = folder / str(spec.options["record"]) if "record" in spec.options else None
     if virtual:
-        return RobotComponent(virtual_settings(rate_hz=rate), virtual=True)
-    return RobotComponent(read_settings(folder / spec.source, rate), virtual=False)
+        return RobotComponent(virtual_settings(rate_hz=rate), virtual=True, folder=into)
+    return RobotComponent(read_settings(folder / spec.source, rate), virtual=False, folder=into)

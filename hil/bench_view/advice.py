@@ -29,6 +29,18 @@ ADVICE = {
         "The session did not keep its time.",
         "Free the computer of other work, permit real-time priority (docs/bench.md), or use a lower rate.",
     ),
+    "encoder_steady": Advice(
+        "An encoder says that its joint jumped.",
+        "Look at the encoder's cable and supply; zero the arm on its stops again.",
+    ),
+    "torque_acts": Advice(
+        "A joint does not follow the torque that is sent to it.",
+        "Is it blocked, or held beside the force sensor? If it is free, check its motor's cable and its encoder.",
+    ),
+    "motion_explained": Advice(
+        "A joint moved by itself: neither its torque nor a push at the wrist explains it.",
+        "Was the arm pushed elsewhere than at the wrist? If not, do not arm it again before its motor and weight are checked.",
+    ),
     "speed_limited": Advice(
         "A joint moved faster than it may.",
         "Was the arm thrown or pushed? If nobody did, do not arm it again before the controller is understood.",

@@ -2,21 +2,26 @@
 
 import logging
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import can
+from can.interfaces.socketcan import SocketcanBus
 
 from fmus.errors import MisfitError
 from hil.bus.joined import join, name_of
 from hil.bus.messages import frames_of
 from hil.bus.slcan import SlcanBus, SlcanVoice
 from hil.bus.socketcand import SocketcandBus
+from hil.codecs.barrett.identifiers import SENDER_MASK, SENDER_SHIFT
 from hil.codecs.frame import Frame, Timed
 from hil.errors import BusError
 
 # python-can's client writes to the terminal whenever a frame arrives in two parts, which is no news.
 logging.getLogger("can.interfaces.socketcand").setLevel(logging.ERROR)
+
+# So many frames are 50 ms of a bus without a pause between them.
+MOST_DRAINED = 512
 
 Tap = Callable[[Timed, bool], None]
 
@@ -83,12 +88,21 @@ class Wire:
         self.tap(timed, False)
         return timed
 
-    def drain(self) -> list[Timed]:
-        """All frames that are waiting."""
-        found = []
-        while (timed := self.receive(0.0)) is not None:
+    def drain(self, most: int = MOST_DRAINED) -> list[Timed]:
+        """The frames that are waiting, so many at most: a node that babbles must not keep a cycle from going on."""
+        found: list[Timed] = []
+        while len(found) < most and (timed := self.receive(0.0)) is not None:
             found.append(timed)
         return found
+
+    def listen_to(self, nodes: Iterable[int]) -> None:
+        """Have the kernel leave out what comes from other nodes, on buses of which it can; hosts, number 0, are always heard."""
+        kernel = self.bus
+        if isinstance(kernel, SocketcanBus):
+            numbers = sorted({0, *nodes})
+            kernel.set_filters(
+                [{"can_id": k << SENDER_SHIFT, "can_mask": SENDER_MASK, "extended": False} for k in numbers]
+            )
 
     def close(self) -> None:
         """Give the bus back."""

@@ -7,7 +7,7 @@ from pathlib import Path
 from fmus.children import child_environment, python_command
 from fmus.errors import ComponentError, MisfitError
 from hil.codecs.frame import Timed
-from hil.recording.records import Flag, Kind, pack_begin, pack_cycle, pack_frame
+from hil.recording.records import Flag, Kind, pack_asked, pack_begin, pack_cycle, pack_frame
 from hil.recording.ring import Ring
 from hil.session.pilot import CycleInput
 
@@ -52,7 +52,10 @@ class Recorder:
 
     def cycle(self, given: CycleInput) -> None:
         """Record what a decision depends on besides the frames before it."""
-        flags = sum(flag for flag, wish in zip(Flag, given[3:], strict=True) if wish)
+        *wishes, asked = given[3:]
+        flags = sum(flag for flag, wish in zip(Flag, wishes, strict=True) if wish)
+        for record in pack_asked(given.start_ns, asked or ()):
+            self.ring.put(record)
         self.ring.put(pack_cycle(given.start_ns, flags, given.computing_ns))
 
     def decided(self, timed: Timed) -> None:

@@ -1,6 +1,6 @@
 """What is recorded, 24 bytes each: frames with their times, and what a cycle's decision depended on besides them."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from enum import IntEnum
 from struct import Struct
 from typing import NamedTuple
@@ -10,16 +10,19 @@ from hil.codecs.frame import Frame, Timed
 MAGIC = b"misfit frames 1\n"
 # kind, flags, identifier, data bytes, time in ns, data
 RECORD = Struct("<BBHIq8s")
+DOUBLE = Struct("<d")
 
 
 class Kind(IntEnum):
-    """What a record is; `DECIDED` are the frames that a cycle's decision sent, `BEGIN` is when the cycles begin."""
+    """What a record is; `DECIDED` are the frames that a cycle's decision sent, `BEGIN` is when the cycles begin,
+    `ASKED` the torque of a joint that a program beside the session asked for, ahead of its cycle."""
 
     RECEIVED = 1
     SENT = 2
     DECIDED = 3
     CYCLE = 4
     BEGIN = 5
+    ASKED = 6
 
 
 class Flag(IntEnum):
@@ -31,6 +34,7 @@ class Flag(IntEnum):
     END = 8
     WATCHED = 16
     CONFIRM = 32
+    WATCHDOG_SILENT = 64
 
 
 class Record(NamedTuple):
@@ -50,6 +54,12 @@ def pack_frame(kind: Kind, timed: Timed) -> bytes:
 def pack_cycle(start_ns: int, flags: int, computing_ns: int) -> bytes:
     """Bytes of a cycle's record."""
     return RECORD.pack(Kind.CYCLE, flags, 0, 8, start_ns, computing_ns.to_bytes(8, "little", signed=True))
+
+
+def pack_asked(start_ns: int, torques: Sequence[float]) -> Iterator[bytes]:
+    """Bytes of the records of what was asked for from outside (N.m), one a joint."""
+    for joint, torque in enumerate(torques):
+        yield RECORD.pack(Kind.ASKED, 0, joint, 8, start_ns, DOUBLE.pack(torque))
 
 
 def pack_begin(time_ns: int) -> bytes:

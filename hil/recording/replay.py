@@ -7,7 +7,7 @@ from pathlib import Path
 from fmus.errors import MisfitError
 from hil.codecs.frame import Timed
 from hil.recording.recorder import FRAMES
-from hil.recording.records import MAGIC, Flag, Kind, Record, unpack_records
+from hil.recording.records import DOUBLE, MAGIC, Flag, Kind, Record, unpack_records
 from hil.session.pilot import CycleInput, Decision, Pilot
 
 _FLAGS = tuple(int(flag) for flag in Flag)
@@ -59,16 +59,31 @@ def cycles_of(records: Iterator[Record]) -> Iterator[RecordedCycle]:
     frames: list[Timed] = []
     given: CycleInput | None = None
     decided: list[Timed] = []
+    asked: list[float] = []
     for kind, flags, timed in records:
         if kind is Kind.CYCLE:
             if given is not None:
                 yield RecordedCycle(given, tuple(decided))
             computing = int.from_bytes(timed.frame.data, "little", signed=True)
-            wishes = [bool(flags & flag) for flag in _FLAGS]
-            given = CycleInput(timed.time_ns, tuple(frames), computing, *wishes)
-            frames, decided = [], []
+            arm, abort, recording, end, watched, confirm, silent = (bool(flags & flag) for flag in _FLAGS)
+            given = CycleInput(
+                timed.time_ns,
+                tuple(frames),
+                computing,
+                arm,
+                abort,
+                recording,
+                end,
+                watched,
+                confirm,
+                silent,
+                tuple(asked) or None,
+            )
+            frames, decided, asked = [], [], []
         elif kind is Kind.BEGIN:
             frames = []
+        elif kind is Kind.ASKED:
+            asked.extend(DOUBLE.unpack(timed.frame.data))
         elif kind is Kind.RECEIVED:
             frames.append(timed)
         elif kind is Kind.DECIDED:

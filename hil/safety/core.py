@@ -6,11 +6,19 @@ from hil.safety.cycle import Module, Motion, Outcome, Reaction, Seen, State, Tri
 from hil.safety.limiters import LIMITERS, Limiter, pinch_torque
 from hil.safety.limits import Limits
 from hil.safety.motion import at_rest, follow
-from hil.safety.rules import RULES, Rule, is_late
+from hil.safety.rules import RULES, SECOND_NS, Rule, is_late, pushing
 
-SECOND_NS = 1_000_000_000
 # A joint presses with all that it may from this share of its torque on, and rests below this speed in rad/s.
 PRESSING, RESTING = 0.99, 0.02
+# rad/s by which a torque that acts has changed a joint's speed.
+EFFECT = 0.1
+# N.m of a torque, and of what a force may make, that push nothing along: the latter is noise of the sensor.
+SLACK, FORCE_SLACK = 0.05, 0.5
+# Share of the unexplained speed that a joint may gain in a second without being noticed.
+DRIFT = 10.0
+# A position that comes makes up for a missing one after so many cycles.
+FORGET = 4
+_MAY_BE_ARMED = (Module.ACTIVE, Module.WAIVED)
 
 
 def begin(limits: Limits, time_ns: int, positions: Vector) -> State:
@@ -27,6 +35,10 @@ def begin(limits: Limits, time_ns: int, positions: Vector) -> State:
         swing=zeros,
         heat=zeros,
         pinched=(0,) * count,
+        pressed=(0,) * count,
+        pressed_speed=zeros,
+        unsure=(0,) * count,
+        calm_speed=zeros,
     )
 
 
@@ -70,7 +82,7 @@ def step(
 
 def _armed(limits: Limits, state: State, motion: Motion, seen: Seen, rules: tuple[Rule, ...]) -> State:
     """Arm if the operator says so, the module allows it, and nothing is wrong now; all but the motors' heat is forgotten."""
-    if not seen.arm or seen.abort or seen.module is not Module.ACTIVE:
+    if not seen.arm or seen.abort or seen.module not in _MAY_BE_ARMED:
         return state
     fresh = begin(limits, state.time_ns, motion.positions)
     fresh = fresh._replace(
@@ -80,6 +92,7 @@ def _armed(limits: Limits, state: State, motion: Motion, seen: Seen, rules: tupl
         controller=seen.controller,
         late=state.late,
         heat=state.heat,
+        unsure=state.unsure,
     )
     if any(rule(limits, fresh, motion, seen) is not None for rule in rules):
         return state
@@ -149,7 +162,9 @@ def _remember(
             else tuple(at for at in history if seen.time_ns - at < SECOND_NS)
         )
         swing.append(t if large else before)
+    passed_ns = max(seen.time_ns - state.time_ns, 0)
     same = seen.force is not None and seen.force == state.force
+    pressed, pressed_speed = _pressed(limits, state, motion, seen, passed_ns)
     return State(
         time_ns=max(seen.time_ns, state.time_ns),
         motion=motion,
@@ -164,13 +179,20 @@ def _remember(
         reaction=reaction,
         fading=fading,
         energy=max(state.energy + given - limits.leak * motion.seconds, 0.0),
-        late=state.late + 1 if is_late(limits, state, seen) else 0,
+        late=state.late + passed_ns if is_late(limits, state, seen) else 0,
         force=seen.force,
-        force_still=state.force_still + 1 if same else 0,
+        force_still=state.force_still + passed_ns if same else 0,
         flips=tuple(flips),
         swing=tuple(swing),
         heat=_heat(limits, state, sent, motion.seconds),
-        pinched=_pinched(limits, state, motion, sent),
+        pinched=_pinched(limits, state, motion, sent, passed_ns),
+        pressed=pressed,
+        pressed_speed=pressed_speed,
+        unsure=tuple(
+            before + passed_ns if missing else max(before - passed_ns // FORGET, 0)
+            for before, missing in zip(state.unsure, motion.missing, strict=True)
+        ),
+        calm_speed=_calm_speed(limits, state, motion, seen),
     )
 
 
@@ -183,10 +205,43 @@ def _heat(limits: Limits, state: State, sent: Vector, seconds: float) -> Vector:
     )
 
 
-def _pinched(limits: Limits, state: State, motion: Motion, sent: Vector) -> tuple[int, ...]:
-    """Cycles in which each joint has pressed with all that it may where it can pinch, and has not moved."""
+def _pinched(limits: Limits, state: State, motion: Motion, sent: Vector, passed_ns: int) -> tuple[int, ...]:
+    """Time (ns) for which each joint has pressed with all that it may where it can pinch, and has not moved."""
     moving = zip(limits.joints, motion.positions, motion.speeds, sent, state.pinched, strict=True)
     return tuple(
-        count + 1 if abs(t) >= PRESSING * pinch_torque(joint, position) and abs(speed) < RESTING else 0
-        for joint, position, speed, t, count in moving
+        before + passed_ns if abs(t) >= PRESSING * pinch_torque(joint, position) and abs(speed) < RESTING else 0
+        for joint, position, speed, t, before in moving
+    )
+
+
+def _pressed(
+    limits: Limits, state: State, motion: Motion, seen: Seen, passed_ns: int
+) -> tuple[tuple[int, ...], Vector]:
+    """How long (ns) a torque that moves each joint for certain has not moved it, and its speed when that began.
+
+    What the force sensor shows may hold a joint back, by its force times the reach at most.
+    """
+    held = pushing(limits, seen)
+    times, speeds = [], []
+    for k, joint in enumerate(limits.joints):
+        torque, speed = state.active[k], motion.speeds[k]
+        way = 1.0 if torque > 0 else -1.0
+        begun = state.pressed_speed[k] if state.pressed[k] else speed
+        acts = (speed - begun) * way > EFFECT or speed * way > RESTING
+        presses = abs(torque) - held > joint.breakaway
+        times.append(state.pressed[k] + passed_ns if presses and not acts else 0)
+        speeds.append(begun if presses and not acts else speed)
+    return tuple(times), tuple(speeds)
+
+
+def _calm_speed(limits: Limits, state: State, motion: Motion, seen: Seen) -> Vector:
+    """How fast (rad/s) each joint may be: as when a torque or a force last pushed it along, or less if it has slowed down since.
+
+    It follows a slow drift: that of a weight that is not quite balanced is no drive that runs away.
+    """
+    pushed = pushing(limits, seen) > FORCE_SLACK
+    drift = DRIFT * limits.unexplained * motion.seconds
+    return tuple(
+        abs(speed) if pushed or torque * speed > SLACK * abs(speed) else min(before + drift, abs(speed))
+        for speed, torque, before in zip(motion.speeds, state.active, state.calm_speed, strict=True)
     )

@@ -27,11 +27,13 @@ class Reaction(IntEnum):
 
 
 class Module(IntEnum):
-    """What the robot's own safety module says; a robot without one is always ACTIVE."""
+    """What the robot's own safety module says; ABSENT if the robot has none, WAIVED if the bench may do without."""
 
     ESTOP = 0
     IDLE = 1
     ACTIVE = 2
+    ABSENT = 3
+    WAIVED = 4
 
 
 class Seen(NamedTuple):
@@ -43,14 +45,16 @@ class Seen(NamedTuple):
         asked: N.m that the controller asks for, without the arm's weight.
         support: N.m that hold the arm's weight where it is.
         computing_ns: time that the controller took.
-        force: N at the wrist; None if there is no sensor.
+        force: N at the wrist as it was last told; None if there is no sensor.
+        force_missing_ns: time since the sensor last answered; 0 if it has in this cycle.
         force_saturated: whether the sensor says that it is beyond its range.
         temperatures: degC of each motor as it was last told; None where it is not known.
         expected: rad of each joint where a model expects the arm; None without a model.
-        module: what the safety module says; None if it did not answer for too long.
+        module: what the safety module says; None if it has not answered for too long.
+        sensor: whether there is a force sensor, or the bench may do without.
         warning, fault: whether it warns of, or has found, a limit passed.
         foreign_torque: whether somebody else sent torques on the bus.
-        watched: whether the watchdog is content.
+        watched: whether the watchdog is there, awake and content; `watchdog_silent` if it has fallen silent.
         recording: whether what happens can still be recorded.
         abort: whether the operator, or the end of the process, wants to stop.
         end: whether the session is over and the arm is to be let go.
@@ -65,13 +69,16 @@ class Seen(NamedTuple):
     computing_ns: int = 0
     force: Vector | None = None
     force_saturated: bool = False
+    force_missing_ns: int = 0
     temperatures: tuple[float | None, ...] = ()
     expected: Vector | None = None
     module: Module | None = Module.ACTIVE
+    sensor: bool = True
     warning: bool = False
     fault: bool = False
     foreign_torque: bool = False
     watched: bool = True
+    watchdog_silent: bool = False
     recording: bool = True
     abort: bool = False
     end: bool = False
@@ -82,8 +89,9 @@ class Seen(NamedTuple):
 class Motion(NamedTuple):
     """Where the arm is, as far as the core believes the encoders.
 
-    `seconds` since the last cycle (0 if time did not pass), `positions` rad and `speeds` rad/s by joint, `missing` cycles in
-    a row without a believable position by joint, `still` cycles in a row with exactly the same one.
+    `seconds` since the last cycle (0 if time did not pass), `positions` rad and `speeds` rad/s by joint; by joint `missing` is
+    the time (ns) since a position could be believed, 0 if this cycle's can, `still` the time (ns) for which it has been exactly
+    the same, from a speed of `halted` rad/s on, `jumps` the cycles in a row with an answer too far away, `jumped` rad how far the last of them was.
     """
 
     seconds: float
@@ -91,6 +99,9 @@ class Motion(NamedTuple):
     speeds: Vector
     missing: tuple[int, ...]
     still: tuple[int, ...]
+    jumps: tuple[int, ...] = ()
+    jumped: Vector = ()
+    halted: Vector = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,8 +125,10 @@ class State(NamedTuple):
     number) took over, from where its torque comes up; `stopped` is the first trip that stays; `fading` the share of
     the controller's torque that is left while the arm gives way; `energy` J given so far; `flips` the times (ns) of recent
     changes of sign of each joint's torque, `swing` the last torque of each joint that was more than half its limit; `heat` of
-    each joint as a share of what its motor bears for ever; `pinched` cycles in a row in which a joint has pressed with all
-    that it may where it can pinch.
+    each joint as a share of what its motor bears for ever. By joint in ns: `pinched` is how long it has pressed with all that it
+    may where it can pinch, `pressed` how long a torque that should move it has not, from `pressed_speed` rad/s on, `unsure` how
+    long its position did not come lately. `calm_speed` rad/s is how fast it was when something last pushed it along. `late`
+    and `force_still` are times in ns, too: of cycles in a row that were late, and of an unchanged force.
     """
 
     time_ns: int
@@ -137,6 +150,10 @@ class State(NamedTuple):
     swing: Vector = ()
     heat: Vector = ()
     pinched: tuple[int, ...] = ()
+    pressed: tuple[int, ...] = ()
+    pressed_speed: Vector = ()
+    unsure: tuple[int, ...] = ()
+    calm_speed: Vector = ()
 
 
 class Outcome(NamedTuple):

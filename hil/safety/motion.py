@@ -1,5 +1,7 @@
 """Where the arm is and how fast it moves, as far as its encoders can be believed."""
 
+import math
+
 from hil.safety.cycle import Motion, Seen, State, Vector
 from hil.safety.limits import Limits
 
@@ -19,29 +21,48 @@ def follow(limits: Limits, state: State, seen: Seen) -> Motion:
     w = (w0 + W dt dq/dt)/(1 + W dt), W the bandwidth.
     """
     before, seconds = state.motion, seconds_since(state, seen)
-    positions, speeds, missing, still = [], [], [], []
+    passed_ns = max(seen.time_ns - state.time_ns, 1)
+    positions, speeds, missing, still, jumps, jumped, halted = [], [], [], [], [], [], []
     for k, joint in enumerate(limits.joints):
         measured = seen.positions[k] if k < len(seen.positions) else None
         last, speed = before.positions[k], before.speeds[k]
         # A gap allows the more motion the longer it has lasted.
-        waited = seconds + before.missing[k] * limits.period_ns * 1e-9
+        waited = seconds + before.missing[k] * 1e-9
         reach = FASTEST * joint.speed * max(waited, limits.period_ns * 1e-9)
         if measured is None or not abs(measured - last) <= reach:  # NaN is not believed either
             positions.append(last)
             speeds.append(speed)
-            missing.append(before.missing[k] + 1)
+            missing.append(before.missing[k] + passed_ns)
             still.append(0)
+            halted.append(0.0)
+            is_jump = measured is not None and math.isfinite(measured)
+            jumps.append((before.jumps[k] + 1 if before.jumps else 1) if is_jump else 0)
+            jumped.append(measured - last if measured is not None and is_jump else 0.0)
             continue
         filtered = limits.bandwidth * seconds
         rate = (measured - last) / waited if seconds > 0 else 0.0
         positions.append(measured)
         speeds.append((speed + filtered * rate) / (1.0 + filtered))
         missing.append(0)
-        still.append(before.still[k] + 1 if measured == last else 0)
-    return Motion(seconds, tuple(positions), tuple(speeds), tuple(missing), tuple(still))
+        still.append(before.still[k] + passed_ns if measured == last else 0)
+        begun = before.halted[k] if before.still[k] and before.halted else abs(speed)
+        halted.append(begun if measured == last else 0.0)
+        jumps.append(0)
+        jumped.append(0.0)
+    return Motion(
+        seconds,
+        tuple(positions),
+        tuple(speeds),
+        tuple(missing),
+        tuple(still),
+        tuple(jumps),
+        tuple(jumped),
+        tuple(halted),
+    )
 
 
 def at_rest(positions: Vector) -> Motion:
     """The motion with which a session begins."""
     zeros = (0.0,) * len(positions)
-    return Motion(0.0, positions, zeros, (0,) * len(positions), (0,) * len(positions))
+    none = (0,) * len(positions)
+    return Motion(0.0, positions, zeros, none, none, none, zeros, zeros)

@@ -8,14 +8,20 @@ from hil.safety.limits import Limits
 
 Rule = Callable[[Limits, State, Motion, Seen], Trip | None]
 
+SECOND_NS = 1_000_000_000
 # A cycle is late if so many periods have passed since the last one.
 LATE_PERIODS = 1.5
-# After a gap of so many periods nothing is known of what the arm did.
-LOST_PERIODS = 15
 # A controller that takes this share of a period is late as well.
 SLOW_SHARE = 0.5
-# So many late cycles in a row leave less torque.
-LATE_REDUCE = 3
+# Late cycles in a row leave less torque after this share of the time after which the arm gives way.
+LATE_REDUCE = 0.2
+# Positions that keep missing now and then count as missing after this times the time for those in a row.
+UNSURE = 2.0
+# No joint stops from so many rad/s to the last digit of its encoder at once, and stays there for this share of the time
+# after which an encoder that stands still counts as frozen.
+HALTED, HALTED_SHARE = 0.3, 0.1
+# An encoder has jumped if so many answers in a row are too far away; one may have been garbled on its way.
+JUMPS = 2
 # Share of the heat that a motor bears from which on there is less torque.
 WARM_SHARE = 0.8
 # Beyond this times its limit of speed a joint is damped and no more, and beyond the second it is let go.
@@ -41,27 +47,83 @@ def finite_command(limits: Limits, state: State, motion: Motion, seen: Seen) -> 
     return None
 
 
+def pushing(limits: Limits, seen: Seen) -> float:
+    """Torque in N.m that the force at the wrist can make at a joint, at most."""
+    return limits.reach * math.sqrt(sum(part * part for part in seen.force)) if seen.force is not None else 0.0
+
+
 def positions_answered(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip | None:
     """Joints whose position does not come, or cannot be believed, are steered blindly."""
-    worst = max(motion.missing)
+    worst, unsure = max(motion.missing), max(state.unsure)
+    if unsure > UNSURE * limits.missing_comply_s * SECOND_NS:
+        joint = state.unsure.index(unsure) + 1
+        words = (
+            f"positions of joint {joint} come too late or not at all again and again ({unsure * 1e-6:.3g} ms lately)"
+        )
+        if worst < limits.missing_release_s * SECOND_NS:
+            return Trip("positions_answered", Reaction.COMPLY, words)
     if not worst:
         return None
-    joint, words = motion.missing.index(worst) + 1, "1 cycle" if worst == 1 else f"{worst} cycles"
     reaction = Reaction.REDUCE
-    if worst >= limits.missing_release:
+    if worst >= limits.missing_release_s * SECOND_NS:
         reaction = Reaction.RELEASE
-    elif worst >= limits.missing_comply:
+    elif worst >= limits.missing_comply_s * SECOND_NS:
         reaction = Reaction.COMPLY
-    return Trip("positions_answered", reaction, f"no believable position of joint {joint} for {words}")
+    words = f"no believable position of joint {motion.missing.index(worst) + 1} for {worst * 1e-6:.3g} ms"
+    return Trip("positions_answered", reaction, words)
+
+
+def encoder_steady(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip | None:
+    """An encoder that says again that the joint is where it cannot have gone has jumped."""
+    for k, jumps in enumerate(motion.jumps):
+        if jumps >= JUMPS:
+            words = f"the encoder of joint {k + 1} jumped by {motion.jumped[k]:.3g} rad"
+            return Trip("encoder_steady", Reaction.COMPLY, words)
+    return None
 
 
 def encoder_alive(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip | None:
-    """An encoder that says exactly the same under a torque that moves the joint for certain is frozen."""
+    """An encoder is frozen that stops at once, or says exactly the same under a torque that moves the joint for certain."""
     for k, joint in enumerate(limits.joints):
-        pushed = abs(state.active[k]) > joint.breakaway
-        if pushed and motion.still[k] >= limits.frozen_cycles:
-            words = f"joint {k + 1} stands still to the last digit under {state.active[k]:.3g} N.m for {motion.still[k]} cycles"
+        if (
+            motion.halted
+            and motion.halted[k] > HALTED
+            and motion.still[k] >= HALTED_SHARE * limits.frozen_s * SECOND_NS
+        ):
+            words = (
+                f"the encoder of joint {k + 1} has said exactly the same for {motion.still[k] * 1e-6:.3g} ms, right after"
+                f" {motion.halted[k]:.2g} rad/s"
+            )
             return Trip("encoder_alive", Reaction.COMPLY, words)
+        pushed = abs(state.active[k]) > joint.breakaway
+        if pushed and motion.still[k] >= limits.frozen_s * SECOND_NS:
+            words = f"joint {k + 1} stands still to the last digit under {state.active[k]:.3g} N.m for {motion.still[k] * 1e-6:.3g} ms"
+            return Trip("encoder_alive", Reaction.COMPLY, words)
+    return None
+
+
+def torque_acts(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip | None:
+    """A torque that should move a joint and does not is lost on its way, or presses against what nobody sees."""
+    worst = max(state.pressed)
+    if worst < limits.effect_s * SECOND_NS:
+        return None
+    k = state.pressed.index(worst)
+    words = (
+        f"joint {k + 1} has not followed {state.active[k]:.3g} N.m for {worst * 1e-6:.3g} ms, and no force at the wrist holds"
+        " it: torques do not reach it, or it is blocked"
+    )
+    return Trip("torque_acts", Reaction.SUPPORT, words)
+
+
+def motion_explained(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip | None:
+    """A joint that speeds up though nothing known pushes it is driven by what nobody commands."""
+    for k, (speed, calm_speed) in enumerate(zip(motion.speeds, state.calm_speed, strict=True)):
+        if abs(speed) - calm_speed > limits.unexplained:
+            words = (
+                f"joint {k + 1} sped up by {abs(speed) - calm_speed:.3g} rad/s, and neither its torque nor a force at the wrist"
+                " pushes it that way"
+            )
+            return Trip("motion_explained", Reaction.RELEASE, words)
     return None
 
 
@@ -71,14 +133,17 @@ def on_time(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip | 
     period = limits.period_ns
     if passed <= 0:
         return Trip("on_time", Reaction.SUPPORT, f"the clock moved by {passed / 1e6:.3g} ms between two cycles")
-    if passed > LOST_PERIODS * period:
-        return Trip("on_time", Reaction.COMPLY, f"{passed / 1e6:.3g} ms between two cycles of {period / 1e6:.3g} ms")
-    late = is_late(limits, state, seen)
-    if late and state.late + 1 >= limits.late_comply:
-        words = f"{state.late + 1} cycles in a row were late or took more than half of {period / 1e6:.3g} ms"
+    if passed > period + limits.stall_s * SECOND_NS:
+        words = f"the session stood still: {passed / 1e6:.3g} ms between two cycles of {period / 1e6:.3g} ms"
+        return Trip("on_time", Reaction.RELEASE, words)
+    if not is_late(limits, state, seen):
+        return None
+    late = state.late + passed
+    words = f"for {late / 1e6:.3g} ms all cycles were late or took more than half of {period / 1e6:.3g} ms"
+    if late >= limits.late_comply_s * SECOND_NS:
         return Trip("on_time", Reaction.COMPLY, words)
-    if late and state.late + 1 >= LATE_REDUCE:
-        return Trip("on_time", Reaction.REDUCE, f"{state.late + 1} cycles in a row were late")
+    if late >= LATE_REDUCE * limits.late_comply_s * SECOND_NS:
+        return Trip("on_time", Reaction.REDUCE, words)
     return None
 
 
@@ -111,15 +176,20 @@ def energy_bounded(limits: Limits, state: State, motion: Motion, seen: Seen) -> 
 
 def force_bounded(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip | None:
     """A person who pushes hard wins; a sensor that saturates, or repeats itself to the last digit, cannot tell."""
+    if not seen.sensor:
+        return Trip("force_bounded", Reaction.RELEASE, "there is no force sensor")
     if seen.force is None:
         return None
+    if seen.force_missing_ns > limits.force_missing_s * SECOND_NS:
+        words = f"the force sensor has not answered for {seen.force_missing_ns * 1e-6:.3g} ms"
+        return Trip("force_bounded", Reaction.COMPLY, words)
     size = math.sqrt(sum(part * part for part in seen.force))
     if not size <= limits.force:
         return Trip("force_bounded", Reaction.COMPLY, f"{size:.3g} N at the wrist, the limit is {limits.force:g} N")
     if seen.force_saturated:
         return Trip("force_bounded", Reaction.COMPLY, "the force sensor is beyond its range")
-    if state.force_still >= limits.frozen_cycles:
-        words = f"the force sensor has said exactly the same for {state.force_still} cycles"
+    if state.force_still >= limits.frozen_s * SECOND_NS:
+        words = f"the force sensor has said exactly the same for {state.force_still * 1e-6:.3g} ms"
         return Trip("force_bounded", Reaction.COMPLY, words)
     return None
 
@@ -148,10 +218,10 @@ def cool(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip | Non
 def unpinched(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip | None:
     """A joint that presses with all that it may and does not move, where it can pinch, has something in between."""
     worst = max(state.pinched)
-    if worst < limits.pinch_cycles:
+    if worst < limits.pinch_s * SECOND_NS:
         return None
     joint = state.pinched.index(worst) + 1
-    words = f"joint {joint} has pressed without moving for {worst} cycles where it can pinch"
+    words = f"joint {joint} has pressed without moving for {worst * 1e-6:.3g} ms where it can pinch"
     return Trip("unpinched", Reaction.COMPLY, words)
 
 
@@ -182,6 +252,8 @@ def module_agrees(limits: Limits, state: State, motion: Motion, seen: Seen) -> T
     """The robot's own safety module, and the pendant on it, have the last word."""
     if seen.module is None:
         return Trip("module_agrees", Reaction.RELEASE, "the safety module does not answer")
+    if seen.module is Module.ABSENT:
+        return Trip("module_agrees", Reaction.RELEASE, "there is no safety module")
     if seen.module is Module.ESTOP:
         return Trip("module_agrees", Reaction.SILENCE, "emergency stop")
     if seen.fault:
@@ -202,7 +274,10 @@ def alone_on_the_bus(limits: Limits, state: State, motion: Motion, seen: Seen) -
 
 def watched(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip | None:
     """What the watchdog has let go is not taken up again, and nothing is held that nobody watches."""
-    return None if seen.watched else Trip("watched", Reaction.RELEASE, "the watchdog has let the arm go, or is gone")
+    if seen.watched:
+        return None
+    words = "the watchdog has fallen silent" if seen.watchdog_silent else "the watchdog has let the arm go, or is gone"
+    return Trip("watched", Reaction.RELEASE, words)
 
 
 def recorded(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip | None:
@@ -227,7 +302,10 @@ def not_ended(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip 
 RULES: tuple[Rule, ...] = (
     finite_command,
     positions_answered,
+    encoder_steady,
     encoder_alive,
+    torque_acts,
+    motion_explained,
     on_time,
     speed_limited,
     inside_range,

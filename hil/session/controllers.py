@@ -12,7 +12,8 @@ class Observed(NamedTuple):
     """What a controller sees: time since it took over in s (negative before the arm is armed), joint angles rad, speeds rad/s, wrist force N.
 
     `sent` N.m is what the core let pass in the last cycle, without the part that holds the weight; `confirm` whether the
-    operator has just confirmed; `fresh` whether all angles were measured in this cycle.
+    operator has just confirmed; `fresh` whether all angles were measured in this cycle; `asked` N.m what a program beside the session asks
+    for, None while it does not.
     """
 
     seconds: float
@@ -22,6 +23,7 @@ class Observed(NamedTuple):
     sent: np.ndarray = _NOTHING
     confirm: bool = False
     fresh: bool = True
+    asked: tuple[float, ...] | None = None
 
 
 class Controller(Protocol):
@@ -33,6 +35,20 @@ class Controller(Protocol):
     def torque(self, observed: Observed) -> np.ndarray:
         """Joint torques in N.m that it asks for, without those that hold the arm's weight."""
         ...
+
+
+class Asked:
+    """Asks for what a program beside the session asks for, such as a coupled run; for nothing while it is silent."""
+
+    def __init__(self) -> None:
+        self.turn, self._is_asking = 0, False
+
+    def torque(self, observed: Observed) -> np.ndarray:
+        """The torques that are asked for."""
+        if (is_asking := observed.asked is not None) and not self._is_asking:
+            self.turn += 1
+        self._is_asking = is_asking
+        return np.zeros_like(observed.angles) if observed.asked is None else np.array(observed.asked)
 
 
 @dataclass

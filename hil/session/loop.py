@@ -40,6 +40,9 @@ class Summary:
     cycles: int = 0
     answers_late: int = 0
     frames_lost: int = 0
+    # The longest times (ns) between the beginnings of two cycles, and between two torque frames.
+    cycle_gap_ns: int = 0
+    torque_gap_ns: int = 0
     lateness: Lateness = field(default_factory=Lateness)
     faults: list[str] = field(default_factory=list)
 
@@ -51,6 +54,7 @@ class Loop:
         dry_run: decide and record everything, send no torque.
         watch: told of every decision; it must not take long.
         window: where the loop shows itself to a live view.
+        asked: what a program beside the loop asks for in N.m; None while it does not.
     """
 
     def __init__(
@@ -64,9 +68,12 @@ class Loop:
         dry_run: bool = False,
         watch: Callable[[int, Decision], None] = lambda start_ns, decision: None,
         window: Window | None = None,
+        asked: Callable[[], tuple[float, ...] | None] = lambda: None,
     ) -> None:
         self.wire, self.pilot, self.beats, self.recorder, self.heart = wire, pilot, beats, recorder, heart
         self.dry_run, self.watch, self.window = dry_run, watch, window
+        self._last_cycle_ns = self._last_torque_ns = 0
+        self.asked = asked
         self._late_ns = 0
         self._computing_ns = 0
         self._letting_down = False
@@ -85,6 +92,7 @@ class Loop:
     def begin(self) -> None:
         """Forget what waits on the bus; the next frames are those of cycles."""
         self.wire.drain()
+        self._last_cycle_ns = self._last_torque_ns = 0
         if self.recorder is not None:
             self.recorder.begin(self.wire.now())
 
@@ -124,11 +132,15 @@ class Loop:
         start_ns = self.wire.now()
         if self.heart is not None:
             self.heart.beat(start_ns)
-        self.wire.send(*self.pilot.requests())
+        if self._last_cycle_ns:
+            self.summary.cycle_gap_ns = max(self.summary.cycle_gap_ns, start_ns - self._last_cycle_ns)
+        self._last_cycle_ns = start_ns
+        self.wire.send(*self.pilot.requests(frames))
         frames += self._answers(start_ns)
         recording = self.recorder is None or self.recorder.is_alive
-        watched = self.heart is None or self.heart.is_watched
-        wishes = (wish.arm, wish.abort, recording, wish.over, watched, wish.confirm)
+        silent = self.heart is not None and self.heart.is_watchdog_silent(self.wire.now())
+        watched = self.heart is None or (self.heart.is_watched and not silent)
+        wishes = (wish.arm, wish.abort, recording, wish.over, watched, wish.confirm, silent, self.asked())
         given = CycleInput(start_ns, frames, self._computing_ns, *wishes)
         if self.recorder is not None:
             self.recorder.cycle(given)
@@ -159,3 +171,8 @@ class Loop:
                 self.recorder.decided(Timed(self.wire.now(), frame))
             if not self.dry_run:
                 self.wire.send_decided(frame)
+        if frames:
+            now = self.wire.now()
+            if self._last_torque_ns:
+                self.summary.torque_gap_ns = max(self.summary.torque_gap_ns, now - self._last_torque_ns)
+            self._last_torque_ns = now

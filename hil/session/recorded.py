@@ -70,7 +70,15 @@ def pilot_of(robot: Robot, settings: Settings) -> Pilot:
     """The pilot of a session with these settings."""
     controller, proof = settings.make_controller(), settings.make_proof()
     axes = np.array(settings.force_axes)
-    return Pilot(robot, settings.limits, controller, gravity=settings.gravity, proof=proof, force_axes=axes)
+    return Pilot(
+        robot,
+        settings.limits,
+        controller,
+        gravity=settings.gravity,
+        proof=proof,
+        force_axes=axes,
+        waived=settings.waived,
+    )
 
 
 def _kept_summary(path: Path) -> Mapping[str, Any]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from fmus.errors import MisfitError
 from hil.bus.wire import Wire
-from hil.codecs.barrett.identifiers import LAST_NODE, Group, Node, answer_of, to_group, to_node
+from hil.codecs.barrett.identifiers import LAST_NODE, SENDER_MASK, Group, Node, answer_of, to_group, to_node
 from hil.codecs.barrett.properties import decode_value, encode_request, encode_value
 from hil.codecs.barrett.tables import MONITOR, Kind, kind_of, properties
 from hil.codecs.frame import Frame
@@ -25,9 +25,11 @@ SCAN_S = (0.001, 0.010)
 AWAKE = 2
 # Another host's session, of 10 Hz or more, is heard within this time.
 COMPANY_S = 0.15
-_SENDER = 0x3E0
 # The module ignores this many velocities after the positions jump to those of home.
 VELOCITY_HISTORY = 5
+
+# Those that a session hears: motors, force sensor and safety module.
+NODES = (1, 2, 3, int(Node.FORCE_SENSOR), int(Node.SAFETY))
 
 Sleep = Callable[[float], None]
 
@@ -71,7 +73,7 @@ def company(wire: Wire) -> Frame | None:
     deadline = wire.now() + int(COMPANY_S * 1e9)
     while (left := (deadline - wire.now()) * 1e-9) > 0:
         timed = wire.receive(left)
-        if timed is not None and timed.frame.identifier & _SENDER == 0:
+        if timed is not None and timed.frame.identifier & SENDER_MASK == 0:
             return timed.frame
     return None
 

@@ -5,21 +5,27 @@ import ctypes
 import gc
 import os
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
 
 # The end of a wait is spent spinning: waking up takes the kernel about 50 us.
 SPIN_NS = 100_000
+# Longer waits are interrupted so often.
+SIGN_NS = 4_000_000
 PRIORITY = 80
 
 
 class Metronome:
-    """Beats at absolute times; a beat that is late by more than a period is skipped and counted."""
+    """Beats at absolute times; a beat that is late by more than a period is skipped and counted.
 
-    def __init__(self, period_ns: int) -> None:
-        self.period_ns, self.missed = period_ns, 0
+    Args:
+        sign: told the time (ns) again and again while the next beat is waited for: a sign of life in long periods, too.
+    """
+
+    def __init__(self, period_ns: int, sign: Callable[[int], None] = lambda now_ns: None) -> None:
+        self.period_ns, self.missed, self.sign = period_ns, 0, sign
         self._next = time.monotonic_ns() + period_ns
 
     def wait(self) -> tuple[int, int]:
@@ -28,9 +34,10 @@ class Metronome:
         behind = max(now - self._next, 0) // self.period_ns
         self.missed += behind
         beat = self._next = self._next + behind * self.period_ns
-        left = beat - now - SPIN_NS
-        if left > 0:
-            time.sleep(left * 1e-9)
+        while (left := beat - now - SPIN_NS) > 0:
+            self.sign(now)
+            time.sleep(min(left, SIGN_NS) * 1e-9)
+            now = time.monotonic_ns()
         while (now := time.monotonic_ns()) < beat:
             pass
         self._next += self.period_ns

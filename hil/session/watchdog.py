@@ -1,6 +1,6 @@
-"""The watchdog, a process of its own: `python -m hil.session.watchdog HEART SETTINGS [dry]`.
+"""The watchdog, a process of its own: `python -m hil.session.watchdog HEART SETTINGS LIMIT_NS [dry]`.
 
-If the loop has not begun a cycle for too long (it hangs, was stopped or killed), or has ended by an error, it sends zero torques
+If the loop has given no sign for too long (it hangs, was stopped or killed), or has ended by an error, it sends zero torques
 and switches the motors to idle, on a connection to the bus of its own, and tells the loop, which then stops for good. So it does
 when that connection breaks, or one of two: a bus that still works hears it.
 """
@@ -21,14 +21,16 @@ from fmus.errors import ComponentError, MisfitError
 from hil.bus.gate import TORQUE_IDENTIFIERS, let_go
 from hil.bus.wire import Wire, open_wire
 from hil.errors import BusError
-from hil.session.heart import Heart
+from hil.session.heart import LIMIT_NS, Heart
 from hil.session.timing import real_time_priority
 
-# On a machine without a real-time kernel gaps of 28 ms were measured in a loop that was well.
-LIMIT_NS = 30_000_000
 POLL_S = 0.001
+# Of a bus that is full it hears so many frames in each look: it must not miss the loop because of it.
+HEARD = 64
 # Above the loop's priority: it must run when the loop does not let go of the processor.
 PRIORITY = 90
+# A watchdog that is told of the end is waited for so long.
+PATIENCE_S = 10.0
 # Zero torques are repeated, in case that one is lost.
 REPEATS = 5
 
@@ -43,10 +45,13 @@ def watch(heart: Heart, settings: Mapping[str, Any], limit_ns: int = LIMIT_NS, *
     """
     let_it_go = _stay_silent if dry_run else let_the_arm_go
     wire = open_wire(settings, TORQUE_IDENTIFIERS, beside=True)
+    wire.listen_to(())
     parent, hears = parent_process(), True
+    heart.watch(time.monotonic_ns())
     print("watching", flush=True)
     try:
         while not heart.is_finished:
+            heart.watch(time.monotonic_ns())
             last, orphaned = heart.last_ns, os.getppid() != parent
             silent = orphaned or time.monotonic_ns() - last > limit_ns
             if last and not heart.tripped_ns and (silent or not hears):
@@ -67,7 +72,7 @@ def watch(heart: Heart, settings: Mapping[str, Any], limit_ns: int = LIMIT_NS, *
 def _hears(wire: Wire) -> bool:
     """Whether a wire still brings what is said; what it was is of no interest."""
     try:
-        wire.drain()
+        wire.drain(HEARD)
     except BusError:
         return False
     return True
@@ -96,16 +101,23 @@ def _stay_silent(wire: Wire) -> None:
 
 
 @contextmanager
-def watchdog(settings: Mapping[str, Any], *, dry_run: bool = False) -> Iterator[Heart]:
+def watchdog(
+    settings: Mapping[str, Any], limit_s: float = LIMIT_NS * 1e-9, *, dry_run: bool = False
+) -> Iterator[Heart]:
     """Run one beside a session; yields the heart that the loop must keep beating. It lets the arm go if that ends by an error.
+
+    Args:
+        limit_s: after so long without a sign of the other, loop and watchdog each let the arm go.
 
     Raises:
         ComponentError: if it does not come up.
     """
     heart = Heart.create()
+    heart.limit_ns = round(limit_s * 1e9)
     process = subprocess.Popen(
         [
             *python_command("hil.session.watchdog", str(heart.path), json.dumps(dict(settings))),
+            str(heart.limit_ns),
             *(["dry"] if dry_run else []),
         ],
         env=child_environment(),
@@ -125,14 +137,23 @@ def watchdog(settings: Mapping[str, Any], *, dry_run: bool = False) -> Iterator[
         heart.abandon()
         raise
     finally:
-        process.communicate(timeout=10)
+        _ended(process)
         heart.remove()
+
+
+def _ended(process: subprocess.Popen[str]) -> None:
+    """Wait for the watchdog to end; one that does not, on a machine that is too slow or since it was stopped, is ended."""
+    try:
+        process.communicate(timeout=PATIENCE_S)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.communicate()
 
 
 if __name__ == "__main__":
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     with real_time_priority(PRIORITY):
         try:
-            watch(Heart(Path(sys.argv[1])), json.loads(sys.argv[2]), dry_run="dry" in sys.argv[3:])
+            watch(Heart(Path(sys.argv[1])), json.loads(sys.argv[2]), int(sys.argv[3]), dry_run="dry" in sys.argv[4:])
         except MisfitError as error:  # for the session to say
             print(error, flush=True)

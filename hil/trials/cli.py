@@ -14,7 +14,7 @@ from fmus.errors import MisfitError
 from orchestrator.cli.common import json_option, quiet_option, show, write_json
 
 if TYPE_CHECKING:
-    from hil.session.session import Operator
+    from hil.session.entry import Operator
     from hil.session.start_up import Robot
 
 # Nobody waits longer than this for a session to end.
@@ -104,7 +104,7 @@ def _operator(
 ) -> "Operator":
     """Who is asked and told: people at the terminal, or the virtual caregiver."""
     from hil.cli import ask_arm, ask_home, yes
-    from hil.session.session import Operator
+    from hil.session.entry import Operator
     from hil.trials.assistant import Assistant, words_of
     from hil.trials.phases import Phase
     from hil.virtual.remote import Remote

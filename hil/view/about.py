@@ -26,6 +26,7 @@ def about(settings: Settings, pilot: Pilot, folder: Path | None, stop: Path, dry
         "side": settings.side,
         "bus": f"{settings.bus.get('interface', '')} {settings.bus.get('channel', '')}".strip(),
         "dry_run": dry_run,
+        "without": list(settings.waived),
         "stop": str(stop),
         "process": os.getpid(),
         "clock_ns": time.time_ns() - time.monotonic_ns(),

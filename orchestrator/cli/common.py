@@ -14,6 +14,8 @@ from fmus.errors import MisfitError
 from fmus.files import write_atomically
 
 if TYPE_CHECKING:
+    from rich.progress import Progress
+
     from orchestrator.measurements import MeasurementSet
     from orchestrator.models.contract import Model
 
@@ -138,9 +140,36 @@ def progress(quiet: bool) -> Iterator[Say]:
     from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
     columns = (SpinnerColumn(), TimeElapsedColumn(), TextColumn("{task.description}"))
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+    with on_screen(Progress(*columns, console=Console(stderr=True), transient=True)) as bar:
         task = bar.add_task("starting")
         yield lambda message: bar.update(task, description=message)
+
+
+_ON_SCREEN: list["Progress"] = []
+
+
+@contextmanager
+def on_screen(bar: "Progress") -> Iterator["Progress"]:
+    """Show a bar that redraws itself, and let `screen_paused` know of it."""
+    with bar:
+        _ON_SCREEN.append(bar)
+        try:
+            yield bar
+        finally:
+            _ON_SCREEN.remove(bar)
+
+
+@contextmanager
+def screen_paused() -> Iterator[None]:
+    """Take bars off the terminal while somebody is asked: they would draw over the question and its answer."""
+    bars = list(_ON_SCREEN)
+    for bar in bars:
+        bar.stop()
+    try:
+        yield
+    finally:
+        for bar in bars:
+            bar.start()
 
 
 def show(renderable: Any, quiet: bool) -> None:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from fmus.errors import MisfitError
-from orchestrator.cli.common import write_json
+from orchestrator.cli.common import on_screen, write_json
 from orchestrator.cli.running import full_address, options_of, running_options
 from orchestrator.cli.swaps import with_swaps
 
@@ -127,7 +127,7 @@ def moving_bar(system: "System", options: "RunOptions", quiet: bool) -> Iterator
 
     start, began, shown = system.run.start or 0.0, time.perf_counter(), [0.0]
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+    with on_screen(Progress(*columns, console=Console(stderr=True), transient=True)) as bar:
         task = bar.add_task("preparing", total=stop - start if math.isfinite(stop) else None)
 
         def watch(simulated: float) -> None:

@@ -11,7 +11,7 @@ from typing import Any
 
 import click
 
-from orchestrator.cli.common import write_json
+from orchestrator.cli.common import on_screen, write_json
 from orchestrator.cli.running import full_address, options_of, running_options
 
 
@@ -97,7 +97,7 @@ def counting_bar(quiet: bool) -> Iterator[Callable[[int, int], None] | None]:
     from rich.console import Console
     from rich.progress import Progress
 
-    with Progress(console=Console(stderr=True), transient=True) as bar:
+    with on_screen(Progress(console=Console(stderr=True), transient=True)) as bar:
         task = bar.add_task("runs", total=None)
         yield lambda done, total: bar.update(task, completed=done, total=total)
 

@@ -13,7 +13,9 @@ JOINT = JointLimits(torque=10.0, torque_rate=2000.0, speed=1.0, low=-1.0, high=1
 # The first joint's motor bears 5 N.m for ever, the second pinches where it is bent furthest.
 FIRST = replace(JOINT, continuous=5.0)
 SECOND = replace(JOINT, zones=(Zone(0.8, 1.2, 2.0),))
-LIMITS = Limits(joints=(FIRST, SECOND), energy=0.5, frozen_cycles=20, ramp_s=0.1, thermal_s=1.0, pinch_cycles=30)
+LIMITS = Limits(
+    joints=(FIRST, SECOND), energy=0.5, frozen_s=0.04, effect_s=10.0, ramp_s=0.1, thermal_s=1.0, pinch_s=0.06
+)
 PERIOD = LIMITS.period_ns
 PERIOD_S = PERIOD * 1e-9
 

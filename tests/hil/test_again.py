@@ -26,9 +26,10 @@ from hil.recording.replay import read_records
 from hil.robots import proficio
 from hil.session import again
 from hil.session.again import keep_on, wait_for_arm
+from hil.session.entry import Operator
 from hil.session.pilot import Decision, Pilot
 from hil.session.recorded import ROBOT, replay_session
-from hil.session.session import BrokenSession, Operator, run_session
+from hil.session.session import BrokenSession, run_session
 from hil.session.settings import virtual_settings
 from hil.session.start_up import Robot
 from hil.virtual.any_bus import BusServer

@@ -1,13 +1,14 @@
 """The processes of a session: what is left when one of them is stopped, killed or told to end."""
 
 import json
+import os
 import signal
 import subprocess
 import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -15,12 +16,12 @@ import can
 import pytest
 
 from hil.bus.gate import TORQUE_IDENTIFIERS
-from hil.bus.wire import Wire, open_wire
-from hil.codecs.frame import Frame
+from hil.bus.wire import MOST_DRAINED, Wire, open_wire
+from hil.codecs.frame import Frame, parse_frame
 from hil.recording.records import Kind
 from hil.recording.replay import read_records
 from hil.robots import proficio
-from hil.session.heart import Heart
+from hil.session.heart import LIMIT_NS, Heart
 from hil.session.loop import Loop, Wishes
 from hil.session.recorded import replay_session
 from hil.session.start_up import start_up
@@ -108,7 +109,7 @@ def test_the_watchdog_lets_the_arm_go_when_the_loop_falls_silent() -> None:
         deadline = time.monotonic() + PATIENCE_S
         while not heart.tripped_ns and time.monotonic() < deadline:
             time.sleep(0.01)
-        assert heart.tripped_ns - heart.last_ns >= 30_000_000
+        assert heart.tripped_ns - heart.last_ns >= LIMIT_NS
         seen = set()
         while time.monotonic() < deadline and len(seen) < 2:
             timed = wire.receive(0.5)
@@ -223,3 +224,59 @@ def test_no_process_and_no_shared_memory_is_left_behind(tmp_path: Path, monkeypa
     process.communicate(timeout=PATIENCE_S)
     assert (tmp_path / "session" / "frames.bin").stat().st_size > 0
     assert list(shared.iterdir()) == []
+
+
+def watchdog_of(parent: int) -> int:
+    """The process that watches a session."""
+    for entry in Path("/proc").glob("[0-9]*"):
+        with suppress(OSError):
+            fields = (entry / "stat").read_text().rpartition(")")[2].split()
+            if int(fields[1]) == parent and b"hil.session.watchdog" in (entry / "cmdline").read_bytes():
+                return int(entry.name)
+    pytest.fail("the session has no watchdog")
+
+
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="processes are found by /proc here")
+def test_a_watchdog_that_was_stopped_ends_the_session_and_its_torque(tmp_path: Path) -> None:
+    """SIGSTOP: the process is there, and watches nothing."""
+    folder = tmp_path / "session"
+    process = hold(folder, 600)
+    wait_for_cycles(folder, 100, process)
+    number = watchdog_of(process.pid)
+    os.kill(number, signal.SIGSTOP)
+    stopped = time.monotonic_ns()
+    time.sleep(0.5)  # long enough for the session to let the arm go by itself
+    os.kill(number, signal.SIGCONT)
+    output, errors = process.communicate(timeout=PATIENCE_S)
+    assert process.returncode == 1, errors
+    assert "Traceback" not in errors
+    assert json.loads(output)["faults"] == ["watched: the watchdog has fallen silent"]
+    idle = parse_frame("404#880000000000")
+    last = [timed for kind, _, timed in read_records(folder) if kind is Kind.DECIDED and timed.frame == idle]
+    assert 0 < last[0].time_ns - stopped < 0.5e9
+    assert replay_session(folder).first_different is None
+
+
+def test_a_watchdog_that_does_not_end_is_ended_without_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("hil.session.watchdog.PATIENCE_S", 0.1)
+    with virtual_robot() as settings:
+        with watchdog(settings) as heart:
+            assert heart.watchdog is not None
+            os.kill(heart.watchdog.pid, signal.SIGSTOP)
+        assert heart.watchdog.returncode == -signal.SIGKILL
+
+
+def test_a_bus_that_never_falls_silent_keeps_nobody_from_going_on() -> None:
+    class Babbling(can.BusABC):
+        def __init__(self) -> None:
+            super().__init__("babbling")
+
+        def send(self, msg: can.Message, timeout: float | None = None) -> None:
+            """Nobody hears it."""
+
+        def _recv_internal(self, timeout: float | None):  # type: ignore[no-untyped-def]
+            return can.Message(arbitration_id=0x7E5, data=b"x", is_extended_id=False), False
+
+    wire = Wire(Babbling(), frozenset(), "babbling")
+    assert len(wire.drain()) == MOST_DRAINED
+    assert len(wire.drain(3)) == 3

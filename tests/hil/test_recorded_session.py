@@ -13,9 +13,10 @@ import pytest
 
 from fmus.errors import ComponentError, MisfitError
 from hil.session import session
+from hil.session.entry import Operator
 from hil.session.pilot import Decision, Pilot
 from hil.session.recorded import finish_session, replay_session
-from hil.session.session import Operator, run_session
+from hil.session.session import run_session
 from hil.session.settings import Settings, default_settings
 from orchestrator.measurements import load_measurements
 
@@ -33,7 +34,9 @@ def robot() -> Iterator[tuple[subprocess.Popen[str], Settings]]:
         }
         # A machine that is busy answers late, and a session bears it here: only what is broken shall end it.
         settings = default_settings(rate_hz=50.0)
-        patient = replace(settings.limits, missing_comply=1000, missing_release=1001, late_comply=1000)
+        patient = replace(
+            settings.limits, missing_comply_s=20.0, missing_release_s=21.0, late_comply_s=20.0, stall_s=20.0
+        )
         yield process, replace(settings, bus=bus, gravity=False, limits=patient)
         process.kill()
 

@@ -1,12 +1,33 @@
 """A robot where an FMU was."""
 
+import ast
+import json
+from io import StringIO
 from pathlib import Path
 
+import numpy as np
+import pyarrow.parquet as pq
 import pytest
+from rich.console import Console
+from rich.progress import Progress
 
 from fmus.errors import ComponentError, MisfitError
-from hil.component import open_robot
+from hil.component import RobotComponent, open_robot
+from hil.session.controllers import Asked, Observed
+from hil.session.recorded import replay_session
+from hil.stop.flag import StopFlag
+from hil.view.glance import Look
+from hil.view.window import windows
+from hil.virtual.process import virtual_robot
+from orchestrator.cli.common import on_screen, screen_paused
 from orchestrator.cosim.system import ComponentSpec
+
+HIL = Path(__file__).parents[2] / "hil"
+
+
+@pytest.fixture(autouse=True)
+def _here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)  # where it records, unless told otherwise
 
 
 def robot(**options: object):  # type: ignore[no-untyped-def]
@@ -58,3 +79,81 @@ def test_a_rate_that_is_no_number_is_refused_by_its_value() -> None:
 def test_a_robot_that_was_not_started_up_does_not_step() -> None:
     with pytest.raises(ComponentError, match="has not been started up"):
         robot(virtual=True).step(0.0, 0.01)
+
+
+def test_a_run_is_recorded_as_a_session_and_replays(tmp_path: Path) -> None:
+    component = robot(virtual=True, record=str(tmp_path / "run"))
+    component.initialise(0.0, None, None)
+    try:
+        component.start()
+        time = 0.0
+        for k in range(20):
+            component.set(["asked3"], [-0.02 * k])
+            time = component.step(time, 0.01).time
+    finally:
+        component.terminate()
+    found = replay_session(tmp_path / "run")
+    assert found.cycles > 20 and found.first_different is None
+    table = pq.read_table(tmp_path / "run" / "signals.parquet")
+    assert -0.38 <= table["asked3"].to_numpy().min() <= -0.3
+    assert (tmp_path / "run" / "case.toml").exists()
+
+
+def test_the_stop_button_lets_the_arm_of_a_run_down() -> None:
+    component = robot(virtual=True)
+    component.initialise(0.0, None, None)
+    try:
+        component.start()
+        [window] = windows()
+        StopFlag(Path(Look(window).about["stop"])).press()
+        with pytest.raises(ComponentError, match="not_aborted: stopped by the operator"):
+            for k in range(300):
+                component.step(0.01 * k, 0.01)
+    finally:
+        component.terminate()
+
+
+def test_a_run_that_falls_silent_asks_for_nothing_and_begins_again_at_the_foot_of_the_ramp() -> None:
+    asked, seen = Asked(), Observed(1.0, np.zeros(3), np.zeros(3), np.zeros(3))
+    assert asked.torque(seen._replace(asked=(1.0, 0.0, 0.0))).tolist() == [1.0, 0.0, 0.0]
+    turn = asked.turn
+    assert asked.torque(seen).tolist() == [0.0, 0.0, 0.0]
+    asked.torque(seen._replace(asked=(1.0, 0.0, 0.0)))
+    assert asked.turn == turn + 1
+
+
+def test_limits_looser_than_those_of_the_safety_module_are_refused_to_a_run_as_to_a_session(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with virtual_robot() as bus:
+        (tmp_path / "bench.toml").write_text(
+            "[bus]\n" + "".join(f"{key} = {json.dumps(value)}\n" for key, value in bus.items())
+            + "[[joints]]\ntorque = 60.0\n"
+        )  # fmt: skip
+        component = open_robot(ComponentSpec("robot", "robot", source="bench.toml", isolate=False), tmp_path)
+        assert isinstance(component, RobotComponent)
+        monkeypatch.setattr(
+            "hil.component.ask_home", lambda: True
+        )  # the limits are looked at before anybody is asked to arm
+        with pytest.raises(MisfitError, match=r"lower `torque` of \[\[joints\]\]"):
+            component.initialise(0.0, None, None)
+        component.terminate()
+
+
+def test_torque_has_one_entry() -> None:
+    """Read from the source: who starts robots, cycles loops and runs watchdogs."""
+    callers: dict[str, set[str]] = {"Loop": set(), "start_up": set(), "watchdog": set()}
+    for path in HIL.rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in callers:
+                callers[node.func.id].add(str(path.relative_to(HIL)))
+    assert callers == {name: {"session/entry.py"} for name in callers}
+
+
+def test_a_question_is_asked_while_nothing_else_draws_on_the_terminal() -> None:
+    bar = Progress(console=Console(file=StringIO(), force_terminal=True))
+    with on_screen(bar):
+        assert bar.live.is_started
+        with screen_paused():
+            assert not bar.live.is_started
+        assert bar.live.is_started

@@ -190,15 +190,15 @@ HAZARDS: list[tuple[str, Drive, Reaction]] = [
     ("positions_answered", lambda arm: arm.cycles(3, positions=(0.0, None)), Reaction.COMPLY),
     ("positions_answered", lambda arm: arm.cycles(14, positions=(None, None)), Reaction.COMPLY),
     ("positions_answered", lambda arm: arm.cycles(15, positions=(None, None)), Reaction.RELEASE),
-    ("positions_answered", lambda arm: arm.cycles(3, positions=(0.5, 0.0)), Reaction.COMPLY),  # a jump
+    ("encoder_steady", lambda arm: arm.cycles(2, positions=(0.5, 0.0)), Reaction.COMPLY),
     ("positions_answered", lambda arm: arm.cycles(3, positions=(math.nan, 0.0)), Reaction.COMPLY),
     ("positions_answered", lambda arm: arm.cycles(3, positions=(0.0,)), Reaction.COMPLY),
     ("encoder_alive", lambda arm: arm.cycles(25, positions=(0.0, 0.0), asked=(3.5, 0.0)), Reaction.COMPLY),
     ("on_time", lambda arm: arm.cycle(time_ns=arm.now), Reaction.SUPPORT),
     ("on_time", lambda arm: arm.cycle(time_ns=arm.now - PERIOD), Reaction.SUPPORT),
-    ("on_time", lambda arm: arm.cycle(time_ns=arm.now + 16 * PERIOD), Reaction.COMPLY),
-    ("on_time", _late(3), Reaction.REDUCE),
-    ("on_time", _late(15), Reaction.COMPLY),
+    ("on_time", lambda arm: arm.cycle(time_ns=arm.now + 16 * PERIOD), Reaction.RELEASE),
+    ("on_time", _late(2), Reaction.REDUCE),
+    ("on_time", _late(8), Reaction.COMPLY),
     ("on_time", lambda arm: arm.cycles(15, computing_ns=PERIOD), Reaction.COMPLY),
     ("speed_limited", lambda arm: _throw(arm, 1.5), Reaction.COMPLY),
     ("speed_limited", lambda arm: _throw(arm, -3.0), Reaction.RELEASE),
@@ -213,6 +213,12 @@ HAZARDS: list[tuple[str, Drive, Reaction]] = [
     ("cool", lambda arm: arm.cycle(temperatures=(75.0, None)), Reaction.COMPLY),
     ("cool", lambda arm: _overload(arm, 6.0, 450), Reaction.REDUCE),
     ("cool", lambda arm: _overload(arm, 6.0, 600), Reaction.COMPLY),
+    ("encoder_alive", lambda arm: _halt(arm, 0.5), Reaction.COMPLY),
+    ("torque_acts", lambda arm: _unheard(arm, 20), Reaction.SUPPORT),
+    ("motion_explained", lambda arm: _runaway(arm, 0.7), Reaction.RELEASE),
+    ("force_bounded", lambda arm: arm.cycle(force=(0.0, 0.0, 1.0), force_missing_ns=51_000_000), Reaction.COMPLY),
+    ("force_bounded", lambda arm: arm.cycle(sensor=False), Reaction.RELEASE),
+    ("module_agrees", lambda arm: arm.cycle(module=Module.ABSENT), Reaction.RELEASE),
     ("unpinched", lambda arm: _press(arm, 60), Reaction.COMPLY),
     ("follows_model", lambda arm: arm.cycle(expected=(0.0, 0.31)), Reaction.COMPLY),
     ("follows_model", lambda arm: arm.cycle(expected=(0.0, math.nan)), Reaction.COMPLY),
@@ -235,6 +241,27 @@ def _overload(arm: Arm, torque: float, cycles: int) -> None:
     """Hold against a load that the first motor does not bear for ever: 6 N.m instead of 5, for a second."""
     for k in range(cycles):
         arm.cycle(positions=(1e-6 * (k % 2), 0.0), support=(torque, 0.0))
+
+
+def _halt(arm: Arm, speed: float) -> None:
+    """Move, and then be told exactly the same for 4 ms."""
+    for k in range(60):
+        arm.cycle(positions=(speed * k * PERIOD_S, 0.0))
+    arm.cycles(3, positions=(speed * 59 * PERIOD_S, 0.0))
+
+
+def _runaway(arm: Arm, speed: float) -> None:
+    """Move by itself, with a torque that brakes."""
+    arm.limits = replace(LIMITS, unexplained=0.5)
+    for k in range(1, 60):
+        arm.cycle(positions=(speed * k * PERIOD_S, 0.0), asked=(-1.0, 0.0))
+
+
+def _unheard(arm: Arm, cycles: int) -> None:
+    """Ask for 4 N.m, where more than 3 N.m move the joint for certain, while it stands still."""
+    arm.limits = replace(LIMITS, effect_s=0.03)
+    for k in range(cycles):
+        arm.cycle(positions=(1e-6 * (k % 2), 0.0), asked=(4.0, 0.0))
 
 
 def _press(arm: Arm, cycles: int) -> None:
@@ -426,13 +453,14 @@ def test_repeated_forces_are_counted_and_forgotten() -> None:
     for force in ((1.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 0.0, 0.0), (2.0, 0.0, 0.0), (2.0, 0.0, 0.0), None):
         arm.cycle(force=force)
         counts.append(arm.state.force_still)
-    assert counts == [0, 1, 2, 0, 1, 0]
+    assert counts == [0, PERIOD, 2 * PERIOD, 0, PERIOD, 0]
 
 
 @pytest.mark.parametrize(
-    ("torque", "speed", "counted"), [(2.0, 0.0, 6), (0.99 * 2.0, 0.0, 6), (1.97, 0.0, 0), (2.0, 0.02, 0)]
+    ("torque", "speed", "counted"),
+    [(2.0, 0.0, PERIOD + 5), (0.99 * 2.0, 0.0, PERIOD + 5), (1.97, 0.0, 0), (2.0, 0.02, 0)],
 )
-def test_cycles_are_counted_in_which_a_joint_just_presses_and_rests(torque: float, speed: float, counted: int) -> None:
+def test_the_time_is_counted_in_which_a_joint_just_presses_and_rests(torque: float, speed: float, counted: int) -> None:
     arm = Arm().armed()
     assert arm.state.pinched == begin(LIMITS, 0, (0.0, 0.0)).pinched == (0, 0)
     here = Motion(PERIOD_S, (0.0, 0.85), (0.0, speed), (0, 0), (0, 0))
@@ -534,8 +562,7 @@ def test_at_the_very_end_of_its_range_a_joint_may_still_push_outwards(end: float
     arm.cycle(arm=True)
     arm.cycles(60)
     _creep(arm, end)
-    for _ in range(3):
-        outcome = arm.cycle(positions=(end, 0.0), asked=(2.0 * end, 0.0))
+    outcome = arm.cycle(positions=(end, 0.0), asked=(2.0 * end, 0.0))
     assert outcome.torques == (2.0 * end, 0.0)
 
 
@@ -644,8 +671,8 @@ def test_equal_positions_and_missing_ones_are_counted_and_forgotten() -> None:
         arm.cycle(positions=(position, 0.0))
         still.append(arm.state.motion.still[0])
         missing.append(arm.state.motion.missing[0])
-    assert still == [0, 1, 2, 0, 0, 0, 1, 2]
-    assert missing == [0, 0, 0, 0, 1, 2, 0, 0]
+    assert still == [k * PERIOD for k in (0, 1, 2, 0, 0, 0, 1, 2)]
+    assert missing == [k * PERIOD for k in (0, 0, 0, 0, 1, 2, 0, 0)]
 
 
 def test_the_furthest_believable_position_is_believed() -> None:
@@ -656,7 +683,7 @@ def test_the_furthest_believable_position_is_believed() -> None:
 
 def test_a_session_begins_at_rest() -> None:
     motion = begin(LIMITS, 7, (0.1, 0.2)).motion
-    assert motion == Motion(0.0, (0.1, 0.2), (0.0, 0.0), (0, 0), (0, 0))
+    assert motion == Motion(0.0, (0.1, 0.2), (0.0, 0.0), *((0, 0),) * 3, *((0.0, 0.0),) * 2)
 
 
 # --- limits
@@ -721,7 +748,8 @@ def test_heat_outlives_a_new_arming() -> None:
 
 
 @pytest.mark.parametrize(
-    "change", [{"joints": ()}, {"reduced": 1.0}, {"missing_comply": 16}, {"warm": 80.0}, {"warm": 75.0}]
+    "change",
+    [{"joints": ()}, {"reduced": 1.0}, {"missing_comply_s": 0.03}, {"ramp_s": 1e-9}, {"warm": 80.0}, {"warm": 75.0}],
 )
 def test_limits_that_contradict_themselves_are_refused(change: dict) -> None:
     with pytest.raises(MisfitError):
@@ -734,7 +762,7 @@ def test_a_weak_joint_may_have_limits_far_below_one() -> None:
 
 
 def test_an_arm_may_be_let_go_as_soon_as_it_gives_way() -> None:
-    assert replace(LIMITS, missing_comply=15).missing_comply == LIMITS.missing_release
+    assert replace(LIMITS, missing_comply_s=0.029).missing_comply_s == LIMITS.missing_release_s
 
 
 def test_a_single_joint_is_an_arm_too() -> None:

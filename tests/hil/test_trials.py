@@ -263,7 +263,8 @@ def test_torques_that_the_core_has_cut_stand_in_the_trials_forces(session: Sessi
     felt = (signals["phase"].to_numpy() == Phase.STIMULATE) & (signals["trial"].to_numpy() == 2)
     sensed = np.column_stack([signals["pull1"].to_numpy()[felt], signals["pull2"].to_numpy()[felt]])
     whole = _unbalanced(session.folder, recorded(session, 2), 2)
-    assert _unbalanced(lossy.folder, recorded(lossy, 2), 2) < 1.2 * whole
+    # Each loss leaves two cycles of 4 ms without an angle: its own, and the quiet one in which a late answer would show itself.
+    assert _unbalanced(lossy.folder, recorded(lossy, 2), 2) < 1.4 * whole
     assert _unbalanced(lossy.folder, sensed, 2) > 1.5 * whole
 
 

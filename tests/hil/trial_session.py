@@ -10,11 +10,11 @@ from hil.emulation.planar import Placement
 from hil.recording.recorder import Recorder
 from hil.recording.signals import write_signals
 from hil.robots import proficio
+from hil.session.entry import _robot_json
 from hil.session.loop import Loop, Summary, Wishes
 from hil.session.pilot import Decision, Pilot
 from hil.session.recorded import ROBOT, SETTINGS, recorded_pilot
-from hil.session.session import _robot_json
-from hil.session.settings import Settings
+from hil.session.settings import Settings, default_settings
 from hil.trials.controller import Trials
 from hil.trials.phases import Phase
 from hil.trials.protocol import Protocol, read_protocol
@@ -92,4 +92,4 @@ def run_trials(
 
 def _settings(protocol: Protocol, rate_hz: float, share: float) -> Settings:
     settings = replace(bench.SETTINGS, protocol=protocol, learning=replace(bench.SETTINGS.learning, share=share))
-    return replace(settings, limits=replace(settings.limits, period_ns=round(1e9 / rate_hz)))
+    return replace(settings, limits=default_settings(rate_hz=rate_hz).limits)

@@ -9,6 +9,7 @@ from hil.errors import FrameError, ValueRangeError
 
 LAST_NODE = 31
 _GROUP_FLAG = 0x400
+SENDER_MASK, SENDER_SHIFT = 0x3E0, 5
 
 
 class Node(IntEnum):

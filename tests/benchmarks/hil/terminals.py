@@ -23,7 +23,8 @@ from pathlib import Path
 import numpy as np
 
 from hil.robots import proficio
-from hil.session.session import Operator, run_session
+from hil.session.entry import Operator
+from hil.session.session import run_session
 from hil.session.settings import virtual_settings
 from hil.session.timing import real_time_priority
 from hil.virtual.process import virtual_robot

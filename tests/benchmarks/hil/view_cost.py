@@ -19,7 +19,8 @@ import numpy as np
 
 from hil.recording.records import Kind
 from hil.recording.replay import read_records
-from hil.session.session import Operator, run_session
+from hil.session.entry import Operator
+from hil.session.session import run_session
 from hil.session.settings import default_settings
 from hil.virtual.process import virtual_robot
 
@@ -64,7 +65,7 @@ def main() -> None:
 def _session(out: Path, seconds: float) -> None:
     """Hold a virtual robot, and go on whatever a busy machine does to it: this measures time, not safety."""
     settings = default_settings(rate_hz=RATE_HZ)
-    patient = replace(settings.limits, missing_comply=10_000, missing_release=20_000, late_comply=10_000)
+    patient = replace(settings.limits, missing_comply_s=20.0, missing_release_s=21.0, late_comply_s=20.0, stall_s=20.0)
     with virtual_robot() as bus:
         settings = replace(settings, bus=bus, gravity=False, limits=patient)
         result = run_session(settings, seconds, Operator(lambda: True, lambda robot: True), out)

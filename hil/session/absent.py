@@ -1,0 +1,35 @@
+"""Safeguards that a robot may lack: a session refuses to arm it, unless its bench file says in so many words that it may."""
+
+from collections.abc import Collection
+
+from hil.session.start_up import Robot
+
+MODULE, SENSOR = "safety module", "force sensor"
+# What a bench file calls them.
+KEYS = {"without_safety_module": MODULE, "without_force_sensor": SENSOR}
+_LACKS = {
+    MODULE: "nothing but this computer would stop the arm",
+    SENSOR: "nobody would notice how hard the arm pushes whoever holds it",
+}
+
+
+def absent(robot: Robot) -> list[str]:
+    """The safeguards that a robot lacks."""
+    there = {MODULE: robot.module, SENSOR: robot.sensor}
+    return [name for name, numbers in there.items() if numbers is None]
+
+
+def refusals(robot: Robot, waived: Collection[str]) -> list[str]:
+    """Why a robot may not be armed for what it lacks, in words; empty if it may."""
+    keys = {name: key for key, name in KEYS.items()}
+    return [
+        f"no {name} answers: {_LACKS[name]}. Look at its cable and power; to run without one all the same, with lower limits,"
+        f" say {keys[name]} = true in [robot] of the bench file"
+        for name in absent(robot)
+        if name not in waived
+    ]
+
+
+def warning(waived: Collection[str]) -> str:
+    """What a screen says all the time in a session that may do without safeguards; "" if it may not."""
+    return f"WITHOUT {' AND WITHOUT '.join(sorted(waived)).upper()}: limits are halved" if waived else ""

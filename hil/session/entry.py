@@ -1,0 +1,231 @@
+"""The one way to a robot's torque: whoever commands one, a session or a coupled run, comes through here.
+
+The same questions, refusals, recorder, watchdog and stop button for all of them.
+"""
+
+import json
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+from fmus.errors import MisfitError
+from hil.bus.gate import TORQUE_IDENTIFIERS
+from hil.bus.wire import Wire, open_wire
+from hil.codecs.barrett.identifiers import Node
+from hil.recording.recorder import Recorder
+from hil.safety.limits import Limits
+from hil.session.absent import refusals, warning
+from hil.session.controllers import Ending
+from hil.session.loop import Loop, Summary, Wishes
+from hil.session.module_limits import looser_than
+from hil.session.pilot import Decision, Pilot
+from hil.session.recorded import ROBOT, SETTINGS, pilot_of
+from hil.session.round_trip import measured, too_slow
+from hil.session.settings import Settings
+from hil.session.start_up import NODES, Robot, must, start_up
+from hil.session.timing import Metronome
+from hil.session.watchdog import watchdog
+from hil.stop.flag import StopFlag
+from hil.view.about import about
+from hil.view.window import Window
+
+# So long somebody has time to press Activate on the pendant after the operator's word.
+PATIENCE_S = 60.0
+
+
+@dataclass(frozen=True)
+class Operator:
+    """Who is asked: whether the arm is on its stops, whether it may be armed.
+
+    `abort` and `confirm` are looked at in every cycle; `watch` is told of every decision and must not take long; `tell` says
+    words on the screen.
+    """
+
+    at_home: Callable[[], bool]
+    may_arm: Callable[[Robot], bool]
+    abort: threading.Event = field(default_factory=threading.Event)
+    confirm: threading.Event = field(default_factory=threading.Event)
+    watch: Callable[[Pilot, Decision], None] = lambda pilot, decision: None
+    tell: Callable[[str], None] = lambda words: None
+
+
+@dataclass(frozen=True)
+class Opened:
+    """A robot that is started up and whose operator has been asked: `armed` says whether it may be armed."""
+
+    settings: Settings
+    pilot: Pilot
+    loop: Loop
+    beats: Metronome
+    recorder: Recorder | None
+    armed: bool
+    operator: Operator
+    stop: StopFlag
+
+    def run(self, seconds: float) -> Summary:
+        """Cycle for so long after arming, or until the controller, the operator or a rule of the safety core ends it.
+
+        Raises:
+            MisfitError: if the robot answers too slowly.
+        """
+        self.refuse_slow()
+        return self.loop.run(self.wishes(seconds))
+
+    def refuse_slow(self) -> None:
+        """Measure how long the robot takes to answer; right before the first cycle, as a robot that was spoken to expects more.
+
+        Raises:
+            MisfitError: if that is too slow for the rate.
+        """
+        wire, pilot = self.loop.wire, self.pilot
+        if slow := too_slow(measured(wire, pilot.robot.motor["P"]), pilot.limits):
+            raise MisfitError(f"{wire.name}: {slow}")
+
+    def wishes(self, seconds: float) -> Callable[[], Wishes]:
+        """Arm as soon as the safety module is active and all is well; abort when told; end when done, or so long after arming."""
+        began = time.monotonic()
+        armed: float | None = None if self.armed else began
+        pilot, operator, stop = self.pilot, self.operator, self.stop
+
+        def wishes() -> Wishes:
+            nonlocal armed
+            now = time.monotonic()
+            if armed is None and pilot.is_armed:
+                armed = now
+            over = now - began > PATIENCE_S if armed is None else now - armed > seconds
+            over |= isinstance(pilot.controller, Ending) and pilot.controller.is_done
+            abort, confirm = operator.abort.is_set(), operator.confirm.is_set()
+            if stop.is_pressed:
+                abort = True
+                stop.saw()
+            operator.confirm.clear()
+            return Wishes(arm=armed is None, abort=abort, over=over or (armed is None and abort), confirm=confirm)
+
+        return wishes
+
+    def result(self, refused: list[str]) -> dict[str, Any]:
+        """What the session came to, as `hil hold --json` says it.
+
+        Args:
+            refused: what the machine did not permit.
+        """
+        summary, pilot = self.loop.summary, self.pilot
+        if self.armed and not pilot.is_armed:
+            said = f" ({pilot.controller_error})" if pilot.controller_error else ""
+            summary.faults.append(f"the arm could not be armed: {pilot.refused}{said}")
+        return {
+            **nothing(self.settings),
+            "cycles": summary.cycles,
+            "missed": self.beats.missed,
+            "answers_late": summary.answers_late,
+            "frames_lost": summary.frames_lost,
+            "lateness_us": summary.lateness.to_json(),
+            "faults": summary.faults,
+            "recording": str(self.recorder.folder) if self.recorder is not None else None,
+            "not_permitted": refused,
+            "slow_cycles": pilot.slow_cycles,
+            "round_trip_us": pilot.round_trip.to_json(),
+            "largest_gap_ms": {
+                "cycles": round(summary.cycle_gap_ns * 1e-6, 3),
+                "torque_frames": round(summary.torque_gap_ns * 1e-6, 3),
+                "limit": round(self.settings.limits.stall_s * 1e3 + self.settings.limits.period_ns * 1e-6, 3),
+            },
+            "without": list(self.settings.waived),
+        }
+
+
+def nothing(settings: Settings) -> dict[str, Any]:
+    """What can be said of a session that did not come to its end."""
+    return {"schema": "misfit.hil/1", "rate_hz": 1e9 / settings.limits.period_ns}
+
+
+@contextmanager
+def open_robot_session(
+    settings: Settings,
+    operator: Operator,
+    folder: Path | None,
+    stop: StopFlag,
+    *,
+    dry_run: bool = False,
+    asked: Callable[[], tuple[float, ...] | None] = lambda: None,
+) -> Iterator[Opened]:
+    """Bring a robot up to where it can be armed, with everything that watches over it.
+
+    Args:
+        folder: where to record.
+        stop: the button.
+        asked: what a program beside the session asks for, for the controller `asked`.
+
+    Raises:
+        MisfitError: if the bus, the robot or the settings do not fit, or a safeguard is missing.
+        ComponentError: if bus, recorder or watchdog fail.
+    """
+    with ExitStack() as stack:
+        heart = stack.enter_context(watchdog(settings.bus, settings.limits.stall_s, dry_run=dry_run))
+        wire = open_wire(settings.bus, TORQUE_IDENTIFIERS)
+        stack.callback(wire.close)
+        recorder = _recorder(folder, settings)
+        if recorder is not None:
+            wire.tap = recorder.frame
+            stack.callback(recorder.finish)
+        robot = start_up(wire, settings.side, time.sleep, operator.at_home)
+        _refuse(wire, robot, settings)
+        wire.listen_to(NODES)
+        if words := warning(settings.waived):
+            operator.tell(words)
+        armed = operator.may_arm(robot)
+        if recorder is not None:
+            (recorder.folder / ROBOT).write_text(json.dumps(_robot_json(robot), indent=2) + "\n")
+        pilot = pilot_of(robot, settings)
+        beats = Metronome(settings.limits.period_ns, heart.beat)
+        window = Window.create(settings.limits.period_ns, about(settings, pilot, folder, stop.path, dry_run))
+        stack.callback(window.remove)
+        loop = Loop(
+            wire,
+            pilot,
+            beats,
+            recorder,
+            heart,
+            dry_run=dry_run,
+            watch=lambda start_ns, decision: operator.watch(pilot, decision),
+            window=window,
+            asked=asked,
+        )
+        yield Opened(settings, pilot, loop, beats, recorder, armed, operator, stop)
+        stop.finish()
+
+
+def _refuse(wire: Wire, robot: Robot, settings: Settings) -> None:
+    """Refuse a robot that lacks a safeguard, or whose module allows less than the session.
+
+    Raises:
+        MisfitError: with all reasons.
+    """
+    found = refusals(robot, settings.waived)
+    found += looser_limits(wire, robot, settings.limits)
+    if found:
+        raise MisfitError(f"{wire.name}: {'; '.join(found)}")
+
+
+def looser_limits(wire: Wire, robot: Robot, limits: Limits) -> list[str]:
+    """Where limits of a session are looser than those of the robot's module, or the module has none; in words."""
+    if robot.module is None:
+        return []
+    torque, speed = (must(wire, Node.SAFETY, name, robot.module) for name in ("TL2", "VL2"))
+    return looser_than(limits.joints, robot.torque_units, torque, speed)
+
+
+def _recorder(folder: Path | None, settings: Settings) -> Recorder | None:
+    if folder is None:
+        return None
+    recorder = Recorder(folder)
+    (folder / SETTINGS).write_text(json.dumps(settings.to_json(), indent=2) + "\n")
+    return recorder
+
+
+def _robot_json(robot: Robot) -> dict[str, Any]:
+    return {**asdict(robot), "motor": dict(robot.motor)}

@@ -1,0 +1,90 @@
+"""A robot without its safety module or its force sensor is not armed, unless the bench file says in so many words that it may."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from fmus.errors import MisfitError
+from hil.cli import gaps
+from hil.session.absent import MODULE, SENSOR, absent, refusals, warning
+from hil.session.recorded import pilot_of
+from hil.session.settings import Settings, read_settings
+from tests.hil.bench import SETTINGS, Bench
+
+NODES = {MODULE: 10, SENSOR: 8}
+
+
+def bench_without(name: str, settings: Settings = SETTINGS) -> Bench:
+    bench = Bench(settings=settings)
+    next(node for node in bench.robot.nodes if node.number == NODES[name]).powered = False
+    return bench
+
+
+@pytest.mark.parametrize("name", NODES)
+def test_a_robot_that_lacks_a_safeguard_is_refused_with_the_reason(name: str) -> None:
+    robot = bench_without(name).started()
+    assert absent(robot) == [name]
+    [words] = refusals(robot, ())
+    assert words.startswith(f"no {name} answers") and "= true in [robot]" in words
+    assert refusals(robot, (name,)) == []
+
+
+@pytest.mark.parametrize("name", NODES)
+@pytest.mark.parametrize("is_waived", [False, True])
+def test_the_safety_core_does_not_arm_it_either(name: str, is_waived: bool) -> None:
+    settings = replace(SETTINGS, waived=(name,) if is_waived else ())
+    bench = bench_without(name, settings)
+    if name == MODULE:  # nobody else switches the motors on
+        for motor in bench.robot.motors:
+            motor.values["MODE"] = 2
+    pilot = pilot_of(bench.started(), settings)
+    bench.plant.angles[:] = [-0.3, 0.2, 1.5]
+    bench.robot.advance(bench.bus.time_ns)
+    bench.run(pilot, 100)
+    assert pilot.is_armed is is_waived
+    assert is_waived or f"there is no {name}" in str(pilot.refused)
+
+
+def test_a_bench_file_that_waives_a_safeguard_halves_the_limits_and_says_so_everywhere(tmp_path: Path) -> None:
+    path = tmp_path / "bench.toml"
+    path.write_text('[bus]\ninterface = "virtual"\n')
+    whole = read_settings(path)
+    path.write_text('[bus]\ninterface = "virtual"\n[robot]\nwithout_safety_module = true\n')
+    half = read_settings(path)
+    assert half.waived == (MODULE,)
+    assert [joint.torque for joint in half.limits.joints] == [0.5 * joint.torque for joint in whole.limits.joints]
+    assert [joint.speed for joint in half.limits.joints] == [0.5 * joint.speed for joint in whole.limits.joints]
+    assert (half.limits.power, half.limits.energy) == (0.5 * whole.limits.power, 0.5 * whole.limits.energy)
+    assert warning(half.waived) == "WITHOUT SAFETY MODULE: limits are halved"
+    assert warning(whole.waived) == ""
+    gap = {"cycles": 1, "torque_frames": 1, "limit": 27}
+    document = {"largest_gap_ms": gap, "round_trip_us": {"p50": 1, "max": 2}, "without": [MODULE]}
+    assert "without safety module, with halved limits" in gaps(document)
+
+
+@pytest.mark.parametrize(
+    ("lines", "words"),
+    [
+        ("[controller]\ndamping = [2, -2, 1]", r"damping = -2"),
+        ("[controller]\nstiffness = [nan, 1, 1]", "stiffness = nan"),
+        ("[controller]\nstiffness = [1, inf, 1]", "stiffness = inf"),
+        ("[robot]\nproof_torque = [-4, 4, 3]", "proof_torque = -4"),
+        ("[robot]\nshoulder = nan", "shoulder = nan"),
+        ("[robot]\ngravity = 'no'", "gravity = 'no'; true or false"),
+        ("[robot]\nwithout_safety_module = 1", "without_safety_module = 1; true or false"),
+        ("[limits]\nramp_s = 1e-9", "ramp_s = 1e-09 s; 0.05 s or more"),
+        ("[limits]\ndamping = -0.5", "limit damping = -0.5"),
+        ("[[joints]]\n[[joints]]\n[[joints]]\n[[joints]]", "joint = 4; a robot with 3 joints"),
+        ("[[joints]]\njoint = 2\n[[joints]]\njoint = 2", "two tables for joint 2"),
+        ("[[joints]]\n[[joints]]\njoint = 1", "two tables for joint 1"),
+        ("[[joints]]\ntorque = nan", r"\[\[joints\]\] of joint 1: limit torque = nan"),
+    ],
+)
+def test_a_bench_file_that_would_drive_the_arm_is_refused_with_file_and_key(
+    tmp_path: Path, lines: str, words: str
+) -> None:
+    path = tmp_path / "bench.toml"
+    path.write_text(f'[bus]\ninterface = "virtual"\n{lines}\n')
+    with pytest.raises(MisfitError, match=rf"bench\.toml.*{words}"):
+        read_settings(path)
