@@ -68,7 +68,8 @@ class Bench:
             ComponentError: if the bus breaks or records are lost.
         """
         from hil.cli import ask_arm, ask_home, robot_of
-        from hil.session.session import Operator, run_session
+        from hil.session.entry import Operator
+        from hil.session.session import run_session
 
         if not seconds > 0.0:
             raise MisfitError(f"hold({seconds}): expected a time above 0 s")
