@@ -1,5 +1,6 @@
 """From a description to components that are loaded, wired and scheduled, and what the user should know about it."""
 
+import math
 import platform
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -134,6 +135,8 @@ def assemble(
         _check_rollback(made, components)
         coupling = Coupling(wiring, components, progress, made.shaper)
         coupling.time = coupling.last_good = start
+        told_stop = system.run.stop if stop is None else stop
+        coupling.stop = math.inf if told_stop is None else told_stop
         return Assembly(
             components=components,
             wiring=wiring,
@@ -145,7 +148,7 @@ def assemble(
             report=_report(wiring, components, order, together),
             provenance=lambda: _provenance(system, described, settings, made),
             start=start,
-            stop=system.run.stop if stop is None else stop,
+            stop=told_stop,
             step=settings.step,
             tolerance=system.run.tolerance if tolerance is None else tolerance,
         )

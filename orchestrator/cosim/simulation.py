@@ -285,8 +285,8 @@ class Simulation:
             elif whole <= 0:
                 self.step(left)
                 self._record_point()
-            elif self._table is not None:
-                self._run_table(whole)
+            elif self._table is not None and whole > 1:
+                self._run_table(whole - 1)  # the last step, which must not pass the stop, is made below
             else:
                 self._advance(step)
                 if self.coupling.ended is None and self._k % self.every == 0:

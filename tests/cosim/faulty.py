@@ -32,6 +32,8 @@ FAULTS = [
     "divide",
     "chatter",
     "close_all",
+    "past_stop",
+    "fork",
 ]
 HERE = Path(__file__).parent
 BINARY = "binaries/linux64/faulty.so"

@@ -67,7 +67,7 @@ class Adaptive(Master):
         middle = time + 0.5 * step
         if not (self._step_once(coupling, time, 0.5 * step) and self._step_once(coupling, middle, 0.5 * step)):
             return False, 0.0
-        coupling.time = coupling.last_good = time + step
+        coupling.time = coupling.last_good = coupling.not_past_stop(time + step, step)
         return True, self._error(coarse, self._outputs(coupling))
 
     def _step_once(self, coupling: Coupling, time: float, size: float) -> bool:

@@ -1,5 +1,6 @@
 """Components joined by their wiring: carries out operations, one after the other."""
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
@@ -16,6 +17,8 @@ from orchestrator.cosim.wiring import OUTSIDE, Link, Slot, Wiring
 
 # A step that is cut more often than that, by events, gets nowhere.
 _MOST_PARTS = 10_000
+# Share of a step that is taken for rounding.
+_ROUNDING = 1e-6
 
 
 class StepCut(Exception):
@@ -30,7 +33,8 @@ class Coupling:
     """The values of a system, flat as the wiring numbers them, and the components that they belong to.
 
     `time` is the last communication point in s, `k` the number of steps since `start`; `ended` says which component
-    wanted the run to end, and when, if one did: after this step where it says so at the end of one.
+    wanted the run to end, and when, if one did: after this step where it says so at the end of one. `stop` is the stop
+    time that the components were told, which no step passes by a rounding error.
     """
 
     def __init__(
@@ -41,6 +45,7 @@ class Coupling:
         self.number = {name: k for k, name in enumerate(components)}
         self.values: list[Any] = [0.0] * wiring.size
         self.time = self.last_good = 0.0
+        self.stop = math.inf
         self.ended: tuple[str, float] | None = None
         self.cut_at_events = False
         self._names: dict[int, tuple[str, ...]] = {}
@@ -70,12 +75,12 @@ class Coupling:
         for operation in operations:
             if not self.carry_out_one(operation, k, start, size):
                 return False
-        self.time = self.last_good = self.progress.word.last_good = start + (k + 1) * size
+        self.time = self.last_good = self.progress.word.last_good = self.not_past_stop(start + (k + 1) * size, size)
         return True
 
     def carry_out_one(self, operation: Operation, k: int, start: float, size: float) -> bool:
         """Carry out an operation of step `k`; whether the run goes on."""
-        time = start + (k + 1) * size
+        time = self.not_past_stop(start + (k + 1) * size, size)
         if isinstance(operation, Get):
             self.get(operation, time)
         elif isinstance(operation, Set):
@@ -151,9 +156,23 @@ class Coupling:
         )
 
     def _advance(self, component: str, time: float, size: float) -> bool:
+        size = self._within_stop(time, size)
         self.progress.enter(self.number[component], "step", time)
         end = self.components[component].step(time, size)
         return True if not end.early and not end.terminated else self.finish_step(component, end, time + size)
+
+    def not_past_stop(self, time: float, size: float) -> float:
+        """A time, or the stop time where that is no further away than a rounding error of a step of `size` s."""
+        return self.stop if abs(time - self.stop) <= _ROUNDING * size else time
+
+    def _within_stop(self, time: float, size: float) -> float:
+        """Size of a step from `time` which, added to it as an FMU adds them, does not pass the stop by a rounding error."""
+        if not 0.0 < time + size - self.stop <= _ROUNDING * size:
+            return size
+        size = self.stop - time
+        while time + size > self.stop:
+            size = math.nextafter(size, 0.0)
+        return size
 
     def check(self, operation: Get | Set, time: float) -> None:
         """Raise ComponentError for the first value that is not finite or outside its range."""

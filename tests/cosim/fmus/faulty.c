@@ -8,10 +8,10 @@
 #include "fmi2Functions.h"
 
 enum { NONE, SEGFAULT, ABORT, HANG, EXIT, STACK, MEMORY, NAN_OUTPUT, DISCARD, INITIALISE, OPEN_FILE, ERROR_STATUS, FATAL_STATUS,
-       BIG_OUTPUT, INITIALISE_SEGFAULT, INSTANTIATE_NULL, DIVIDE, CHATTER, CLOSE_ALL };
+       BIG_OUTPUT, INITIALISE_SEGFAULT, INSTANTIATE_NULL, DIVIDE, CHATTER, CLOSE_ALL, PAST_STOP, FORK };
 
 typedef struct {
-    double u, y, t;
+    double u, y, t, stop;
     fmi2CallbackLogger log;
     fmi2ComponentEnvironment environment;
     const char *name;
@@ -42,6 +42,7 @@ static fmi2Status misbehave(Instance *c) {
     case OPEN_FILE: fopen("/dev/null", "r"); break;
     case DIVIDE: c->y = 7 / zero; break;
     case CHATTER: for (int k = 0; k < 20000; k++) printf("line %d of what nobody reads\n", k); fflush(stdout); break;
+    case FORK: fork(); break;
     case CLOSE_ALL: for (int k = 3; k < 1024; k++) close(k); break;
     }
     return fmi2OK;
@@ -61,7 +62,10 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
     return c;
 }
 void fmi2FreeInstance(fmi2Component c) { free(c); }
-fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean d, fmi2Real tol, fmi2Real t0, fmi2Boolean e, fmi2Real t1) { return fmi2OK; }
+fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean d, fmi2Real tol, fmi2Real t0, fmi2Boolean e, fmi2Real t1) {
+    ((Instance *)c)->stop = e ? t1 : HUGE_VAL;
+    return fmi2OK;
+}
 fmi2Status fmi2EnterInitializationMode(fmi2Component c) {
     if (FAULT == INITIALISE_SEGFAULT) *(volatile int *)(size_t)zero = 1;
     return FAULT == INITIALISE ? fmi2Error : fmi2OK;
@@ -97,6 +101,7 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
                                         fmi2Real d[]) { return fmi2Error; }
 fmi2Status fmi2DoStep(fmi2Component v, fmi2Real t, fmi2Real h, fmi2Boolean no) {
     Instance *c = v;
+    if (FAULT == PAST_STOP && t + h > c->stop) return fmi2Error;
     /* The call that begins at 0.5 s; communication points may be off by rounding. */
     if (t > 0.5 - 1e-9) {
         fmi2Status status = misbehave(c);

@@ -1,0 +1,30 @@
+"""No communication point passes the stop time, not even by a rounding error: some FMUs refuse such a step."""
+
+from pathlib import Path
+
+import pytest
+from faulty import faulty_fmu
+
+from orchestrator.cosim import ComponentSpec, System
+from orchestrator.cosim.results import MemoryRecorder
+from orchestrator.cosim.simulation import Simulation
+from orchestrator.cosim.system import RunSettings
+
+
+@pytest.mark.parametrize("engine", [True, False])
+@pytest.mark.parametrize("master", ["ordered", "jacobi", "gauss_seidel"])
+@pytest.mark.parametrize(
+    ("stop", "step"), [(10.0, 0.05), (0.3, 0.1), (2.1, 0.7), (1.0, 0.3), (8.1, 0.9), (0.7, 0.1), (4.35, 0.29)]
+)
+def test_a_strict_fmu_reaches_its_stop_time_exactly(
+    tmp_path: Path, stop: float, step: float, master: str, engine: bool
+) -> None:
+    """The FMU refuses each step of which beginning plus size, in double precision, exceed the stop time it was told."""
+    part = ComponentSpec("tank", source=faulty_fmu(tmp_path, "past_stop").name)
+    system = System("tank", {"tank": part}, run=RunSettings(stop=stop, step=step, master=master), folder=tmp_path)
+    recorder = MemoryRecorder()
+    with Simulation(system, engine=engine) as simulation:
+        assert simulation.run(recorder=recorder)
+    result = recorder.result()
+    assert result.time[-1] == stop
+    assert result["tank.y"][-1] == pytest.approx(stop, rel=1e-12)
