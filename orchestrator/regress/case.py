@@ -68,6 +68,7 @@ class Case:
         formulas: signals that are computed from variables, by name.
         tolerance: for signals without checks of their own.
         checks: settings of the checks of the whole model by their name, see `wholes`.
+        allowed: changes of the interface that are no difference, as patterns of `VARIABLE.ASPECT`, such as `x.unit` or `*.new`.
     """
 
     name: str
@@ -86,6 +87,7 @@ class Case:
     formulas: Mapping[str, Formula] = field(default_factory=dict)
     tolerance: Tolerance = field(default_factory=Tolerance)
     checks: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    allowed: tuple[str, ...] = ()
     limits: Limits = field(default_factory=Limits)
     tags: tuple[str, ...] = ()
 
@@ -93,6 +95,12 @@ class Case:
     def folder(self) -> Path:
         """Where the files that the case names are."""
         return self.file.parent
+
+    @property
+    def reference_file(self) -> Path | None:
+        """The file of the reference, None where it is none."""
+        kind = "" if self.reference is None else self.reference.kind
+        return self.folder / self.reference.source if self.reference is not None and kind == "file" else None
 
     @property
     def is_built(self) -> bool:

@@ -25,6 +25,7 @@ _CASE = (
     "signals",
     "formulas",
     "checks",
+    "interface",
     "limits",
     "tags",
     "description",
@@ -112,9 +113,15 @@ def _case(table: TomlTable, name: str, path: Path) -> Case:
         formulas=formulas,
         tolerance=tolerance,
         checks=settings_of(table.get_table("checks")),
+        allowed=_allowed(table.get_table("interface")),
         limits=_limits(table.get_table("limits")),
         tags=table.get_texts("tags") or (),
     )
+
+
+def _allowed(table: TomlTable) -> tuple[str, ...]:
+    table.check_keys(("allow",))
+    return table.get_texts("allow") or ()
 
 
 def _stimulus(table: TomlTable, folder: Path) -> Stimulus:

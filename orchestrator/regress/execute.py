@@ -13,6 +13,7 @@ from orchestrator.regress.check_tables import default_check
 from orchestrator.regress.comparison import Check, Signal, SignalVerdict
 from orchestrator.regress.experiments import with_own_experiment
 from orchestrator.regress.formulas import variables_for, with_formulas
+from orchestrator.regress.interface import CHECK, interface_of, judge_interface, path_beside, read_interface
 from orchestrator.regress.outcome import Curve, Outcome, WholeVerdict, curve_of
 from orchestrator.regress.prepare import system_of
 from orchestrator.regress.recording import Recording, missing_reason, record, wanted_signals
@@ -61,9 +62,11 @@ def _executed(case: Case, progress: Watched, want: Want) -> Outcome:
 
 def _judged(case: Case, progress: Watched, keep: bool) -> Outcome:
     compared = compare(case, progress, may_lack=keep)
-    wholes = _wholes(compared, progress)
+    wholes, untold = _wholes(compared, progress)
     notes = (
-        () if compared.verdicts or wholes else ("nothing is compared: the case has no reference, signals or checks",)
+        ()
+        if compared.verdicts or any(each.check != CHECK for each in wholes)
+        else ("nothing is compared: the case has no reference, signals or checks",)
     )
     wrong = [each for each in compared.verdicts if not each.passed]
     bad = [each for each in wholes if not each.passed]
@@ -80,7 +83,7 @@ def _judged(case: Case, progress: Watched, keep: bool) -> Outcome:
         wholes=wholes,
         curves=compared.curves,
         where=compared.expected.where if compared.expected else "",
-        notes=notes,
+        notes=(*notes, *untold),
         seconds=compared.recording.seconds,
         model_sha256=_digest(compared.recording),
         signals_kept=dict(compared.recording.signals) if keep else {},
@@ -180,7 +183,7 @@ def expected_of(case: Case, system: System, progress: Watched | None) -> Expecte
     if reference is None:
         return None
     if reference.kind == "file":
-        return _computed(expected_from_file(case, reference), case)
+        return _computed(_with_units(expected_from_file(case, reference), case), case)
     if reference.kind == "own":
         return expected_of_fmu(_only_fmu(system))
     if reference.kind == "measurement":
@@ -190,6 +193,16 @@ def expected_of(case: Case, system: System, progress: Watched | None) -> Expecte
     other = system_of(case, reference.source)
     wanted, _ = wanted_signals(other, variables_for(tuple(case.signals), case.formulas))
     return _computed(Expected(record(other, wanted, progress).signals, f"{reference.source}, run beside"), case)
+
+
+def _with_units(expected: Expected, case: Case) -> Expected:
+    """The signals of a file that says no units, in those that are kept beside it."""
+    kept = (read_interface(case.reference_file) if case.reference_file else None) or {}
+    signals = {
+        name: replace(signal, unit=signal.unit or str(kept.get(name, {}).get("unit") or ""))
+        for name, signal in expected.signals.items()
+    }
+    return replace(expected, signals=signals)
 
 
 def _computed(expected: Expected, case: Case) -> Expected:
@@ -211,15 +224,31 @@ def _only_fmu(system: System) -> Path:
     return system.folder / fmus[0].source
 
 
-def _wholes(compared: Compared, progress: Watched) -> tuple[WholeVerdict, ...]:
+def _wholes(compared: Compared, progress: Watched) -> tuple[tuple[WholeVerdict, ...], tuple[str, ...]]:
+    """Verdicts on the model as a whole, and notes on what could not be judged."""
+    found, notes = _interface(compared)
     if not compared.case.checks:
-        return ()
+        return found, notes
     from orchestrator.regress.whole_checks import judge_whole
 
-    return tuple(
+    judged = (
         judge_whole(name, compared.case, compared.system, settings, progress)
         for name, settings in compared.case.checks.items()
     )
+    return (*found, *judged), notes
+
+
+def _interface(compared: Compared) -> tuple[tuple[WholeVerdict, ...], tuple[str, ...]]:
+    """Whether units, types and start values are those that are kept beside the reference."""
+    file = compared.case.reference_file
+    if file is None or not file.is_file():
+        return (), ()
+    before = read_interface(file)
+    if before is None:
+        return (), (
+            f"units, types and start values are not compared: {path_beside(file).name} is not there; --update writes it",
+        )
+    return (judge_interface(before, interface_of(compared.system), compared.case.allowed),), ()
 
 
 def _digest(recording: Recording) -> str:

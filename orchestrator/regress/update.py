@@ -13,7 +13,9 @@ from fmus.files import write_atomically
 from orchestrator.cosim.results.column import Column
 from orchestrator.regress.case import Case
 from orchestrator.regress.comparison import Signal, SignalVerdict
+from orchestrator.regress.interface import CHECK, interface_of, path_beside, write_interface
 from orchestrator.regress.outcome import Outcome, WholeVerdict
+from orchestrator.regress.prepare import system_of
 
 
 def update_references(cases: Sequence[Case], outcomes: Sequence[Outcome]) -> tuple[list[Outcome], list[str]]:
@@ -29,6 +31,9 @@ def update_references(cases: Sequence[Case], outcomes: Sequence[Outcome]) -> tup
         case = by_name.get((outcome.file, outcome.name))
         target = None if case is None else _target(case)
         has_reference = target is None or target.exists()
+        if case is not None and target is not None and shared[target] == 1 and _lacks_interface(outcome, target):
+            write_interface(target, interface_of(system_of(case)))
+            lines.append(f"updated {outcome.name}: {path_beside(target)}: units, types and start values")
         if case is None or not outcome.signals_kept or (outcome.verdict == "passed" and has_reference):
             after.append(outcome)
             continue
@@ -39,6 +44,7 @@ def update_references(cases: Sequence[Case], outcomes: Sequence[Outcome]) -> tup
             continue
         names = (case.reference.columns if case.reference else {}) or {}
         write_table(target, outcome.signals_kept, names)
+        write_interface(target, interface_of(system_of(case)))
         lines += [f"updated {outcome.name}: {target}", *(f"  {line}" for line in _changes(outcome))]
         after.append(
             replace(outcome, verdict="passed", reason="", problem="", signals=(), curves=(), notes=("updated",))
@@ -79,10 +85,13 @@ def _csv(columns: Sequence[Column], time: np.ndarray, values: np.ndarray) -> byt
     return text.getvalue().encode()
 
 
+def _lacks_interface(outcome: Outcome, target: Path) -> bool:
+    """Whether a case that passes has a reference from before interfaces were kept."""
+    return outcome.verdict == "passed" and target.exists() and not path_beside(target).exists()
+
+
 def _target(case: Case) -> Path | None:
-    if case.reference is None or case.reference.kind != "file":
-        return None
-    return case.folder / case.reference.source
+    return case.reference_file
 
 
 def _why_not(case: Case, outcome: Outcome, target: Path | None, shared: Mapping[Path | None, int]) -> str:
@@ -96,7 +105,9 @@ def _why_not(case: Case, outcome: Outcome, target: Path | None, shared: Mapping[
     broken = [name for name, signal in outcome.signals_kept.items() if not np.isfinite(signal.values).all()]
     if broken:
         return f"{', '.join(broken)} would put values that are no numbers into {target}"
-    rest: list[WholeVerdict | SignalVerdict] = [each for each in outcome.wholes if not each.passed]
+    rest: list[WholeVerdict | SignalVerdict] = [
+        each for each in outcome.wholes if not each.passed and each.check != CHECK
+    ]
     alone = {
         (n, str(getattr(c, "kind", "")))
         for n, several in case.signals.items()
@@ -113,6 +124,7 @@ def _changes(outcome: Outcome) -> list[str]:
     for verdict in outcome.signals:
         verdicts.setdefault(verdict.name, []).append(verdict)
     lines = [f"{name}: new" for name in outcome.signals_kept if name not in verdicts]
+    lines += [f"interface: {each.reason}" for each in outcome.wholes if each.check == CHECK and not each.passed]
     for name, several in verdicts.items():
         worst = next((each for each in several if not each.passed), several[0])
         if name not in outcome.signals_kept:
