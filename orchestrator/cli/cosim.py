@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from fmus.errors import MisfitError
-from orchestrator.cli.common import on_screen, write_json
+from orchestrator.cli.common import can_be_written, on_screen, write_json
 from orchestrator.cli.running import full_address, options_of, running_options
 from orchestrator.cli.swaps import with_swaps
 
@@ -26,7 +26,9 @@ Watch = Callable[[float], None]
 
 @click.command()
 @click.argument("model", metavar="SYSTEM")
-@click.option("--out", metavar="F", help="Results: .parquet (also without an ending), .csv, .h5 or .mf4.")
+@click.option(
+    "--out", metavar="F", callback=can_be_written, help="Results: .parquet (also without an ending), .csv, .h5 or .mf4."
+)
 @click.option(
     "--set", "values", multiple=True, metavar="COMP.VAR=VALUE", help="Parameter or start value, such as m=2.5 kg."
 )
@@ -71,7 +73,7 @@ def run(
         with moving_bar(system, options, quiet) as watch:
             outcome = run_system(system, summary, options, watch)
     except MisfitError as error:
-        raise kept(error, target, summary) from error
+        raise kept(error, onward) from error
     found = None
     if earlier is not None:
         now = onward.result() if isinstance(onward, MemoryRecorder) else read_result(str(target))
@@ -108,11 +110,14 @@ def out_path(out: str | None) -> Path | None:
     return path if path.suffix else path.with_name(path.name + ".parquet")
 
 
-def kept(error: MisfitError, target: Path | None, summary: "SummaryRecorder") -> MisfitError:
+def kept(error: MisfitError, recorder: object) -> MisfitError:
     """The error, with where the results until then are."""
-    if target is None or not summary.count:
+    from orchestrator.cosim.results.file_recorder import FileRecorder
+
+    if not isinstance(recorder, FileRecorder):
         return error
-    return type(error)(f"{error}; {summary.count} rows until then are in {target}")
+    count, place = recorder.kept
+    return type(error)(f"{error}; {count} rows until then are in {place}") if count else error
 
 
 @contextmanager

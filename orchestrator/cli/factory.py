@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from fmus.errors import MisfitError
-from orchestrator.cli.common import progress, result_options, show, write_json
+from orchestrator.cli.common import can_be_filled, progress, result_options, show, write_json
 
 if TYPE_CHECKING:
     from fmus.platforms import Platform
@@ -27,7 +27,13 @@ def models() -> None:
 @click.command()
 @click.argument("names", nargs=-1, metavar="[MODEL]...")
 @click.option(
-    "--out", "folder", default="fmus/build", show_default=True, metavar="DIR", help="Where to write the FMUs."
+    "--out",
+    "folder",
+    default="fmus/build",
+    show_default=True,
+    metavar="DIR",
+    callback=can_be_filled,
+    help="Where to write the FMUs.",
 )
 @click.option(
     "--workers",

@@ -11,13 +11,19 @@ from typing import Any
 
 import click
 
-from orchestrator.cli.common import on_screen, write_json
+from orchestrator.cli.common import can_be_filled, on_screen, write_json
 from orchestrator.cli.running import full_address, options_of, running_options
 
 
 @click.command()
 @click.argument("model", metavar="SYSTEM")
-@click.option("--out", required=True, metavar="DIR", help="Folder of the data set; a study that was stopped goes on.")
+@click.option(
+    "--out",
+    required=True,
+    metavar="DIR",
+    callback=can_be_filled,
+    help="Folder of the data set; a study that was stopped goes on.",
+)
 @click.option(
     "--set", "values", multiple=True, metavar="COMP.VAR=VALUES", help="a,b,c or linspace(a,b,n) or logspace(a,b,n)."
 )

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fmus.errors import MisfitError
+from fmus.errors import ComponentError, MisfitError
 from orchestrator.cosim.assembly import Report
 from orchestrator.cosim.isolate.process import Child, Limits, label
 from orchestrator.cosim.results.recorder import Nowhere, Recorder
@@ -59,7 +59,7 @@ class IsolatedSimulation:
         self._child.send("run", (until, recorder is not None))
         try:
             return self._answer(taking, watch)
-        except MisfitError:
+        except ComponentError:
             self._rescue(taking)
             raise
 

@@ -34,13 +34,22 @@ class FileRecorder:
         self._journal: Journal | None = None
         self._waiting: list[tuple[NDArray[np.float64], NDArray[np.float64]]] = []
         self._count, self._flushed = 0, time.monotonic()
+        self._broken = False
+        self._kept = (0, path)
+
+    @property
+    def kept(self) -> tuple[int, Path]:
+        """How many rows are on disk, and in which file: the result, or its side file where that could not be made."""
+        return self._kept if self._journal is None else (self._journal.rows, self._journal.path)
 
     def begin(self, columns: Sequence[Column], provenance: Mapping[str, Any]) -> None:
         """Open the side file."""
         self._journal = Journal(self.path, Header(tuple(columns), provenance))
 
     def rows(self, times: NDArray[np.float64], values: NDArray[np.float64]) -> None:
-        """Take times (n,) in s and values (n, k)."""
+        """Take times (n,) in s and values (n, k); they are forgotten once the disk has refused some."""
+        if self._broken or self._journal is None:
+            return
         self._waiting.append((np.array(times, dtype=float), np.array(values, dtype=float)))
         self._count += len(times)
         if self._count >= FLUSH_ROWS or time.monotonic() - self._flushed > FLUSH_S:
@@ -51,19 +60,29 @@ class FileRecorder:
         assert self._journal is not None
         if self._waiting:
             times, values = (np.concatenate(parts) for parts in zip(*self._waiting, strict=True))
+            self._broken = True
             self._journal.write(times, values)
+            self._broken = False
         self._waiting, self._count, self._flushed = [], 0, time.monotonic()
 
     def finish(self, failure: str = "") -> None:
         """Turn the side file into the file proper; a recorder that never began leaves no file."""
         if self._journal is None:
             return
-        self.flush()
-        self._journal.close()
-        with self._journal.path.open("rb") as file:
-            _make(self.path, replace(self._journal.header, failure=failure), batches_in(file))
-        self._journal.remove()
-        self._journal = None
+        try:
+            if self._broken:
+                return
+            self.flush()
+            self._journal.close()
+            with self._journal.path.open("rb") as file:
+                _make(self.path, replace(self._journal.header, failure=failure), batches_in(file))
+            self._kept = (self._journal.rows, self.path)
+            self._journal.remove()
+        finally:
+            if self._kept[0] == 0:
+                self._kept = self.kept
+            self._journal.release()
+            self._journal = None
 
 
 def finish_abandoned(path: Path) -> None:

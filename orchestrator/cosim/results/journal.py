@@ -6,7 +6,9 @@ leave nothing. The stream only grows. Its writer holds a lock, which the system 
 
 import fcntl
 import json
+import os
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import IO
 
@@ -35,29 +37,52 @@ class Journal:
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             self._file = _locked(self.path, path)
-            self._file.truncate(0)
         except OSError as error:
-            raise MisfitError(f"{self.path} cannot be written: {error.strerror}; choose another place") from error
-        self._stream = pa.ipc.new_stream(self._file, self.schema)
-        self._file.flush()
+            raise MisfitError(f"{path} cannot be written: {error.strerror}; choose another place") from error
+        try:
+            self._file.truncate(0)
+            self._stream = pa.ipc.new_stream(self._file, self.schema)
+            self._file.flush()
+        except OSError as error:
+            self.path.unlink(missing_ok=True)
+            raise MisfitError(f"{path} cannot be written: {_reason(error)}; choose another place") from error
+        self.rows = 0
 
     def write(self, times: NDArray[np.float64], values: NDArray[np.float64]) -> None:
-        """Append rows; they are with the operating system when this returns."""
+        """Append rows; they are with the operating system when this returns.
+
+        Raises:
+            MisfitError: if they cannot be written; the rows before them are kept.
+        """
+        whole = os.fstat(self._file.fileno()).st_size
         try:
             self._stream.write_batch(batch_of(self.schema, self.header.columns, times, values))
             self._file.flush()
         except OSError as error:
-            raise MisfitError(f"{self.path} cannot be written: {error.strerror}; free some space") from error
+            with suppress(OSError):
+                os.ftruncate(self._file.fileno(), whole)
+            raise MisfitError(f"{self.path} cannot be written: {_reason(error)}; free some space") from error
+        self.rows += len(times)
 
     def close(self) -> None:
-        """Complete the stream; the lock stays until `remove`."""
-        self._stream.close()
-        self._file.flush()
+        """Complete the stream; the lock stays until `remove`. A full disk only takes its last mark, which readers can do without."""
+        with suppress(OSError):
+            self._stream.close()
+            self._file.flush()
+
+    def release(self) -> None:
+        """Give up the lock; the side file stays, and is read in place of the result."""
+        with suppress(OSError):
+            self._file.close()
 
     def remove(self) -> None:
         """Delete the side file and give up the lock."""
         self.path.unlink(missing_ok=True)
         self._file.close()
+
+
+def _reason(error: OSError) -> str:
+    return error.strerror or " ".join(str(error).split())
 
 
 def _locked(journal: Path, path: Path) -> IO[bytes]:
