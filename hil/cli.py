@@ -233,6 +233,8 @@ def robot_of(
 
 def gaps(document: Mapping[str, Any]) -> str:
     """A line on the longest times between cycles and torques, and on how long answers took."""
+    if "largest_gap_ms" not in document:  # a session that broke off
+        return ""
     gap, took = document["largest_gap_ms"], document["round_trip_us"]
     without = [f"without {name}, with halved limits\n" for name in document["without"]]
     return (

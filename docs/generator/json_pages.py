@@ -32,7 +32,7 @@ DOCUMENTS = (
     Document("misfit.regress/1", "misfit regress --json F", "orchestrator.regress.outcome"),
     Document("misfit.learn/1", "misfit learn --json F", "orchestrator.cli.learn"),
     Document("misfit.study/1", "misfit study caregivers --json F", "orchestrator.study.document"),
-    Document("misfit.hil/1", "misfit hil hold --json F", "hil.session.session"),
+    Document("misfit.hil/1", "misfit hil hold --json F", "hil.session.entry"),
 )
 
 

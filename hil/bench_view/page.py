@@ -10,6 +10,7 @@ from hil.bench_view.sentences import Said, state, trial
 from hil.bench_view.stop_bar import SIGN, stop_bar
 from hil.bench_view.style import CSS
 from hil.bench_view.watched import Sessions, Watched
+from hil.session.absent import warning
 from orchestrator.studio.pages import Page
 
 PATH = "/bench"
@@ -33,11 +34,14 @@ def register() -> Page:
 
 
 def build() -> None:
-    """The newest session, or the one that the address names."""
+    """The session that the address names, or the newest; the page and its stop button stay with it."""
     SESSIONS.find()
     request = ui.context.client.request
     wanted = request.query_params.get("session")
     seen = SESSIONS.chosen(wanted)
+    if seen is not None and wanted is None:  # from now on the address names it, also if the page is loaded again
+        wanted = seen.name
+        ui.add_body_html(f'<script>history.replaceState(null, "", "?session={seen.name}")</script>')
     ui.add_body_html(stop_bar(seen, request.url.hostname or ""))
     ui.add_head_html(f"<style>{CSS}</style>")
     ui.html("<h1>Bench</h1>", sanitize=False)
@@ -70,7 +74,7 @@ class _View:
         self.sign.set_content(f'<span id="{SIGN}">{self.turn}</span>')
         if _shown(chosen := SESSIONS.chosen(self.wanted)) != self.shown and not (chosen is None or chosen.is_over):
             self.shown = _shown(chosen)
-            ui.navigate.reload()
+            ui.navigate.to(f"{PATH}?session={chosen.name}")
             return
         seen = self.seen
         self.others.set_content(_others(seen))
@@ -78,10 +82,16 @@ class _View:
             self.state.set_content(START if seen is None else _state(state(seen)))
             return
         self.state.set_content(_state(state(seen)))
-        self.warning.set_content(_DEAD if seen.stop_is_dead else "")
+        self.warning.set_content(_without(seen) + (_DEAD if seen.stop_is_dead else ""))
         for name, draw in _PARTS.items():
             if self.turn % MAPS_EVERY == 0 or name not in _SLOW:
                 self.parts[name].set_content(draw(seen))
+
+
+def _without(seen: Watched) -> str:
+    """What is said all the time of a session that does without safeguards."""
+    words = warning(seen.about.get("without", ()))
+    return f'<p class="bench-state bench-bad"><strong>{escape(words)}</strong></p>' if words else ""
 
 
 _DEAD = """<p class="bench-state bench-bad"><strong>The stop button on this page is dead.</strong> The session goes on without it. Stop it with
@@ -117,7 +127,7 @@ def _others(seen: Watched | None) -> str:
 
 
 def _name(seen: Watched) -> str:
-    return escape(f"{seen.about.get('controller', '')} {seen.name}, {seen.life.value}")
+    return escape(f"{seen.title}: {seen.about.get('controller', '')}, {seen.life.value}")
 
 
 def _joints(seen: Watched) -> str:

@@ -44,7 +44,8 @@ def stop_bar(seen: Watched | None, host: str) -> str:
     address = seen.stop.address(OTHER.get(host, "localhost"))
     origin = address.removesuffix(f"/{seen.stop.token}/")
     return (
-        f'{STYLE}<aside id="bench-stop" aria-label="Stop"><iframe src="{escape(address)}" title="Stop the robot"></iframe>'
+        f'{STYLE}<aside id="bench-stop" aria-label="Stop"><iframe src="{escape(address)}" title="Stop {escape(seen.title)}"></iframe>'
+        f"<p>Stops <strong>{escape(seen.title)}</strong></p>"
         f'<a href="{escape(address)}" target="_blank" rel="noopener">Stop button in a window of its own</a></aside>'
         + _SCRIPT
         % (origin, SIGN)

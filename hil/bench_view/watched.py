@@ -91,8 +91,13 @@ class Watched:
 
     @property
     def name(self) -> str:
-        """What it is called in the page's address: its process."""
-        return str(process_of(self.look.path, PREFIX))
+        """What it is called in the page's address; no other session, also of the same process, has this name."""
+        return self.look.path.name.removeprefix(PREFIX)
+
+    @property
+    def title(self) -> str:
+        """Which session and robot it is."""
+        return str(self.about.get("name", f"session {process_of(self.look.path, PREFIX)}"))
 
     @property
     def folder(self) -> Path | None:

@@ -4,6 +4,7 @@ The same questions, refusals, recorder, watchdog and stop button for all of them
 """
 
 import json
+import os
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -30,7 +31,7 @@ from hil.session.start_up import NODES, Robot, must, start_up
 from hil.session.timing import Metronome
 from hil.session.watchdog import watchdog
 from hil.stop.flag import StopFlag
-from hil.view.about import about
+from hil.view.about import about, session_name
 from hil.view.window import Window
 
 # So long somebody has time to press Activate on the pendant after the operator's word.
@@ -195,6 +196,7 @@ def open_robot_session(
             window=window,
             asked=asked,
         )
+        stop.stops(session_name(settings, os.getpid()))
         yield Opened(settings, pilot, loop, beats, recorder, armed, operator, stop)
         stop.finish()
 

@@ -11,9 +11,9 @@ from fmus.errors import MisfitError
 from hil.processes import of_living, shared_folder
 
 PREFIX = "misfit-stop-"
-# Places of eight-byte numbers: times are monotonic ns, 0 before they come; behind them the token.
+# Places of eight-byte numbers: times are monotonic ns, 0 before they come; behind them the token, and what it stops in words.
 _PRESSED, _SEEN, _PORT, _ALIVE, _OVER = range(5)
-_TOKEN, _SIZE = 64, 128
+_TOKEN, _WORDS, _SIZE = 64, 128, 512
 
 
 class StopFlag:
@@ -37,7 +37,7 @@ class StopFlag:
         except (OSError, ValueError) as error:
             raise MisfitError(f"{path} is no stop button: {error}; its session may have ended") from error
         self._numbers = memoryview(self._memory)[:_TOKEN].cast("q")
-        self.token = bytes(self._memory[_TOKEN:]).rstrip(b"\0").decode("ascii", "replace")
+        self.token = bytes(self._memory[_TOKEN:_WORDS]).rstrip(b"\0").decode("ascii", "replace")
 
     @staticmethod
     def create() -> "StopFlag":
@@ -75,6 +75,16 @@ class StopFlag:
         """How long ago it was pressed without the loop having seen it; 0 if there is nothing to be seen."""
         pressed = self._numbers[_PRESSED]
         return (time.monotonic_ns() - pressed) * 1e-9 if pressed and not self._numbers[_SEEN] else 0.0
+
+    def stops(self, words: str) -> None:
+        """Say which session and robot it stops."""
+        data = words.encode()[: _SIZE - _WORDS]
+        self._memory[_WORDS : _WORDS + len(data)] = data
+
+    @property
+    def words(self) -> str:
+        """Which session and robot it stops; "" before that is known."""
+        return bytes(self._memory[_WORDS:]).rstrip(b"\0").decode("utf-8", "replace")
 
     def listen(self, port: int) -> None:
         """Say where the button's server listens."""

@@ -45,7 +45,7 @@ class Handler(BaseHTTPRequestHandler):
             self._answer(200, "text/html; charset=utf-8", page(nonce, words_of(self.flag)[0]), nonce)
         elif wanted == "state":
             words, bad = words_of(self.flag)
-            document = {"words": words, "bad": bad, "over": self.flag.is_over, "ready": words == READY}
+            document = {"words": words, "bad": bad, "over": self.flag.is_over, "ready": words.startswith(READY)}
             self._answer(200, "application/json", json.dumps(document).encode())
         elif wanted is not None:
             self._refuse(404, "there is no such page")
@@ -125,7 +125,7 @@ def words_of(flag: StopFlag) -> tuple[str, bool]:
     if flag.is_over:
         return "The session has ended, the arm has been let go.", False
     if not flag.is_pressed:
-        return READY, False
+        return (f"{READY} Stops {flag.words}." if flag.words else READY), False
     if (after := flag.seen_after_ms) is not None:
         return f"Stopping: the loop saw it after {after:.1f} ms, the arm is let down over a second.", False
     if flag.unseen_s > UNSEEN_S:

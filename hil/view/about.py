@@ -24,7 +24,8 @@ def about(settings: Settings, pilot: Pilot, folder: Path | None, stop: Path, dry
         "recording": str(folder.resolve()) if folder is not None else None,
         "controller": "trials" if settings.protocol is not None else settings.controller,
         "side": settings.side,
-        "bus": f"{settings.bus.get('interface', '')} {settings.bus.get('channel', '')}".strip(),
+        "bus": _bus(settings),
+        "name": session_name(settings, os.getpid()),
         "dry_run": dry_run,
         "without": list(settings.waived),
         "stop": str(stop),
@@ -42,6 +43,16 @@ def about(settings: Settings, pilot: Pilot, folder: Path | None, stop: Path, dry
         found["confirm"] = settings.protocol.confirm
         found["arm"] = _arm(settings)
     return found
+
+
+def session_name(settings: Settings, process: int) -> str:
+    """Which session and robot it is, as a stop button and pages call it."""
+    robot = "the virtual robot" if settings.bus.get("host") == "127.0.0.1" else "the robot"
+    return f"session {process} with {robot} ({settings.side}, {_bus(settings)})"
+
+
+def _bus(settings: Settings) -> str:
+    return f"{settings.bus.get('interface', '')} {settings.bus.get('channel', '')}".strip()
 
 
 def _arm(settings: Settings) -> dict[str, Any]:

@@ -31,7 +31,7 @@ def watch(path: Path, console: Console, seconds: float = float("inf")) -> int:
                     if now - before[1] >= 1.0 or not rate:
                         rate = (seen - before[0]) / max(now - before[1], PAUSE_S)
                         before = (seen, now)
-                    live.update(picture(glance, rate), refresh=True)
+                    live.update(picture(glance, rate, window.about.get("without", ())), refresh=True)
                 time.sleep(PAUSE_S)
     finally:
         window.close()

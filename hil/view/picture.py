@@ -2,12 +2,14 @@
 
 import math
 from bisect import bisect_left
+from collections.abc import Sequence
 
 from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
 from hil.safety.cycle import Reaction
+from hil.session.absent import warning
 from hil.view.glance import Glance
 from hil.view.layout import EDGES
 
@@ -17,8 +19,8 @@ _WIDTH = 30
 _ROWS = (10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0, 10000.0)
 
 
-def picture(now: Glance, rate_hz: float) -> RenderableType:
-    """Draw a glance; `rate_hz` is how many cycles a second there have been lately."""
+def picture(now: Glance, rate_hz: float, without: Sequence[str] = ()) -> RenderableType:
+    """Draw a glance; `rate_hz` is how many cycles a second there have been lately, `without` the safeguards that are waived."""
     reaction = Reaction(now.reaction)
     calm = reaction is Reaction.PASS and not now.reason
     seconds = (now.time_ns - now.began_ns) * 1e-9
@@ -34,6 +36,8 @@ def picture(now: Glance, rate_hz: float) -> RenderableType:
     size = sum(value * value for value in now.force) ** 0.5
     force = Text(f"force at the wrist {size:.1f} N ({', '.join(f'{value:+.1f}' for value in now.force)})")
     parts: list[RenderableType] = [head, joints, force, _histogram(now.lateness)]
+    if without:
+        parts.insert(0, Text(warning(without), "bold red"))
     if now.reason:
         parts.append(Text(now.reason, "bold red"))
     return Group(*parts)

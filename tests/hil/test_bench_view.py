@@ -29,6 +29,8 @@ from hil.safety.cycle import Reaction
 from hil.safety.rules import RULES
 from hil.session.loop import Loop, Wishes
 from hil.stop.flag import StopFlag
+from hil.stop.page import READY
+from hil.stop.server import words_of
 from hil.trials.controller import SIGNALS
 from hil.trials.phases import Phase
 from hil.view import layout
@@ -243,3 +245,41 @@ def test_pictures_are_well_formed_and_say_their_numbers() -> None:
     assert "half within 1.00 µs" in late and "the latest 200 ms" in late
     for svg in (drawn, curves, late, pictures.traces([], 1)):
         ElementTree.fromstring(svg)
+
+
+def test_a_page_and_its_button_stay_with_one_session_and_name_it(
+    window: Window, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(page, "SESSIONS", Sessions())
+    seen = stopped_session(window)
+    views, bodies = [], []
+    monkeypatch.setattr(page._View, "begin", lambda view: views.append(view))
+    monkeypatch.setattr("nicegui.ui.add_body_html", bodies.append)
+    scope = {"type": "http", "method": "GET", "path": "/bench", "query_string": b"", "scheme": "http"}
+    request = Request(scope | {"headers": [(b"host", b"127.0.0.1:80")], "server": ("127.0.0.1", 80)})
+    with Client(nicegui_page("/bench"), request=request) as client:
+        page.build()
+    client.delete()
+    [view] = views
+    name = view.wanted
+    assert name is not None and f"?session={name}" in bodies[0]
+    other = Window.create(2_000_000, {"name": "session 2 with a colleague's robot"})
+    try:
+        page.SESSIONS.find()
+        chosen = page.SESSIONS.chosen(name)
+        assert chosen is not None and chosen.look.path == window.path != other.path
+        assert len(page.SESSIONS.all()) == 2
+    finally:
+        other.remove()
+    assert seen is not None
+
+
+def test_the_button_says_which_session_and_robot_it_stops(window: Window) -> None:
+    seen = Watched.open(window.path)
+    assert seen.stop is not None
+    flag = StopFlag(seen.stop.path)
+    flag.listen(4321)
+    assert f"Stops <strong>{seen.title}</strong>" in stop_bar(seen, "localhost")
+    assert "session " in seen.title and "(right, " in seen.title
+    flag.stops(seen.title)
+    assert words_of(flag) == (f"{READY} Stops {seen.title}.", False)
