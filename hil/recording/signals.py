@@ -39,6 +39,8 @@ COLUMNS = (
         "what the safety core did: 0 pass, 1 reduce, 2 comply, 3 support, 4 release, 5 silence",
     ),
 )
+# Whose joints `q1` to `q3` are, so that nobody takes them for an arm's.
+FRAME = "robot: Proficio (1 lifts the arm, 2 turns it in the plane, 3 bends the elbow)"
 # Rows that are handed on at a time.
 _BLOCK = 4096
 # Share of a session that is learnt from; the rest is held out.
@@ -91,7 +93,7 @@ def _case(seconds: float) -> str:
     units = "\n".join(f"{json.dumps(column.name)} = {json.dumps(column.unit)}" for column in COLUMNS)
     cut = round(_LEARNING * seconds, 3)
     return (
-        f"files = [{json.dumps(SIGNALS)}]\n"
+        f"files = [{json.dumps(SIGNALS)}]\nframe = {json.dumps(FRAME)}\n"
         f"learning_window_s = [0.0, {cut}]\nheld_out_window_s = [{cut}, {seconds:.3f}]\n\n"
         f'[columns]\ntime = "s"\n{units}\n'
     )

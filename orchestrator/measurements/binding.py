@@ -16,6 +16,10 @@ if TYPE_CHECKING:
     from fmus.symbolic.system import Variable
 
 
+# Joints of a robot have names like those of the arm that is strapped to it and mean others: such columns are not matched by name.
+ROBOT = "robot"
+
+
 def bind(
     trial_set: MeasurementSet,
     inputs: Sequence["Variable"],
@@ -38,6 +42,7 @@ def bind(
     columns = tuple(trial_set.trials[0].columns)
     names = [variable.name for variable in (*inputs, *outputs)]
     matching = match_columns(columns, trial_set.variables, names)
+    _same_frame(trial_set, matching.column_of)
     measured = [v for v in outputs if v.name in matching.column_of]
     if not measured:
         raise MisfitError(
@@ -94,3 +99,16 @@ def _idle(variable: "Variable") -> float:
 def _idle_note(variable: "Variable") -> str:
     held = f"{_idle(variable):g} {variable.unit}".rstrip()
     return f"input {variable.name} has no column and is held at {held}"
+
+
+def _same_frame(trial_set: MeasurementSet, column_of: Mapping[str, str]) -> None:
+    """Refuse columns of a robot's joints that only their name makes a variable of the model."""
+    if not trial_set.frame.startswith(ROBOT):
+        return
+    by_name = [column for column in column_of.values() if column not in trial_set.variables]
+    if by_name:
+        raise MisfitError(
+            f"{trial_set.path}: columns {listed(by_name)} belong to another frame (case.toml: frame = {trial_set.frame!r}), and have the"
+            " names of variables of the model by chance; say in [variables] which column is which variable, such as"
+            f' {by_name[0]} = "{next(iter(column_of))}"'
+        )

@@ -29,6 +29,7 @@ _KNOWN_KEYS = (
     "initial_conditions",
     "reading",
     "interpolation",
+    "frame",
 )
 INTERPOLATIONS = ("linear", "hold")
 # Free text for people, which needs no remark.
@@ -42,7 +43,7 @@ class CaseFile:
     `units` maps a column to its unit, `variables` a column to a model variable, `sensors` a key of
     [sensors] to its number, `tolerances` a model parameter to its relative standard deviation. `rate_hz` is None when no rate was
     given. `interpolation` says of columns whether they run in straight lines between samples ("linear") or stay ("hold").
-    `reading` says how files of another make are read (None: as plain csv), `readings` how single ones that differ.
+    `frame` names the joints that columns belong to where those are not simply the model's; see `bind`. `reading` says how files of another make are read (None: as plain csv), `readings` how single ones that differ.
     """
 
     files: tuple[str, ...]
@@ -57,6 +58,7 @@ class CaseFile:
     interpolation: Mapping[str, str] = field(default_factory=dict)
     reading: Reading | None = None
     readings: Mapping[str, Reading] = field(default_factory=dict)
+    frame: str = ""
 
     def reading_of(self, file: str) -> Reading | None:
         """How a file is read; None: as plain csv."""
@@ -91,6 +93,7 @@ def read_case_file(path: Path, content: bytes, files_found: tuple[str, ...]) -> 
         interpolation=_interpolation(table.get_table("interpolation")),
         reading=reading,
         readings=readings,
+        frame=_frame(table),
     )
 
 
@@ -108,6 +111,13 @@ def _files(table: TomlTable, files_found: tuple[str, ...]) -> tuple[str, ...]:
         if normpath(name) in map(normpath, files[:position]):
             raise MisfitError(f"{table.where}: files names {shown(name)} twice; a trial counts once")
     return files
+
+
+def _frame(table: TomlTable) -> str:
+    frame = table.values.get("frame", "")
+    if not isinstance(frame, str):
+        raise table.wrong("frame", 'the name of what the joints belong to, such as "robot: Proficio"')
+    return frame
 
 
 def _units(table: TomlTable) -> dict[str, str]:

@@ -56,6 +56,7 @@ def load_measurements(path: str | Path) -> MeasurementSet:
         initial_conditions_given=case.initial_conditions_given,
         tolerances=case.tolerances,
         interpolation=case.interpolation,
+        frame=case.frame,
         notes=tuple(notes),
         content_hash=digest.hexdigest(),
     )

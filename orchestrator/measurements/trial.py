@@ -63,6 +63,7 @@ class MeasurementSet:
     `sensors` holds the numbers of [sensors], `tolerances` the relative standard deviations of
     [tolerances] by parameter, `variables` maps a column to a model variable where the names differ. `notes` lists what was assumed. `content_hash` is the sha256 of case.toml and all
     data files, in hex: equal hashes mean equal data. `interpolation` maps a column to "linear" or "hold" (default: linear).
+    `frame` names what the columns' joints belong to, "" where nobody said.
     """
 
     path: Path
@@ -74,6 +75,7 @@ class MeasurementSet:
     content_hash: str
     tolerances: Mapping[str, float] = field(default_factory=dict)
     interpolation: Mapping[str, str] = field(default_factory=dict)
+    frame: str = ""
 
     @property
     def mended(self) -> tuple[str, ...]:
