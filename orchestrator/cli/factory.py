@@ -98,17 +98,18 @@ def validate(files: tuple[str, ...], json_file: str | None, quiet: bool, workers
     """Check FMUs; one line a finding, exit code 1 if there is any."""
     from concurrent.futures import ThreadPoolExecutor
 
-    from fmus.validate import validate_fmu
+    from fmus.validate import examine_fmu
 
     with progress(quiet) as say, ThreadPoolExecutor(workers) as pool:
         say(f"checking {len(files)} FMUs")
         # Each is run in a process of its own; threads only wait for those.
-        found = dict(zip(files, pool.map(lambda name: validate_fmu(Path(name)), files), strict=True))
-    fmus = [{"file": name, "findings": findings} for name, findings in found.items()]
+        found = dict(zip(files, pool.map(lambda name: examine_fmu(Path(name)), files), strict=True))
+    fmus = [{"file": n, "findings": list(each.findings), "notes": list(each.notes)} for n, each in found.items()]
     write_json(json_file, {"schema": "misfit.validate/1", "fmus": fmus})
-    lines = [f"{name}: {finding}" for name, findings in found.items() for finding in findings]
+    lines = [f"{name}: {finding}" for name, each in found.items() for finding in each.findings]
+    notes = [f"{name}: {note}" for name, each in found.items() for note in each.notes]
     if json_file != "-":
-        for line in lines:
+        for line in [*lines, *([] if quiet else notes)]:
             click.echo(line)
     if lines:
         sys.exit(1)

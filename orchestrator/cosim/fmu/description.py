@@ -13,22 +13,13 @@ from typing import Any
 
 from fmus.errors import FmuError
 from fmus.files import cache_folder, write_atomically
+from fmus.sources import SourceSet, check_identifier, sources_of
 from fmus.units import SiUnit
 from orchestrator.cosim.component import FLOATS, INTEGERS, Port
 
 CO_SIMULATION, MODEL_EXCHANGE = "CoSimulation", "ModelExchange"
 _TYPES2 = {"Real": "Float64", "Integer": "Int32"}
 _TRUE = ("true", "1")
-
-
-@dataclass(frozen=True)
-class SourceSet:
-    """Source files to compile, below `sources/`, with their definitions (name -> value) and include folders."""
-
-    language: str
-    files: tuple[str, ...]
-    definitions: Mapping[str, str]
-    includes: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -184,7 +175,7 @@ def _parse(path: Path) -> dict[str, Any]:
         "model_name": parsed.modelName,
         "token": parsed.instantiationToken or "",
         "tool": parsed.generationTool or "",
-        "interfaces": {interface.kind: interface for interface in _interfaces(parsed, _differentiable(path))},
+        "interfaces": {interface.kind: interface for interface in _interfaces(path, parsed)},
         "ports": tuple(_port(variable, units) for variable in parsed.modelVariables),
         "references": tuple(variable.valueReference for variable in parsed.modelVariables),
         "outputs": _dependents(parsed.outputs),
@@ -223,10 +214,12 @@ def _differentiable(path: Path) -> dict[str, bool]:
     return found
 
 
-def _interfaces(parsed: Any, differentiable: Mapping[str, bool]) -> Iterator[Interface]:
+def _interfaces(path: Path, parsed: Any) -> Iterator[Interface]:
+    differentiable = _differentiable(path)
     for kind, found in ((CO_SIMULATION, parsed.coSimulation), (MODEL_EXCHANGE, parsed.modelExchange)):
         if found is None:
             continue
+        check_identifier(found.modelIdentifier, path.name)
         stepping = kind == CO_SIMULATION
         second = str(parsed.fmiVersion) == "2.0"
         yield Interface(
@@ -242,24 +235,8 @@ def _interfaces(parsed: Any, differentiable: Mapping[str, bool]) -> Iterator[Int
             interpolates_inputs=stepping and second and _flag(found.canInterpolateInputs),
             has_event_mode=stepping and _flag(found.hasEventMode),
             needs_completed_step=not stepping and _flag(found.needsCompletedIntegratorStep),
-            sources=_sources(parsed, found.modelIdentifier),
+            sources=sources_of(parsed, found.modelIdentifier),
         )
-
-
-def _sources(parsed: Any, identifier: str) -> tuple[SourceSet, ...]:
-    for configuration in parsed.buildConfigurations:
-        # The only one there is has to be meant, even where its identifier is another.
-        if configuration.modelIdentifier == identifier or len(parsed.buildConfigurations) == 1:
-            return tuple(
-                SourceSet(
-                    language=part.language or "",
-                    files=tuple(part.sourceFiles),
-                    definitions={d.name: d.value or "" for d in part.preprocessorDefinitions if not d.optional},
-                    includes=tuple(part.includeDirectories),
-                )
-                for part in configuration.sourceFileSets
-            )
-    return ()
 
 
 def _port(variable: Any, units: Mapping[str, SiUnit]) -> Port:
