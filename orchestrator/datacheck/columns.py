@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from itertools import combinations
 
 from orchestrator.datacheck import limits
-from orchestrator.datacheck.changes import Change
+from orchestrator.datacheck.changes import NO_CHANGE, Change
 from orchestrator.datacheck.factors import CLOCK, KELVIN, QUARTERS, factors, is_angle, is_temperature, same_dimension
 from orchestrator.datacheck.findings import Finding, Kind
 from orchestrator.datacheck.prediction import Predictor
@@ -13,6 +13,8 @@ from orchestrator.datacheck.prediction import Predictor
 Left = Callable[[Change], float]
 # Changes that are looked at more closely after a first look.
 SHORTLIST = 6
+# With more changes than this, pushes would take too long.
+MOST_PUSHED = 40
 KINDS: Mapping[str, Kind] = {"shift": "offset", "swap": "swap", "clock": "time_unit", "delay": "delay"}
 
 
@@ -51,22 +53,32 @@ def _groups(moving: Sequence[str], units: Mapping[str, str]) -> Iterable[tuple[s
 
 
 def wrong_columns(predictor: Predictor, units: Mapping[str, str]) -> tuple[Finding, ...]:
-    """The change that makes a model that predicted next to nothing predict nearly everything, if there is one."""
+    """The change that makes a model that predicted next to nothing predict nearly everything, if there is one.
+
+    If no change does so with the model as it is, the model gets free pushes: its friction may be what it lacks.
+    """
     before = predictor.left()
     if before < limits.NOTHING_WRONG:
         return ()
     changes = possible_changes(predictor.moving, units, predictor.data.output_names)
     first = sorted((Tried(c, predictor.left(c, few=True)) for c in changes), key=lambda tried: tried.left)
     closely = [Tried(each.change, predictor.left(each.change)) for each in first[:SHORTLIST]]
-    return judged(before, closely, predictor.left)
+    found = judged(before, closely, predictor.left, limits.PLAIN)
+    if found or before < limits.WELL_PREDICTED or not predictor.can_be_pushed or len(changes) > MOST_PUSHED:
+        return found
+    pushed = predictor.left_when_pushed
+    with_pushes = pushed(NO_CHANGE)
+    if with_pushes < limits.WELL_PREDICTED:
+        return ()
+    return judged(with_pushes, [Tried(c, pushed(c)) for c in changes], pushed, limits.PUSHED)
 
 
-def judged(before: float, tried: Sequence[Tried], left: Left) -> tuple[Finding, ...]:
+def judged(before: float, tried: Sequence[Tried], left: Left, limit: limits.Limit) -> tuple[Finding, ...]:
     """The best change as a finding, if it leaves little, much less than before, and by its own amount the least."""
     ranked = sorted(tried, key=lambda each: (each.left, len(each.change.columns)))
-    good = [each for each in ranked if each.left < limits.WELL_PREDICTED and before > limits.DROP * each.left]
+    good = [each for each in ranked if each.left < limit.left and before > limit.drop * each.left]
     good = [each for each in good if each.left <= limits.AS_GOOD * good[0].left]
-    good = [each for each in good if is_sharp(each, left)]
+    good = [each for each in good if is_sharp(each, left, limit)]
     if not good:
         return ()
     best = _likeliest(good)
@@ -79,16 +91,16 @@ def _likeliest(good: Sequence[Tried]) -> Tried:
     return min(good, key=lambda each: (len(each.change.columns) > 1, each.change.way == "clock", each.left))
 
 
-def is_sharp(tried: Tried, left: Left) -> bool:
+def is_sharp(tried: Tried, left: Left, limit: limits.Limit) -> bool:
     """Whether the amount of a change, if it were free, would be the well-known one; a gain of physics is anything."""
     change = tried.change
     if change.way not in ("scale", "shift") or change.value == -1.0:
         return True
     if change.way == "shift":
-        reach, moved = limits.CLOSE_ANGLE, [change.with_value(change.value + d * limits.CLOSE_ANGLE) for d in (-1, 1)]
+        moved = [change.with_value(change.value + d * limits.CLOSE_ANGLE) for d in (-1, 1)]
     else:
         size = max(abs(change.value), 1 / abs(change.value))
-        reach = limits.CLOSE if size < limits.NEAR_ONE else limits.LOOSE
+        reach = limit.close if size < limits.NEAR_ONE else limits.LOOSE
         moved = [change.with_value(change.value * (1 + d * reach)) for d in (-1, 1)]
     return all(left(each) >= tried.left for each in moved)
 

@@ -1,16 +1,31 @@
 """Limits of the data checks, in one place; docs/data_checks.md shows what each of them is worth."""
 
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Limit:
+    """What a right change has to reach: it leaves less than `left`, and `drop` times less than the record as it is does.
+
+    `close` is how near to a well-known factor of the size of a physical gain the one must be that is fitted freely.
+    """
+
+    left: float
+    drop: float
+    close: float
+
+
 # Where a model leaves less than this share of what a record shows over short stretches, no column is looked at.
 NOTHING_WRONG = 0.01
-# A changed column is right only if it leaves less than this.
+# Where it leaves more than this, its friction may be what it lacks, and it is looked at with free pushes, too.
 WELL_PREDICTED = 0.05
-# A change counts if it divides what the model leaves by this much at least.
-DROP = 10.0
+PLAIN = Limit(left=0.05, drop=10.0, close=0.06)
+# With free pushes, more is explained of any record, and gains are less sharp.
+PUSHED = Limit(left=0.1, drop=8.0, close=0.25)
 # A change of another column that leaves no more than this many times what the best one leaves is an alternative to it.
 AS_GOOD = 1.5
-# How near a factor that is fitted freely must be to the well-known one: up to NEAR_ONE, a physical gain may be as large, and
-# beyond it nothing physical is.
-NEAR_ONE, CLOSE, LOOSE = 30.0, 0.06, 0.25
+# Up to this factor a physical gain may be as large; beyond it the freely fitted one must be near by LOOSE only.
+NEAR_ONE, LOOSE = 30.0, 0.25
 # How far, in rad, a freely fitted zero may be from a quarter or half turn.
 CLOSE_ANGLE = 0.05
 # A delay counts if it leaves this much less, and is longer than this many samples.

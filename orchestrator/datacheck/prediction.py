@@ -8,6 +8,7 @@ column predicts next to nothing.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,6 +16,10 @@ from fmus.errors import ComponentError
 from orchestrator.datacheck.changes import NO_CHANGE, Change
 from orchestrator.measurements import BoundSet, BoundTrial
 from orchestrator.models.contract import Model
+from orchestrator.models.symbolic import SymbolicModel
+
+if TYPE_CHECKING:
+    from orchestrator.datacheck.pushes import PushedModel
 
 # Stretches that are looked at, and samples that each has at least and at most; the first look at a change is at the first ones
 # of the first stretch.
@@ -89,6 +94,23 @@ class Predictor:
         noise = change.noise(self.noise, self.names)[nu:]
         shares = unexplained(self.model, self.stretches(change, few=few), self.data.output_names, noise)
         return float(max(shares.max(), LEAST))
+
+    @property
+    def can_be_pushed(self) -> bool:
+        """Whether the model's equations are open, so that its states can be pushed."""
+        return type(self.model) is SymbolicModel
+
+    @cached_property
+    def _pushed(self) -> "PushedModel":
+        from orchestrator.datacheck.pushes import PushedModel
+
+        assert isinstance(self.model, SymbolicModel)
+        return PushedModel(self.model, self.data.output_names)
+
+    def left_when_pushed(self, change: Change = NO_CHANGE) -> float:
+        """The same as `left` for the model with free pushes; see `pushes`."""
+        noise = change.noise(self.noise, self.names)[len(self.data.input_names) :]
+        return float(max(self._pushed.left(self.stretches(change), noise).max(), LEAST))
 
 
 def unexplained(model: Model, parts: Sequence[Stretch], names: Sequence[str], noise: np.ndarray) -> np.ndarray:
