@@ -1,13 +1,16 @@
 """All checks of a record before physics is looked for in it, and the mends that they propose."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 
 from orchestrator.datacheck.columns import wrong_columns
 from orchestrator.datacheck.findings import Finding
 from orchestrator.datacheck.mending import mended
 from orchestrator.datacheck.prediction import Predictor
+from orchestrator.datacheck.sensors import sensor_findings
+from orchestrator.datacheck.trials import clock_lags, odd_trials
 from orchestrator.measurements import MeasurementSet, bind
+from orchestrator.measurements.matching import match_columns
 from orchestrator.models.contract import Model
 
 # One mend may bring the next mistake to light.
@@ -32,10 +35,44 @@ def check_data(model: Model, measurements: MeasurementSet) -> tuple[Finding, ...
     data = bind(measurements, model.inputs, model.outputs)
     if not data.learning:
         return ()
+    found = _once(_of_sensors(model, measurements))
     units = {variable.name: variable.unit or "" for variable in (*model.inputs, *model.outputs)}
-    predictor = Predictor(model, data, data.learning)
-    found = list(wrong_columns(predictor, units))
+    of_columns = wrong_columns(Predictor(model, data, data.learning), units)
+    found += of_columns
+    if not of_columns:  # else trials are looked at once that is mended
+        odd = tuple(odd_trials(model, data, units))
+        found += odd
+        found += () if odd else clock_lags(model, data)
     return tuple(sorted(found, key=lambda finding: not finding.strong))
+
+
+def _once(found: Iterable[Finding]) -> list[Finding]:
+    """One finding of a kind for a column, unless each has a mend of its own; the others are counted."""
+    groups: dict[tuple[str, str], list[Finding]] = {}
+    for finding in found:
+        groups.setdefault((finding.kind, finding.column), []).append(finding)
+    kept = []
+    for group in groups.values():
+        group.sort(key=lambda finding: not finding.strong)
+        if len(group) == 1 or group[0].keep is not None:
+            kept += group
+            continue
+        trials = tuple(dict.fromkeys(finding.trial for finding in group))
+        evidence = f"{group[0].evidence} (the same in {len(trials)} trials: {', '.join(trials)})"
+        kept.append(replace(group[0], evidence=evidence, trials=trials))
+    return kept
+
+
+def _of_sensors(model: Model, measurements: MeasurementSet) -> Iterator[Finding]:
+    names = [variable.name for variable in (*model.inputs, *model.outputs)]
+    columns = tuple(measurements.trials[0].columns)
+    column_of = match_columns(columns, measurements.variables, names).column_of
+    for trial in measurements.trials:
+        for variable in model.outputs:
+            column = column_of.get(variable.name, "")
+            if column in trial.columns:
+                others = [trial.columns[c] for c in column_of.values() if c != column and c in trial.columns]
+                yield from sensor_findings(trial, column, variable.name, others)
 
 
 def mend(model: Model, measurements: MeasurementSet) -> Mended:
@@ -47,7 +84,7 @@ def mend(model: Model, measurements: MeasurementSet) -> Mended:
     done: list[Finding] = []
     for _ in range(MOST_ROUNDS):
         found = check_data(model, measurements)
-        accepted = [finding for finding in found if finding.change is not None]
+        accepted = [finding for finding in found if finding.change is not None or finding.keep is not None]
         if not accepted:
             return Mended(measurements, tuple(done), found)
         measurements = mended(model, measurements, accepted)

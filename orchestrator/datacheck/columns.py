@@ -12,7 +12,7 @@ from orchestrator.datacheck.prediction import Predictor
 
 Left = Callable[[Change], float]
 # Changes that are looked at more closely after a first look.
-SHORTLIST = 6
+SHORTLIST = 4
 # With more changes than this, pushes would take too long.
 MOST_PUSHED = 40
 KINDS: Mapping[str, Kind] = {"shift": "offset", "swap": "swap", "clock": "time_unit", "delay": "delay"}

@@ -13,7 +13,8 @@ class Finding:
     """One thing that is wrong, or may be, with a column or a trial.
 
     `evidence` says why in numbers, `proposal` what to do. A `strong` finding forbids to name physics. `change` is the mend of
-    the columns, in the units of the model, and `trials` names those it concerns, none for all.
+    the columns, in the units of the model, `keep` one that leaves these seconds alone, and `trials` names those it concerns, none
+    for all.
     """
 
     kind: Kind
@@ -24,6 +25,7 @@ class Finding:
     strong: bool
     change: Change | None = None
     trials: tuple[str, ...] = ()
+    keep: tuple[float, float] | None = None
 
     def to_json(self) -> dict[str, Any]:
         """The entry of `data_checks`."""

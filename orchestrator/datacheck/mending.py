@@ -22,10 +22,10 @@ def mended(model: Model, measurements: MeasurementSet, findings: Sequence[Findin
     columns = tuple(measurements.trials[0].columns)
     column_of = match_columns(columns, measurements.variables, list(variables)).column_of
     for finding in findings:
-        if finding.change is not None:
+        if finding.change is not None or finding.keep is not None:
             chosen = finding.trials
             trials = [
-                _changed(trial, finding.change, column_of, variables) if not chosen or trial.name in chosen else trial
+                _mended(trial, finding, column_of, variables) if not chosen or trial.name in chosen else trial
                 for trial in measurements.trials
             ]
             note = f"{MENDED}{finding.proposal} ({finding.evidence})"
@@ -33,6 +33,16 @@ def mended(model: Model, measurements: MeasurementSet, findings: Sequence[Findin
             notes = (*measurements.notes, note)
             measurements = replace(measurements, trials=tuple(trials), notes=notes, content_hash=digest)
     return measurements
+
+
+def _mended(trial: Trial, finding: Finding, column_of: Mapping[str, str], units: Mapping[str, str]) -> Trial:
+    if finding.change is not None:
+        trial = _changed(trial, finding.change, column_of, units)
+    if finding.keep is not None:
+        first, last = finding.keep
+        rows = (trial.time >= first) & (trial.time <= last)
+        trial = replace(trial, time=trial.time[rows], columns={k: v[rows] for k, v in trial.columns.items()})
+    return trial
 
 
 def _changed(trial: Trial, change: Change, column_of: Mapping[str, str], units: Mapping[str, str]) -> Trial:

@@ -23,13 +23,15 @@ if TYPE_CHECKING:
 
 # Stretches that are looked at, and samples that each has at least and at most; the first look at a change is at the first ones
 # of the first stretch.
-MANY, SHORTEST, LONGEST, FIRST_LOOK = 6, 24, 400, 150
+MANY, SHORTEST, LONGEST, FIRST_LOOK = 4, 24, 400, 150
 # A model that errs by more than this many times what there is to predict says nothing more by erring more.
 WORST = 1e4
 # Less than this is rounding.
 LEAST = 1e-12
 # Columns are differentiated over this share of a trial, so that their noise does not count as motion.
 REACH = 1 / 200
+# Polynomials up to this degree are drifts, as integrating plants show them.
+DRIFT = 3
 TINY = 1e-300
 
 
@@ -44,11 +46,12 @@ class Stretch:
 
 @dataclass(frozen=True, eq=False)
 class Predictor:
-    """A model beside trials: what it leaves of them, as they are and with a changed column."""
+    """A model beside trials: what it leaves of them, as they are and with a changed column, by `most` stretches."""
 
     model: Model
     data: BoundSet
     trials: tuple[BoundTrial, ...]
+    most: int = MANY
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -69,8 +72,8 @@ class Predictor:
     @cached_property
     def rows(self) -> tuple[tuple[int, slice], ...]:
         """The most active stretches, as (trial, rows), spread over the trials, the best of each trial first."""
-        count = max(1, MANY // len(self.trials))
-        found = [[(k, rows) for rows in _active(trial)[:count]] for k, trial in enumerate(self.trials[:MANY])]
+        count = max(1, self.most // len(self.trials))
+        found = [[(k, rows) for rows in _active(trial)[:count]] for k, trial in enumerate(self.trials[: self.most])]
         return tuple(each for rank in range(count) for own in found for each in own[rank : rank + 1])
 
     def stretches(self, change: Change, *, few: bool = False) -> list[Stretch]:
@@ -90,10 +93,17 @@ class Predictor:
 
         1 means that a straight line through each stretch is as good.
         """
-        nu = len(self.data.input_names)
-        noise = change.noise(self.noise, self.names)[nu:]
-        shares = unexplained(self.model, self.stretches(change, few=few), self.data.output_names, noise)
-        return float(max(shares.max(), LEAST))
+        return float(max(self._shares(change, few).max(), LEAST))
+
+    def errors(self) -> np.ndarray:
+        """Root mean square error (ny,) over the stretches, in the units of the outputs."""
+        parts = self.stretches(NO_CHANGE)
+        there = np.concatenate([bent(part.time, part.outputs) for part in parts])
+        return np.asarray(np.sqrt(self._shares(NO_CHANGE, few=False) * np.mean(there**2, axis=0)))
+
+    def _shares(self, change: Change, few: bool) -> np.ndarray:
+        noise = change.noise(self.noise, self.names)[len(self.data.input_names) :]
+        return unexplained(self.model, self.stretches(change, few=few), self.data.output_names, noise)
 
     @property
     def can_be_pushed(self) -> bool:
@@ -149,9 +159,10 @@ def _active(trial: BoundTrial) -> list[slice]:
 
 
 def _length(trial: BoundTrial) -> int:
-    """Samples in the shortest period of the outputs, by Rice's formula for the rate of mean crossings."""
+    """Samples in the shortest period of the outputs, by Rice's formula for the rate of mean crossings, without slow drifts."""
     step = float(np.mean(np.diff(trial.time)))
-    around = trial.outputs - trial.outputs.mean(axis=0)
+    slow = np.polynomial.chebyshev.chebvander(np.linspace(-1, 1, len(trial.time)), DRIFT)
+    around = trial.outputs - slow @ np.linalg.lstsq(slow, trial.outputs, rcond=None)[0]
     reach = max(1, int(len(around) * REACH))
     speed = (around[reach:] - around[:-reach]) / (reach * step)
     period = 2 * np.pi * np.sqrt(np.var(around, axis=0) / (np.var(speed, axis=0) + TINY))

@@ -1,0 +1,100 @@
+"""Stuck and saturated sensors, single wrong trials, clocks that do not agree."""
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from orchestrator.datacheck.check import check_data, mend
+from orchestrator.datacheck.findings import Finding
+from orchestrator.measurements import load_measurements
+from orchestrator.models.load import load_model
+from tests.datacheck.records import drive, write_case
+
+Columns = dict[str, np.ndarray]
+UNITS = {"torque": "N.m", "phi": "rad"}
+STEP = 0.01
+
+
+def slightly_braked(seed: int) -> Columns:
+    return drive(seed, friction=0.005)
+
+
+def found_in(folder: Path, spoil: Callable[[Columns, int], Columns]) -> tuple[Finding, ...]:
+    write_case(folder, slightly_braked, UNITS, spoil, trials=5)
+    return check_data(load_model("drive"), load_measurements(folder))
+
+
+def later(columns: Columns, seconds: float) -> Columns:
+    return {**columns, "torque": np.interp(columns["time"] - seconds, columns["time"], columns["torque"])}
+
+
+def test_a_sensor_that_sticks_is_named_with_its_seconds_and_cut(tmp_path: Path) -> None:
+    def spoil(columns: Columns, number: int) -> Columns:
+        phi = columns["phi"].copy()
+        if number == 2:
+            phi[100:160] = phi[100]
+        return {**columns, "phi": phi}
+
+    (finding,) = found_in(tmp_path, spoil)
+    assert (finding.kind, finding.column, finding.trial, finding.strong) == ("stuck", "phi", "trial_2.csv", True)
+    assert finding.keep == pytest.approx((1.60, 3.99))
+    again = mend(load_model("drive"), load_measurements(tmp_path))
+    assert again.open == ()
+    assert again.measurements.trials[1].time[0] == pytest.approx(1.60)
+
+
+def test_a_sensor_that_saturates_is_named_with_all_its_trials(tmp_path: Path) -> None:
+    def spoil(columns: Columns, number: int) -> Columns:
+        low, high = np.quantile(columns["phi"], [0.1, 0.9])
+        return {**columns, "phi": np.clip(columns["phi"], low, high)}
+
+    found = found_in(tmp_path, spoil)
+    assert found[0].strong
+    assert {finding.kind for finding in found} == {"saturated"}
+
+
+def test_a_machine_at_rest_is_no_stuck_sensor(tmp_path: Path) -> None:
+    """A drive that coasts to rest under a torque too small to move it, and an encoder with a digit of 1e-3 rad."""
+
+    def stopped(seed: int) -> Columns:
+        time = STEP * np.arange(400)
+        phi = np.where(time < 2.0, 1.0 - 0.25 * np.clip(2.0 - time, 0, None) ** 2, 1.0)
+        return {"time": time, "torque": 1e-3 * np.sin(9 * time), "phi": np.round(phi, 3)}
+
+    write_case(tmp_path, stopped, UNITS)
+    found = check_data(load_model("drive"), load_measurements(tmp_path))
+    assert "stuck" not in {finding.kind for finding in found}
+
+
+def test_one_trial_in_degrees_is_named_alone(tmp_path: Path) -> None:
+    def spoil(columns: Columns, number: int) -> Columns:
+        return {**columns, "phi": columns["phi"] * (180 / math.pi if number == 3 else 1.0)}
+
+    (finding,) = found_in(tmp_path, spoil)
+    assert (finding.kind, finding.trial, finding.strong) == ("unit", "trial_3.csv", True)
+    assert mend(load_model("drive"), load_measurements(tmp_path)).open == ()
+
+
+def test_outputs_that_answer_before_their_inputs_are_a_clock_and_late_ones_may_be_the_plant(tmp_path: Path) -> None:
+    (early,) = found_in(tmp_path / "early", lambda columns, number: later(columns, 8 * STEP))
+    assert (early.kind, early.strong) == ("delay", True)
+    assert early.change is not None
+    assert early.change.value == pytest.approx(-8 * STEP, abs=STEP)
+    (late,) = found_in(tmp_path / "late", lambda columns, number: later(columns, -8 * STEP))
+    assert (late.kind, late.strong) == ("delay", False)
+
+
+def test_one_file_whose_clocks_differ_from_the_others_is_named(tmp_path: Path) -> None:
+    (finding,) = found_in(tmp_path, lambda columns, number: later(columns, -8 * STEP if number == 2 else 0.0))
+    assert (finding.kind, finding.trial, finding.strong) == ("delay", "trial_2.csv", True)
+
+
+def test_held_out_trials_forbid_nothing(tmp_path: Path) -> None:
+    def spoil(columns: Columns, number: int) -> Columns:
+        return {**columns, "phi": columns["phi"] * (180 / math.pi if number == 5 else 1.0)}
+
+    (finding,) = found_in(tmp_path, spoil)
+    assert (finding.trial, finding.strong) == ("trial_5.csv", False)
