@@ -60,11 +60,11 @@ def clock_lags(model: Model, data: BoundSet) -> Iterator[Finding]:
     if not inputs:
         return
     steps = {trial.name: float(np.median(np.diff(trial.time))) for trial in data.trials}
-    found = {
-        trial.name: lag
-        for trial in data.trials
-        if (lag := _lag(Predictor(model, data, (trial,), FOR_LAGS), inputs, steps[trial.name])) is not None
-    }
+    found: dict[str, tuple[float, float, float]] = {}
+    for trial in data.trials:
+        lag_of_trial = _lag(Predictor(model, data, (trial,), FOR_LAGS), inputs, steps[trial.name])
+        if lag_of_trial is not None:
+            found[trial.name] = lag_of_trial
     known = [trial.name for trial in data.learning if trial.name in found]
     if 2 * len(known) < len(data.learning):
         return
