@@ -2,12 +2,10 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from threadpoolctl import ThreadpoolController
 
 from fmus.errors import MisfitError
 from orchestrator.gp.covariance import Latents
@@ -15,6 +13,7 @@ from orchestrator.gp.likelihood import Likelihood
 from orchestrator.gp.limits import Box, Limits, Units, box
 from orchestrator.gp.observations import Observation
 from orchestrator.gp.search import PROMISE, Found, minimise
+from orchestrator.gp.threads import one_thread
 
 Array = NDArray[Any]
 _AT_BOUND = 1e-3
@@ -70,7 +69,7 @@ def fit(
     rng = np.random.default_rng(seed)
     others = [rng.uniform(-1.0, 1.0, len(likelihood.start)) * np.log(10.0) for _ in range(starts - 1)]
     begins = [np.clip(likelihood.start + move, limit.low, limit.high) for move in (0.0, *others)]
-    with _blas().limit(limits=1, user_api="blas"):
+    with one_thread():
         rough = _rough(latents, observations, likelihood, limit, rng, promise)
         runs = _search(_Objective(likelihood, limit, promise), rough, begins)
     best = min(runs, key=lambda run: run.value)
@@ -146,8 +145,3 @@ def _rough(
     part = [each.rows(np.sort(rows)) for each, rows in zip(observations, chosen, strict=True)]
     likelihood = Likelihood(latents, part)
     return _Objective(likelihood, limit, promise) if likelihood.names == whole.names else None
-
-
-@cache
-def _blas() -> ThreadpoolController:
-    return ThreadpoolController()

@@ -1,7 +1,7 @@
 """A block that learns during a run from what is seen of its outputs."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 from fmus.errors import MisfitError
@@ -15,26 +15,37 @@ from orchestrator.measurements.wording import listed, shown
 
 SEEN = "_seen"
 _FORGET = ("least informative", "oldest")
+# Standard deviations; of sound data one in a thousand million is farther off.
+GATE = 6.0
 
 
 class LearningGp(GpComponent):
     """Predicts as a block does and learns at each of its steps, from inputs `tau_seen` beside the outputs `tau`.
 
-    What is learned are the inputs at the begin of the step. A step of the component's own, such as 10 ms, keeps data apart. Not more
-    than `budget` data are kept, `noise` is the standard deviation of what is seen, in the unit of the outputs; `forget` is
-    "least informative" (if absent) or "oldest". It does not go back in time.
+    What is learned are the inputs at the begin of the step. A step of the component's own, such as 10 ms, keeps data apart. Data are
+    kept on not more than `budget` rows, `noise` is the standard deviation of what is seen, in the unit of the outputs. Without `forget` rows hold the
+    information of all data; with "least informative" or "oldest" whole data are forgotten. What is off by more than `gate` standard deviations
+    (6 if absent) is doubted, see `Learner`. It does not go back in time.
     """
 
     can_save = False
 
     def __init__(self, block: Block, settings: Any) -> None:
         super().__init__([block])
-        budget, noise, oldest = _settings(settings)
-        self._block, self._noise = block, noise
+        chosen = _settings(settings)
+        self._block, self._noise = block, chosen.noise
         rows = block.posterior.rows
         components = block.posterior.weights.shape[1]
         self._groups = _groups(block.outputs, components)
-        self._learner = Learner(block.posterior.latents, rows.inputs.shape[1], components, budget, oldest)
+        self._learner = Learner(
+            block.posterior.latents,
+            rows.inputs.shape[1],
+            components,
+            chosen.budget,
+            forgets_oldest=chosen.forget == _FORGET[1],
+            compresses=chosen.forget is None,
+            gate=chosen.gate,
+        )
         for each in block.observations:
             self._learner.add(each)
         seen = [Port(o.name + SEEN, "input", unit=o.unit, start=0.0, description="to learn") for o in block.outputs]
@@ -56,19 +67,30 @@ class LearningGp(GpComponent):
         self._outputs = {output.name: (self._block, output) for output in self._block.outputs}
 
 
-def _settings(given: Any) -> tuple[int, float, bool]:
-    found = (
-        given if isinstance(given, dict) and {"budget", "noise"} <= set(given) <= {"budget", "noise", "forget"} else {}
-    )
+@dataclass(frozen=True)
+class _Settings:
+    """What the option `learn` says."""
+
+    budget: int
+    noise: float
+    forget: str | None
+    gate: float
+
+
+def _settings(given: Any) -> _Settings:
+    known = isinstance(given, dict) and {"budget", "noise"} <= set(given) <= {"budget", "noise", "forget", "gate"}
+    found = given if known else {}
     budget, noise = found.get("budget"), number(found.get("noise"))
-    forget = found.get("forget", _FORGET[0])
+    forget, gate = found.get("forget"), number(found.get("gate", GATE))
     if isinstance(budget, bool) or not isinstance(budget, int) or budget < 1 or noise is None or noise <= 0.0:
         raise MisfitError(
             f"learn = {shown(given)}; expected {{ budget = ..., noise = ... }}, a number of data and a standard deviation above 0"
         )
-    if forget not in _FORGET:
+    if forget is not None and forget not in _FORGET:
         raise MisfitError(f"learn: forget = {shown(forget)}; expected one of {listed(_FORGET)}")
-    return budget, noise, forget == _FORGET[1]
+    if gate is None or gate <= 0.0:
+        raise MisfitError(f"learn: gate = {shown(found.get('gate'))}; expected a number of standard deviations above 0")
+    return _Settings(budget, noise, forget, gate)
 
 
 def _groups(outputs: Sequence[Output], components: int) -> list[list[Output]]:

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from fmus.errors import MisfitError
 from orchestrator.gp.covariance import Latent, covariance
-from orchestrator.gp.kernels import Matern52, SquaredExponential
+from orchestrator.gp.kernels import Constant, Matern52, SquaredExponential
 from orchestrator.gp.observations import Observation, observe, stacked
 from orchestrator.gp.online import Learner
 from orchestrator.gp.posterior import condition
@@ -83,7 +83,9 @@ def test_forgetting_all_is_having_no_data():
 
 def test_a_full_learner_forgets_the_least_informative_of_all():
     observations = mixed(np.random.default_rng(4), count=20)
-    learner = learnt(observations[:1] + [observations[1].rows(np.arange(19))], budget=24)
+    learner = Learner(LATENTS, 2, 2, budget=24, compresses=False)
+    for each in (observations[0], observations[1].rows(np.arange(19))):
+        learner.add(each)
     last = observations[1].rows(np.array([19]))
     least = int(np.argmin(exact_information(observations)))
     learner.add(last)
@@ -118,6 +120,68 @@ def test_a_thousand_exchanges_leave_the_posterior_exact():
         kept.append(datum)
     check_equal(learner, kept)
     assert np.allclose(learner.information(), exact_information(kept), rtol=1e-8)
+
+
+def smooth(seed: int, count: int, noise: float = 0.2) -> tuple[dict[str, Latent], Observation, np.ndarray, np.ndarray]:
+    """A function drawn from its prior over four inputs, `count` data of it, and 300 points with its values."""
+    rng = np.random.default_rng(seed)
+    latents = {"f": Latent(SquaredExponential(1.0, (2.0,) * 4))}
+    x = rng.normal(size=(count + 300, 4))
+    matrix = latents["f"].kernel(x, x) + 1e-9 * np.eye(len(x))
+    f = np.linalg.cholesky(matrix) @ rng.normal(size=len(x))
+    data = observe("f", x[:count], "f", f[:count] + noise * rng.normal(size=count), noise)
+    return latents, data, x[count:], f[count:]
+
+
+def test_a_full_learner_keeps_what_data_said_and_not_only_some_of_them():
+    latents, data, at, truth = smooth(1, 1200)
+    compressed, forgetting = Learner(latents, 4, 1, 60), Learner(latents, 4, 1, 60, compresses=False)
+    for each in (compressed, forgetting):
+        each.add(data)
+    errors = [
+        np.sqrt(np.mean((posterior.mean("f", at)[:, 0] - truth) ** 2))
+        for posterior in (condition(latents, [data]), compressed.posterior(), forgetting.posterior())
+    ]
+    full, kept, forgotten = errors
+    assert compressed.count == 60
+    assert kept < 0.6 * forgotten  # 0.12 of 0.23, the data all together 0.08
+    assert kept < 2.0 * full
+    deviation = np.sqrt(compressed.posterior().variance("f", at))
+    assert 0.8 < np.mean(np.abs(compressed.posterior().mean("f", at)[:, 0] - truth) < 1.645 * deviation) <= 1.0
+
+
+def test_a_compressed_learner_is_exact_where_its_rows_say_all():
+    """Of a function that is constant one row holds all data: the mean and deviation of the average."""
+    latents = {"level": Latent(Constant(4.0))}
+    rng = np.random.default_rng(3)
+    values = 1.0 + 0.5 * rng.normal(size=50)
+    learner = Learner(latents, 1, 1, 5)
+    learner.add(observe("level", rng.normal(size=(50, 1)), "level", values, 0.5))
+    precision = 50 / 0.25 + 1 / 4.0
+    found = learner.posterior()
+    assert found.mean("level", [[0.0]])[0, 0] == pytest.approx(values.sum() / 0.25 / precision, rel=1e-6)
+    assert found.variance("level", [[0.0]])[0] == pytest.approx(1.0 / precision, rel=1e-3)
+
+
+@pytest.mark.parametrize("budget", [20, 200])
+def test_a_wild_value_moves_nothing_and_many_that_agree_are_learned(budget):
+    latents, data, at, _ = smooth(2, 100)
+    learner = Learner(latents, 4, 1, budget, gate=6.0)
+    learner.add(data)
+    before = learner.posterior().mean("f", at)
+    learner.add(observe("wild", at[:1], "f", [[1e6]], 0.2))
+    assert np.max(np.abs(learner.posterior().mean("f", at) - before)) < 1e-3
+    assert learner.doubted == 1
+    learner.add(observe("moved", np.tile(at[:1], (60, 1)), "f", np.full(60, 8.0), 0.2))
+    assert learner.posterior().mean("f", at[:1])[0, 0] == pytest.approx(8.0, abs=0.5)
+
+
+def test_a_compressed_learner_says_that_its_data_are_no_longer_apart():
+    latents, data, _, _ = smooth(4, 30)
+    learner = Learner(latents, 4, 1, 10)
+    learner.add(data)
+    with pytest.raises(MisfitError, match="forget: the learner is full and has compressed its data"):
+        learner.forget(0)
 
 
 def test_memory_stays_the_same_however_much_is_learnt():
