@@ -11,6 +11,7 @@ from fmus.catalogue import ModelicaModel
 from fmus.children import Workers
 from fmus.errors import FmuError
 from fmus.files import cache_folder, write_atomically
+from fmus.frontend.closure import library_files
 from fmus.library import library_root
 from fmus.package import build_fmu
 from fmus.platforms import Platform, zig_version
@@ -132,8 +133,7 @@ def _shared_ingredients() -> Iterator[Path]:
 
 
 def _own_ingredients(model: ModelicaModel) -> Iterator[Path]:
-    """The model's file, with its neighbours in a package; nothing for a class of the library."""
+    """The model's file, and what it needs of its package and of libraries; nothing for a class of misfit's own library."""
     if model.file is not None:
         yield model.file
-        if (model.file.parent / "package.mo").exists():
-            yield from sorted(model.file.parent.rglob("*.mo"))
+        yield from library_files(model.class_name, model.file).values()

@@ -5,6 +5,8 @@ import json
 import shutil
 import subprocess
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
@@ -13,9 +15,10 @@ from typing import Any
 from fmus.children import child_environment, python_command, run_child
 from fmus.errors import ModelicaError
 from fmus.files import cache_folder, write_atomically
+from fmus.frontend.closure import check_libraries, library_files
 from fmus.frontend.lint import check_units, lint_class
 from fmus.frontend.messages import explained
-from fmus.library import library_root
+from fmus.library import libraries, library_root
 
 TIME_LIMIT_S = 120.0
 
@@ -33,13 +36,50 @@ def compile_class(model: str, file: Path | None = None) -> dict[str, Any]:
     Raises:
         ModelicaError: if the class cannot be compiled, or would be compiled into something else than it says.
     """
-    root = library_root()
-    source = root / "FESArm" / "package.mo" if file is None else file
     kept = kept_dae(model, file)
     if kept.is_file():
         return json.loads(kept.read_text())
-    lint_class(model, file, [root])
-    return keep_dae(kept, _compiled(model, source, root))
+    check_names(model, file)
+    with laid_out(model, file) as (source, roots):
+        return keep_dae(kept, _run_compiler(model, file, source, roots))
+
+
+def check_names(model: str, file: Path | None) -> None:
+    """Refuse what the compiler would misread, and libraries that are not there.
+
+    Raises:
+        ModelicaError: with file and line.
+    """
+    if file is not None:
+        check_libraries(file)
+    lint_class(model, file, [library_root()], libraries())
+
+
+@contextmanager
+def laid_out(model: str, file: Path | None) -> Iterator[tuple[Path, list[Path]]]:
+    """Give the compiler the files that a class needs and no others: it reads all that it is shown, and all beside that.
+
+    Yields:
+        The file to compile, and the folders of the libraries.
+    """
+    root = library_root()
+    with tempfile.TemporaryDirectory() as folder:
+        copied = Path(folder) / "libraries"
+        for name, path in library_files(model, file).items():
+            place = copied.joinpath(*name)
+            place = place / "package.mo" if path.name == "package.mo" else place.with_name(f"{name[-1]}.mo")
+            place.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(path, place)
+        roots = [copied, root] if copied.is_dir() else [root]
+        if file is None:
+            yield root / "FESArm" / "package.mo", roots
+        elif (file.parent / "package.mo").exists():
+            yield copied / model.split(".")[0] / "package.mo", roots
+        else:
+            alone = Path(folder) / "own" / file.name
+            alone.parent.mkdir()
+            shutil.copyfile(file, alone)
+            yield alone, roots
 
 
 def kept_dae(model: str, file: Path | None) -> Path:
@@ -59,27 +99,22 @@ def keep_dae(kept: Path, text: str) -> dict[str, Any]:
     return dae
 
 
-def _compiled(model: str, source: Path, root: Path) -> str:
-    if (source.parent / "package.mo").exists():
-        return _run_compiler(model, source, root)
-    with tempfile.TemporaryDirectory() as folder:
-        # The compiler reads all files beside the one it is given, and unrelated ones may contradict it.
-        alone = Path(folder) / source.name
-        shutil.copyfile(source, alone)
-        return _run_compiler(model, alone, root)
-
-
-def _run_compiler(model: str, source: Path, root: Path) -> str:
-    command = python_command("fmus.frontend.worker", model, str(source), str(root))
+def _run_compiler(model: str, file: Path | None, source: Path, roots: list[Path]) -> str:
+    command = python_command("fmus.frontend.worker", model, str(source), *map(str, roots))
     try:
         done = run_child(command, environment=child_environment(), timeout_s=TIME_LIMIT_S)
     except subprocess.TimeoutExpired:
         raise ModelicaError(f"compiling {model} took longer than {TIME_LIMIT_S:.0f} s; simplify the class") from None
     if done.returncode == 2:
-        raise ModelicaError(explained(done.stderr.decode(errors="replace"), model, source, [root]))
+        raise ModelicaError(_explained(done.stderr.decode(errors="replace"), model, file))
     if done.returncode != 0:
         raise ModelicaError(f"the Modelica compiler crashed on {model} (exit {done.returncode}); check {source.name}")
     return done.stdout.decode()
+
+
+def _explained(message: str, model: str, file: Path | None) -> str:
+    root = library_root()
+    return explained(message, model, file or root / "FESArm" / "package.mo", [root], libraries())
 
 
 def fingerprint(model: str, file: Path | None = None) -> str:
@@ -92,10 +127,8 @@ def fingerprint(model: str, file: Path | None = None) -> str:
     if file is not None:
         if not file.is_file():
             raise ModelicaError(f"Modelica file {file} does not exist")
-        # A class in a package folder may use its neighbours.
-        neighbours = sorted(file.parent.rglob("*.mo")) if (file.parent / "package.mo").exists() else []
         digest.update(str(file.resolve()).encode())
-        for path in (file, *neighbours):
+        for path in dict.fromkeys((file, *library_files(model, file).values())):
             digest.update(path.name.encode() + path.read_bytes())
     return digest.hexdigest()
 
@@ -105,7 +138,12 @@ def _surroundings() -> str:
     """Content hash of library, compiler and linter, which stay the same while a process runs."""
     digest = hashlib.sha256(version("rumoca").encode())
     here = Path(__file__).parent
-    own = (here / "worker.py", here.parent / "flat" / "model.py", *sorted((here / "lint").glob("*.py")))
+    own = (
+        here / "worker.py",
+        here / "closure.py",
+        here.parent / "flat" / "model.py",
+        *sorted((here / "lint").glob("*.py")),
+    )
     for path in (*sorted(library_root().rglob("*.mo")), *own):
         digest.update(path.name.encode() + path.read_bytes())
     return digest.hexdigest()

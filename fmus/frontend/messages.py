@@ -1,12 +1,12 @@
 """The compiler's reasons in one line that begins with file and line."""
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 from fmus.errors import ModelicaError
 from fmus.frontend.lint.sizes import wrong_sizes
-from fmus.frontend.lint.sources import Sources, modelica_text
+from fmus.frontend.lint.sources import NO_PACKAGES, Sources, modelica_text
 from fmus.frontend.lint.tokens import Token, tokens_of
 
 _PLACE = re.compile(r"\[?(?P<file>[\w.-]+\.mo):(?P<line>\d+):\d+\]?")
@@ -21,7 +21,9 @@ _WORDS = {
 }
 
 
-def explained(message: str, model: str, source: Path, roots: list[Path]) -> str:
+def explained(
+    message: str, model: str, source: Path, roots: list[Path], packages: Mapping[str, Path] = NO_PACKAGES
+) -> str:
     """Turn the compiler's message into `file:line: reasons`.
 
     Args:
@@ -29,12 +31,13 @@ def explained(message: str, model: str, source: Path, roots: list[Path]) -> str:
         model: full name of the class that was compiled.
         source: the file given to the compiler.
         roots: folders of the libraries.
+        packages: folders or files of further top-level classes, by name.
     """
     text = _reasons(message.replace(f"{source.parent}/", ""))
     place = _PLACE.search(text)
     if place is not None:
         return f"{place['file']}:{place['line']}: {_PLACE.sub('', text).replace(' ;', ';').strip(' ;')}"
-    sources = Sources(source, roots)
+    sources = Sources(source, roots, packages)
     if "unbalanced" in text or "shape mismatch" in text:
         better = next(wrong_sizes(model, sources), None)
         if better is not None:

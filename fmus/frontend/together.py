@@ -1,15 +1,13 @@
 """Compile many Modelica classes in a few child processes: for a small class, starting one takes most of the time.
 
-A child is called as `python -m fmus.frontend.together ROOT...`, with lines of JSON, `[MODEL, FILE]`, as its input, and leaves
+A child is called as `python -m fmus.frontend.together`, with lines of JSON, `[MODEL, FILE]`, as its input, and leaves
 flat DAE and symbolic form of each class in the cache.
 """
 
 import io
 import json
-import shutil
 import subprocess
 import sys
-import tempfile
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import redirect_stdout, suppress
@@ -17,9 +15,7 @@ from pathlib import Path
 
 from fmus.children import child_environment, python_command, run_child
 from fmus.frontend import worker
-from fmus.frontend.compile import TIME_LIMIT_S, keep_dae, kept_dae
-from fmus.frontend.lint import lint_class
-from fmus.library import library_root
+from fmus.frontend.compile import TIME_LIMIT_S, check_names, keep_dae, kept_dae, laid_out
 
 # No class takes so long, even on a busy machine.
 USUAL_S = 20.0
@@ -38,7 +34,7 @@ def compile_together(classes: Sequence[tuple[str, Path]], processes: int) -> Non
 
 def _run(classes: Sequence[tuple[str, Path]]) -> None:
     lines = "".join(json.dumps([model, str(file)]) + "\n" for model, file in classes)
-    command = python_command("fmus.frontend.together", str(library_root()))
+    command = python_command("fmus.frontend.together")
     limit = TIME_LIMIT_S + USUAL_S * len(classes)
     with suppress(subprocess.TimeoutExpired):
         run_child(command, environment=child_environment(), given=lines.encode(), timeout_s=limit)
@@ -46,23 +42,21 @@ def _run(classes: Sequence[tuple[str, Path]]) -> None:
 
 def main() -> int:
     """Compile each class of the input."""
-    roots = sys.argv[1:]
     for line in sys.stdin:
         model, file = json.loads(line)
         with suppress(Exception):  # who needs the class compiles it alone and sees the message
-            _compile(model, Path(file), roots)
+            _compile(model, Path(file))
     return 0
 
 
-def _compile(model: str, file: Path, roots: Sequence[str]) -> None:
+def _compile(model: str, file: Path) -> None:
     from fmus.catalogue import ModelicaModel  # which compiles classes by this package
 
     kept = kept_dae(model, file)
     if not kept.is_file():
-        lint_class(model, file, [Path(root) for root in roots])
-        with tempfile.TemporaryDirectory() as folder, redirect_stdout(io.StringIO()) as text:
-            # The compiler reads all files beside the one it is given.
-            sys.argv[1:] = [model, str(shutil.copy(file, folder)), *roots]
+        check_names(model, file)
+        with laid_out(model, file) as (source, roots), redirect_stdout(io.StringIO()) as text:
+            sys.argv[1:] = [model, str(source), *map(str, roots)]
             if worker.main() != 0:
                 return
         keep_dae(kept, text.getvalue())

@@ -4,6 +4,7 @@ Called as `python -m fmus.frontend.worker MODEL FILE ROOT...`; prints the DAE as
 """
 
 import json
+import os
 import sys
 
 from fmus.flat.model import slim
@@ -14,6 +15,8 @@ def main() -> int:
     import rumoca
 
     model, file, *roots = sys.argv[1:]
+    # The compiler would read all that this names, beside the files that it is given.
+    path = os.environ.pop("MODELICAPATH", None)
     try:
         compiled = rumoca.Session(roots=roots).load(file, model=model)
         dae = compiled.to_dict("dae")
@@ -23,6 +26,9 @@ def main() -> int:
     except Exception as error:  # the compiler's own exceptions share no useful base class
         print(error, file=sys.stderr)
         return 2
+    finally:
+        if path is not None:
+            os.environ["MODELICAPATH"] = path
     return 0
 
 

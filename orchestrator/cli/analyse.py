@@ -7,6 +7,7 @@ import click
 from orchestrator.cli.common import (
     can_be_written,
     cards_option,
+    library_option,
     mend_option,
     mended_record,
     progress,
@@ -22,6 +23,7 @@ from orchestrator.cli.common import (
 @click.command()
 @click.argument("model")
 @click.argument("data")
+@library_option
 @mend_option
 @result_options()
 def compare(
@@ -60,6 +62,7 @@ def compare(
 @click.command()
 @click.argument("model")
 @click.argument("data")
+@library_option
 @cards_option
 @tolerance_option
 @mend_option

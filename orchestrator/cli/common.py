@@ -86,6 +86,36 @@ def _require_room_for(path: Path, above: Path) -> None:
         raise MisfitError(f"{path} cannot be written: no permission to write in {above}; choose another place")
 
 
+def library_option(command: Callable[..., None]) -> Callable[..., None]:
+    """Add `--library DIR`: a folder of Modelica packages, or of one; it goes before MODELICAPATH."""
+    return click.option(
+        "--library",
+        multiple=True,
+        metavar="DIR",
+        expose_value=False,
+        is_eager=True,
+        callback=_use_libraries,
+        help="Folder of Modelica libraries that the model uses, such as the one that contains Modelica/package.mo; repeatable.",
+    )(command)
+
+
+def _use_libraries(context: click.Context, option: click.Parameter, given: tuple[str, ...]) -> None:
+    from fmus.library import add_library
+
+    for text in reversed(given):
+        folder = Path(text)
+        if not folder.is_dir():
+            raise MisfitError(
+                f"--library {text}: there is no such folder; name the one that contains the library's folder"
+            )
+        held = [*folder.glob("package.mo"), *folder.glob("*/package.mo"), *folder.glob("*.mo")]
+        if not held:
+            raise MisfitError(
+                f"--library {text} holds no Modelica package; name the folder that contains, say, Modelica/package.mo"
+            )
+        add_library(folder)
+
+
 def cards_option(command: Callable[..., None]) -> Callable[..., None]:
     """Add `--cards`, folders with effect cards of the user's own."""
     return click.option(

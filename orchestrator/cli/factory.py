@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from fmus.errors import MisfitError
-from orchestrator.cli.common import can_be_filled, progress, result_options, show, write_json
+from orchestrator.cli.common import can_be_filled, library_option, progress, result_options, show, write_json
 
 if TYPE_CHECKING:
     from fmus.platforms import Platform
@@ -26,6 +26,7 @@ def models() -> None:
 
 @click.command()
 @click.argument("names", nargs=-1, metavar="[MODEL]...")
+@library_option
 @click.option(
     "--out",
     "folder",

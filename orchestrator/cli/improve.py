@@ -13,6 +13,7 @@ from orchestrator.cli.common import (
     cards_option,
     html_option,
     json_option,
+    library_option,
     mend_option,
     mended_record,
     progress,
@@ -29,6 +30,7 @@ RESULTS = "misfit-results"
 
 @click.command()
 @click.argument("diagnosis_or_effect", metavar="DIAGNOSIS|EFFECT")
+@library_option
 @click.option("--to", "model", metavar="MODEL", help="The model to extend; for a DIAGNOSIS its own model by default.")
 @click.option(
     "--out",
@@ -121,6 +123,7 @@ def ledger(folder: str, json_file: str | None, html_file: str | None) -> None:
 @click.command()
 @click.argument("model")
 @click.argument("data")
+@library_option
 @click.option(
     "--out",
     "folder",

@@ -5,7 +5,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from orchestrator.cli.common import can_be_written, json_option, progress, quiet_option, show, write_json
+from orchestrator.cli.common import (
+    can_be_written,
+    json_option,
+    library_option,
+    progress,
+    quiet_option,
+    show,
+    write_json,
+)
 
 if TYPE_CHECKING:
     from orchestrator.gp.from_trials import Learned
@@ -16,6 +24,7 @@ REFUSED = 1
 @click.command()
 @click.argument("model")
 @click.argument("data")
+@library_option
 @click.option("--out", "block_file", metavar="F", default="block.json", show_default=True, callback=can_be_written,
               help="Where to write the block; its FMU and the coupled system come into a folder of that name.")  # fmt: skip
 @click.option("--most", type=click.IntRange(10, 2000), default=300, show_default=True, help="Data for each output.")

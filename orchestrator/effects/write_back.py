@@ -14,7 +14,7 @@ from fmus.frontend.lint.scope import View
 from fmus.frontend.lint.sources import Sources
 from fmus.frontend.lint.tokens import tokens_of
 from fmus.frontend.lint.tree import EquationText
-from fmus.library import library_root
+from fmus.library import libraries, library_root
 from fmus.symbolic.system import SymbolicSystem, Variable
 from orchestrator.effects.borders import change_input, change_output
 from orchestrator.effects.changes import Change, InputChange, OutputChange, Term
@@ -84,7 +84,7 @@ class _Writer:
         self.base, self.name, self.changes, self.values = base, name, changes, values
         self.system: SymbolicSystem = base.compile()
         self.flat = FlatPoints(compile_class(base.class_name, base.file))
-        sources = Sources(base.file, [library_root()])
+        sources = Sources(base.file, [library_root()], libraries())
         definition = sources.named(tuple(base.class_name.split(".")))
         if definition is None:
             raise ModelicaError(f"the class '{base.class_name}' was not found, so it cannot be changed")

@@ -1,27 +1,29 @@
 """Walk over the classes that a model reaches and apply the rules to each."""
 
+from collections.abc import Mapping
 from pathlib import Path
 
 from fmus.errors import ModelicaError
 from fmus.frontend.lint.parser import parse
 from fmus.frontend.lint.rules import ModifierRules
 from fmus.frontend.lint.scope import View, base_of, component_type, element_of, type_of
-from fmus.frontend.lint.sources import Sources, modelica_text
+from fmus.frontend.lint.sources import NO_PACKAGES, Sources, modelica_text
 from fmus.frontend.lint.tree import ClassDef, Component, Modifier, Name
 
 
-def lint_class(model: str, file: Path | None, roots: list[Path]) -> None:
+def lint_class(model: str, file: Path | None, roots: list[Path], packages: Mapping[str, Path] = NO_PACKAGES) -> None:
     """Refuse what the front end would drop or misread without a word.
 
     Args:
         model: full name of the class.
         file: the file that declares it; None for a class below `roots`.
         roots: folders that contain the libraries' top-level packages.
+        packages: folders or files of further top-level classes, by name.
 
     Raises:
         ModelicaError: `file:line: what is wrong, and what to write instead`, also for syntax errors.
     """
-    sources = Sources(file, roots)
+    sources = Sources(file, roots, packages)
     name = tuple(model.split("."))
     definition = sources.named(name)
     if definition is not None:

@@ -1,30 +1,35 @@
 """Where classes are declared: the user's file, the folders around it, and the library."""
 
+from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 
 from fmus.errors import ModelicaError
 from fmus.frontend.lint.parser import parse
 from fmus.frontend.lint.tree import ClassDef, Name
 
+NO_PACKAGES: Mapping[str, Path] = MappingProxyType({})
+
 
 class Sources:
     """Finds top-level classes and members of packages; files are read when a class in them is asked for."""
 
-    def __init__(self, file: Path | None, roots: list[Path]) -> None:
-        self._roots = roots
+    def __init__(self, file: Path | None, roots: list[Path], packages: Mapping[str, Path] = NO_PACKAGES) -> None:
+        self._roots, self._libraries = roots, packages
         self._top: dict[str, ClassDef | None] = {}
         self._files: dict[Path, tuple[ClassDef, ...]] = {}
         self._packages: dict[tuple[ClassDef, str], ClassDef | None] = {}
         if file is not None and not (file.parent / "package.mo").exists():
             self._top.update({definition.name: definition for definition in self._read(file)})
         elif file is not None:
-            self._roots = [_outermost(file.parent).parent, *roots]
+            self._roots = [outermost(file.parent).parent, *roots]
 
     def top(self, name: str) -> ClassDef | None:
         """Return the top-level class of a name."""
         if name not in self._top:
             found = (self._stored(root, name, None) for root in self._roots)
-            self._top[name] = next((definition for definition in found if definition is not None), None)
+            definition = next((definition for definition in found if definition is not None), None)
+            self._top[name] = definition or self._library(name)
         return self._top[name]
 
     def stored_member(self, package: ClassDef, name: str) -> ClassDef | None:
@@ -49,6 +54,18 @@ class Sources:
         """List the files that were read so far."""
         return list(self._files)
 
+    def _library(self, name: str) -> ClassDef | None:
+        """Top-level class of a library, whose folder may have a version in its name."""
+        place = self._libraries.get(name)
+        if place is None:
+            return None
+        path = place if place.suffix == ".mo" else place / "package.mo"
+        for definition in self._read(path):
+            if definition.name == name:
+                definition.folder = place if path != place else None
+                return definition
+        return None
+
     def _stored(self, folder: Path, name: str, outer: ClassDef | None) -> ClassDef | None:
         inner = folder / name
         for path in (folder / f"{name}.mo", inner / "package.mo"):
@@ -62,13 +79,16 @@ class Sources:
 
     def _read(self, path: Path) -> tuple[ClassDef, ...]:
         if path not in self._files:
-            self._files[path] = parse(modelica_text(path), path.name)
+            # All packages have a file of one name; the folder tells which.
+            shown = f"{path.parent.name}/package.mo" if path.name == "package.mo" else path.name
+            self._files[path] = parse(modelica_text(path), shown)
             for definition in self._files[path]:
                 definition.path = path
         return self._files[path]
 
 
-def _outermost(folder: Path) -> Path:
+def outermost(folder: Path) -> Path:
+    """The folder of the top-level package that a folder belongs to."""
     while (folder.parent / "package.mo").exists():
         folder = folder.parent
     return folder

@@ -1,0 +1,145 @@
+"""The files of libraries that a class needs: compiling them alone takes a second where a whole library takes half a minute."""
+
+from collections.abc import Iterator, Mapping
+from functools import lru_cache
+from pathlib import Path
+
+from fmus.errors import ModelicaError
+from fmus.frontend.lint.sources import modelica_text, outermost
+from fmus.frontend.lint.tokens import Token, tokens_of
+from fmus.library import libraries, library_root
+
+Name = tuple[str, ...]
+
+
+def library_files(model: str, file: Path | None) -> dict[Name, Path]:
+    """The files of libraries, and of the user's own package folder, that a class needs; misfit's own library is left out."""
+    packages = {name: place for name, place in libraries().items() if place.parent != library_root()}
+    if file is None:
+        return {}
+    if not (file.parent / "package.mo").exists():
+        return needed_files([], file, packages) if packages else {}
+    top = outermost(file.parent)
+    return needed_files([tuple(model.split("."))], None, {**packages, model.split(".")[0]: top})
+
+
+def check_libraries(file: Path) -> None:
+    """Make sure that a file's `Modelica.` names can be found.
+
+    Raises:
+        ModelicaError: with the first line that uses the library, and how to give it.
+    """
+    if "Modelica" in libraries() or (file.parent / "package.mo").exists():
+        return
+    tokens = tokens_of(modelica_text(file), file.name)
+    own = {tokens[k + 1].text for k, token in enumerate(tokens) if token.text == "package"}
+    for k, token in enumerate(tokens):
+        uses = (
+            token.text == "Modelica"
+            and token.kind == "name"
+            and tokens[k + 1].text == "."
+            and tokens[k - 1].text != "."
+        )
+        if uses and "Modelica" not in own:
+            raise ModelicaError(
+                f"{file.name}:{token.line}: the Modelica Standard Library is not found; name its folder, the one that "
+                "contains Modelica/package.mo, by --library DIR or in MODELICAPATH"
+            )
+
+
+def needed_files(names: list[Name], start: Path | None, packages: Mapping[str, Path]) -> dict[Name, Path]:
+    """Follow every dotted name from a file to the files that store it.
+
+    Names are looked up in the enclosing packages from the inside out, as Modelica does; a name that turns out to be a variable
+    adds a file that is not needed, and nothing else.
+
+    Args:
+        names: full names of classes to begin with.
+        start: a file outside of the libraries to begin with; None: no file.
+        packages: folder or file of each top-level class of the libraries.
+
+    Returns:
+        The file of each stored class by its full name.
+    """
+    found: dict[Name, Path] = {}
+    stack: list[tuple[Name, Path | None]] = [((), start)]
+    while stack:
+        home, path = stack.pop()
+        for reference in names if path is None else [*names, *_references(path)]:
+            for name, stored in _stored_along(home, reference, packages):
+                if name not in found:
+                    found[name] = stored
+                    stack.append((name, stored))
+    return found
+
+
+def _stored_along(home: Name, reference: Name, packages: Mapping[str, Path]) -> Iterator[tuple[Name, Path]]:
+    """Files on the way to what a name means inside of a class, from the outermost package on."""
+    for depth in range(len(home), -1, -1):
+        full = (*home[:depth], *reference)
+        if _stored(full[: depth + 1], packages) is not None:
+            for length in range(1, len(full) + 1):
+                stored = _stored(full[:length], packages)
+                if stored is None:
+                    return
+                yield full[:length], stored
+            return
+
+
+def _stored(name: Name, packages: Mapping[str, Path]) -> Path | None:
+    """The file that a class has for itself, or the `package.mo` of its folder; None if it is nested in another one's file."""
+    folder = packages.get(name[0])
+    if folder is None:
+        return None
+    return _inside(folder, name[1:])
+
+
+@lru_cache(maxsize=100_000)
+def _inside(folder: Path, parts: Name) -> Path | None:
+    if folder.suffix == ".mo" and folder.is_file():
+        return folder if not parts else None
+    inner = folder.joinpath(*parts)
+    if (inner / "package.mo").is_file():
+        return inner / "package.mo"
+    alone = inner.with_name(f"{inner.name}.mo")
+    return alone if parts and alone.is_file() else None
+
+
+def _references(path: Path) -> list[Name]:
+    return list(_references_in(path, path.stat().st_mtime_ns))
+
+
+@lru_cache(maxsize=4096)
+def _references_in(path: Path, _: int) -> tuple[Name, ...]:
+    try:
+        tokens = tokens_of(modelica_text(path), path.name)
+    except ModelicaError:
+        return ()
+    found: dict[Name, None] = {}
+    at = 0
+    while tokens[at].kind != "end":
+        if tokens[at].text == "annotation" and tokens[at].kind == "keyword":
+            at = _behind_annotation(tokens, at + 1)
+        elif tokens[at].kind == "name" and (at == 0 or tokens[at - 1].text != "."):
+            parts = [tokens[at].text]
+            while tokens[at + 1].text == "." and tokens[at + 2].kind == "name":
+                at += 2
+                parts.append(tokens[at].text)
+            found[tuple(parts)] = None
+            at += 1
+        else:
+            at += 1
+    return tuple(found)
+
+
+def _behind_annotation(tokens: list[Token], at: int) -> int:
+    """Annotations name no classes, but for those of derivatives of functions, which the front end looks up."""
+    depth = 0
+    while tokens[at].kind != "end":
+        if tokens[at].text in ("derivative", "inverse", "choicesAllMatching") and depth == 1:
+            return at
+        depth += (tokens[at].text == "(") - (tokens[at].text == ")")
+        at += 1
+        if depth == 0:
+            break
+    return at
