@@ -113,6 +113,9 @@ def _type(source: Port, target: Port) -> tuple[tuple[float, float] | None, dict[
     if source.type == target.type:
         return None, {}, []
     if target.type in FLOATS and _numeric(source):
+        if source.type not in FLOATS:
+            unit = f", taken as {target.unit}" if target.unit not in ("", "1") else ""
+            return None, {}, [f"{source.type} to {target.type}: whole numbers, without a unit{unit}"] if unit else []
         narrow = target.type == "Float32" and source.type == "Float64"
         return None, {}, ["Float64 to Float32: about 7 digits are kept"] if narrow else []
     if target.type in INTEGERS and (source.type in INTEGERS or source.type == "Enumeration"):
@@ -171,10 +174,15 @@ def _check_ranges(source: Port, target: Port, factor: float, offset: float) -> N
     low, high = sorted(factor * limit + offset if factor else offset for limit in _declared_range(source))
     least, most = _declared_range(target)
     if high < least or low > most:
+        # Each in its own unit, and none where a port has none.
         raise MisfitError(
-            f"no value fits: the source is within [{low:g}, {high:g}] {target.unit}, "
-            f"the target within [{least:g}, {most:g}] {target.unit}"
+            f"no value fits: the source is within {_interval(_declared_range(source), source)}, "
+            f"the target within {_interval((least, most), target)}"
         )
+
+
+def _interval(limits: tuple[float, float], port: Port) -> str:
+    return f"[{limits[0]:g}, {limits[1]:g}] {port.unit}".rstrip()
 
 
 def _mapping(source: Port, target: Port, connection: Connection) -> dict[Any, Any]:

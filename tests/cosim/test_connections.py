@@ -95,7 +95,11 @@ def test_a_missing_unit_is_taken_from_the_other_side_and_listed():
         (source(type="Clock"), sink(type="Clock"), "clocks cannot be connected"),
         (source(shape=(3,)), sink(shape=(2,)), "3 values on one side, 2 values on the other"),
         (source(shape=(2, 3)), sink(shape=(3, 2)), "the shapes (2, 3) and (3, 2) differ"),
-        (source(maximum=1.0), sink(minimum=2.0), "no value fits: the source is within [-inf, 1] "),
+        (
+            source(maximum=1.0),
+            sink(minimum=2.0),
+            "no value fits: the source is within [-inf, 1], the target within [2, inf]",
+        ),
     ],
 )
 def test_what_cannot_work_is_refused_with_its_reason(one, other, words):

@@ -230,3 +230,37 @@ def test_elements_of_arrays_follow_their_array(tmp_path):
     found = swap(system, "a", other, {"y": "out"})
     assert found.system.connections == (Connection("a.out[2]", "b.u[1]"),)
     assert np.array_equal(wired(found.system).starts["a"]["x0"], [1.0, 2.0, 3.0])
+
+
+def test_whole_numbers_do_not_take_the_place_of_a_quantity_with_a_unit():
+    """An Integer of FMI 2 has no unit: 3 may be newtons, or counts of something."""
+    report = of_mass(x={"type": "Int32", "unit": ""})
+    assert "it is Float64 in m, the new one is Int32, which has whole numbers and no unit" in report.problems[0]
+    assert of_mass(x={"type": "Int32", "unit": ""}, used={}).works
+
+
+def test_a_refusal_gives_each_side_its_own_unit_and_none_where_there_is_none():
+    report = of_mass(Fa={"unit": "", "minimum": 5.0, "maximum": 6.0}, x={"minimum": 1.0})
+    assert report.works
+    old, new = side(MASS, "old.fmu", Fa={"unit": "", "maximum": 1.0}), side(MASS, Fa={"minimum": 2.0})
+    problem = compare("mass", old, new, USED).problems[0]
+    assert "the source is within [-inf, 1], the target within [2, inf] N" in problem
+
+
+@pytest.mark.parametrize(
+    ("run", "words"),
+    [
+        (RunSettings(stop=1.0, step=0.3), "the run of 1 s ends in the middle of a step of 0.3 s"),
+        (RunSettings(stop=1.0, step=0.1, master="adaptive"), "the adaptive master chooses their size"),
+        (RunSettings(stop=1.0, step=0.1), ""),
+    ],
+)
+def test_an_fmu_of_one_step_size_is_refused_where_the_run_asks_for_others(tmp_path, run, words):
+    rigid = small_fmu(
+        "mass", replace={' canHandleVariableCommunicationStepSize="true"': ""}, interfaces=["CoSimulation"]
+    )
+    found = swap(replace(pair(tmp_path), run=run), "mass", rigid)
+    if words:
+        assert found.system is None and any(words in problem for problem in found.report.problems)
+    else:
+        assert found.system is not None and "steps of one size only" in found.report.notes[0]

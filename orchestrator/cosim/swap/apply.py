@@ -18,6 +18,7 @@ from orchestrator.cosim.system import ComponentSpec, Connection, System, Value, 
 
 # Masters that take steps back.
 _ROLLBACK = ("iterative", "adaptive")
+_FIXED_STEP = "it takes steps of one size only: give another --step with care, and no --stop in the middle of a step"
 
 
 @dataclass(frozen=True)
@@ -69,8 +70,9 @@ def swap(
         loops = _loops(swapped, {**interfaces, component: new})
     except MisfitError as error:
         return Swap(replace(report, problems=(str(error),)), None)
+    fixed = [] if new.interface().variable_step else [_FIXED_STEP]  # type: ignore[attr-defined]
     closed = [f"the swap closes an algebraic loop: {loop}" for loop in loops - _loops(system, interfaces)]
-    return Swap(replace(report, notes=(*report.notes, *closed)), swapped)
+    return Swap(replace(report, notes=(*report.notes, *fixed, *closed)), swapped)
 
 
 def facts(described: HasPorts) -> dict[str, Any]:
@@ -105,6 +107,15 @@ def _abilities(system: System, spec: ComponentSpec, new: HasPorts) -> Iterable[s
     if system.run.master in _ROLLBACK and not interface.can_save:
         yield f"it cannot keep its state, which the {system.run.master} master needs to take steps back"
     step = spec.step or system.run.step
+    if not interface.variable_step:
+        if system.run.master == "adaptive":
+            yield "it takes steps of one size only, and the adaptive master chooses their size; use another master"
+        length = None if system.run.stop is None else system.run.stop - (system.run.start or 0.0)
+        if step and length and abs(length / step - round(length / step)) > 1e-6:
+            yield (
+                f"it takes steps of one size only, and the run of {length:g} s ends in the middle of a step of {step:g} s; "
+                "choose a step that divides it"
+            )
     fixed = interface.fixed_step
     if fixed and step and abs(step / fixed - round(step / fixed)) > 1e-9:
         yield f"it steps by {fixed:g} s only, and the system asks for {step:g} s"

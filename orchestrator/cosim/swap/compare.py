@@ -201,6 +201,11 @@ def _conversion(old: Port, new: Port, elements: list[Element]) -> tuple[str, str
         return "", f"it has {old.size} element{'s' * (old.size > 1)}, the new one has {len(elements)}"
     if len(old.shape) > 1 and len(new.shape) > 1 and len(elements) == new.size and old.shape != new.shape:
         return "", f"the shapes {old.shape} and {new.shape} differ"
+    if old.type in FLOATS and new.type not in FLOATS and old.unit not in ("", "1"):
+        return "", (
+            f"it is {old.type} in {old.unit}, the new one is {new.type}, which has whole numbers and no unit; "
+            "put a function component between them that says what a step of one means"
+        )
     # An output passes from the new component to where the old one was, anything else from there to the new one.
     source, target = (new, old) if old.causality == "output" else (old, new)
     try:
