@@ -11,6 +11,8 @@ from fmus.errors import FmuError
 
 MAX_TOTAL_BYTES = 2**30
 MAX_ENTRIES = 20_000
+# What file systems take; the folder that an archive is unpacked to needs some of it.
+MAX_NAME_BYTES, MAX_PATH_BYTES = 255, 3000
 # Deflate cannot do much better than 1000; text and binaries of FMUs stay below 30.
 MAX_RATIO = 300
 RATIO_MATTERS_ABOVE_BYTES = 2**24
@@ -35,7 +37,7 @@ def extract_fmu(path: Path, folder: Path, description: str = FMU_DESCRIPTION) ->
 
     Raises:
         FmuError: if the file is no FMU (not a zip, no modelDescription.xml) or is not safe to unpack:
-            paths that leave the folder, links, encrypted or repeated entries, more than 1 GiB unpacked
+            paths that leave the folder or are too long, links, encrypted entries, different ones of one name, more than 1 GiB unpacked
             or compressed beyond reason, or a model description with a DOCTYPE.
     """
     with _opened(path, description) as (archive, entries):
@@ -101,22 +103,37 @@ def _opened(path: Path, description: str | None) -> Iterator[tuple[zipfile.ZipFi
 def _check_entries(path: Path, entries: list[zipfile.ZipInfo]) -> None:
     if len(entries) > MAX_ENTRIES:
         raise FmuError(f"{path} has {len(entries)} entries; the limit is {MAX_ENTRIES}")
-    seen: set[str] = set()
-    for entry in entries:
-        # zipfile itself turns backslashes into slashes and cuts names at a NUL on some systems.
-        for name in (entry.filename, entry.orig_filename):
+    seen: dict[str, zipfile.ZipInfo] = {}
+    for entry in entries[:]:
+        # Some tools of Windows write backslashes, which zipfile turns into slashes there and leaves as they are elsewhere.
+        names = [name.replace("\\", "/") for name in (entry.filename, entry.orig_filename)]
+        entry.filename = names[0]
+        # zipfile cuts names at a NUL.
+        for name in names:
             try:
                 check_entry_name(name)
             except FmuError as error:
                 raise FmuError(f"{path}: {error}") from error
+        _check_length(path, entry.filename)
         if stat.S_ISLNK(entry.external_attr >> 16):
             raise FmuError(f"{path}: entry {entry.filename!r} is a symbolic link")
         if entry.flag_bits & 0x1:
             raise FmuError(f"{path}: entry {entry.filename!r} is encrypted")
-        if entry.filename in seen:
-            raise FmuError(f"{path}: entry {entry.filename!r} occurs twice")
-        seen.add(entry.filename)
+        first = seen.setdefault(entry.filename, entry)
+        if first is not entry:
+            if (first.CRC, first.file_size) != (entry.CRC, entry.file_size):
+                raise FmuError(f"{path}: entry {entry.filename!r} occurs twice, with different contents")
+            entries.remove(entry)
     _check_size(path, entries)
+
+
+def _check_length(path: Path, name: str) -> None:
+    longest = max((len(part.encode()) for part in PurePosixPath(name).parts), default=0)
+    if longest > MAX_NAME_BYTES or len(name.encode()) > MAX_PATH_BYTES:
+        limits = f"{MAX_NAME_BYTES} bytes a name and {MAX_PATH_BYTES} a path"
+        raise FmuError(
+            f"{path}: entry '{name[:40]}...' has a name of {len(name.encode())} bytes; the limits are {limits}"
+        )
 
 
 def _check_size(path: Path, entries: list[zipfile.ZipInfo]) -> None:

@@ -3,6 +3,7 @@
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Mapping
 from pathlib import Path
+from xml.parsers import expat
 
 from fmus.archive import check_xml
 from fmus.errors import MisfitError
@@ -26,10 +27,39 @@ def parse(content: bytes, path: Path, tag: str) -> ET.Element:
         MisfitError: if it is no well-formed XML, has a DOCTYPE, or holds something else.
     """
     check_xml(content, str(path))
-    root = ET.fromstring(content)
+    try:
+        root = ET.fromstring(with_prefixes(content))
+    except ET.ParseError as error:
+        raise MisfitError(f"{path} is not well-formed XML: {error}; expected a file of SSP 1.0 or 2.0") from error
     if root.tag != qualified(tag):
         raise MisfitError(f"{path}: the outermost element is {shown(root.tag)}, expected {tag} of SSP 1.0 or 2.0")
     return root
+
+
+def with_prefixes(content: bytes) -> bytes:
+    """The same document with declarations of the prefixes that it uses and does not declare, as several public files do.
+
+    The prefixes that SSP itself uses mean its namespaces, others get one of their own, so that what they mark is left alone.
+
+    Example:
+        >>> with_prefixes(b'<ssd:System><x:y/></ssd:System>')[:30]
+        b'<ssd:System xmlns:ssd="http://'
+    """
+    used: set[str] = set()
+    declared = {"xml", "xmlns"}
+    places: list[int] = []
+
+    def look(name: str, attributes: dict[str, str]) -> None:
+        places.append(parser.CurrentByteIndex + 1 + len(name.encode()))
+        used.update(each.partition(":")[0] for each in (name, *attributes) if ":" in each)
+        declared.update(each.partition(":")[2] for each in attributes if each.startswith("xmlns:"))
+
+    parser = expat.ParserCreate()
+    parser.StartElementHandler = look
+    parser.Parse(content, True)
+    missing = sorted(used - declared)
+    texts = "".join(f' xmlns:{p}="{NAMESPACES.get(p, f"urn:undeclared:{p}")}"' for p in missing)
+    return content[: places[0]] + texts.encode() + content[places[0] :]
 
 
 def qualified(tag: str) -> str:
