@@ -96,6 +96,9 @@ class CoupledModel(SymbolicModel):
             return self
         return CoupledModel(self.name, self.coupled, self.file, self.sites, signals, free)
 
+    def with_held(self, held: Sequence[str]) -> "CoupledModel":
+        return self  # an FMU's inputs run in lines
+
     def record(self, trial: SmoothedTrial, parameters: np.ndarray | None = None) -> Record:
         """A trial with first guesses of the start values: measured states from the smoothed record, lags where their
         signal begins, others as the FMU declares them."""

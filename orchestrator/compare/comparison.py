@@ -13,7 +13,7 @@ from orchestrator.compare.where import findings, where_it_fails
 from orchestrator.datacheck.check import check_data
 from orchestrator.datacheck.findings import Finding
 from orchestrator.measurements import BoundSet, BoundTrial, MeasurementSet, bind
-from orchestrator.models.contract import FittedTrial, Model
+from orchestrator.models.contract import FittedTrial, Model, with_held_inputs
 
 
 def compare(
@@ -36,6 +36,7 @@ def compare(
         ComponentError: if the model fails while running.
     """
     data = bind(measurements, model.inputs, model.outputs)
+    model = with_held_inputs(model, data.trials[0].held)
     noise = np.array([data.noise_std[name] for name in data.output_names])
 
     def follow(trial: BoundTrial) -> FittedTrial:

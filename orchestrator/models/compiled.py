@@ -51,7 +51,7 @@ class _Problem(ctypes.Structure):
             (name, ctypes.c_longlong)
             for name in ("n", "nx", "nu", "nd", "ny", "nfree", "substeps", "sensitivities", "nodes")
         ),
-        *((name, ctypes.c_void_p) for name in ("t", "u", "source", "delay", "delay_slope", "before", "p")),
+        *((name, ctypes.c_void_p) for name in ("t", "u", "source", "delay", "delay_slope", "before", "p", "held")),
         ("tolerance", ctypes.c_double),
         ("rate", _Function),
         ("output", _Function),
@@ -73,13 +73,20 @@ class CompiledModel:
     """Machine code of one system for a chosen tuple of outputs and of free parameters."""
 
     def __init__(
-        self, system: SymbolicSystem, outputs: Sequence[str], free: Sequence[str] = (), level: str = FOR_MODELS
+        self,
+        system: SymbolicSystem,
+        outputs: Sequence[str],
+        free: Sequence[str] = (),
+        level: str = FOR_MODELS,
+        held: Sequence[str] = (),
     ) -> None:
         self.system, self.outputs, self.free, self._level = system, tuple(outputs), tuple(free), level
         self.tolerance = CONTACT_TOLERANCE if system.contacts else 0.0
         names = [parameter.name for parameter in system.parameters]
         self._free_positions = [names.index(name) for name in free]
         self.parameters = np.array([parameter.start for parameter in system.parameters], dtype=float)
+        self.held = tuple(held)
+        self._held = np.array([variable.name in held for variable in system.inputs], dtype=np.uint8)
         self._compiled: _MachineCode | None = None
         self._histories: tuple[tuple[np.ndarray, np.ndarray, np.ndarray], ...] = ()
 
@@ -100,7 +107,7 @@ class CompiledModel:
         sensitivities: bool = False,
         before: np.ndarray = NOTHING_BEFORE,
     ) -> FreeRun:
-        """Simulate from `start` along inputs that are linear between samples.
+        """Simulate from `start` along inputs that are linear between samples, or stay at each sample's value if they are `held`.
 
         Args:
             time: (n,) s, increasing, at least two samples.
@@ -120,6 +127,7 @@ class CompiledModel:
         sizes = (n, nx, len(system.inputs), system.n_delays, len(self.outputs), nfree, substeps, int(sensitivities))
         code = self._machine_code  # kept until the run ends: what its functions point to belongs to it
         functions = code.with_slopes if sensitivities else code.plain
+        keep.append(self._held)
         problem = _Problem(*sizes, before.shape[1], *(a.ctypes.data for a in keep), self.tolerance, *functions)
         outputs = np.empty((n, len(self.outputs)))
         slopes = np.empty((n, len(self.outputs), nx + nfree)) if sensitivities else None

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Protocol, cast
 
 import numpy as np
 
@@ -49,7 +49,7 @@ class Model(Protocol):
 
         Args:
             time: (n,) s.
-            inputs: (n, nu) in the order of `inputs`, linear between samples.
+            inputs: (n, nu) in the order of `inputs`, linear between samples but for those that the model holds.
             measured: (n, ny) of the outputs `names`.
             noise: (ny,) standard deviation of the measurement noise of each output.
 
@@ -63,3 +63,12 @@ class Model(Protocol):
     ) -> np.ndarray:
         """Run freely from given start values; returns the outputs `names`, shape (n, ny)."""
         ...
+
+
+def with_held_inputs(model: Model, held: Sequence[str]) -> Model:
+    """The model with some inputs that stay at a sample's value until the next sample, as a converter or a log of events gives.
+
+    A model that cannot do so, such as an FMU that integrates by itself, is returned as it is.
+    """
+    change = getattr(model, "with_held", None)
+    return model if change is None or not held else cast(Model, change(held))

@@ -6,7 +6,7 @@
  *   f  (t, x, u, d, p) -> f            fj -> f, df/d[x, d, free]
  *   y  (t, x, u, d, p) -> y            yj -> y, dy/d[x, d, free]
  * Jacobians hold their structural nonzeros only. Sensitivities are kept with theta as the fast index, and several of them
- * are added at a time. Inputs are linear between samples. */
+ * are added at a time. Inputs are linear between samples, or held. */
 #include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -47,6 +47,7 @@ typedef struct {
   const double *before;       /* nd rows of nodes: by how much a delayed quantity was off its first sample before it, at
                                  equal distances up to its delay time */
   const double *p;            /* all parameters */
+  const unsigned char *held;  /* nu marks: 1 for an input that stays at a sample's value until the next sample */
   double tolerance;           /* error of a step, as a share of the largest value of each state so far; 0: any */
   function rate, output;      /* f or fj, y or yj */
 } problem;
@@ -104,7 +105,7 @@ static void read_inputs(const problem *m, int k, double t, double *u, double *d,
   double width = m->t[k + 1] - m->t[k];
   double share = (t - m->t[k]) / width;
   for (int i = 0; i < m->nu; i++)
-    u[i] = m->u[k * m->nu + i] + share * (m->u[(k + 1) * m->nu + i] - m->u[k * m->nu + i]);
+    u[i] = m->u[k * m->nu + i] + (m->held[i] ? 0.0 : share * (m->u[(k + 1) * m->nu + i] - m->u[k * m->nu + i]));
   for (int j = 0; j < m->nd; j++) {
     double past = t - m->delay[j];
     int low = 0, high = k + 1;
@@ -229,6 +230,8 @@ int misfit_simulate(const problem *m, const double *x0, double *y, double *dy) {
   int k, parts = 1;
   for (k = 0; k < n; k++) {
     read_inputs(m, k < n - 1 ? k : k - 1, m->t[k], u, d, slope);
+    for (int i = 0; i < m->nu; i++)
+      if (m->held[i]) u[i] = m->u[k * m->nu + i]; /* at the last sample, too */
     evaluate(&g, m->t[k], x, u, d, m->p, y + k * ny, jy);
     if (sens) {
       chain(m, &m->output, jy, ny, width, s, slope, dyk);

@@ -56,11 +56,16 @@ class SymbolicModel:
     """A `SymbolicSystem` as a model: `free` parameters can be fitted, the others keep their values."""
 
     def __init__(
-        self, name: str, system: SymbolicSystem, signals: Sequence[str] | None = None, free: Sequence[str] = ()
+        self,
+        name: str,
+        system: SymbolicSystem,
+        signals: Sequence[str] | None = None,
+        free: Sequence[str] = (),
+        held: Sequence[str] = (),
     ):
         self.name, self.system = name, system
         self.signals = tuple(signals if signals is not None else system.outputs)
-        self.compiled = CompiledModel(system, self.signals, free)
+        self.compiled = CompiledModel(system, self.signals, free, held=held)
 
     @property
     def inputs(self) -> Sequence[Variable]:
@@ -98,13 +103,21 @@ class SymbolicModel:
     def compiled_residual(self) -> CompiledModel:
         """The correction residual, compiled with the same free parameters."""
         assert self.residual is not None
-        return CompiledModel(self.residual.system, self.residual.system.outputs, self.compiled.free)
+        return CompiledModel(
+            self.residual.system, self.residual.system.outputs, self.compiled.free, held=self.compiled.held
+        )
 
     def restricted(self, signals: Sequence[str], free: Sequence[str] = ()) -> "SymbolicModel":
         """The same model with other signals to compare and other free parameters."""
         if tuple(signals) == self.signals and tuple(free) == self.compiled.free:
             return self
-        return SymbolicModel(self.name, self.system, signals, free)
+        return SymbolicModel(self.name, self.system, signals, free, self.compiled.held)
+
+    def with_held(self, held: Sequence[str]) -> "SymbolicModel":
+        """The same model whose inputs `held` stay at a sample's value until the next sample; the others run in lines."""
+        if tuple(held) == self.compiled.held:
+            return self
+        return SymbolicModel(self.name, self.system, self.signals, self.compiled.free, held)
 
     def simulate(
         self, time: np.ndarray, inputs: np.ndarray, names: Sequence[str], start: dict[str, float]

@@ -1,0 +1,47 @@
+"""Inputs that are held from sample to sample, against closed forms."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from orchestrator.compare.comparison import compare
+from orchestrator.measurements import load_measurements
+from orchestrator.models.load import load_model
+
+J = 0.02
+
+
+def angles(time: np.ndarray, torque: np.ndarray) -> np.ndarray:
+    """Angle of an inertia under torques that stay, step by step: parabolas."""
+    phi, speed, found = 0.0, 0.0, [0.0]
+    for step, now in zip(np.diff(time), torque, strict=False):
+        phi += speed * step + 0.5 * now / J * step**2
+        speed += now / J * step
+        found.append(phi)
+    return np.array(found)
+
+
+def test_a_held_input_gives_the_parabolas_of_constant_torques() -> None:
+    random = np.random.default_rng(2)
+    time, torque = 0.1 * np.arange(30), random.normal(size=30)
+    model = load_model("drive").with_held(["torque"])  # type: ignore[attr-defined]
+    inputs = np.zeros((30, len(model.inputs)))
+    inputs[:, [v.name for v in model.inputs].index("torque")] = torque
+    run = model.simulate(time, inputs, ["phi"], {v.name: 0.0 for v in model.system.states})
+    np.testing.assert_allclose(run[:, 0], angles(time, torque), rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize(("interpolation", "most"), [("hold", 2e-6), ("linear", np.inf)])
+def test_compare_honours_what_the_case_says_of_a_column(tmp_path: Path, interpolation: str, most: float) -> None:
+    random = np.random.default_rng(3)
+    time = 0.1 * np.arange(60)
+    torque = np.repeat(random.normal(size=12), 5)
+    rows = np.column_stack([time, torque, angles(time, torque) + 1e-7 * random.normal(size=60)])
+    np.savetxt(tmp_path / "a.csv", rows, delimiter=",", header="time,torque,phi", comments="", fmt="%.12g")
+    text = 'files = ["a.csv"]\n[columns]\ntime = "s"\ntorque = "N.m"\nphi = "rad"\n'
+    (tmp_path / "case.toml").write_text(f'{text}[interpolation]\ntorque = "{interpolation}"\n')
+    found = compare(load_model("drive"), load_measurements(tmp_path), checks=())
+    error = found.learning.rmse["phi"]
+    assert error < most
+    assert interpolation == "hold" or error > 1e-4
