@@ -12,6 +12,7 @@ from orchestrator.compare.result import Comparison, SetErrors, TrialCurves, Tria
 from orchestrator.compare.where import findings, where_it_fails
 from orchestrator.datacheck.check import check_data
 from orchestrator.datacheck.findings import Finding
+from orchestrator.datacheck.holding import with_interpolation
 from orchestrator.measurements import BoundSet, BoundTrial, MeasurementSet, bind
 from orchestrator.models.contract import FittedTrial, Model, with_held_inputs
 
@@ -35,6 +36,7 @@ def compare(
         MisfitError: if columns and variables do not fit each other.
         ComponentError: if the model fails while running.
     """
+    measurements = with_interpolation(model, measurements)
     data = bind(measurements, model.inputs, model.outputs)
     model = with_held_inputs(model, data.trials[0].held)
     noise = np.array([data.noise_std[name] for name in data.output_names])

@@ -11,7 +11,7 @@ from orchestrator.datacheck.sensors import sensor_findings
 from orchestrator.datacheck.trials import clock_lags, odd_trials
 from orchestrator.measurements import MeasurementSet, bind
 from orchestrator.measurements.matching import match_columns
-from orchestrator.models.contract import Model
+from orchestrator.models.contract import Model, with_held_inputs
 
 # One mend may bring the next mistake to light.
 MOST_ROUNDS = 4
@@ -33,6 +33,7 @@ def check_data(model: Model, measurements: MeasurementSet) -> tuple[Finding, ...
         MisfitError: if columns and variables do not fit each other.
     """
     data = bind(measurements, model.inputs, model.outputs)
+    model = with_held_inputs(model, data.trials[0].held)
     if not data.learning:
         return ()
     found = _once(_of_sensors(model, measurements))
@@ -84,7 +85,7 @@ def mend(model: Model, measurements: MeasurementSet) -> Mended:
     done: list[Finding] = []
     for _ in range(MOST_ROUNDS):
         found = check_data(model, measurements)
-        accepted = [finding for finding in found if finding.change is not None or finding.keep is not None]
+        accepted = [finding for finding in found if finding.can_be_mended]
         if not accepted:
             return Mended(measurements, tuple(done), found)
         measurements = mended(model, measurements, accepted)

@@ -27,6 +27,11 @@ class Finding:
     trials: tuple[str, ...] = ()
     keep: tuple[float, float] | None = None
 
+    @property
+    def can_be_mended(self) -> bool:
+        """Whether `--mend` may accept the proposal: not where all trials show what the plant itself may do, such as a delay."""
+        return (self.change is not None or self.keep is not None) and (self.strong or bool(self.trials))
+
     def to_json(self) -> dict[str, Any]:
         """The entry of `data_checks`."""
         where = {"column": self.column} if self.column else {}

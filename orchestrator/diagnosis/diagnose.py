@@ -14,6 +14,7 @@ from fmus.catalogue import ModelicaModel
 from fmus.errors import ComponentError, MisfitError
 from orchestrator.compare.comparison import compare
 from orchestrator.datacheck.check import check_data, forbids_physics
+from orchestrator.datacheck.holding import with_interpolation
 from orchestrator.datacheck.verdict import first_mend
 from orchestrator.diagnosis.adjusted import adjusted_parameters
 from orchestrator.diagnosis.advice import with_next_experiment
@@ -76,6 +77,7 @@ def diagnose(
     library = effect_library() if cards is None else cards
     progress("checking the record")
     model = model_of(source, source.compile())
+    measurements = with_interpolation(model, measurements)
     checks = check_data(model, measurements)
     if forbids_physics(checks):
         return replace(first_mend(model, measurements, checks, workers), mended=measurements.mended)

@@ -85,6 +85,7 @@ def test_outputs_that_answer_before_their_inputs_are_a_clock_and_late_ones_may_b
     assert early.change.value == pytest.approx(-8 * STEP, abs=STEP)
     (late,) = found_in(tmp_path / "late", lambda columns, number: later(columns, -8 * STEP))
     assert (late.kind, late.strong) == ("delay", False)
+    assert mend(load_model("drive"), load_measurements(tmp_path / "late")).done == ()
 
 
 def test_one_file_whose_clocks_differ_from_the_others_is_named(tmp_path: Path) -> None:

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from orchestrator.compare.comparison import compare
+from orchestrator.datacheck.holding import with_interpolation
 from orchestrator.measurements import load_measurements
 from orchestrator.models.load import load_model
+from tests.datacheck.records import drive
 
 J = 0.02
 
@@ -45,3 +47,22 @@ def test_compare_honours_what_the_case_says_of_a_column(tmp_path: Path, interpol
     error = found.learning.rmse["phi"]
     assert error < most
     assert interpolation == "hold" or error > 1e-4
+
+
+def test_a_record_that_stays_and_jumps_is_held_without_being_told(tmp_path: Path) -> None:
+    random = np.random.default_rng(3)
+    time = 0.1 * np.arange(60)
+    torque = np.repeat(random.normal(size=12), 5)
+    rows = np.column_stack([time, torque, angles(time, torque) + 1e-7 * random.normal(size=60)])
+    np.savetxt(tmp_path / "a.csv", rows, delimiter=",", header="time,torque,phi", comments="", fmt="%.12g")
+    found = compare(load_model("drive"), load_measurements(tmp_path))
+    assert found.learning.rmse["phi"] < 2e-6
+    assert any("torque is held from sample to sample" in note for note in found.notes)
+
+
+def test_a_smooth_input_runs_in_lines(tmp_path: Path) -> None:
+    columns = drive(1)
+    rows = np.column_stack(list(columns.values()))
+    np.savetxt(tmp_path / "a.csv", rows, delimiter=",", header=",".join(columns), comments="", fmt="%.12g")
+    measurements = load_measurements(tmp_path)
+    assert with_interpolation(load_model("drive"), measurements) is measurements

@@ -1,0 +1,53 @@
+"""Whether inputs were held from sample to sample or ran in straight lines, chosen by the data where the case does not say."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from orchestrator.datacheck import limits
+from orchestrator.datacheck.prediction import Predictor
+from orchestrator.measurements import MeasurementSet, bind
+from orchestrator.measurements.dirty.holding import proposed_interpolation
+from orchestrator.measurements.matching import match_columns
+from orchestrator.models.contract import Model, with_held_inputs
+
+
+def with_interpolation(model: Model, measurements: MeasurementSet) -> MeasurementSet:
+    """Return the set with `interpolation` for inputs of which case.toml says nothing, and a note for each that is held.
+
+    An input is held if its record stays and jumps and the model predicts no worse with it held, or if the model predicts far
+    better so. Learning trials alone are looked at. What case.toml says of a column stays.
+
+    Raises:
+        MisfitError: if columns and variables do not fit each other.
+    """
+    data = bind(measurements, model.inputs, model.outputs)
+    if not data.learning or with_held_inputs(model, data.input_names) is model:
+        return measurements
+    linear = Predictor(with_held_inputs(model, data.trials[0].held), data, data.learning)
+    columns = tuple(measurements.trials[0].columns)
+    names = [*data.input_names, *data.output_names]
+    column_of = match_columns(columns, measurements.variables, names).column_of
+    open_ones = [
+        name for name in linear.moving if name in data.input_names and column_of[name] not in measurements.interpolation
+    ]
+    for name in open_ones:
+        stays = all(
+            proposed_interpolation(np.asarray(trial.columns[column_of[name]])) == "hold"
+            for trial in measurements.learning
+        )
+        already = [
+            other for other in data.input_names if measurements.interpolation.get(column_of.get(other, "")) == "hold"
+        ]
+        before, after = (
+            Predictor(with_held_inputs(model, held), data, data.learning).left() for held in (already, [*already, name])
+        )
+        better = before > limits.HELD_DROP * after and after < limits.WELL_PREDICTED
+        if (stays and after <= before) or better:
+            note = (
+                f"{name} is held from sample to sample: {'its record stays and jumps, and ' if stays else ''}over short stretches"
+                f" the model leaves {after:.2g} so, and {before:.2g} with straight lines; [interpolation] of case.toml can say so"
+            )
+            chosen = {**measurements.interpolation, column_of[name]: "hold"}
+            measurements = replace(measurements, interpolation=chosen, notes=(*measurements.notes, note))
+    return measurements
