@@ -40,6 +40,7 @@ def learn(model: str, data: str, block_file: str, most: int, factors: str, json_
     """
     from orchestrator.gp.from_trials import learn_missing
     from orchestrator.gp.saved import write_block
+    from orchestrator.gp.trials.coupled import write_coupled
     from orchestrator.measurements import bind, load_measurements
     from orchestrator.models.load import load_modelica
     from orchestrator.models.symbolic import SymbolicModel
@@ -50,15 +51,26 @@ def learn(model: str, data: str, block_file: str, most: int, factors: str, json_
         loaded = SymbolicModel(model, load_modelica(model).compile())
         bound = bind(measurements, loaded.inputs, loaded.outputs)
         say("finding the missing force along every trial")
-        found = learn_missing(loaded.restricted(bound.output_names), bound, most, _factors(factors))
+        model_used = loaded.restricted(bound.output_names)
+        found = learn_missing(model_used, bound, most, _factors(factors))
         if found.block is not None:
             write_block(found.block, Path(block_file))
+            say("building the FMUs of model and block")
+            write_coupled(model_used, found.block, found.judgement, bound.held_out, Path(block_file).with_suffix(""))
     units = {variable.name: variable.unit for variable in loaded.outputs}
     show("\n".join(_lines(found, block_file, units)), quiet or json_file == "-")
+    system = str(Path(block_file).with_suffix("") / "system.toml") if found.block is not None else None
     written = block_file if found.block is not None else None
     write_json(
         json_file,
-        {"schema": "misfit.learn/1", "model": model, "data": str(data), "block": written, **document(found, units)},
+        {
+            "schema": "misfit.learn/1",
+            "model": model,
+            "data": str(data),
+            "block": written,
+            "system": system,
+            **document(found, units),
+        },
     )
     if found.block is None:
         raise SystemExit(REFUSED)
@@ -75,6 +87,7 @@ def _lines(found: "Learned", block_file: str, units: dict[str, str]) -> list[str
     lines = []
     if found.block is not None:
         lines.append(f"{found.count} data over {', '.join(found.block.inputs)} in {block_file}")
+        lines.append(f"coupled to its model in {Path(block_file).with_suffix('')}/system.toml")
     for each in found.functions:
         name = f"{each.output}: a function times {each.factor}" if each.factor else f"{each.output}: a function alone"
         if each.needed:

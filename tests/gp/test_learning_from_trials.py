@@ -11,6 +11,8 @@ import pytest
 
 from fmus.catalogue import find_modelica_model
 from orchestrator.cli.main import main
+from orchestrator.cosim.load import load_system
+from orchestrator.cosim.whole_run import simulate
 from orchestrator.gp.from_trials import learn_missing
 from orchestrator.gp.saved import read_block
 from orchestrator.gp.trials.judged import judge
@@ -114,6 +116,12 @@ def test_a_weak_muscle_stands_out_by_its_own_function_and_free_runs_come_within_
     free = found["free_run"]
     assert free["held_out_before"] > 0.3
     assert free["held_out_after"] < 0.01 * free["held_out_before"]
+    along = load_system(tmp_path / "block" / "trial_05.toml")
+    measured = np.genfromtxt(tmp_path / "block" / "trial_05.csv", delimiter=",", names=True)
+    run = simulate(along, stop=2.0)
+    seen = measured["time"] <= 2.0
+    left = np.interp(measured["time"][seen], run.time, run["model.q1"]) - measured["q1"][seen]
+    assert np.sqrt(np.mean(left**2)) < 0.01  # rad, where the model alone is off by 0.4
     signals = np.array([free["signals"][name]["after"] for name in ("q1", "q2")])
     assert free["held_out_after"] == pytest.approx(np.sqrt(np.mean(signals**2)))
 
@@ -130,6 +138,13 @@ def test_a_muscle_without_positions_is_learned_over_the_length_that_drives_it(
     assert list(read_block(tmp_path / "b.json").inputs) == ["length"]
     assert {each["factor"] for each in found["functions"]} == {None, "stimulation"}
     assert found["free_run"]["held_out_after"] < 0.95 * found["free_run"]["held_out_before"]
+    folder = tmp_path / "b"
+    trial = sorted(folder.glob("*_OR.toml"))[0]
+    samples = np.genfromtxt(trial.with_suffix(".csv"), delimiter=",", names=True)
+    run = simulate(load_system(trial), stop=float(samples["time"][200]))
+    left = np.interp(samples["time"][:200], run.time, run["model.force"]) - samples["force"][:200]
+    alone = found["free_run"]["trials"][trial.with_suffix(".csv").name]["force"]
+    assert np.sqrt(np.mean(left**2)) < alone["before"]
 
 
 def test_a_block_that_is_more_than_twice_too_strong_is_shrunk(trials: Path) -> None:

@@ -16,6 +16,7 @@ from orchestrator.gp.export import mean_expressions
 from orchestrator.gp.trials.places import MISSING, places_of
 from orchestrator.measurements import BoundTrial
 from orchestrator.models.compiled import FOR_LONG_SUMS, CompiledModel
+from orchestrator.models.contract import FittedTrial
 from orchestrator.models.correction import PREFIX, ResidualSystem
 from orchestrator.models.smoothing import SmoothedTrial
 from orchestrator.models.symbolic import SymbolicModel
@@ -47,14 +48,14 @@ class ModelBeside(SymbolicModel):
         """The same; its signals were chosen with the model."""
         return self
 
-    def along(self, trial: BoundTrial, shares: Mapping[str, float], noise: Array) -> Array:
-        """A free run along a trial, (n, signals), with these shares of the block's outputs; 0 where none is named."""
+    def along(self, trial: BoundTrial, shares: Mapping[str, float], noise: Array) -> FittedTrial:
+        """A free run along a trial with these shares of the block's outputs; 0 where none is named."""
         names = [v.name for v in self.system.inputs[len(self._model.system.inputs) :]]
         columns = [np.full(len(trial.time), shares.get(name.removeprefix("share of "), 0.0)) for name in names]
         inputs = np.column_stack([trial.inputs, *columns])
         return self._followed(SmoothedTrial(trial.time, inputs, trial.outputs, noise))
 
-    def _followed(self, trial: SmoothedTrial) -> Array:
+    def _followed(self, trial: SmoothedTrial) -> FittedTrial:
         """The free run whose first states fit a trial best, by Gauss and Newton with the slopes of the first run.
 
         Slopes of a block take six times as long as its values, and change little over the few deviations that first states may move.
@@ -63,7 +64,7 @@ class ModelBeside(SymbolicModel):
         steps, p = self.substeps(record, self.compiled.parameters, trial.noise), self.compiled.parameters
         start = record.start
         if not start.size:
-            return self.compiled.run(trial.time, trial.inputs, p, start, substeps=steps).outputs
+            return FittedTrial(self.compiled.run(trial.time, trial.inputs, p, start, substeps=steps).outputs, {})
         run = self.compiled.run(trial.time, trial.inputs, p, start, substeps=steps, sensitivities=True)
         assert run.sensitivities is not None
         slopes = (run.sensitivities / trial.noise[:, None]).reshape(-1, len(start))
@@ -80,7 +81,7 @@ class ModelBeside(SymbolicModel):
             start, best, left = start + move, outputs, now
             if gain < _ENOUGH:
                 break
-        return best
+        return FittedTrial(best, dict(zip((v.name for v in self.system.states), map(float, start), strict=True)))
 
 
 def _joined(model: SymbolicModel, block: Block) -> SymbolicSystem:

@@ -11,9 +11,11 @@ from fmus.errors import ComponentError
 from orchestrator.gp.block import Block
 from orchestrator.gp.trials.beside import ModelBeside
 from orchestrator.measurements import BoundTrial
+from orchestrator.models.contract import FittedTrial
 from orchestrator.models.symbolic import SymbolicModel
 
 Array = NDArray[np.float64]
+Run = Callable[[BoundTrial], FittedTrial]
 # A block must take off so much of the error of all held-out trials together, more than a change of start values could.
 LEAST_GAIN = 0.05
 # No trial and no signal may lose more than this share of its error, nor more than this share of its noise.
@@ -25,9 +27,10 @@ SHARES = (1.0, 0.5, 0.25)
 
 @dataclass(frozen=True)
 class Errors:
-    """RMS of free runs, by trial and signal, in the signals' units."""
+    """RMS of free runs, by trial and signal, in the signals' units, and the first states that they began from."""
 
     trials: Mapping[str, Mapping[str, float]]
+    starts: Mapping[str, Mapping[str, float]]
 
     @property
     def signals(self) -> dict[str, float]:
@@ -69,9 +72,7 @@ def judge(model: SymbolicModel, block: Block | None, trials: Sequence[BoundTrial
         block: None if the data need no function.
         noise: (signals,) standard deviation of the measurements.
     """
-    alone = _errors(
-        trials, model.signals, lambda t: model.follow(t.time, t.inputs, t.outputs, model.signals, noise).outputs
-    )
+    alone = _errors(trials, model.signals, lambda t: model.follow(t.time, t.inputs, t.outputs, model.signals, noise))
     if block is None:
         return Judgement("refused", "the learning trials need none of the functions", {}, alone, alone)
     if all(alone.signals[name] < NOTHING_LACKS * s for name, s in zip(model.signals, noise, strict=True)):
@@ -112,13 +113,12 @@ def _wins(alone: Errors, found: Errors, noise: Mapping[str, float]) -> bool:
     return all(after <= _allowed(before, sigma) for before, after, sigma in pairs)
 
 
-def _winner(
-    alone: Errors, trials: Sequence[BoundTrial], noise: Mapping[str, float], run: Callable[[BoundTrial], Array]
-) -> Errors | None:
+def _winner(alone: Errors, trials: Sequence[BoundTrial], noise: Mapping[str, float], run: Run) -> Errors | None:
     """Errors of a way that wins; None as soon as a trial loses."""
-    found = Errors({})
+    found = Errors({}, {})
     for trial in trials:
-        found = Errors({**found.trials, **_errors([trial], list(noise), run).trials})
+        one = _errors([trial], list(noise), run)
+        found = Errors({**found.trials, **one.trials}, {**found.starts, **one.starts})
         lost = _rms(found.trials[trial.name]) > _allowed(_rms(alone.trials[trial.name]), min(noise.values()))
         if lost:
             return None
@@ -141,12 +141,14 @@ def _rms(row: Mapping[str, float]) -> float:
     return float(np.sqrt(np.mean(np.square(list(row.values())))))
 
 
-def _errors(trials: Sequence[BoundTrial], signals: Sequence[str], run: Callable[[BoundTrial], Array]) -> Errors:
-    found = {}
+def _errors(trials: Sequence[BoundTrial], signals: Sequence[str], run: Run) -> Errors:
+    found, starts = {}, {}
     for trial in trials:
         try:
-            left = np.sqrt(np.mean((run(trial) - trial.outputs) ** 2, axis=0))
+            followed = run(trial)
+            left = np.sqrt(np.mean((followed.outputs - trial.outputs) ** 2, axis=0))
+            starts[trial.name] = followed.start
         except ComponentError:  # the run left the finite numbers
             left = np.full(len(signals), np.inf)
         found[trial.name] = dict(zip(signals, map(float, left), strict=True))
-    return Errors(found)
+    return Errors(found, starts)
