@@ -210,6 +210,7 @@ def show(renderable: Any, quiet: bool) -> None:
 
     width = None if sys.stdout.isatty() else 100
     Console(width=width, highlight=False, soft_wrap=isinstance(renderable, str)).print(renderable)
+    sys.stdout.flush()  # a pipe, too, shows at once what is known
 
 
 def write_json(target: str | None, document: Any) -> None:

@@ -152,6 +152,7 @@ def discover(
     workers: int,
 ) -> None:
     """Compare MODEL with DATA, name the missing effects, add them, and compare again."""
+    from fmus.catalogue import ModelicaModel
     from orchestrator.diagnosis.cards import effect_library
     from orchestrator.diagnosis.work import resumable
     from orchestrator.discover import discover as run
@@ -159,7 +160,8 @@ def discover(
     from orchestrator.models.load import load_model, load_source
     from orchestrator.report.arm_replay import arm_replay
     from orchestrator.report.html import discovery_report
-    from orchestrator.report.tables import diagnosis_table, ledger_table
+    from orchestrator.report.tables import diagnosis_table, ledger_table, lines_of
+    from orchestrator.understood import understood
 
     with progress(quiet) as say:
         say(f"reading {data}")
@@ -168,6 +170,9 @@ def discover(
         if accept_mends:
             measurements = mended_record(load_model(model), measurements, quiet)
         source = load_source(model, measurements)
+        if type(source) is ModelicaModel:
+            say("reading the model's equations")
+            show(lines_of(understood(source, measurements)), quiet)
         with resumable(f"{model} {measurements.content_hash}", scheduler) as work:
             found = run(source, measurements, Path(folder), cards=cards, workers=workers, progress=say, work=work)
         report = None

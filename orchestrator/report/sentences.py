@@ -38,16 +38,24 @@ def errors(rmse: Mapping[str, float], units: Mapping[str, str]) -> str:
 
 
 def comparison_sentence(comparison: Comparison) -> str:
-    """Return what a comparison says about the model, on held-out trials if there are any."""
-    found, trials = comparison.held_out, "held-out"
-    if found is None:
-        found, trials = comparison.learning, "learning"
-    if found.over_floor <= WITHIN_NOISE:
-        opening = f"The model agrees with the {trials} trials within the noise"
-    else:
+    """Return what a comparison says about the model; learning and held-out trials weigh alike.
+
+    The verdict is that of the held-out trials unless the learning trials alone are not explained; the error on the others stands
+    beside it.
+    """
+    sets = {"learning": comparison.learning}
+    if comparison.held_out is not None:
+        sets = {"held-out": comparison.held_out, **sets}
+    unexplained = [name for name, found in sets.items() if found.over_floor > WITHIN_NOISE]
+    trials = (unexplained or list(sets))[0]
+    found = sets.pop(trials)
+    if unexplained:
         opening = f"The model does not explain the {trials} trials"
-    text = f"{opening}: its error is {ratio(found.over_floor)} the noise floor"
-    return f"{text} ({errors(found.rmse, comparison.units)})."
+    else:
+        opening = f"The model agrees with the {trials} trials within the noise"
+    text = f"{opening}: its error is {ratio(found.over_floor)} the noise floor ({errors(found.rmse, comparison.units)})"
+    others = "".join(f", {ratio(other.over_floor)} on the {name} trials" for name, other in sets.items())
+    return f"{text}{others}."
 
 
 def ledger_sentence(entries: Sequence[LedgerEntry]) -> str:

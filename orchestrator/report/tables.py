@@ -81,6 +81,11 @@ def comparison_table(comparison: Comparison) -> Group:
     return Group(_plain(comparison_sentence(comparison)), table)
 
 
+def lines_of(lines: Sequence[str]) -> Text:
+    """Return lines of text as they are."""
+    return _plain("\n".join(lines))
+
+
 def diagnosis_table(diagnosis: Diagnosis) -> Group:
     """Return the verdict sentence, the best of the ranking unless there is nothing to explain, and what is left open."""
     left_open = [_plain(f"Note: {note}") for note in note_sentences(diagnosis.warnings)]

@@ -1,0 +1,110 @@
+"""What a model and a recording were understood as, before anything is fitted: the first thing that a user sees."""
+
+from collections.abc import Iterator, Sequence
+
+from fmus.catalogue import ModelicaModel
+from fmus.symbolic.balances import Balance
+from fmus.symbolic.system import SymbolicSystem, Variable
+from orchestrator.measurements import MeasurementSet
+from orchestrator.measurements.matching import match_columns
+from orchestrator.models.patch import free_slots
+
+# What adds up in a balance equation of a unit.
+TERMS = {
+    "N": "forces",
+    "N.m": "torques",
+    "W": "heat flows",
+    "A": "currents",
+    "V": "voltages",
+    "m3/s": "volume flows",
+    "kg/s": "mass flows",
+    "mol/s": "molar flows",
+    "Pa": "pressures",
+}
+MOST_LISTED = 12
+
+
+def understood(source: ModelicaModel, measurements: MeasurementSet) -> list[str]:
+    """Say what a Modelica model and its data were understood as.
+
+    Returns:
+        Lines of text: states with units, balance equations with their places, columns and the variables that they are, and
+        where a missing effect will be looked for.
+
+    Raises:
+        ModelicaError: if the model cannot be compiled.
+    """
+    system, balances = source.balanced()
+    added = {balance.input for balance in balances}
+    inputs = [v for v in system.inputs if v.name not in added]
+    outputs = [v for v in (*system.states, *system.algebraics) if v.name in system.outputs]
+    lines = [
+        f"Model {source.class_name}: {_count(len(system.states), 'state')}, {_count(len(inputs), 'input')}, "
+        f"{_count(len(system.outputs), 'output')}, {_count(len(system.parameters), 'parameter')}"
+    ]
+    lines += _listed([f"  {_state(v, balances)}" for v in system.states], "states")
+    lines += _data(measurements, inputs, outputs)
+    return [*lines, _places(system, balances, inputs, outputs)]
+
+
+def _state(state: Variable, balances: Sequence[Balance]) -> str:
+    balance = next((b for b in balances if b.state == state.name), None)
+    shown = _with_unit(state)
+    if balance is None:
+        return f"{shown}: follows from other variables, no balance equation"
+    what = TERMS.get(balance.unit, "rates") + (f" in {balance.unit}" if balance.unit else "")
+    return f"{shown}: balance of {what}" + (f", {balance.place}" if balance.place else "")
+
+
+def _data(measurements: MeasurementSet, inputs: Sequence[Variable], outputs: Sequence[Variable]) -> Iterator[str]:
+    trials = measurements.trials
+    columns = tuple(trials[0].columns)
+    rows = sum(len(trial.time) for trial in trials)
+    seconds = sum(float(trial.time[-1] - trial.time[0]) for trial in trials if len(trial.time))
+    yield (
+        f"Data: {len(measurements.learning)} learning and {len(measurements.held_out)} held-out trials, {rows} rows, "
+        f"{_duration(seconds)}"
+    )
+    column_of = match_columns(columns, measurements.variables, [v.name for v in (*inputs, *outputs)]).column_of
+    for words, variables in (("input", inputs), ("output", outputs)):
+        found = [f"{_with_unit(v)} from column {column_of[v.name]}" for v in variables if v.name in column_of]
+        missing = [v for v in variables if v.name not in column_of]
+        yield from _listed([f"  {words} {text}" for text in found], f"{words}s")
+        if missing:
+            kept = "stays at its start" if words == "input" else "is not compared"
+            yield f"  no column for {words} {', '.join(map(_with_unit, missing[:MOST_LISTED]))}: it {kept}"
+    unused = [column for column in columns if column not in column_of.values()]
+    if unused:
+        yield f"  columns that are not used: {', '.join(unused[:MOST_LISTED])}"
+
+
+def _places(
+    system: SymbolicSystem, balances: Sequence[Balance], inputs: Sequence[Variable], outputs: Sequence[Variable]
+) -> str:
+    slots = free_slots(system)
+    if slots:
+        return f"Effects will be tried in the model's {_count(len(slots), 'slot')}: {', '.join(slots[:MOST_LISTED])}"
+    return (
+        f"Places for an effect: {_count(len(balances), 'balance equation')}, the paths of {_count(len(inputs), 'input')} and "
+        f"{_count(len(outputs), 'output')}, the values of {_count(len(system.parameters), 'parameter')}"
+    )
+
+
+def _duration(seconds: float) -> str:
+    for unit, length in (("days", 86_400.0), ("h", 3_600.0), ("min", 60.0)):
+        if seconds >= 2 * length:
+            return f"{seconds / length:.3g} {unit}"
+    return f"{seconds:.3g} s"
+
+
+def _with_unit(variable: Variable) -> str:
+    return f"{variable.name} [{variable.unit}]" if variable.unit not in ("", "1") else variable.name
+
+
+def _count(number: int, word: str) -> str:
+    return f"{number} {word}" if number == 1 else f"{number} {word}s"
+
+
+def _listed(lines: list[str], words: str) -> list[str]:
+    more = len(lines) - MOST_LISTED
+    return lines if more <= 0 else [*lines[:MOST_LISTED], f"  and {more} more {words}"]
