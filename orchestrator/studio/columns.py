@@ -3,18 +3,24 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from fmus.errors import MisfitError
 from fmus.units import conversion
-from orchestrator.measurements import MeasurementSet
+from orchestrator.measurements import MeasurementSet, Trial
 from orchestrator.measurements.matching import match_columns
 
 if TYPE_CHECKING:
     from fmus.symbolic.system import Variable
     from orchestrator.models.contract import Model
 
+# Points that a small picture can show.
+CURVE_POINTS = 120
 
-def column_rows(measurements: MeasurementSet, model: "Model | None") -> list[dict[str, str]]:
+
+def column_rows(measurements: MeasurementSet, model: "Model | None") -> list[dict[str, Any]]:
     """One row for each column of the first trial, time left out: its unit, the variable it is, and what becomes of it.
+    `curve` holds a few of its values, evenly over its time, for a small picture.
 
     Nothing is refused here, so that a column that does not fit stands in the table beside those that do.
     """
@@ -27,6 +33,7 @@ def column_rows(measurements: MeasurementSet, model: "Model | None") -> list[dic
     roles = {v.name: "drives the model" for v in inputs} | {v.name: "compared" for v in outputs}
     return [
         _row(column, first.units.get(column, ""), known.get(variable_of.get(column, "")), roles)
+        | {"interpolation": measurements.interpolation.get(column, "linear"), "curve": _curve(first, column)}
         for column in first.columns
     ]
 
@@ -51,6 +58,12 @@ def _conversion(unit: str, wanted: str) -> str:
     except MisfitError:
         return f"impossible: {unit} is no {wanted}"
     return "as it is" if factor == 1.0 else f"times {factor:.6g}"
+
+
+def _curve(trial: Trial, column: str) -> list[float]:
+    values = trial.columns[column]
+    places = np.linspace(0, len(values) - 1, min(CURVE_POINTS, len(values))).astype(int)
+    return [float(f"{value:.4g}") for value in values[places]]
 
 
 def trial_rows(measurements: MeasurementSet) -> Sequence[dict[str, Any]]:

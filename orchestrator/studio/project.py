@@ -2,7 +2,7 @@
 
 import json
 import shutil
-from collections.abc import Hashable
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -112,16 +112,27 @@ class Project:
         """The files that the user gave as measurements, by name."""
         return sorted(file for file in self.measurements.rglob("*") if file.is_file() and file.name[0] != ".")
 
-    def choose_model(self, model: str) -> None:
-        """Work on another model; results of the former one are dropped."""
+    def choose_model(self, model: str, classes: Sequence[str] = ()) -> None:
+        """Work on another model, of a Modelica file with these classes; results of the former one are dropped."""
         self.forget_results()
-        self.change(model=model, wanted=0)
+        self.change(model=model, wanted=0, **({"classes": list(classes)} if classes else {}))
+
+    def wish(self, column: str, key: str, value: str) -> None:
+        """Say what a column is (`key`: variables, units or interpolation); results are dropped."""
+        wishes = self.wishes
+        self.forget_results()
+        self.change(wishes={**wishes, key: {**wishes.get(key, {}), column: value}})
+
+    @property
+    def wishes(self) -> dict[str, dict[str, str]]:
+        """What the user said of columns, by key."""
+        return dict(self.settings.get("wishes", {}))
 
     def forget_results(self) -> None:
         """Drop results, which belong to a model and measurements that are about to change."""
         for name in ("results", "job"):
             shutil.rmtree(self.folder / name, ignore_errors=True)
-        self.change(wanted=0)
+        self.change(wanted=0, wishes={})
 
     def result(self, name: str) -> dict[str, Any] | None:
         """A JSON result, which the caller leaves as it is; None while there is none."""

@@ -13,7 +13,7 @@ from orchestrator.studio.folded import Folded
 from orchestrator.studio.job_part import JobPart
 from orchestrator.studio.live import Live, Part
 from orchestrator.studio.pages import Page
-from orchestrator.studio.project import DIAGNOSIS
+from orchestrator.studio.project import COMPARISON, DIAGNOSIS
 from orchestrator.studio.replay_part import replay_part
 from orchestrator.studio.setup_part import setup_part, setup_words
 from orchestrator.studio.text import heading, paragraph
@@ -37,14 +37,25 @@ def build(project: str) -> None:
         paragraph(str(error), "studio-problem")
         ui.link("Go to the start page", "/")
         return
+
+    def diagnosed() -> bool:
+        return shown.result(DIAGNOSIS) is not None
+
+    def compared() -> bool:
+        return shown.result(COMPARISON) is not None
+
     with ui.element("div").classes("studio-top"):
         name = Live(lambda: shown.name, lambda: heading(shown.name, 1))
         bar = JobPart(shown)
     parts: list[Part] = [name, bar]
-    with Folded("setup", lambda: setup_words(shown), lambda: shown.result(DIAGNOSIS) is None) as setup:
+    with Folded("setup", lambda: setup_words(shown), lambda: not diagnosed() and not compared()) as setup:
         parts += [setup, *setup_part(shown), columns_part(shown)]
     parts.append(AnswerPart(shown))
-    with Folded("why", lambda: "Why do you think so?", lambda: False) as why:
+    with Folded(
+        "why",
+        lambda: "Why do you think so?" if diagnosed() else "Where the model fails",
+        lambda: compared() and not diagnosed(),
+    ) as why:
         parts += [why, diagnosis_part(shown), VersionsPart(shown), replay_part(shown), comparison_part(shown)]
     parts.append(downloads_part(shown))
 

@@ -2,19 +2,26 @@
 
 import asyncio
 import os
+import re
 import tempfile
+import zipfile
 from collections.abc import AsyncIterator, Callable
 from pathlib import Path, PurePosixPath
 
 from fmus.archive import check_archive, read_archive
 from fmus.errors import MisfitError
 from fmus.files import write_atomically
+from orchestrator.measurements.load import TEXT_ENDINGS, TYPED_ENDINGS
 from orchestrator.studio import jobs
+from orchestrator.studio.modelica_file import model_classes
 from orchestrator.studio.names import safe_name
 from orchestrator.studio.project import Project
 
-DATA_ENDINGS = (".csv", ".parquet", ".mf4", ".mdf", ".h5", ".hdf5")
+DATA_ENDINGS = (*TEXT_ENDINGS, *TYPED_ENDINGS)
+MODEL_ENDINGS = (".fmu", ".mo")
 CASE = "case.toml"
+# Texts that lie beside recordings in a zip.
+_PROSE = re.compile(r"(?:readme|licen[cs]e|notes?|changelog)\b", re.IGNORECASE)
 MIB = 2**20
 
 
@@ -74,17 +81,44 @@ def _require_within_limit(name: str, size: int) -> None:
 
 
 def _model(project: Project, name: str, file: Path) -> str:
-    if not name.lower().endswith(".fmu"):
-        raise MisfitError(f"{name} was not taken as a model: expected a file that ends with .fmu")
-    checked(file, name, "modelDescription.xml")
+    ending = PurePosixPath(name).suffix.lower()
+    if ending not in MODEL_ENDINGS:
+        raise MisfitError(f"{name} was not taken as a model: expected a file that ends with .fmu or .mo")
+    classes: tuple[str, ...] = ()
+    if ending == ".mo":
+        classes = model_classes(file, name)
+    else:
+        checked(file, name, "modelDescription.xml")
+        require_binary(file, name)
     folder = project.folder / "model"
     folder.mkdir(exist_ok=True)
     for other in folder.iterdir():
         other.unlink()
-    target = folder / f"{name[:-4]}.fmu"
+    target = folder / f"{name[: -len(ending)]}{ending}"
     file.replace(target)
-    project.choose_model(str(target.relative_to(project.folder)))
-    return f"{name} is the model now."
+    chosen = str(target.relative_to(project.folder))
+    project.choose_model(f"{chosen}:{classes[0]}" if classes else chosen, classes)
+    return f"{name} is the model now." + (f" Its class {classes[0]} is used." if len(classes) > 1 else "")
+
+
+def require_binary(file: Path, name: str) -> None:
+    """Refuse an FMU that holds no program for this machine, in words that say so.
+
+    Raises:
+        MisfitError: there is none.
+    """
+    with zipfile.ZipFile(file) as archive:
+        folders = {
+            parts[1] for entry in archive.namelist() if len(parts := entry.split("/")) > 2 and parts[0] == "binaries"
+        }
+        sources = any(entry.startswith("sources/") and entry.endswith(".c") for entry in archive.namelist())
+    own = {"linux64", "x86_64-linux", "aarch64-linux"}
+    if not folders & own:
+        there = f"only for {', '.join(sorted(folders))}" if folders else "none at all"
+        hint = "it has C sources, which are not compiled here; " if sources else ""
+        raise MisfitError(
+            f"{name} holds no program for this machine (binaries: {there}); {hint}export it again for Linux, 64 bit"
+        )
 
 
 def _measurements(project: Project, name: str, file: Path) -> str:
@@ -97,7 +131,7 @@ def _measurements(project: Project, name: str, file: Path) -> str:
         return f"{name}: {len(contents)} files added."
     if ending != ".toml" and ending not in DATA_ENDINGS:
         raise MisfitError(
-            f"{name} was not taken as measurements: expected case.toml, a zip, or csv, parquet, mf4 or h5 files"
+            f"{name} was not taken as measurements: expected case.toml, a zip, or csv, txt, parquet, mf4 or h5 files"
         )
     project.forget_results()
     file.replace(project.measurements / (CASE if ending == ".toml" else name))
@@ -110,7 +144,8 @@ def _zipped(file: Path, name: str) -> dict[str, bytes]:
     found = {
         path: content
         for path, content in read_archive(file, None).items()
-        if PurePosixPath(path).suffix.lower() in DATA_ENDINGS or PurePosixPath(path).name == CASE
+        if (PurePosixPath(path).suffix.lower() in DATA_ENDINGS and not _PROSE.match(PurePosixPath(path).name))
+        or PurePosixPath(path).name == CASE
     }
     if len({safe_name(path) for path in found}) < len(found):
         raise MisfitError(f"{name} holds two files with the same name in different folders; zip one folder")

@@ -1,6 +1,7 @@
 """The first part of a project: which model, which measurements."""
 
 import html
+from collections.abc import Callable, Mapping
 from functools import cache
 
 from nicegui import run, ui
@@ -10,7 +11,7 @@ from fmus.catalogue import built_in_models
 from orchestrator.studio.drop_zone import drop_zone
 from orchestrator.studio.live import Live
 from orchestrator.studio.project import MATCH, Project
-from orchestrator.studio.receive import DATA_ENDINGS, make_way
+from orchestrator.studio.receive import DATA_ENDINGS, MODEL_ENDINGS, make_way
 from orchestrator.studio.tell import telling
 from orchestrator.studio.text import bullets, details, heading, paragraph
 
@@ -31,11 +32,17 @@ def setup_part(project: Project) -> list[Live]:
         with ui.element("div"):
             heading("Model")
             model = _model(project)
-            drop_zone(project, "model", "Or drop an FMU here, or choose one:", ".fmu", multiple=False)
+            drop_zone(
+                project,
+                "model",
+                "Or drop a model here, or choose one: FMU or Modelica (.mo)",
+                ",".join(MODEL_ENDINGS),
+                multiple=False,
+            )
             _rename(project)
         with ui.element("div"):
             heading("Measurements")
-            text = "Drop files here, or choose them: csv, parquet, mf4 or h5, one trial each, with a case.toml if you have one; or all in a zip."
+            text = "Drop files here, or choose them, one trial each: csv or text of any make, parquet, mf4 or h5; or all in a zip. A case.toml is written for you, if you have none."
             drop_zone(project, "measurements", text, ",".join((*DATA_ENDINGS, ".toml", ".zip")), multiple=True)
             files = Live(lambda: tuple(map(str, project.data_files())), lambda: _files(project))
     return [model, files]
@@ -79,7 +86,41 @@ def _model(project: Project) -> Live:
                 with option:
                     ui.html(html.escape(text), tag="span", sanitize=False)
 
+        _classes(project)
+
     return Live(lambda: project.model, build)
+
+
+def _classes(project: Project) -> None:
+    """The class of a Modelica file, where it declares several."""
+    names = list(project.settings.get("classes", ()))
+    file, _, chosen = (project.model or "").rpartition(":")
+    if len(names) < 2 or not file.endswith(".mo"):
+        return
+
+    async def choose(event: GenericEventArguments) -> None:
+        with telling():
+            await run.io_bound(make_way, project)
+            project.choose_model(f"{file}:{event.args}", names)
+
+    menu("model-class", "Class of the file", {name: name for name in names}, chosen, choose)
+
+
+def menu(
+    id: str, label: str, options: Mapping[str, str], chosen: str, choose: Callable[[GenericEventArguments], object]
+) -> None:
+    """A labelled menu; `options` maps a value to what is shown."""
+    with ui.element("label").props(f'for="{id}"'):
+        ui.html(html.escape(label), sanitize=False, tag="span")
+    select = ui.element("select").props(f'id="{id}"').classes("studio-select")
+    select.on("change", choose, js_handler="(event) => emit(event.target.value)")
+    with select:
+        for value, text in options.items():
+            option = ui.element("option")
+            option.props["value"] = value
+            option.props["selected"] = value == chosen
+            with option:
+                ui.html(html.escape(text), tag="span", sanitize=False)
 
 
 def _files(project: Project) -> None:

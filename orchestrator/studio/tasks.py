@@ -14,6 +14,9 @@ from orchestrator.compare.comparison import compare as compare_with
 from orchestrator.compare.result import Comparison
 from orchestrator.measurements import MeasurementSet, bind, load_measurements
 from orchestrator.measurements.case_file import read_case_file
+from orchestrator.measurements.dirty.case_text import MADE
+from orchestrator.measurements.dirty.plan import Wishes, proposed_plan
+from orchestrator.measurements.dirty.write import write_plan
 from orchestrator.models.load import load_model, load_source
 from orchestrator.studio.project import (
     COMPARISON,
@@ -30,6 +33,7 @@ from orchestrator.studio.project import (
 if TYPE_CHECKING:
     from orchestrator.arm_drawing import Replay
     from orchestrator.diagnosis.result import Diagnosis
+    from orchestrator.models.contract import Model
 
 Say = Callable[[str], None]
 PICKLE = "diagnosis.pickle"
@@ -40,17 +44,24 @@ def match(project: Project, say: Say) -> None:
     """Read the measurements and find out which column is which variable of the model."""
     from orchestrator.studio.columns import column_rows, trial_rows
 
-    measurements = _measurements(project, say)
     model = None
     if project.model is not None:
         say(f"building {project.model}")
         model = load_model(project.model)
+    imported = _imported(project, model, say)
+    measurements = _measurements(project, say)
     document: dict[str, Any] = {
         "model": project.model,
         "columns": column_rows(measurements, model),
         "trials": trial_rows(measurements),
-        "notes": list(measurements.notes),
+        "notes": [*imported, *measurements.notes],
         "problem": "",
+        # What the menus offer; nothing where somebody's own case.toml says what the columns are.
+        "variables": [v.name for v in (*model.inputs, *model.outputs)]
+        if model is not None and own_case(project)
+        else [],
+        "inputs": [v.name for v in model.inputs] if model is not None else [],
+        "own_case": own_case(project),
     }
     if model is not None:
         say("matching columns and variables")
@@ -59,6 +70,28 @@ def match(project: Project, say: Say) -> None:
         except MisfitError as error:
             document["problem"] = str(error)
     _write(project, MATCH, document)
+
+
+def own_case(project: Project) -> bool:
+    """Whether case.toml is the studio's own, which it writes again when a menu changes."""
+    case = project.measurements / "case.toml"
+    return not case.is_file() or case.read_text(errors="replace").startswith(MADE)
+
+
+def _imported(project: Project, model: "Model | None", say: Say) -> list[str]:
+    """Write case.toml for files as they are, unless the user gave one; returns what was assumed."""
+    files = [file for file in project.data_files() if file.name != "case.toml"]
+    if not files or not own_case(project) or any(file.parent != project.measurements for file in files):
+        return []
+    say("looking at how the files are made")
+    plan = proposed_plan(
+        [project.measurements],
+        model.inputs if model else (),
+        model.outputs if model else (),
+        Wishes(**project.wishes),  # type: ignore[arg-type]
+    )
+    write_plan(plan, project.measurements)
+    return list(plan.notes)
 
 
 def compare(project: Project, say: Say) -> None:

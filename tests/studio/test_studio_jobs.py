@@ -92,6 +92,7 @@ def test_job_that_is_killed_from_outside_is_told_as_failed(endless: Project) -> 
 
 
 def test_error_of_a_job_is_the_one_line_of_the_command_line(project: Project) -> None:
+    (project.measurements / "case.toml").write_text('files = ["trial.csv"]\n')
     (project.measurements / "trial.csv").write_text("time,q\n0,0\n0.1,banana\n")
 
     jobs.start(project, "match")

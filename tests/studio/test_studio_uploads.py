@@ -111,7 +111,8 @@ def test_zip_is_taken_from_the_folder_of_its_case_file(project: Project) -> None
 def test_another_model_drops_the_results_of_the_former_one(project: Project) -> None:
     (project.results / "comparison.json").write_text("{}")
 
-    send(project, "model", "new.fmu", zipped({"modelDescription.xml": b"<fmiModelDescription/>"}))
+    program = {"modelDescription.xml": b"<fmiModelDescription/>", "binaries/linux64/new.so": b""}
+    send(project, "model", "new.fmu", zipped(program))
 
     assert project.model == "model/new.fmu"
     assert project.result("comparison.json") is None
