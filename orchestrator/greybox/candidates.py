@@ -1,0 +1,92 @@
+"""Candidates: laws at places of a model, with shapes in the scale of the record."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import product
+
+from orchestrator.greybox.laws import Law, LawParameter
+from orchestrator.greybox.places import Place
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A law at a place; `shapes` are first values of its shape parameters, `number` tells its grid variants apart."""
+
+    law: Law
+    place: Place
+    shapes: Mapping[str, float] = field(default_factory=dict)
+    number: int = 0
+
+    @property
+    def id(self) -> str:
+        """Id of the effect at this place."""
+        return self.law.id_at(self.place.unit)
+
+    @property
+    def family(self) -> tuple[str, str]:
+        """What two grid variants of one effect at one place have in common."""
+        return self.id, self.place.site
+
+    @property
+    def label(self) -> str:
+        """Short name for progress and messages."""
+        return f"{self.id} at {self.place.site}"
+
+    def symbol(self, parameter: LawParameter) -> str:
+        """Name of a parameter in the extended system."""
+        return f"{self.law.id}@{self.place.site}#{self.number}.{parameter.name}"
+
+    def spread(self, parameter: LawParameter) -> float:
+        """Standard deviation of a parameter's prior, without end for a gain unless the law says so."""
+        if parameter.gain:
+            return parameter.prior or math.inf
+        if parameter.kind.startswith("centre"):
+            return self.place.range[1]
+        return abs(self.shapes[parameter.name]) or 1.0
+
+    @property
+    def gains(self) -> tuple[LawParameter, ...]:
+        """Parameters that enter linearly."""
+        return tuple(p for p in self.law.parameters if p.gain)
+
+    @property
+    def fitted_shapes(self) -> tuple[LawParameter, ...]:
+        """Shape parameters that are estimated."""
+        return tuple(p for p in self.law.parameters if not p.gain and p.fitted)
+
+
+def candidates_at(places: Sequence[Place], laws: Sequence[Law]) -> list[Candidate]:
+    """Every law at every place that it fits, once for each point of its grid of shapes."""
+    return [c for place in places for law in laws if _fits(law, place) for c in _variants(law, place)]
+
+
+def _fits(law: Law, place: Place) -> bool:
+    if law.place == "parameter":  # these are adjusted in every fit
+        return False
+    if law.bounded and place.turns:  # a shaft that turns freely has no spring and no stop
+        return False
+    between = place.balance is None and place.kind in ("motion", "storage")
+    return (law.place == place.kind or (between and law.place == f"between_{place.kind}s")) and (
+        not law.units or place.unit in law.units
+    )
+
+
+def _variants(law: Law, place: Place) -> Iterator[Candidate]:
+    shaped = [p for p in law.parameters if not p.gain]
+    for number, factors in enumerate(product(*(p.grid for p in shaped))):
+        values = {p.name: _value(p, factor, place) for p, factor in zip(shaped, factors, strict=True)}
+        yield Candidate(law, place, values, number)
+
+
+def _value(parameter: LawParameter, factor: float, place: Place) -> float:
+    """A grid point in the place's own scale; a `centre` is a position within the range of what was seen."""
+    if parameter.kind.startswith("centre"):
+        centre, half = place.range
+        return centre + factor * half
+    return factor * parameter.scale(place.scales)
+
+
+def numbered(candidates: Sequence[Candidate]) -> tuple[Candidate, ...]:
+    """The same candidates with numbers of their own, so that one system can hold them all."""
+    return tuple(replace(c, number=k) for k, c in enumerate(candidates))

@@ -1,0 +1,97 @@
+"""Bring a model and its measurements together for the grey box: setting, nominal fit, candidates."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fmus.catalogue import ModelicaModel
+from fmus.errors import ComponentError
+from fmus.symbolic.balances import Balance
+from fmus.symbolic.system import SymbolicSystem, Variable
+from orchestrator.greybox.candidates import Candidate, candidates_at, numbered
+from orchestrator.greybox.extended import CORRECTION, extend
+from orchestrator.greybox.filtering import GreyBox, Trial
+from orchestrator.greybox.fit import Fitter, Priors
+from orchestrator.greybox.interpolation import KINDS, with_interpolation
+from orchestrator.greybox.laws import Law, laws
+from orchestrator.greybox.places import Place, balance_places, input_places, output_places, parameter_places
+from orchestrator.greybox.prepare import first_noise, least_noise, seen_by, trials_of
+from orchestrator.greybox.search import FittedSet, Setting, with_losses
+from orchestrator.greybox.thresholds import Thresholds
+from orchestrator.measurements import BoundSet, MeasurementSet, bind
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """A model with balance inputs, the measurements in its terms, and its own inputs."""
+
+    source: ModelicaModel
+    base: SymbolicSystem
+    balances: tuple[Balance, ...]
+    inputs: tuple[Variable, ...]
+    data: BoundSet
+    signals: tuple[str, ...]
+
+
+def case_of(source: ModelicaModel, measurements: MeasurementSet) -> Case:
+    """Compile a model with an input at each balance, and bind the measurements to it.
+
+    Raises:
+        MisfitError: if the data do not fit the model.
+    """
+    base, balances = source.balanced()
+    forces = {b.input for b in balances}
+    inputs = tuple(v for v in base.inputs if v.name not in forces and not v.name.startswith(CORRECTION))
+    variables = {v.name: v for v in (*base.states, *base.algebraics)}
+    data = bind(measurements, inputs, [variables[name] for name in base.outputs])
+    return Case(source, base, balances, inputs, data, data.output_names)
+
+
+def nominal_set(case: Case, thresholds: Thresholds) -> tuple[Setting, FittedSet]:
+    """The model as given, with the noise and the interpolation of inputs that make the learning trials most probable."""
+    trials = trials_of(case.data.learning, case.base, case.signals, case.balances)
+    extended = extend(case.base, case.balances, case.signals, ())
+    box = GreyBox(extended.system, extended.outputs, extended.balances, ())
+    none = np.zeros(0)
+    moving = any(np.ptp(t.inputs, axis=0).max(initial=0.0) > 0 for t in trials)
+    found: list[tuple[float, Setting, FittedSet]] = []
+    for kind in KINDS if moving else KINDS[:1]:
+        kinds = (kind,) * len(case.inputs)
+        shown = tuple(with_interpolation(trial, kinds) for trial in trials)
+        start = [first_noise(box, [trial], case.balances, none) for trial in shown]
+        fitter = Fitter(shown, start, least_noise(trials))
+        setting = Setting(case.base, case.balances, case.signals, shown, fitter, thresholds, kinds)
+        try:
+            fit = fitter.fit(box, none, Priors(none, none, none))
+        except ComponentError:
+            continue
+        worth = fit.log_likelihood - (thresholds.interpolation if found else 0.0)
+        found.append((worth, setting, with_losses((), fit)))
+    if not found:
+        raise ComponentError(f"{case.source.name} fails along every learning trial, whatever disturbs it")
+    _, setting, plain = max(found, key=lambda entry: entry[0])
+    return setting, plain
+
+
+def places_of(case: Case, nominal: FittedSet) -> list[Place]:
+    """Every place of a model where an effect can act, in the scale of the record."""
+    fit = nominal.fit
+    seen = seen_by(fit.box, fit.runs, fit.trials, case.balances, case.signals)
+    outputs = {v.name: v for v in (*case.base.states, *case.base.algebraics)}
+    return [
+        *balance_places(case.base, case.balances, seen),
+        *input_places(case.inputs, seen),
+        *output_places([outputs[name] for name in case.signals], seen),
+        *parameter_places(case.base),
+    ]
+
+
+def all_candidates(case: Case, nominal: FittedSet, library: Sequence[Law] | None = None) -> tuple[Candidate, ...]:
+    """Every law at every place that it fits."""
+    return numbered(candidates_at(places_of(case, nominal), laws() if library is None else library))
+
+
+def held_out_trials(case: Case) -> list[Trial]:
+    """Trials that only the final score may use."""
+    return trials_of(case.data.held_out, case.base, case.signals, case.balances)

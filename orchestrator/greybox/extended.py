@@ -1,0 +1,156 @@
+"""A model with candidates in it: one system whose parameters are theirs, beside the balance inputs."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import casadi as ca
+
+from fmus.symbolic.balances import Balance
+from fmus.symbolic.system import SymbolicSystem, Variable
+from orchestrator.greybox.candidates import Candidate
+from orchestrator.greybox.expression import evaluate
+
+CORRECTION = "correction_"
+OUTPUT = "reading({})"
+
+
+@dataclass(frozen=True, eq=False)
+class Extended:
+    """A system with candidates; `outputs` are what is compared, `gains` and `shapes` names of parameters."""
+
+    system: SymbolicSystem
+    outputs: tuple[str, ...]
+    balances: tuple[str, ...]
+
+
+def extend(
+    base: SymbolicSystem, balances: Sequence[Balance], signals: Sequence[str], candidates: Sequence[Candidate]
+) -> Extended:
+    """Put candidates into a model.
+
+    Args:
+        base: the model with balance inputs. signals: outputs that are measured.
+
+    Returns:
+        A system whose inputs are the model's own, whose parameters are the model's, the balance inputs, and those of the
+        candidates, gains at 0; its outputs are readings of the signals.
+    """
+    return _Extension(base, balances, signals, candidates).build()
+
+
+class _Extension:
+    def __init__(
+        self, base: SymbolicSystem, balances: Sequence[Balance], signals: Sequence[str], candidates: Sequence[Candidate]
+    ) -> None:
+        self.base, self.balances, self.signals, self.candidates = (
+            base,
+            tuple(balances),
+            tuple(signals),
+            tuple(candidates),
+        )
+        forces = {b.input for b in balances}
+        self.inputs = [v for v in base.inputs if v.name not in forces and not v.name.startswith(CORRECTION)]
+        symbol: Any = ca.SX.sym if base.rhs.is_a("SXFunction") else ca.MX.sym
+        self.zero = ca.SX if base.rhs.is_a("SXFunction") else ca.MX
+        self.t = symbol("t")
+        self.x = [symbol(v.name) for v in base.states]
+        self.u = [symbol(v.name) for v in self.inputs]
+        self.p = [symbol(v.name) for v in base.parameters]
+        self.c = [symbol(b.input) for b in balances]
+        self.d = symbol("d", base.n_delays)
+        self.own: list[tuple[Variable, Any]] = []
+        self.states: list[tuple[Variable, Any, Any]] = []
+        self.symbol = symbol
+
+    def build(self) -> Extended:
+        parameters = {v.name: s for v, s in zip(self.base.parameters, self.p, strict=True)}
+        inputs = {v.name: s for v, s in zip(self.inputs, self.u, strict=True)}
+        states = {v.name: s for v, s in zip(self.base.states, self.x, strict=True)}
+        for c in self._at("parameter"):
+            parameters[c.place.site] = self._law(c, {"p": parameters[c.place.site], "t": self.t})
+        for c in self._at("input"):
+            inputs[c.place.site] = self._law(c, {"u": inputs[c.place.site], "t": self.t})
+        forces = {b.input: s for b, s in zip(self.balances, self.c, strict=True)}
+        known = states | inputs | {"time": self.t}
+        for c in (*self._at("motion"), *self._at("storage")):
+            coordinates = {k: _coordinate(text, known) for k, text in c.place.coordinates.items()}
+            value = self._law(c, coordinates)
+            for name, factor in c.place.adds.items():
+                forces[name] = forces[name] + factor * value
+        given = [inputs.get(v.name, forces.get(v.name, 0.0)) for v in self.base.inputs]
+        column = ca.vertcat(*given) if given else self.zero(0, 1)
+        x = ca.vertcat(*self.x) if self.x else self.zero(0, 1)
+        p = ca.vertcat(*parameters.values()) if parameters else self.zero(0, 1)
+        dx, z = self.base.rhs(self.t, x, column, self.d, p)
+        values = states | {v.name: z[i] for i, v in enumerate(self.base.algebraics)}
+        readings = {name: values[name] for name in self.signals}
+        for c in self._at("output"):
+            name = c.place.coordinates["y"]
+            readings[name] = self._law(
+                c, {"y": readings[name], "t": self.t} | {f"u{k}": s for k, s in enumerate(self.u)}
+            )
+        return self._assembled(dx, readings, column, p)
+
+    def _at(self, kind: str) -> list[Candidate]:
+        return [c for c in self.candidates if c.place.kind == kind]
+
+    def _law(self, candidate: Candidate, coordinates: Mapping[str, Any]) -> Any:
+        """Value of a law, whose parameters become parameters of the system, and its states states."""
+        names = dict(coordinates)
+        for parameter in candidate.law.parameters:
+            name = candidate.symbol(parameter)
+            names[parameter.name] = own = self.symbol(name)
+            start = 0.0 if parameter.gain else candidate.shapes[parameter.name]
+            self.own.append((Variable(name, parameter.unit(candidate.place.units), parameter.description, start), own))
+        for state in candidate.law.states:
+            names[state] = self.symbol(f"{candidate.label}.{state}")
+        for state, rate in candidate.law.states.items():
+            record = Variable(f"{candidate.label}#{candidate.number}.{state}", "", "", 0.0)
+            self.states.append((record, names[state], evaluate(rate, names)))
+        return evaluate(candidate.law.expression, names)
+
+    def _assembled(self, dx: Any, readings: Mapping[str, Any], given: Any, p: Any) -> Extended:
+        def column(items: Sequence[Any]) -> Any:
+            return ca.vertcat(*items) if items else self.zero(0, 1)
+
+        base = self.base
+        x = column([*self.x, *(s for _, s, _ in self.states)])
+        rates = ca.vertcat(dx, *(rate for _, _, rate in self.states))
+        every = column([*self.p, *self.c, *(s for _, s in self.own)])
+        u = column(self.u)
+        source, delay = base.history(self.t, given, p)
+        start = base.initial(column(self.p))
+        states = (*base.states, *(v for v, _, _ in self.states))
+        unit = {v.name: v for v in (*base.states, *base.algebraics)}
+        outputs = tuple(OUTPUT.format(name) for name in self.signals)
+        algebraics = tuple(replace(unit[s], name=OUTPUT.format(s)) for s in self.signals)
+        balances = tuple(b.input for b in self.balances)
+        system = replace(
+            base,
+            inputs=tuple(self.inputs),
+            states=states,
+            algebraics=algebraics,
+            parameters=(
+                *base.parameters,
+                *(Variable(name, start=0.0) for name in balances),
+                *(variable for variable, _ in self.own),
+            ),
+            dependents=(),
+            outputs=outputs,
+            rhs=ca.Function("rhs", [self.t, x, u, self.d, every], [rates, column([readings[s] for s in self.signals])]),
+            history=ca.Function("history", [self.t, u, every], [source, delay]),
+            dependent=ca.Function("dependent", [every], [self.zero(0, 1)]),
+            initial=ca.Function("initial", [every], [ca.vertcat(start, self.zero(len(self.states), 1))]),
+            consistent=None,
+            relations=None,
+        )
+        return Extended(system, outputs, balances)
+
+
+def _coordinate(text: str, known: Mapping[str, Any]) -> Any:
+    """A variable by its Modelica name, or the difference of two."""
+    if text.startswith("("):
+        one, _, other = text[1:-1].partition(" - ")
+        return known[one] - known[other]
+    return known[text]

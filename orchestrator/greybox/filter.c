@@ -1,0 +1,150 @@
+/* Extended Kalman filter of a model whose balance equations are disturbed by white noise; compiled behind simulator.c.
+ *
+ * The free parameters of the model are its balance inputs, nb of them, then theta. Between samples the mean follows the model,
+ * and with it go the transition F, the answer b to a force that is constant over the interval, and d(mean)/d(theta). A white
+ * force of intensity q adds b b' q^2 / interval to the covariance. Channels are taken one after the other; NaN is no measurement. */
+
+typedef struct {
+  long long nb, sensitivities; /* whether d(innovation)/d(theta) is wanted */
+  const double *measured;      /* n rows of ny */
+  const double *start, *spread; /* nx: mean and standard deviation of the first state */
+  const double *intensity;     /* nb: force times square root of second */
+  const double *noise;         /* ny: standard deviation */
+  double *innovation, *variance; /* n rows of ny; variance 0 where nothing was measured */
+  double *slope;               /* n rows of ny x ntheta */
+  double *ahead, *mean;        /* n rows of nx: before and after the measurements of an instant */
+  double *transition, *ahead_covariance, *covariance; /* n rows of nx x nx, or NULL */
+} filter_problem;
+
+/* out (rows x width) = J [dx; dfree] for the first `width` of x0, free. */
+static void slopes_of(const problem *m, const function *model, const double *jacobian, int rows, int width, const double *s,
+                      double *out) {
+  const long long nx = m->nx, nd = m->nd, *place = model->place, *column = model->column;
+  memset(out, 0, sizeof(double) * (size_t)(rows * width));
+  for (long long r = 0; r < rows; r++) {
+    double *to = out + r * width;
+    for (long long e = model->first[r]; e < model->other[r]; e++) {
+      const double value = jacobian[place[e]], *from = s + column[e] * width;
+      for (int c = 0; c < width; c++) to[c] += value * from[c];
+    }
+    for (long long e = model->other[r]; e < model->first[r + 1]; e++) {
+      const long long j = column[e] - nd;
+      if (j >= nx && j < width) to[j] += jacobian[place[e]];
+    }
+  }
+}
+
+/* Returns n when complete, else the sample at which a value was not finite; -1 without memory. */
+int misfit_filter_greybox(const problem *m, const filter_problem *g) {
+  const int nx = (int)m->nx, ny = (int)m->ny, n = (int)m->n, nb = (int)g->nb;
+  const int ntheta = g->sensitivities ? (int)m->nfree - nb : 0, width = nx + nb + ntheta, ns = nx * width;
+  workspace f, h;
+  if (!open_workspace(&f, &m->rate) || !open_workspace(&h, &m->output)) return -1;
+  size_t size = (size_t)(nx * 6 + ns * 4 + ny * width + ny + (int)m->nu + 2 * (int)m->nd + m->rate.entries + m->output.entries +
+                         3 * nx * nx + nx + ntheta);
+  double *memory = calloc(size + 8, sizeof(double));
+  if (!memory) return -1;
+  double *x = memory, *xs = x + nx, *xsum = xs + nx, *rate = xsum + nx, *s = rate + nx, *ss = s + ns, *ssum = ss + ns;
+  double *ks = ssum + ns, *dy = ks + ns, *y = dy + ny * width, *u = y + ny, *d = u + m->nu, *dslope = d + m->nd;
+  double *jf = dslope + m->nd, *jy = jf + m->rate.entries, *P = jy + m->output.entries, *A = P + nx * nx, *B = A + nx * nx;
+  double *shared = B + nx * nx, *change = shared + nx;
+  memcpy(x, g->start, sizeof(double) * (size_t)nx);
+  for (int i = 0; i < nx; i++) P[i * nx + i] = g->spread[i] * g->spread[i];
+  int k;
+  for (k = 0; k < n; k++) {
+    if (k > 0) {
+      for (int i = 0; i < nx; i++) {
+        for (int j = 0; j < nx + nb; j++) s[i * width + j] = i == j ? 1.0 : 0.0;
+      }
+      const double span = m->t[k] - m->t[k - 1], step = span / (double)m->substeps;
+      for (int sub = 0; sub < m->substeps; sub++) {
+        double t = m->t[k - 1] + sub * step;
+        for (int stage = 0; stage < 4; stage++) {
+          double reach = node[stage] * step;
+          if (stage) {
+            add(nx, x, reach, rate, xs);
+            add(ns, s, reach, ks, ss);
+          } else
+            memcpy(xs, x, sizeof(double) * (size_t)nx);
+          read_inputs(m, k - 1, t + reach, u, d, dslope);
+          evaluate(&f, t + reach, xs, u, d, m->p, rate, jf);
+          slopes_of(m, &m->rate, jf, nx, width, stage ? ss : s, ks);
+          add(nx, stage ? xsum : x, step * weight[stage], rate, xsum);
+          add(ns, stage ? ssum : s, step * weight[stage], ks, ssum);
+        }
+        memcpy(x, xsum, sizeof(double) * (size_t)nx);
+        memcpy(s, ssum, sizeof(double) * (size_t)ns);
+      }
+      for (int i = 0; i < nx; i++) /* A = F P */
+        for (int j = 0; j < nx; j++) {
+          double sum = 0;
+          for (int l = 0; l < nx; l++) sum += s[i * width + l] * P[l * nx + j];
+          A[i * nx + j] = sum;
+        }
+      for (int i = 0; i < nx; i++)
+        for (int j = 0; j <= i; j++) {
+          double sum = 0;
+          for (int l = 0; l < nx; l++) sum += A[i * nx + l] * s[j * width + l];
+          for (int b = 0; b < nb; b++)
+            sum += s[i * width + nx + b] * s[j * width + nx + b] * g->intensity[b] * g->intensity[b] / span;
+          B[i * nx + j] = B[j * nx + i] = sum;
+        }
+      memcpy(P, B, sizeof(double) * (size_t)(nx * nx));
+      if (g->transition)
+        for (int i = 0; i < nx; i++) memcpy(g->transition + ((size_t)k * nx + i) * nx, s + i * width, sizeof(double) * (size_t)nx);
+    }
+    if (!all_finite(x, nx) || !all_finite(P, nx * nx)) break;
+    memcpy(g->ahead + (size_t)k * nx, x, sizeof(double) * (size_t)nx);
+    if (g->ahead_covariance) memcpy(g->ahead_covariance + (size_t)k * nx * nx, P, sizeof(double) * (size_t)(nx * nx));
+    read_inputs(m, k < n - 1 ? k : k - 1, m->t[k], u, d, dslope);
+    evaluate(&h, m->t[k], x, u, d, m->p, y, jy);
+    /* slopes of the outputs in the states: F is not needed here, so its place holds the identity */
+    for (int i = 0; i < nx; i++)
+      for (int j = 0; j < nx + nb; j++) s[i * width + j] = i == j ? 1.0 : 0.0;
+    slopes_of(m, &m->output, jy, ny, width, s, dy);
+    memcpy(xs, x, sizeof(double) * (size_t)nx);
+    memcpy(ks, s, sizeof(double) * (size_t)ns);
+    for (int c = 0; c < ny; c++) {
+      const double *row = dy + c * width;
+      double value = g->measured[(size_t)k * ny + c];
+      size_t at = (size_t)k * ny + c;
+      g->innovation[at] = g->variance[at] = 0.0;
+      if (isnan(value)) {
+        if (ntheta) memset(g->slope + at * ntheta, 0, sizeof(double) * (size_t)ntheta);
+        continue;
+      }
+      double variance = g->noise[c] * g->noise[c], surprise = value - y[c];
+      for (int i = 0; i < nx; i++) surprise -= row[i] * (x[i] - xs[i]);
+      for (int i = 0; i < nx; i++) {
+        shared[i] = 0;
+        for (int j = 0; j < nx; j++) shared[i] += P[i * nx + j] * row[j];
+      }
+      for (int i = 0; i < nx; i++) variance += row[i] * shared[i];
+      /* row holds the total slope at the prediction; the mean has moved with earlier channels since */
+      for (int q = 0; q < ntheta; q++) {
+        change[q] = -row[nx + nb + q];
+        for (int i = 0; i < nx; i++) change[q] -= row[i] * (s[i * width + nx + nb + q] - ks[i * width + nx + nb + q]);
+      }
+      g->innovation[at] = surprise;
+      g->variance[at] = variance;
+      if (ntheta) memcpy(g->slope + at * ntheta, change, sizeof(double) * (size_t)ntheta);
+      for (int i = 0; i < nx; i++) {
+        const double gain = shared[i] / variance;
+        x[i] += gain * surprise;
+        for (int q = 0; q < ntheta; q++) s[i * width + nx + nb + q] += gain * change[q];
+      }
+      for (int i = 0; i < nx; i++)
+        for (int j = 0; j < nx; j++) B[i * nx + j] = P[i * nx + j] - shared[i] * shared[j] / variance;
+      for (int i = 0; i < nx; i++)
+        for (int j = 0; j < nx; j++) P[i * nx + j] = 0.5 * (B[i * nx + j] + B[j * nx + i]);
+      for (int i = 0; i < nx; i++)
+        if (P[i * nx + i] < 0) P[i * nx + i] = 0;
+    }
+    memcpy(g->mean + (size_t)k * nx, x, sizeof(double) * (size_t)nx);
+    if (g->covariance) memcpy(g->covariance + (size_t)k * nx * nx, P, sizeof(double) * (size_t)(nx * nx));
+  }
+  free(memory);
+  close_workspace(&f);
+  close_workspace(&h);
+  return k;
+}

@@ -1,0 +1,141 @@
+"""Extended Kalman filter of a model whose balance equations are disturbed by white noise: innovations and their slopes.
+
+The model is dx = f(x, u, theta) dt + S dw, y = h(x) + e. With the innovations and their variances goes the likelihood of
+theta, S and the sensors' noise (Schweppe 1965; Kristensen, Madsen, Jorgensen, Automatica 40, 2004, for grey boxes).
+"""
+
+import ctypes
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from fmus.errors import ComponentError
+from fmus.symbolic.system import SymbolicSystem
+from orchestrator.models.compiled import FOR_LOOPS, SIMULATOR, CompiledModel, _Problem, build_library
+
+_SOURCE = Path(__file__).with_name("filter.c")
+
+
+class _FilterProblem(ctypes.Structure):
+    """Mirror of `filter_problem` in filter.c."""
+
+    _fields_ = [(name, ctypes.c_longlong) for name in ("nb", "sensitivities")] + [
+        (name, ctypes.c_void_p)
+        for name in (
+            "measured",
+            "start",
+            "spread",
+            "intensity",
+            "noise",
+            "innovation",
+            "variance",
+            "slope",
+            "ahead",
+            "mean",
+            "transition",
+            "ahead_covariance",
+            "covariance",
+        )
+    ]
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """A trial for the filter: `time` (n,) s, `inputs` (n, nu), `measured` (n, ny) with NaN where nothing was measured.
+
+    `start` and `spread` (nx,) are mean and standard deviation of the states at the first sample.
+    """
+
+    name: str
+    time: np.ndarray
+    inputs: np.ndarray
+    measured: np.ndarray
+    start: np.ndarray
+    spread: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Filtered:
+    """What a filter found along a trial.
+
+    `innovation` and `variance` (n, ny): one-step prediction errors, channel after channel, and their variances (0 where
+    nothing was measured). `slope` (n, ny, ntheta): d(innovation)/d(theta) at frozen gains. `ahead`, `mean` (n, nx): states
+    before and after the measurements of an instant. Matrices (n, nx, nx) are there if they were asked for.
+    """
+
+    innovation: np.ndarray
+    variance: np.ndarray
+    slope: np.ndarray
+    ahead: np.ndarray
+    mean: np.ndarray
+    transition: np.ndarray | None = None
+    ahead_covariance: np.ndarray | None = None
+    covariance: np.ndarray | None = None
+
+    @property
+    def log_likelihood(self) -> float:
+        """Of the measurements, up to a constant."""
+        seen = self.variance > 0
+        return -0.5 * float(np.sum(self.innovation[seen] ** 2 / self.variance[seen] + np.log(self.variance[seen])))
+
+
+class GreyBox:
+    """A model with its balance inputs and free parameters, compiled for the filter."""
+
+    def __init__(self, system: SymbolicSystem, outputs: Sequence[str], balances: Sequence[str], theta: Sequence[str]):
+        self.system, self.outputs, self.balances, self.theta = system, tuple(outputs), tuple(balances), tuple(theta)
+        self.compiled = CompiledModel(system, outputs, (*balances, *theta))
+
+    def run(
+        self,
+        trial: Trial,
+        theta: np.ndarray,
+        intensity: np.ndarray,
+        noise: np.ndarray,
+        *,
+        substeps: int = 1,
+        slopes: bool = False,
+        covariances: bool = False,
+    ) -> Filtered:
+        """Filter a trial.
+
+        Args:
+            theta: (ntheta,) values of the free parameters.
+            intensity: (nb,) of the white force on each balance, its unit times the root of a second.
+            noise: (ny,) standard deviation of each sensor.
+
+        Raises:
+            ComponentError: if a value stops being finite, with the time.
+        """
+        compiled, system = self.compiled, self.system
+        n, nx, ny, nt = len(trial.time), len(system.states), len(self.outputs), len(self.theta) if slopes else 0
+        values = compiled.with_values([*np.zeros(len(self.balances)), *theta])
+        given = (
+            trial.time,
+            trial.inputs,
+            *compiled._delays(trial.time, trial.inputs, values),
+            np.zeros((1, 0)),
+            values,
+        )
+        keep = [np.ascontiguousarray(part, dtype=float) for part in given]
+        sizes = (n, nx, len(system.inputs), system.n_delays, ny, len(compiled.free), substeps, 1, 0)
+        code = compiled._machine_code
+        problem = _Problem(*sizes, *(part.ctypes.data for part in keep), 0.0, *code.with_slopes)
+        parts = (trial.measured, trial.start, trial.spread, intensity, noise)
+        own = [np.ascontiguousarray(part, dtype=float) for part in parts]
+        result = [np.empty((n, ny)), np.empty((n, ny)), np.empty((n, ny, nt)), np.empty((n, nx)), np.empty((n, nx))]
+        matrices = [np.zeros((n, nx, nx)) for _ in range(3)] if covariances else []
+        places = [a.ctypes.data for a in (*own, *result, *matrices)] + [None] * (3 - len(matrices))
+        request = _FilterProblem(len(self.balances), int(slopes), *places)
+        reached = _library().misfit_filter_greybox(ctypes.byref(problem), ctypes.byref(request))
+        if reached != n:
+            raise ComponentError(f"{system.name} left the finite numbers at t = {trial.time[max(reached, 0)]:.4g} s")
+        return Filtered(*result, *matrices)
+
+
+@cache
+def _library() -> ctypes.CDLL:
+    return ctypes.CDLL(str(build_library(SIMULATOR.read_text() + _SOURCE.read_text(), level=FOR_LOOPS)))

@@ -1,0 +1,250 @@
+"""Fit parameters, process noise and sensor noise together: the likelihood of a stochastic grey box."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fmus.errors import ComponentError
+from orchestrator.greybox.filtering import Filtered, GreyBox, Trial
+
+# A round that gains less in log likelihood changes no decision.
+ENOUGH = 0.05
+ROUNDS, STEPS = 12, 6
+MOST_SUBSTEPS = 16
+# Logarithms of noise: differences for slopes, and the longest step.
+DIFFERENCE, FARTHEST = 0.05, 2.0
+LOG_RANGE = np.log(1e8)
+
+
+@dataclass(frozen=True, eq=False)
+class Noise:
+    """Noise of one trial: intensity of the white force on each balance (nb,), its unit times root second, and std of each
+    sensor (ny,). Trials have their own, since what a model leaves out grows with how a trial moves the machine."""
+
+    intensity: np.ndarray
+    sensors: np.ndarray
+
+    @property
+    def logs(self) -> np.ndarray:
+        """Logarithms, forces first."""
+        return np.log(np.concatenate([self.intensity, self.sensors]))
+
+    @staticmethod
+    def of(logs: np.ndarray, balances: int) -> "Noise":
+        """From logarithms."""
+        values = np.exp(logs)
+        return Noise(values[:balances], values[balances:])
+
+
+@dataclass(frozen=True, eq=False)
+class Priors:
+    """Normal priors and lower limits of the free parameters, (ntheta,) each; a std of infinity is none."""
+
+    mean: np.ndarray
+    std: np.ndarray
+    low: np.ndarray
+
+    def cost(self, theta: np.ndarray) -> float:
+        """Minus the logarithm of the prior, up to a constant."""
+        return 0.5 * float(np.sum(((theta - self.mean) / self.std) ** 2))
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A fitted grey box: `theta` (ntheta,), `noise` of each trial, the log likelihood with priors, and the runs."""
+
+    box: GreyBox
+    trials: tuple[Trial, ...]
+    theta: np.ndarray
+    noise: tuple[Noise, ...]
+    log_likelihood: float
+    priors: Priors
+    substeps: int
+    runs: tuple[Filtered, ...]
+
+    def whitened(self) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+        """Of each trial: whitened innovations (n, ny), their slopes (n, ny, ntheta), half the log variances (n, ny)."""
+        found = []
+        for run in self.runs:
+            seen = run.variance > 0
+            std = np.sqrt(np.where(seen, run.variance, 1.0))
+            found.append((run.innovation / std, run.slope / std[:, :, None], np.where(seen, np.log(std), 0.0)))
+        return found
+
+
+class Fitter:
+    """Fits grey boxes to one set of trials."""
+
+    def __init__(self, trials: Sequence[Trial], start: Sequence[Noise], least_noise: np.ndarray) -> None:
+        self.trials, self.start, self.least_noise = tuple(trials), tuple(start), least_noise
+
+    def fit(
+        self,
+        box: GreyBox,
+        theta: np.ndarray,
+        priors: Priors,
+        noise: Sequence[Noise] | None = None,
+        *,
+        hold: bool = False,
+    ) -> Fit:
+        """Fit from first values; `hold` keeps the noise as given.
+
+        Raises:
+            ComponentError: if the model fails from the first values on.
+        """
+        noise = self.start if noise is None else tuple(noise)
+        substeps = self._substeps(box, theta, noise)
+        work = Work(box, self.trials, priors, substeps)
+        value = work.value(theta, noise)
+        for _ in range(ROUNDS):
+            before = value
+            theta, value = self._parameters(work, theta, noise, value)
+            if not hold:
+                noise, value = self._noise(work, theta, noise, value)
+            if before - value < ENOUGH:
+                break
+        runs = work.runs(theta, noise, slopes=True)
+        return Fit(box, self.trials, theta, noise, -value, priors, substeps, tuple(runs))
+
+    def _substeps(self, box: GreyBox, theta: np.ndarray, noise: Sequence[Noise]) -> int:
+        """Steps in a sample interval at which halving them hardly changes the likelihood."""
+        priors = Priors(theta, np.full(len(theta), np.inf), theta)
+        count, before = 1, Work(box, self.trials, priors, 1).value(theta, noise)
+        while count < MOST_SUBSTEPS:
+            after = Work(box, self.trials, priors, 2 * count).value(theta, noise)
+            if np.isfinite(before) and abs(after - before) < 0.1 + 1e-5 * abs(after):
+                return count
+            count, before = 2 * count, after
+        return count
+
+    def _parameters(
+        self, work: "Work", theta: np.ndarray, noise: Sequence[Noise], value: float
+    ) -> tuple[np.ndarray, float]:
+        """Levenberg's and Marquardt's steps on the whitened innovations, accepted by the likelihood."""
+        if not len(theta):
+            return theta, value
+        damping = 1e-4
+        for _ in range(STEPS):
+            gradient, curvature = work.normal(theta, noise)
+            free = ~((theta <= work.priors.low) & (gradient > 0))
+            if not free.any():
+                break
+            gained = 0.0
+            for _ in range(8):
+                step = np.zeros(len(theta))
+                matrix = curvature[np.ix_(free, free)]
+                scale = np.sqrt(np.maximum(np.diag(matrix), 1e-300))
+                scaled = matrix / scale[:, None] / scale + damping * np.eye(len(scale))
+                step[free] = -np.linalg.solve(scaled, gradient[free] / scale) / scale
+                proposed = np.maximum(theta + step, work.priors.low)
+                after = work.value(proposed, noise)
+                if after < value:
+                    gained, theta, value = value - after, proposed, after
+                    damping = max(damping / 10, 1e-8)
+                    break
+                damping *= 10
+            if gained < ENOUGH:
+                break
+        return theta, value
+
+    def _noise(
+        self, work: "Work", theta: np.ndarray, noise: Sequence[Noise], value: float
+    ) -> tuple[tuple[Noise, ...], float]:
+        """The noise of each trial, by Newton's steps on its logarithms, each of them limited."""
+        found, total = [], work.priors.cost(theta)
+        for trial, own, start in zip(self.trials, noise, self.start, strict=True):
+            best, cost = self._noise_of(Work(work.box, [trial], work.priors, work.substeps), theta, own, start)
+            found.append(best)
+            total += cost - work.priors.cost(theta)
+        return tuple(found), total
+
+    def _noise_of(self, work: "Work", theta: np.ndarray, noise: Noise, start: Noise) -> tuple[Noise, float]:
+        nb, centre = len(noise.intensity), start.logs
+        low, high = centre - LOG_RANGE, centre + LOG_RANGE
+        low[nb:] = np.log(self.least_noise)
+        logs = np.clip(noise.logs, low, high)
+
+        def objective(at: np.ndarray) -> float:
+            return work.value(theta, [Noise.of(np.clip(at, low, high), nb)])
+
+        value = objective(logs)
+        for _ in range(STEPS):
+            gradient, curvature = _derivatives(objective, logs, value)
+            held = ((logs <= low) & (gradient > 0)) | ((logs >= high) & (gradient < 0))
+            step = _limited_newton(gradient, curvature, ~held)
+            gained = 0.0
+            for _ in range(5):
+                proposed = np.clip(logs + step, low, high)
+                after = objective(proposed)
+                if after < value:
+                    gained, logs, value = value - after, proposed, after
+                    break
+                step = step / 4
+            if gained < ENOUGH:
+                break
+        return Noise.of(logs, nb), value
+
+
+def _derivatives(function: Callable[[np.ndarray], float], at: np.ndarray, here: float) -> tuple[np.ndarray, np.ndarray]:
+    """Gradient and Hessian by differences."""
+    n, h = len(at), DIFFERENCE
+    unit = h * np.eye(n)
+    above = np.array([function(at + e) for e in unit])
+    below = np.array([function(at - e) for e in unit])
+    hessian = np.diag((above - 2 * here + below) / h**2)
+    for i in range(n):
+        for j in range(i):
+            both = function(at + unit[i] + unit[j])
+            hessian[i, j] = hessian[j, i] = (both - above[i] - above[j] + here) / h**2
+    return (above - below) / (2 * h), hessian
+
+
+def _limited_newton(gradient: np.ndarray, hessian: np.ndarray, free: np.ndarray) -> np.ndarray:
+    """A step downhill along the free directions, of at most `FARTHEST` in any of them."""
+    step = np.zeros(len(gradient))
+    if not free.any() or not np.isfinite(hessian).all():
+        return step
+    values, vectors = np.linalg.eigh(hessian[np.ix_(free, free)])
+    along = vectors.T @ gradient[free]
+    step[free] = -vectors @ (along / np.maximum(np.abs(values), 1e-3 * np.abs(values).max() + 1e-9))
+    return step * min(1.0, FARTHEST / max(float(np.abs(step).max()), 1e-300))
+
+
+class Work:
+    """Values and slopes of the objective of one grey box: minus the log likelihood, with priors."""
+
+    def __init__(self, box: GreyBox, trials: Sequence[Trial], priors: Priors, substeps: int) -> None:
+        self.box, self.trials, self.priors, self.substeps = box, trials, priors, substeps
+
+    def runs(self, theta: np.ndarray, noise: Sequence[Noise], *, slopes: bool = False) -> list[Filtered]:
+        return [
+            self.box.run(trial, theta, own.intensity, own.sensors, substeps=self.substeps, slopes=slopes)
+            for trial, own in zip(self.trials, noise, strict=True)
+        ]
+
+    def value(self, theta: np.ndarray, noise: Sequence[Noise]) -> float:
+        """Infinite where the model fails."""
+        try:
+            total = -sum(run.log_likelihood for run in self.runs(theta, noise)) + self.priors.cost(theta)
+        except ComponentError:
+            return np.inf
+        return total if np.isfinite(total) else np.inf
+
+    def normal(self, theta: np.ndarray, noise: Sequence[Noise]) -> tuple[np.ndarray, np.ndarray]:
+        """Gradient and Gauss-Newton's curvature at frozen gains."""
+        gradient = (theta - self.priors.mean) / self.priors.std**2
+        curvature = np.diag(1.0 / self.priors.std**2)
+        for run in self.runs(theta, noise, slopes=True):
+            weight = np.where(run.variance > 0, 1.0 / np.where(run.variance > 0, run.variance, 1.0), 0.0)
+            rows = run.slope.reshape(run.slope.shape[0] * run.slope.shape[1], len(theta))
+            weighted = rows * weight.ravel()[:, None]
+            gradient = gradient + weighted.T @ run.innovation.ravel()
+            curvature = curvature + weighted.T @ rows
+        return gradient, curvature
+
+
+def refrozen(fit: Fit) -> Fit:
+    """The same fit with its runs made again."""
+    work = Work(fit.box, fit.trials, fit.priors, fit.substeps)
+    return replace(fit, runs=tuple(work.runs(fit.theta, fit.noise, slopes=True)))

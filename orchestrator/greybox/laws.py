@@ -1,0 +1,115 @@
+"""Laws: formulas of physical effects, with the places where they can act; read from cards (TOML)."""
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from typing import Literal
+
+from orchestrator.greybox.unit_algebra import combined
+
+FOLDER = Path(__file__).parent / "laws"
+Place = Literal["motion", "storage", "between_motions", "between_storages", "input", "output", "parameter"]
+
+
+@dataclass(frozen=True)
+class LawParameter:
+    """A parameter of a law.
+
+    `kind` is its unit in terms of the place, such as "force/speed^2". A `gain` enters linearly and is 0 where the effect is
+    absent; `positive` says that physics allows no negative value. Any other parameter is a shape: `grid` holds values in
+    multiples of the record's own scale of that kind, `fitted` says whether it is estimated. `prior` is the standard deviation of a gain's prior.
+    """
+
+    name: str
+    kind: str
+    gain: bool = False
+    positive: bool = False
+    grid: tuple[float, ...] = ()
+    fitted: bool = True
+    prior: float = 0.0
+    description: str = ""
+
+    def unit(self, units: Mapping[str, str]) -> str:
+        """The unit, given those of the place's quantities."""
+        parts = []
+        above, *below = self.kind.split("/")
+        for power, group in ((1, above), *((-1, each) for each in below)):
+            for factor in group.split("*"):
+                name, _, exponent = factor.partition("^")
+                if name != "1":
+                    parts.append((units[name], power * int(exponent or 1)))
+        return combined(*parts)
+
+    def scale(self, scales: Mapping[str, float]) -> float:
+        """The record's scale of the parameter, given those of the place's quantities."""
+        value = 1.0
+        above, *below = self.kind.split("/")
+        for power, group in ((1, above), *((-1, each) for each in below)):
+            for factor in group.split("*"):
+                name, _, exponent = factor.partition("^")
+                if name != "1":
+                    value *= scales[name] ** (power * int(exponent or 1))
+        return value
+
+
+@dataclass(frozen=True)
+class Law:
+    """A formula at a kind of place.
+
+    `expression` is Modelica text in the place's coordinates and the law's parameters: what it adds to a balance, what an
+    input becomes (in `u`), or what an output becomes (in `y`). `states` are hidden states with their derivatives. `units`
+    restricts the law to balances of these units; `names` and `titles` are its id and words where a unit has its own.
+    A `bounded` law depends on a position that comes back. `contains` lists ids of simpler laws that it becomes at the limit of a parameter.
+    """
+
+    id: str
+    title: str
+    place: Place
+    expression: str
+    parameters: tuple[LawParameter, ...]
+    units: tuple[str, ...] = ()
+    names: Mapping[str, str] = field(default_factory=dict)
+    titles: Mapping[str, str] = field(default_factory=dict)
+    renamed: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    states: Mapping[str, str] = field(default_factory=dict)
+    contains: tuple[str, ...] = ()
+    bounded: bool = False
+
+    def id_at(self, unit: str) -> str:
+        """The id at a balance of this unit."""
+        return self.names.get(unit, self.id)
+
+    def title_at(self, unit: str) -> str:
+        """What the effect is called at a balance of this unit."""
+        return self.titles.get(unit, self.title)
+
+    def public(self, parameter: str, unit: str) -> str:
+        """The name of a parameter at a balance of this unit."""
+        return self.renamed.get(unit, {}).get(parameter, parameter)
+
+
+@cache
+def laws() -> tuple[Law, ...]:
+    """All shipped laws, by file name."""
+    return tuple(read_law(path) for path in sorted(FOLDER.glob("*.toml")))
+
+
+@cache
+def parameter_law() -> Law:
+    """A parameter of the model that is wrong by a share of itself."""
+    return next(law for law in laws() if law.place == "parameter")
+
+
+def read_law(path: Path) -> Law:
+    """Read one card."""
+    table = tomllib.loads(path.read_text())
+    parameters = tuple(
+        LawParameter(name, **{k: tuple(v) if isinstance(v, list) else v for k, v in entry.items()})
+        for name, entry in table.pop("parameters").items()
+    )
+    return Law(
+        parameters=parameters,
+        **{key: tuple(value) if isinstance(value, list) else value for key, value in table.items()},
+    )

@@ -1,0 +1,218 @@
+"""Places of a model where an effect can act, with units and the scales that the record shows there."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import casadi as ca
+import numpy as np
+
+from fmus.symbolic.balances import Balance
+from fmus.symbolic.system import SymbolicSystem, Variable
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where an effect can act.
+
+    `coordinates` maps the names that laws use to expressions of the model's variables; `adds` maps balance inputs to the
+    factor with which a law's value is added there. `units` and `scales` hold those of force, speed, position, state and so on;
+    `range` is the centre and half width of what the position, state or input was.
+    """
+
+    kind: str
+    site: str
+    unit: str
+    coordinates: Mapping[str, str] = field(default_factory=dict)
+    adds: Mapping[str, float] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
+    scales: Mapping[str, float] = field(default_factory=dict)
+    range: tuple[float, float] = (0.0, 1.0)
+    balance: Balance | None = None
+
+    @property
+    def turns(self) -> bool:
+        """Whether the position is an angle that went round more than once."""
+        return "rad" in self.units.get("position", "") and self.range[1] > 2 * np.pi
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """What a first filter shows of a model's variables: samples (n,) by name, over all learning trials."""
+
+    values: Mapping[str, np.ndarray]
+    forces: Mapping[str, float]
+
+    def rms(self, name: str) -> float:
+        """Root mean square about zero."""
+        return float(np.sqrt(np.mean(self.values[name] ** 2))) or 1.0
+
+    def middle(self, name: str) -> tuple[float, float]:
+        """Centre and half width of the range, without the outermost samples."""
+        low, high = np.quantile(self.values[name], [0.002, 0.998])
+        return float(0.5 * (low + high)), float(0.5 * (high - low)) or 1.0
+
+
+def balance_places(system: SymbolicSystem, balances: Sequence[Balance], seen: Seen) -> list[Place]:
+    """Each balance as a place, and each pair of balances of one unit as what lies between."""
+    units = {v.name: v.unit or "1" for v in system.states}
+    found = [_own(balance, units, seen) for balance in balances]
+    linked = linked_balances(system, balances, seen)
+    for i, one in enumerate(balances):
+        for j, other in enumerate(balances[i + 1 :], start=i + 1):
+            if one.unit == other.unit and (i, j) in linked:
+                found.append(_between(one, other, units, seen))
+    return found
+
+
+def linked_balances(system: SymbolicSystem, balances: Sequence[Balance], seen: Seen) -> set[tuple[int, int]]:
+    """Pairs of balances between which the model has an element already: one pushes the other, by their difference.
+
+    The slope of one force in the other's state is the same both ways, and stays if both states move alike. Between the joints
+    of a linkage forces go over, too, but not by the difference of their angles, so nothing lies between them.
+    """
+    names = [v.name for v in system.states]
+    t, d = ca.SX.sym("t"), ca.SX.sym("d", system.n_delays)
+    x, u = ca.SX.sym("x", len(names)), ca.SX.sym("u", len(system.inputs))
+    p = ca.DM([v.start or 0.0 for v in system.parameters])
+    if not system.rhs.is_a("SXFunction") or len(balances) < 2:
+        return set()
+    rates = ca.vertcat(*(system.rhs(t, x, u, d, p)[0][names.index(b.state)] for b in balances))
+    places = [[v.name for v in system.inputs].index(b.input) for b in balances]
+    forces = ca.solve(ca.jacobian(rates, ca.vertcat(*(u[k] for k in places))), rates)
+    n, random = len(seen.values["time"]), np.random.default_rng(3)
+    inputs = np.column_stack([seen.values.get(v.name, np.zeros(n)) for v in system.inputs])
+    states = np.column_stack([seen.values[name] for name in names])
+    found = set()
+    for i, one in enumerate(balances):
+        for j in range(i + 1, len(balances)):
+            if bool(one.position) == bool(balances[j].position) and _by_difference(
+                [t, x, u, d], forces, names, (i, one), (j, balances[j]), states, inputs, random
+            ):
+                found.add((i, j))
+    return found
+
+
+def _by_difference(
+    arguments: Sequence[ca.SX],
+    forces: ca.SX,
+    names: Sequence[str],
+    one: tuple[int, Balance],
+    other: tuple[int, Balance],
+    states: np.ndarray,
+    inputs: np.ndarray,
+    random: np.random.Generator,
+) -> bool:
+    (i, a), (j, b) = one, other
+    x = arguments[1]
+    pairs = [(a.state, b.state)] + ([(a.position, b.position)] if a.position and b.position else [])
+    for first, second in pairs:
+        k, m = names.index(first), names.index(second)
+        slopes = ca.vertcat(ca.jacobian(forces[i], x[m]), ca.jacobian(forces[j], x[k]))
+        shift = ca.jacobian(slopes, x)[:, [k, m]]
+        function = ca.Function("link", list(arguments), [ca.densify(slopes), ca.densify(ca.sum2(shift))])
+        rows = random.integers(0, len(states), 5)
+        numbers = [
+            [np.array(part).ravel() for part in function(0.0, states[r], inputs[r], np.zeros(arguments[3].numel()))]
+            for r in rows
+        ]
+        there = max(float(np.abs(s).max()) for s, _ in numbers)
+        same = all(abs(s[0] - s[1]) <= 1e-6 * there and np.abs(m).max() <= 1e-6 * there for s, m in numbers)
+        if there > 0 and same:
+            return True
+    return False
+
+
+def _own(balance: Balance, units: Mapping[str, str], seen: Seen) -> Place:
+    state = balance.state
+    scales = {"force": seen.forces[balance.input], "time": float(np.ptp(seen.values["time"])) or 1.0}
+    own = {"force": balance.unit or "1", "time": "s"}
+    if balance.position:
+        q = balance.position
+        centre = seen.middle(q)
+        scales |= {"speed": seen.rms(state), "position": centre[1], "centre": 1.0}
+        own |= {"speed": units[state], "position": units[q], "centre": units[q]}
+        names = {"q": q, "v": state, "t": "time"}
+        return Place("motion", q, balance.unit, names, {balance.input: 1.0}, own, scales, centre, balance)
+    centre = seen.middle(state)
+    scales |= {"state": centre[1], "centre": 1.0}
+    own |= {"state": units[state], "centre": units[state]}
+    return Place(
+        "storage", state, balance.unit, {"x": state, "t": "time"}, {balance.input: 1.0}, own, scales, centre, balance
+    )
+
+
+def _between(one: Balance, other: Balance, units: Mapping[str, str], seen: Seen) -> Place:
+    """A parallel element from one to the other: it acts on both with opposite signs."""
+    adds = {one.input: 1.0, other.input: -1.0}
+    force = max(seen.forces[one.input], seen.forces[other.input])
+    own = {"force": one.unit or "1", "time": "s"}
+    scales = {"force": force, "time": float(np.ptp(seen.values["time"])) or 1.0}
+
+    def difference(a: str, b: str) -> np.ndarray:
+        return seen.values[a] - seen.values[b]
+
+    if one.position:
+        q, v = difference(one.position, other.position), difference(one.state, other.state)
+        centre = _middle(q)
+        scales |= {"speed": _rms(v), "position": centre[1], "centre": 1.0}
+        own |= {"speed": units[one.state], "position": units[one.position], "centre": units[one.position]}
+        names = {"q": f"({one.position} - {other.position})", "v": f"({one.state} - {other.state})", "t": "time"}
+        return Place("motion", f"{one.position}-{other.position}", one.unit, names, adds, own, scales, centre)
+    centre = _middle(difference(one.state, other.state))
+    scales |= {"state": centre[1], "centre": 1.0}
+    own |= {"state": units[one.state], "centre": units[one.state]}
+    names = {"x": f"({one.state} - {other.state})", "t": "time"}
+    return Place("storage", f"{one.state}-{other.state}", one.unit, names, adds, own, scales, centre)
+
+
+def _rms(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(values**2))) or 1.0
+
+
+def _middle(values: np.ndarray) -> tuple[float, float]:
+    low, high = np.quantile(values, [0.002, 0.998])
+    return float(0.5 * (low + high)), float(0.5 * (high - low)) or 1.0
+
+
+def input_places(inputs: Sequence[Variable], seen: Seen) -> list[Place]:
+    """Each input that moves."""
+    found = []
+    for variable in inputs:
+        values = seen.values[variable.name]
+        if np.ptp(values) > 0:
+            centre = _middle(values)
+            units = {"input": variable.unit or "1", "time": "s", "centre": variable.unit or "1"}
+            scales = {"input": _rms(values), "time": 1.0, "centre": 1.0}
+            found.append(
+                Place("input", variable.name, variable.unit or "1", {"u": variable.name}, {}, units, scales, centre)
+            )
+    return found
+
+
+def output_places(outputs: Sequence[Variable], seen: Seen) -> list[Place]:
+    """Each measured output."""
+    found = []
+    for variable in outputs:
+        centre = _middle(seen.values[variable.name])
+        units = {"output": variable.unit or "1", "time": "s", "centre": variable.unit or "1"}
+        scales = {"output": centre[1], "time": 1.0, "centre": 1.0}
+        site = f"sensor:{variable.name}"
+        found.append(Place("output", site, variable.unit or "1", {"y": variable.name}, {}, units, scales, centre))
+    return found
+
+
+def parameter_places(system: SymbolicSystem) -> list[Place]:
+    """Each parameter that has a value other than zero."""
+    return [
+        Place(
+            "parameter",
+            v.name,
+            v.unit or "1",
+            {"p": v.name},
+            {},
+            {"parameter": v.unit or "1"},
+            {"parameter": abs(v.start)},
+        )
+        for v in system.parameters
+        if v.start
+    ]

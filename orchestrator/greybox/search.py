@@ -1,0 +1,226 @@
+"""Search for the sets of candidates that explain learning trials best: screened by regression, fitted by likelihood.
+
+Sets are proposed by best subsets about the model as given, then about the best set so far, until nothing better is found.
+Each set that was fitted keeps its loss by stretch of the record, which is what decisions compare.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fmus.errors import ComponentError
+from fmus.symbolic.balances import Balance
+from fmus.symbolic.system import SymbolicSystem
+from orchestrator.greybox.candidates import Candidate
+from orchestrator.greybox.extended import extend
+from orchestrator.greybox.filtering import GreyBox, Trial
+from orchestrator.greybox.fit import Fit, Fitter, Noise, Priors, Work
+from orchestrator.greybox.interpolation import Kind
+from orchestrator.greybox.screen import best_subsets, normal_equations, stretches_of
+from orchestrator.greybox.thresholds import Thresholds
+
+Progress = Callable[[str], None]
+Key = frozenset[tuple[str, str]]
+
+
+@dataclass(frozen=True, eq=False)
+class FittedSet:
+    """A set of candidates with its fit; `losses` are minus log likelihoods by stretch of the record, (ns,)."""
+
+    candidates: tuple[Candidate, ...]
+    fit: Fit
+    losses: np.ndarray
+
+    @property
+    def key(self) -> Key:
+        """Effects and sites, whatever the grid variants."""
+        return frozenset(c.family for c in self.candidates)
+
+    @property
+    def loss(self) -> float:
+        """Minus the log likelihood, with half the logarithm of the number of samples for each parameter (Schwarz 1978)."""
+        samples = sum(int(np.count_nonzero(run.variance > 0)) for run in self.fit.runs)
+        return float(self.losses.sum()) + 0.5 * len(self.fit.theta) * float(np.log(samples))
+
+    @property
+    def size(self) -> int:
+        """Number of effects."""
+        return len(self.candidates)
+
+    def value(self, candidate: Candidate, parameter: str) -> tuple[float, float]:
+        """Value and standard deviation of a parameter; a deviation of 0 is a held one."""
+        names = self.fit.box.theta
+        symbol = next(candidate.symbol(p) for p in candidate.law.parameters if p.name == parameter)
+        if symbol not in names:
+            return candidate.shapes[parameter], 0.0
+        place = names.index(symbol)
+        return float(self.fit.theta[place]), float(self.deviations[place])
+
+    @property
+    def deviations(self) -> np.ndarray:
+        """Standard deviations of the free parameters by the sandwich over blocks, at least the curvature's."""
+        return _deviations(self.fit)
+
+
+@dataclass(frozen=True, eq=False)
+class Setting:
+    """What a search works with: the model with balance inputs, learning trials, and what inputs do between samples."""
+
+    base: SymbolicSystem
+    balances: tuple[Balance, ...]
+    signals: tuple[str, ...]
+    trials: tuple[Trial, ...]
+    fitter: Fitter
+    thresholds: Thresholds
+    kinds: tuple[Kind, ...]
+
+
+class Search:
+    """Fits sets of candidates, each once."""
+
+    def __init__(
+        self, setting: Setting, candidates: Sequence[Candidate], nominal: FittedSet, progress: Progress
+    ) -> None:
+        self.setting, self.candidates, self.progress = setting, tuple(candidates), progress
+        self.fitted: dict[Key, FittedSet] = {nominal.key: nominal}
+        self.nominal = nominal
+
+    def run(self) -> list[FittedSet]:
+        """All sets that were fitted, best first."""
+        limits = self.setting.thresholds
+        self._try(self._screened(self.nominal, limits.largest_set), limits.shortlist)
+        for _ in range(limits.rounds):
+            best = self.best
+            self.progress(f"best so far: {', '.join(c.label for c in best.candidates) or 'nothing missing'}")
+            self._try_without(best)
+            if best.size < limits.most_effects:
+                self._try(self._screened(best, 1), limits.additions)
+            if self.best is best:
+                break
+        return sorted(self.fitted.values(), key=lambda s: s.loss)
+
+    @property
+    def best(self) -> FittedSet:
+        """The set with the least cross-validated loss."""
+        return min(self.fitted.values(), key=lambda s: s.loss)
+
+    def _screened(self, about: FittedSet, largest: int) -> list[tuple[Candidate, ...]]:
+        """Sets by linear regression about a fitted one, which they contain."""
+        mine = about.candidates
+        others = [c for c in self.candidates if all(_apart(c, own) for own in mine)]
+        everyone = (*mine, *others)
+        limits = self.setting.thresholds
+        extended = extend(self.setting.base, self.setting.balances, self.setting.signals, everyone)
+        columns = [(c, p) for c in everyone for p in c.gains]
+        names = [c.symbol(p) for c, p in columns]
+        box = GreyBox(extended.system, extended.outputs, extended.balances, names)
+        known = dict(zip(about.fit.box.theta, about.fit.theta, strict=True))
+        theta = np.array([known.get(name, 0.0) for name in names])
+        n = len(names)
+        priors = Priors(theta, np.full(n, np.inf), np.full(n, -np.inf))
+        # Shapes that were fitted hold for the members of the set.
+        shaped = [c.symbol(p) for c in mine for p in c.fitted_shapes]
+        box.compiled.parameters[[box_index(box, s) for s in shaped]] = [known[s] for s in shaped]
+        work = Work(box, self.setting.trials, priors, about.fit.substeps)
+        runs = work.runs(theta, about.fit.noise, slopes=True)
+        linear = replace(about.fit, box=box, theta=theta, priors=priors, runs=tuple(runs))
+        kept = list(range(sum(len(c.gains) for c in mine)))
+        signs = [(c, int(p.positive)) for c, p in columns]
+        spread = [c.spread(p) for c, p in columns]
+        found = best_subsets(normal_equations(linear), signs, kept, largest, spread)
+        return [(*mine, *screened.candidates) for screened in found if screened.score > -limits.hopeless]
+
+    def _try(self, sets: Sequence[tuple[Candidate, ...]], count: int) -> None:
+        """Fit the first few sets that are new, with the best of each size among them."""
+        fresh: dict[Key, tuple[Candidate, ...]] = {}
+        for candidates in sets:
+            key = frozenset(c.family for c in candidates)
+            if key not in self.fitted:
+                fresh.setdefault(key, candidates)
+        chosen = list(fresh.values())[:count]
+        for size in {len(c) for c in fresh.values()}:
+            chosen += [c for c in fresh.values() if len(c) == size][: max(2, count // 3)]
+        for candidates in {frozenset(c.family for c in c): c for c in chosen}.values():
+            self._fit(candidates)
+
+    def _try_without(self, best: FittedSet) -> None:
+        """Fit every subset of a set, so that each member has to earn its place."""
+        for k in range(best.size):
+            candidates = (*best.candidates[:k], *best.candidates[k + 1 :])
+            if frozenset(c.family for c in candidates) not in self.fitted:
+                self._fit(candidates)
+
+    def _fit(self, candidates: tuple[Candidate, ...]) -> None:
+        key = frozenset(c.family for c in candidates)
+        if key in self.fitted:
+            return
+        try:
+            found = fit_set(self.setting, candidates, self.nominal.fit.noise)
+        except (ComponentError, np.linalg.LinAlgError):
+            return
+        if np.isfinite(found.loss):
+            self.fitted[key] = found
+
+
+def box_index(box: GreyBox, name: str) -> int:
+    """Place of a parameter among all of a system."""
+    return [v.name for v in box.system.parameters].index(name)
+
+
+def fit_set(setting: Setting, candidates: Sequence[Candidate], noise: Sequence[Noise]) -> FittedSet:
+    """Fit a set: gains from zero, shapes from their grid.
+
+    Raises:
+        ComponentError: if the model fails from the first values on.
+    """
+    everyone = tuple(candidates)
+    extended = extend(setting.base, setting.balances, setting.signals, everyone)
+    free = [(c, p) for c in everyone for p in (*c.gains, *c.fitted_shapes)]
+    names = [c.symbol(p) for c, p in free]
+    box = GreyBox(extended.system, extended.outputs, extended.balances, names)
+    start = np.array([0.0 if p.gain else c.shapes[p.name] for c, p in free])
+    spread = np.array([c.spread(p) for c, p in free])
+    low = np.array([0.0 if p.positive else -np.inf for _, p in free])
+    priors = Priors(start, spread, low)
+    held = np.array([not p.gain for _, p in free], dtype=bool)
+    first = start
+    if held.any():  # gains first, since a shape does nothing while its gain is zero
+        tight = Priors(start, np.where(held, 1e-9 * np.maximum(np.abs(start), 1e-9), spread), low)
+        first = setting.fitter.fit(box, start, tight, noise).theta
+    return with_losses(candidates, setting.fitter.fit(box, first, priors, noise))
+
+
+def with_losses(candidates: Sequence[Candidate], fit: Fit) -> FittedSet:
+    """A fit with its losses: minus the log likelihood of each stretch, (ns,)."""
+    square = normal_equations(fit).square
+    return FittedSet(tuple(candidates), fit, 0.5 * square + _log_variances(fit, len(square)))
+
+
+def _log_variances(fit: Fit, count: int) -> np.ndarray:
+    blocks = stretches_of([len(t.time) for t in fit.trials])
+    found = np.zeros(count)
+    for (_, _, logs), block in zip(fit.whitened(), blocks, strict=True):
+        np.add.at(found, block, logs.sum(axis=1))
+    return found
+
+
+def _deviations(fit: Fit) -> np.ndarray:
+    m = len(fit.theta)
+    if not m:
+        return np.zeros(0)
+    normal = normal_equations(fit)
+    whole = normal.matrix.sum(axis=0) + np.diag(1.0 / fit.priors.std**2)
+    scale = np.sqrt(np.maximum(np.diag(whole), 1e-300))
+    inverse = np.linalg.pinv(whole / scale[:, None] / scale, rcond=1e-10) / scale[:, None] / scale
+    blocks = len(normal.square)
+    spread = normal.vector - normal.vector.mean(axis=0)
+    middle = spread.T @ spread * blocks / max(blocks - m, 1)
+    sandwich = inverse @ middle @ inverse
+    return np.sqrt(np.maximum(np.diag(sandwich), np.diag(inverse)))
+
+
+def _apart(one: Candidate, other: Candidate) -> bool:
+    if one.place.site != other.place.site:
+        return True
+    return not (one.id == other.id or one.id in other.law.contains or other.id in one.law.contains)
