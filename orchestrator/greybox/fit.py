@@ -10,11 +10,17 @@ from orchestrator.greybox.filtering import Filtered, GreyBox, Trial
 
 # A round that gains less in log likelihood changes no decision.
 ENOUGH = 0.05
+# Steps in a sample interval are short enough if halving them changes the log likelihood by no more, or by 1e-4 of it.
+CLOSE = 0.3
 ROUNDS, STEPS = 12, 6
+# Rounds, and steps of the noise in each of them, of a rough fit.
+ROUGHLY = 3, 2
 MOST_SUBSTEPS = 16
 # Logarithms of noise: differences for slopes, and the longest step.
 DIFFERENCE, FARTHEST = 0.05, 2.0
 LOG_RANGE = np.log(1e8)
+# Process noise of this share of the first guess is none.
+SILENT = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,9 +92,9 @@ class Fitter:
         priors: Priors,
         noise: Sequence[Noise] | None = None,
         *,
-        hold: bool = False,
+        rough: bool = False,
     ) -> Fit:
-        """Fit from first values; `hold` keeps the noise as given.
+        """Fit from first values; a `rough` fit takes few steps.
 
         Raises:
             ComponentError: if the model fails from the first values on.
@@ -97,15 +103,38 @@ class Fitter:
         substeps = self._substeps(box, theta, noise)
         work = Work(box, self.trials, priors, substeps)
         value = work.value(theta, noise)
-        for _ in range(ROUNDS):
+        rounds, steps = ROUGHLY if rough else (ROUNDS, 2 * STEPS)
+        for _ in range(rounds):
             before = value
             theta, value = self._parameters(work, theta, noise, value)
-            if not hold:
-                noise, value = self._noise(work, theta, noise, value)
+            noise, value = self._noise(work, theta, noise, value, steps)
             if before - value < ENOUGH:
                 break
         runs = work.runs(theta, noise, slopes=True)
         return Fit(box, self.trials, theta, noise, -value, priors, substeps, tuple(runs))
+
+    def without_disturbance(self, box: GreyBox, fit: Fit) -> float:
+        """Log likelihood of a fit's model if nothing but sensors' noise is left, which is estimated again."""
+        total = -fit.priors.cost(fit.theta)
+        for trial, own in zip(self.trials, fit.noise, strict=True):
+            work = Work(box, [trial], fit.priors, fit.substeps)
+            tiny = self.start[0].intensity * SILENT
+            best = np.inf
+            for sensors in (own.sensors, self._rough(box, trial, fit)):
+                logs = np.log(sensors)
+
+                def objective(at: np.ndarray, work: Work = work, tiny: np.ndarray = tiny) -> float:
+                    return work.value(fit.theta, [Noise(tiny, np.exp(at))])
+
+                low = np.log(self.least_noise)
+                best = min(best, _descended(objective, logs, low, low + 2 * LOG_RANGE, 2 * STEPS)[1])
+            total -= best - fit.priors.cost(fit.theta)
+        return total
+
+    def _rough(self, box: GreyBox, trial: Trial, fit: Fit) -> np.ndarray:
+        """Errors (ny,) of a run that nothing disturbs."""
+        run = box.run(trial, fit.theta, self.start[0].intensity * SILENT, self.start[0].sensors, substeps=fit.substeps)
+        return np.maximum(np.sqrt(np.mean(run.innovation**2, axis=0)), self.least_noise)
 
     def _substeps(self, box: GreyBox, theta: np.ndarray, noise: Sequence[Noise]) -> int:
         """Steps in a sample interval at which halving them hardly changes the likelihood."""
@@ -113,7 +142,7 @@ class Fitter:
         count, before = 1, Work(box, self.trials, priors, 1).value(theta, noise)
         while count < MOST_SUBSTEPS:
             after = Work(box, self.trials, priors, 2 * count).value(theta, noise)
-            if np.isfinite(before) and abs(after - before) < 0.1 + 1e-5 * abs(after):
+            if np.isfinite(before) and abs(after - before) < CLOSE + 1e-4 * abs(after):
                 return count
             count, before = 2 * count, after
         return count
@@ -149,17 +178,17 @@ class Fitter:
         return theta, value
 
     def _noise(
-        self, work: "Work", theta: np.ndarray, noise: Sequence[Noise], value: float
+        self, work: "Work", theta: np.ndarray, noise: Sequence[Noise], value: float, steps: int
     ) -> tuple[tuple[Noise, ...], float]:
         """The noise of each trial, by Newton's steps on its logarithms, each of them limited."""
         found, total = [], work.priors.cost(theta)
         for trial, own, start in zip(self.trials, noise, self.start, strict=True):
-            best, cost = self._noise_of(Work(work.box, [trial], work.priors, work.substeps), theta, own, start)
+            best, cost = self._noise_of(Work(work.box, [trial], work.priors, work.substeps), theta, own, start, steps)
             found.append(best)
             total += cost - work.priors.cost(theta)
         return tuple(found), total
 
-    def _noise_of(self, work: "Work", theta: np.ndarray, noise: Noise, start: Noise) -> tuple[Noise, float]:
+    def _noise_of(self, work: "Work", theta: np.ndarray, noise: Noise, start: Noise, steps: int) -> tuple[Noise, float]:
         nb, centre = len(noise.intensity), start.logs
         low, high = centre - LOG_RANGE, centre + LOG_RANGE
         low[nb:] = np.log(self.least_noise)
@@ -168,22 +197,42 @@ class Fitter:
         def objective(at: np.ndarray) -> float:
             return work.value(theta, [Noise.of(np.clip(at, low, high), nb)])
 
-        value = objective(logs)
-        for _ in range(STEPS):
-            gradient, curvature = _derivatives(objective, logs, value)
-            held = ((logs <= low) & (gradient > 0)) | ((logs >= high) & (gradient < 0))
-            step = _limited_newton(gradient, curvature, ~held)
-            gained = 0.0
-            for _ in range(5):
-                proposed = np.clip(logs + step, low, high)
-                after = objective(proposed)
-                if after < value:
-                    gained, logs, value = value - after, proposed, after
-                    break
-                step = step / 4
-            if gained < ENOUGH:
-                break
+        logs, value = _descended(objective, logs, low, high, steps)
         return Noise.of(logs, nb), value
+
+
+def _descended(
+    objective: Callable[[np.ndarray], float], at: np.ndarray, low: np.ndarray, high: np.ndarray, steps: int
+) -> tuple[np.ndarray, float]:
+    """Where Newton's limited steps lead within bounds, and the value there; the curvature is found once, then again if they fail."""
+    at = np.clip(at, low, high)
+    value, curvature, fresh = objective(at), np.zeros((0, 0)), False
+    for _ in range(steps):
+        if not curvature.size:
+            gradient, curvature, fresh = *_derivatives(objective, at, value), True
+        else:
+            gradient, fresh = _slopes(objective, at), False
+        held = ((at <= low) & (gradient > 0)) | ((at >= high) & (gradient < 0))
+        step = _limited_newton(gradient, curvature, ~held)
+        gained = 0.0
+        for _ in range(4):
+            proposed = np.clip(at + step, low, high)
+            after = objective(proposed)
+            if after < value:
+                gained, at, value = value - after, proposed, after
+                break
+            step = step / 4
+        if gained < ENOUGH:
+            if fresh:
+                break
+            curvature = np.zeros((0, 0))
+    return at, value
+
+
+def _slopes(function: Callable[[np.ndarray], float], at: np.ndarray) -> np.ndarray:
+    """Gradient by central differences."""
+    unit = DIFFERENCE * np.eye(len(at))
+    return np.array([function(at + e) - function(at - e) for e in unit]) / (2 * DIFFERENCE)
 
 
 def _derivatives(function: Callable[[np.ndarray], float], at: np.ndarray, here: float) -> tuple[np.ndarray, np.ndarray]:

@@ -14,7 +14,7 @@ from orchestrator.greybox.fit import Fit
 
 # Stretches of the record whose losses are compared, and folds that each hold every so manieth of them: an effect that acts
 # in one part of a record only, an overflow or a stop, is then seen in all folds.
-STRETCHES, FOLDS = 48, 8
+STRETCHES, FOLDS = 144, 8
 LARGEST = 3
 BEAM = 40
 

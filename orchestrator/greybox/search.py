@@ -98,6 +98,7 @@ class Search:
                 self._try(self._screened(best, 1), limits.additions)
             if self.best is best:
                 break
+        self._refine()
         return sorted(self.fitted.values(), key=lambda s: s.loss)
 
     @property
@@ -151,12 +152,26 @@ class Search:
             if frozenset(c.family for c in candidates) not in self.fitted:
                 self._fit(candidates)
 
+    def _refine(self) -> None:
+        """Fit the sets near the best one to the end."""
+        limits = self.setting.thresholds
+        for found in sorted(self.fitted.values(), key=lambda s: s.loss)[: limits.refined]:
+            if found.candidates:
+                fit = found.fit
+                again = self.setting.fitter.fit(fit.box, fit.theta, fit.priors, fit.noise)
+                self.fitted[found.key] = with_losses(found.candidates, again)
+
+    def fit(self, candidates: tuple[Candidate, ...]) -> FittedSet | None:
+        """The set with these candidates, fitted once; None if that fails."""
+        self._fit(candidates)
+        return self.fitted.get(frozenset(c.family for c in candidates))
+
     def _fit(self, candidates: tuple[Candidate, ...]) -> None:
         key = frozenset(c.family for c in candidates)
         if key in self.fitted:
             return
         try:
-            found = fit_set(self.setting, candidates, self.nominal.fit.noise)
+            found = fit_set(self.setting, candidates, self.nominal.fit.noise, rough=True)
         except (ComponentError, np.linalg.LinAlgError):
             return
         if np.isfinite(found.loss):
@@ -168,8 +183,10 @@ def box_index(box: GreyBox, name: str) -> int:
     return [v.name for v in box.system.parameters].index(name)
 
 
-def fit_set(setting: Setting, candidates: Sequence[Candidate], noise: Sequence[Noise]) -> FittedSet:
-    """Fit a set: gains from zero, shapes from their grid.
+def fit_set(
+    setting: Setting, candidates: Sequence[Candidate], noise: Sequence[Noise], *, rough: bool = False
+) -> FittedSet:
+    """Fit a set: gains from zero, shapes from their grid; a `rough` fit takes few steps.
 
     Raises:
         ComponentError: if the model fails from the first values on.
@@ -187,8 +204,8 @@ def fit_set(setting: Setting, candidates: Sequence[Candidate], noise: Sequence[N
     first = start
     if held.any():  # gains first, since a shape does nothing while its gain is zero
         tight = Priors(start, np.where(held, 1e-9 * np.maximum(np.abs(start), 1e-9), spread), low)
-        first = setting.fitter.fit(box, start, tight, noise).theta
-    return with_losses(candidates, setting.fitter.fit(box, first, priors, noise))
+        first = setting.fitter.fit(box, start, tight, noise, rough=True).theta
+    return with_losses(candidates, setting.fitter.fit(box, first, priors, noise, rough=rough))
 
 
 def with_losses(candidates: Sequence[Candidate], fit: Fit) -> FittedSet:

@@ -8,26 +8,32 @@ class Thresholds:
     """Limits of search and decision.
 
     Search: sets of up to `largest_set` effects are proposed at once about the model as given, `shortlist` of them are
-    fitted; about the best set `additions` further effects are tried, in at most `rounds`, up to `most_effects`. What makes
+    fitted; about the best set `additions` further effects are tried, in at most `rounds`, the `refined` best are fitted to the end, up to `most_effects`. What makes
     left-out blocks less probable by more than `hopeless` nats is not fitted.
 
     Inputs are taken as linear between samples unless another way makes the record more probable by `interpolation` nats.
 
-    Decision: a set is better than another beyond doubt if its cross-validated log likelihood is higher by `standard_errors`
-    of the sum of differences over blocks, and by `nats` for each effect that it has more. Each effect has to bring `least_share`
-    of what the whole set gains. An answer is incomplete if more than `complete_share` of the missing force is unexplained.
-    Held-out errors may rise by no more than `worse`.
+    Decision: a set is better than another beyond doubt if its log likelihood, less the price of its parameters, is higher by
+    `standard_errors` of the sum of differences over stretches and by `nats`. An effect earns its place if predictions over an
+    eighth of a trial are `least_improvement` better with it, or if it brings `least_share` of what the whole set gains; and never
+    if they are `worse` by more than that share. What explains less than `least_explained` of the disturbing forces' power, and
+    does not improve predictions either, is not named. An answer is incomplete if more than `complete_share` is unexplained.
+    Process noise that makes the record more probable by less than `quiet` nats for each balance is none.
     """
 
     largest_set: int = 3
     shortlist: int = 12
     additions: int = 4
+    refined: int = 6
     rounds: int = 4
     most_effects: int = 4
     hopeless: float = 5.0
+    interpolation: float = 10.0
     standard_errors: float = 1.64
     nats: float = 3.0
     least_share: float = 0.05
+    least_improvement: float = 0.2
+    least_explained: float = 0.1
     complete_share: float = 0.1
     worse: float = 0.02
-    interpolation: float = 10.0
+    quiet: float = 5.0
