@@ -58,10 +58,11 @@ class Candidate:
 
 def candidates_at(places: Sequence[Place], laws: Sequence[Law]) -> list[Candidate]:
     """Every law at every place that it fits, once for each point of its grid of shapes."""
-    return [c for place in places for law in laws if _fits(law, place) for c in _variants(law, place)]
+    return [c for place in places for law in laws if fits(law, place) for c in _variants(law, place)]
 
 
-def _fits(law: Law, place: Place) -> bool:
+def fits(law: Law, place: Place) -> bool:
+    """Whether a law can act at a place."""
     if law.place == "parameter":  # these are adjusted in every fit
         return False
     if law.bounded and place.turns:  # a shaft that turns freely has no spring and no stop

@@ -76,6 +76,7 @@ def decide(
     if adequate:
         return Decision("adequate", nominal, (), ranked, 1.0)
     chosen = _pruned(ranked[0], nominal, limits, scale, fit_more)
+    chosen = _simplest(chosen, ranked, limits, scale)
     ranked = tuple(sorted({id(s): s for s in (*ranked, chosen)}.values(), key=lambda s: s.loss))
     explained = share_explained(chosen, nominal)
     if not chosen.candidates:
@@ -111,6 +112,22 @@ def share_explained(chosen: FittedSet, nominal: FittedSet) -> float:
     left = np.sum(after**2, axis=0) / np.maximum(total, 1e-300)
     touched = np.ones(len(left), dtype=bool)
     return float(np.clip(1.0 - np.min(left[touched], initial=1.0), 0.0, 1.0))
+
+
+def _simplest(chosen: FittedSet, ranked: Sequence[FittedSet], limits: Thresholds, scale: np.ndarray) -> FittedSet:
+    """A set with fewer parameters that explains and predicts the record as well, if there is one."""
+    if not chosen.candidates:
+        return chosen
+    error = Weighed(chosen).error(8, scale)
+    for other in ranked:
+        simpler = other.candidates and len(other.fit.theta) < len(chosen.fit.theta)
+        if (
+            simpler
+            and not beyond_doubt(chosen, other, limits)
+            and Weighed(other).error(8, scale) < (1 + limits.alike) * error
+        ):
+            return other
+    return chosen
 
 
 def _best_of(ranked: Sequence[FittedSet], nominal: FittedSet) -> FittedSet:

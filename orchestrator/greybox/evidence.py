@@ -63,19 +63,25 @@ def nominal_set(case: Case, thresholds: Thresholds) -> tuple[Setting, FittedSet]
         return setting, plain
     # Few trials tell what the inputs did between samples; all of them are then fitted again.
     few = trials[:FEW]
-    likely = _with_kinds(case, box, few, kinds, thresholds)[1].fit.log_likelihood + thresholds.interpolation
+    likely = _with_kinds(case, box, few, kinds, thresholds, rough=True)[1].fit.log_likelihood + thresholds.interpolation
     best = kinds
     for kind in KINDS[1:]:
         other: tuple[Kind, ...] = (kind,) * len(case.inputs)
         with suppress(ComponentError):
-            found = _with_kinds(case, box, few, other, thresholds)[1].fit.log_likelihood
+            found = _with_kinds(case, box, few, other, thresholds, rough=True)[1].fit.log_likelihood
             if found > likely:
                 likely, best = found, other
     return (setting, plain) if best == kinds else _with_kinds(case, box, trials, best, thresholds)
 
 
 def _with_kinds(
-    case: Case, box: GreyBox, trials: Sequence[Trial], kinds: tuple[Kind, ...], thresholds: Thresholds
+    case: Case,
+    box: GreyBox,
+    trials: Sequence[Trial],
+    kinds: tuple[Kind, ...],
+    thresholds: Thresholds,
+    *,
+    rough: bool = False,
 ) -> tuple[Setting, FittedSet]:
     """The model as given, fitted to trials whose inputs have these kinds."""
     none = np.zeros(0)
@@ -83,7 +89,7 @@ def _with_kinds(
     start = [first_noise(box, [trial], case.balances, none) for trial in shown]
     fitter = Fitter(shown, start, least_noise(trials))
     setting = Setting(case.base, case.balances, case.signals, shown, fitter, thresholds, kinds)
-    return setting, with_losses((), fitter.fit(box, none, Priors(none, none, none)))
+    return setting, with_losses((), fitter.fit(box, none, Priors(none, none, none), rough=rough))
 
 
 def places_of(case: Case, nominal: FittedSet) -> list[Place]:

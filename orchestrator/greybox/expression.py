@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import casadi as ca
+import numpy as np
 
 from fmus.errors import MisfitError
 
@@ -28,7 +29,25 @@ _OPERATORS = {
 }
 
 
-def evaluate(text: str, names: Mapping[str, Any]) -> Any:
+_NUMBERS = {
+    "tanh": np.tanh,
+    "exp": np.exp,
+    "sqrt": np.sqrt,
+    "sin": np.sin,
+    "cos": np.cos,
+    "abs": np.abs,
+    "min": np.minimum,
+    "max": np.maximum,
+    "log": np.log,
+}
+
+
+def evaluate_numbers(text: str, names: Mapping[str, Any]) -> Any:
+    """Value of an expression for numbers or arrays."""
+    return evaluate(text, names, _NUMBERS)
+
+
+def evaluate(text: str, names: Mapping[str, Any], functions: Mapping[str, Any] = _FUNCTIONS) -> Any:
     """Value of an expression whose names have the given values.
 
     >>> float(evaluate("-b*v^2 + max(q, 0)", {"b": 2.0, "v": 3.0, "q": -1.0}))
@@ -41,10 +60,10 @@ def evaluate(text: str, names: Mapping[str, Any]) -> Any:
         tree = ast.parse(text.replace("^", "**"), mode="eval").body
     except SyntaxError as error:
         raise MisfitError(f"law '{text}' cannot be read: {error.msg}") from error
-    return _value(tree, names, text)
+    return _value(tree, names, text, functions)
 
 
-def _value(node: ast.AST, names: Mapping[str, Any], text: str) -> Any:
+def _value(node: ast.AST, names: Mapping[str, Any], text: str, functions: Mapping[str, Any]) -> Any:
     if isinstance(node, ast.Constant) and isinstance(node.value, int | float):
         return node.value
     if isinstance(node, ast.Name):
@@ -52,11 +71,13 @@ def _value(node: ast.AST, names: Mapping[str, Any], text: str) -> Any:
             raise MisfitError(f"law '{text}': '{node.id}' is unknown; known names: {', '.join(names)}")
         return names[node.id]
     if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
-        return -_value(node.operand, names, text)
+        return -_value(node.operand, names, text, functions)
     if isinstance(node, ast.BinOp) and type(node.op) in _OPERATORS:
-        return _OPERATORS[type(node.op)](_value(node.left, names, text), _value(node.right, names, text))
-    if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in _FUNCTIONS:
-        return _FUNCTIONS[node.func.id](*(_value(argument, names, text) for argument in node.args))
+        return _OPERATORS[type(node.op)](
+            _value(node.left, names, text, functions), _value(node.right, names, text, functions)
+        )
+    if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in functions:
+        return functions[node.func.id](*(_value(argument, names, text, functions) for argument in node.args))
     raise MisfitError(f"law '{text}': only + - * / ^, numbers, names and {', '.join(_FUNCTIONS)} are read")
 
 

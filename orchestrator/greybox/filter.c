@@ -49,6 +49,8 @@ int misfit_filter_greybox(const problem *m, const filter_problem *g) {
   double *jf = dslope + m->nd, *jy = jf + m->rate.entries, *P = jy + m->output.entries, *A = P + nx * nx, *B = A + nx * nx;
   double *shared = B + nx * nx, *change = shared + nx;
   memcpy(x, g->start, sizeof(double) * (size_t)nx);
+  double longest = 0; /* shorter intervals take fewer steps */
+  for (int i = 1; i < n; i++) longest = fmax(longest, m->t[i] - m->t[i - 1]);
   for (int i = 0; i < nx; i++) P[i * nx + i] = g->spread[i] * g->spread[i];
   int k;
   for (k = 0; k < n; k++) {
@@ -56,8 +58,10 @@ int misfit_filter_greybox(const problem *m, const filter_problem *g) {
       for (int i = 0; i < nx; i++) {
         for (int j = 0; j < nx + nb; j++) s[i * width + j] = i == j ? 1.0 : 0.0;
       }
-      const double span = m->t[k] - m->t[k - 1], step = span / (double)m->substeps;
-      for (int sub = 0; sub < m->substeps; sub++) {
+      const double span = m->t[k] - m->t[k - 1];
+      const int parts = (int)fmax(1.0, ceil((double)m->substeps * span / longest - 1e-9));
+      const double step = span / parts;
+      for (int sub = 0; sub < parts; sub++) {
         double t = m->t[k - 1] + sub * step;
         for (int stage = 0; stage < 4; stage++) {
           double reach = node[stage] * step;

@@ -108,7 +108,7 @@ class Fitter:
             before = value
             theta, value = self._parameters(work, theta, noise, value)
             noise, value = self._noise(work, theta, noise, value, steps)
-            if before - value < ENOUGH:
+            if before - value < ENOUGH or not len(theta):
                 break
         runs = work.runs(theta, noise, slopes=True)
         return Fit(box, self.trials, theta, noise, -value, priors, substeps, tuple(runs))

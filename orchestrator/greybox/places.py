@@ -216,3 +216,18 @@ def parameter_places(system: SymbolicSystem) -> list[Place]:
         for v in system.parameters
         if v.start
     ]
+
+
+def unscaled_places(system: SymbolicSystem, balances: Sequence[Balance], inputs: Sequence[str]) -> list[Place]:
+    """The places of a model without a record: scales are 1, and every two balances of one unit have something between them."""
+    every = [*(v.name for v in system.states), *inputs, *system.outputs, "time"]
+    seen = Seen({name: np.array([-1.0, 1.0]) for name in every}, {b.input: 1.0 for b in balances})
+    units = {v.name: v.unit or "1" for v in system.states}
+    found = [_own(balance, units, seen) for balance in balances]
+    for i, one in enumerate(balances):
+        for other in balances[i + 1 :]:
+            if one.unit == other.unit and bool(one.position) == bool(other.position):
+                found.append(_between(one, other, units, seen))
+    variables = {v.name: v for v in (*system.states, *system.algebraics)}
+    found += input_places([v for v in system.inputs if v.name in inputs], seen)
+    return [*found, *output_places([variables[name] for name in system.outputs], seen)]

@@ -85,6 +85,7 @@ class Search:
         self.setting, self.candidates, self.progress = setting, tuple(candidates), progress
         self.fitted: dict[Key, FittedSet] = {nominal.key: nominal}
         self.nominal = nominal
+        self._refined: set[Key] = set()
 
     def run(self) -> list[FittedSet]:
         """All sets that were fitted, best first."""
@@ -156,15 +157,19 @@ class Search:
         """Fit the sets near the best one to the end."""
         limits = self.setting.thresholds
         for found in sorted(self.fitted.values(), key=lambda s: s.loss)[: limits.refined]:
-            if found.candidates:
-                fit = found.fit
-                again = self.setting.fitter.fit(fit.box, fit.theta, fit.priors, fit.noise)
-                self.fitted[found.key] = with_losses(found.candidates, again)
+            self.fit(found.candidates)
 
     def fit(self, candidates: tuple[Candidate, ...]) -> FittedSet | None:
-        """The set with these candidates, fitted once; None if that fails."""
+        """The set with these candidates, fitted to the end; None if that fails."""
         self._fit(candidates)
-        return self.fitted.get(frozenset(c.family for c in candidates))
+        found = self.fitted.get(frozenset(c.family for c in candidates))
+        if found is None or not found.candidates or found.key in self._refined:
+            return found
+        fit = found.fit
+        again = self.setting.fitter.fit(fit.box, fit.theta, fit.priors, fit.noise)
+        self.fitted[found.key] = with_losses(found.candidates, again)
+        self._refined.add(found.key)
+        return self.fitted[found.key]
 
     def _fit(self, candidates: tuple[Candidate, ...]) -> None:
         key = frozenset(c.family for c in candidates)
@@ -174,8 +179,15 @@ class Search:
             found = fit_set(self.setting, candidates, self.nominal.fit.noise, rough=True)
         except (ComponentError, np.linalg.LinAlgError):
             return
-        if np.isfinite(found.loss):
+        if np.isfinite(found.loss) and all(_within(found, c) for c in found.candidates):
             self.fitted[key] = found
+
+
+def _within(found: FittedSet, candidate: Candidate) -> bool:
+    """Whether what begins at some position begins within the range of the record: beyond it, the law is a simpler one."""
+    centre, half = candidate.place.range
+    centres = [p.name for p in candidate.fitted_shapes if p.kind.startswith("centre")]
+    return all(abs(found.value(candidate, name)[0] - centre) < half for name in centres)
 
 
 def box_index(box: GreyBox, name: str) -> int:

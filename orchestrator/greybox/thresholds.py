@@ -17,7 +17,7 @@ class Thresholds:
     `standard_errors` of the sum of differences over stretches and by `nats`. An effect earns its place if predictions over an
     eighth of a trial are `least_improvement` better with it, or if it brings `least_share` of what the whole set gains; and never
     if they are `worse` by more than that share. What explains less than `least_explained` of the disturbing forces' power, and
-    does not improve predictions either, is not named. An answer is incomplete if more than `complete_share` is unexplained.
+    does not improve predictions either, is not named. Predictions are alike within `alike`, and then fewer parameters are chosen. An answer is incomplete if more than `complete_share` is unexplained.
     Process noise that makes the record more probable by less than `quiet` nats for each balance is none.
     """
 
@@ -31,9 +31,10 @@ class Thresholds:
     interpolation: float = 10.0
     standard_errors: float = 1.64
     nats: float = 3.0
-    least_share: float = 0.05
-    least_improvement: float = 0.2
+    least_share: float = 0.1
+    least_improvement: float = 0.3
     least_explained: float = 0.1
     complete_share: float = 0.1
     worse: float = 0.02
+    alike: float = 0.1
     quiet: float = 5.0

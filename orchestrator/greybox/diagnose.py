@@ -1,0 +1,315 @@
+"""Diagnose a model as it is: a stochastic grey box finds which effects it lacks at its balance equations.
+
+The model as given is fitted with white forces on its balances, whose size says how much it leaves unexplained. Candidates are
+screened by regression on the whitened innovations, likely sets are fitted by likelihood, and the decision names what makes the
+record more probable beyond doubt and predictions better. Held-out trials are opened once, at the end, and choose nothing.
+"""
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from fmus.catalogue import ModelicaModel
+from fmus.errors import ComponentError, MisfitError
+from fmus.symbolic.system import SymbolicSystem
+from orchestrator.compare.comparison import compare
+from orchestrator.compare.result import Comparison
+from orchestrator.diagnosis.result import Diagnosis, HeldOut, NamedEffect, RankedSet, Step, Tried, Verdict
+from orchestrator.greybox.decide import Decision, Weighed, decide
+from orchestrator.greybox.effects import named_effects
+from orchestrator.greybox.evidence import Case, all_candidates, case_of, held_out_trials, nominal_set
+from orchestrator.greybox.extended import OUTPUT, extend
+from orchestrator.greybox.fit import Fitter, Noise
+from orchestrator.greybox.interpolation import with_interpolation
+from orchestrator.greybox.prediction import predicted
+from orchestrator.greybox.prepare import first_noise, least_noise
+from orchestrator.greybox.search import FittedSet, Search, Setting
+from orchestrator.greybox.thresholds import Thresholds
+from orchestrator.greybox.witness import witnesses
+from orchestrator.measurements import MeasurementSet
+from orchestrator.models.symbolic import SymbolicModel
+
+VERDICTS: dict[str, Verdict] = {
+    "named": "named",
+    "ambiguous": "ambiguous",
+    "improves": "unknown",
+    "unknown": "unknown",
+    "adequate": "adequate",
+    "cannot_tell": "cannot_tell",
+}
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class _Outcome:
+    case: Case
+    setting: Setting
+    nominal: FittedSet
+    decision: Decision
+
+
+def diagnose_greybox(
+    source: ModelicaModel,
+    measurements: MeasurementSet,
+    *,
+    workers: int = 2,
+    progress: Progress = lambda message: None,
+    limits: Thresholds | None = None,
+) -> Diagnosis:
+    """Find which effects a model lacks at its balance equations, inputs and outputs.
+
+    Raises:
+        MisfitError: if the data do not fit the model or hold no trials of one kind.
+        ComponentError: if the model cannot be simulated.
+    """
+    began = time.monotonic()
+    limits = limits or Thresholds()
+    with threadpool_limits(limits=1, user_api="blas"):
+        case = case_of(source, measurements)
+        if not case.data.learning or not case.data.held_out:
+            raise MisfitError(
+                f"{measurements.path} has no trials on one side; a diagnosis needs learning and held-out trials"
+            )
+        progress("comparing the model with the measurement")
+        given = compare(SymbolicModel(source.name, source.compile(), case.signals), measurements, workers=workers)
+        outcome = _decided(case, limits, progress)
+        found = _answer(outcome, given, measurements, limits, workers, progress)
+    return replace(found, seconds=time.monotonic() - began)
+
+
+def _decided(case: Case, limits: Thresholds, progress: Progress) -> _Outcome:
+    progress("estimating how much the model leaves unexplained")
+    setting, nominal = nominal_set(case, limits)
+    lost = nominal.fit.log_likelihood - setting.fitter.without_disturbance(nominal.fit.box, nominal.fit)
+    adequate = lost < limits.quiet * max(len(case.balances), 1)
+    candidates = () if adequate else all_candidates(case, nominal)
+    progress(f"{len(candidates)} candidates at {len({c.place.site for c in candidates})} places")
+    search = Search(setting, candidates, nominal, progress)
+    sets = search.run() if candidates else [nominal]
+    scale = _scale(setting)
+    decision = decide(sets, nominal, limits, scale, search.fit, adequate)
+    return _Outcome(case, setting, nominal, decision)
+
+
+def _scale(setting: Setting) -> np.ndarray:
+    """Spread of each signal over the learning trials, (ny,)."""
+    rows = np.concatenate([trial.measured for trial in setting.trials])
+    return np.maximum(np.nanstd(rows, axis=0), 1e-300)
+
+
+def _answer(
+    outcome: _Outcome,
+    given: Comparison,
+    measurements: MeasurementSet,
+    limits: Thresholds,
+    workers: int,
+    progress: Progress,
+) -> Diagnosis:
+    case, decision, nominal = outcome.case, outcome.decision, outcome.nominal
+    chosen = decision.chosen
+    effects = named_effects(chosen)
+    steps, reasons = [Step((), given)], list(decision.reasons)
+    verdict = VERDICTS[decision.grade]
+    after = given
+    if chosen.candidates:
+        progress("opening the held-out trials")
+        after = _compared(outcome, chosen, given, measurements, workers)
+        worse = _worse_on_held_out(outcome, chosen, given, after, limits)
+        if worse and verdict in ("named", "ambiguous"):
+            verdict = "unknown"
+            reasons.append(worse)
+    named = verdict in ("named", "ambiguous")
+    if named:
+        steps.append(Step(effects, after))
+    shown = after if named else given
+    assert given.held_out is not None and shown.held_out is not None
+    unexplained = 1.0 - decision.explained
+    incomplete = verdict == "named" and unexplained > limits.complete_share
+    return Diagnosis(
+        model=given.model,
+        data=given.data,
+        verdict=verdict,
+        effects=effects if named else (),
+        confusable=_confusable(decision) if verdict == "ambiguous" else (),
+        ranking=_ranking(decision, nominal),
+        p_value=None,
+        noise_floor=given.noise_floor,
+        held_out=HeldOut(
+            given.held_out.rmse, shown.held_out.rmse, given.noise_floor, _removed(given, shown) if named else 0.0
+        ),
+        warnings=tuple(_warnings(outcome, verdict, reasons, unexplained, incomplete)),
+        next_experiment=None,
+        patched_model=None,
+        seconds=0.0,
+        steps=tuple(steps),
+        findings=given.findings,
+        tried=_tried(decision, nominal, named),
+        incomplete=incomplete,
+        unexplained_share=unexplained if chosen.candidates else None,
+        best=effects if not named else (),
+        witness=witnesses(case, nominal, chosen),
+        data_checks=given.data_checks,
+    )
+
+
+def _compared(
+    outcome: _Outcome, chosen: FittedSet, given: Comparison, measurements: MeasurementSet, workers: int
+) -> Comparison:
+    """Free runs of the model with a set in it along all trials."""
+    model = SymbolicModel(given.model, fixed_system(outcome, chosen), outcome.case.signals)
+    return compare(model, measurements, workers=workers, floor=given.noise_floor)
+
+
+def fixed_system(outcome: _Outcome, chosen: FittedSet) -> SymbolicSystem:
+    """The model with a set in it as a system with the model's own outputs, parameters at their fitted values."""
+    case = outcome.case
+    extended = extend(case.base, case.balances, case.signals, chosen.candidates)
+    values = dict(zip(chosen.fit.box.theta, map(float, chosen.fit.theta), strict=True))
+    system = extended.system
+    plain = {OUTPUT.format(name): name for name in case.signals}
+    return replace(
+        system,
+        parameters=tuple(replace(v, start=values.get(v.name, v.start)) for v in system.parameters),
+        algebraics=tuple(
+            replace(v, name=f"{plain[v.name]} ") if _is_state(case, plain[v.name]) else replace(v, name=plain[v.name])
+            for v in system.algebraics
+        ),
+        outputs=case.signals,
+    )
+
+
+def _is_state(case: Case, name: str) -> bool:
+    return any(v.name == name for v in case.base.states)
+
+
+def _worse_on_held_out(
+    outcome: _Outcome, chosen: FittedSet, given: Comparison, after: Comparison, limits: Thresholds
+) -> str:
+    """Why a set may not be named: it makes predictions or free runs of held-out trials worse; empty if it does not."""
+    scale = _scale(outcome.setting)
+    one, other = (_held_out_error(outcome, found, scale) for found in (chosen, outcome.nominal))
+    assert given.held_out is not None and after.held_out is not None
+    runs = [
+        np.sqrt(np.mean([(c.held_out.rmse[s] / k) ** 2 for s, k in zip(outcome.case.signals, scale, strict=True)]))
+        for c in (after, given)
+        if c.held_out is not None
+    ]
+    if one > (1 + limits.worse) * other:
+        return f"predictions of held-out trials become {one / other - 1:.0%} worse"
+    if runs[0] > (1 + limits.worse) * runs[1]:
+        return f"free runs along held-out trials become {runs[0] / runs[1] - 1:.0%} worse"
+    return ""
+
+
+def _held_out_error(outcome: _Outcome, found: FittedSet, scale: np.ndarray) -> float:
+    """Error of predictions over an eighth of each held-out trial, whose noise is its own."""
+    fit, setting = found.fit, outcome.setting
+    trials = [with_interpolation(trial, setting.kinds) for trial in held_out_trials(outcome.case)]
+    start: list[Noise] = [first_noise(fit.box, [trial], outcome.case.balances, fit.theta) for trial in trials]
+    fitter = Fitter(trials, start, least_noise(trials))
+    held = replace(fit.priors, mean=fit.theta, std=np.full(len(fit.theta), 1e-12))
+    try:
+        again = fitter.fit(fit.box, fit.theta, held, rough=True)
+    except ComponentError:
+        return np.inf
+    prediction = predicted(fit.box, fit.theta, trials, again.runs, again.substeps)
+    return float(np.sqrt(np.mean((prediction.rms(8) / scale) ** 2)))
+
+
+def _removed(given: Comparison, after: Comparison) -> float:
+    """Share of the held-out error above the floor that is gone, 0 to 1."""
+    assert given.held_out is not None and after.held_out is not None
+    before, now = given.held_out.over_floor, after.held_out.over_floor
+    if before <= 1.0:
+        return float(np.clip((before - now) / max(before, 1e-300), 0.0, 1.0))
+    return float(np.clip((before - now) / (before - 1.0), 0.0, 1.0))
+
+
+def _ranking(decision: Decision, nominal: FittedSet) -> tuple[RankedSet, ...]:
+    """All fitted sets, the chosen one first; `score` is the share of the best gain in likelihood.
+
+    Probabilities take the scatter of the difference over the record for its standard deviation.
+    """
+    order = [decision.chosen, *(s for s in decision.ranked if s is not decision.chosen)]
+    order = [s for s in order if s.candidates] or [nominal]
+    weights = np.array([_weight(s, decision.chosen) for s in order])
+    gain = max(nominal.loss - min(s.loss for s in order), 1e-9)
+    return tuple(
+        RankedSet(
+            tuple(c.id for c in s.candidates),
+            tuple(c.place.site for c in s.candidates),
+            float(np.clip((nominal.loss - s.loss) / gain, 0.0, 1.0)),
+            float(w / weights.sum()),
+        )
+        for s, w in zip(order, weights, strict=True)
+        if s.candidates
+    )
+
+
+def _weight(other: FittedSet, chosen: FittedSet) -> float:
+    from scipy.stats import norm
+
+    if other is chosen:
+        return 1.0
+    difference = other.losses - chosen.losses
+    scatter = float(np.sqrt(np.sum((difference - difference.mean()) ** 2)))
+    return (
+        float(2 * norm.sf(max(other.loss - chosen.loss, 0.0) / max(scatter, 1.0)))
+        if other.key < chosen.key or not other.key > chosen.key
+        else 0.0
+    )
+
+
+def _confusable(decision: Decision) -> tuple[tuple[str, ...], ...]:
+    """Effects that the data cannot tell apart: those in which rivals differ from the chosen set."""
+    groups = []
+    for rival in decision.rivals:
+        mine = {c.family: c.id for c in decision.chosen.candidates}
+        theirs = {c.family: c.id for c in rival.candidates}
+        group = [v for k, v in mine.items() if k not in theirs] + [v for k, v in theirs.items() if k not in mine]
+        if len(group) > 1:
+            groups.append(tuple(dict.fromkeys(group)))
+    return tuple(dict.fromkeys(groups))
+
+
+def _tried(decision: Decision, nominal: FittedSet, named: bool) -> tuple[Tried, ...]:
+    outcomes = []
+    for found in decision.ranked:
+        if not found.candidates:
+            continue
+        ids, sites = tuple(c.id for c in found.candidates), tuple(c.place.site for c in found.candidates)
+        gain = nominal.loss - found.loss
+        if found is decision.chosen:
+            text = "named" if named else "the best set, not proven"
+        elif found in decision.rivals:
+            text = "explains the record as well"
+        else:
+            text = f"makes the record more probable by {gain:.3g} nats, the chosen set by {nominal.loss - decision.chosen.loss:.3g}"
+        outcomes.append(Tried(ids, sites, text))
+    return tuple(outcomes)
+
+
+def _warnings(
+    outcome: _Outcome, verdict: Verdict, reasons: Sequence[str], unexplained: float, incomplete: bool
+) -> list[str]:
+    found = list(outcome.case.data.notes[:0])
+    names = " and ".join(c.label for c in outcome.decision.chosen.candidates)
+    if verdict == "unknown" and names:
+        found.append(f"the best set is {names}, not proven: {'; '.join(reasons) or 'rivals explain as much'}")
+    elif verdict == "unknown":
+        found.append(f"nothing is named: {'; '.join(reasons)}")
+    if incomplete:
+        found.append(f"{unexplained:.0%} of the missing force's power is left unexplained")
+    if not outcome.case.balances:
+        found.append("the model has no balance equation, so effects were looked for at inputs and outputs only")
+    if any(kind != "linear" for kind in outcome.setting.kinds):
+        found.append(
+            f"inputs are taken as {'held' if outcome.setting.kinds[0] == 'hold' else 'smooth'} between samples"
+        )
+    return found
+
+
+__all__ = ["diagnose_greybox", "NamedEffect", "Weighed"]

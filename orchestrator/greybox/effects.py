@@ -1,0 +1,107 @@
+"""Effects as results name them, and back: from a fitted set to ids, sites and values, and from these to changes of a model."""
+
+import re
+from collections.abc import Sequence
+
+from fmus.catalogue import ModelicaModel
+from fmus.errors import MisfitError
+from fmus.symbolic.balances import Balance
+from fmus.symbolic.system import SymbolicSystem
+from orchestrator.diagnosis.result import Estimate, NamedEffect
+from orchestrator.effects.changes import Change, InputChange, OutputChange, Parameter, Term
+from orchestrator.effects.write_back import write_back
+from orchestrator.greybox.candidates import Candidate, fits
+from orchestrator.greybox.expression import renamed
+from orchestrator.greybox.extended import CORRECTION
+from orchestrator.greybox.laws import Law, laws
+from orchestrator.greybox.places import Place, unscaled_places
+from orchestrator.greybox.search import FittedSet
+
+Z90 = 1.6449
+
+
+def named_effects(found: FittedSet) -> tuple[NamedEffect, ...]:
+    """The effects of a fitted set with 90 % intervals; what was held has an interval of no width."""
+    return tuple(_named(found, candidate) for candidate in found.candidates)
+
+
+def _named(found: FittedSet, candidate: Candidate) -> NamedEffect:
+    place, estimates = candidate.place, {}
+    for parameter in candidate.law.parameters:
+        value, std = found.value(candidate, parameter.name)
+        low, high = value - Z90 * std, value + Z90 * std
+        if parameter.positive:
+            low = max(low, 0.0)
+        name = candidate.law.public(parameter.name, place.unit)
+        estimates[name] = Estimate(value, parameter.unit(place.units), (low, high))
+    return NamedEffect(candidate.id, place.site, estimates)
+
+
+def with_effects(
+    base: ModelicaModel, effects: Sequence[NamedEffect], name: str, folder: object = None
+) -> ModelicaModel:
+    """A class `name` that is a model with effects, written as a person would.
+
+    Raises:
+        MisfitError: if an effect is unknown, or the model has no such place for it.
+        ModelicaError: if the text of the model cannot be changed.
+    """
+    system, balances = base.balanced()
+    places = unscaled_places(system, balances, _inputs(system, balances))
+    changes = [change for number, effect in enumerate(effects) for change in _changes(effect, places, balances, number)]
+    return write_back(base, name, changes, {}, folder)  # type: ignore[arg-type]
+
+
+def knows(effect: NamedEffect, base: ModelicaModel) -> bool:
+    """Whether an effect is a law at a place of a model."""
+    system, balances = base.balanced()
+    return _found(effect, unscaled_places(system, balances, _inputs(system, balances))) is not None
+
+
+def _inputs(system: SymbolicSystem, balances: Sequence[Balance]) -> list[str]:
+    forces = {b.input for b in balances}
+    return [v.name for v in system.inputs if v.name not in forces and not v.name.startswith(CORRECTION)]
+
+
+def _found(effect: NamedEffect, places: Sequence[Place]) -> tuple[Law, Place] | None:
+    for place in places:
+        for law in laws():
+            if place.site == effect.site and fits(law, place) and law.id_at(place.unit) == effect.id:
+                public = {law.public(p.name, place.unit) for p in law.parameters}
+                if public == set(effect.parameters):
+                    return law, place
+    return None
+
+
+def _changes(effect: NamedEffect, places: Sequence[Place], balances: Sequence[Balance], number: int) -> list[Change]:
+    found = _found(effect, places)
+    if found is None:
+        raise MisfitError(f"{effect.id} at {effect.site} cannot be added: the model has no such place for it")
+    law, place = found
+    names, parameters = {}, {}
+    for parameter in law.parameters:
+        public = law.public(parameter.name, place.unit)
+        own = f"{_plain(effect.id)}{number + 1}_{public}"
+        names[parameter.name] = own
+        estimate = effect.parameters[public]
+        parameters[own] = Parameter(estimate.value, estimate.unit, parameter.description)
+    title = law.title_at(place.unit)
+    names |= dict(place.coordinates)
+    expression = renamed(law.expression, names)
+    if place.kind == "input":
+        return [InputChange(place.site, expression, parameters, title)]
+    if place.kind == "output":
+        return [OutputChange(place.coordinates["y"], expression, parameters, title)]
+    by_input = {b.input: b for b in balances}
+    terms: list[Change] = []
+    for k, (name, factor) in enumerate(place.adds.items()):
+        balance = by_input[name]
+        text = expression if factor > 0 else f"-({expression})"
+        # Parameters are declared once; a second balance of the same law speaks of them by name.
+        terms.append(Term(balance.state, balance.place, text, parameters if k == 0 else {}, title))
+    return terms
+
+
+def _plain(effect_id: str) -> str:
+    """`coulomb_friction` -> `coulomb`: the first word, as names of parameters begin."""
+    return re.split("_", effect_id)[0]
