@@ -44,6 +44,8 @@ def add_effects(
     Raises:
         MisfitError: if an effect is unknown or the model has no slot for it.
     """
+    if as_fmu(base) is None and not free_slots(base.compile()):
+        return _written_back(base, effects, folder)
     chosen = _place(base, effects, effect_library() if cards is None else cards)
     effect_set = EffectSet(base, chosen, base.compile().outputs)
     values = _values(effect_set, effects)
@@ -60,14 +62,33 @@ def add_effects(
     system = source.compile()
     check_attached(system, attachments)
     check_adjusted(system, changed)
+    return _built(base, source, folder)
+
+
+def _written_back(base: ModelicaModel, effects: Sequence[NamedEffect], folder: Path) -> Version:
+    """The version of a model without slots: its class with the balance equations changed."""
+    from orchestrator.greybox.effects import with_effects
+
+    name = _free_name(base, folder, lambda n: _text(with_effects(base, effects, n)))
+    return _built(base, with_effects(base, effects, name, folder), folder)
+
+
+def _text(source: ModelicaModel) -> str:
+    assert source.file is not None
+    return source.file.read_text()
+
+
+def _built(base: ModelicaModel, source: ModelicaModel, folder: Path) -> Version:
+    """The FMU of a class that was written to the folder."""
+    system = source.compile()
     assert source.file is not None
     file = build_fmu(
         system,
-        folder / f"{name}.fmu",
+        folder / f"{source.name}.fmu",
         stop_time=base.stop_time_s,
         step_size=base.step_size_s,
         extra_files={
-            f"resources/{name}.mo": source.file.read_bytes(),
+            f"resources/{source.name}.mo": source.file.read_bytes(),
             **reference_files(system, base.stop_time_s, base.step_size_s),
         },
     )

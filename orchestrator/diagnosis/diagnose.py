@@ -18,7 +18,7 @@ from orchestrator.datacheck.holding import with_interpolation
 from orchestrator.datacheck.verdict import first_mend
 from orchestrator.diagnosis.adjusted import adjusted_parameters
 from orchestrator.diagnosis.advice import with_next_experiment
-from orchestrator.diagnosis.candidates import EffectSet, find_candidates, model_of
+from orchestrator.diagnosis.candidates import EffectSet, as_fmu, find_candidates, model_of
 from orchestrator.diagnosis.cards import EffectCard, effect_library
 from orchestrator.diagnosis.compile_ahead import compile_ahead
 from orchestrator.diagnosis.conclude import conclude
@@ -81,6 +81,13 @@ def diagnose(
     checks = check_data(model, measurements)
     if forbids_physics(checks):
         return replace(first_mend(model, measurements, checks, workers), mended=measurements.mended)
+
+    if as_fmu(source) is None and not free_slots(source.compile()):
+        from orchestrator.greybox.diagnose import diagnose_greybox  # which makes results of this room
+
+        found = diagnose_greybox(source, measurements, workers=workers, progress=progress)
+        warnings = (*map(str, checks), *found.warnings)
+        return replace(found, warnings=warnings, data_checks=checks, mended=measurements.mended)
 
     def by(shown: MeasurementSet, may_cut: bool) -> Diagnosis:
         return _diagnosed(source, shown, measurements, library, workers, progress, work, may_cut=may_cut)

@@ -126,6 +126,8 @@ class Diagnosis:
     `findings` says the same. `tried` tells what became of each set of the ranking. `adjusted` are the parameters fitted
     within their tolerances and `clock_shift_s` by how much outputs were late; errors count with both, the patched model
     has neither. `data_checks` says what is wrong with the record, `mended` what was mended before.
+    `incomplete` says that `unexplained_share` of the missing force's power is left, `best` is the best set of an answer that is
+    not proven, `witness` the missing force over its best coordinate with the fitted law.
     """
 
     model: str
@@ -155,6 +157,10 @@ class Diagnosis:
     kin: tuple[Kin, ...] = ()
     data_checks: tuple[Finding, ...] = ()
     mended: tuple[str, ...] = ()
+    incomplete: bool = False
+    unexplained_share: float | None = None
+    best: tuple[NamedEffect, ...] = ()
+    witness: tuple[Mapping[str, Any], ...] = ()
 
     def plot(self) -> "Shown":
         """The error that falls from step to step, for a notebook; the ranking where no effect was added."""
@@ -174,7 +180,11 @@ class Diagnosis:
             "model": self.model,
             "data": self.data,
             "verdict": self.verdict,
+            "incomplete": self.incomplete,
+            "unexplained_share": self.unexplained_share,
             "effects": [asdict(effect) for effect in self.effects],
+            "best": [asdict(effect) for effect in self.best],
+            "witness": [dict(picture) for picture in self.witness],
             "confusable": [list(group) for group in self.confusable],
             "odds": [asdict(entry) for entry in self.odds],
             "ranking": [asdict(entry) for entry in self.ranking],

@@ -188,4 +188,4 @@ def _rivals(chosen: FittedSet, other: FittedSet, limits: Thresholds, scale: np.n
     if len(other.fit.theta) > len(chosen.fit.theta) or beyond_doubt(chosen, other, limits):
         return False
     ratio = Weighed(other).error(8, scale) / max(Weighed(chosen).error(8, scale), 1e-300)
-    return ratio < 1 + limits.least_improvement
+    return ratio < 1 + limits.alike

@@ -7,7 +7,7 @@ record more probable beyond doubt and predictions better. Held-out trials are op
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -150,7 +150,7 @@ def _answer(
         incomplete=incomplete,
         unexplained_share=unexplained if chosen.candidates else None,
         best=effects if not named else (),
-        witness=witnesses(case, nominal, chosen),
+        witness=tuple(asdict(w) for w in witnesses(case, nominal, chosen)),
         data_checks=given.data_checks,
     )
 

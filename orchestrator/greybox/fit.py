@@ -12,7 +12,7 @@ from orchestrator.greybox.filtering import Filtered, GreyBox, Trial
 ENOUGH = 0.05
 # Steps in a sample interval are short enough if halving them changes the log likelihood by no more, or by 1e-4 of it.
 CLOSE = 0.3
-ROUNDS, STEPS = 12, 6
+ROUNDS, STEPS = 5, 4
 # Rounds, and steps of the noise in each of them, of a rough fit.
 ROUGHLY = 3, 2
 MOST_SUBSTEPS = 16
@@ -194,11 +194,14 @@ class Fitter:
         low[nb:] = np.log(self.least_noise)
         logs = np.clip(noise.logs, low, high)
 
-        def objective(at: np.ndarray) -> float:
-            return work.value(theta, [Noise.of(np.clip(at, low, high), nb)])
+        # A rough fit holds what sensors do: it is the forces that an effect makes smaller.
+        varied = nb if steps == ROUGHLY[1] and nb else len(logs)
 
-        logs, value = _descended(objective, logs, low, high, steps)
-        return Noise.of(logs, nb), value
+        def objective(at: np.ndarray) -> float:
+            return work.value(theta, [Noise.of(np.concatenate([at, logs[varied:]]), nb)])
+
+        found, value = _descended(objective, logs[:varied], low[:varied], high[:varied], steps)
+        return Noise.of(np.concatenate([found, logs[varied:]]), nb), value
 
 
 def _descended(

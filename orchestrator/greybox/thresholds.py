@@ -24,7 +24,7 @@ class Thresholds:
     largest_set: int = 3
     shortlist: int = 12
     additions: int = 4
-    refined: int = 6
+    refined: int = 4
     rounds: int = 4
     most_effects: int = 4
     hopeless: float = 5.0
@@ -36,5 +36,5 @@ class Thresholds:
     least_explained: float = 0.1
     complete_share: float = 0.1
     worse: float = 0.02
-    alike: float = 0.1
+    alike: float = 0.15
     quiet: float = 5.0
