@@ -25,7 +25,8 @@ def points(system: SymbolicSystem, count: int, seed: int = 0) -> Iterator[Values
     for attempt in range(MOST_TRIES):
         spread = 0.3 / (1 + attempt // 8)
         time = float(random.uniform(0.0, 1.0))
-        x, u, p = (near(random, group, spread) for group in (system.states, system.inputs, system.parameters))
+        x, u = (near(random, group, spread) for group in (system.states, system.inputs))
+        p = _scaled(random, system.parameters, spread)
         source, delay = (np.array(part).ravel() for part in system.history(time, u, p))
         d = [delayed(s, t) for s, t in zip(source, delay, strict=True)]
         dx, z = (np.array(part).ravel() for part in system.rhs(time, x, u, d, p))
@@ -45,6 +46,13 @@ def points(system: SymbolicSystem, count: int, seed: int = 0) -> Iterator[Values
         found += 1
         if found == count:
             return
+
+
+def _scaled(random: np.random.Generator, parameters: Sequence[Variable], spread: float) -> list[float]:
+    """Parameters near their values, with their signs: a term's side of an equation depends on the sign of a mass."""
+    moved = near(random, parameters, spread)
+    factors = random.uniform(1.0 - spread, 1.0 + spread, len(parameters))
+    return [v.start * float(f) if v.start else m for v, f, m in zip(parameters, factors, moved, strict=True)]
 
 
 def value_of(expression: str, values: Mapping[str, float]) -> float:

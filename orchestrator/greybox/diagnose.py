@@ -23,7 +23,6 @@ from orchestrator.greybox.effects import named_effects
 from orchestrator.greybox.evidence import Case, all_candidates, case_of, held_out_trials, nominal_set
 from orchestrator.greybox.extended import OUTPUT, extend
 from orchestrator.greybox.fit import Fitter, Noise
-from orchestrator.greybox.interpolation import with_interpolation
 from orchestrator.greybox.prediction import predicted
 from orchestrator.greybox.prepare import first_noise, least_noise
 from orchestrator.greybox.search import FittedSet, Search, Setting
@@ -206,8 +205,8 @@ def _worse_on_held_out(
 
 def _held_out_error(outcome: _Outcome, found: FittedSet, scale: np.ndarray) -> float:
     """Error of predictions over an eighth of each held-out trial, whose noise is its own."""
-    fit, setting = found.fit, outcome.setting
-    trials = [with_interpolation(trial, setting.kinds) for trial in held_out_trials(outcome.case)]
+    fit = found.fit
+    trials = held_out_trials(outcome.case)
     start: list[Noise] = [first_noise(fit.box, [trial], outcome.case.balances, fit.theta) for trial in trials]
     fitter = Fitter(trials, start, least_noise(trials))
     held = replace(fit.priors, mean=fit.theta, std=np.full(len(fit.theta), 1e-12))
@@ -305,10 +304,6 @@ def _warnings(
         found.append(f"{unexplained:.0%} of the missing force's power is left unexplained")
     if not outcome.case.balances:
         found.append("the model has no balance equation, so effects were looked for at inputs and outputs only")
-    if any(kind != "linear" for kind in outcome.setting.kinds):
-        found.append(
-            f"inputs are taken as {'held' if outcome.setting.kinds[0] == 'hold' else 'smooth'} between samples"
-        )
     return found
 
 

@@ -1,29 +1,23 @@
 """Bring a model and its measurements together for the grey box: setting, nominal fit, candidates."""
 
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
 
 from fmus.catalogue import ModelicaModel
-from fmus.errors import ComponentError
 from fmus.symbolic.balances import Balance
 from fmus.symbolic.system import SymbolicSystem, Variable
 from orchestrator.greybox.candidates import Candidate, candidates_at, numbered
 from orchestrator.greybox.extended import CORRECTION, extend
 from orchestrator.greybox.filtering import GreyBox, Trial
 from orchestrator.greybox.fit import Fitter, Priors
-from orchestrator.greybox.interpolation import KINDS, Kind, with_interpolation
 from orchestrator.greybox.laws import Law, laws
 from orchestrator.greybox.places import Place, balance_places, input_places, output_places, parameter_places
 from orchestrator.greybox.prepare import first_noise, least_noise, seen_by, trials_of
 from orchestrator.greybox.search import FittedSet, Setting, with_losses
 from orchestrator.greybox.thresholds import Thresholds
 from orchestrator.measurements import BoundSet, MeasurementSet, bind
-
-# Trials by which the interpolation of inputs is chosen.
-FEW = 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,43 +47,17 @@ def case_of(source: ModelicaModel, measurements: MeasurementSet) -> Case:
 
 
 def nominal_set(case: Case, thresholds: Thresholds) -> tuple[Setting, FittedSet]:
-    """The model as given, with the noise and the interpolation of inputs that make the learning trials most probable."""
+    """The model as given, with the noise that makes the learning trials most probable."""
     trials = trials_of(case.data.learning, case.base, case.signals, case.balances)
     extended = extend(case.base, case.balances, case.signals, ())
-    box = GreyBox(extended.system, extended.outputs, extended.balances, ())
-    kinds: tuple[Kind, ...] = ("linear",) * len(case.inputs)
-    setting, plain = _with_kinds(case, box, trials, kinds, thresholds)
-    if not any(np.ptp(t.inputs, axis=0).max(initial=0.0) > 0 for t in trials):
-        return setting, plain
-    # Few trials tell what the inputs did between samples; all of them are then fitted again.
-    few = trials[:FEW]
-    likely = _with_kinds(case, box, few, kinds, thresholds, rough=True)[1].fit.log_likelihood + thresholds.interpolation
-    best = kinds
-    for kind in KINDS[1:]:
-        other: tuple[Kind, ...] = (kind,) * len(case.inputs)
-        with suppress(ComponentError):
-            found = _with_kinds(case, box, few, other, thresholds, rough=True)[1].fit.log_likelihood
-            if found > likely:
-                likely, best = found, other
-    return (setting, plain) if best == kinds else _with_kinds(case, box, trials, best, thresholds)
-
-
-def _with_kinds(
-    case: Case,
-    box: GreyBox,
-    trials: Sequence[Trial],
-    kinds: tuple[Kind, ...],
-    thresholds: Thresholds,
-    *,
-    rough: bool = False,
-) -> tuple[Setting, FittedSet]:
-    """The model as given, fitted to trials whose inputs have these kinds."""
+    box = GreyBox(extended.system, extended.outputs, extended.balances, (), case.data.trials[0].held)
     none = np.zeros(0)
-    shown = tuple(with_interpolation(trial, kinds) for trial in trials)
-    start = [first_noise(box, [trial], case.balances, none) for trial in shown]
-    fitter = Fitter(shown, start, least_noise(trials))
-    setting = Setting(case.base, case.balances, case.signals, shown, fitter, thresholds, kinds)
-    return setting, with_losses((), fitter.fit(box, none, Priors(none, none, none), rough=rough))
+    start = [first_noise(box, [trial], case.balances, none) for trial in trials]
+    fitter = Fitter(trials, start, least_noise(trials))
+    setting = Setting(
+        case.base, case.balances, case.signals, tuple(trials), fitter, thresholds, case.data.trials[0].held
+    )
+    return setting, with_losses((), fitter.fit(box, none, Priors(none, none, none)))
 
 
 def places_of(case: Case, nominal: FittedSet) -> list[Place]:

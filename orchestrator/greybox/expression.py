@@ -1,7 +1,8 @@
 """Laws as text: valid Modelica, and evaluated here with CasADi."""
 
 import ast
-from collections.abc import Mapping
+import re
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import casadi as ca
@@ -20,7 +21,7 @@ _FUNCTIONS = {
     "max": ca.fmax,
     "log": ca.log,
 }
-_OPERATORS = {
+_OPERATORS: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Add: lambda a, b: a + b,
     ast.Sub: lambda a, b: a - b,
     ast.Mult: lambda a, b: a * b,
@@ -87,6 +88,4 @@ def renamed(text: str, names: Mapping[str, str]) -> str:
     >>> renamed("-b*v^2", {"b": "damping", "v": "cart.v"})
     '-damping*cart.v^2'
     """
-    import re
-
     return re.sub(r"[A-Za-z_]\w*", lambda found: names.get(found.group(), found.group()), text)

@@ -52,7 +52,7 @@ class _Extension:
         forces = {b.input for b in balances}
         self.inputs = [v for v in base.inputs if v.name not in forces and not v.name.startswith(CORRECTION)]
         symbol: Any = ca.SX.sym if base.rhs.is_a("SXFunction") else ca.MX.sym
-        self.zero = ca.SX if base.rhs.is_a("SXFunction") else ca.MX
+        self.zero: Any = ca.SX if base.rhs.is_a("SXFunction") else ca.MX
         self.t = symbol("t")
         self.x = [symbol(v.name) for v in base.states]
         self.u = [symbol(v.name) for v in self.inputs]
@@ -79,9 +79,9 @@ class _Extension:
             for name, factor in c.place.adds.items():
                 forces[name] = forces[name] + factor * value
         given = [inputs.get(v.name, forces.get(v.name, 0.0)) for v in self.base.inputs]
-        column = ca.vertcat(*given) if given else self.zero(0, 1)
-        x = ca.vertcat(*self.x) if self.x else self.zero(0, 1)
-        p = ca.vertcat(*parameters.values()) if parameters else self.zero(0, 1)
+        column: Any = ca.vertcat(*given) if given else self.zero(0, 1)
+        x: Any = ca.vertcat(*self.x) if self.x else self.zero(0, 1)
+        p: Any = ca.vertcat(*parameters.values()) if parameters else self.zero(0, 1)
         dx, z = self.base.rhs(self.t, x, column, self.d, p)
         values = states | {v.name: z[i] for i, v in enumerate(self.base.algebraics)}
         readings = {name: values[name] for name in self.signals}

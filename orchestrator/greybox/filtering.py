@@ -85,9 +85,16 @@ class Filtered:
 class GreyBox:
     """A model with its balance inputs and free parameters, compiled for the filter."""
 
-    def __init__(self, system: SymbolicSystem, outputs: Sequence[str], balances: Sequence[str], theta: Sequence[str]):
+    def __init__(
+        self,
+        system: SymbolicSystem,
+        outputs: Sequence[str],
+        balances: Sequence[str],
+        theta: Sequence[str],
+        held: Sequence[str] = (),
+    ):
         self.system, self.outputs, self.balances, self.theta = system, tuple(outputs), tuple(balances), tuple(theta)
-        self.compiled = CompiledModel(system, outputs, (*balances, *theta))
+        self.compiled = CompiledModel(system, outputs, (*balances, *theta), held=held)
 
     def run(
         self,
@@ -123,7 +130,7 @@ class GreyBox:
         keep = [np.ascontiguousarray(part, dtype=float) for part in given]
         sizes = (n, nx, len(system.inputs), system.n_delays, ny, len(compiled.free), substeps, 1, 0)
         code = compiled._machine_code
-        problem = _Problem(*sizes, *(part.ctypes.data for part in keep), 0.0, *code.with_slopes)
+        problem = _Problem(*sizes, *(part.ctypes.data for part in (*keep, compiled._held)), 0.0, *code.with_slopes)
         parts = (trial.measured, trial.start, trial.spread, intensity, noise)
         own = [np.ascontiguousarray(part, dtype=float) for part in parts]
         result = [np.empty((n, ny)), np.empty((n, ny)), np.empty((n, ny, nt)), np.empty((n, nx)), np.empty((n, nx))]

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from orchestrator.greybox.unit_algebra import combined
 
@@ -104,12 +104,10 @@ def parameter_law() -> Law:
 
 def read_law(path: Path) -> Law:
     """Read one card."""
-    table = tomllib.loads(path.read_text())
-    parameters = tuple(
-        LawParameter(name, **{k: tuple(v) if isinstance(v, list) else v for k, v in entry.items()})
-        for name, entry in table.pop("parameters").items()
-    )
-    return Law(
-        parameters=parameters,
-        **{key: tuple(value) if isinstance(value, list) else value for key, value in table.items()},
-    )
+    table: dict[str, Any] = _with_tuples(tomllib.loads(path.read_text()))
+    parameters: dict[str, dict[str, Any]] = table.pop("parameters")
+    return Law(parameters=tuple(LawParameter(name, **_with_tuples(each)) for name, each in parameters.items()), **table)
+
+
+def _with_tuples(table: dict[str, Any]) -> dict[str, Any]:
+    return {key: tuple(value) if isinstance(value, list) else value for key, value in table.items()}

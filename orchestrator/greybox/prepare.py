@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import casadi as ca
 import numpy as np
 
+from fmus.errors import ComponentError
 from fmus.symbolic.balances import Balance
 from fmus.symbolic.system import SymbolicSystem
 from orchestrator.greybox.filtering import GreyBox, Trial
@@ -101,9 +102,12 @@ def first_noise(box: GreyBox, trials: Sequence[Trial], balances: Sequence[Balanc
                 tried.append(
                     (-sum(box.run(t, theta, noise.intensity, noise.sensors).log_likelihood for t in trials), noise)
                 )
-            except Exception:  # noqa: BLE001
+            except ComponentError:
                 continue
-    return min((t for t in tried if np.isfinite(t[0])), key=lambda pair: pair[0])[1]
+    likely = [pair for pair in tried if np.isfinite(pair[0])]
+    if not likely:
+        raise ComponentError(f"{box.system.name} cannot follow {trials[0].name}, whatever disturbs it")
+    return min(likely, key=lambda pair: pair[0])[1]
 
 
 def _white(column: np.ndarray) -> float:

@@ -113,14 +113,14 @@ def best_subsets(
             scores, values = _scores(normal, rows, signs, len(kept), inverse_prior)
             found.update({each: (float(s), v) for each, s, v in zip(group, scores, values, strict=True)})
 
-    singles = [(c,) for c in places]
+    singles: list[tuple[int, ...]] = [(c,) for c in places]
     tried(singles)
     beam = singles
     for _ in range(1, largest):
         ranked = sorted(beam, key=lambda s: -found[s][0])
         ranked = [s for s in ranked if np.isfinite(found[s][0])]
         wide = beam if len(singles) <= 60 and len(beam) == len(singles) else ranked[:BEAM]
-        beam = list({tuple(sorted({*s, c})) for s in wide for (c,) in singles if c not in s and _apart(order, s, c)})
+        beam = list({tuple(sorted({*s, c})) for s in wide for c in places if c not in s and _apart(order, s, c)})
         tried(beam)
     best = sorted((s for s in found if np.isfinite(found[s][0])), key=lambda s: -found[s][0])
     return [Screened(tuple(order[c] for c in s), found[s][0], tuple(found[s][1][len(kept) :])) for s in best]

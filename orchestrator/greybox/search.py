@@ -16,7 +16,6 @@ from orchestrator.greybox.candidates import Candidate
 from orchestrator.greybox.extended import extend
 from orchestrator.greybox.filtering import GreyBox, Trial
 from orchestrator.greybox.fit import Fit, Fitter, Noise, Priors, Work
-from orchestrator.greybox.interpolation import Kind
 from orchestrator.greybox.screen import best_subsets, normal_equations, stretches_of
 from orchestrator.greybox.thresholds import Thresholds
 
@@ -65,7 +64,7 @@ class FittedSet:
 
 @dataclass(frozen=True, eq=False)
 class Setting:
-    """What a search works with: the model with balance inputs, learning trials, and what inputs do between samples."""
+    """What a search works with: the model with balance inputs, learning trials, and inputs that are held between samples."""
 
     base: SymbolicSystem
     balances: tuple[Balance, ...]
@@ -73,7 +72,7 @@ class Setting:
     trials: tuple[Trial, ...]
     fitter: Fitter
     thresholds: Thresholds
-    kinds: tuple[Kind, ...]
+    held: tuple[str, ...] = ()
 
 
 class Search:
@@ -116,7 +115,7 @@ class Search:
         extended = extend(self.setting.base, self.setting.balances, self.setting.signals, everyone)
         columns = [(c, p) for c in everyone for p in c.gains]
         names = [c.symbol(p) for c, p in columns]
-        box = GreyBox(extended.system, extended.outputs, extended.balances, names)
+        box = GreyBox(extended.system, extended.outputs, extended.balances, names, self.setting.held)
         known = dict(zip(about.fit.box.theta, about.fit.theta, strict=True))
         theta = np.array([known.get(name, 0.0) for name in names])
         n = len(names)
@@ -207,7 +206,7 @@ def fit_set(
     extended = extend(setting.base, setting.balances, setting.signals, everyone)
     free = [(c, p) for c in everyone for p in (*c.gains, *c.fitted_shapes)]
     names = [c.symbol(p) for c, p in free]
-    box = GreyBox(extended.system, extended.outputs, extended.balances, names)
+    box = GreyBox(extended.system, extended.outputs, extended.balances, names, setting.held)
     start = np.array([0.0 if p.gain else c.shapes[p.name] for c, p in free])
     spread = np.array([c.spread(p) for c, p in free])
     low = np.array([0.0 if p.positive else -np.inf for _, p in free])

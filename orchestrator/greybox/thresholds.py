@@ -11,8 +11,6 @@ class Thresholds:
     fitted; about the best set `additions` further effects are tried, in at most `rounds`, the `refined` best are fitted to the end, up to `most_effects`. What makes
     left-out blocks less probable by more than `hopeless` nats is not fitted.
 
-    Inputs are taken as linear between samples unless another way makes the record more probable by `interpolation` nats.
-
     Decision: a set is better than another beyond doubt if its log likelihood, less the price of its parameters, is higher by
     `standard_errors` of the sum of differences over stretches and by `nats`. An effect earns its place if predictions over an
     eighth of a trial are `least_improvement` better with it, or if it brings `least_share` of what the whole set gains; and never
@@ -28,7 +26,6 @@ class Thresholds:
     rounds: int = 4
     most_effects: int = 4
     hopeless: float = 5.0
-    interpolation: float = 10.0
     standard_errors: float = 1.64
     nats: float = 3.0
     least_share: float = 0.1

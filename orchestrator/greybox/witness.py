@@ -1,11 +1,13 @@
 """The picture of the missing force: its size over the coordinate that explains it best, with the fitted law through it."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from fmus.symbolic.balances import Balance
 from orchestrator.greybox.evidence import Case
+from orchestrator.greybox.expression import evaluate_numbers
 from orchestrator.greybox.filtering import Filtered, GreyBox, Trial
 from orchestrator.greybox.fit import Fit
 from orchestrator.greybox.search import FittedSet
@@ -111,15 +113,13 @@ def _push(box: GreyBox, trial: Trial, states: np.ndarray, balance: Balance) -> n
 
 def _law(chosen: FittedSet, trial: Trial, states: np.ndarray, case: Case, balance: Balance) -> np.ndarray:
     """What the chosen set adds to a balance along states (n - 1, nx)."""
-    from orchestrator.greybox.expression import evaluate_numbers
-
     known = {v.name: states[:, i] for i, v in enumerate(case.base.states)}
     known |= {v.name: trial.inputs[1:, i] for i, v in enumerate(case.inputs)} | {"time": trial.time[1:]}
     total = np.zeros(len(states))
     for candidate in chosen.candidates:
         factor = candidate.place.adds.get(balance.input)
         if factor is not None:
-            names = {k: _coordinate(text, known) for k, text in candidate.place.coordinates.items()}
+            names: dict[str, Any] = {k: _coordinate(text, known) for k, text in candidate.place.coordinates.items()}
             names |= {p.name: chosen.value(candidate, p.name)[0] for p in candidate.law.parameters}
             total = total + factor * evaluate_numbers(candidate.law.expression, names)
     return total
