@@ -2,14 +2,15 @@
 
 import hashlib
 import os
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 
 from fmus.catalogue import ModelicaModel
-from fmus.children import Workers
-from fmus.errors import FmuError
+from fmus.children import BrokenWorker, Workers
+from fmus.errors import FmuError, MisfitError
 from fmus.files import cache_folder, write_atomically
 from fmus.frontend.closure import library_files
 from fmus.library import library_root
@@ -53,26 +54,43 @@ def build_all(targets: Sequence[Target], workers: int) -> dict[str, tuple[str, .
         What was assumed or not checked, by the names of the models that were built.
 
     Raises:
-        MisfitError: if a model cannot be compiled or its FMU cannot be built or written.
+        MisfitError: if a model cannot be compiled or its FMU cannot be built or written; the others are there then.
     """
     kept = _kept(targets)
     missing = [target for target in targets if not kept[target].is_file()]
     jobs: dict[ModelicaModel, list[tuple[Target, Path]]] = {}
     for target in missing:
         jobs.setdefault(target.model, []).append((target, kept[target]))
-    if len(jobs) < 2 or workers < 2:
-        notes = [_build(model, files) for model, files in jobs.items()]
-    else:
-        # CasADi's reference counts are not safe in threads, and a fork would copy threads in the middle of their work.
-        with Workers(min(workers, len(jobs))) as pool:
-            doing = [pool.submit(_build, model, files) for model, files in jobs.items()]
-            notes = [each.result() for each in doing]
+    notes = _all_built(jobs, workers)
+    failures = [each for each in notes if isinstance(each, Exception)]
     for target in targets:
-        _deliver(kept[target].read_bytes(), target.path)
+        if not failures or kept[target].is_file():  # what could be built is there, whatever became of the rest
+            _deliver(kept[target].read_bytes(), target.path)
     for target, path in _kept(missing).items():
         if path != kept[target]:  # a source was edited during the build, so the file belongs to neither text
             kept[target].unlink(missing_ok=True)
-    return {model.name: found for model, found in zip(jobs, notes, strict=True) if found}
+    if failures:
+        raise failures[0]
+    return {model.name: found for model, found in zip(jobs, notes, strict=True) if found and isinstance(found, tuple)}
+
+
+def _all_built(
+    jobs: Mapping[ModelicaModel, Sequence[tuple[Target, Path]]], workers: int
+) -> list[tuple[str, ...] | Exception]:
+    """What each build assumed, or why it failed."""
+    if len(jobs) < 2 or workers < 2:
+        return [_attempt(partial(_build, model, files)) for model, files in jobs.items()]
+    # CasADi's reference counts are not safe in threads, and a fork would copy threads in the middle of their work.
+    with Workers(min(workers, len(jobs))) as pool:
+        doing = [pool.submit(_build, model, files) for model, files in jobs.items()]
+        return [_attempt(each.result) for each in doing]
+
+
+def _attempt(build: Callable[[], tuple[str, ...]]) -> tuple[str, ...] | Exception:
+    try:
+        return build()
+    except (MisfitError, BrokenWorker) as error:
+        return error
 
 
 def _build(model: ModelicaModel, files: Sequence[tuple[Target, Path]]) -> tuple[str, ...]:

@@ -236,16 +236,23 @@ def _updated(cases: "Sequence[Case]", outcomes: "Sequence[Outcome]", quiet: bool
     return after
 
 
+def _with_folder(outcome: "Outcome") -> str:
+    """Name of a case with the folder of its file, as seen from here: teams have many cases called `start`."""
+    folder = os.path.relpath(Path(outcome.file).parent)
+    return outcome.name if folder == "." else f"{folder}/{outcome.name}"
+
+
 def _lines(outcomes: "Sequence[Outcome]") -> list[str]:
     from orchestrator.regress.junit import lines
 
     found = []
     for outcome in outcomes:
+        name = _with_folder(outcome)
         if outcome.verdict == "passed":
-            found.append(f"passed  {outcome.name} ({outcome.took_s:.2g} s)")
+            found.append(f"passed  {name} ({outcome.took_s:.2g} s)")
             continue
         first, *rest = lines(outcome)
-        found.append(f"{outcome.verdict.upper():<7} {outcome.name}: {first}")
+        found.append(f"{outcome.verdict.upper():<7} {name}: {first}")
         found += [f"          {line}" for line in rest]
     counts = [(v, sum(o.verdict == v for o in outcomes)) for v in ("passed", "failed", "error")]
     found.append(", ".join(f"{count} {verdict}" for verdict, count in counts if count or verdict == "passed"))

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from fmus.errors import MisfitError
 from orchestrator.cosim.assembly import Assembly, assemble
+from orchestrator.cosim.engine.forked import end_copies
 from orchestrator.cosim.engine.table import Table, left_to_python, why_not
 from orchestrator.cosim.masters import TableMaster
 from orchestrator.cosim.masters.coupling import Coupling
@@ -118,6 +119,7 @@ class Simulation:
         self._ready = True
         self._progress.word.last_good = self.time
         self._progress.leave()
+        end_copies()
         master = self._parts.master
         if not isinstance(master, TableMaster):
             self.report.engine = f"master {master.name} runs in Python"
@@ -253,7 +255,9 @@ class Simulation:
 
     def _advance(self, size: float) -> None:
         """One step in Python."""
-        if self._parts.master.advance(self.coupling, self._k, self._start, size):
+        going = self._parts.master.advance(self.coupling, self._k, self._start, size)
+        end_copies()
+        if going:
             self._k += 1
 
     def _begin(self, recorder: Recorder | None) -> None:
@@ -305,6 +309,7 @@ class Simulation:
                 self._k, self._k + min(steps, self._parts.chunk), self._start, self._parts.step
             )
         finally:
+            end_copies()
             self._filled = int(self._table.loop.filled)
             if self._filled:
                 self._recorded_time = float(self._rows[self._filled - 1, 0])

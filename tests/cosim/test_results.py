@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+import time as clock
 from pathlib import Path
 
 import numpy as np
@@ -249,3 +250,14 @@ def test_a_table_of_somebody_else_is_a_result_too(tmp_path: Path) -> None:
     (tmp_path / "table.csv").write_text("time,q,name\n0,1.5,a\n0.1,2,b\n")
     result = read_result(tmp_path / "table.csv")
     assert result.names == ("q",) and result["q"].tolist() == [1.5, 2.0]
+
+
+def test_a_table_with_a_hundred_thousand_columns_is_read_in_seconds(tmp_path: Path) -> None:
+    """Arrow takes half a minute for it, and as long as this for a thousand of them."""
+    names = [f"c{k}" for k in range(100_000)]
+    rows = "\n".join(",".join([f"{t}.0", *(["1.5"] * len(names))]) for t in range(3))
+    (tmp_path / "wide.csv").write_text(f"time,{','.join(names)}\n{rows}\n")
+    began = clock.process_time()
+    result = read_result(tmp_path / "wide.csv")
+    assert clock.process_time() - began < 10.0
+    assert list(result.names) == names and result["c99999"].tolist() == [1.5, 1.5, 1.5]

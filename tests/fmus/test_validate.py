@@ -87,7 +87,7 @@ def test_a_repeated_entry_of_other_content_is_refused(tmp_path: Path) -> None:
         zipfile.ZipFile(path, "a") as archive,
         pytest.warns(UserWarning, match="Duplicate"),
     ):
-        archive.writestr("modelDescription.xml", XML + " ")
+        archive.writestr("modelDescription.xml", XML + b" ")
     with pytest.raises(FmuError, match=r"'modelDescription\.xml' occurs twice"):
         validate_fmu(path)
 

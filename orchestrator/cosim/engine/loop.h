@@ -62,6 +62,7 @@ typedef struct {
     int32_t failed, index, status, terminated; /* about the end, see LoopOutcome */
     int32_t piece, unused;
     double reached;
+    const volatile int32_t *ours; /* 1, and 0 in a process that an FMU has forked off; may be NULL */
 } Loop;
 
 LoopOutcome loop_run(Loop *loop);

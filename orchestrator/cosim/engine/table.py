@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from fmus.errors import ComponentError
 from orchestrator.cosim.component import StepEnd
+from orchestrator.cosim.engine.forked import own_process_address
 from orchestrator.cosim.engine.native import native_library
 from orchestrator.cosim.engine.rows import Pointer, Rows, can_carry, why_in_python
 from orchestrator.cosim.fmu.instance import DISCARD, Instance
@@ -35,6 +36,7 @@ class LoopState(ctypes.Structure):
         ("progress", Pointer),
         *((name, ctypes.c_int32) for name in ("failed", "index", "status", "terminated", "piece", "unused")),
         ("reached", ctypes.c_double),
+        ("ours", Pointer),
     ]
 
 
@@ -89,6 +91,7 @@ class Table:
             columns=self._rows_of.keep(places, np.int32),
             n_columns=len(places),
             progress=coupling.progress.address,
+            ours=own_process_address(),
         )
 
     def record_into(self, rows: NDArray[np.float64], every: int) -> None:

@@ -3,12 +3,15 @@
 import csv
 import io
 import json
-from collections.abc import Iterator, Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pyarrow as pa
 import pyarrow.csv as pc
+from numpy.typing import NDArray
 
 from fmus.errors import MisfitError
 from orchestrator.cosim.results.arrow import SCHEMA, numpy_of
@@ -16,6 +19,8 @@ from orchestrator.cosim.results.column import Column
 from orchestrator.cosim.results.formats import Content, Header, as_numbers, kind_of
 
 ENDING = "-metadata.json"
+# Columns from which a table is read another way.
+WIDE = 2000
 
 
 def write(path: Path, header: Header, batches: Iterator[pa.RecordBatch]) -> None:
@@ -58,13 +63,13 @@ def read(path: Path, wanted: Sequence[str] | None) -> Content:
     Raises:
         MisfitError: if the file is no CSV.
     """
-    try:
-        table = pc.read_csv(path)
-    except (pa.ArrowException, OSError) as error:
-        raise MisfitError(f"{path} cannot be read as CSV: {' '.join(str(error).split())}") from error
+    names, columns_of = _read_wide(path) or _read_table(path)
+    if len(set(names)) != len(names):
+        twice = next(name for name, count in Counter(names).items() if count > 1)
+        raise MisfitError(f"{path} has several columns called {twice!r}; give each its own name")
     arrays = {}
-    for name in table.schema.names:
-        values = as_numbers(numpy_of(table.column(name))) if wanted is None or name in wanted else None
+    for name, given in zip(names, columns_of, strict=True):
+        values = as_numbers(given) if wanted is None or name in wanted else None
         if values is not None:
             arrays[name] = values
     said = _notes(path)
@@ -77,6 +82,28 @@ def read(path: Path, wanted: Sequence[str] | None) -> Content:
         columns.append(column)
     own = said.get("misfit", {})
     return Content(Header(tuple(columns), own.get("provenance", {}), own.get("failure", "")), arrays)
+
+
+def _read_table(path: Path) -> tuple[list[str], Iterable[NDArray[Any]]]:
+    """Names and columns of a table of any types."""
+    try:
+        table = pc.read_csv(path)
+    except (pa.ArrowException, OSError) as error:
+        raise MisfitError(f"{path} cannot be read as CSV: {' '.join(str(error).split())}") from error
+    return table.schema.names, (numpy_of(column) for column in table.itercolumns())
+
+
+def _read_wide(path: Path) -> tuple[list[str], Iterable[NDArray[Any]]] | None:
+    """Names and columns of a table of numbers with very many columns, for which Arrow takes half a minute; None for others."""
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            names = next(csv.reader(file), [])
+            if len(names) <= WIDE:
+                return None
+            values = np.loadtxt(file, delimiter=",", ndmin=2, comments=None)
+    except (OSError, ValueError, csv.Error):
+        return None
+    return (names, iter(np.ascontiguousarray(values.T))) if values.shape[1] == len(names) else None
 
 
 def _notes(path: Path) -> dict[str, Any]:

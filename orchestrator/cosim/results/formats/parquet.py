@@ -39,8 +39,8 @@ def read(path: Path, wanted: Sequence[str] | None) -> Content:
     except (pa.ArrowException, OSError) as error:
         raise MisfitError(f"{path} cannot be read as Parquet: {error}") from error
     arrays = {}
-    for name in names:
-        values = as_numbers(numpy_of(table.column(name)))
+    for name, column in zip(table.schema.names, table.itercolumns(), strict=True):
+        values = as_numbers(numpy_of(column))
         if values is not None:
             arrays[name] = values
     return Content(header_of(schema, arrays), arrays)
