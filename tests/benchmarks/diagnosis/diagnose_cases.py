@@ -26,7 +26,7 @@ def diagnosis_of(wish: Wish, out: Path, limit_s: float) -> dict[str, Any]:
     """The result of `misfit diagnose` on a case; a run that fails or takes too long is a result with `failed`."""
     model = answer_of(wish, out)["model"]
     name = wish.name
-    return _kept(out / "results" / f"{name}.json", lambda: _diagnose(model, out / "cases" / name, out, limit_s))
+    return _kept(out / "results" / f"{name}.json", lambda: diagnose_folder(model, out / "cases" / name, out, limit_s))
 
 
 def diagnosis_after_experiment(wish: Wish, out: Path, limit_s: float) -> dict[str, Any] | None:
@@ -49,12 +49,13 @@ def diagnosis_after_experiment(wish: Wish, out: Path, limit_s: float) -> dict[st
             write_with_experiment(draw_case(wish), folder, advice)
         except TruthError as error:
             return {"failed": f"the machine does not survive the recommended experiment: {error}"}
-        return _diagnose(answer_of(wish, out)["model"], folder, out, limit_s)
+        return diagnose_folder(answer_of(wish, out)["model"], folder, out, limit_s)
 
     return _kept(out / "again" / f"{name}.json", again)
 
 
-def _diagnose(model: str, folder: Path, out: Path, limit_s: float) -> dict[str, Any]:
+def diagnose_folder(model: str, folder: Path, out: Path, limit_s: float) -> dict[str, Any]:
+    """The result of `misfit diagnose` on a folder; one that fails or takes too long has `failed`."""
     result, experiment = out / "raw" / f"{folder.name}.json", out / "experiments" / f"{folder.name}.csv"
     for file in (result, experiment):
         file.parent.mkdir(parents=True, exist_ok=True)
