@@ -1,7 +1,7 @@
 """Hyperparameters that make the observations most probable, found with CasADi and exact gradients."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -10,13 +10,16 @@ from numpy.typing import NDArray
 from fmus.errors import MisfitError
 from orchestrator.gp.covariance import Latents
 from orchestrator.gp.likelihood import Likelihood
-from orchestrator.gp.limits import Box, Limits, Units, box
+from orchestrator.gp.limits import Box, Limits, Units, begun, box
+from orchestrator.gp.noise import LearntNoise
 from orchestrator.gp.observations import Observation
 from orchestrator.gp.search import PROMISE, Found, minimise
 from orchestrator.gp.threads import one_thread
 
 Array = NDArray[Any]
 _AT_BOUND = 1e-3
+# An evaluation takes time in the cube of the number of data and memory in its square; more data than these are represented by a random share.
+MOST = 2000
 # From so many observations on, a share of them shows the way first: an evaluation costs the cube of their number.
 _MANY, _SHARE = 200, 1.0 / 3.0
 # Starts that a share of the data leads to points as close as this lead to the same optimum.
@@ -53,6 +56,10 @@ def fit(
 ) -> Fit:
     """Fit kernels and learnt noise to all observations together, from the values given and from `starts` - 1 others.
 
+    Values that are far from the scale of the data are moved to it first, see `limits.begun`.
+
+    Of more than `MOST` data a random share is fitted, and `value` is that share's.
+
     BLAS runs in one thread meanwhile: with two, factorisations of this size take up to 100 times as long.
 
     Args:
@@ -64,14 +71,17 @@ def fit(
     Raises:
         MisfitError: if a limit is wrong, or no start leads anywhere.
     """
+    if sum(len(each.inputs) for each in observations) > MOST:
+        return _of_a_share(latents, observations, limits, units, starts, seed, promise)
     likelihood = Likelihood(latents, observations)
     limit = box(likelihood, observations, limits or {}, units or Units())
     rng = np.random.default_rng(seed)
-    others = [rng.uniform(-1.0, 1.0, len(likelihood.start)) * np.log(10.0) for _ in range(starts - 1)]
-    begins = [np.clip(likelihood.start + move, limit.low, limit.high) for move in (0.0, *others)]
+    first = begun(likelihood, observations)
+    others = [rng.uniform(-1.0, 1.0, len(first)) * np.log(10.0) for _ in range(starts - 1)]
+    begins = [np.clip(first + move, limit.low, limit.high) for move in (0.0, *others)]
     with one_thread():
         rough = _rough(latents, observations, likelihood, limit, rng, promise)
-        runs = _search(_Objective(likelihood, limit, promise), rough, begins)
+        runs = _search(Objective(likelihood, limit, promise), rough, begins)
     best = min(runs, key=lambda run: run.value)
     if not np.isfinite(best.value):
         raise MisfitError(
@@ -93,7 +103,32 @@ def fit(
     )
 
 
-class _Objective:
+def _of_a_share(
+    latents: Latents,
+    observations: Sequence[Observation],
+    limits: Mapping[str, Limits] | None,
+    units: Units | None,
+    starts: int,
+    seed: int,
+    promise: float,
+) -> Fit:
+    """The fit to `MOST` data drawn at random, with its parameters for all of them."""
+    rng, total = np.random.default_rng(seed), sum(len(each.inputs) for each in observations)
+    some = [
+        each.rows(np.sort(rng.permutation(len(each.inputs))[: max(1, MOST * len(each.inputs) // total)]))
+        for each in observations
+    ]
+    found = fit(latents, some, limits, units, starts, seed, promise)
+    whole = [
+        replace(each, noise=each.noise.with_weights(part.noise.weights))
+        if isinstance(each.noise, LearntNoise) and isinstance(part.noise, LearntNoise)
+        else each
+        for each, part in zip(observations, found.observations, strict=True)
+    ]
+    return replace(found, observations=tuple(whole))
+
+
+class Objective:
     """Likelihood and prior within bounds; NaN where the covariance has no factor."""
 
     def __init__(self, likelihood: Likelihood, limit: Box, promise: float) -> None:
@@ -112,7 +147,7 @@ class _Objective:
         return minimise(self, begin, self.limit.low, self.limit.high, curvature, self._promise)
 
 
-def _search(objective: _Objective, rough: _Objective | None, begins: Sequence[Array]) -> list[Found]:
+def _search(objective: Objective, rough: Objective | None, begins: Sequence[Array]) -> list[Found]:
     """The optimum from each start; of those that meet on a share of the data, the first goes on alone."""
     if rough is None:
         return [objective.least(begin) for begin in begins]
@@ -137,11 +172,11 @@ def _rough(
     limit: Box,
     rng: np.random.Generator,
     promise: float,
-) -> _Objective | None:
+) -> Objective | None:
     """The objective on a share of the data; None where there are few, or where that share leaves a parameter out."""
     if whole.count < _MANY:
         return None
     chosen = (rng.permutation(len(each.inputs))[: max(1, int(_SHARE * len(each.inputs)))] for each in observations)
     part = [each.rows(np.sort(rows)) for each, rows in zip(observations, chosen, strict=True)]
     likelihood = Likelihood(latents, part)
-    return _Objective(likelihood, limit, promise) if likelihood.names == whole.names else None
+    return Objective(likelihood, limit, promise) if likelihood.names == whole.names else None

@@ -13,6 +13,7 @@ from orchestrator.gp.kernels.pairs import Pairs
 from orchestrator.gp.noise import LearntNoise
 from orchestrator.gp.observations import Observation, stacked
 from orchestrator.gp.posterior import residuals_and_noise
+from orchestrator.gp.room import LIKELIHOOD, require_room
 from orchestrator.gp.triangle import inverse_from_factor, solve_lower
 
 Array = NDArray[Any]
@@ -31,6 +32,7 @@ class Likelihood:
         known(latents, self._rows.coefficients)
         self._latents, self._observations = dict(latents), tuple(observations)
         self.count = len(self._rows.inputs)
+        require_room(self.count, LIKELIHOOD)
         self._kept: list[Contract] = []
         # A latent function that no observation names has nothing to be learnt from.
         self._seen = [name for name in latents if np.any(self._rows.coefficients.get(name, 0.0))]

@@ -20,6 +20,10 @@ Array = NDArray[Any]
 REACH = (0.01, 10.0)
 _VARIANCE = 1e6
 _WEIGHT = 10.0
+# A start farther than this factor from the scale of the data (its square for a variance) is a number in other units.
+FAR = 30.0
+_NOISE_SHARE = 0.1
+_LENGTH_SCALE = re.compile(r"^(.*?)\.(?:.*\.)?length_scales\[(\d+)\]$")
 
 
 @dataclass(frozen=True)
@@ -80,7 +84,7 @@ def box(likelihood: Likelihood, observations: Sequence[Observation], limits: Map
         if name in limits:
             low[k], high[k], mean[k], precision[k] = _given(name, limits[name], likelihood.logarithmic[k], units)
             continue
-        scale = re.search(r"^(.*?)\.(?:.*\.)?length_scales\[(\d+)\]$", name)
+        scale = _LENGTH_SCALE.search(name)
         if scale is None:
             reach = np.log(_VARIANCE) if likelihood.logarithmic[k] else _WEIGHT
             at = np.array([low[k], *_shown(name, observations)])
@@ -92,6 +96,45 @@ def box(likelihood: Likelihood, observations: Sequence[Observation], limits: Map
         else:
             held.append(name)
     return Box(low, high, mean, precision, tuple(held))
+
+
+def begun(likelihood: Likelihood, observations: Sequence[Observation]) -> Array:
+    """The parameters given, (k,), those of them moved to the scale of the data that are farther than a factor from it.
+
+    A search from a variance of 1 for values of 1e4 ends in an optimum where all is noise. Variances and deviations of noise begin within
+    `FAR` of what the values show, length scales within `FAR` of the range of their input.
+    """
+    start, rows = likelihood.start.copy(), stacked(observations)
+    for k, name in enumerate(likelihood.names):
+        scale = _LENGTH_SCALE.search(name)
+        if scale is not None:
+            seen = rows.inputs[rows.coefficients[scale[1]] != 0.0, int(scale[2]) - 1]
+            shown = [float(np.log(np.ptp(seen)))] if np.ptp(seen) > 0.0 else []
+        else:
+            shown = _shown(name, observations)
+        if shown and abs(start[k] - np.mean(shown)) > np.log(FAR) * (2.0 if name.endswith(".variance") else 1.0):
+            start[k] = float(np.mean(shown)) + (np.log(_NOISE_SHARE) if name.endswith(".log deviation") else 0.0)
+    return start
+
+
+def weak_priors(likelihood: Likelihood, observations: Sequence[Observation], given: Box) -> Box:
+    """The box with priors for parameters that have none: what is expected of a function before its size and shape are known.
+
+    Log-normal: a variance about the mean square of the values, by a factor of 10; noise about a tenth of their root mean square, by a factor of
+    10; a length scale about half the range of its input, by a factor of 4. Each factor is one standard deviation.
+    """
+    mean, precision, rows = given.mean.copy(), given.precision.copy(), stacked(observations)
+    for k, name in enumerate(likelihood.names):
+        if precision[k] > 0.0 or given.low[k] == given.high[k]:
+            continue
+        scale, shown = _LENGTH_SCALE.search(name), _shown(name, observations)
+        if scale is not None:
+            seen = rows.inputs[rows.coefficients[scale[1]] != 0.0, int(scale[2]) - 1]
+            mean[k], precision[k] = np.log(0.5 * np.ptp(seen)), np.log(4.0) ** -2
+        elif shown:
+            share = np.log(_NOISE_SHARE) if name.endswith(".log deviation") else 0.0
+            mean[k], precision[k] = np.mean(shown) + share, np.log(10.0) ** -2
+    return Box(given.low, given.high, mean, precision, given.held)
 
 
 def _shown(name: str, observations: Sequence[Observation]) -> list[float]:

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from fmus.errors import MisfitError
 from orchestrator.gp.covariance import Latents, covariance, factor, known, mean, shaped, variances
 from orchestrator.gp.observations import Observation, Rows, coefficients_of, stacked
+from orchestrator.gp.room import CONDITION, require_room
 from orchestrator.gp.triangle import solve_half, solve_lower
 
 Array = NDArray[Any]
@@ -100,10 +101,12 @@ def condition(latents: Latents, observations: Sequence[Observation]) -> Posterio
     """The exact joint posterior of all latent functions after all observations.
 
     Raises:
-        MisfitError: if an observation names an unknown latent function, or follows from the others up to rounding.
+        MisfitError: if an observation names an unknown latent function, follows from the others up to rounding, or there are more than
+            fit into memory.
     """
     rows = stacked(observations)
     known(latents, rows.coefficients)
+    require_room(len(rows.inputs), CONDITION)
     residuals, noise = residuals_and_noise(latents, rows, observations)
     matrix = covariance(latents, rows, rows)
     matrix[np.diag_indices_from(matrix)] += noise
