@@ -52,6 +52,8 @@ def compare(
     checked, reasons = 0, list(model.skipped)
     for equation, parameter in [*((e, None) for e in model.equations), *_bindings(model, dependents)]:
         count, errors = 0, []
+        if parameter is None and states and states[0].defines(equation):
+            continue
         for point in states:
             try:
                 size, error = point.error(equation)
@@ -96,6 +98,10 @@ class _Point:
         self.evaluator = Evaluator(self._lookup, self._call)
         self.known: dict[str, Number] = {}
         self.shapes = _shapes(values)
+        # Boolean and Integer variables have no value in the points; their equations give it.
+        self.definitions = {
+            e.left[1]: e.right for e in model.equations if e.left[0] == "name" and not self._has_value(e.left[1])
+        }
         self.largest = 0.0  # of the values looked up for the present equation
 
     def error(self, equation: FlatEquation) -> tuple[int, float]:
@@ -107,6 +113,13 @@ class _Point:
             left, right = (self.evaluator.value(tree) for tree in (equation.left, equation.right))
             size = self.evaluator.size(equation.left) + self.evaluator.size(equation.right)
             return _largest(left, right, size + ROUNDING * self.largest)
+
+    def _has_value(self, name: str) -> bool:
+        return name in self.values or name in self.shapes
+
+    def defines(self, equation: FlatEquation) -> bool:
+        """Whether an equation is what gives a variable its value here, so that it holds by itself."""
+        return equation.left[0] == "name" and equation.left[1] in self.definitions
 
     def residual(self, equation: FlatEquation) -> tuple[np.ndarray | None, float]:
         """Left minus right side, row-major, and the size of the terms; None if it cannot be evaluated."""
@@ -140,6 +153,8 @@ class _Point:
             return self.values[name]
         if name in self.shapes:
             return self._array_of(name, "{}")
+        if name not in self.model.bindings and name in self.definitions:
+            return self.evaluator.value(self.definitions[name])
         if name not in self.model.bindings:
             raise Unknown(f"the name {name}")
         value, sizes = self.evaluator.value(self.model.bindings[name]), self.model.sizes[name]

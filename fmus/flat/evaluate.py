@@ -10,7 +10,7 @@ from fmus.flat.expressions import Tree
 
 Number = Any
 
-_FUNCTIONS: dict[str, Callable[..., Number]] = {
+BUILT_IN: dict[str, Callable[..., Number]] = {
     name: getattr(np, name)
     for name in ("sin", "cos", "tan", "sinh", "cosh", "tanh", "exp", "log", "log10", "sqrt", "sign", "floor", "ceil")
 } | {
@@ -161,7 +161,7 @@ class Evaluator:
         return [int(k) - 1 for k in np.ravel(value)] if np.ndim(value) else int(value) - 1
 
     def _call(self, name: str, arguments: list[Tree]) -> Number:
-        function = _FUNCTIONS.get(name)
+        function = BUILT_IN.get(name)
         if function is None:
             return self.call(name, arguments)
         return function(*[self.value(argument) for argument in arguments])

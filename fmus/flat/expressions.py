@@ -196,6 +196,7 @@ class Parser:
                 return self.tokens[k].text == "."
 
     def _reference(self) -> Tree:
+        self.accept(".")  # a name looked up at the top
         if self.kind not in ("name", "keyword") or (self.kind == "keyword" and self.text not in ("der", "initial")):
             raise ModelicaError(f"flat text: '{self.text}' cannot stand in an expression")
         name = self.name()

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from fmus.errors import ModelicaError
-from fmus.flat.evaluate import Evaluator, Number, Unknown
+from fmus.flat.evaluate import BUILT_IN, Evaluator, Number, Unknown
 from fmus.flat.expressions import Parser, Tree
 from fmus.frontend.lint.tokens import Token, tokens_of
 
@@ -61,6 +61,8 @@ class Functions:
         places = self._places.get(short, [])
         if len(places) != 1:
             raise Unknown(f"the function {short}" + (f" ({len(places)} of that name)" if places else ""))
+        if _is_built_in(*places[0]) and short in BUILT_IN:
+            return [BUILT_IN[short](*arguments)]
         if short not in self._known:
             try:
                 self._known[short] = _read(*places[0])
@@ -146,6 +148,11 @@ def _read(tokens: list[Token], at: int) -> Function:
             continue
         if parser.text == "annotation":
             _skip_text(parser)
+            parser.expect(";")
+            continue
+        if parser.accept("extends"):
+            if "Icons" not in parser.name().split("."):
+                raise ModelicaError("a function that extends one that may have variables")
             parser.expect(";")
             continue
         variables.extend(_variables(parser))
@@ -241,3 +248,13 @@ def _skip_parentheses(parser: Parser) -> None:
         parser.step()
         if depth == 0:
             return
+
+
+def _is_built_in(tokens: list[Token], at: int) -> bool:
+    """Whether a function is another name of a built-in one: `external "builtin" y = sin(u);`."""
+    for k in range(at, len(tokens) - 2):
+        if tokens[k].text == "end" and tokens[k + 1].text == tokens[at].text:
+            return False
+        if tokens[k].text == "external":
+            return tokens[k + 1].text == '"builtin"'
+    return False

@@ -9,6 +9,7 @@ import numpy as np
 
 from fmus.errors import ModelicaError
 from fmus.symbolic.arena import Arena
+from fmus.symbolic.asserts import check_asserts
 from fmus.symbolic.dae import Dae, Equation, Knowns, column
 from fmus.symbolic.declarations import Declarations, element_names
 from fmus.symbolic.definite import check_divisors, starts_of
@@ -101,7 +102,7 @@ class SystemBuilder:
             initial=initial,
             solved=tuple(tuple(u.name() for u in ca.vertsplit(stage.symbols)) for stage in solution.stages),
             consistent=start.consistent,
-            notes=(*self._choices(reduced), *start.notes),
+            notes=(*self._choices(reduced), *start.notes, *self._asserts(parameters)),
         )
         rates = [q.derivative for q in dae.quantities if q.derivative is not None]
         check = solution.function("rates", arguments, [column(rates)])
@@ -109,6 +110,9 @@ class SystemBuilder:
         starts = np.array(system.start_of_states(ca.DM(parameters))).ravel()
         with_start = (replace(v, start=float(s)) for v, s in zip(system.states, starts, strict=True))
         return replace(system, states=tuple(with_start), notes=(*system.notes, *unchecked))
+
+    def _asserts(self, parameters: list[float]) -> tuple[str, ...]:
+        return check_asserts(self.arena, self.evaluator, self.declared.parameters, parameters)
 
     def _solved(
         self, reduced: Reduced, knowns: Knowns, sides: Sequence[ca.SX] = ()

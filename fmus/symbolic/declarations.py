@@ -9,6 +9,7 @@ import numpy as np
 from fmus.errors import ModelicaError
 from fmus.symbolic.arena import Arena
 from fmus.symbolic.dae import Equation, Quantity, column
+from fmus.symbolic.discrete import expressions
 from fmus.symbolic.expressions import Evaluator
 from fmus.symbolic.system import Variable
 from fmus.symbolic.values import Value, array_of, from_scalars, is_number, scalars, shape_of
@@ -36,6 +37,8 @@ class Declarations:
         self.dependents: list[ca.SX] = []
         self.dependent_names: list[str] = []
         self.records: dict[str, Variable] = {}
+        self.discrete = expressions(arena)
+        self._open: set[int] = set()
         self._declare()
         for index, variable in enumerate(arena.variables):
             if variable["role"] in ("parameter", "constant"):
@@ -56,6 +59,8 @@ class Declarations:
                 starts = self._starts(variable, len(scalars(value)))
                 numbers = [float(s) if s is not None and is_number(s) else 0.0 for s in starts]
                 self._record(variable, scalars(value), numbers)
+            elif role == "discrete_value" and index in self.discrete:
+                self._not_an_output(variable)
             elif role not in ("parameter", "constant"):
                 raise ModelicaError(
                     f"{self._at(variable)}{variable['name']} is a {role.replace('_', ' ')} variable, "
@@ -135,9 +140,33 @@ class Declarations:
             return self.derivatives[index]
         if kind == "delay":
             return self._delay(index)
+        if kind == "discrete_value" and index in self.discrete:
+            return self._discrete(index)
         if kind in ("input", "state", "algebraic", "output"):
             return self.values[index]
+        if kind.startswith("pre_discrete"):
+            raise ModelicaError(
+                f"pre({self.arena.variables[index]['name']}) is not supported; make it a function of the present, or a Real "
+                "state that follows it: der(s) = (new - s)/T with a short T"
+            )
         raise ModelicaError(f"{self.name} uses a {kind.replace('_', ' ')} variable, which is not supported")
+
+    def _not_an_output(self, variable: Mapping[str, Any]) -> None:
+        if variable["attributes"]["declared_causality"] == "output" and "." not in variable["name"]:
+            raise ModelicaError(
+                f"{self._at(variable)}the output {variable['name']} is no Real; declare a Real that is "
+                f"'if {variable['name']} then 1 else 0' (of an Integer: {variable['name']})"
+            )
+
+    def _discrete(self, index: int) -> Value:
+        """A Boolean or Integer variable is its expression."""
+        variable = self.arena.variables[index]
+        if index in self._open:
+            raise ModelicaError(f"{self._at(variable)}{variable['name']} depends on itself; break the loop by pre()")
+        self._open.add(index)
+        value = self.evaluator.value(self.discrete[index])
+        self._open.remove(index)
+        return value
 
     def _parameter(self, index: int) -> Value:
         """Value of a parameter: a symbol if its binding is a plain value, else an expression of others."""

@@ -5,6 +5,19 @@ from typing import Any
 
 from fmus.errors import ModelicaError
 from fmus.symbolic.arena import Arena
+from fmus.symbolic.discrete import is_expression
+
+# What to write instead, by the beginning of the words.
+REWRITES = {
+    "sample": "put what is sampled beside the model, as a component of `misfit run`, or make it an input",
+    "a when": "write the law without memory, by 'if', or let a state follow it: der(s) = (new - s)/T with a short T",
+    "reinit": "write the impact as a stiff spring with a damper",
+    "terminate": "remove it; a run ends where its recording ends",
+    "an equation of discrete": "make it a Real that is no 'discrete', or a state that follows: der(s) = (new - s)/T with a short T",
+    "the discrete": "make it a function of the present, or a Real state that follows it",
+    "previous": "put what is sampled beside the model, as a component of `misfit run`",
+    "initial": "write start values or an 'initial equation'",
+}
 
 ACTIONS = {"assert": "assert", "warning": "assert", "terminate": "terminate", "reinitialize": "reinit"}
 
@@ -16,7 +29,9 @@ def refuse_unsupported(arena: Arena) -> None:
         place, words = found[0]
         others = [f"{other} ({where})" if where else other for where, other in found[1:4]]
         also = f"; so are {', '.join(others)}" if others else ""
-        raise ModelicaError(f"{place}: {words} is not supported{also}" if place else f"{words} is not supported{also}")
+        advice = next((f"; {text}" for begin, text in REWRITES.items() if words.startswith(begin)), "")
+        text = f"{words} is not supported{also}{advice}"
+        raise ModelicaError(f"{place}: {text}" if place else text)
 
 
 def _unsupported(arena: Arena) -> Iterator[tuple[str, str]]:
@@ -26,11 +41,15 @@ def _unsupported(arena: Arena) -> Iterator[tuple[str, str]]:
         yield arena.where(entry["provenance"]), "sample() or a clock"
     for entry in storage["event_actions"]:
         kind = next(iter(entry["kind"])) if isinstance(entry["kind"], dict) else entry["kind"]
+        if kind in ("assert", "warning"):
+            continue  # a check, no equation
         yield arena.where(entry["provenance"]), f"{ACTIONS.get(kind, kind)}()"
     for entry in storage["discrete_real_equations"]:
         inside = entry["activation"] != "always"
         yield arena.where(entry["provenance"]), "a when equation" if inside else "an equation of discrete variables"
     for entry in storage["discrete_value_owners"]:
+        if is_expression(entry):
+            continue
         names = ", ".join(arena.variables[target]["name"] for target in entry["targets"])
         yield arena.where(entry["provenance"]), f"the discrete variable {names}"
     for key, words in (

@@ -6,7 +6,7 @@ from pathlib import Path
 import casadi as ca
 import pytest
 
-from fmus.catalogue import built_in_models
+from fmus.catalogue import ModelicaModel, built_in_models
 from fmus.errors import ModelicaError
 from fmus.flat.evaluate import Evaluator
 from fmus.flat.expressions import Parser
@@ -153,3 +153,14 @@ def test_expressions_have_modelica_precedence(text: str, value: float) -> None:
     tree = Parser(tokens_of(text, "test")).expression()
 
     assert float(Evaluator({}.__getitem__, lambda name, _: pytest.fail(name)).value(tree)) == value
+
+
+def test_a_function_that_names_a_built_in_one_and_extends_an_icon_is_checked_independently(tmp_path: Path) -> None:
+    file = tmp_path / "P.mo"
+    file.write_text(
+        "package P\n  package Icons\n    partial function F\n    end F;\n  end Icons;\n"
+        '  function sin "Sine"\n    extends Icons.F;\n    input Real u;\n    output Real y;\n  algorithm\n    y := .sin(u);\n'
+        "    annotation (Inline=true);\n  end sin;\n"
+        "  model M\n    Real x(start=1, fixed=true);\n  equation\n    der(x) = -sin(x);\n  end M;\nend P;\n"
+    )
+    assert ModelicaModel("M", "P.M", file).compile().notes == ()
