@@ -16,7 +16,7 @@ def study() -> None:
 @study.command()
 @click.option("--draws", type=click.IntRange(2, 1_000_000), default=4096, show_default=True, help="Draws of each size.")
 @click.option("--seed", type=click.IntRange(0, 2**31), default=1, show_default=True, help="First of the seeds.")
-@click.option("--seeds", type=click.IntRange(1, 100), default=5, show_default=True, help="How many seeds.")
+@click.option("--seeds", type=click.IntRange(1, 100), default=10, show_default=True, help="How many seeds.")
 @click.option(
     "--caregivers", "people", type=click.IntRange(1, 100), default=8, show_default=True, help="How many caregivers."
 )

@@ -6,28 +6,39 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import t as student
 
 from orchestrator.study.muscles import MUSCLES, STRONG, WEAK
 from orchestrator.study.regression import Line
 from orchestrator.study.study import LIMITS, Case, Growth, Study
 
 Array = NDArray[Any]
-MAIN = ("joint", "small")
+# The honest best: motion's own force taken off, corrections at the ends left out, all hyperparameters fitted to bench data and corrections
+# together. The paper's own formulation, the joint posterior with the hyperparameters of the bench data, is reported beside it.
+MAIN = ("refitted", "small")
+PAPER = ("joint", "small")
+# What improvements must reach, and what no muscle may lose, %.
+STRONG_FOUR, NO_LOSS = 35.0, -5.0
 
 
 @dataclass(frozen=True)
 class Over:
-    """Median and range over the seeds."""
+    """Over the seeds: median, range, and the mean with its 90 % interval (Student's distribution; the median's range for one seed)."""
 
     median: float
     low: float
     high: float
+    mean: float
+    ci90: tuple[float, float]
 
 
 def over(numbers: Iterable[float]) -> Over:
     """Median and range of some numbers."""
     found = np.array(list(numbers))
-    return Over(float(np.median(found)), float(found.min()), float(found.max()))
+    mean, reach = float(found.mean()), 0.0
+    if len(found) > 1:
+        reach = float(student.ppf(0.95, len(found) - 1) * found.std(ddof=1) / np.sqrt(len(found)))
+    return Over(float(np.median(found)), float(found.min()), float(found.max()), mean, (mean - reach, mean + reach))
 
 
 def lines(study: Study, limit: float, goal: bool) -> list[Line]:
@@ -105,10 +116,10 @@ class Bar:
 
 
 def bars(study: Study) -> list[Bar]:
-    """The acceptance numbers, with the exact joint posterior and learnt noise unless said otherwise."""
+    """The acceptance numbers, of the honest best unless said otherwise; joint speeds count in the paper's formulation."""
     inf = float("inf")
     actual = lines(study, LIMITS[0], goal=False)
-    main = chosen(study, *MAIN)
+    main, paper = chosen(study, *MAIN), chosen(study, *PAPER)
     each = improvements(main)
     blind = strong_mean(chosen(study, "without velocity", "small"))
     found = [
@@ -119,16 +130,28 @@ def bars(study: Study) -> list[Bar]:
             1.15,
         ),
         Bar("R2 of it", over(line.r2 for line in actual).median, 0.70, 0.90),
-        Bar("mean improvement of the four strong muscles, %", strong_mean(main).median, 25.0, inf),
+        Bar("mean improvement of the four strong muscles, %", strong_mean(main).median, STRONG_FOUR, inf),
         Bar("least improvement of a strong muscle, %", min(each[k].median for k in STRONG), 10.0, inf),
-        Bar("least improvement of the weak pair, %", min(each[k].median for k in WEAK), -5.0, 20.0),
-        Bar("largest improvement of the weak pair, %", max(each[k].median for k in WEAK), -5.0, 20.0),
-        Bar("cost of leaving out joint speeds, points", strong_mean(main).median - blind.median, 15.0, inf),
+        Bar("least improvement of the weak pair, %", min(each[k].median for k in WEAK), NO_LOSS, inf),
+        Bar("least improvement of any muscle in any seed, %", min(muscle.low for muscle in each), NO_LOSS, inf),
+        Bar(
+            "paper's formulation: mean improvement of the four strong muscles, %", strong_mean(paper).median, 25.0, inf
+        ),
+        Bar("cost of leaving out joint speeds, points", strong_mean(paper).median - blind.median, 15.0, inf),
     ]
+    hardest = chosen(study, *MAIN, LIMITS[1])
+    found.append(
+        Bar(
+            f"caregivers of {LIMITS[1]:g} N: mean improvement of the four strong muscles, %",
+            strong_mean(hardest).median,
+            STRONG_FOUR,
+            inf,
+        )
+    )
     for variant in ("joint", "clear of stops", "compensated", "refitted"):
         hard = improvements(chosen(study, variant, "small", LIMITS[1]))
         least = min(muscle.median for muscle in hard)
         found.append(
-            Bar(f"caregivers of {LIMITS[1]:g} N, {variant}: least improvement of a muscle, %", least, -5.0, inf)
+            Bar(f"caregivers of {LIMITS[1]:g} N, {variant}: least improvement of a muscle, %", least, NO_LOSS, inf)
         )
     return found

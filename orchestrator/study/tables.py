@@ -6,6 +6,7 @@ from orchestrator.study import published
 from orchestrator.study.muscles import MUSCLES
 from orchestrator.study.study import LIMITS, Study
 from orchestrator.study.summary import (
+    MAIN,
     Over,
     bars,
     chosen,
@@ -83,7 +84,7 @@ def sentence(study: Study) -> str:
     """The result in one sentence."""
     actual = lines(study, LIMITS[0], goal=False)
     r2, slope = over(line.r2 for line in actual), over(line.slope for line in actual)
-    main = strong_mean(chosen(study, "joint", "small"))
+    main = strong_mean(chosen(study, *MAIN))
     missed = sum(not bar.met for bar in bars(study))
     return (
         f"Errors of {actual[0].n} corrections grow with the required force by {slope.median:.2f} (R2 {r2.median:.2f}; published "
@@ -96,7 +97,7 @@ def sentence(study: Study) -> str:
 def facts(study: Study) -> tuple[Fact, ...]:
     """The result in a few numbers, medians with their range over the seeds."""
     slope = over(line.slope for line in lines(study, LIMITS[0], goal=False))
-    main, found = strong_mean(chosen(study, "joint", "small")), bars(study)
+    main, found = strong_mean(chosen(study, *MAIN)), bars(study)
     met = sum(bar.met for bar in found)
     return (
         Fact(
