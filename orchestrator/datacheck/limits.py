@@ -19,7 +19,7 @@ class Limit:
 NOTHING_WRONG = 0.01
 # Where it leaves more than this, its friction may be what it lacks, and it is looked at with free pushes, too.
 WELL_PREDICTED = 0.05
-PLAIN = Limit(left=0.05, drop=10.0, close=0.06)
+PLAIN = Limit(left=0.15, drop=15.0, close=0.06)
 # With free pushes, more is explained of any record, and gains are less sharp.
 PUSHED = Limit(left=0.1, drop=8.0, close=0.25)
 # A change of another column that leaves no more than this many times what the best one leaves is an alternative to it.
@@ -34,7 +34,7 @@ DELAY_DROP, DELAY_SAMPLES, DELAY_SPREAD = 10.0, 1.5, 0.2
 # A trial stands out if the model leaves this many times more of it than of the others, and errs by so many times more.
 STANDS_OUT, LARGER = 30.0, 5.0
 # Below this, a model is too good for a lag to be looked for.
-EXACT = 1e-5
+EXACT = 1e-4
 # A sensor is stuck if it repeats a value for this share of a trial, at least so many samples, and came to it with steps of this
 # many usual ones, or left it with one of so many of its largest.
 STUCK_SHARE, STUCK_SAMPLES, STUCK_STOP, STUCK_JUMP = 0.05, 25, 0.5, 3.0

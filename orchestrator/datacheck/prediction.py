@@ -105,10 +105,12 @@ class Predictor:
         noise = change.noise(self.noise, self.names)[len(self.data.input_names) :]
         return unexplained(self.model, self.stretches(change, few=few), self.data.output_names, noise)
 
-    @property
+    @cached_property
     def can_be_pushed(self) -> bool:
-        """Whether the model's equations are open, so that its states can be pushed."""
-        return type(self.model) is SymbolicModel
+        """Whether the model's equations are open and hold speeds, which friction may brake."""
+        from orchestrator.datacheck.pushes import driven_states
+
+        return type(self.model) is SymbolicModel and any(speed for _, speed in driven_states(self.model.system))
 
     @cached_property
     def _pushed(self) -> "PushedModel":

@@ -16,7 +16,7 @@ from orchestrator.models.contract import Model
 # Lags in samples that are tried before the best one is refined.
 LAGS = (2, 8, 32)
 # Stretches of a trial that are looked at to judge it, and its clocks.
-FOR_ONE, FOR_LAGS = 3, 2
+FOR_ONE, FOR_LAGS = 2, 2
 # Fewer trials than this have no way that trials usually are.
 SEVERAL = 3
 
@@ -93,6 +93,8 @@ def clock_lags(model: Model, data: BoundSet) -> Iterator[Finding]:
         lag, before, after = found.get(trial.name, (common, 0.0, 0.0))
         if len(lags) < SEVERAL or abs(lag - common) <= limits.DELAY_SAMPLES + spread:
             continue
+        if before < limits.LARGER * float(np.median([found[name][2] for name in known if name != trial.name])):
+            continue  # it is no worse than the others are at their best
         seconds = (lag - common) * steps[trial.name]
         yield Finding(
             "delay",
