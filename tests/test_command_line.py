@@ -267,7 +267,7 @@ def test_output_in_a_pipe_has_no_control_characters() -> None:
 
 
 def test_models_lists_every_built_in() -> None:
-    assert [line.split()[0] for line in misfit("models").stdout.splitlines()] == [
+    assert [line.split()[0] for line in misfit("models").stdout.splitlines() if line[0] != " "] == [
         "arm",
         "arm-paper",
         "arm-without-muscles",
@@ -292,3 +292,21 @@ def test_environment_with_a_missing_compiler_says_so(tmp_path: Path) -> None:
 
     assert done.returncode == 2
     assert "no C compiler found" in done.stderr
+
+
+def test_models_lists_what_goes_in_and_out() -> None:
+    lines = misfit("models").stdout.splitlines()
+    drive = next(place for place, line in enumerate(lines) if line.startswith("drive "))
+
+    assert lines[drive + 1 : drive + 3] == ["  inputs: torque (N.m)", "  outputs: phi (rad)"]
+
+
+def test_long_work_off_a_terminal_says_now_and_then_where_it_is(capsys: pytest.CaptureFixture[str]) -> None:
+    from orchestrator.cli.common import LINE_EVERY_S, _now_and_then
+
+    seconds = iter([0.0, 1.0, LINE_EVERY_S, LINE_EVERY_S + 1.0, 2 * LINE_EVERY_S])
+    say = _now_and_then(lambda: next(seconds))
+    for message in ("one", "two", "three", "four"):
+        say(message)
+
+    assert capsys.readouterr().err == "misfit: 30 s: two\nmisfit: 60 s: four\n"

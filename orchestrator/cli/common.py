@@ -3,6 +3,7 @@
 import json
 import os
 import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
     from orchestrator.models.contract import Model
 
 Say = Callable[[str], None]
+# Off a terminal, long work says where it is as often as this.
+LINE_EVERY_S = 30.0
 
 
 def json_option(command: Callable[..., None]) -> Callable[..., None]:
@@ -162,9 +165,12 @@ def _tolerances(context: click.Context, option: click.Parameter, given: tuple[st
 
 @contextmanager
 def progress(quiet: bool) -> Iterator[Say]:
-    """Show what is being done on a terminal; stay silent in a pipe."""
-    if quiet or not sys.stderr.isatty():
+    """Show what is being done on a terminal; elsewhere say it in a line now and then, once the work has taken a while."""
+    if quiet:
         yield lambda message: None
+        return
+    if not sys.stderr.isatty():
+        yield _now_and_then(time.monotonic)
         return
     from rich.console import Console
     from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
@@ -200,6 +206,20 @@ def screen_paused() -> Iterator[None]:
     finally:
         for bar in bars:
             bar.start()
+
+
+def _now_and_then(clock: Callable[[], float]) -> Say:
+    """Say a line on stderr at most every `LINE_EVERY_S`, the first one no sooner than that."""
+    began = last = clock()
+
+    def say(message: str) -> None:
+        nonlocal last
+        now = clock()
+        if now - last >= LINE_EVERY_S:
+            last = now
+            print(f"misfit: {now - began:.0f} s: {message}", file=sys.stderr, flush=True)
+
+    return say
 
 
 def show(renderable: Any, quiet: bool) -> None:

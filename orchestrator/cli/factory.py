@@ -17,11 +17,23 @@ if TYPE_CHECKING:
 
 @click.command()
 def models() -> None:
-    """List the built-in models."""
+    """List the built-in models with their inputs and outputs."""
     from fmus.catalogue import built_in_models
+    from fmus.errors import ModelicaError
+    from orchestrator.models.symbolic import SymbolicModel
 
     for name, model in built_in_models().items():
         click.echo(f"{name:12s} {model.class_name:34s} {model.description}")
+        try:
+            found = SymbolicModel(name, model.compile())
+        except ModelicaError as error:
+            click.echo(f"  cannot be read here: {error}")
+            continue
+        # Where a learned force enters is no input that anybody records.
+        inputs = [v for v in found.inputs if not v.name.startswith("correction_")]
+        for what, variables in (("inputs", inputs), ("outputs", found.outputs)):
+            names = ", ".join(f"{v.name} ({v.unit})" if v.unit not in ("", "1") else v.name for v in variables)
+            click.echo(click.wrap_text(f"{what}: {names or 'none'}", 78, "  ", "    "))
 
 
 @click.command()

@@ -19,8 +19,9 @@ from orchestrator.studio.names import safe_name
 from orchestrator.studio.pages import Page
 from orchestrator.studio.project import Project, file_stamp
 from orchestrator.studio.receive import checked, keep
-from orchestrator.studio.swap_result import swap_result
-from orchestrator.studio.swap_task import DEFAULT_TOLERANCE, DRIVES, RESULT, SIDES, file_of
+from orchestrator.studio.swap_drive import DRIVES
+from orchestrator.studio.swap_result import swap_result, verdict
+from orchestrator.studio.swap_task import DEFAULT_TOLERANCE, RESULT, SIDES, file_of
 from orchestrator.studio.tell import telling
 from orchestrator.studio.text import heading, paragraph
 
@@ -74,6 +75,9 @@ def build(swap: str = "") -> None:
                 drop_zone(project, side, "Drop an FMU here, or choose one:", ".fmu", multiple=False, home="swap")
     work = _Work(project)
     parts.append(Live(lambda: file_stamp(project.results / RESULT) if project.exists else None, _shower(project)))
+
+    if new:
+        _earlier(id)
 
     def follow() -> None:
         work.check()
@@ -134,6 +138,21 @@ class _Work:
             "cancelled": f"Comparing: {job.message} after {job.seconds:.0f} s.",
         }
         self.state.set_text(words.get(job.state, ""))
+
+
+def _earlier(own: str) -> None:
+    """Comparisons that were made before, the newest first."""
+    folder = _folder()
+    known = sorted(folder.iterdir(), key=lambda each: each.stat().st_mtime, reverse=True) if folder.is_dir() else []
+    found = [(each.name, result) for each in known if each.name != own and (result := Project(each).result(RESULT))]
+    if not found:
+        return
+    heading("Earlier comparisons")
+    with ui.element("ul").classes("studio-files"):
+        for id, result in found:
+            with ui.element("li"):
+                ui.link(" and ".join(result["files"]), f"/swap/{id}")
+                ui.label(verdict(result)).classes("studio-hint")
 
 
 def _shower(project: Project) -> Callable[[], None]:

@@ -38,17 +38,31 @@ def verdict(found: Mapping[str, Any]) -> str:
     if breaking:
         words = f"{_count(breaking, 'difference')} of the interfaces would break a system"
     else:
-        words = "The new one fits where the old one is"
+        words = "The interface of the new one fits where the old one is"
     words += f", {_count(others, 'difference')} would not." if others else "."
+    silent = [name for name, run in zip(found["files"], found["runs"], strict=True) if run["error"]]
+    if silent:
+        return f"{' and '.join(silent)} did not run, so nothing is known of what {'it does' if len(silent) == 1 else 'they do'}. {words}"
     parted = [signal for signal in found["signals"] if signal["parted_at"] is not None]
+    moved = [signal for signal in found["signals"] if _number(signal["spread"]) > 0.0]
     if parted:
         first = parted[0]
         worst = quantity(_number(first["largest"]), first["unit"])
         when = f"{_number(first['parted_at']):.4g} s"
-        return f"{words} Trajectories part first at {when}, in {first['name']}, which gets {worst} apart."
-    if found["signals"]:
-        return f"{words} All {len(found['signals'])} trajectories agree within {percent(found['tolerance'])} of their range."
-    return words
+        return f"{words} They do not do the same: outputs part first at {when}, in {first['name']}, which gets {worst} apart."
+    if not found["signals"]:
+        return f"{words} They have no output in common, so what they do was not compared."
+    if not moved:
+        return (
+            f"Nothing was exercised: {_count(len(found['signals']), 'output')} stayed constant in both, so it is not known "
+            f"whether they agree. Drive the inputs otherwise. {words}"
+        )
+    still = len(found["signals"]) - len(moved)
+    rest = f" {_count(still, 'more')} stayed constant." if still else ""
+    agree = f"{_count(len(moved), 'output')} that moved {'agrees' if len(moved) == 1 else 'agree'}"
+    return (
+        f"{words} {agree} within {percent(found['tolerance'])} of {'its' if len(moved) == 1 else 'their'} range.{rest}"
+    )
 
 
 def _trajectories(found: Mapping[str, Any]) -> None:
@@ -123,7 +137,7 @@ def _interface(found: Mapping[str, Any]) -> None:
 
 
 def _count(number: int, what: str) -> str:
-    return f"{number} {what}{'' if number == 1 else 's'}"
+    return f"{number} {what}{'' if number == 1 or what == 'more' else 's'}"
 
 
 def _number(value: Any) -> float:

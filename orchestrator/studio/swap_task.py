@@ -12,7 +12,7 @@ from fmus.errors import MisfitError
 from fmus.files import write_atomically
 from fmus.units import conversion
 from orchestrator.arm_drawing.curves import MOST_POINTS
-from orchestrator.cosim.component import FLOATS
+from orchestrator.cosim.component import FLOATS, Port
 from orchestrator.cosim.fmu import FmuDescription, read_description
 from orchestrator.cosim.results import MemoryRecorder, compare_results
 from orchestrator.cosim.results.result import Result
@@ -24,6 +24,7 @@ from orchestrator.regress.prepare import system_of
 from orchestrator.regress.whole.release import interface_change, interface_report
 from orchestrator.report.thinning import extremes
 from orchestrator.studio.project import Project
+from orchestrator.studio.swap_drive import DRIVES, Waves
 from orchestrator.studio.swap_interface import interface_rows
 
 Say = Callable[[str], None]
@@ -35,12 +36,6 @@ DEFAULT_STOP_S = 10.0
 DEFAULT_TOLERANCE = 1e-3
 STEPS = 1000
 MOST_CURVES = 8
-# What drives the inputs that both have: nothing (start values), or the same wave.
-DRIVES: dict[str, Callable[[float], dict[str, Any]] | None] = {
-    "at their start values": None,
-    "a step to 1 after a tenth of the time": lambda stop: {"kind": "step", "at": 0.1 * stop, "to": 1.0},
-    "a sine of amplitude 1, ten periods": lambda stop: {"kind": "sine", "amplitude": 1.0, "frequency": 10.0 / stop},
-}
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,11 +62,12 @@ def swap(project: Project, say: Say) -> None:
     report, change = interface_report(old, new), interface_change(old, new)
     settings = project.settings
     stop = float(settings.get("stop") or old.stop_time or DEFAULT_STOP_S)
-    drive = DRIVES[settings.get("drive", next(iter(DRIVES)))]
+    chosen = settings.get("drive", next(iter(DRIVES)))
+    waves = DRIVES[chosen](_common_inputs(old, report), stop)
     runs = []
     for side, description in zip(SIDES, (old, new), strict=True):
         say(f"running {description.path.name}")
-        runs.append(_run(side, description, report, stop, drive(stop) if drive else None))
+        runs.append(_run(side, description, report, stop, waves))
     document = {
         "files": [old.path.name, new.path.name],
         "matched": sum(not match.conversion for match in report.matches),
@@ -80,18 +76,26 @@ def swap(project: Project, say: Say) -> None:
         "breaking": list(change.breaking),
         "compatible": list(change.compatible),
         "stop": stop,
+        "drive": chosen,
+        "driven": sorted(waves),
         "runs": [_speed(run) for run in runs],
         **_parting(runs, float(settings.get("tolerance") or DEFAULT_TOLERANCE)),
     }
     write_atomically(project.results / RESULT, json.dumps(plain(document)).encode())
 
 
-def _run(
-    side: str, description: FmuDescription, report: SwapReport, stop: float, wave: dict[str, Any] | None
-) -> SideRun:
+def _common_inputs(old: FmuDescription, report: SwapReport) -> list[Port]:
+    """The numbers among the inputs that both have, as the old one declares them."""
+    common = {match.old for match in report.matches if match.causality == "input"}
+    return [port for port in old.ports if port.name in common and port.type in FLOATS and not port.shape]
+
+
+def _run(side: str, description: FmuDescription, report: SwapReport, stop: float, waves: Waves) -> SideRun:
+    """Run one side; `waves` drive inputs under the old one's names."""
     renamed = {match.new: match.old for match in report.matches} if side == "new" else {}
-    common = {match.new if side == "new" else match.old for match in report.matches if match.causality == "input"}
-    driven = {p.name: wave for p in description.ports if wave and p.name in common and p.type in FLOATS and not p.shape}
+    known = {p.name for p in description.ports if p.type in FLOATS and not p.shape}
+    names = {match.old: match.new if side == "new" else match.old for match in report.matches}
+    driven = {names[name]: wave for name, wave in waves.items() if names[name] in known}
     options: dict[str, Any] = {"stop": stop, "step": stop / STEPS, "inputs": driven}
     recorder = MemoryRecorder()
     try:

@@ -78,7 +78,9 @@ def test_arm_from_empty_page_to_fallen_error(tab: Page, studio: Studio, screensh
     screenshot(tab, "arm_3_diagnosed")
 
     press(tab, "Add it to the model")
-    expect(tab.get_by_text("the error on held-out trials fell from")).to_be_visible(timeout=PATIENCE_MS)
+    expect(tab.locator(".a-detail", has_text="the error on held-out trials fell from")).to_be_visible(
+        timeout=PATIENCE_MS
+    )
     assert tab.locator(".a-grid-of-four").inner_html() == pictures  # axes and colours stay
     before, after = times_floor(studio, tab)
     assert before > 10 and after < 2
@@ -89,7 +91,7 @@ def test_arm_from_empty_page_to_fallen_error(tab: Page, studio: Studio, screensh
     press(tab, "Undo")
     expect(tab.get_by_text("The model as given has an error on held-out trials")).to_be_visible()
     press(tab, "Add it to the model")  # what was built is there at once
-    expect(tab.get_by_text("the error on held-out trials fell from")).to_be_visible()
+    expect(tab.locator(".a-detail", has_text="the error on held-out trials fell from")).to_be_visible()
 
     with tab.expect_download() as waiting:
         tab.get_by_role("link", name="Arm_1.fmu").click()
