@@ -10,7 +10,7 @@ export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
 export MKL_NUM_THREADS := 1
 
-.PHONY: demo setup test check docs bench bench-peers bench-diagnosis bench-regress lock clean
+.PHONY: demo setup test check docs bench bench-peers bench-diagnosis bench-regress bench-fmus lock clean
 
 demo: setup
 	@echo "An arm with a hidden effect: which one is it?"
@@ -64,6 +64,12 @@ bench-diagnosis: $(VENV)/.bench
 # Mutants of the models and harmless rebuilds, about 40 minutes; a run that was stopped goes on where it was.
 bench-regress: setup
 	@$(BIN)/python -m tests.benchmarks.regress.mutants
+
+# Every FMU and system structure of the folders below FMUS (checkouts of public repositories, say) through validation, runs here and by
+# FMPy, swap and regression; BUDGET=S begins nothing further after S seconds.
+FMUS ?= build/public-fmus
+bench-fmus: setup
+	@$(BIN)/python -m tests.benchmarks.fmus.run $(FMUS) --workers $(WORKERS) --budget $(if $(filter command line,$(origin BUDGET)),$(BUDGET),inf)
 
 $(VENV)/.bench: $(STAMP) requirements-bench.lock
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-input --require-hashes -r requirements-bench.lock

@@ -10,6 +10,7 @@ from pathlib import Path
 import fmpy
 
 from fmus.runtime.compiler import find_compiler
+from orchestrator.cosim.isolate.warm import end_waiting
 
 # The order of the enumeration in faulty.c.
 FAULTS = [
@@ -81,7 +82,8 @@ def faulty_fmu(folder: Path, fault: str) -> Path:
 
 
 def held() -> tuple[int, set[str]]:
-    """Number of open files and numbers of the child processes of this process, without what waits to be collected."""
+    """Number of open files and numbers of the child processes of this process, without what waits to be collected or used."""
+    end_waiting()
     gc.collect()
     children = {pid for task in Path("/proc/self/task").iterdir() for pid in (task / "children").read_text().split()}
     return len(os.listdir("/proc/self/fd")), children

@@ -88,6 +88,12 @@ def _answer(host: Host, call: Callable[[], Any], state: Callable[[], Any] = lamb
 
 
 def _serve_simulation(host: Host) -> None:
+    """Serve one simulation after the other."""
+    while True:
+        _serve_one(host)
+
+
+def _serve_one(host: Host) -> None:
     from orchestrator.cosim.isolate.simulation import State
     from orchestrator.cosim.simulation import Simulation
 
@@ -105,6 +111,9 @@ def _serve_simulation(host: Host) -> None:
     _answer(host, make, state)
     while True:
         name, arguments = host.receive()
+        if name == "end":
+            _answer(host, lambda: made.pop().close(), lambda: None)
+            return
         if name == "run":
             until, recorded = arguments
             arguments = (until, host if recorded else None, host.watch)

@@ -1,5 +1,6 @@
 """Memory that two processes share through an open file without a name, so that nothing is left when both are gone."""
 
+import ctypes
 import mmap
 import os
 import tempfile
@@ -23,6 +24,11 @@ class SharedMemory:
         if handle is None:
             self.word.component = -1
         self._rest: mmap.mmap | None = None
+
+    def reset(self) -> None:
+        """Set the word back to what it is before a run."""
+        ctypes.memset(ctypes.addressof(self.word), 0, ctypes.sizeof(self.word))
+        self.word.component = -1
 
     @property
     def page(self) -> mmap.mmap:

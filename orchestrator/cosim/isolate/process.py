@@ -59,6 +59,7 @@ class Child:
 
     def __init__(self, task: str, labels: Sequence[str], limits: Limits) -> None:
         self.labels, self.limits = list(labels), limits
+        self.runs = 0
         self.memory = SharedMemory()
         self._connection, theirs = Pipe()
         reading, writing = os.pipe()
@@ -80,6 +81,15 @@ class Child:
         for source in (self._connection, self._output):
             self._ready.register(source.fileno(), select.POLLIN)
         self.close = weakref.finalize(self, _end, self._process, self._connection, self._output, self.memory.handle)
+
+    def begin_again(self, labels: Sequence[str], limits: Limits) -> None:
+        """Make ready for another simulation in the same process."""
+        self.labels, self.limits, self._said = list(labels), limits, b""
+        self.memory.reset()
+
+    def resident_gib(self) -> float:
+        """Memory that the child holds, in GiB."""
+        return _resident_gib(self._process.pid)
 
     def send(self, *message: Any) -> None:
         """Send a message; a child that is gone is noticed by `receive`."""

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from fmus.errors import ComponentError, MisfitError
 from orchestrator.cosim.assembly import Report
+from orchestrator.cosim.isolate import warm
 from orchestrator.cosim.isolate.process import Child, Limits, label
 from orchestrator.cosim.results.recorder import Nowhere, Recorder
 from orchestrator.cosim.system import System
@@ -28,7 +29,13 @@ class IsolatedSimulation:
     """Offers what `Simulation` does; what an FMU breaks there is a ComponentError here, and the rows until then are kept."""
 
     def __init__(self, system: System, limits: Limits | None = None, **options: Any) -> None:
-        self._child = Child("simulation", [label(spec) for spec in system.components.values()], limits or Limits())
+        labels, limits = [label(spec) for spec in system.components.values()], limits or Limits()
+        self._key = warm.key_of(system)
+        warmed = warm.take(self._key)
+        if warmed is not None:
+            warmed.begin_again(labels, limits)
+        self._child = warmed or Child("simulation", labels, limits)
+        self._sound = self._closed = False
         self._buffer: NDArray[np.float64] | None = None
         self._last = -np.inf
         self._child.send(system, options)
@@ -98,8 +105,21 @@ class IsolatedSimulation:
         self._child.memory.word.stop = 1
 
     def close(self) -> None:
-        """End the process."""
-        self._child.close()
+        """End the simulation; its process ends, too, unless it may be of use for another run of the same FMUs."""
+        if self._closed:
+            return
+        self._closed = True
+        if self._sound:
+            state = self._state
+            try:
+                self._call("end")
+            except MisfitError:
+                self._sound = False
+            self._state = state
+        if self._sound:
+            warm.put_back(self._key, self._child)
+        else:
+            self._child.close()
 
     def __enter__(self) -> "IsolatedSimulation":
         return self
@@ -110,10 +130,12 @@ class IsolatedSimulation:
         self.close()
 
     def _answer(self, recorder: Recorder, watch: Callable[[float], None] | None) -> Any:
+        self._sound = False
         while True:
             kind, *content = self._child.receive()
             if kind == "answer":
                 answer, self._state = content
+                self._sound = True
                 return answer
             self._take(kind, content, recorder, watch)
 
