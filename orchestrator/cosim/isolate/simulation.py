@@ -36,6 +36,7 @@ class IsolatedSimulation:
             warmed.begin_again(labels, limits)
         self._child = warmed or Child("simulation", labels, limits)
         self._sound = self._closed = False
+        self._state: State
         self._buffer: NDArray[np.float64] | None = None
         self._last = -np.inf
         self._child.send(system, options)
