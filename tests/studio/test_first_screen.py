@@ -136,3 +136,16 @@ def test_why_opens_the_evidence_and_axe_finds_nothing_serious(tab: Page, studio:
 
     expect(tab.get_by_text("What was found")).to_be_visible()
     assert grave_violations(tab) == []
+
+
+def test_what_was_opened_stays_open_while_the_page_follows_the_disk(tab: Page, studio: Studio) -> None:
+    project = project_of(studio, document_of("arm"))
+    tab.goto(f"{studio.url}/project/{project.id}")
+    tab.get_by_role("button", name="Why do you think so?").click()
+    expect(tab.get_by_text("What was found")).to_be_visible()
+    project.change(name="Another name", wanted=0)
+    (project.results / DIAGNOSIS).write_text(json.dumps(document_of("pendulum")))
+    expect(tab.get_by_role("heading", name="Another name")).to_be_visible()
+    expect(tab.get_by_role("heading", name="Viscous friction at joint1 is missing.")).to_be_visible()
+
+    assert tab.locator("#why").evaluate("(why) => why.open")

@@ -20,10 +20,15 @@ def press(tab: Page, button: str) -> None:
     tab.get_by_role("button", name=button, exact=True).click()
 
 
-def times_floor(studio: Studio, tab: Page) -> list[float]:
-    """Held-out errors of the versions shown, as multiples of the noise floor, from the table behind the picture."""
+def open_why(tab: Page) -> None:
+    """Open the evidence; a page that lost its connection on a busy machine comes back with it folded."""
     if not tab.locator("#why").evaluate("(why) => why.open"):
         press(tab, "Why do you think so?")
+
+
+def times_floor(studio: Studio, tab: Page) -> list[float]:
+    """Held-out errors of the versions shown, as multiples of the noise floor, from the table behind the picture."""
+    open_why(tab)
     tab.get_by_text("Error by version as a table").click()
     cells = tab.locator("table", has_text="held-out trials, times the floor").locator("tbody tr").all()
     return [float(row.locator("td").nth(3).inner_text()) for row in cells]
@@ -89,6 +94,7 @@ def test_arm_from_empty_page_to_fallen_error(tab: Page, studio: Studio, screensh
     assert grave_violations(tab) == []
 
     press(tab, "Undo")
+    open_why(tab)
     expect(tab.get_by_text("The model as given has an error on held-out trials")).to_be_visible()
     press(tab, "Add it to the model")  # what was built is there at once
     expect(tab.locator(".a-detail", has_text="the error on held-out trials fell from")).to_be_visible()
