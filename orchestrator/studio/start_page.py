@@ -1,15 +1,18 @@
 """The first page: examples to try, a new project, and the projects there are."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 
 from nicegui import run, ui
 
+from orchestrator.report.answer import answer_of
 from orchestrator.studio import jobs, workspace
+from orchestrator.studio.columns_part import small_curve
 from orchestrator.studio.examples import EXAMPLES, open_example
 from orchestrator.studio.live import Live
 from orchestrator.studio.pages import Page
-from orchestrator.studio.project import Project
+from orchestrator.studio.project import DIAGNOSIS, Project, file_stamp
 from orchestrator.studio.text import heading, paragraph
+from orchestrator.studio.versions import versions
 
 
 def register() -> Page:
@@ -35,8 +38,12 @@ def build() -> None:
                     f'no-caps outline aria-label="Open: {example.title}"'
                 )
     heading("Projects")
-    listed = Live(lambda: tuple((p.id, p.name) for p in workspace.current().projects()), _projects)
+    listed = Live(lambda: tuple(_stamp(p) for p in workspace.current().projects()), _projects)
     ui.timer(2.0, listed.check)
+
+
+def _stamp(project: Project) -> Hashable:
+    return project.id, project.name, project.model, project.wanted, file_stamp(project.folder / "results" / DIAGNOSIS)
 
 
 def _new() -> None:
@@ -62,10 +69,26 @@ def _projects() -> None:
         for project in projects:
             with ui.element("li"):
                 ui.link(project.name, f"/project/{project.id}")
+                ui.label(_words(project))
+                _falling(project)
                 ui.label(project.created.replace("T", " ")[:16] + " UTC").classes("studio-hint")
                 ui.button("Remove", on_click=_remover(project)).props(
                     f'flat dense no-caps aria-label="Remove {project.name}"'
                 )
+
+
+def _words(project: Project) -> str:
+    """The model, and the answer in one sentence."""
+    document = project.result(DIAGNOSIS)
+    found = answer_of(document).headline if document else "not diagnosed yet"
+    return f"{project.model or 'no model yet'} · {found}"
+
+
+def _falling(project: Project) -> None:
+    """The error of each version as a curve of the size of a word."""
+    errors = [(each.held_out or each.learning).over_floor for each in versions(project).shown]
+    if len(errors) > 1:
+        ui.html(small_curve(errors), sanitize=False)
 
 
 def _remover(project: Project) -> Callable[[], object]:

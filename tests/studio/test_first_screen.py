@@ -149,3 +149,10 @@ def test_what_was_opened_stays_open_while_the_page_follows_the_disk(tab: Page, s
     expect(tab.get_by_role("heading", name="Viscous friction at joint1 is missing.")).to_be_visible()
 
     assert tab.locator("#why").evaluate("(why) => why.open")
+
+
+def test_the_list_of_projects_says_model_and_verdict(tab: Page, studio: Studio) -> None:
+    project_of(studio, document_of("pendulum"))
+    tab.goto(studio.url)
+
+    expect(tab.get_by_text("pendulum · Viscous friction at joint1 is missing.").first).to_be_visible()
