@@ -30,6 +30,9 @@ DOCUMENTS = (
     Document("misfit.sweep/1", "misfit sweep --json F", "orchestrator.cli.sweep"),
     Document("misfit.validate/1", "misfit validate --json F", "orchestrator.cli.factory"),
     Document("misfit.regress/1", "misfit regress --json F", "orchestrator.regress.outcome"),
+    Document(
+        "misfit.blocks/1", "misfit blocks --json F", "orchestrator.cli.blocks", ("orchestrator.gp.alike:Agreement",)
+    ),
     Document("misfit.learn/1", "misfit learn --json F", "orchestrator.cli.learn"),
     Document("misfit.study/1", "misfit study caregivers --json F", "orchestrator.study.document"),
     Document("misfit.hil/1", "misfit hil hold --json F", "hil.session.entry"),

@@ -1,5 +1,6 @@
 """`misfit learn`."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -54,7 +55,8 @@ def learn(model: str, data: str, block_file: str, most: int, factors: str, json_
         model_used = loaded.restricted(bound.output_names)
         found = learn_missing(model_used, bound, most, _factors(factors))
         if found.block is not None:
-            write_block(found.block, Path(block_file))
+            about = _about(found, model, loaded.content_hash, data, measurements.content_hash)
+            write_block(replace(found.block, about=about), Path(block_file))
             say("building the FMUs of model and block")
             write_coupled(model_used, found.block, found.judgement, bound.held_out, Path(block_file).with_suffix(""))
     units = {variable.name: variable.unit for variable in loaded.outputs}
@@ -74,6 +76,14 @@ def learn(model: str, data: str, block_file: str, most: int, factors: str, json_
     )
     if found.block is None:
         raise SystemExit(REFUSED)
+
+
+def _about(found: "Learned", model: str, version: str, data: str, data_hash: str) -> dict[str, str | float]:
+    """Where a block comes from and what it is worth."""
+    about: dict[str, str | float] = {"model": model, "model_version": version, "data": data, "data_hash": data_hash}
+    if found.judgement is not None:
+        about["held_out_before"], about["held_out_after"] = found.judgement.before.all, found.judgement.after.all
+    return about
 
 
 def _factors(given: str) -> list[str] | None:

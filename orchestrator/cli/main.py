@@ -42,6 +42,7 @@ class Commands(click.Group):
 
 SUMMARIES = {
     "add": "Write the model with an effect in it, as Modelica and FMU.",
+    "blocks": "Show, plot and compare learned blocks.",
     "build": "Build FMUs from Modelica.",
     "compare": "Show where a model fails against a measurement, and by how much.",
     "convert": "Write a system as SSP or TOML.",

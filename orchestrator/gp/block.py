@@ -1,7 +1,7 @@
 """Learned effects as a block: named inputs with units in, named outputs with units and uncertainty out."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -43,7 +43,8 @@ class Output:
 class Block:
     """A posterior with names: `inputs` are names and units of the points' columns, in order.
 
-    Inputs that only terms name come behind them and bear no unit. `observations` are those of the posterior.
+    Inputs that only terms name come behind them and bear no unit. `observations` are those of the posterior. `about` says where the block comes
+    from: the model and its version, the data and their hash, free-run errors along held-out trials.
 
     Raises:
         MisfitError: if names repeat, or a term or component is not there.
@@ -53,6 +54,7 @@ class Block:
     inputs: Mapping[str, str]
     outputs: Sequence[Output]
     observations: tuple[Observation, ...]
+    about: Mapping[str, str | float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         d, p = self.posterior.rows.inputs.shape[1], self.posterior.weights.shape[1]

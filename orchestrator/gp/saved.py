@@ -46,6 +46,7 @@ def write_block(block: Block, path: Path) -> Path:
             raise MisfitError(f"{name} has a prior mean, which cannot be saved; let another component add it")
     content = {
         "schema": SCHEMA,
+        "about": dict(block.about),
         "inputs": dict(block.inputs),
         "outputs": [
             {"name": o.name, "unit": o.unit, "component": o.component, "terms": [vars(term) for term in o.terms]}
@@ -89,13 +90,18 @@ def read_block(path: Path) -> Block:
         if (rows := sum(len(each.inputs) for each in observations)) > MOST_ROWS:
             raise MisfitError(f"{rows} observations; expected at most {MOST_ROWS}, whose covariance fits into memory")
         inputs = {name: str(unit) for name, unit in content["inputs"].items()}
-        return Block(condition(latents, observations), inputs, outputs, observations)
+        return Block(condition(latents, observations), inputs, outputs, observations, _about(content.get("about", {})))
     except OSError as error:
         raise MisfitError(f"{path} cannot be read: {error.strerror}; expected a saved block") from error
     except MisfitError as error:
         raise MisfitError(f"{path}: {error}") from error
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
         raise MisfitError(f"{path} is not a saved block: {type(error).__name__} {error}; write it again") from error
+
+
+def _about(given: Mapping[str, Any]) -> dict[str, str | float]:
+    """Texts and numbers alone; files of before have none."""
+    return {str(key): value if isinstance(value, float) else str(value) for key, value in given.items()}
 
 
 def _term(given: Mapping[str, Any]) -> Term:
