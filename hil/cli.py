@@ -285,3 +285,56 @@ def _forget_typed() -> None:
     """What was typed before a question is no answer to it."""
     with contextlib.suppress(OSError, termios.error):
         termios.tcflush(sys.stdin.fileno(), termios.TCIFLUSH)
+
+
+@hil.command()
+@click.argument("source", metavar="SYSTEM|RECORDING", type=click.Path(path_type=Path))
+@click.option("--out", "out", metavar="DIR", type=click.Path(path_type=Path), required=True, help="Where to write.")
+@click.option("--joint", type=click.IntRange(1, 3), help="Which joint; default: the one that moved most.")
+@click.option("--inertia", type=float, default=0.05, show_default=True, help="Of the nominal model (kg.m2).")
+@click.option("--block/--no-block", "learned", default=True, help="Also learn what the model lacks as a block.")
+@json_option
+@quiet_option
+def identify(
+    source: Path, out: Path, joint: int | None, inertia: float, learned: bool, json_file: str | None, quiet: bool
+) -> None:
+    """Run SYSTEM, a coupled system with a robot, or take a RECORDING, and make a measurement set of one of its joints.
+
+    Writes the set with its case.toml, a nominal model with inertia alone, and the block learned from both.
+    """
+    from hil.recording.identify import BLOCK, CLASS, MODEL, write_identification
+    from hil.session.recorded import recorded_pilot
+    from orchestrator.cli.learn import learn
+
+    recording = source if source.is_dir() else _recorded_run(source, out, quiet)
+    found = write_identification(recording, recorded_pilot(recording), out, joint, inertia)
+    model, block = f"{out / MODEL}:{CLASS}", out / BLOCK
+    if learned:
+        with contextlib.suppress(SystemExit):  # a block that is refused leaves the set and the model
+            learn.main([model, str(out), "--out", str(block), "--quiet"], standalone_mode=False)
+    written = str(block) if learned and block.exists() else None
+    document = {"schema": "misfit.hil-identify/1", "recording": str(recording), "model": model, "data": str(out)}
+    write_json(json_file, {**document, "joint": found.joint, "rows": found.rows, "block": written})
+    lines = [f"{found.rows} rows of joint {found.joint}, which moved by {found.moved:.3g} rad, in {out}"]
+    if learned:
+        lines.append(f"block learned: {written}" if written else "no block: what was learned made held-out runs worse")
+    show("\n".join([*lines, f"to go on: misfit discover {model} {out}"]), quiet or json_file == "-")
+
+
+def _recorded_run(system: Path, out: Path, quiet: bool) -> Path:
+    """Run a coupled system with a robot; returns the folder that the robot's session was recorded in."""
+    from hil.session.recorded import SETTINGS
+    from orchestrator.cli.cosim import run
+
+    def recordings() -> set[Path]:
+        return {path.parent for root in (Path("recordings"), system.parent) for path in root.glob(f"**/{SETTINGS}")}
+
+    before = recordings()
+    out.mkdir(parents=True, exist_ok=True)
+    run.main([str(system), "--out", str(out / "run.parquet"), *(["--quiet"] if quiet else [])], standalone_mode=False)
+    found = recordings() - before
+    if len(found) != 1:
+        raise MisfitError(
+            f"{system}: the run left {len(found)} recordings of robots; a system with one robot was expected"
+        )
+    return found.pop()

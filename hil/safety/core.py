@@ -37,6 +37,7 @@ def begin(limits: Limits, time_ns: int, positions: Vector) -> State:
         pinched=(0,) * count,
         pressed=(0,) * count,
         pressed_speed=zeros,
+        pressed_from=positions,
         unsure=(0,) * count,
         calm_speed=zeros,
     )
@@ -164,7 +165,7 @@ def _remember(
         swing.append(t if large else before)
     passed_ns = max(seen.time_ns - state.time_ns, 0)
     same = seen.force is not None and seen.force == state.force
-    pressed, pressed_speed = _pressed(limits, state, motion, seen, passed_ns)
+    pressed, pressed_speed, pressed_from = _pressed(limits, state, motion, seen, passed_ns)
     return State(
         time_ns=max(seen.time_ns, state.time_ns),
         motion=motion,
@@ -188,6 +189,7 @@ def _remember(
         pinched=_pinched(limits, state, motion, sent, passed_ns),
         pressed=pressed,
         pressed_speed=pressed_speed,
+        pressed_from=pressed_from,
         unsure=tuple(
             before + passed_ns if missing else max(before - passed_ns // FORGET, 0)
             for before, missing in zip(state.unsure, motion.missing, strict=True)
@@ -216,22 +218,24 @@ def _pinched(limits: Limits, state: State, motion: Motion, sent: Vector, passed_
 
 def _pressed(
     limits: Limits, state: State, motion: Motion, seen: Seen, passed_ns: int
-) -> tuple[tuple[int, ...], Vector]:
-    """How long (ns) a torque that moves each joint for certain has not moved it, and its speed when that began.
+) -> tuple[tuple[int, ...], Vector, Vector]:
+    """How long (ns) a torque that moves each joint for certain has not, and its speed and position when that began.
 
-    What the force sensor shows may hold a joint back, by its force times the reach at most.
+    It has moved it once it has made it faster, or has brought it so far as it goes at the speed of rest. What the force
+    sensor shows may hold a joint back, by its force times the reach at most.
     """
     held = pushing(limits, seen)
-    times, speeds = [], []
+    times, speeds, positions = [], [], []
     for k, joint in enumerate(limits.joints):
-        torque, speed = state.active[k], motion.speeds[k]
+        torque, speed, position = state.active[k], motion.speeds[k], motion.positions[k]
         way = 1.0 if torque > 0 else -1.0
-        begun = state.pressed_speed[k] if state.pressed[k] else speed
-        acts = (speed - begun) * way > EFFECT or speed * way > RESTING
-        presses = abs(torque) - held > joint.breakaway
-        times.append(state.pressed[k] + passed_ns if presses and not acts else 0)
-        speeds.append(begun if presses and not acts else speed)
-    return tuple(times), tuple(speeds)
+        begun, start = (state.pressed_speed[k], state.pressed_from[k]) if state.pressed[k] else (speed, position)
+        acts = (speed - begun) * way > EFFECT or (position - start) * way > RESTING * limits.effect_s
+        goes_on = abs(torque) - held > joint.breakaway and not acts
+        times.append(state.pressed[k] + passed_ns if goes_on else 0)
+        speeds.append(begun if goes_on else speed)
+        positions.append(start if goes_on else position)
+    return tuple(times), tuple(speeds), tuple(positions)
 
 
 def _calm_speed(limits: Limits, state: State, motion: Motion, seen: Seen) -> Vector:

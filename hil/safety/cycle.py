@@ -126,7 +126,7 @@ class State(NamedTuple):
     the controller's torque that is left while the arm gives way; `energy` J given so far; `flips` the times (ns) of recent
     changes of sign of each joint's torque, `swing` the last torque of each joint that was more than half its limit; `heat` of
     each joint as a share of what its motor bears for ever. By joint in ns: `pinched` is how long it has pressed with all that it
-    may where it can pinch, `pressed` how long a torque that should move it has not, from `pressed_speed` rad/s on, `unsure` how
+    may where it can pinch, `pressed` how long a torque that should move it has not, from `pressed_from` rad at `pressed_speed` rad/s on, `unsure` how
     long its position did not come lately. `calm_speed` rad/s is how fast it was when something last pushed it along. `late`
     and `force_still` are times in ns, too: of cycles in a row that were late, and of an unchanged force.
     """
@@ -152,6 +152,7 @@ class State(NamedTuple):
     pinched: tuple[int, ...] = ()
     pressed: tuple[int, ...] = ()
     pressed_speed: Vector = ()
+    pressed_from: Vector = ()
     unsure: tuple[int, ...] = ()
     calm_speed: Vector = ()
 

@@ -61,7 +61,8 @@ def positions_answered(limits: Limits, state: State, motion: Motion, seen: Seen)
             f"positions of joint {joint} come too late or not at all again and again ({unsure * 1e-6:.3g} ms lately)"
         )
         if worst < limits.missing_release_s * SECOND_NS:
-            return Trip("positions_answered", Reaction.COMPLY, words)
+            is_lost = unsure >= limits.missing_release_s * SECOND_NS
+            return Trip("positions_answered", Reaction.RELEASE if is_lost else Reaction.COMPLY, words)
     if not worst:
         return None
     reaction = Reaction.REDUCE
@@ -112,7 +113,8 @@ def torque_acts(limits: Limits, state: State, motion: Motion, seen: Seen) -> Tri
         f"joint {k + 1} has not followed {state.active[k]:.3g} N.m for {worst * 1e-6:.3g} ms, and no force at the wrist holds"
         " it: torques do not reach it, or it is blocked"
     )
-    return Trip("torque_acts", Reaction.SUPPORT, words)
+    # The motors are switched to idle as well: a torque of zero may be lost on its way like those before it.
+    return Trip("torque_acts", Reaction.RELEASE, words)
 
 
 def motion_explained(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip | None:

@@ -214,7 +214,7 @@ HAZARDS: list[tuple[str, Drive, Reaction]] = [
     ("cool", lambda arm: _overload(arm, 6.0, 450), Reaction.REDUCE),
     ("cool", lambda arm: _overload(arm, 6.0, 600), Reaction.COMPLY),
     ("encoder_alive", lambda arm: _halt(arm, 0.5), Reaction.COMPLY),
-    ("torque_acts", lambda arm: _unheard(arm, 20), Reaction.SUPPORT),
+    ("torque_acts", lambda arm: _unheard(arm, 20), Reaction.RELEASE),
     ("motion_explained", lambda arm: _runaway(arm, 0.7), Reaction.RELEASE),
     ("force_bounded", lambda arm: arm.cycle(force=(0.0, 0.0, 1.0), force_missing_ns=51_000_000), Reaction.COMPLY),
     ("force_bounded", lambda arm: arm.cycle(sensor=False), Reaction.RELEASE),
