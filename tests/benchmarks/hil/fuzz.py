@@ -22,7 +22,6 @@ from hil.codecs.barrett.tables import kind_of, properties
 from hil.codecs.barrett.torques import unpack_torques
 from hil.codecs.database import JOINT_ARM, Database
 from hil.codecs.frame import Frame, Timed, parse_frame
-from hil.codecs.ls_bus import codec as ls_bus
 from hil.codecs.slcan import SLCAN
 from hil.codecs.socketcand import SOCKETCAND
 from hil.session.pilot import CycleInput
@@ -34,12 +33,6 @@ _ARM = Database(JOINT_ARM)
 
 def _number(data: bytes) -> int:
     return int.from_bytes(data, "little", signed=True)
-
-
-def _operation(frame: Frame) -> bytes:
-    """An operation of FMI-LS-BUS with a random code and these arguments."""
-    code = list(ls_bus.Code)[frame.identifier % len(ls_bus.Code)]
-    return code.to_bytes(4, "little") + (8 + len(frame.data)).to_bytes(4, "little") + frame.data
 
 
 DECODERS: tuple[Callable[[Frame], object], ...] = (
@@ -57,8 +50,6 @@ DECODERS: tuple[Callable[[Frame], object], ...] = (
     lambda frame: decode_pendant(_number(frame.data[:4])),
     lambda frame: properties(kind_of(_number(frame.data[:2])), _number(frame.data[2:4])),
     lambda frame: parse_frame(frame.data.decode("latin-1")),
-    lambda frame: ls_bus.split(frame.data),
-    lambda frame: ls_bus.decode(_operation(frame)),
     lambda frame: _ARM.decode(Frame(0x100 + frame.identifier % 0x40, frame.data)),
 )
 _GROUPS = {Group.POSITIONS: 1, Group.PROPERTIES: 3, Group.LOWER_TORQUES: 2, Group.FORCE: 5, Group.TORQUE: 5}
