@@ -3,7 +3,6 @@
 import contextlib
 import sys
 import tempfile
-import termios
 import time
 from collections.abc import Mapping
 from pathlib import Path
@@ -283,6 +282,8 @@ def ask_arm(robot: "Robot") -> bool:
 
 def _forget_typed() -> None:
     """What was typed before a question is no answer to it."""
+    import termios  # not on Windows
+
     with contextlib.suppress(OSError, termios.error):
         termios.tcflush(sys.stdin.fileno(), termios.TCIFLUSH)
 

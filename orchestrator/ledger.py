@@ -1,6 +1,5 @@
 """The history of a model: one line per version in `ledger.jsonl`, only ever added to."""
 
-import fcntl
 import json
 import math
 import os
@@ -10,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fmus.errors import MisfitError
+from fmus.locks import lock
 from orchestrator.compare.result import SetErrors
 from orchestrator.diagnosis.result import Estimate, NamedEffect
 
@@ -71,9 +71,9 @@ def append(folder: Path, entry: LedgerEntry) -> None:
     path = folder / FILE_NAME
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC, 0o644)
+        handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND | getattr(os, "O_CLOEXEC", 0), 0o644)
         try:
-            fcntl.flock(handle, fcntl.LOCK_EX)
+            lock(handle)
             _write_line(handle, line)
         finally:
             os.close(handle)

@@ -73,7 +73,7 @@ def _cycles(
 @contextmanager
 def _signals(abort: threading.Event) -> Iterator[None]:
     """Ctrl-C, a closed terminal and a polite kill let the arm down instead of dropping it; later ones wait for the files."""
-    numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+    numbers = (signal.SIGINT, signal.SIGTERM, getattr(signal, "SIGHUP", signal.SIGTERM))
 
     def stop(number: int, frame: object) -> None:
         if abort.is_set():

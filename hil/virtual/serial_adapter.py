@@ -7,7 +7,6 @@ Each line ends with a carriage return: `t` and three hexadecimal digits of the i
 import os
 import re
 import select
-import tty
 from collections import deque
 
 import can
@@ -24,6 +23,8 @@ class SerialAdapter(can.BusABC):
     def __init__(self) -> None:
         super().__init__(channel="slcan")
         self._master, self._slave = os.openpty()
+        import tty  # not on Windows
+
         tty.setraw(self._slave)
         os.set_blocking(self._master, False)
         self.path = os.ttyname(self._slave)

@@ -1,6 +1,5 @@
 """Long work in a process group of its own; all that is known about it is on disk."""
 
-import fcntl
 import json
 import os
 import shutil
@@ -15,6 +14,8 @@ from typing import Literal
 from fmus.children import child_environment, python_command, start_child
 from fmus.errors import MisfitError
 from fmus.files import write_atomically
+from fmus.locks import lock as take_lock
+from fmus.locks import try_lock
 from orchestrator.studio.project import Project
 
 State = Literal["none", "running", "done", "failed", "cancelled"]
@@ -53,7 +54,7 @@ def start(project: Project, kind: str, arguments: Sequence[str] = ()) -> None:
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir()
     with (folder / "lock").open("w") as lock, (folder / "log.txt").open("wb") as log:
-        fcntl.flock(lock, fcntl.LOCK_EX)
+        take_lock(lock)
         child = start_child(
             [*PROGRAM, kind, *arguments],
             environment=child_environment(),
@@ -131,12 +132,9 @@ def _ended(folder: Path, patience: float) -> bool:
 def _locked(folder: Path) -> bool:
     try:
         with (folder / "lock").open("r") as lock:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            return not try_lock(lock)
     except FileNotFoundError:
         return False
-    except BlockingIOError:
-        return True
-    return False
 
 
 def _reap() -> None:

@@ -1,7 +1,6 @@
 """The child's side: `main` serves a simulation or a component until the host closes the connection."""
 
 import pickle
-import resource
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -64,7 +63,7 @@ def main() -> None:
     What it serves is a simulation, a component, or `module:function`, which is called with the host.
     """
     task, pipe, memory = sys.argv[1], int(sys.argv[2]), int(sys.argv[3])
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    _leave_no_core()
     connection = Connection(pipe)
     host = Host(connection, SharedMemory(memory))
     ours = {"simulation": _serve_simulation, "component": _serve_component}
@@ -73,6 +72,14 @@ def main() -> None:
         serve(host)
     except EOFError:
         return
+
+
+def _leave_no_core() -> None:
+    """A crash is told in a line; its memory would fill the disk."""
+    if sys.platform != "win32":
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
 
 def _answer(host: Host, call: Callable[[], Any], state: Callable[[], Any] = lambda: None) -> None:

@@ -22,12 +22,12 @@ from orchestrator.cosim.system import ComponentSpec
 
 ERRORS = {kind.__name__: kind for kind in (MisfitError, ModelicaError, FmuError, ComponentError)}
 SIGNALS = {
-    signal.SIGSEGV: "segmentation fault (a bad pointer, or the stack ran over)",
-    signal.SIGABRT: "abort()",
-    signal.SIGFPE: "division of an integer by zero",
-    signal.SIGILL: "an instruction that this processor lacks",
-    signal.SIGBUS: "access to memory that is not there",
-    signal.SIGKILL: "killed from outside, as the system does when memory runs out",
+    "SIGSEGV": "segmentation fault (a bad pointer, or the stack ran over)",
+    "SIGABRT": "abort()",
+    "SIGFPE": "division of an integer by zero",
+    "SIGILL": "an instruction that this processor lacks",
+    "SIGBUS": "access to memory that is not there",
+    "SIGKILL": "killed from outside, as the system does when memory runs out",
 }
 # Loading may compile sources first.
 LOADING_S = 600.0
@@ -159,7 +159,7 @@ class Child:
             self._listen()
         if code >= 0:
             return "ended its process", f"exit({code})"
-        return "crashed", SIGNALS.get(signal.Signals(-code), signal.Signals(-code).name)
+        return "crashed", SIGNALS.get(signal.Signals(-code).name, signal.Signals(-code).name)
 
     def _failure(self, deed: str, detail: str) -> ComponentError:
         """The error, with who was called, and where in time."""

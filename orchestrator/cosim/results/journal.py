@@ -4,7 +4,6 @@ Parquet has its index at the end and HDF5 and MF4 are not sound until they are c
 leave nothing. The stream only grows. Its writer holds a lock, which the system drops when the writer dies.
 """
 
-import fcntl
 import json
 import os
 from collections.abc import Iterator, Sequence
@@ -17,6 +16,7 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from fmus.errors import MisfitError
+from fmus.locks import try_lock
 from orchestrator.cosim.results.arrow import KEY, batch_of, header_of, numpy_of, schema_of
 from orchestrator.cosim.results.formats import Content, Header, as_numbers
 
@@ -95,11 +95,7 @@ def _locked(journal: Path, path: Path) -> IO[bytes]:
 
 def is_abandoned(file: IO[bytes]) -> bool:
     """Whether nobody writes to a side file any more; the caller then holds its lock."""
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return False
-    return True
+    return try_lock(file)
 
 
 def batches_in(file: IO[bytes]) -> Iterator[pa.RecordBatch]:
