@@ -24,7 +24,8 @@ def mount(pages: Sequence[Page]) -> None:
     ui.add_css(replay_style(), shared=True)
     ui.add_head_html(f"<script>{replay_script()}</script>", shared=True)
     app.add_static_files("/studio", STATIC)
-    ui.add_head_html('<script src="/studio/upload.js" defer></script>', shared=True)
+    for script in ("upload.js", "lost.js"):
+        ui.add_head_html(f'<script src="/studio/{script}" defer></script>', shared=True)
     for page in pages:
         _mount(page, pages)
 

@@ -1,0 +1,30 @@
+// Says what to do when the server does not answer any more, instead of trying to reconnect for ever.
+const STUDIO_LOST = {
+  gone: "The studio does not answer. Start 'misfit studio' again and open the link that it prints; nothing is lost, this project will be there.",
+  other: "The studio was started again. Open the link that it printed; this project is there.",
+};
+
+// The page reconnects by itself after a short break, and keeps what is open; only a long one needs a reload.
+const STUDIO_PATIENCE = 5;
+let studioTries = 0;
+
+async function studioAskServer() {
+  const popup = document.getElementById("popup");
+  if (!popup || popup.ariaHidden !== "false") {
+    studioTries = 0;
+    return;
+  }
+  studioTries += 1;
+  let status = 0;
+  try {
+    status = (await fetch(location.href, { cache: "no-store" })).status;
+  } catch {
+    status = 0;
+  }
+  if (popup.ariaHidden !== "false") return;
+  if (status === 200) {
+    if (studioTries >= STUDIO_PATIENCE) location.reload();
+  } else popup.textContent = status === 403 ? STUDIO_LOST.other : STUDIO_LOST.gone;
+}
+
+setInterval(studioAskServer, 3000);
