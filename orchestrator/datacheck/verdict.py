@@ -3,6 +3,7 @@
 import time
 from collections.abc import Sequence
 
+from fmus.errors import ComponentError, MisfitError
 from orchestrator.compare.comparison import compare
 from orchestrator.compare.result import Comparison
 from orchestrator.datacheck.findings import Finding
@@ -15,10 +16,13 @@ def first_mend(model: Model, measurements: MeasurementSet, findings: Sequence[Fi
     """Return a diagnosis that cannot tell, with the findings as its first warnings.
 
     Raises:
-        ComponentError: if the model cannot follow the record at all.
+        MisfitError: if the model cannot follow the record at all.
     """
     began = time.monotonic()
-    given = compare(model, measurements, workers=workers, checks=findings)
+    try:
+        given = compare(model, measurements, workers=workers, checks=findings)
+    except ComponentError as error:
+        raise MisfitError(f"{findings[0]}; the model cannot follow the record as it is: {error}") from error
     warnings = [str(finding) for finding in findings]
     warnings[0] += "; no physical effect is named before that: mend the record, or repeat the command with --mend"
     return Diagnosis(

@@ -96,8 +96,12 @@ def test_mending_gives_the_record_back(tmp_path: Path) -> None:
 def test_degrees_declared_as_radians_never_become_a_physical_effect(tmp_path: Path) -> None:
     folder = write_case(tmp_path / "bad", lambda k: pendulum(k, damping=2e-4), PENDULUM, times("theta", 180 / math.pi))
     file = tmp_path / "diagnosis.json"
-    done = CliRunner().invoke(misfit, ["diagnose", "pendulum", str(folder), "--json", str(file), "--quiet"])
+    done = CliRunner().invoke(misfit, ["diagnose", "pendulum", str(folder), "--json", str(file)])
     assert done.exit_code == 0, done.output
+    assert (
+        "The record is wrong, so that no physics is named; first multiply theta by 0.0174533."
+        in done.output.replace("\n", " ")
+    )
     result = json.loads(file.read_text())
     assert (result["verdict"], result["effects"]) == ("cannot_tell", [])
     assert "degrees declared as radians" in result["warnings"][0]

@@ -90,6 +90,9 @@ def _headline(document: Document, effects: Sequence[Mapping[str, Any]]) -> str:
         case "unknown":
             return "Something is missing that no effect in the library explains."
         case _:
+            wrong = [check["proposal"] for check in document.get("data_checks") or () if check["strong"]]
+            if wrong:
+                return f"The record is wrong, so that no physics is named; first {wrong[0]}."
             return "These data cannot tell whether anything is missing."
 
 
