@@ -44,6 +44,7 @@ bench: setup
 	@$(BIN)/python -m tests.benchmarks.regress.run
 	@$(BIN)/python tests/benchmarks/gp/run.py
 	@$(BIN)/python tests/benchmarks/study/run.py
+	@$(BIN)/python -m tests.benchmarks.constructs.run
 
 # Tools for the comparison that ask for other versions of shared packages; `make bench` uses them when they are there.
 # `make bench-peers MORE=gpytorch` adds GPyTorch, whose PyTorch may take 5 GB.

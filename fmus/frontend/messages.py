@@ -16,6 +16,12 @@ _COUNTS = re.compile(r"unbalanced model: (\d+) equations, (\d+) unknowns")
 # What the compiler calls things that a user has never heard of.
 _WORDS = {
     "`derivative expression`": "der() of an expression is not supported; declare a variable that equals it, and use its der()",
+    "unsupported model algorithm": "an algorithm that reads a variable after it assigned it is not supported; write one "
+    "expression for it, such as y = if u > high then high else u",
+    "dynamic quotient semantics": "div, mod and rem of variables are not supported in an equation; write floor(a/b), or a - floor(a/b)*b",
+    "selected redeclare class has no such member": "the connector has no such variable; of an expandable connector declare all "
+    "variables, without 'expandable'",
+    "`spatialDistribution`": "spatialDistribution is not supported; write the pipe as several volumes in a row",
     "expression shape mismatch": "the sizes of arrays in an equation or a value do not fit each other, or a scalar stands "
     "where an array has to; compare both sides element by element",
 }

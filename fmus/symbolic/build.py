@@ -17,7 +17,7 @@ from fmus.symbolic.events import RelationRecorder, check_same_variables
 from fmus.symbolic.explicit import solve_blocks
 from fmus.symbolic.initialization import initialize, with_guesses
 from fmus.symbolic.reduction import Reduced, reduce_index
-from fmus.symbolic.refusals import refuse_unsupported
+from fmus.symbolic.refusals import refuse_lost_states, refuse_unsupported
 from fmus.symbolic.solution import Solution, Unknown
 from fmus.symbolic.structure import listed
 from fmus.symbolic.system import Relations, SymbolicSystem, Variable
@@ -78,6 +78,7 @@ class SystemBuilder:
         knowns = dae.knowns
         inputs, delayed, parameters = self._defaults(knowns)
         reduced = reduce_index(dae, self._values(dae, inputs, parameters))
+        refuse_lost_states(reduced)
         self._record_states(reduced)
         arguments, wanted, solution = self._solved(reduced, knowns)
         initial = ca.Function("initial", [knowns.parameters], [column([q.guess for q in reduced.states])])

@@ -6,6 +6,7 @@ from typing import Any
 from fmus.errors import ModelicaError
 from fmus.symbolic.arena import Arena
 from fmus.symbolic.discrete import is_expression
+from fmus.symbolic.reduction import Reduced
 
 # What to write instead, by the beginning of the words.
 REWRITES = {
@@ -66,3 +67,14 @@ def _unsupported(arena: Arena) -> Iterator[tuple[str, str]]:
 
 def _place(arena: Arena, entry: Any) -> str:
     return arena.where(entry.get("provenance")) if isinstance(entry, Mapping) else ""
+
+
+def refuse_lost_states(reduced: Reduced) -> None:
+    """Raise ModelicaError for a variable that has to be a state and is none, as no equation has its derivative."""
+    for quantity in reduced.algebraics:
+        if quantity.select == "always":
+            place = f"{quantity.place}: " if quantity.place else ""
+            raise ModelicaError(
+                f"{place}{quantity.name} has StateSelect.always, but the states are "
+                f"{', '.join(q.name for q in reduced.states)}; write its equation with der({quantity.name})"
+            )

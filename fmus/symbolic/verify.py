@@ -84,7 +84,8 @@ def verify_relations(system: SymbolicSystem) -> None:
             sides = (np.array(g).ravel() > 0).astype(float)
         kept = np.vstack([np.array(part) for part in relations.rhs(time, x, u, d, p, np.concatenate([sides, timed]))])
         plain = np.vstack([np.array(part) for part in system.rhs(time, x, u, d, p)])
-        wrong = np.isfinite(plain) & (np.abs(kept - plain) > 1e-6 * np.maximum(np.abs(kept), np.abs(plain)))
+        with np.errstate(invalid="ignore"):
+            wrong = np.isfinite(plain) & (np.abs(kept - plain) > 1e-6 * np.maximum(np.abs(kept), np.abs(plain)))
         if wrong.any():
             name = names[int(np.flatnonzero(wrong)[0])]
             raise ModelicaError(

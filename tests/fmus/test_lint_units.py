@@ -94,3 +94,34 @@ def test_unknown_unit_is_refused_where_it_is_declared(tmp_path: Path) -> None:
 
     with pytest.raises(ModelicaError, match=r"^probe\.mo:2: a has unit 'furlong'"):
         ModelicaModel("A", "A", file).compile()
+
+
+def test_branches_of_an_if_equation_may_be_equations_of_different_units(tmp_path: Path) -> None:
+    text = """model M
+  parameter Real R(unit="Ohm") = 2;
+  parameter Boolean short = false;
+  input Real u(unit="V");
+  Real i(unit="A"), v(unit="V");
+  Real x(start=1, fixed=true);
+equation
+  if x > 0.5 then v = 0; else i = 0; end if;
+  u = R*i + v;
+  der(x) = -x;
+end M;
+"""
+    (tmp_path / "M.mo").write_text(text)
+    assert ModelicaModel("M", "M", tmp_path / "M.mo").compile().states[0].name == "x"
+
+
+def test_the_sides_in_a_branch_of_an_if_equation_still_have_one_unit(tmp_path: Path) -> None:
+    text = """model M
+  Real i(unit="A"), v(unit="V") = 1;
+  Real x(start=1, fixed=true);
+equation
+  if x > 0.5 then i = v; else i = 0; end if;
+  der(x) = -x;
+end M;
+"""
+    (tmp_path / "M.mo").write_text(text)
+    with pytest.raises(ModelicaError, match=r"M\.mo:\d+: "):
+        ModelicaModel("M", "M", tmp_path / "M.mo").compile()

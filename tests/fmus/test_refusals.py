@@ -40,3 +40,12 @@ def test_further_constructs_are_listed_with_their_places(tmp_path: Path) -> None
 
     with pytest.raises(ModelicaError, match=r"^probe\.mo:6: terminate\(\) .*; so are reinit\(\) \(probe\.mo:7\)"):
         ModelicaModel("A", "A", file).compile()
+
+
+def test_a_variable_that_has_to_be_a_state_and_is_none_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "probe.mo"
+    file.write_text(
+        "model A\n  Real x(start=2, stateSelect=StateSelect.always);\n  Real z;\nequation\n  z = 2*x;\n  der(z) = -x;\nend A;\n"
+    )
+    with pytest.raises(ModelicaError, match=r"^probe\.mo:2: x has StateSelect\.always, but the states are z"):
+        ModelicaModel("A", "A", file).compile()

@@ -22,6 +22,8 @@ class Statements(Expressions):
             self.expect(";")
 
     def _starts_statement(self) -> bool:
+        if self.text == "initial" and self.tokens[self.at + 1].text in ("equation", "algorithm"):
+            return False
         opening = ("if", "for", "when", "while", "connect", "break", "return", "(", "{", "[", "-", "+", "not", ".")
         return self.token.kind in ("name", "number") or self.text in (*opening, "der", "initial", "true", "false")
 

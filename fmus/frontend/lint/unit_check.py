@@ -100,6 +100,14 @@ class _UnitCheck:
 
     def _sides(self, node: int) -> None:
         tag, body = self.arena.node(node)
+        if tag == "conditional":
+            # The branches of an if-equation are equations of their own, of a voltage here and a current there.
+            operands = self.arena.operands(node)
+            for condition in operands[:-1:2]:
+                self.dimension(condition)
+            for branch in (*operands[1:-1:2], operands[-1]):
+                self._sides(branch)
+            return
         if tag != "binary" or body["operator"] != "subtract":
             self.dimension(node)
             return

@@ -1,0 +1,103 @@
+"""Which language constructs and models of the Modelica Standard Library work: `python -m tests.benchmarks.constructs.run`.
+
+Each construct is a small model whose value is known by algebra; `works` means that this value comes out, `refused` that one line
+says why not, `wrong` that another value comes out. A value of nan stands for a model that has to be refused.
+
+Models of the Standard Library are built if MODELICAPATH names it. `works` means that all their equations hold in the translation,
+evaluated a second time from the front end's flat form; `partly checked` that some could not be evaluated there.
+"""
+
+import math
+import os
+import sys
+import tempfile
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+
+from fmus.catalogue import ModelicaModel
+from fmus.errors import MisfitError
+from fmus.library import libraries
+from tests.benchmarks.constructs.constructs import CONSTRUCTS, Construct
+
+REPORT = Path("docs/benchmarks/constructs.md")
+TIME, INPUT = 0.3, 0.5
+AREAS = (
+    "Mechanics/Rotational/Examples",
+    "Mechanics/Translational/Examples",
+    "Electrical/Analog/Examples",
+    "Thermal/HeatTransfer/Examples",
+)
+
+
+def main() -> int:
+    """Write the table; exit code 1 if anything is wrong."""
+    with tempfile.TemporaryDirectory() as folder:
+        os.environ["MISFIT_CACHE"] = str(Path(folder) / "cache")
+        rows = [(c.name, *_outcome(c, Path(folder))) for c in CONSTRUCTS]
+        library = libraries().get("Modelica")
+        models = [] if library is None else [(name, *_built(name, path)) for name, path in _examples(library)]
+    text = _table("Language constructs", "construct", rows)
+    if models:
+        text += "\n" + _table("Models of the Modelica Standard Library", "model", models)
+    before = REPORT.read_text() if REPORT.is_file() else ""
+    if not models and "## Models of" in before:  # keep what another machine measured
+        text += "\n## Models of" + before.split("## Models of", 1)[1]
+    REPORT.write_text(f"# What of Modelica works\n\nWritten by `python -m tests.benchmarks.constructs.run`.\n\n{text}")
+    sys.stdout.write(text)
+    return int(any(row[1] == "wrong" for row in (*rows, *models)))
+
+
+def _outcome(construct: Construct, folder: Path) -> tuple[str, str]:
+    file = folder / "M.mo"
+    file.write_text(construct.text)
+    try:
+        found = _value(ModelicaModel("M", "M", file), construct.variable)
+    except MisfitError as error:
+        return "refused", str(error)
+    if math.isnan(construct.value):
+        return ("works", "") if construct.name.startswith("delay") else ("wrong", f"{found:g}, to be refused")
+    if abs(found - construct.value) < 1e-9 * max(1.0, abs(construct.value)):
+        return "works", ""
+    return "wrong", f"{found:g} instead of {construct.value:g}"
+
+
+def _value(model: ModelicaModel, variable: str) -> float:
+    system = model.compile()
+    states = [v.start for v in system.states]
+    inputs, parameters = [INPUT] * len(system.inputs), [v.start for v in system.parameters]
+    delayed = [INPUT] * system.n_delays
+    dx, z = (np.array(part).ravel() for part in system.rhs(TIME, states, inputs, delayed, parameters))
+    names = [*(f"der({v.name})" for v in system.states), *(v.name for v in system.algebraics)]
+    return float(dict(zip(names, [*dx, *z], strict=True)).get(variable, math.inf))
+
+
+def _examples(library: Path) -> list[tuple[str, Path]]:
+    found = []
+    for area in AREAS:
+        for file in sorted((library / area).glob("*.mo")):
+            if file.name != "package.mo":
+                found.append((".".join(("Modelica", *area.split("/"), file.stem)), file))
+    return found
+
+
+def _built(name: str, file: Path) -> tuple[str, str]:
+    try:
+        system = ModelicaModel(name, name, file).compile()
+    except MisfitError as error:
+        return "refused", str(error)
+    unchecked = [note for note in system.notes if "not checked" in note]
+    return ("partly checked", unchecked[0]) if unchecked else ("works", "")
+
+
+def _table(title: str, what: str, rows: list[tuple[str, str, str]]) -> str:
+    counts = Counter(row[1] for row in rows)
+    summary = ", ".join(f"{count} {outcome}" for outcome, count in sorted(counts.items()))
+    lines = [f"## {title}", "", f"{len(rows)}: {summary}.", "", f"| {what} | outcome | why |", "|---|---|---|"]
+    lines += [f"| {name} | {outcome} | {why[:200].replace('|', '/')} |" for name, outcome, why in rows]
+    return "\n".join(lines) + "\n"
+
+
+if __name__ == "__main__":
+    sys.exit(main())
