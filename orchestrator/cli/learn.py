@@ -71,7 +71,10 @@ def learn(model: str, data: str, block_file: str, most: int, factors: str, json_
             "data": str(data),
             "block": written,
             "system": system,
-            **document(found, units),
+            "count": found.count,
+            "held_out": _held_out(found),
+            "functions": _functions(found),
+            "free_run": _free_run(found, units),
         },
     )
     if found.block is None:
@@ -116,27 +119,23 @@ def _lines(found: "Learned", block_file: str, units: dict[str, str]) -> list[str
     return [*lines, f"the block is {found.judgement.verdict}: {found.judgement.reason}"]
 
 
-def document(found: "Learned", units: dict[str, str]) -> dict[str, Any]:
-    """What was learned, for JSON."""
-    return {
-        "count": found.count,
-        "held_out": {
-            each.output: {"unit": each.unit, "before": each.before, "after": each.after} for each in found.held_out
-        },
-        "functions": [
-            {
-                "function": each.function,
-                "output": each.output,
-                "factor": each.factor or None,
-                "verdict": "needed" if each.needed else "not needed",
-                "rms": each.size,
-                "gain_nats": each.gain,
-                "price_nats": each.price,
-            }
-            for each in found.functions
-        ],
-        "free_run": _free_run(found, units),
-    }
+def _held_out(found: "Learned") -> dict[str, Any]:
+    return {each.output: {"unit": each.unit, "before": each.before, "after": each.after} for each in found.held_out}
+
+
+def _functions(found: "Learned") -> list[dict[str, Any]]:
+    return [
+        {
+            "function": each.function,
+            "output": each.output,
+            "factor": each.factor or None,
+            "verdict": "needed" if each.needed else "not needed",
+            "rms": float(each.size),
+            "gain_nats": float(each.gain),
+            "price_nats": float(each.price),
+        }
+        for each in found.functions
+    ]
 
 
 def _free_run(found: "Learned", units: dict[str, str]) -> dict[str, Any] | None:
