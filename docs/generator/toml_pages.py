@@ -81,6 +81,7 @@ TOML_FILES = (
         {
             "": "orchestrator.regress.case_file:_CASE",
             "[run]": "orchestrator.regress.case_file:_RUN",
+            "[interface]": "orchestrator.regress.case_file:_INTERFACE",
             "[limits]": "orchestrator.regress.case_file:_LIMITS",
         },
         "tests/cases/regress/arm.regress.toml",

@@ -34,6 +34,7 @@ _CASE = (
 NO_REFERENCE = "none"
 _RUN = ("start", "stop", "step", "master", "tolerance", "interface")
 _INTERFACES = ("CoSimulation", "ModelExchange")
+_INTERFACE = ("allow",)
 _LIMITS = ("seconds", "patience_s", "memory_gib", "retries")
 
 
@@ -120,7 +121,7 @@ def _case(table: TomlTable, name: str, path: Path) -> Case:
 
 
 def _allowed(table: TomlTable) -> tuple[str, ...]:
-    table.check_keys(("allow",))
+    table.check_keys(_INTERFACE)
     return table.get_texts("allow") or ()
 
 

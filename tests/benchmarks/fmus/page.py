@@ -1,6 +1,8 @@
 """The page of the gate: counts first, then a row for each FMU, with the reason of each failure in one line."""
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
+from tempfile import gettempdir
 from typing import Any
 
 Row = Mapping[str, Any]
@@ -71,4 +73,5 @@ def _number(value: float | None) -> str:
 
 def _cell(text: object) -> str:
     words = " ".join(str(text).replace("|", "/").split())
+    words = re.sub(re.escape(gettempdir()) + r"/(\S+/)?", "", words)  # folders that were there for a moment
     return words if len(words) <= 160 else f"{words[:157]}..."
