@@ -10,7 +10,7 @@ export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
 export MKL_NUM_THREADS := 1
 
-.PHONY: demo setup test check docs bench bench-peers bench-diagnosis bench-regress bench-fmus lock clean
+.PHONY: demo setup test test-slow test-all check docs bench bench-smoke bench-peers bench-diagnosis bench-regress bench-fmus lock clean
 
 demo: setup
 	@echo "An arm with a hidden effect: which one is it?"
@@ -24,7 +24,14 @@ setup: $(STAMP)
 $(STAMP): requirements.lock pyproject.toml .ci/setup
 	@PYTHON="$(PYTHON)" sh .ci/setup $(VENV)
 
+# Within 8 minutes on two cores. What takes longer is marked `slow` and runs in `make test-all`; docs/decisions/019 says what guards what.
 test: setup
+	@$(BIN)/python -m pytest -n 2 -m "not slow" tests
+
+test-slow: setup
+	@$(BIN)/python -m pytest -n 2 -m slow tests
+
+test-all: setup
 	@$(BIN)/python -m pytest -n 2 tests
 
 check: setup
@@ -45,6 +52,10 @@ bench: setup
 	@$(BIN)/python tests/benchmarks/gp/run.py
 	@$(BIN)/python tests/benchmarks/study/run.py
 	@$(BIN)/python -m tests.benchmarks.constructs.run
+
+# Each benchmark at its smallest size, in about a minute: that it comes to its end, not how fast it is.
+bench-smoke: setup
+	@$(BIN)/python tests/benchmarks/smoke.py
 
 # Tools for the comparison that ask for other versions of shared packages; `make bench` uses them when they are there.
 # `make bench-peers MORE=gpytorch` adds GPyTorch, whose PyTorch may take 5 GB.

@@ -5,7 +5,7 @@ import xml.etree.ElementTree as ET
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -28,6 +28,8 @@ class FmuFile:
     path: Path
     stepped: bool = False
     content_hash: str = field(init=False)
+    # Whether the file itself says how finely it is stepped, as a system does.
+    has_own_steps: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         """Read it once, so that a broken file is found at once."""
@@ -38,7 +40,7 @@ class FmuFile:
         object.__setattr__(self, "content_hash", hashlib.sha256(content).hexdigest())
         _ = self.description
 
-    def __reduce__(self) -> tuple[type["FmuFile"], tuple[Path, bool]]:
+    def __reduce__(self) -> tuple[type["FmuFile"], tuple[Any, ...]]:
         """Travel to another process as a path; the children stay here."""
         return FmuFile, (self.path, self.stepped)
 

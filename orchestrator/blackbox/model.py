@@ -79,6 +79,10 @@ class CoupledModel(SymbolicModel):
         scale, offset = (float(values[names.index(name)]) if name in names else absent for name, absent in wanted)
         return scale, offset
 
+    def substeps(self, record: Record, parameters: np.ndarray, noise: np.ndarray | float = np.inf) -> int:
+        """As for any model; a coupled system says itself how finely it is stepped, so a sample interval is one step."""
+        return 1 if self.file.has_own_steps else super().substeps(record, parameters, noise)
+
     @property
     def shows_jacobians(self) -> bool:
         """Whether the FMU can be asked how it answers to small changes: model exchange, with no effect around it."""

@@ -19,8 +19,8 @@ TIME_LIMIT_S = 300.0
 class FmuProcesses:
     """As many children of one FMU as are asked for at a time; an FMU that crashes or hangs takes only its child along."""
 
-    def __init__(self, path: Path, cosimulation: bool) -> None:
-        self.path, self.cosimulation = path, cosimulation
+    def __init__(self, path: Path, cosimulation: bool, join_forces: bool = False) -> None:
+        self.path, self.cosimulation, self.join_forces = path, cosimulation, join_forces
         self._idle: queue.LifoQueue[_Child] = queue.LifoQueue()
         self._lock = threading.Lock()
         self._all: list[_Child] = []
@@ -34,7 +34,7 @@ class FmuProcesses:
         try:
             child = self._idle.get_nowait()
         except queue.Empty:
-            child = _Child(self.path, self.cosimulation)
+            child = _Child(self.path, self.cosimulation, self.join_forces)
             with self._lock:
                 self._all.append(child)
         try:
@@ -59,10 +59,10 @@ class FmuProcesses:
 class _Child:
     """One child; it is started as a program of its own, which the processes of a cluster may do too."""
 
-    def __init__(self, path: Path, cosimulation: bool) -> None:
+    def __init__(self, path: Path, cosimulation: bool, join_forces: bool) -> None:
         self.name = path.name
         self._connection, theirs = multiprocessing.Pipe()
-        arguments = [str(path.resolve()), str(int(cosimulation)), str(theirs.fileno())]
+        arguments = [str(path.resolve()), str(int(cosimulation)), str(int(join_forces)), str(theirs.fileno())]
         self._process = start_child(
             python_command("orchestrator.blackbox.worker:main", *arguments),
             environment=child_environment(),

@@ -202,6 +202,10 @@ def _conjugate(force: Variable, position: Variable) -> bool:
 
 
 def _mentions(force: str, position: str) -> bool:
+    """Whether an input's name says that it acts on an output; of a coupled system both are in the same component."""
+    component, _, inside = position.partition(".")
+    if inside and force.startswith(f"{component}."):
+        force, position = force.removeprefix(f"{component}."), inside
     return (
         re.search(rf"(?<![a-z0-9]){re.escape(position.lower())}(?![a-z0-9])", force.lower().replace("_", " "))
         is not None

@@ -13,6 +13,7 @@ from orchestrator.blackbox.fmu_file import FmuFile
 from orchestrator.blackbox.library import FORCE_SLOTS, INPUT_SLOTS, Law, Scales, laws, needs
 from orchestrator.blackbox.model import CoupledModel
 from orchestrator.blackbox.sites import NEGLIGIBLE, Sites, find_sites, plain_sites
+from orchestrator.blackbox.system_source import open_file
 from orchestrator.diagnosis.candidates import Candidate
 from orchestrator.diagnosis.cards import effect_library
 from orchestrator.measurements import BoundSet, MeasurementSet, bind
@@ -35,7 +36,7 @@ class FmuSource(ModelicaModel):
             MisfitError: if the file is no FMU that can be run, or the data do not fit it.
             ComponentError: if it fails.
         """
-        fmu = FmuFile(path, stepped)
+        fmu = open_file(path, stepped=stepped, join_forces=True)
         plain = plain_sites(fmu.started)
         data = bind(measurements, plain.inputs, plain.outputs)
         sites = find_sites(fmu.started, data, fmu.positions(), _gains(fmu, data))
@@ -176,6 +177,6 @@ def fmu_model(path: Path, *, stepped: bool = False) -> CoupledModel:
         FmuError: if the file is no FMU that can be run.
         ComponentError: if it fails while it is looked at.
     """
-    fmu = FmuFile(path, stepped)
+    fmu = open_file(path, stepped=stepped)
     sites = replace(plain_sites(fmu.started), positions=fmu.positions())
     return CoupledModel(path.name, couple(path.name, sites, ()), fmu, sites)

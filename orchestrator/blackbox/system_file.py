@@ -1,21 +1,29 @@
-"""An FMU with effects as a system of FMUs: the original, one FMU for each effect, and a file that connects them."""
+"""An FMU or a system with effects as a system: the original, one FMU for each effect, and a file that connects them."""
 
 import json
+import math
 import re
 import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from types import MappingProxyType
 
 from fmus.catalogue import ModelicaModel
 from fmus.package import build_fmu
 from fmus.symbolic.system import SymbolicSystem
 from orchestrator.blackbox.coupled import Mounted
+from orchestrator.blackbox.extended import beside, extended
 from orchestrator.blackbox.library import CLASSES, FORCE_SLOTS, INPUT_SLOTS, OUTPUT_SLOTS, Scales
 from orchestrator.blackbox.sites import ForceSite
 from orchestrator.blackbox.source import FmuSource
+from orchestrator.blackbox.system_source import SystemFile
+from orchestrator.cosim.system import ComponentSpec
+from orchestrator.cosim.toml_text import write_toml
 
 PLANT = "plant"
+# A lag that is this share of a step has settled at its end.
+SHARE_OF_STEP = 0.1
 
 
 @dataclass
@@ -24,8 +32,10 @@ class _Plan:
 
     components: dict[str, str] = field(default_factory=dict)
     connections: list[tuple[str, str]] = field(default_factory=list)
-    inputs: dict[str, str] = field(default_factory=dict)
+    inputs: dict[str, tuple[str, ...]] = field(default_factory=dict)
     outputs: dict[str, str] = field(default_factory=dict)
+    # Where the outputs of what is extended come from, and how its sensed variables begin.
+    shown: dict[int, str] = field(default_factory=dict)
 
 
 def write_system(
@@ -39,15 +49,39 @@ def write_system(
     Raises:
         MisfitError: if an FMU cannot be built or written.
     """
-    assert source.sites is not None and source.file is not None
-    sites, plan = source.sites, _Plan()
+    assert source.sites is not None and source.file is not None and source.fmu is not None
     folder.mkdir(parents=True, exist_ok=True)
+    path = folder / f"{name}.toml"
+    if isinstance(source.fmu, SystemFile):
+        seen = source.fmu.exposed
+        plan = _Plan(shown=dict(enumerate(seen.outputs)))
+        _place(plan, source, mounted, values, folder, {i: seen.system.inputs[n] for i, n in enumerate(seen.inputs)})
+        added = {label: ComponentSpec(label, source=file) for label, file in plan.components.items()}
+        whole = extended(seen.system, added, plan.connections, plan.inputs, plan.outputs, name)
+        path.write_text(f"# {comment}\n\n{write_toml(beside(whole, folder))}")
+        return path
     original = folder / source.file.name
     if original.resolve() != source.file.resolve():
         shutil.copyfile(source.file, original)
-    plan.components[PLANT] = original.name
-    into = {i: f"{PLANT}.{v.name}" for i, v in enumerate(sites.inputs)}
-    shown = {k: f"{PLANT}.{v.name}" for k, v in enumerate(sites.outputs)}
+    plan = _Plan({PLANT: original.name}, shown={k: f"{PLANT}.{v.name}" for k, v in enumerate(source.sites.outputs)})
+    _place(
+        plan, source, mounted, values, folder, {i: (f"{PLANT}.{v.name}",) for i, v in enumerate(source.sites.inputs)}
+    )
+    path.write_text(_text(plan, comment))
+    return path
+
+
+def _place(
+    plan: _Plan,
+    source: FmuSource,
+    mounted: Sequence[Mounted],
+    values: Mapping[str, float],
+    folder: Path,
+    into: dict[int, tuple[str, ...]],
+) -> None:
+    """Add the effects to a plan; `into` says which inputs of components each input drives."""
+    assert source.sites is not None
+    sites, shown = source.sites, dict(plan.shown)
     forces: dict[int, list[str]] = {}
     for part, place in _each(mounted, FORCE_SLOTS):
         force = sites.forces[place - 1]
@@ -60,12 +94,12 @@ def write_system(
         for signal in shared:
             into[i] = _join(plan, signal, into[i], folder)
         if i not in sites.driven:
-            plan.connections.append((found[-1], into.pop(i)))
+            plan.connections += [(found[-1], target) for target in into.pop(i)]
     for part, place in _each(mounted, tuple(reversed(INPUT_SLOTS))):  # from the plant outwards
         i = sites.driven[place - 1]
         label = _build(plan, part, place, sites.inputs[i].name, sites.input_scales[place - 1], values, folder)
-        plan.connections.append((f"{label}.y", into[i]))
-        into[i] = f"{label}.u"
+        plan.connections += [(f"{label}.y", target) for target in into[i]]
+        into[i] = (f"{label}.u",)
     for part, place in _each(mounted, OUTPUT_SLOTS):
         k = sites.measured[place - 1]
         label = _build(plan, part, place, sites.outputs[k].name, sites.output_scales[place - 1], values, folder)
@@ -73,9 +107,6 @@ def write_system(
         shown[k] = f"{label}.y"
     plan.inputs = {sites.inputs[i].name: at for i, at in into.items()}
     plan.outputs = {v.name: shown[k] for k, v in enumerate(sites.outputs)}
-    path = folder / f"{name}.toml"
-    path.write_text(_text(plan, comment))
-    return path
 
 
 def _each(mounted: Sequence[Mounted], slots: Sequence[str]) -> list[tuple[Mounted, int]]:
@@ -84,11 +115,11 @@ def _each(mounted: Sequence[Mounted], slots: Sequence[str]) -> list[tuple[Mounte
     return [(part, place) for part in inside for place in part.places]
 
 
-def _join(plan: _Plan, force: str, target: str, folder: Path) -> str:
-    """Let a force join what drives a target; returns where the other signal now goes."""
+def _join(plan: _Plan, force: str, targets: tuple[str, ...], folder: Path) -> tuple[str, ...]:
+    """Let a force join what drives targets; returns where the other signal now goes."""
     label = _helper(plan, "Sum", folder)
-    plan.connections += [(force, f"{label}.u2"), (f"{label}.y", target)]
-    return f"{label}.u1"
+    plan.connections += [(force, f"{label}.u2"), *((f"{label}.y", target) for target in targets)]
+    return (f"{label}.u1",)
 
 
 def _speed(plan: _Plan, source: FmuSource, force: ForceSite, folder: Path) -> str:
@@ -97,16 +128,27 @@ def _speed(plan: _Plan, source: FmuSource, force: ForceSite, folder: Path) -> st
     name = source.sites.sensed_names[force.speed]
     if name:
         return f"{PLANT}.{name}"
-    label = _helper(plan, "Rate", folder)
-    plan.connections.append((f"{PLANT}.{source.sites.outputs[force.output].name}", f"{label}.u"))
+    label = _helper(plan, "Rate", folder, _lag(source))
+    plan.connections.append((plan.shown[force.output], f"{label}.u"))
     return f"{label}.y"
 
 
-def _helper(plan: _Plan, class_name: str, folder: Path) -> str:
-    """Add a component of one of the small classes; returns its name."""
+def _lag(source: FmuSource) -> dict[str, float]:
+    """Parameters of a rate: of a system with a step of its own those that make it the difference over the last step."""
+    step = source.fmu.exposed.system.run.step if isinstance(source.fmu, SystemFile) else None
+    if step is None:
+        return {}
+    lag = SHARE_OF_STEP * step
+    return {"T": lag, "k": (1.0 - math.exp(-step / lag)) / step}
+
+
+def _helper(plan: _Plan, class_name: str, folder: Path, values: Mapping[str, float] = MappingProxyType({})) -> str:
+    """Add a component of one of the small classes, with values of its parameters; returns its name."""
     short = class_name.lower()
     label = f"{short}{sum(name.startswith(short) for name in plan.components) + 1}"
-    build_fmu(ModelicaModel(class_name, class_name, CLASSES).compile(), folder / f"{label}.fmu")
+    system = ModelicaModel(class_name, class_name, CLASSES).compile()
+    parameters = tuple(replace(v, start=values.get(v.name, v.start)) for v in system.parameters)
+    build_fmu(replace(system, parameters=parameters), folder / f"{label}.fmu")
     plan.components[label] = f"{label}.fmu"
     return label
 
@@ -137,7 +179,8 @@ def _text(plan: _Plan, comment: str) -> str:
     lines = [f"# {comment}", "", "[components]"]
     lines += [f"{name} = {json.dumps(file)}" for name, file in plan.components.items()]
     lines += ["", "# Inputs and outputs of the system, and what they are inside."]
-    for title, table in (("inputs", plan.inputs), ("outputs", plan.outputs)):
+    inputs = {name: at[0] if len(at) == 1 else list(at) for name, at in plan.inputs.items()}
+    for title, table in (("inputs", inputs), ("outputs", plan.outputs)):
         lines += [f"[{title}]", *(f"{json.dumps(name)} = {json.dumps(at)}" for name, at in table.items()), ""]
     for start, end in plan.connections:
         lines += ["[[connections]]", f"from = {json.dumps(start)}", f"to = {json.dumps(end)}", ""]

@@ -335,13 +335,13 @@ def _rates(instance: _Instance, request: RatesRequest) -> np.ndarray:
 ANSWERS: dict[type, Any] = {RunRequest: _run, ProbeRequest: _probe, RatesRequest: _rates, PathRequest: _path}
 
 
-def serve(path: Path, cosimulation: bool, connection: Connection) -> None:
+def serve(path: Path, cosimulation: bool, join_forces: bool, connection: Connection) -> None:
     """Answer requests until the connection closes: ("ok", result) or ("error", message)."""
     silence = os.open(os.devnull, os.O_WRONLY)
     for stream in (1, 2):  # what an FMU prints belongs to nobody's result
         os.dup2(silence, stream)
     with tempfile.TemporaryDirectory() as folder:
-        instance: _Instance | None = None
+        instance: Any = None
         while True:
             try:
                 request = connection.recv()
@@ -349,13 +349,22 @@ def serve(path: Path, cosimulation: bool, connection: Connection) -> None:
                 return
             try:
                 if instance is None:
-                    instance = _Instance(path, Path(folder), cosimulation)
+                    instance = _opened(path, Path(folder), cosimulation, join_forces)
                 connection.send(("ok", ANSWERS[type(request)](instance, request)))
             except Exception as error:  # whatever native wrappers raise becomes a message for the host
                 connection.send(("error", " ".join(str(error).split()) or type(error).__name__))
 
 
 def main() -> None:
-    """Entry of the child: FMU's path, whether it is stepped, and the inherited end of a pipe."""
-    path, cosimulation, handle = sys.argv[1:]
-    serve(Path(path), cosimulation == "1", Connection(int(handle)))
+    """Entry of the child: path of the FMU or system, whether it is stepped and its forces joined, and the end of a pipe."""
+    path, cosimulation, join_forces, handle = sys.argv[1:]
+    serve(Path(path), cosimulation == "1", join_forces == "1", Connection(int(handle)))
+
+
+def _opened(path: Path, folder: Path, cosimulation: bool, join_forces: bool) -> Any:
+    """The FMU, or the coupled system that stands in its place."""
+    if path.suffix == ".fmu":
+        return _Instance(path, folder, cosimulation)
+    from orchestrator.blackbox.system_runs import SystemInstance
+
+    return SystemInstance(path, join_forces)

@@ -81,9 +81,9 @@ def add(diagnosis_or_effect: str, model: str | None, folder: str, card_folders: 
 def _base(model: str, data: str) -> Any:
     """What a diagnosis was made for; an FMU offers its sites for the diagnosis' data."""
     from orchestrator.measurements import load_measurements
-    from orchestrator.models.load import load_modelica, load_source
+    from orchestrator.models.load import is_closed, load_modelica, load_source
 
-    return load_source(model, load_measurements(data)) if model.endswith(".fmu") else load_modelica(model)
+    return load_source(model, load_measurements(data)) if is_closed(model) else load_modelica(model)
 
 
 def _read_diagnosis(path: Path) -> dict[str, Any]:

@@ -225,6 +225,11 @@ class Simulation:
                 self.coupling.store(slot, value)
             self.coupling.components[name].set([variable], [value])
 
+    def evaluate(self) -> None:
+        """Carry what was set since the last step through all connections, at the communication point reached."""
+        self.coupling.evaluate(self._parts.initial, self.time)
+        self._progress.leave()
+
     def close(self) -> None:
         """End the run and free everything; calling it again does nothing."""
         if not self._closed:

@@ -18,7 +18,8 @@ class Matching:
 def match_columns(columns: Sequence[str], variables: Mapping[str, str], names: Sequence[str]) -> Matching:
     """Match columns with model variables, each at most once.
 
-    An entry of [variables] goes before an equal name, and an equal name before an equal spelling.
+    An entry of [variables] goes before an equal name, an equal name before an equal spelling, and that before the only
+    variable of a coupled system, `component.variable`, whose name inside its component is equal.
 
     Args:
         columns: the columns of the data, without time.
@@ -32,7 +33,7 @@ def match_columns(columns: Sequence[str], variables: Mapping[str, str], names: S
     column_of: dict[str, str] = {}
     notes: list[str] = []
     for column, variable in variables.items():
-        target = _same(variable, names)
+        target = _same(variable, names) or _inside_a_component(variable, names)
         if target is not None and column in columns:
             column_of.setdefault(target, column)
         elif variable != "time":
@@ -46,6 +47,11 @@ def match_columns(columns: Sequence[str], variables: Mapping[str, str], names: S
             found = same(name, left)
             if found is not None:
                 column_of.setdefault(name, found)
+    for column in [column for column in free if column not in column_of.values()]:
+        inside = _inside_a_component(column, names)
+        if inside is not None and inside not in column_of:
+            column_of[inside] = column
+            notes.append(f"column {shown(column)} is taken as {shown(inside)}, the only variable of that name")
     return Matching(column_of, tuple(notes))
 
 
@@ -68,3 +74,9 @@ def _same(name: str, candidates: Sequence[str]) -> str | None:
         return name
     alike = [c for c in candidates if spelling(c) == spelling(name)]
     return alike[0] if alike else None
+
+
+def _inside_a_component(text: str, names: Sequence[str]) -> str | None:
+    """The only variable `component.variable` of a coupled system that is spelt so inside its component."""
+    alike = [name for name in names if "." in name and spelling(name.partition(".")[2]) == spelling(text)]
+    return alike[0] if len(alike) == 1 else None

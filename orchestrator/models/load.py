@@ -10,13 +10,18 @@ from orchestrator.models.contract import Model
 SYSTEM_ENDINGS = (".toml", ".ssd", ".ssp")
 
 
+def is_closed(text: str) -> bool:
+    """Whether a MODEL argument names something whose equations are closed: an FMU, or a coupled system."""
+    return text.lower().endswith((".fmu", *SYSTEM_ENDINGS))
+
+
 def load_model(text: str) -> Model:
-    """Return the model for an FMU path, `FILE.mo:Class` or the name of a built-in.
+    """Return the model for an FMU or system file, `FILE.mo:Class` or the name of a built-in.
 
     Raises:
         MisfitError: if there is no such model or it cannot be read.
     """
-    if text.endswith(".fmu"):
+    if is_closed(text):
         from orchestrator.blackbox.source import fmu_model
 
         return fmu_model(Path(text))
@@ -27,13 +32,13 @@ def load_model(text: str) -> Model:
 
 
 def load_source(text: str, measurements: MeasurementSet) -> ModelicaModel:
-    """Return what can be diagnosed and extended: a Modelica class, or an FMU with the sites it offers for these data.
+    """Return what can be diagnosed and extended: a Modelica class, or an FMU or system with the sites it offers for the data.
 
     Raises:
         MisfitError: if there is no such model, it cannot be read, or the data do not fit it.
         ComponentError: if an FMU fails while it is looked at.
     """
-    if text.endswith(".fmu"):
+    if is_closed(text):
         from orchestrator.blackbox.source import FmuSource
 
         return FmuSource.prepare(Path(text), measurements)
@@ -47,7 +52,9 @@ def load_modelica(text: str) -> ModelicaModel:
         MisfitError: if the argument names something else.
     """
     if text.endswith(SYSTEM_ENDINGS):
-        raise MisfitError(f"{text}: system files are not supported yet; name an FMU, FILE.mo:Class or a built-in model")
+        raise MisfitError(
+            f"{text} is a coupled system, whose equations are closed; name a Modelica class (FILE.mo:Class)"
+        )
     if text.endswith(".fmu"):
         raise MisfitError(f"{text} is an FMU, whose equations are closed; name its Modelica class (FILE.mo:Class)")
     return find_modelica_model(text)

@@ -48,7 +48,7 @@ def _building(folder: Path) -> None:
     system = arm.compile()
     print(f"{'symbolic functions -> FMU':52s} {_timed(lambda: build_fmu(system, folder / 'arm.fmu')):.3f}")
     compiled = CompiledModel(system, ["q1", "q2"], ["linkage.b[1]", "linkage.b[2]"])
-    print(f"{'symbolic functions -> compiled free run':52s} {_timed(lambda: compiled._library):.3f}")
+    print(f"{'symbolic functions -> compiled free run':52s} {_timed(lambda: compiled._machine_code):.3f}")
 
 
 def _simulating(folder: Path) -> None:

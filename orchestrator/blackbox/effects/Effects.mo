@@ -149,10 +149,13 @@ end Sum;
 
 model Rate "Rate of change of a signal, through a lag"
   parameter Real T(unit="s", min=1e-6) = 0.001 "Time constant of the lag";
+  parameter Real k(unit="1/s") = 1/T "Gain; for steps h of a master (1 - exp(-h/T))/h, which makes it the last difference";
   input Real u "Signal";
-  output Real y "(u - x)/T, close to der(u) for what is slower than T";
-  Real x(start=0, fixed=true) "The signal behind the lag";
+  output Real y "k (u - x), close to der(u) for what is slower than T";
+  Real x(start=0, fixed=false) "The signal behind the lag";
+initial equation
+  x = u;
 equation
-  T*der(x) = u - x;
-  y = (u - x)/T;
+  der(x) = (u - x)/T;
+  y = k*(u - x);
 end Rate;

@@ -17,6 +17,7 @@ from bodies import PAIRS, build
 from contestants import CONTESTANTS
 
 ROUNDS = 3
+STEPS, STEPS_OF_SLOW = 500_000, 5_000
 HERE = Path(__file__).parent
 ROOT = HERE.parents[2]
 PEERS = ROOT / "build/peers/bin/python"
@@ -42,7 +43,7 @@ def _steps(folder: Path) -> bool:
     missing: dict[str, str] = {}
     for _ in range(ROUNDS):
         for system, pairs in PAIRS.items():
-            found.setdefault(("C loop by hand", system), []).append(_json([folder / "loop", folder, pairs, 500_000]))
+            found.setdefault(("C loop by hand", system), []).append(_json([folder / "loop", folder, pairs, STEPS]))
             for name in CONTESTANTS:
                 if name not in missing:
                     answer = _contest(name, folder, pairs)
@@ -64,7 +65,7 @@ def _steps(folder: Path) -> bool:
 
 def _contest(name: str, folder: Path, pairs: int) -> dict[str, float] | str:
     """Figures, or why there are none."""
-    steps = 500_000 if name in QUICK else 5_000
+    steps = STEPS if name in QUICK else STEPS_OF_SLOW
     why = "not installed"
     for python in (sys.executable, PEERS):
         if Path(python).exists():
