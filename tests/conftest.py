@@ -7,9 +7,17 @@ from typing import TYPE_CHECKING
 import pytest
 
 from tests.chromium import FLAGS, program
+from tests.slow import is_slow
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark what the list of slow tests names."""
+    for item in items:
+        if is_slow(item.nodeid):
+            item.add_marker(pytest.mark.slow)
 
 
 @pytest.fixture(scope="session")

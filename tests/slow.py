@@ -1,0 +1,43 @@
+"""What takes long, by the beginnings of test names: `make test` leaves it out, `make test-all` runs it.
+
+Each entry says which quicker test guards the same promise; docs/decisions/019 has the figures. CPU seconds were measured.
+"""
+
+# Beginning of a node id -> what guards the promise in `make test`.
+SLOW = {
+    # Diagnoses of shipped cases, 28 to 56 s each; case_003 stays.
+    **{
+        f"tests/diagnosis/test_shipped_cases.py::test_hidden_effects_of_the_arm_are_named_sized_within_three_percent_and_the_error_falls[{case}]": "the same test on case_003, and test_pendulum.py on a real machine"
+        for case in ("case_004", "case_007", "case_008", "case_009")
+    },
+    "tests/diagnosis/test_p_values_of_right_models.py": "test_noise_floor.py and test_flexible.py: the noise that p-values rest on",
+    "tests/blackbox/test_diagnosis_of_an_fmu.py::test_effect_in_the_data_is_named_from_outside_the_fmu": "the command's test in the same file, and test_hidden_effects_on_plants.py on tanks",
+    "tests/blackbox/test_hidden_effects_on_plants.py::test_hidden_effect_is_named_and_its_size_found[pendulum": "the same test on tanks",
+    "tests/blackbox/test_hidden_effects_on_plants.py::test_hidden_effect_is_named_and_its_size_found[two-mass": "the same test on tanks",
+    # FMUs in tools of others and under sanitizers and valgrind.
+    "tests/fmus/test_importers.py": "test_behaviour.py and test_validate_command.py: our own checks of the same FMUs",
+    "tests/fmus/test_exercise.py": "test_bad_calls.py and test_behaviour.py, without sanitizers",
+    "tests/fmus/test_oracle.py::test_every_variable_takes_the_course_that_rumoca_computes[arm": "the same test on the smaller models",
+    "tests/fmus/test_oracle.py::test_every_variable_takes_the_course_that_rumoca_computes[DoublePendulum": "the same test on the smaller models",
+    "tests/fmus/test_build.py::test_both_versions_of_all_models_are_built_side_by_side": "test_build_command.py builds one model in both versions",
+    # Whole sites, packages, notebooks, teams.
+    "tests/test_documentation_site.py": "test_documentation.py: links and commands of pages; house/test_public_list.py: the reference",
+    "tests/test_wheel.py": "house/test_notebook_from_the_wheel.py::test_the_wheel_has_the_front_door",
+    "tests/report/test_notebook.py::test_example_notebook_runs": "house/test_front_door.py: the same calls",
+    "tests/regress/test_worked_example.py": "test_regress_command.py and test_pytest_plugin.py",
+    "tests/regress_comparison/test_mutants_are_caught.py": "the other files of its folder, comparison by comparison",
+    # The bench as processes: one way to end stays.
+    "tests/hil/test_processes.py::test_a_polite_end_lets_the_arm_down_and_finishes_the_recording[1]": "the same test with signal 15",
+    "tests/hil/test_processes.py::test_a_polite_end_lets_the_arm_down_and_finishes_the_recording[2]": "the same test with signal 15",
+    # Browsers.
+    "tests/studio/test_bench_view_in_browser.py": "studio_views: the same pages without a browser",
+    "tests/studio/test_linked_views_in_browser.py": "studio_views: the same pages without a browser",
+    "tests/studio/test_arm_replay_in_browser.py": "report/test_arm_replay.py: the same markup",
+    "tests/studio/test_reports_in_browser.py": "report/test_report_html.py: the same markup",
+    "tests/studio/test_swap_view_in_browser.py": "test_swap_interface.py: the same view without a browser",
+}
+
+
+def is_slow(node: str) -> bool:
+    """Whether a test is left out of `make test`."""
+    return any(node.startswith(beginning) for beginning in SLOW)
