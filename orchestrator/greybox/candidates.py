@@ -58,13 +58,14 @@ class Candidate:
 
 def candidates_at(places: Sequence[Place], laws: Sequence[Law]) -> list[Candidate]:
     """Every law at every place that it fits, once for each point of its grid of shapes."""
-    return [c for place in places for law in laws if fits(law, place) for c in _variants(law, place)]
+    # What changes an input that is itself a flow into a balance is, in other words, an effect at that balance.
+    flows = {place.unit for place in places if place.balance is not None}
+    shown = [place for place in places if place.kind != "input" or place.unit not in flows]
+    return [c for place in shown for law in laws if fits(law, place) for c in _variants(law, place)]
 
 
 def fits(law: Law, place: Place) -> bool:
     """Whether a law can act at a place."""
-    if law.place == "parameter":  # these are adjusted in every fit
-        return False
     if law.bounded and place.turns:  # a shaft that turns freely has no spring and no stop
         return False
     between = place.balance is None and place.kind in ("motion", "storage")

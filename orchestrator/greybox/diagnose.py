@@ -82,8 +82,9 @@ def diagnose_greybox(
 def _decided(case: Case, limits: Thresholds, progress: Progress) -> _Outcome:
     progress("estimating how much the model leaves unexplained")
     setting, nominal = nominal_set(case, limits)
-    lost = nominal.fit.log_likelihood - setting.fitter.without_disturbance(nominal.fit.box, nominal.fit)
-    adequate = lost < limits.quiet * max(len(case.balances), 1)
+    silent, louder = setting.fitter.without_disturbance(nominal.fit.box, nominal.fit)
+    lost = nominal.fit.log_likelihood - silent
+    adequate = lost < limits.quiet * max(len(case.balances), 1) or louder < limits.louder
     candidates = () if adequate else all_candidates(case, nominal)
     progress(f"{len(candidates)} candidates at {len({c.place.site for c in candidates})} places")
     search = Search(setting, candidates, nominal, progress)

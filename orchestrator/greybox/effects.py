@@ -8,7 +8,7 @@ from fmus.errors import MisfitError
 from fmus.symbolic.balances import Balance
 from fmus.symbolic.system import SymbolicSystem
 from orchestrator.diagnosis.result import Estimate, NamedEffect
-from orchestrator.effects.changes import Change, InputChange, OutputChange, Parameter, Term
+from orchestrator.effects.changes import AddedState, Change, InputChange, OutputChange, Parameter, Term
 from orchestrator.effects.write_back import write_back
 from orchestrator.greybox.candidates import Candidate, fits
 from orchestrator.greybox.expression import renamed
@@ -48,8 +48,16 @@ def with_effects(
     """
     system, balances = base.balanced()
     places = unscaled_places(system, balances, _inputs(system, balances))
-    changes = [change for number, effect in enumerate(effects) for change in _changes(effect, places, balances, number)]
-    return write_back(base, name, changes, {}, folder)  # type: ignore[arg-type]
+    errors = [effect for effect in effects if effect.id == "parameter_error"]
+    values = {v.name: v.start or 0.0 for v in system.parameters}
+    wrong = {each.site: values[each.site] * (1.0 + each.parameters["share"].value) for each in errors}
+    changes = [
+        change
+        for number, effect in enumerate(effects)
+        if effect not in errors
+        for change in _changes(effect, places, balances, number)
+    ]
+    return write_back(base, name, changes, wrong, folder)  # type: ignore[arg-type]
 
 
 def knows(effect: NamedEffect, base: ModelicaModel) -> bool:
@@ -86,12 +94,18 @@ def _changes(effect: NamedEffect, places: Sequence[Place], balances: Sequence[Ba
         estimate = effect.parameters[public]
         parameters[own] = Parameter(estimate.value, estimate.unit, parameter.description)
     title = law.title_at(place.unit)
-    names |= dict(place.coordinates)
+    names |= {k: v for k, v in place.coordinates.items()} | {"t": "time"}
+    names |= {state: f"{_plain(effect.id)}{number + 1}_{state}" for state in law.states}
     expression = renamed(law.expression, names)
+    states = [AddedState(names[k], "", 0.0, renamed(rate, names)) for k, rate in law.states.items()]
     if place.kind == "input":
-        return [InputChange(place.site, expression, parameters, title)]
-    if place.kind == "output":
-        return [OutputChange(place.coordinates["y"], expression, parameters, title)]
+        return [InputChange(place.site, expression, parameters, title, states)]
+    if place.kind in ("output", "response"):
+        return [OutputChange(place.coordinates["y"], expression, parameters, title, states)]
+    if place.kind == "parameter":
+        raise MisfitError(
+            f"{title}: {effect.site} is written as a number in the model, so it cannot be made to change; make it a variable"
+        )
     by_input = {b.input: b for b in balances}
     terms: list[Change] = []
     for k, (name, factor) in enumerate(place.adds.items()):

@@ -13,7 +13,14 @@ from orchestrator.greybox.extended import CORRECTION, extend
 from orchestrator.greybox.filtering import GreyBox, Trial
 from orchestrator.greybox.fit import Fitter, Priors
 from orchestrator.greybox.laws import Law, laws
-from orchestrator.greybox.places import Place, balance_places, input_places, output_places, parameter_places
+from orchestrator.greybox.places import (
+    Place,
+    balance_places,
+    input_places,
+    output_places,
+    parameter_places,
+    response_places,
+)
 from orchestrator.greybox.prepare import first_noise, least_noise, seen_by, trials_of
 from orchestrator.greybox.search import FittedSet, Setting, with_losses
 from orchestrator.greybox.thresholds import Thresholds
@@ -65,11 +72,14 @@ def places_of(case: Case, nominal: FittedSet) -> list[Place]:
     fit = nominal.fit
     seen = seen_by(fit.box, fit.runs, fit.trials, case.balances, case.signals)
     outputs = {v.name: v for v in (*case.base.states, *case.base.algebraics)}
+    measured = [outputs[name] for name in case.signals]
+    duration = float(np.ptp(seen.values["time"])) or 1.0
     return [
         *balance_places(case.base, case.balances, seen),
         *input_places(case.inputs, seen),
-        *output_places([outputs[name] for name in case.signals], seen),
-        *parameter_places(case.base),
+        *output_places(measured, seen),
+        *response_places(case.inputs, measured, seen),
+        *parameter_places(case.base, duration),
     ]
 
 

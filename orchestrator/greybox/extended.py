@@ -85,11 +85,10 @@ class _Extension:
         dx, z = self.base.rhs(self.t, x, column, self.d, p)
         values = states | {v.name: z[i] for i, v in enumerate(self.base.algebraics)}
         readings = {name: values[name] for name in self.signals}
-        for c in self._at("output"):
+        for c in (*self._at("output"), *self._at("response")):
             name = c.place.coordinates["y"]
-            readings[name] = self._law(
-                c, {"y": readings[name], "t": self.t} | {f"u{k}": s for k, s in enumerate(self.u)}
-            )
+            given_by = {"u": inputs[c.place.coordinates["u"]]} if "u" in c.place.coordinates else {}
+            readings[name] = self._law(c, {"y": readings[name], "t": self.t} | given_by)
         return self._assembled(dx, readings, column, p)
 
     def _at(self, kind: str) -> list[Candidate]:

@@ -79,6 +79,10 @@ class Filtered:
     def log_likelihood(self) -> float:
         """Of the measurements, up to a constant."""
         seen = self.variance > 0
+        with np.errstate(all="ignore"):  # a model that fails may leave the range of numbers
+            return self._log_likelihood(seen)
+
+    def _log_likelihood(self, seen: np.ndarray) -> float:
         return -0.5 * float(np.sum(self.innovation[seen] ** 2 / self.variance[seen] + np.log(self.variance[seen])))
 
 
@@ -131,7 +135,9 @@ class GreyBox:
         sizes = (n, nx, len(system.inputs), system.n_delays, ny, len(compiled.free), substeps, 1, 0)
         code = compiled._machine_code
         problem = _Problem(*sizes, *(part.ctypes.data for part in (*keep, compiled._held)), 0.0, *code.with_slopes)
-        parts = (trial.measured, trial.start, trial.spread, intensity, noise)
+        more = nx - len(trial.start)  # states that candidates bring with them begin at 0
+        start, spread = (np.concatenate([part, np.zeros(more)]) for part in (trial.start, trial.spread))
+        parts = (trial.measured, start, spread, intensity, noise)
         own = [np.ascontiguousarray(part, dtype=float) for part in parts]
         result = [np.empty((n, ny)), np.empty((n, ny)), np.empty((n, ny, nt)), np.empty((n, nx)), np.empty((n, nx))]
         matrices = [np.zeros((n, nx, nx)) for _ in range(3)] if covariances else []

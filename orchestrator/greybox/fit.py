@@ -84,6 +84,7 @@ class Fitter:
 
     def __init__(self, trials: Sequence[Trial], start: Sequence[Noise], least_noise: np.ndarray) -> None:
         self.trials, self.start, self.least_noise = tuple(trials), tuple(start), least_noise
+        self._enough = 1
 
     def fit(
         self,
@@ -113,13 +114,16 @@ class Fitter:
         runs = work.runs(theta, noise, slopes=True)
         return Fit(box, self.trials, theta, noise, -value, priors, substeps, tuple(runs))
 
-    def without_disturbance(self, box: GreyBox, fit: Fit) -> float:
-        """Log likelihood of a fit's model if nothing but sensors' noise is left, which is estimated again."""
-        total = -fit.priors.cost(fit.theta)
+    def without_disturbance(self, box: GreyBox, fit: Fit) -> tuple[float, float]:
+        """Log likelihood of a fit's model if nothing but sensors' noise is left, and by which factor that is larger then.
+
+        The noise is estimated again; the factor is the largest over signals and trials.
+        """
+        total, louder = -fit.priors.cost(fit.theta), 1.0
         for trial, own in zip(self.trials, fit.noise, strict=True):
             work = Work(box, [trial], fit.priors, fit.substeps)
             tiny = self.start[0].intensity * SILENT
-            best = np.inf
+            best, found = np.inf, own.sensors
             for sensors in (own.sensors, self._rough(box, trial, fit)):
                 logs = np.log(sensors)
 
@@ -127,9 +131,12 @@ class Fitter:
                     return work.value(fit.theta, [Noise(tiny, np.exp(at))])
 
                 low = np.log(self.least_noise)
-                best = min(best, _descended(objective, logs, low, low + 2 * LOG_RANGE, 2 * STEPS)[1])
+                reached, value = _descended(objective, logs, low, low + 2 * LOG_RANGE, 2 * STEPS)
+                if value < best:
+                    best, found = value, np.exp(reached)
             total -= best - fit.priors.cost(fit.theta)
-        return total
+            louder = max(louder, float(np.max(found / own.sensors)))
+        return total, louder
 
     def _rough(self, box: GreyBox, trial: Trial, fit: Fit) -> np.ndarray:
         """Errors (ny,) of a run that nothing disturbs."""
@@ -139,10 +146,13 @@ class Fitter:
     def _substeps(self, box: GreyBox, theta: np.ndarray, noise: Sequence[Noise]) -> int:
         """Steps in a sample interval at which halving them hardly changes the likelihood."""
         priors = Priors(theta, np.full(len(theta), np.inf), theta)
-        count, before = 1, Work(box, self.trials, priors, 1).value(theta, noise)
+        # What was enough for one set is a good guess for the next.
+        count = max(1, self._enough // 2)
+        before = Work(box, self.trials, priors, count).value(theta, noise)
         while count < MOST_SUBSTEPS:
             after = Work(box, self.trials, priors, 2 * count).value(theta, noise)
             if np.isfinite(before) and abs(after - before) < CLOSE + 1e-4 * abs(after):
+                self._enough = count
                 return count
             count, before = 2 * count, after
         return count

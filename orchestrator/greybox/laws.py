@@ -10,7 +10,7 @@ from typing import Any, Literal
 from orchestrator.greybox.unit_algebra import combined
 
 FOLDER = Path(__file__).parent / "laws"
-Place = Literal["motion", "storage", "between_motions", "between_storages", "input", "output", "parameter"]
+Place = Literal["motion", "storage", "between_motions", "between_storages", "input", "output", "response", "parameter"]
 
 
 @dataclass(frozen=True)

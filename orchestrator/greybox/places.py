@@ -9,6 +9,9 @@ import numpy as np
 from fmus.symbolic.balances import Balance
 from fmus.symbolic.system import SymbolicSystem, Variable
 
+# Between two stores of these anything can flow, whether the model has a way or not.
+FLOWS = ("W", "m3/s", "kg/s", "A", "mol/s")
+
 
 @dataclass(frozen=True)
 class Place:
@@ -59,7 +62,8 @@ def balance_places(system: SymbolicSystem, balances: Sequence[Balance], seen: Se
     linked = linked_balances(system, balances, seen)
     for i, one in enumerate(balances):
         for j, other in enumerate(balances[i + 1 :], start=i + 1):
-            if one.unit == other.unit and (i, j) in linked:
+            stored = not one.position and not other.position and one.unit in FLOWS
+            if one.unit == other.unit and (stored or (i, j) in linked):
                 found.append(_between(one, other, units, seen))
     return found
 
@@ -182,7 +186,7 @@ def input_places(inputs: Sequence[Variable], seen: Seen) -> list[Place]:
         if np.ptp(values) > 0:
             centre = _middle(values)
             units = {"input": variable.unit or "1", "time": "s", "centre": variable.unit or "1"}
-            scales = {"input": _rms(values), "time": 1.0, "centre": 1.0}
+            scales = {"input": _rms(values), "time": _duration(seen), "centre": 1.0}
             found.append(
                 Place("input", variable.name, variable.unit or "1", {"u": variable.name}, {}, units, scales, centre)
             )
@@ -195,13 +199,28 @@ def output_places(outputs: Sequence[Variable], seen: Seen) -> list[Place]:
     for variable in outputs:
         centre = _middle(seen.values[variable.name])
         units = {"output": variable.unit or "1", "time": "s", "centre": variable.unit or "1"}
-        scales = {"output": centre[1], "time": 1.0, "centre": 1.0}
+        scales = {"output": centre[1], "time": _duration(seen), "centre": 1.0}
         site = f"sensor:{variable.name}"
         found.append(Place("output", site, variable.unit or "1", {"y": variable.name}, {}, units, scales, centre))
     return found
 
 
-def parameter_places(system: SymbolicSystem) -> list[Place]:
+def response_places(inputs: Sequence[Variable], outputs: Sequence[Variable], seen: Seen) -> list[Place]:
+    """Each way from an input that moves to an output that is measured."""
+    found = []
+    for one in input_places(inputs, seen):
+        for other in output_places(outputs, seen):
+            units, scales = {**one.units, **other.units}, {**one.scales, **other.scales}
+            names = {**one.coordinates, **other.coordinates}
+            found.append(Place("response", f"{one.site}->{names['y']}", other.unit, names, {}, units, scales))
+    return found
+
+
+def _duration(seen: Seen) -> float:
+    return float(np.ptp(seen.values["time"])) or 1.0
+
+
+def parameter_places(system: SymbolicSystem, duration: float = 1.0) -> list[Place]:
     """Each parameter that has a value other than zero."""
     return [
         Place(
@@ -210,8 +229,8 @@ def parameter_places(system: SymbolicSystem) -> list[Place]:
             v.unit or "1",
             {"p": v.name},
             {},
-            {"parameter": v.unit or "1"},
-            {"parameter": abs(v.start)},
+            {"parameter": v.unit or "1", "time": "s"},
+            {"parameter": abs(v.start), "time": duration},
         )
         for v in system.parameters
         if v.start
@@ -230,4 +249,7 @@ def unscaled_places(system: SymbolicSystem, balances: Sequence[Balance], inputs:
                 found.append(_between(one, other, units, seen))
     variables = {v.name: v for v in (*system.states, *system.algebraics)}
     found += input_places([v for v in system.inputs if v.name in inputs], seen)
-    return [*found, *output_places([variables[name] for name in system.outputs], seen)]
+    outputs = [variables[name] for name in system.outputs]
+    moving = [v for v in system.inputs if v.name in inputs]
+    found += [*output_places(outputs, seen), *response_places(moving, outputs, seen)]
+    return [*found, *parameter_places(system)]

@@ -141,7 +141,7 @@ class Search:
                 fresh.setdefault(key, candidates)
         chosen = list(fresh.values())[:count]
         for size in {len(c) for c in fresh.values()}:
-            chosen += [c for c in fresh.values() if len(c) == size][: max(2, count // 3)]
+            chosen += [c for c in fresh.values() if len(c) == size][:2]
         for candidates in {frozenset(c.family for c in c): c for c in chosen}.values():
             self._fit(candidates)
 

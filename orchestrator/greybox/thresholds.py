@@ -16,12 +16,13 @@ class Thresholds:
     eighth of a trial are `least_improvement` better with it, or if it brings `least_share` of what the whole set gains; and never
     if they are `worse` by more than that share. What explains less than `least_explained` of the disturbing forces' power, and
     does not improve predictions either, is not named. Predictions are alike within `alike`, and then fewer parameters are chosen. An answer is incomplete if more than `complete_share` is unexplained.
-    Process noise that makes the record more probable by less than `quiet` nats for each balance is none.
+    Process noise that makes the record more probable by less than `quiet` nats for each balance is none,
+    and so is one without which sensors seem no `louder` than by this factor.
     """
 
     largest_set: int = 3
-    shortlist: int = 12
-    additions: int = 4
+    shortlist: int = 8
+    additions: int = 3
     refined: int = 4
     rounds: int = 4
     most_effects: int = 4
@@ -35,3 +36,4 @@ class Thresholds:
     worse: float = 0.02
     alike: float = 0.15
     quiet: float = 5.0
+    louder: float = 1.05
