@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fmus.catalogue import ModelicaModel
+from fmus.errors import MisfitError
 from fmus.files import write_atomically
 from orchestrator import ledger
 from orchestrator.compare.comparison import compare
@@ -70,7 +71,12 @@ def discover(
     versions = []
     for step in diagnosis.steps[1:]:
         progress(f"building the model with {' + '.join(effect.id for effect in step.effects)}")
-        version = add_effects(source, step.effects, folder, cards, step.adjusted)
+        try:
+            version = add_effects(source, step.effects, folder, cards, step.adjusted)
+        except MisfitError as error:
+            note = f"no model with {' + '.join(effect.id for effect in step.effects)} was written: {error}"
+            diagnosis = replace(diagnosis, warnings=(*diagnosis.warnings, note))
+            continue
         again = compare(
             version.model,
             measurements,

@@ -60,6 +60,8 @@ def candidates_at(places: Sequence[Place], laws: Sequence[Law]) -> list[Candidat
     """Every law at every place that it fits, once for each point of its grid of shapes."""
     # What changes an input that is itself a flow into a balance is, in other words, an effect at that balance.
     flows = {place.unit for place in places if place.balance is not None}
+    stores = any(place.kind == "storage" for place in places)
+    laws = [law for law in laws if stores or not law.slow]
     shown = [place for place in places if place.kind != "input" or place.unit not in flows]
     return [c for place in shown for law in laws if fits(law, place) for c in _variants(law, place)]
 

@@ -62,6 +62,7 @@ def decide(
     limits: Thresholds,
     scale: np.ndarray,
     fit_more: Callable[[tuple[Candidate, ...]], FittedSet | None],
+    simpler: Callable[[Candidate], Sequence[Candidate]],
     adequate: bool,
 ) -> Decision:
     """Choose a set and grade it.
@@ -69,13 +70,13 @@ def decide(
     Args:
         sets: all that were fitted. nominal: the model as given.
         scale: (ny,) of each signal, in which errors are taken together.
-        fit_more: fits a further set, None if that fails.
+        fit_more: fits a further set, None if that fails. simpler: laws that a law becomes at a limit of its parameters.
         adequate: whether the model as given leaves nothing but noise.
     """
     ranked = tuple(sorted(sets, key=lambda s: s.loss))
     if adequate:
         return Decision("adequate", nominal, (), ranked, 1.0)
-    chosen = _pruned(ranked[0], nominal, limits, scale, fit_more)
+    chosen = _pruned(ranked[0], nominal, limits, scale, fit_more, simpler)
     chosen = _simplest(chosen, ranked, limits, scale)
     ranked = tuple(sorted({id(s): s for s in (*ranked, chosen)}.values(), key=lambda s: s.loss))
     explained = share_explained(chosen, nominal)
@@ -130,6 +131,11 @@ def _simplest(chosen: FittedSet, ranked: Sequence[FittedSet], limits: Thresholds
     return chosen
 
 
+def _power(found: FittedSet, nominal: FittedSet) -> float:
+    """Power of the disturbing forces over that of the model as given, of the balance where it fell most."""
+    return 1.0 - share_explained(found, nominal)
+
+
 def _best_of(ranked: Sequence[FittedSet], nominal: FittedSet) -> FittedSet:
     return next((s for s in ranked if s.candidates), nominal)
 
@@ -140,6 +146,7 @@ def _pruned(
     limits: Thresholds,
     scale: np.ndarray,
     fit_more: Callable[[tuple[Candidate, ...]], FittedSet | None],
+    simpler: Callable[[Candidate], Sequence[Candidate]],
 ) -> FittedSet:
     """The set without the effects that do not earn their place, the weakest first."""
     while best.candidates:
@@ -148,6 +155,10 @@ def _pruned(
             less = fit_more((*best.candidates[:k], *best.candidates[k + 1 :])) if best.size > 1 else nominal
             if less is not None:
                 without.append(less)
+            for other in simpler(best.candidates[k]):
+                less = fit_more((*best.candidates[:k], other, *best.candidates[k + 1 :]))
+                if less is not None:
+                    without.append(less)
         if not without:
             return best
         weakest = min(without, key=lambda s: s.loss)
@@ -173,6 +184,8 @@ def _earned(best: FittedSet, less: FittedSet, nominal: FittedSet, limits: Thresh
     if less.loss - best.loss < limits.nats:
         return False
     if not beyond_doubt(best, less, limits) and not _foretells(best, less, limits):
+        return False
+    if _power(less, nominal) - _power(best, nominal) < limits.least_power:
         return False
     share = (less.loss - best.loss) / max(nominal.loss - best.loss, 1e-9)
     ratio = Weighed(best).error(8, scale) / max(Weighed(less).error(8, scale), 1e-300)

@@ -66,7 +66,8 @@ def diagnose_greybox(
     """
     began = time.monotonic()
     limits = limits or Thresholds()
-    with threadpool_limits(limits=1, user_api="blas"):
+    # Trial values of parameters may drive a model out of the range of numbers; such runs count as impossible.
+    with threadpool_limits(limits=1, user_api="blas"), np.errstate(all="ignore"):
         case = case_of(source, measurements)
         if not case.data.learning or not case.data.held_out:
             raise MisfitError(
@@ -90,7 +91,7 @@ def _decided(case: Case, limits: Thresholds, progress: Progress) -> _Outcome:
     search = Search(setting, candidates, nominal, progress)
     sets = search.run() if candidates else [nominal]
     scale = _scale(setting)
-    decision = decide(sets, nominal, limits, scale, search.fit, adequate)
+    decision = decide(sets, nominal, limits, scale, search.fit, search.simpler, adequate)
     return _Outcome(case, setting, nominal, decision)
 
 

@@ -61,7 +61,7 @@ class Law:
     `expression` is Modelica text in the place's coordinates and the law's parameters: what it adds to a balance, what an
     input becomes (in `u`), or what an output becomes (in `y`). `states` are hidden states with their derivatives. `units`
     restricts the law to balances of these units; `names` and `titles` are its id and words where a unit has its own.
-    A `bounded` law depends on a position that comes back. `contains` lists ids of simpler laws that it becomes at the limit of a parameter.
+    A `bounded` law depends on a position that comes back; a `slow` one belongs to stores of heat, charge and the like, not to motion. `contains` lists ids of simpler laws that it becomes at the limit of a parameter.
     """
 
     id: str
@@ -76,6 +76,7 @@ class Law:
     states: Mapping[str, str] = field(default_factory=dict)
     contains: tuple[str, ...] = ()
     bounded: bool = False
+    slow: bool = False
 
     def id_at(self, unit: str) -> str:
         """The id at a balance of this unit."""

@@ -138,8 +138,9 @@ def _gain(box: GreyBox, trial: Trial, balance: Balance, j: int) -> float:
     moved = values.copy()
     moved[[v.name for v in system.parameters].index(balance.input)] = 1.0
     d, _ = system.history(trial.time[0], trial.inputs[0], values)
+    start = np.concatenate([trial.start, np.zeros(len(system.states) - len(trial.start))])
     before, after = (
-        np.array(system.rhs(trial.time[0], trial.start, trial.inputs[0], d, p)[0]).ravel() for p in (values, moved)
+        np.array(system.rhs(trial.time[0], start, trial.inputs[0], d, p)[0]).ravel() for p in (values, moved)
     )
     return float((after - before)[j])
 

@@ -170,6 +170,11 @@ class Search:
         self._refined.add(found.key)
         return self.fitted[found.key]
 
+    def simpler(self, candidate: Candidate) -> list[Candidate]:
+        """Laws at the same place that a law becomes at a limit of its parameters."""
+        same = [c for c in self.candidates if c.place.site == candidate.place.site and c.id in candidate.law.contains]
+        return list({c.id: c for c in same}.values())
+
     def _fit(self, candidates: tuple[Candidate, ...]) -> None:
         key = frozenset(c.family for c in candidates)
         if key in self.fitted:

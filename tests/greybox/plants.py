@@ -1,0 +1,59 @@
+"""Plants for tests of the grey box: models as users write them, and records from a simulation that shares nothing with it."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+SLIDE = """model Slide "A mass on a spring under a force"
+  parameter Real m(unit="kg") = 2.0;
+  parameter Real k(unit="N/m") = 30.0;
+  input Real F(unit="N");
+  output Real x(unit="m", start=0, fixed=true);
+  Real v(unit="m/s", start=0, fixed=true);
+equation
+  der(x) = v;
+  m*der(v) = F - k*x;
+end Slide;
+"""
+CASE = """files = ["trial_1.csv", "trial_2.csv", "trial_3.csv"]
+learning = [1, 2]
+held_out = [3]
+[columns]
+t = "s"
+F = "N"
+x = "m"
+[variables]
+t = "time"
+"""
+
+
+def slide_record(folder: Path, extra: Callable[[float, float], float], *, noise: float = 2e-5, seed: int = 0) -> Path:
+    """Three records of 600 samples of the mass with a further force of position and speed; `folder` also holds the model."""
+    random = np.random.default_rng(seed)
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "Slide.mo").write_text(SLIDE)
+    (folder / "case.toml").write_text(CASE)
+    step, parts = 0.01, 20
+    for trial in (1, 2, 3):
+        t = np.arange(600) * step
+        waves = zip(random.uniform(0.2, 3.0, 4), random.uniform(0, 6.28, 4), strict=True)
+        force = sum(3.0 * np.sin(2 * np.pi * f * t + p) for f, p in waves)
+        state, rows = np.zeros(2), []
+        for i in range(len(t)):
+            rows.append((t[i], force[i], state[0] + noise * random.standard_normal()))
+            rise = (force[min(i + 1, len(t) - 1)] - force[i]) / step
+
+            def rate(at: float, y: np.ndarray, begin: float = float(force[i]), rise: float = float(rise)) -> np.ndarray:
+                return np.array([y[1], (begin + rise * at - 30.0 * y[0] + extra(y[0], y[1])) / 2.0])
+
+            for j in range(parts):
+                state = _heun(rate, j * step / parts, state, step / parts)
+        np.savetxt(folder / f"trial_{trial}.csv", rows, delimiter=",", header="t,F,x", comments="", fmt="%.9g")
+    return folder
+
+
+def _heun(rate: Callable[[float, np.ndarray], np.ndarray], at: float, state: np.ndarray, step: float) -> np.ndarray:
+    """One step of Heun's method."""
+    first = rate(at, state)
+    return state + 0.5 * step * (first + rate(at + step, state + step * first))

@@ -1,0 +1,69 @@
+"""The grey box's filter against dense algebra and differences."""
+
+from pathlib import Path
+
+import numpy as np
+from plants import slide_record
+
+from fmus.catalogue import find_modelica_model
+from orchestrator.greybox.evidence import case_of
+from orchestrator.greybox.extended import extend
+from orchestrator.greybox.filtering import GreyBox, Trial
+from orchestrator.measurements import load_measurements
+
+
+def _box(folder: Path) -> tuple[GreyBox, Trial]:
+    slide_record(folder, lambda x, v: 0.0)
+    case = case_of(find_modelica_model(f"{folder / 'Slide.mo'}:Slide"), load_measurements(str(folder)))
+    extended = extend(case.base, case.balances, case.signals, ())
+    box = GreyBox(extended.system, extended.outputs, extended.balances, ("k",))
+    first = case.data.trials[0]
+    part = slice(0, 25)
+    start, spread = np.array([0.0, 0.1]), np.array([0.01, 0.3])
+    return box, Trial("first", first.time[part], first.inputs[part], first.outputs[part], start, spread)
+
+
+def test_the_likelihood_is_that_of_the_joint_normal_distribution_of_all_samples(tmp_path: Path) -> None:
+    box, trial = _box(tmp_path)
+    intensity, noise = 0.4, 3e-3
+    found = box.run(trial, np.array([30.0]), np.array([intensity]), np.array([noise]), substeps=4)
+
+    n, step, m, k = len(trial.time), trial.time[1] - trial.time[0], 2.0, 30.0
+    w = np.sqrt(k / m)
+    free = np.array([[np.cos(w * step), np.sin(w * step) / w], [-w * np.sin(w * step), np.cos(w * step)]])
+    push = np.array([(1 - np.cos(w * step)) / k, np.sin(w * step) / (w * m)])
+    mean, covariance = [trial.start], [np.diag(trial.spread**2)]
+    for i in range(n - 1):
+        ramp = (trial.inputs[i + 1, 0] - trial.inputs[i, 0]) / step
+        rise = np.array([step / k - np.sin(w * step) / (w * k), push[0]])
+        mean.append(free @ mean[-1] + push * trial.inputs[i, 0] + rise * ramp)
+        covariance.append(free @ covariance[-1] @ free.T + np.outer(push, push) * intensity**2 / step)
+    joint = np.empty((n, n))
+    for i in range(n):
+        passed = np.eye(2)
+        for j in range(i, n):
+            joint[i, j] = joint[j, i] = (passed @ covariance[i])[0, 0]
+            passed = free @ passed
+    joint += noise**2 * np.eye(n)
+    error = trial.measured[:, 0] - np.array([each[0] for each in mean])
+    expected = -0.5 * (error @ np.linalg.solve(joint, error) + np.linalg.slogdet(joint)[1])
+    assert abs(found.log_likelihood - expected) < 1e-4 * abs(expected)
+
+
+def test_slopes_of_innovations_are_their_differences_where_nothing_is_corrected(tmp_path: Path) -> None:
+    box, trial = _box(tmp_path)
+    trial = Trial("fixed", trial.time, trial.inputs, trial.measured, trial.start, np.zeros(2))
+    quiet = np.array([1e-12]), np.array([1e-3])
+    slope = box.run(trial, np.array([30.0]), *quiet, slopes=True).slope[:, 0, 0]
+    above, below = (box.run(trial, np.array([30.0 + h]), *quiet).innovation[:, 0] for h in (1e-3, -1e-3))
+    np.testing.assert_allclose(slope, (above - below) / 2e-3, rtol=1e-5, atol=1e-9)
+
+
+def test_a_sample_that_was_not_measured_takes_no_part(tmp_path: Path) -> None:
+    box, trial = _box(tmp_path)
+    measured = trial.measured.copy()
+    measured[7] = np.nan
+    gap = Trial("gap", trial.time, trial.inputs, measured, trial.start, trial.spread)
+    found = box.run(gap, np.array([30.0]), np.array([0.4]), np.array([3e-3]))
+    assert found.variance[7, 0] == 0.0 and found.innovation[7, 0] == 0.0
+    assert np.isfinite(found.log_likelihood)

@@ -1,0 +1,50 @@
+"""Every law of the library: its text can be evaluated, its units add up, and it vanishes without its gains."""
+
+import pytest
+
+from orchestrator.greybox.expression import evaluate_numbers
+from orchestrator.greybox.laws import Law, laws
+
+NAMES = {"q": 0.3, "v": 0.7, "x": 1.2, "u": 0.9, "y": 1.1, "p": 2.0, "t": 4.0, "z": 0.4}
+UNITS = {
+    "force": "N",
+    "speed": "m/s",
+    "position": "m",
+    "state": "K",
+    "input": "V",
+    "output": "Pa",
+    "time": "s",
+    "centre": "m",
+}
+
+
+@pytest.mark.parametrize("law", laws(), ids=lambda law: f"{law.id}-{law.place}")
+def test_a_law_changes_nothing_while_its_gains_are_zero(law: Law) -> None:
+    values = NAMES | {p.name: 0.0 if p.gain else 0.5 for p in law.parameters}
+    unchanged = {"input": NAMES["u"], "output": NAMES["y"], "response": NAMES["y"], "parameter": NAMES["p"]}
+    assert evaluate_numbers(law.expression, values) == pytest.approx(unchanged.get(law.place, 0.0))
+
+
+@pytest.mark.parametrize("law", laws(), ids=lambda law: f"{law.id}-{law.place}")
+def test_a_laws_gains_enter_linearly(law: Law) -> None:
+    def at(share: float) -> float:
+        return float(
+            evaluate_numbers(law.expression, NAMES | {p.name: share if p.gain else 0.5 for p in law.parameters})
+        )
+
+    assert at(2.0) - at(1.0) == pytest.approx(at(1.0) - at(0.0))
+
+
+@pytest.mark.parametrize("law", laws(), ids=lambda law: f"{law.id}-{law.place}")
+def test_every_parameter_has_a_unit_and_a_description(law: Law) -> None:
+    for parameter in law.parameters:
+        assert parameter.unit(UNITS) and parameter.description
+        assert parameter.gain or parameter.grid
+
+
+def test_a_dissipative_law_never_adds_energy() -> None:
+    for law in laws():
+        if law.id in ("viscous_friction", "coulomb_friction", "stribeck_friction", "quadratic_drag"):
+            for speed in (-2.0, -0.01, 0.01, 2.0):
+                values = NAMES | {p.name: 0.5 for p in law.parameters} | {"v": speed}
+                assert evaluate_numbers(law.expression, values) * speed < 0
