@@ -24,6 +24,7 @@ from orchestrator.diagnosis.compile_ahead import compile_ahead
 from orchestrator.diagnosis.conclude import conclude
 from orchestrator.diagnosis.cutting import TooLong, cut, is_worth_a_cut
 from orchestrator.diagnosis.evidence import LearningData, Refit, fit_nominal, smoothed
+from orchestrator.diagnosis.gate import without_harm
 from orchestrator.diagnosis.left_open import with_open_questions
 from orchestrator.diagnosis.noise_model import metrics_of
 from orchestrator.diagnosis.nuisances import Nuisances, nuisances
@@ -94,7 +95,9 @@ def diagnose(
 
     # Two BLAS threads make the small factorisations of the fits about 100 times slower.
     with threadpool_limits(limits=1, user_api="blas"), hands(workers):
-        found = _over_stretches(by, measurements, {card.id for card in library if card.contacts}, progress)
+        found = without_harm(
+            _over_stretches(by, measurements, {card.id for card in library if card.contacts}, progress)
+        )
     warnings = (*map(str, checks), *found.warnings)
     return replace(found, warnings=warnings, data_checks=checks, mended=measurements.mended)
 
