@@ -106,13 +106,12 @@ def decide(
 
 
 def share_explained(chosen: FittedSet, nominal: FittedSet) -> float:
-    """By how much the power of the disturbing forces falls, 0 to 1: the mean over trials and balances of 1 - (after/before)^2."""
+    """By which share the power of the disturbing force falls, over all trials, at the balance where it falls most; 0 to 1."""
     before = np.array([n.intensity for n in nominal.fit.noise])
     after = np.array([n.intensity for n in chosen.fit.noise])
     total = np.sum(before**2, axis=0)
     left = np.sum(after**2, axis=0) / np.maximum(total, 1e-300)
-    touched = np.ones(len(left), dtype=bool)
-    return float(np.clip(1.0 - np.min(left[touched], initial=1.0), 0.0, 1.0))
+    return float(np.clip(1.0 - np.min(left, initial=1.0), 0.0, 1.0))
 
 
 def _simplest(chosen: FittedSet, ranked: Sequence[FittedSet], limits: Thresholds, scale: np.ndarray) -> FittedSet:

@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 
 import numpy as np
+from scipy.stats import norm
 from threadpoolctl import threadpool_limits
 
 from fmus.catalogue import ModelicaModel
@@ -75,9 +76,36 @@ def diagnose_greybox(
             )
         progress("comparing the model with the measurement")
         given = compare(SymbolicModel(source.name, source.compile(), case.signals), measurements, workers=workers)
-        outcome = _decided(case, limits, progress)
-        found = _answer(outcome, given, measurements, limits, workers, progress)
+        try:
+            outcome = _decided(case, limits, progress)
+            found = _answer(outcome, given, measurements, limits, workers, progress)
+        except (RuntimeError, ArithmeticError, LookupError, ValueError, ComponentError) as error:
+            # CasADi reports what it cannot do as RuntimeError; a search that fails says so, and the comparison stands.
+            found = _failed(given, error)
     return replace(found, seconds=time.monotonic() - began)
+
+
+def _failed(given: Comparison, error: Exception) -> Diagnosis:
+    """What is left to say if the search fails: the comparison, and that nothing is known of effects."""
+    reason = str(error).strip().splitlines()[-1] if str(error).strip() else type(error).__name__
+    assert given.held_out is not None
+    return Diagnosis(
+        model=given.model,
+        data=given.data,
+        verdict="cannot_tell",
+        effects=(),
+        confusable=(),
+        ranking=(),
+        p_value=None,
+        noise_floor=given.noise_floor,
+        held_out=HeldOut(given.held_out.rmse, given.held_out.rmse, given.noise_floor, 0.0),
+        warnings=(f"the search for effects failed, so nothing is said of them: {reason}",),
+        next_experiment=None,
+        patched_model=None,
+        seconds=0.0,
+        steps=(Step((), given),),
+        findings=given.findings,
+    )
 
 
 def _decided(case: Case, limits: Thresholds, progress: Progress) -> _Outcome:
@@ -251,17 +279,12 @@ def _ranking(decision: Decision, nominal: FittedSet) -> tuple[RankedSet, ...]:
 
 
 def _weight(other: FittedSet, chosen: FittedSet) -> float:
-    from scipy.stats import norm
-
-    if other is chosen:
-        return 1.0
+    """How likely a set is beside the chosen one, 0 to 1; a set that holds the chosen one has had its chance."""
+    if other is chosen or other.key > chosen.key:
+        return float(other is chosen)
     difference = other.losses - chosen.losses
     scatter = float(np.sqrt(np.sum((difference - difference.mean()) ** 2)))
-    return (
-        float(2 * norm.sf(max(other.loss - chosen.loss, 0.0) / max(scatter, 1.0)))
-        if other.key < chosen.key or not other.key > chosen.key
-        else 0.0
-    )
+    return float(2 * norm.sf(max(other.loss - chosen.loss, 0.0) / max(scatter, 1.0)))
 
 
 def _confusable(decision: Decision) -> tuple[tuple[str, ...], ...]:
@@ -296,7 +319,7 @@ def _tried(decision: Decision, nominal: FittedSet, named: bool) -> tuple[Tried, 
 def _warnings(
     outcome: _Outcome, verdict: Verdict, reasons: Sequence[str], unexplained: float, incomplete: bool
 ) -> list[str]:
-    found = list(outcome.case.data.notes[:0])
+    found: list[str] = []
     names = " and ".join(c.label for c in outcome.decision.chosen.candidates)
     if verdict == "unknown" and names:
         found.append(f"the best set is {names}, not proven: {'; '.join(reasons) or 'rivals explain as much'}")

@@ -1,7 +1,8 @@
 """Laws: formulas of physical effects, with the places where they can act; read from cards (TOML)."""
 
+import math
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -33,25 +34,19 @@ class LawParameter:
 
     def unit(self, units: Mapping[str, str]) -> str:
         """The unit, given those of the place's quantities."""
-        parts = []
-        above, *below = self.kind.split("/")
-        for power, group in ((1, above), *((-1, each) for each in below)):
-            for factor in group.split("*"):
-                name, _, exponent = factor.partition("^")
-                if name != "1":
-                    parts.append((units[name], power * int(exponent or 1)))
-        return combined(*parts)
+        return combined(*((units[name], power) for name, power in self._factors()))
 
     def scale(self, scales: Mapping[str, float]) -> float:
         """The record's scale of the parameter, given those of the place's quantities."""
-        value = 1.0
+        return math.prod(scales[name] ** power for name, power in self._factors())
+
+    def _factors(self) -> Iterator[tuple[str, int]]:
+        """Quantities of the kind with their powers: `force/speed^2` gives force and 1, speed and -2."""
         above, *below = self.kind.split("/")
-        for power, group in ((1, above), *((-1, each) for each in below)):
-            for factor in group.split("*"):
-                name, _, exponent = factor.partition("^")
-                if name != "1":
-                    value *= scales[name] ** (power * int(exponent or 1))
-        return value
+        for sign, group in ((1, above), *((-1, each) for each in below)):
+            name, _, exponent = group.partition("^")
+            if name != "1":
+                yield name, sign * int(exponent or 1)
 
 
 @dataclass(frozen=True)
