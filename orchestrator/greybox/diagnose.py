@@ -150,6 +150,8 @@ def _answer(
         if worse and verdict in ("named", "ambiguous"):
             verdict = "unknown"
             reasons.append(worse)
+    if verdict == "unknown" and _within_noise(given):
+        verdict = "adequate"
     named = verdict in ("named", "ambiguous")
     if named:
         steps.append(Step(effects, after))
@@ -178,10 +180,15 @@ def _answer(
         tried=_tried(decision, nominal, named),
         incomplete=incomplete,
         unexplained_share=unexplained if chosen.candidates else None,
-        best=effects if not named else (),
+        best=effects if verdict == "unknown" else (),
         witness=tuple(asdict(w) for w in witnesses(case, nominal, chosen)),
         data_checks=given.data_checks,
     )
+
+
+def _within_noise(given: Comparison) -> bool:
+    """Whether free runs of the model as given leave no more than the noise floor, along trials of both kinds."""
+    return all(each is not None and each.over_floor <= 1.0 for each in (given.learning, given.held_out))
 
 
 def _compared(

@@ -14,8 +14,8 @@ class Thresholds:
     Decision: a set is better than another beyond doubt if its log likelihood, less the price of its parameters, is higher by
     `standard_errors` of the sum of differences over stretches and by `nats`. An effect earns its place if predictions over an
     eighth of a trial are `least_improvement` better with it, or if it brings `least_share` of what the whole set gains; never
-    if they are `worse` by more than that share, nor if it takes away less than `least_power` of the disturbing forces' power. What explains less than `least_explained` of the disturbing forces' power, and
-    does not improve predictions either, is not named. Predictions are alike within `alike`, and then fewer parameters are chosen. An answer is incomplete if more than `complete_share` is unexplained.
+    if they are `worse` by more than that share, nor if it takes away less than `least_power` of the disturbing forces' power. What explains less than `least_explained` of the disturbing forces' power, or
+    improves predictions by less than `least_improvement`, is not named. Predictions are alike within `alike`, and then fewer parameters are chosen. An answer is incomplete if more than `complete_share` is unexplained.
     Process noise that makes the record more probable by less than `quiet` nats for each balance is none,
     and so is one without which sensors seem no `louder` than by this factor.
     """
