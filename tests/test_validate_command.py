@@ -52,7 +52,7 @@ def test_json_holds_the_findings_of_every_file(fmus: tuple[Path, Path]) -> None:
     assert done.returncode == 1
     assert document["schema"] == "misfit.validate/1"
     good, bad = document["fmus"]
-    assert good == {"file": str(fmus[0]), "findings": []}
+    assert good == {"file": str(fmus[0]), "findings": [], "notes": []}
     assert bad["findings"]
 
 

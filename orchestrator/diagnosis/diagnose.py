@@ -90,16 +90,27 @@ def diagnose(
         warnings = (*map(str, checks), *found.warnings)
         return replace(found, warnings=warnings, data_checks=checks, mended=measurements.mended)
 
+    found = without_harm(search_slots(source, measurements, library, workers, progress, work))
+    warnings = (*map(str, checks), *found.warnings)
+    return replace(found, warnings=warnings, data_checks=checks, mended=measurements.mended)
+
+
+def search_slots(
+    source: ModelicaModel,
+    measurements: MeasurementSet,
+    library: Sequence[EffectCard],
+    workers: int,
+    progress: Progress,
+    work: Work | None,
+) -> Diagnosis:
+    """The diagnosis of a model with slots, or of an FMU, by free runs; over stretches of the trials if contacts ask for it."""
+
     def by(shown: MeasurementSet, may_cut: bool) -> Diagnosis:
         return _diagnosed(source, shown, measurements, library, workers, progress, work, may_cut=may_cut)
 
     # Two BLAS threads make the small factorisations of the fits about 100 times slower.
     with threadpool_limits(limits=1, user_api="blas"), hands(workers):
-        found = without_harm(
-            _over_stretches(by, measurements, {card.id for card in library if card.contacts}, progress)
-        )
-    warnings = (*map(str, checks), *found.warnings)
-    return replace(found, warnings=warnings, data_checks=checks, mended=measurements.mended)
+        return _over_stretches(by, measurements, {card.id for card in library if card.contacts}, progress)
 
 
 def _over_stretches(

@@ -26,7 +26,7 @@ FLAGS = ("-fPIC", "-shared", "-std=c99", "-ffp-contract=off")
 # Generated code is long and runs once for each stage of a step; what loops over sensitivities is short and must be fast.
 FOR_MODELS, FOR_LOOPS = "-O1", "-O3"
 # A model with long sums in it, such as a Gaussian process, whose exponentials are evaluated several at a time; the last bits differ.
-FOR_LONG_SUMS = "-O2 -ftree-vectorize -ffast-math"
+FOR_LONG_SUMS = "-O2 -ftree-vectorize -ffast-math -nostartfiles"
 # Trials of which a model with delays remembers what it delays.
 KEPT_TRIALS = 8
 # Error of a step of a system that makes and breaks contact, as a share of the largest value of each state so far. Steps of

@@ -111,7 +111,7 @@ WRONG = {
     "negative step": (["PAIR", "--step", "-1"], "--step -1: expected a time in s above zero"),
     "endless step": (["PAIR", "--step", "inf"], "--step inf: expected a time in s above zero"),
     "too many steps": (["PAIR", "--step", "1e-300"], "1e+301 steps of 1e-300 s from 0 to 10 s: give another --step"),
-    "folder": (["PAIR", "--out", "."], ". is a folder; expected the name of a file of results"),
+    "folder": (["PAIR", "--out", "."], ". is a folder; expected a file to write"),
     "end before begin": (["PAIR", "--stop", "-1"], "would end at -1 s"),
     "no result": (["PAIR", "--against", "gone.parquet"], "gone.parquet does not exist"),
     "no swap": (["PAIR", "--swap", "mass"], "--swap mass: expected COMPONENT=FILE.fmu"),

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from orchestrator.diagnosis import diagnose as module
+from orchestrator.diagnosis.cards import effect_library
 from orchestrator.diagnosis.cutting import MOST_STRETCHES, TooLong, cut
 from orchestrator.diagnosis.result import NamedEffect
 from orchestrator.measurements import MeasurementSet, Trial
@@ -55,7 +56,7 @@ def test_diagnosis_over_stretches_counts_only_if_it_names_an_effect_with_contact
 
     nothing: Any = None
     trials = measured()
-    found: Any = module.diagnose(nothing, trials, workers=1)
+    found: Any = module.search_slots(nothing, trials, effect_library(), 1, lambda message: None, None)
 
     assert len(seen) == asked
     assert seen[-1] == stretches
@@ -76,7 +77,7 @@ def test_stretches_of_the_last_cut_are_judged_as_they_are(monkeypatch: pytest.Mo
     monkeypatch.setattr(module, "replace", lambda found, **changed: Answer(found.effects, changed["warnings"]))
 
     nothing: Any = None
-    found: Any = module.diagnose(nothing, measured(), workers=1)
+    found: Any = module.search_slots(nothing, measured(), effect_library(), 1, lambda message: None, None)
 
     assert asked == [True] * module.MOST_CUTS + [False]
     assert "stretches of 0.267 s" in found.warnings[0]

@@ -59,7 +59,7 @@ def test_json_holds_curves_before_and_after_on_held_out_data_and_their_floor(fou
 def test_page_tells_verdict_first_then_where_it_fails_then_what_was_tried(found: Diagnosis) -> None:
     page = diagnosis_report(found)
 
-    places = [page.index(text) for text in ('class="verdict"', "Where the missing force is", "What was tried")]
+    places = [page.index(text) for text in ('class="answer"', "Where the missing force is", "What was tried")]
     assert places == sorted(places)
     for entry in found.tried:
         assert entry.outcome.split(":")[0].split(" (")[0] in page

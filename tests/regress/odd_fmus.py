@@ -41,7 +41,11 @@ ODD: dict[str, tuple[dict[str, str], dict[str, str]]] = {
     "static": ({_STEP: "static int steps; steps++; c->y += h * c->u * (1.0 + 1e-6 * steps);"}, {}),
     # The time that a lag has been on is no part of the saved state.
     "forgetful": (
-        {**_SAVES, "double u, y, t;": "double u, y, t, hidden;", _STEP: "c->hidden += h; c->y += h * c->hidden;"},
+        {
+            **_SAVES,
+            "double u, y, t, stop;": "double u, y, t, stop, hidden;",
+            _STEP: "c->hidden += h; c->y += h * c->hidden;",
+        },
         {"<CoSimulation ": '<CoSimulation canGetAndSetFMUstate="true" '},
     ),
     # Crashes in the first run only: a file remembers.

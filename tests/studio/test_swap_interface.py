@@ -64,7 +64,7 @@ def document(**changed: Any) -> dict[str, Any]:
 
 
 def test_tables_say_when_by_how_much_and_how_fast() -> None:
-    assert "Trajectories part first at 1.25 s, in x, which gets 500 mm apart." in verdict(document())
+    assert "outputs part first at 1.25 s, in x, which gets 500 mm apart." in verdict(document())
     assert signals_table(document()).rows == (("x", "1.25 s", "500 mm at 2 s", "100 mm", "25 %"),)
     assert [row[-1] for row in speed_table(document()).rows] == ["1.00 times", "0.500 times"]
 
