@@ -21,7 +21,11 @@ PARTS = {
         "",
         "import tests.benchmarks.regress.run as run; run.ROUNDS = 1; run.SMALL_CASES = 3; run.main()",
     ),
-    "Gaussian processes": ("gp", "import run; run.ROUNDS = 1; run.SIZES = run.SIZES[:1]; run.main()"),
+    "Gaussian processes": (
+        "gp",
+        "import run; run.ROUNDS = 1; run.SIZES = run.SIZES[:1]; run.LIMITS_LIKELIHOOD = run.LIMITS_LIKELIHOOD[:1];"
+        " run.LIMITS_FIT = run.LIMITS_FIT[:1]; run.main()",
+    ),
     "study": ("study", "import sys; sys.argv += ['--draws', '8', '--direct', '1']; import run; run.main()"),
 }
 
