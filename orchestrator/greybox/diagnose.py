@@ -244,10 +244,10 @@ def _held_out_error(outcome: _Outcome, found: FittedSet, scale: np.ndarray) -> f
     """Error of predictions over an eighth of each held-out trial, whose noise is its own."""
     fit = found.fit
     trials = held_out_trials(outcome.case)
-    start: list[Noise] = [first_noise(fit.box, [trial], outcome.case.balances, fit.theta) for trial in trials]
-    fitter = Fitter(trials, start, least_noise(trials))
     held = replace(fit.priors, mean=fit.theta, std=np.full(len(fit.theta), 1e-12))
     try:
+        start: list[Noise] = [first_noise(fit.box, [trial], outcome.case.balances, fit.theta) for trial in trials]
+        fitter = Fitter(trials, start, least_noise(trials))
         again = fitter.fit(fit.box, fit.theta, held, rough=True)
     except ComponentError:
         return np.inf

@@ -1,6 +1,7 @@
 """Measured trials for the filter: first states as the record shows them, first guesses of the noise."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 
 import casadi as ca
 import numpy as np
@@ -94,16 +95,16 @@ def first_noise(box: GreyBox, trials: Sequence[Trial], balances: Sequence[Balanc
         [_white(np.concatenate([t.measured[:, k] for t in trials])) for k in range(trials[0].measured.shape[1])]
     )
     unit = _typical_intensity(box, trials, balances)
-    tried = []
-    for decade in DECADES:
-        for louder in (1.0, 0.1):
-            noise = Noise(unit * 10.0**decade, np.maximum(sensors * louder, 1e-300))
-            try:
-                tried.append(
-                    (-sum(box.run(t, theta, noise.intensity, noise.sensors).log_likelihood for t in trials), noise)
-                )
-            except ComponentError:
-                continue
+    tried: list[tuple[float, Noise]] = []
+    for substeps in (1, 4, 16):  # a stiff model fails with long steps
+        for decade in DECADES:
+            for louder in (1.0, 0.1):
+                noise = Noise(unit * 10.0**decade, np.maximum(sensors * louder, 1e-300))
+                with suppress(ComponentError):
+                    runs = [box.run(t, theta, noise.intensity, noise.sensors, substeps=substeps) for t in trials]
+                    tried.append((-sum(run.log_likelihood for run in runs), noise))
+        if any(np.isfinite(cost) for cost, _ in tried):
+            break
     likely = [pair for pair in tried if np.isfinite(pair[0])]
     if not likely:
         raise ComponentError(f"{box.system.name} cannot follow {trials[0].name}, whatever disturbs it")
