@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 
 from fmus.errors import ComponentError, MisfitError
 from orchestrator.compare.comparison import compare
@@ -25,6 +26,12 @@ def first_mend(model: Model, measurements: MeasurementSet, findings: Sequence[Fi
         raise MisfitError(f"{findings[0]}; the model cannot follow the record as it is: {error}") from error
     warnings = [str(finding) for finding in findings]
     warnings[0] += "; no physical effect is named before that: mend the record, or repeat the command with --mend"
+    found = cannot_tell(given, warnings)
+    return replace(found, seconds=time.monotonic() - began, data_checks=tuple(findings))
+
+
+def cannot_tell(given: Comparison, warnings: Sequence[str]) -> Diagnosis:
+    """A diagnosis that names nothing: the comparison of the model as given, and why there is no more."""
     return Diagnosis(
         model=given.model,
         data=given.data,
@@ -38,9 +45,8 @@ def first_mend(model: Model, measurements: MeasurementSet, findings: Sequence[Fi
         warnings=tuple(warnings),
         next_experiment=None,
         patched_model=None,
-        seconds=time.monotonic() - began,
+        seconds=0.0,
         steps=(Step((), given),),
-        data_checks=tuple(findings),
     )
 
 

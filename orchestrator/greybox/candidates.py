@@ -33,6 +33,12 @@ class Candidate:
         """Short name for progress and messages."""
         return f"{self.id} at {self.place.site}"
 
+    def is_apart_from(self, other: "Candidate") -> bool:
+        """Whether both can be in one set: they are not one effect at one place, and none contains the other."""
+        if self.place.site != other.place.site:
+            return True
+        return self.id != other.id and self.id not in other.law.contains and other.id not in self.law.contains
+
     def symbol(self, parameter: LawParameter) -> str:
         """Name of a parameter in the extended system."""
         return f"{self.law.id}@{self.place.site}#{self.number}.{parameter.name}"

@@ -50,10 +50,14 @@ class Decision:
 
 def beyond_doubt(better: FittedSet, other: FittedSet, limits: Thresholds) -> bool:
     """Whether a set is more probable than another by more than the scatter of the difference over the record allows."""
-    difference = other.losses - better.losses
-    scatter = float(np.sqrt(np.sum((difference - difference.mean()) ** 2)))
     gain = other.loss - better.loss
-    return gain > limits.nats and gain > limits.standard_errors * scatter
+    return gain > limits.nats and gain > limits.standard_errors * scatter_between(better, other)
+
+
+def scatter_between(one: FittedSet, other: FittedSet) -> float:
+    """Standard deviation of the difference of two sets' log likelihoods, from its scatter over stretches of the record."""
+    difference = other.losses - one.losses
+    return float(np.sqrt(np.sum((difference - difference.mean()) ** 2)))
 
 
 def decide(

@@ -18,8 +18,9 @@ from fmus.errors import ComponentError, MisfitError
 from fmus.symbolic.system import SymbolicSystem
 from orchestrator.compare.comparison import compare
 from orchestrator.compare.result import Comparison
-from orchestrator.diagnosis.result import Diagnosis, HeldOut, NamedEffect, RankedSet, Step, Tried, Verdict
-from orchestrator.greybox.decide import Decision, Weighed, decide
+from orchestrator.datacheck.verdict import cannot_tell
+from orchestrator.diagnosis.result import Diagnosis, HeldOut, RankedSet, Step, Tried, Verdict
+from orchestrator.greybox.decide import Decision, decide, scatter_between
 from orchestrator.greybox.effects import named_effects
 from orchestrator.greybox.evidence import Case, all_candidates, case_of, held_out_trials, nominal_set
 from orchestrator.greybox.extended import OUTPUT, extend
@@ -88,24 +89,8 @@ def diagnose_greybox(
 def _failed(given: Comparison, error: Exception) -> Diagnosis:
     """What is left to say if the search fails: the comparison, and that nothing is known of effects."""
     reason = str(error).strip().splitlines()[-1] if str(error).strip() else type(error).__name__
-    assert given.held_out is not None
-    return Diagnosis(
-        model=given.model,
-        data=given.data,
-        verdict="cannot_tell",
-        effects=(),
-        confusable=(),
-        ranking=(),
-        p_value=None,
-        noise_floor=given.noise_floor,
-        held_out=HeldOut(given.held_out.rmse, given.held_out.rmse, given.noise_floor, 0.0),
-        warnings=(f"the search for effects failed, so nothing is said of them: {reason}",),
-        next_experiment=None,
-        patched_model=None,
-        seconds=0.0,
-        steps=(Step((), given),),
-        findings=given.findings,
-    )
+    found = cannot_tell(given, [f"the search for effects failed, so nothing is said of them: {reason}"])
+    return replace(found, findings=given.findings)
 
 
 def _decided(case: Case, limits: Thresholds, progress: Progress) -> _Outcome:
@@ -289,9 +274,7 @@ def _weight(other: FittedSet, chosen: FittedSet) -> float:
     """How likely a set is beside the chosen one, 0 to 1; a set that holds the chosen one has had its chance."""
     if other is chosen or other.key > chosen.key:
         return float(other is chosen)
-    difference = other.losses - chosen.losses
-    scatter = float(np.sqrt(np.sum((difference - difference.mean()) ** 2)))
-    return float(2 * norm.sf(max(other.loss - chosen.loss, 0.0) / max(scatter, 1.0)))
+    return float(2 * norm.sf(max(other.loss - chosen.loss, 0.0) / max(scatter_between(chosen, other), 1.0)))
 
 
 def _confusable(decision: Decision) -> tuple[tuple[str, ...], ...]:
@@ -339,4 +322,4 @@ def _warnings(
     return found
 
 
-__all__ = ["diagnose_greybox", "NamedEffect", "Weighed"]
+__all__ = ["diagnose_greybox"]

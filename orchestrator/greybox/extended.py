@@ -10,6 +10,7 @@ from fmus.symbolic.balances import Balance
 from fmus.symbolic.system import SymbolicSystem, Variable
 from orchestrator.greybox.candidates import Candidate
 from orchestrator.greybox.expression import evaluate
+from orchestrator.greybox.places import coordinate
 
 CORRECTION = "correction_"
 OUTPUT = "reading({})"
@@ -74,7 +75,7 @@ class _Extension:
         forces = {b.input: s for b, s in zip(self.balances, self.c, strict=True)}
         known = states | inputs | {"time": self.t}
         for c in (*self._at("motion"), *self._at("storage")):
-            coordinates = {k: _coordinate(text, known) for k, text in c.place.coordinates.items()}
+            coordinates = {k: coordinate(text, known) for k, text in c.place.coordinates.items()}
             value = self._law(c, coordinates)
             for name, factor in c.place.adds.items():
                 forces[name] = forces[name] + factor * value
@@ -145,11 +146,3 @@ class _Extension:
             relations=None,
         )
         return Extended(system, outputs, balances)
-
-
-def _coordinate(text: str, known: Mapping[str, Any]) -> Any:
-    """A variable by its Modelica name, or the difference of two."""
-    if text.startswith("("):
-        one, _, other = text[1:-1].partition(" - ")
-        return known[one] - known[other]
-    return known[text]

@@ -1,7 +1,7 @@
 """Fit parameters, process noise and sensor noise together: the likelihood of a stochastic grey box."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -304,9 +304,3 @@ class Work:
             gradient = gradient + weighted.T @ run.innovation.ravel()
             curvature = curvature + weighted.T @ rows
         return gradient, curvature
-
-
-def refrozen(fit: Fit) -> Fit:
-    """The same fit with its runs made again."""
-    work = Work(fit.box, fit.trials, fit.priors, fit.substeps)
-    return replace(fit, runs=tuple(work.runs(fit.theta, fit.noise, slopes=True)))

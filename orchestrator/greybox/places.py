@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -45,14 +46,13 @@ class Seen:
     values: Mapping[str, np.ndarray]
     forces: Mapping[str, float]
 
-    def rms(self, name: str) -> float:
-        """Root mean square about zero."""
-        return float(np.sqrt(np.mean(self.values[name] ** 2))) or 1.0
 
-    def middle(self, name: str) -> tuple[float, float]:
-        """Centre and half width of the range, without the outermost samples."""
-        low, high = np.quantile(self.values[name], [0.002, 0.998])
-        return float(0.5 * (low + high)), float(0.5 * (high - low)) or 1.0
+def coordinate(text: str, known: Mapping[str, Any]) -> Any:
+    """The value of a coordinate: of a variable by its Modelica name, or of the difference of two, `(a - b)`."""
+    if text.startswith("("):
+        one, _, other = text[1:-1].partition(" - ")
+        return known[one] - known[other]
+    return known[text]
 
 
 def balance_places(system: SymbolicSystem, balances: Sequence[Balance], seen: Seen) -> list[Place]:
@@ -132,12 +132,12 @@ def _own(balance: Balance, units: Mapping[str, str], seen: Seen) -> Place:
     own = {"force": balance.unit or "1", "time": "s"}
     if balance.position:
         q = balance.position
-        centre = seen.middle(q)
-        scales |= {"speed": seen.rms(state), "position": centre[1], "centre": 1.0}
+        centre = _middle(seen.values[q])
+        scales |= {"speed": _rms(seen.values[state]), "position": centre[1], "centre": 1.0}
         own |= {"speed": units[state], "position": units[q], "centre": units[q]}
         names = {"q": q, "v": state, "t": "time"}
         return Place("motion", q, balance.unit, names, {balance.input: 1.0}, own, scales, centre, balance)
-    centre = seen.middle(state)
+    centre = _middle(seen.values[state])
     scales |= {"state": centre[1], "centre": 1.0}
     own |= {"state": units[state], "centre": units[state]}
     return Place(

@@ -120,22 +120,17 @@ def best_subsets(
         ranked = sorted(beam, key=lambda s: -found[s][0])
         ranked = [s for s in ranked if np.isfinite(found[s][0])]
         wide = beam if len(singles) <= 60 and len(beam) == len(singles) else ranked[:BEAM]
-        beam = list({tuple(sorted({*s, c})) for s in wide for c in places if c not in s and _apart(order, s, c)})
+        beam = list(
+            {
+                tuple(sorted({*s, c}))
+                for s in wide
+                for c in places
+                if c not in s and all(order[c].is_apart_from(order[own]) for own in s)
+            }
+        )
         tried(beam)
     best = sorted((s for s in found if np.isfinite(found[s][0])), key=lambda s: -found[s][0])
     return [Screened(tuple(order[c] for c in s), found[s][0], tuple(found[s][1][len(kept) :])) for s in best]
-
-
-def _apart(order: Sequence[Candidate], chosen: Sequence[int], other: int) -> bool:
-    """Whether a candidate is another effect than those chosen, and contains none of them."""
-    mine = order[other]
-    for c in chosen:
-        own = order[c]
-        if own.place.site == mine.place.site and (
-            own.id == mine.id or own.id in mine.law.contains or mine.id in own.law.contains
-        ):
-            return False
-    return True
 
 
 def _scores(

@@ -109,7 +109,7 @@ class Search:
     def _screened(self, about: FittedSet, largest: int) -> list[tuple[Candidate, ...]]:
         """Sets by linear regression about a fitted one, which they contain."""
         mine = about.candidates
-        others = [c for c in self.candidates if all(_apart(c, own) for own in mine)]
+        others = [c for c in self.candidates if all(c.is_apart_from(own) for own in mine)]
         everyone = (*mine, *others)
         limits = self.setting.thresholds
         extended = extend(self.setting.base, self.setting.balances, self.setting.signals, everyone)
@@ -251,9 +251,3 @@ def _deviations(fit: Fit) -> np.ndarray:
     middle = spread.T @ spread * blocks / max(blocks - m, 1)
     sandwich = inverse @ middle @ inverse
     return np.sqrt(np.maximum(np.diag(sandwich), np.diag(inverse)))
-
-
-def _apart(one: Candidate, other: Candidate) -> bool:
-    if one.place.site != other.place.site:
-        return True
-    return not (one.id == other.id or one.id in other.law.contains or other.id in one.law.contains)

@@ -10,6 +10,7 @@ from orchestrator.greybox.evidence import Case
 from orchestrator.greybox.expression import evaluate_numbers
 from orchestrator.greybox.filtering import Filtered, GreyBox, Trial
 from orchestrator.greybox.fit import Fit
+from orchestrator.greybox.places import coordinate
 from orchestrator.greybox.search import FittedSet
 
 BINS = 30
@@ -119,17 +120,10 @@ def _law(chosen: FittedSet, trial: Trial, states: np.ndarray, case: Case, balanc
     for candidate in chosen.candidates:
         factor = candidate.place.adds.get(balance.input)
         if factor is not None:
-            names: dict[str, Any] = {k: _coordinate(text, known) for k, text in candidate.place.coordinates.items()}
+            names: dict[str, Any] = {k: coordinate(text, known) for k, text in candidate.place.coordinates.items()}
             names |= {p.name: chosen.value(candidate, p.name)[0] for p in candidate.law.parameters}
             total = total + factor * evaluate_numbers(candidate.law.expression, names)
     return total
-
-
-def _coordinate(text: str, known: dict[str, np.ndarray]) -> np.ndarray:
-    if text.startswith("("):
-        one, _, other = text[1:-1].partition(" - ")
-        return known[one] - known[other]
-    return known[text]
 
 
 def _smoothed(run: Filtered) -> np.ndarray:
