@@ -20,6 +20,7 @@ from orchestrator.cosim.results import (
     read_result,
     recorder_for,
 )
+from orchestrator.cosim.results.journal import Journal
 
 ENDINGS = (".parquet", ".csv", ".h5", ".mf4")
 COLUMNS = (
@@ -261,3 +262,26 @@ def test_a_table_with_a_hundred_thousand_columns_is_read_in_seconds(tmp_path: Pa
     result = read_result(tmp_path / "wide.csv")
     assert clock.process_time() - began < 10.0
     assert list(result.names) == names and result["c99999"].tolist() == [1.5, 1.5, 1.5]
+
+
+def test_ctrl_c_while_rows_are_written_loses_none_of_them(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The signal arrives in the middle of a batch: it is heard once the batch is whole."""
+    path = tmp_path / "run.parquet"
+    recorder = _record(path, finish=False)
+    write = Journal.write
+
+    def interrupted(journal: Journal, time: np.ndarray, values: np.ndarray) -> None:
+        signal.raise_signal(signal.SIGINT)
+        write(journal, time, values)
+
+    monkeypatch.setattr(Journal, "write", interrupted)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            recorder.flush()
+    finally:
+        signal.signal(signal.SIGINT, before)
+    monkeypatch.undo()
+    recorder.finish("interrupted")
+    _expect_rows(read_result(path))
+    assert read_result(path).failure == "interrupted"

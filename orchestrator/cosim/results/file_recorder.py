@@ -1,9 +1,12 @@
 """Recording to a file: rows go to the side file at once, the file proper is made of it in the end."""
 
 import os
+import signal
 import tempfile
+import threading
 import time
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import IO, Any
@@ -58,12 +61,13 @@ class FileRecorder:
     def flush(self) -> None:
         """Hand all rows to the operating system, where they survive the end of this process."""
         assert self._journal is not None
-        if self._waiting:
-            times, values = (np.concatenate(parts) for parts in zip(*self._waiting, strict=True))
-            self._broken = True
-            self._journal.write(times, values)
-            self._broken = False
-        self._waiting, self._count, self._flushed = [], 0, time.monotonic()
+        with _interrupts_deferred():
+            if self._waiting:
+                times, values = (np.concatenate(parts) for parts in zip(*self._waiting, strict=True))
+                self._broken = True
+                self._journal.write(times, values)
+                self._broken = False
+            self._waiting, self._count, self._flushed = [], 0, time.monotonic()
 
     def finish(self, failure: str = "") -> None:
         """Turn the side file into the file proper; a recorder that never began leaves no file."""
@@ -83,6 +87,22 @@ class FileRecorder:
                 self._kept = self.kept
             self._journal.release()
             self._journal = None
+
+
+@contextmanager
+def _interrupts_deferred() -> Iterator[None]:
+    """Hold Ctrl-C back until the block has ended: after half a batch no later row could be read."""
+    if threading.current_thread() is not threading.main_thread():
+        yield  # Python interrupts the main thread only
+        return
+    heard: list[int] = []
+    before = signal.signal(signal.SIGINT, lambda number, _: heard.append(number))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before if before is not None else signal.SIG_DFL)
+        if heard:
+            signal.raise_signal(signal.SIGINT)
 
 
 def finish_abandoned(path: Path) -> None:
