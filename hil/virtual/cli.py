@@ -29,6 +29,13 @@ import click
     show_default=True,
     help="Without a word to the motors for so many seconds an active arm is let go.",
 )
+@click.option(
+    "--firmware",
+    type=click.IntRange(61, 999),
+    default=200,
+    show_default=True,
+    help="Version of the motors' firmware (VERS), which numbers their properties.",
+)
 def robot(
     port: int,
     side: Literal["left", "right"],
@@ -41,6 +48,7 @@ def robot(
     counts: str,
     torque_units: str,
     heartbeat_s: float,
+    firmware: int,
 ) -> None:
     """Run a virtual robot that any CAN tool can talk to (python-can: interface socketcand)."""
     from hil.virtual.__main__ import serve, serve_on, serve_slcan
@@ -48,7 +56,7 @@ def robot(
     from hil.virtual.made import Made, controllers
 
     arm = Body(body, parse_values(values)) if body is not None else None
-    made = Made(side, pendant == "active", arm, controllers(counts, torque_units), heartbeat_s)
+    made = Made(side, pendant == "active", arm, controllers(counts, torque_units), heartbeat_s, firmware)
     if slcan:
         click.echo(f"virtual Proficio ({side}) behind a serial adapter (slcan) at (Ctrl-C ends it):", err=True)
         serve_slcan(made)

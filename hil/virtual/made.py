@@ -7,6 +7,7 @@ from hil.emulation.planar import Placement
 from hil.robots import proficio
 from hil.robots.proficio import Controller, Side
 from hil.virtual.body import Body
+from hil.virtual.node import VERSION
 from hil.virtual.plant import FreeJoints, Plant
 from hil.virtual.robot import VirtualRobot
 from hil.virtual.safety_module import HEARTBEAT_NS
@@ -20,8 +21,8 @@ class Made:
     """Settings of a virtual robot.
 
     `eager` presses Activate once the arm is zeroed; `body` is the arm strapped to it, joints that do not feel each other without
-    one. `controllers` are those of the motors; `heartbeat_s` is after how long without a word to the motors an active arm is let go.
-    A Proficio's own values of these are nowhere published.
+    one. `controllers` are those of the motors; `heartbeat_s` is after how long without a word to the motors an active arm is let go,
+    `version` the firmware of the motors. A Proficio's own values of these are nowhere published.
     """
 
     side: Side = "right"
@@ -29,6 +30,7 @@ class Made:
     body: Body | None = None
     controllers: tuple[Controller, ...] = (Controller(),) * proficio.JOINTS
     heartbeat_s: float = HEARTBEAT_NS * 1e-9
+    version: int = VERSION
 
     def robot(self) -> VirtualRobot:
         """The robot, at home.
@@ -37,7 +39,7 @@ class Made:
             MisfitError: if there is no such model of an arm.
         """
         heartbeat_ns = round(self.heartbeat_s * 1e9)
-        return VirtualRobot(self._plant(), self.controllers, eager=self.eager, heartbeat_ns=heartbeat_ns)
+        return VirtualRobot(self._plant(), self.controllers, eager=self.eager, heartbeat_ns=heartbeat_ns, version=self.version)
 
     def _plant(self) -> Plant:
         home = proficio.HOME[self.side]

@@ -9,6 +9,8 @@ from hil.codecs.frame import Frame, Timed
 from hil.errors import FrameError
 
 ASLEEP, AWAKE = 0, 2
+# Firmware of a node unless something else is said.
+VERSION = 200
 _ROLES = {Kind.MOTOR: 0x4100 & ~0x4000, Kind.SAFETY: 2, Kind.FORCE_SENSOR: 6}
 # Answers within a millisecond are needed to be found on the bus; a real frame takes 75 us.
 ANSWER_NS = 75_000
@@ -19,7 +21,7 @@ WAKING_NS = 5_000_000
 class Node:
     """A node by its number; `groups` are those whose requests it follows."""
 
-    def __init__(self, number: int, kind: Kind, groups: Iterable[Group], version: int = 200) -> None:
+    def __init__(self, number: int, kind: Kind, groups: Iterable[Group], version: int = VERSION) -> None:
         self.number, self.kind, self.groups = number, kind, frozenset(groups)
         self.numbers = properties(kind, version)
         self.names = {number: name for name, number in self.numbers.items()}
@@ -39,7 +41,11 @@ class Node:
         """Whether a frame from the host concerns this node."""
         if not self.powered or address.sender != 0:
             return False
-        return address.receiver in self.groups if address.to_group else address.receiver == self.number
+        return self.belongs_to(address.receiver) if address.to_group else address.receiver == self.number
+
+    def belongs_to(self, group: int) -> bool:
+        """Whether it follows what is said to a group of nodes."""
+        return group in self.groups
 
     def receive(self, data: bytes, time_ns: int) -> list[Timed]:
         """Follow a request or a setting; what it does not understand it ignores, as a controller does."""

@@ -11,7 +11,7 @@ from hil.codecs.frame import Frame, Timed
 from hil.errors import FrameError
 from hil.robots import proficio
 from hil.virtual.motor import Motor
-from hil.virtual.node import Node
+from hil.virtual.node import VERSION, Node
 from hil.virtual.plant import Plant
 from hil.virtual.safety_module import HEARTBEAT_NS, SafetyModule
 from hil.virtual.sensor import ForceSensor
@@ -39,10 +39,11 @@ class VirtualRobot:
         *,
         eager: bool = False,
         heartbeat_ns: int = HEARTBEAT_NS,
+        version: int = VERSION,
         seed: int = 1,
     ) -> None:
         self.plant = plant
-        self.motors = [Motor(k, controller) for k, controller in enumerate(controllers, start=1)]
+        self.motors = [Motor(k, controller, version) for k, controller in enumerate(controllers, start=1)]
         self.sensor = ForceSensor(seed=seed)
         self.safety = SafetyModule(self.motors, eager=eager, heartbeat_ns=heartbeat_ns)
         self.nodes: Sequence[Node] = (*self.motors, self.sensor, self.safety)

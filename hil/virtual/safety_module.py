@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from hil.codecs.barrett.identifiers import Node as Place
 from hil.codecs.barrett.safety_module import Button, Level, Mode, Pendant, encode_pendant
 from hil.codecs.barrett.tables import Kind
-from hil.virtual.motor import IDLE, TORQUE, Motor
+from hil.virtual.motor import GROUPS, IDLE, TORQUE, Motor
 from hil.virtual.node import Node
 
 # Patterns of the display: "0", "A" and "E".
@@ -33,6 +33,8 @@ class SafetyModule(Node):
         warned, most = (round(torque * units) for torque in TORQUES)
         self.values |= {"MODE": Mode.IDLE, "VL1": 2048, "VL2": 4096, "TL1": warned, "TL2": most, "STAT": 2}
         self.stored = dict(self.values)
+        for motor in motors:
+            motor.is_allowed = False
         self.button = Button.NONE
         self.levels = dict.fromkeys(("other", "heartbeat", "voltage", "torque", "velocity"), Level.SAFE)
         self._heard_ns = 0
@@ -90,6 +92,7 @@ class SafetyModule(Node):
         self.values["MODE"] = mode
         for motor in self.motors:
             motor.values["T"] = 0
+            motor.is_allowed = mode is Mode.ACTIVE
             motor.values["MODE"] = TORQUE if mode is Mode.ACTIVE else IDLE
             motor.powered = mode is not Mode.ESTOP
 
@@ -97,7 +100,7 @@ class SafetyModule(Node):
         """Power comes back: motors sleep and have lost their counts."""
         self.values["ZERO"] = 0
         for motor in self.motors:
-            motor.values["STAT"] = 0
+            motor.values |= {"STAT": 0, **{name: motor.stored[name] for name in GROUPS}}
             motor.offset = 0
 
     def _read(self, name: str, time_ns: int) -> int:

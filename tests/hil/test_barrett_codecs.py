@@ -326,6 +326,10 @@ def test_limits_without_sense_are_refused(limit: float, warning: float | None) -
     [
         (61, {"MECH": 63, "CTS": 65, "PIDX": 67, "TSTOP": 75, "IPNM": 83, "ECMAX": 91, "ECMIN": 92}),
         (64, {"MECH": 64, "CTS": 66, "PIDX": 68, "TSTOP": 75, "IPNM": 83, "ECMAX": 91}),
+        (113, {"V": 44}),
+        (114, {"V": 106, "VCMD": 44}),
+        (118, {"V": 106, "VCMD": 44}),
+        (119, {"V": 44}),
         (124, {"MECH": 66, "CTS": 68, "TSTOP": 78, "IPNM": 86, "ECMAX": 96, "ECMIN": 97, "HOLD": 94}),
         (125, {"ECMAX": 100, "ECMIN": 101, "HOLD": 94, "JP": 96, "JOFST": 98}),
         (132, {"ECMAX": 101, "ECMIN": 102, "HOLD": 77}),
@@ -342,7 +346,7 @@ def test_nodes_answer_the_same_numbers_before_and_after_their_firmware_starts() 
         assert all(table[name] == MONITOR[name] for name in ("VERS", "ROLE", "STAT"))
 
 
-@pytest.mark.parametrize("table", [MOTOR, SAFETY, FORCE, MONITOR, properties(Kind.MOTOR, 100)])
+@pytest.mark.parametrize("table", [MOTOR, SAFETY, FORCE, MONITOR, properties(Kind.MOTOR, 100), properties(Kind.MOTOR, 116)])
 def test_no_two_properties_share_a_number(table: dict[str, int]) -> None:
     assert len(set(table.values())) == len(table)
 

@@ -44,6 +44,9 @@ _MOTOR_OLD = (
     (61, {"MECH": 63, "CTS": 65, "PIDX": 67, "TSTOP": 75, "IPNM": 83, "ECMAX": 91, "ECMIN": 92}),
     (64, {"MECH": 64, "CTS": 66, "PIDX": 68}),
     (65, {"MECH": 66, "CTS": 68, "PIDX": 70, "TSTOP": 78, "IPNM": 86, "ECMAX": 96, "ECMIN": 97, "HOLD": 94}),
+    # These five versions have a voltage command (VCMD) where all others have their velocity.
+    (114, {"V": 106, "VCMD": 44}),
+    (119, {"V": 44}),
     (125, {"ECMAX": 100, "ECMIN": 101, "JP": 96, "JOFST": 98}),
     (132, {"ECMAX": 101, "ECMIN": 102, "HOLD": 77}),
 )
@@ -107,4 +110,6 @@ def properties(kind: Kind, version: int) -> Mapping[str, int]:
     for since, changes in _MOTOR_OLD:
         if version >= since:
             found |= changes
+    if not 114 <= version < 119:
+        found.pop("VCMD", None)
     return found
