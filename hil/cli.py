@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from fmus.errors import MisfitError
+from fmus.files import write_atomically
 from hil.trials.cli import record
 from hil.virtual.cli import robot, tell
 from orchestrator.cli.common import can_be_filled, json_option, quiet_option, screen_paused, show, write_json
@@ -171,7 +172,10 @@ def export(folder: Path, file: Path, quiet: bool) -> None:
 @hil.command()
 @click.argument("log", metavar="LOG", type=click.Path(path_type=Path))
 @click.option(
-    "--database", metavar="FILE", required=True, help="Messages of the bus: DBC, KCD, ARXML, SYM, or `joint_arm`."
+    "--database",
+    metavar="FILE",
+    required=True,
+    help="Messages of the bus: DBC, KCD, ARXML, SYM, or `proficio`, `wam4`, `wam7`, `joint_arm`.",
 )
 @click.option("--out", "folder", metavar="DIR", default="decoded", show_default=True, callback=can_be_filled,
               help="Where to write the measurement set.")  # fmt: skip
@@ -193,6 +197,21 @@ def decode(log: Path, database: str, folder: str, at: str | None, json_file: str
     if others:
         lines.append(f"{sum(others.values())} frames that the database does not explain: {', '.join(others)}")
     show("\n".join([*lines, f"to go on: misfit compare MODEL {folder}"]), quiet or json_file == "-")
+
+
+@hil.command()
+@click.argument("robot", metavar="ROBOT")
+@click.argument("file", metavar="FILE", type=click.Path(path_type=Path))
+@click.option("--counts", type=float, default=4096, show_default=True, help="Counts of a motor's turn (CTS).")
+@click.option("--torque-units", type=float, default=2700, show_default=True, help="Units of torque per N.m (IPNM).")
+@click.option("--firmware", type=int, default=200, show_default=True, help="Version of the motors' firmware (VERS).")
+@quiet_option
+def dbc(robot: str, file: Path, counts: float, torque_units: float, firmware: int, quiet: bool) -> None:
+    """Write the messages of ROBOT (proficio, wam4, wam7) as a DBC to FILE, for candump logs and any CAN tool."""
+    from hil.codecs.barrett.database import dbc_of
+
+    write_atomically(file, dbc_of(robot, counts, torque_units, firmware).encode())
+    show(f"messages of a {robot} in {file}\nto go on: misfit hil decode LOG --database {file}", quiet)
 
 
 hil.add_command(robot)

@@ -7,13 +7,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from fmus.errors import MisfitError
+from hil.codecs.barrett.database import ROBOTS, dbc_of
 from hil.codecs.frame import Frame
 from hil.errors import FrameError, ValueRangeError
 
 if TYPE_CHECKING:
     from cantools.database.can import Message
 
-# A database that is shipped: an arm with three joints that are commanded by torque.
+# A database that is shipped as a file, beside those of Barrett's robots: an arm with three joints that are commanded by torque.
 JOINT_ARM = "joint_arm"
 
 
@@ -28,7 +29,7 @@ class Database:
     """Messages by name and by identifier.
 
     Args:
-        source: a file, or `joint_arm` for the one that is shipped.
+        source: a file, or `joint_arm`, `proficio`, `wam4`, `wam7` for those that are shipped.
 
     Raises:
         MisfitError: if it cannot be read, or is no database of CAN messages.
@@ -40,7 +41,10 @@ class Database:
 
         path = Path(str(files("hil.codecs") / f"{JOINT_ARM}.dbc")) if str(source) == JOINT_ARM else Path(source)
         try:
-            found = cantools.database.load_file(path)
+            if str(source) in ROBOTS:
+                found = cantools.database.load_string(dbc_of(str(source)), "dbc")
+            else:
+                found = cantools.database.load_file(path)
         except OSError as error:
             raise MisfitError(f"{path} cannot be read: {error.strerror}; name a DBC or KCD file") from error
         except (cantools.Error, ValueError, KeyError) as error:
@@ -99,10 +103,13 @@ class Database:
         if found is None:
             raise FrameError(f"{frame}: no message of the database has this identifier")
         try:
-            signals = found.decode(frame.data, decode_choices=False)
+            # What a multiplexer selects may need fewer bytes than the message's longest part.
+            signals = found.decode(frame.data, decode_choices=False, allow_truncated=found.is_multiplexed())
         except (ValueError, Error) as error:
             raise FrameError(f"{frame} is no {found.name}: {' '.join(str(error).split())}") from error
         assert isinstance(signals, dict)
+        if found.is_multiplexed() and len(signals) < 2:
+            raise FrameError(f"{frame} is no {found.name}: it is too short for what it selects")
         return Decoded(found.name, {name: float(value) for name, value in signals.items()})  # type: ignore[arg-type]
 
     def _message(self, name: str) -> "Message":

@@ -39,7 +39,9 @@ class Made:
             MisfitError: if there is no such model of an arm.
         """
         heartbeat_ns = round(self.heartbeat_s * 1e9)
-        return VirtualRobot(self._plant(), self.controllers, eager=self.eager, heartbeat_ns=heartbeat_ns, version=self.version)
+        return VirtualRobot(
+            self._plant(), self.controllers, eager=self.eager, heartbeat_ns=heartbeat_ns, version=self.version
+        )
 
     def _plant(self) -> Plant:
         home = proficio.HOME[self.side]

@@ -346,7 +346,9 @@ def test_nodes_answer_the_same_numbers_before_and_after_their_firmware_starts() 
         assert all(table[name] == MONITOR[name] for name in ("VERS", "ROLE", "STAT"))
 
 
-@pytest.mark.parametrize("table", [MOTOR, SAFETY, FORCE, MONITOR, properties(Kind.MOTOR, 100), properties(Kind.MOTOR, 116)])
+@pytest.mark.parametrize(
+    "table", [MOTOR, SAFETY, FORCE, MONITOR, properties(Kind.MOTOR, 100), properties(Kind.MOTOR, 116)]
+)
 def test_no_two_properties_share_a_number(table: dict[str, int]) -> None:
     assert len(set(table.values())) == len(table)
 
