@@ -25,14 +25,15 @@ $(STAMP): requirements.lock pyproject.toml .ci/setup
 	@PYTHON="$(PYTHON)" sh .ci/setup $(VENV)
 
 # Within 8 minutes on two cores. What takes longer is marked `slow` and runs in `make test-all`; docs/decisions/019 says what guards what.
+# A file stays with one process (`loadfile`), so what its tests share is built once.
 test: setup
-	@$(BIN)/python -m pytest -n 2 -m "not slow" tests
+	@$(BIN)/python -m pytest -n 2 --dist loadfile -m "not slow" tests
 
 test-slow: setup
-	@$(BIN)/python -m pytest -n 2 -m slow tests
+	@$(BIN)/python -m pytest -n 2 --dist loadfile -m slow tests
 
 test-all: setup
-	@$(BIN)/python -m pytest -n 2 tests
+	@$(BIN)/python -m pytest -n 2 --dist loadfile tests
 
 check: setup
 	@$(BIN)/ruff format --check .

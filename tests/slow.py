@@ -10,6 +10,15 @@ SLOW = {
         f"tests/diagnosis/test_shipped_cases.py::test_hidden_effects_of_the_arm_are_named_sized_within_three_percent_and_the_error_falls[{case}]": "the same test on case_003, and test_pendulum.py on a real machine"
         for case in ("case_004", "case_007", "case_008", "case_009")
     },
+    **{
+        f"tests/diagnosis/test_shipped_cases.py::test_{name}": "the same file on case_003, and test_pendulum.py on a real machine"
+        for name in (
+            "hidden_effects_of_the_arm_are_named_sized_within_three_percent_and_the_error_falls[case_010]",
+            "real_muscle",
+            "same_input_gives_the_same_result",
+        )
+    },
+    "tests/benchmarks/diagnosis/test_fixed_cases.py": "tests/diagnosis/test_shipped_cases.py: named, nothing missing, unknown",
     "tests/diagnosis/test_p_values_of_right_models.py": "test_noise_floor.py and test_flexible.py: the noise that p-values rest on",
     "tests/blackbox/test_diagnosis_of_an_fmu.py::test_effect_in_the_data_is_named_from_outside_the_fmu": "the command's test in the same file, and test_hidden_effects_on_plants.py on tanks",
     "tests/blackbox/test_hidden_effects_on_plants.py::test_hidden_effect_is_named_and_its_size_found[pendulum": "the same test on tanks",
@@ -19,6 +28,11 @@ SLOW = {
     "tests/fmus/test_exercise.py": "test_bad_calls.py and test_behaviour.py, without sanitizers",
     "tests/fmus/test_oracle.py::test_every_variable_takes_the_course_that_rumoca_computes[arm": "the same test on the smaller models",
     "tests/fmus/test_oracle.py::test_every_variable_takes_the_course_that_rumoca_computes[DoublePendulum": "the same test on the smaller models",
+    **{
+        f"tests/fmus/test_oracle.py::test_every_variable_takes_the_course_that_rumoca_computes[{model}]": "the same test on the smaller models"
+        for model in ("rat-muscle", "drive", "linear-drive", "cart", "two-mass", "double-pendulum", "tanks")
+    },
+    "tests/fmus/test_behaviour.py::test_an_fmu_that_misbehaves_is_a_finding[2.0": "the same faults in FMI 3.0",
     "tests/fmus/test_build.py::test_both_versions_of_all_models_are_built_side_by_side": "test_build_command.py builds one model in both versions",
     # Whole sites, packages, notebooks, teams.
     "tests/test_documentation_site.py": "test_documentation.py: links and commands of pages; house/test_public_list.py: the reference",
@@ -26,6 +40,12 @@ SLOW = {
     "tests/report/test_notebook.py::test_example_notebook_runs": "house/test_front_door.py: the same calls",
     "tests/regress/test_worked_example.py": "test_regress_command.py and test_pytest_plugin.py",
     "tests/regress_comparison/test_mutants_are_caught.py": "the other files of its folder, comparison by comparison",
+    # Every fault in every phase of a session; faults while the arm moves stay.
+    **{
+        f"tests/hil/test_faults.py::test_no_fault_brings_a_torque_beyond_its_limit_or_before_arming[{phase}": "the same faults in phase 'run'"
+        for phase in ("scan", "wake", "zero", "arm", "stop")
+    },
+    "tests/hil/test_faults.py::test_the_documented_matrix": "test_a_running_arm_reacts_in_time_and_says_why: one column of it",
     # The bench as processes: one way to end stays.
     "tests/hil/test_processes.py::test_a_polite_end_lets_the_arm_down_and_finishes_the_recording[1]": "the same test with signal 15",
     "tests/hil/test_processes.py::test_a_polite_end_lets_the_arm_down_and_finishes_the_recording[2]": "the same test with signal 15",

@@ -67,8 +67,8 @@ GONE = {
 }
 
 
-@pytest.mark.parametrize("phase", PHASES)
 @pytest.mark.parametrize("fault", CLASSES, ids=lambda fault: fault.name)
+@pytest.mark.parametrize("phase", PHASES)
 def test_no_fault_brings_a_torque_beyond_its_limit_or_before_arming(fault, phase: str) -> None:  # type: ignore[no-untyped-def]
     found = outcome_of(fault, phase)
     assert found.largest <= 1.0
