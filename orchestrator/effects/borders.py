@@ -27,14 +27,15 @@ def change_input(copies: Copies, root: View, change: InputChange, system: Symbol
     inner = _free(f"{name}Actual", root)
     users = _users(root, name, home, component)
     if not users:
-        raise ModelicaError(f"no equation of {root.definition.name} uses the input '{change.input}'")
+        raise ModelicaError(f"no equation of {root.definition.name} uses '{change.input}'")
     for user in users:
         _rename(copies.of(user), user, name, inner, component if user.definition is home.definition else None)
     copy = copies.of(users[-1])  # the most basic class that uses it; what extends it inherits the variable
     sizes, value = _sizes(component), change.expression
     if sizes:
         value = _with_element(change.input, change.expression, [v.name for v in system.inputs])
-    unit = next((v.unit for v in system.inputs if v.name == change.input), "")
+    variables = (*system.inputs, *system.parameters)
+    unit = next((v.unit for v in variables if v.name == change.input), "")
     attributes = f'({"each " if sizes else ""}unit="{unit}")' if unit else ""
     text = f"Real {inner}{sizes}{attributes} = {value}"
     copy.declarations.append(f'{text} "acts instead of {name}: {change.title}";  // {MARK}')
@@ -84,11 +85,13 @@ def change_output(copies: Copies, root: View, change: OutputChange, system: Symb
 
 def _declaration(root: View, name: str, full: str) -> tuple[Home, Component]:
     if "." in name:
-        raise ModelicaError(f"'{full}' is no input or output of the model itself")
+        raise ModelicaError(
+            f"'{full}' belongs to a part of the model; only an input, an output or a parameter of the model itself can be made to change"
+        )
     for home in homes_at(root, ()):
         if name in home.definition.components:
             return home, home.definition.components[name]
-    raise ModelicaError(f"{root.definition.name} has no input or output '{full}'")
+    raise ModelicaError(f"{root.definition.name} has no input, output or parameter '{full}'")
 
 
 def _users(root: View, name: str, home: Home, component: Component) -> list[Home]:

@@ -42,7 +42,7 @@ class Term:
 
 @dataclass(frozen=True)
 class InputChange:
-    """What acts on the plant instead of an input: an expression of the input's name."""
+    """What acts on the plant instead of an input or a parameter: an expression of its name."""
 
     input: str
     expression: str

@@ -77,6 +77,8 @@ def fits(law: Law, place: Place) -> bool:
     if law.bounded and place.turns:  # a shaft that turns freely has no spring and no stop
         return False
     between = place.balance is None and place.kind in ("motion", "storage")
+    if between and (law.single or law.needs_net) or law.needs_net and place.storage is None:
+        return False
     return (law.place == place.kind or (between and law.place == f"between_{place.kind}s")) and (
         not law.units or place.unit in law.units
     )

@@ -16,6 +16,7 @@ from orchestrator.greybox.extended import CORRECTION
 from orchestrator.greybox.laws import Law, laws
 from orchestrator.greybox.places import Place, unscaled_places
 from orchestrator.greybox.search import FittedSet
+from orchestrator.greybox.unit_algebra import combined
 
 Z90 = 1.6449
 
@@ -94,18 +95,17 @@ def _changes(effect: NamedEffect, places: Sequence[Place], balances: Sequence[Ba
         estimate = effect.parameters[public]
         parameters[own] = Parameter(estimate.value, estimate.unit, parameter.description)
     title = law.title_at(place.unit)
+    expression = law.written or law.expression
+    if law.needs_net:
+        names["storage"] = _storage(effect, number, place, parameters)
     names |= {k: v for k, v in place.coordinates.items()} | {"t": "time"}
     names |= {state: f"{_plain(effect.id)}{number + 1}_{state}" for state in law.states}
-    expression = renamed(law.expression, names)
+    expression = renamed(expression, names)
     states = [AddedState(names[k], "", 0.0, renamed(rate, names)) for k, rate in law.states.items()]
-    if place.kind == "input":
+    if place.kind in ("input", "parameter"):
         return [InputChange(place.site, expression, parameters, title, states)]
     if place.kind in ("output", "response"):
         return [OutputChange(place.coordinates["y"], expression, parameters, title, states)]
-    if place.kind == "parameter":
-        raise MisfitError(
-            f"{title}: {effect.site} is written as a number in the model, so it cannot be made to change; make it a variable"
-        )
     by_input = {b.input: b for b in balances}
     terms: list[Change] = []
     for k, (name, factor) in enumerate(place.adds.items()):
@@ -114,6 +114,15 @@ def _changes(effect: NamedEffect, places: Sequence[Place], balances: Sequence[Ba
         # Parameters are declared once; a second balance of the same law speaks of them by name.
         terms.append(Term(balance.state, balance.place, text, parameters if k == 0 else {}, title))
     return terms
+
+
+def _storage(effect: NamedEffect, number: int, place: Place, parameters: dict[str, Parameter]) -> str:
+    """Declare what the equation multiplies der(x) with, and return its name."""
+    assert place.storage is not None
+    name = f"{_plain(effect.id)}{number + 1}_storage"
+    unit = combined((place.units["force"], 1), (place.units["time"], 1), (place.units["state"], -1))
+    parameters[name] = Parameter(place.storage, unit, "storage of the equation as given")
+    return name
 
 
 def _plain(effect_id: str) -> str:

@@ -75,14 +75,22 @@ class _Extension:
         forces = {b.input: s for b, s in zip(self.balances, self.c, strict=True)}
         known = states | inputs | {"time": self.t}
         for c in (*self._at("motion"), *self._at("storage")):
+            if c.law.needs_net:
+                continue
             coordinates = {k: coordinate(text, known) for k, text in c.place.coordinates.items()}
             value = self._law(c, coordinates)
             for name, factor in c.place.adds.items():
                 forces[name] = forces[name] + factor * value
-        given = [inputs.get(v.name, forces.get(v.name, 0.0)) for v in self.base.inputs]
-        column: Any = ca.vertcat(*given) if given else self.zero(0, 1)
         x: Any = ca.vertcat(*self.x) if self.x else self.zero(0, 1)
         p: Any = ca.vertcat(*parameters.values()) if parameters else self.zero(0, 1)
+        column = self._given(inputs, forces)
+        for c in self._at("storage"):
+            if c.law.needs_net and c.place.balance is not None:
+                balance = c.place.balance
+                rates = self.base.rhs(self.t, x, column, self.d, p)[0]
+                net = c.place.storage * rates[[v.name for v in self.base.states].index(balance.state)]
+                forces[balance.input] += self._law(c, {"x": states[balance.state], "t": self.t, "net": net})
+        column = self._given(inputs, forces)
         dx, z = self.base.rhs(self.t, x, column, self.d, p)
         values = states | {v.name: z[i] for i, v in enumerate(self.base.algebraics)}
         readings = {name: values[name] for name in self.signals}
@@ -91,6 +99,10 @@ class _Extension:
             given_by = {"u": inputs[c.place.coordinates["u"]]} if "u" in c.place.coordinates else {}
             readings[name] = self._law(c, {"y": readings[name], "t": self.t} | given_by)
         return self._assembled(dx, readings, column, p)
+
+    def _given(self, inputs: Mapping[str, Any], forces: Mapping[str, Any]) -> Any:
+        values = [inputs.get(v.name, forces.get(v.name, 0.0)) for v in self.base.inputs]
+        return ca.vertcat(*values) if values else self.zero(0, 1)
 
     def _at(self, kind: str) -> list[Candidate]:
         return [c for c in self.candidates if c.place.kind == kind]

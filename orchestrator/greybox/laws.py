@@ -1,6 +1,7 @@
 """Laws: formulas of physical effects, with the places where they can act; read from cards (TOML)."""
 
 import math
+import re
 import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -56,7 +57,9 @@ class Law:
     `expression` is Modelica text in the place's coordinates and the law's parameters: what it adds to a balance, what an
     input becomes (in `u`), or what an output becomes (in `y`). `states` are hidden states with their derivatives. `units`
     restricts the law to balances of these units; `names` and `titles` are its id and words where a unit has its own.
-    A `bounded` law depends on a position that comes back; a `slow` one belongs to stores of heat, charge and the like, not to motion. `contains` lists ids of simpler laws that it becomes at the limit of a parameter.
+    `written` is how a law is written back if an equation of the model holds what the law changes: `net` is all else that flows
+    into a balance, which Modelica cannot name, `storage` what its equation multiplies der(x) with. A `single` law acts at one
+    balance, never between two. The gain of a `curved` law enters linearly near zero only. A `bounded` law depends on a position that comes back; a `slow` one belongs to stores of heat, charge and the like, not to motion. `contains` lists ids of simpler laws that it becomes at the limit of a parameter.
     """
 
     id: str
@@ -72,6 +75,14 @@ class Law:
     contains: tuple[str, ...] = ()
     bounded: bool = False
     slow: bool = False
+    single: bool = False
+    curved: bool = False
+    written: str = ""
+
+    @property
+    def needs_net(self) -> bool:
+        """Whether the law depends on all else that flows into its balance."""
+        return re.search(r"\bnet\b", self.expression) is not None
 
     def id_at(self, unit: str) -> str:
         """The id at a balance of this unit."""

@@ -1,7 +1,7 @@
 """Places of a model where an effect can act, with units and the scales that the record shows there."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import casadi as ca
@@ -20,7 +20,8 @@ class Place:
 
     `coordinates` maps the names that laws use to expressions of the model's variables; `adds` maps balance inputs to the
     factor with which a law's value is added there. `units` and `scales` hold those of force, speed, position, state and so on;
-    `range` is the centre and half width of what the position, state or input was.
+    `range` is the centre and half width of what the position, state or input was; `storage` what a balance's equation multiplies
+    the rate of its state with, None if that is no number.
     """
 
     kind: str
@@ -32,6 +33,7 @@ class Place:
     scales: Mapping[str, float] = field(default_factory=dict)
     range: tuple[float, float] = (0.0, 1.0)
     balance: Balance | None = None
+    storage: float | None = None
 
     @property
     def turns(self) -> bool:
@@ -55,10 +57,24 @@ def coordinate(text: str, known: Mapping[str, Any]) -> Any:
     return known[text]
 
 
+def storage_of(system: SymbolicSystem, balance: Balance) -> float | None:
+    """What a balance's equation multiplies the rate of its state with, if that is a number and its force moves nothing else."""
+    if not system.rhs.is_a("SXFunction"):
+        return None
+    t, x, d = ca.SX.sym("t"), ca.SX.sym("x", len(system.states)), ca.SX.sym("d", system.n_delays)
+    u, p = ca.SX.sym("u", len(system.inputs)), ca.DM([v.start or 0.0 for v in system.parameters])
+    place = [v.name for v in system.inputs].index(balance.input)
+    slopes = ca.simplify(ca.jacobian(system.rhs(t, x, u, d, p)[0], u[place]))
+    own = [v.name for v in system.states].index(balance.state)
+    if not slopes.is_constant() or slopes.nnz() != 1 or not float(ca.DM(slopes)[own]):
+        return None
+    return 1.0 / float(ca.DM(slopes)[own])
+
+
 def balance_places(system: SymbolicSystem, balances: Sequence[Balance], seen: Seen) -> list[Place]:
     """Each balance as a place, and each pair of balances of one unit as what lies between."""
     units = {v.name: v.unit or "1" for v in system.states}
-    found = [_own(balance, units, seen) for balance in balances]
+    found = [_with_storage(_own(balance, units, seen), system) for balance in balances]
     linked = linked_balances(system, balances, seen)
     for i, one in enumerate(balances):
         for j, other in enumerate(balances[i + 1 :], start=i + 1):
@@ -124,6 +140,13 @@ def _by_difference(
         if there > 0 and same:
             return True
     return False
+
+
+def _with_storage(place: Place, system: SymbolicSystem) -> Place:
+    """The place of a store with its storage, if that is a number."""
+    if place.kind != "storage" or place.balance is None:
+        return place
+    return replace(place, storage=storage_of(system, place.balance))
 
 
 def _own(balance: Balance, units: Mapping[str, str], seen: Seen) -> Place:
@@ -242,7 +265,7 @@ def unscaled_places(system: SymbolicSystem, balances: Sequence[Balance], inputs:
     every = [*(v.name for v in system.states), *inputs, *system.outputs, "time"]
     seen = Seen({name: np.array([-1.0, 1.0]) for name in every}, {b.input: 1.0 for b in balances})
     units = {v.name: v.unit or "1" for v in system.states}
-    found = [_own(balance, units, seen) for balance in balances]
+    found = [_with_storage(_own(balance, units, seen), system) for balance in balances]
     for i, one in enumerate(balances):
         for other in balances[i + 1 :]:
             if one.unit == other.unit and bool(one.position) == bool(other.position):

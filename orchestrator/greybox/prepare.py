@@ -16,6 +16,8 @@ from orchestrator.measurements import BoundTrial
 
 # Samples from which a first speed is read.
 FIRST = 8
+# Steps towards states that give the first sample.
+FIRST_STEPS = 6
 DECADES = range(-4, 4)
 
 
@@ -46,7 +48,40 @@ def _trial(bound: BoundTrial, system: SymbolicSystem, signals: Sequence[str], ba
             part = slice(0, min(FIRST, len(values)))
             start[j] = np.polyfit(time[part] - time[0], values[part], 1)[0]
             spread[j] = float(np.std(np.diff(values) / np.diff(time))) or 1.0
+    start = _at_first_sample(bound, system, signals, [b.input for b in balances], start, spread)
     return Trial(bound.name, bound.time, bound.inputs, bound.outputs, start, spread)
+
+
+def _at_first_sample(
+    bound: BoundTrial,
+    system: SymbolicSystem,
+    signals: Sequence[str],
+    forces: Sequence[str],
+    start: np.ndarray,
+    spread: np.ndarray,
+) -> np.ndarray:
+    """States (nx,) that give the first sample, by Gauss and Newton's steps, each the shortest in units of `spread`."""
+    x, u = ca.SX.sym("x", len(system.states)), np.zeros(len(system.inputs))
+    u[[k for k, v in enumerate(system.inputs) if v.name not in forces]] = bound.inputs[0]
+    p = ca.DM([v.start or 0.0 for v in system.parameters])
+    time, wanted = float(bound.time[0]), bound.outputs[0]
+    d, _ = system.history(time, u, p)
+    z = system.rhs(time, x, u, d, p)[1]
+    values = {v.name: z[k] for k, v in enumerate(system.algebraics)} | {
+        v.name: x[k] for k, v in enumerate(system.states)
+    }
+    shown = ca.vertcat(*(values[name] for name in signals))
+    read = ca.Function("read", [x], [shown, ca.densify(ca.jacobian(shown, x))])
+    found, seen = start, np.isfinite(wanted)
+    for _ in range(FIRST_STEPS):
+        here, slopes = (np.array(part) for part in read(found))
+        step = spread * (np.linalg.pinv(slopes[seen] * spread, rcond=1e-6) @ (wanted - here.ravel())[seen])
+        if not np.isfinite(step).all():
+            return start
+        found = found + step
+    left = wanted[seen] - np.array(read(found)[0]).ravel()[seen]
+    worse = np.abs(left) > np.abs(wanted - np.array(read(start)[0]).ravel())[seen] + 1e-12
+    return start if worse.any() or not np.isfinite(left).all() else found
 
 
 def _spread(variable: object) -> float:

@@ -133,7 +133,8 @@ class Search:
         return [(*mine, *screened.candidates) for screened in found if screened.score > -limits.hopeless]
 
     def _try(self, sets: Sequence[tuple[Candidate, ...]], count: int) -> None:
-        """Fit the first few sets that are new, with the best of each size among them."""
+        """Fit the first few sets that are new, with the best of each size among them: a law that is far from a line at zero
+        ranks low by regression, and single effects are few."""
         fresh: dict[Key, tuple[Candidate, ...]] = {}
         for candidates in sets:
             key = frozenset(c.family for c in candidates)
@@ -141,7 +142,8 @@ class Search:
                 fresh.setdefault(key, candidates)
         chosen = list(fresh.values())[:count]
         for size in {len(c) for c in fresh.values()}:
-            chosen += [c for c in fresh.values() if len(c) == size][:2]
+            most = self.setting.thresholds.singles if size == 1 else 2
+            chosen += [c for c in fresh.values() if len(c) == size][:most]
         for candidates in {frozenset(c.family for c in c): c for c in chosen}.values():
             self._fit(candidates)
 

@@ -8,7 +8,7 @@ class Thresholds:
     """Limits of search and decision.
 
     Search: sets of up to `largest_set` effects are proposed at once about the model as given, `shortlist` of them are
-    fitted; about the best set `additions` further effects are tried, in at most `rounds`, the `refined` best are fitted to the end, up to `most_effects`. What makes
+    fitted, and the best `singles` of one effect; about the best set `additions` further effects are tried, in at most `rounds`, the `refined` best are fitted to the end, up to `most_effects`. What makes
     left-out blocks less probable by more than `hopeless` nats is not fitted.
 
     Decision: a set is better than another beyond doubt if its log likelihood, less the price of its parameters, is higher by
@@ -22,6 +22,7 @@ class Thresholds:
 
     largest_set: int = 3
     shortlist: int = 8
+    singles: int = 5
     additions: int = 3
     refined: int = 4
     rounds: int = 4

@@ -96,7 +96,7 @@ def _forces(
     series = {v.name: middle[:, i] for i, v in enumerate(case.base.states)}
     series |= {v.name: trial.inputs[1:, i] for i, v in enumerate(case.inputs) if np.ptp(trial.inputs[:, i]) > 0}
     series["time"] = trial.time[1:]
-    return force, _law(chosen, trial, middle, case, balance), series
+    return force, _law(chosen, trial, middle, case, balance, _rates(fit.box, trial, middle)), series
 
 
 def _push(box: GreyBox, trial: Trial, states: np.ndarray, balance: Balance) -> np.ndarray:
@@ -112,8 +112,18 @@ def _push(box: GreyBox, trial: Trial, states: np.ndarray, balance: Balance) -> n
     return (one - other).T
 
 
-def _law(chosen: FittedSet, trial: Trial, states: np.ndarray, case: Case, balance: Balance) -> np.ndarray:
-    """What the chosen set adds to a balance along states (n - 1, nx)."""
+def _rates(box: GreyBox, trial: Trial, states: np.ndarray) -> np.ndarray:
+    """Rates (n - 1, nx) of the model as given."""
+    n, p = len(states), box.compiled.with_values(np.zeros(len(box.compiled.free)))
+    given = (trial.time[None, :-1], states.T, trial.inputs[:-1].T, np.zeros((box.system.n_delays, n)))
+    return np.array(box.system.rhs.map(n)(*given, np.tile(p[:, None], (1, n)))[0]).T
+
+
+def _law(
+    chosen: FittedSet, trial: Trial, states: np.ndarray, case: Case, balance: Balance, rates: np.ndarray
+) -> np.ndarray:
+    """What the chosen set adds to a balance along states (n - 1, nx), at which the model has these rates."""
+    own = [v.name for v in case.base.states].index(balance.state)
     known = {v.name: states[:, i] for i, v in enumerate(case.base.states)}
     known |= {v.name: trial.inputs[1:, i] for i, v in enumerate(case.inputs)} | {"time": trial.time[1:]}
     total = np.zeros(len(states))
@@ -122,6 +132,7 @@ def _law(chosen: FittedSet, trial: Trial, states: np.ndarray, case: Case, balanc
         if factor is not None:
             names: dict[str, Any] = {k: coordinate(text, known) for k, text in candidate.place.coordinates.items()}
             names |= {p.name: chosen.value(candidate, p.name)[0] for p in candidate.law.parameters}
+            names["net"] = (candidate.place.storage or 0.0) * rates[:, own]
             total = total + factor * evaluate_numbers(candidate.law.expression, names)
     return total
 

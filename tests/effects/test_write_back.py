@@ -211,7 +211,7 @@ def test_other_values_beside_a_term_are_written_where_they_are_declared(tmp_path
         (Term("w", "", "-w", {}, "x"), "'w' is no state of the model"),
         (Term("v", "", "-d*v", {"d": DRY}, "x"), "has a 'd' already"),
         (Term("v", "", "-q*v", {}, "x"), "q"),
-        (InputChange("G", "G", {}, "x"), "no input or output 'G'"),
+        (InputChange("G", "G", {}, "x"), "no input, output or parameter 'G'"),
     ],
 )
 def test_what_cannot_be_written_is_refused_in_one_line(change: Change, words: str, tmp_path: Path) -> None:
