@@ -4,7 +4,7 @@ import hashlib
 import io
 import uuid
 import zipfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from importlib import resources
 from pathlib import Path
@@ -61,12 +61,12 @@ def build_fmu(
     sources = _sources(system, fmi, tolerance)
     units = sorted(name for name in sources if name.endswith(".c"))
     header = Header(model_identifier(system.name), "", units, stop_time, step_size, tolerance)
-    guid = _fingerprint({**_encoded(sources), "": fmi.describe(system, header), **extra_files})
+    guid = fingerprint({**_encoded(sources), "": fmi.describe(system, header), **extra_files})
     header = replace(header, guid=guid)
     sources["model_config.h"] = sources["model_config.h"].replace(_NO_GUID, guid)
     files = {
         "modelDescription.xml": fmi.describe(system, header),
-        **_binaries(fmi, header.identifier, sources, platforms),
+        **library_files(fmi, header.identifier, sources, platforms),
         **{f"sources/{name}": content for name, content in _encoded(sources).items()},
         **fmi.parts(Layout(system), header),
     }
@@ -75,7 +75,7 @@ def build_fmu(
         if name in files:
             raise FmuError(f"extra file {name!r} would replace a part of the FMU; choose another name")
         files[name] = content
-    content = _zipped(files)
+    content = zipped(files)
     try:
         write_atomically(path, content)
         trust(hashlib.sha256(content).hexdigest(), f"built from {system.name}")
@@ -126,26 +126,41 @@ def check_system(system: SymbolicSystem) -> None:
 
 def _sources(system: SymbolicSystem, fmi: FmiVersion, tolerance: float) -> dict[str, str]:
     """All C files by name; the configuration still carries `_NO_GUID`."""
-    import fmpy  # type: ignore[import-untyped]
-
     code = model_code(system, reverse=fmi.adjoint)
     layout = Layout(system)
     names = [scalar.variable.name for scalar in layout.scalars]
     runtime = resources.files("fmus.runtime")
-    headers = Path(fmpy.__file__).parent / "c-code"
     return {
         **{f.name: f.read_text("utf-8") for f in runtime.iterdir() if fmi.has_runtime_file(f.name)},
-        **{name: (headers / name).read_text("utf-8") for name in fmi.headers},
+        **headers(fmi),
         **fmi.headers_of(layout),
         "model.c": code.functions,
         "model_config.h": model_config(system, code, names, _NO_GUID, tolerance),
     }
 
 
-def _binaries(
-    fmi: FmiVersion, identifier: str, sources: Mapping[str, str], platforms: Sequence[Platform]
+def headers(fmi: FmiVersion) -> dict[str, str]:
+    """The headers of the standard, which FMPy brings along."""
+    import fmpy  # type: ignore[import-untyped]
+
+    folder = Path(fmpy.__file__).parent / "c-code"
+    return {name: (folder / name).read_text("utf-8") for name in fmi.headers}
+
+
+def library_files(
+    fmi: FmiVersion,
+    identifier: str,
+    sources: Mapping[str, str],
+    platforms: Sequence[Platform],
+    shared: Collection[str] = (),
 ) -> dict[str, bytes]:
-    """Libraries by archive path: one for this machine, made by its own compiler, and those for other platforms."""
+    """Libraries by archive path: one for this machine, made by its own compiler, and those for other platforms.
+
+    What the files `shared` are compiled to is kept, see `compile_library`.
+
+    Raises:
+        FmuError: without a C compiler, or with the first error of one.
+    """
     from fmpy import platform_tuple, sharedLibraryExtension
 
     folders: dict[str, dict[Platform, bytes]] = {}
@@ -154,14 +169,17 @@ def _binaries(
         name = f"binaries/{fmi.folder(platform)}/{identifier}{platform.ending}"
         folders.setdefault(name, {})[platform] = library
     native = f"binaries/{fmi.platform()}/{identifier}{sharedLibraryExtension}"
-    return {**{name: universal(libraries) for name, libraries in folders.items()}, native: compile_library(sources)}
+    return {
+        **{name: universal(libraries) for name, libraries in folders.items()},
+        native: compile_library(sources, shared),
+    }
 
 
 def _encoded(sources: Mapping[str, str]) -> dict[str, bytes]:
     return {name: text.encode() for name, text in sources.items()}
 
 
-def _fingerprint(files: Mapping[str, bytes]) -> str:
+def fingerprint(files: Mapping[str, bytes]) -> str:
     """A GUID made of the content, so that models differ in it exactly when they differ."""
     digest = hashlib.sha256()
     for name in sorted(files):
@@ -169,7 +187,8 @@ def _fingerprint(files: Mapping[str, bytes]) -> str:
     return "{" + str(uuid.UUID(bytes=digest.digest()[:16])) + "}"
 
 
-def _zipped(files: Mapping[str, bytes]) -> bytes:
+def zipped(files: Mapping[str, bytes]) -> bytes:
+    """An archive of files by their paths; equal files give equal bytes."""
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
         first = "modelDescription.xml"

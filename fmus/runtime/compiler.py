@@ -1,15 +1,17 @@
 """C sources to a shared library, with the compiler of the machine."""
 
+import hashlib
 import os
 import shlex
 import shutil
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from fmus.children import run_tool
 from fmus.errors import FmuError
+from fmus.files import cache_folder, write_atomically
 
 # Contracted multiply-adds would make results depend on the machine that compiled; nobody reads errno or traps.
 CODE_FLAGS = (
@@ -23,8 +25,12 @@ CODE_FLAGS = (
 FLAGS = ("-fPIC", *CODE_FLAGS)
 
 
-def compile_library(sources: Mapping[str, str]) -> bytes:
+def compile_library(sources: Mapping[str, str], shared: Collection[str] = ()) -> bytes:
     """Compile the `.c` files among `sources` (file name -> text) into one shared library.
+
+    Args:
+        sources: all C files and headers.
+        shared: files that other libraries have as well, headers and all; what they are compiled to is kept.
 
     Raises:
         FmuError: without a C compiler, or with the first error of the compiler.
@@ -35,9 +41,23 @@ def compile_library(sources: Mapping[str, str]) -> bytes:
         # The model's own functions take as long as all the rest, so they come first.
         ordered = sorted(units, key=lambda unit: -len(sources[unit]))
         with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
-            list(pool.map(lambda unit: _run([*compiler, *FLAGS, "-c", unit, "-o", f"{unit}.o"], folder), ordered))
+            list(pool.map(lambda unit: _compile(compiler, unit, sources, folder, unit in shared), ordered))
         _run([*compiler, *FLAGS, "-shared", "-o", "model.so", *(f"{unit}.o" for unit in units), "-lm"], folder)
         return (Path(folder) / "model.so").read_bytes()
+
+
+def _compile(compiler: Sequence[str], unit: str, sources: Mapping[str, str], folder: str, is_shared: bool) -> None:
+    command = [*compiler, *FLAGS, "-c", unit, "-o", f"{unit}.o"]
+    if not is_shared:
+        return _run(command, folder)
+    texts = [sources[unit], *(f"{name}\n{sources[name]}" for name in sorted(sources) if name.endswith(".h"))]
+    key = hashlib.sha256("\0".join((*command, *texts)).encode()).hexdigest()
+    kept, made = cache_folder("objects") / f"{key}.o", Path(folder) / f"{unit}.o"
+    if kept.is_file():
+        made.write_bytes(kept.read_bytes())
+    else:
+        _run(command, folder)
+        write_atomically(kept, made.read_bytes())
 
 
 def _run(command: Sequence[str], folder: str) -> None:

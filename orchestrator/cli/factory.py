@@ -62,7 +62,8 @@ def models() -> None:
 )
 @click.option("--quiet", is_flag=True, help="Print nothing but errors.")
 def build(names: tuple[str, ...], folder: str, workers: int, platforms: str | None, quiet: bool) -> None:
-    """Build NAME.fmu (FMI 2.0) and NAME.fmi3.fmu (FMI 3.0) of built-in models, FILE.mo:Package.Class or saved blocks (FILE.json).
+    """Build NAME.fmu (FMI 2.0) and NAME.fmi3.fmu (FMI 3.0) of built-in models, FILE.mo:Package.Class, saved blocks (FILE.json)
+    or coupled systems (FILE.toml, .ssd, .ssp), which become one FMU each.
 
     Without a name all built-in models are built. What has not changed comes from the cache.
     """
@@ -71,17 +72,50 @@ def build(names: tuple[str, ...], folder: str, workers: int, platforms: str | No
     from fmus.platforms import find_platforms
 
     blocks = [Path(name) for name in names if name.endswith(".json")]
-    models = [find_modelica_model(name) for name in names or built_in_models() if not name.endswith(".json")]
+    systems = [Path(name) for name in names if name.lower().endswith(_SYSTEMS)]
+    others_than = (".json", *_SYSTEMS)
+    models = [
+        find_modelica_model(name) for name in names or built_in_models() if not name.lower().endswith(others_than)
+    ]
     others = find_platforms(platforms) if platforms else ()
     targets = targets_of(models, Path(folder), others)
     with progress(quiet) as say:
-        say(f"building {len(targets) + 2 * len(blocks)} FMUs")
+        say(f"building {len(targets) + 2 * len(blocks) + 2 * len(systems)} FMUs")
         notes = build_all(targets, workers) if targets else {}
-        learned = _blocks(blocks, Path(folder), others)
+        learned = [*_blocks(blocks, Path(folder), others), *_coupled(systems, Path(folder), others, notes)]
     if not quiet:
         for name, found in notes.items():
             click.echo("\n".join(f"{name}: {note}" for note in found), err=True)
     show("\n".join(map(str, [*(target.path for target in targets), *learned])), quiet)
+
+
+# Files that describe a coupled system.
+_SYSTEMS = (".toml", ".ssd", ".ssp")
+
+
+def _coupled(
+    files: Sequence[Path], folder: Path, platforms: "tuple[Platform, ...]", notes: dict[str, tuple[str, ...]]
+) -> list[Path]:
+    """One FMU of each coupled system, in all FMI versions; what was assumed goes to `notes`."""
+    if not files:
+        return []
+    from orchestrator.cosim.container import build_container
+
+    made: list[Path] = []
+    for file in _named(files).values():
+        found, said = build_container(file, folder, platforms)
+        made += found
+        notes.update({file.name: said} if said else {})
+    return made
+
+
+def _named(files: Sequence[Path]) -> dict[str, Path]:
+    """Files by the names of their FMUs."""
+    named: dict[str, Path] = {}
+    for file in files:
+        if named.setdefault(file.stem, file) != file:
+            raise MisfitError(f"{named[file.stem]} and {file} both build {file.stem}.fmu; use two --out folders")
+    return named
 
 
 def _blocks(files: Sequence[Path], folder: Path, platforms: "tuple[Platform, ...]") -> list[Path]:
@@ -92,11 +126,7 @@ def _blocks(files: Sequence[Path], folder: Path, platforms: "tuple[Platform, ...
     from orchestrator.gp.export import block_fmu
     from orchestrator.gp.saved import read_block
 
-    named: dict[str, Path] = {}
-    for file in files:
-        if named.setdefault(file.stem, file) != file:
-            raise MisfitError(f"{named[file.stem]} and {file} both build {file.stem}.fmu; use two --out folders")
-    read = {name: read_block(file) for name, file in named.items()}
+    read = {name: read_block(file) for name, file in _named(files).items()}
     return [
         block_fmu(block, folder / f"{name}{suffix}", fmi_version, platforms)
         for name, block in read.items()

@@ -125,12 +125,13 @@ def assemble(
     components = _load(system, described, progress)
     try:
         feedthrough = _feedthrough(wiring, components)
-        recorded, columns = _recorded(wiring, record)
+        recorded, columns = recorded_values(wiring, record)
         wanted = dict.fromkeys((s.component, s.port.name) for s, _ in recorded if s.port.causality == "output")
         together = join_equations(wiring, components, feedthrough, system, progress)
         order = plan(wiring, feedthrough, wanted)
         start = system.run.start or 0.0
-        settings = _settings(system, described, components, step, tolerance)
+        own_steps = {name: component.own_step for name, component in components.items()}
+        settings = settings_of(system, described, own_steps, step, tolerance)
         made = kind(wiring, order, list(system.components), settings)
         _check_rollback(made, components)
         coupling = Coupling(wiring, components, progress, made.shaper)
@@ -142,7 +143,7 @@ def assemble(
             wiring=wiring,
             coupling=coupling,
             master=made,
-            initial=Schedule(wiring).evaluation(_initial_order(wiring, described, feedthrough, wanted)),
+            initial=Schedule(wiring).evaluation(initial_order(wiring, described, feedthrough, wanted)),
             recorded=recorded,
             columns=columns,
             report=_report(wiring, components, order, together),
@@ -179,7 +180,7 @@ def _feedthrough(wiring: Wiring, components: Mapping[str, Component]) -> dict[st
     }
 
 
-def _initial_order(
+def initial_order(
     wiring: Wiring,
     described: Mapping[str, Any],
     feedthrough: Mapping[str, Mapping[str, Sequence[str]]],
@@ -190,7 +191,7 @@ def _initial_order(
     return plan(wiring, initial, wanted)
 
 
-def _recorded(
+def recorded_values(
     wiring: Wiring, patterns: Sequence[str] | None
 ) -> tuple[tuple[tuple[Slot, int], ...], tuple[Column, ...]]:
     """Outputs, or whatever inputs and outputs patterns choose."""
@@ -206,14 +207,19 @@ def _recorded(
     return tuple(places[k] for k in picked), tuple(columns[k] for k in picked)
 
 
-def _settings(
+def settings_of(
     system: System,
     described: Mapping[str, Any],
-    components: Mapping[str, Component],
-    step: float | None,
-    tolerance: float | None,
+    own_steps: Mapping[str, float | None],
+    step: float | None = None,
+    tolerance: float | None = None,
 ) -> MasterSettings:
-    own = {name: spec.step or components[name].own_step for name, spec in system.components.items()}
+    """What the master is told; `own_steps` are those that components insist on, in s, by name.
+
+    Raises:
+        MisfitError: if nothing says how large steps are.
+    """
+    own = {name: spec.step or own_steps[name] for name, spec in system.components.items()}
     wanted = system.run.step if step is None else step
     if wanted is None:
         suggested = [own[name] or getattr(described[name], "step", None) for name in system.components]

@@ -3,11 +3,12 @@
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 
-from fmus.errors import ComponentError
+from fmus.errors import ComponentError, MisfitError
 from fmus.units import SiUnit
 
 FLOATS = ("Float64", "Float32")
@@ -118,6 +119,14 @@ class Component(ABC):
     def restore(self, state: object) -> None:
         """Go back to a state given by `save`; a state can be restored more than once."""
         raise ComponentError(f"a {self.kind} component cannot restore a state; use a master without rollback")
+
+    def write_fmu(self, path: Path) -> None:
+        """Write what the component does as an FMU for co-simulation with the same ports, for an FMU of the whole system.
+
+        Raises:
+            MisfitError: if it cannot; the message does not name the component.
+        """
+        raise MisfitError(f"a {self.kind} component cannot be put into an FMU")
 
     def derivative(self, outputs: Sequence[str], inputs: Sequence[str], seed: Sequence[float]) -> list[float]:
         """Directional derivative of scalar outputs along a direction of scalar inputs, if `can_differentiate`.

@@ -68,6 +68,7 @@ class GpComponent(Component):
     can_differentiate = True
 
     def __init__(self, blocks: Sequence[Block]) -> None:
+        self.blocks = tuple(blocks)
         units = {name: unit for block in blocks for name, unit in block.inputs.items()}
         units.update({name: "1" for block in blocks for name in block.factors})
         self._outputs: Mapping[str, tuple[Block, Output]] = {o.name: (b, o) for b in blocks for o in b.outputs}
@@ -120,6 +121,16 @@ class GpComponent(Component):
         """Exact slopes of means and standard deviations."""
         direction = dict(zip(inputs, seed, strict=True))
         return [self._slope(name, direction) for name in outputs]
+
+    def write_fmu(self, path: Path) -> None:
+        """The block with its data baked in."""
+        from orchestrator.gp.export import block_fmu
+
+        if len(self.blocks) != 1:
+            raise MisfitError(
+                f"it learns {len(self.blocks)} effects apart, which do not fit into one FMU; make a component of each, with its own outputs"
+            )
+        block_fmu(self.blocks[0], path)
 
     def _slope(self, name: str, direction: Mapping[str, float]) -> float:
         if name in self._outputs:

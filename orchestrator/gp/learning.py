@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 from fmus.errors import MisfitError
@@ -29,6 +30,12 @@ class LearningGp(GpComponent):
     """
 
     can_save = False
+
+    def write_fmu(self, path: Path) -> None:
+        """An FMU of it would keep to what it knew at first."""
+        raise MisfitError(
+            "it learns while it runs, which an FMU does not; leave learn out, so that it keeps what it knows"
+        )
 
     def __init__(self, block: Block, settings: Any) -> None:
         super().__init__([block])

@@ -111,6 +111,7 @@ class LinearController(Component):
     def __init__(
         self, matrices: Sequence[Matrix], sample_time: float, inputs: Sequence[Port], outputs: Sequence[Port]
     ) -> None:
+        self.matrices, self.sample_time = tuple(matrices), sample_time
         self._a, self._b, self._c, self._d = matrices
         self._inputs, self._outputs = (tuple(port.name for port in ports) for ports in (inputs, outputs))
         n = self._a.shape[0]
@@ -120,7 +121,6 @@ class LinearController(Component):
             name: tuple(self._inputs[k] for k in np.flatnonzero(row))
             for name, row in zip(self._outputs, self._d, strict=True)
         }
-        self._sample_time = sample_time
         self.variable_step, self.own_step = (False, sample_time) if sample_time else (True, None)
         self._u, self._x = np.zeros(len(self._inputs)), np.zeros(n)
         self._exact: dict[float, tuple[Matrix, Matrix]] = {}
@@ -147,14 +147,14 @@ class LinearController(Component):
 
     def step(self, time: float, size: float) -> StepEnd:
         """Advance with the inputs held; a sampled controller by a whole number of samples."""
-        if not self._sample_time:
-            a, b = self._exact_step(size)
+        if not self.sample_time:
+            a, b = self.exact_step(size)
             self._x = a @ self._x + b @ self._u
             return StepEnd(time + size)
-        samples = size / self._sample_time
+        samples = size / self.sample_time
         if abs(samples - round(samples)) > _SAME or round(samples) == 0:
             raise ComponentError(
-                f"a controller sampled every {self._sample_time:g} s cannot step by {size:g} s; let its step be a multiple"
+                f"a controller sampled every {self.sample_time:g} s cannot step by {size:g} s; let its step be a multiple"
             )
         for _ in range(round(samples)):
             self._x = self._a @ self._x + self._b @ self._u
@@ -180,7 +180,7 @@ class LinearController(Component):
         found = self._d @ direction
         return [float(found[self._outputs.index(name)]) for name in outputs]
 
-    def _exact_step(self, size: float) -> tuple[Matrix, Matrix]:
+    def exact_step(self, size: float) -> tuple[Matrix, Matrix]:
         """exp([[a, b], [0, 0]] size), whose upper blocks advance the state (van Loan 1978); kept for the last sizes."""
         if size not in self._exact:
             from scipy.linalg import expm

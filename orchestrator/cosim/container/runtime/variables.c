@@ -1,0 +1,123 @@
+/* What the importer reads and sets. */
+#include "container.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stdlib.h>
+
+static int part_failed(Container *self, const Component *part) { return container_fail(self, "%s", part->problem); }
+
+static double unpacked(int raw_kind, const void *raw, int32_t i)
+{
+    switch (raw_kind) {
+    case FLOAT32: return ((const float *)raw)[i];
+    case INT8: return ((const int8_t *)raw)[i];
+    case UINT8: return ((const uint8_t *)raw)[i];
+    case INT16: return ((const int16_t *)raw)[i];
+    case UINT16: return ((const uint16_t *)raw)[i];
+    case INT32: return ((const int32_t *)raw)[i];
+    case UINT32: return ((const uint32_t *)raw)[i];
+    case INT64: return (double)((const int64_t *)raw)[i];
+    case BOOLEAN: return ((const bool *)raw)[i];
+    default: return ((const double *)raw)[i];
+    }
+}
+
+static void pack(int raw_kind, void *raw, int32_t i, double value)
+{
+    switch (raw_kind) {
+    case FLOAT32: ((float *)raw)[i] = (float)value; break;
+    case INT8: ((int8_t *)raw)[i] = (int8_t)value; break;
+    case UINT8: ((uint8_t *)raw)[i] = (uint8_t)value; break;
+    case INT16: ((int16_t *)raw)[i] = (int16_t)value; break;
+    case UINT16: ((uint16_t *)raw)[i] = (uint16_t)value; break;
+    case INT32: ((int32_t *)raw)[i] = (int32_t)value; break;
+    case UINT32: ((uint32_t *)raw)[i] = (uint32_t)value; break;
+    case INT64: ((int64_t *)raw)[i] = (int64_t)value; break;
+    case BOOLEAN: ((bool *)raw)[i] = value != 0.0; break;
+    default: ((double *)raw)[i] = value;
+    }
+}
+
+/* Reads a variable from its component, an array as a whole, and sets one element where a value is given. */
+static int reach(Container *self, const VariableData *data, double *value, const double *to)
+{
+    Component *part = &self->components[data->part];
+    int kind = part_raw_kind(part, data->kind), done = 0;
+    size_t n = (size_t)data->n_elements;
+    double *raw = calloc(n + 1, sizeof(double));
+    if (raw == NULL)
+        return container_fail(self, "out of memory");
+    if (to == NULL || n > 1)
+        done = part_get(part, data->kind, data->reference, n, raw);
+    if (done == 0 && to != NULL) {
+        pack(kind, raw, data->element, *to);
+        done = part_set(part, data->kind, data->reference, n, raw);
+    }
+    if (done == 0 && value != NULL)
+        *value = unpacked(kind, raw, data->element);
+    free(raw);
+    return done != 0 ? part_failed(self, part) : 0;
+}
+
+int container_get(Container *self, uint32_t variable, double *value)
+{
+    const VariableData *data = &self->system->variables[variable];
+    if (data->access == OF_TIME)
+        *value = self->clock.time;
+    else if (data->access == OF_INPUT)
+        *value = self->signals[data->place];
+    else if (data->access == OF_COMPONENT)
+        return reach(self, data, value, NULL);
+    else if (bring_up_to_date(self) != 0)
+        return -1;
+    else if (data->access == OF_OUTPUT)
+        *value = self->signals[data->place];
+    else {
+        const LinkData *link = &self->system->links[data->first_link];
+        return convert(self, link, self->signals[link->source], value);
+    }
+    return 0;
+}
+
+static int refuse_to_set(Container *self, uint32_t variable)
+{
+    const VariableData *data = &self->system->variables[variable];
+    return container_fail(self, "%s cannot be set %s", self->system->variable_names[variable],
+                          data->settable == 0 ? "from outside" : "any more: the run has begun");
+}
+
+int container_set(Container *self, uint32_t variable, double value)
+{
+    const VariableData *data = &self->system->variables[variable];
+    if (data->settable == 0 || (data->settable == 1 && self->clock.stage >= RUNNING))
+        return refuse_to_set(self, variable);
+    if (!isfinite(value))
+        return container_fail(self, "%s = %g is not a finite number", self->system->variable_names[variable], value);
+    self->clock.stale = 1;
+    if (data->access != OF_INPUT)
+        return reach(self, data, NULL, &value);
+    self->signals[data->place] = value;
+    if (copy_links(self, data->first_link, data->n_links) != 0)
+        return -1;
+    return carry_out_rows(self, data->first_row, data->n_rows, self->clock.time);
+}
+
+int container_get_text(Container *self, uint32_t variable, const char **value)
+{
+    const VariableData *data = &self->system->variables[variable];
+    Component *part = &self->components[data->part];
+    if (bring_up_to_date(self) != 0)
+        return -1;
+    return part_get(part, TEXT, data->reference, 1, value) != 0 ? part_failed(self, part) : 0;
+}
+
+int container_set_text(Container *self, uint32_t variable, const char *value)
+{
+    const VariableData *data = &self->system->variables[variable];
+    Component *part = &self->components[data->part];
+    if (data->settable == 0 || (data->settable == 1 && self->clock.stage >= RUNNING))
+        return refuse_to_set(self, variable);
+    self->clock.stale = 1;
+    return part_set(part, TEXT, data->reference, 1, &value) != 0 ? part_failed(self, part) : 0;
+}
