@@ -127,7 +127,8 @@ def _kept(targets: Sequence[Target]) -> dict[Target, Path]:
         model = target.model
         experiment = f"{model.stop_time_s!r} {model.step_size_s!r}"
         own = _digest(_own_ingredients(model))
-        facts = [model.name, model.class_name, experiment, target.fmi_version, os.environ.get("CC", ""), *tools]
+        compiler = f"{os.environ.get('CC', '')} {os.environ.get('CFLAGS', '')}"
+        facts = [model.name, model.class_name, experiment, target.fmi_version, compiler, *tools]
         facts += [zig_version(), *(platform.name for platform in target.platforms)] if target.platforms else []
         name = hashlib.sha256("\0".join([*facts, shared, own]).encode()).hexdigest()
         paths[target] = cache_folder("fmu") / f"{name}.fmu"

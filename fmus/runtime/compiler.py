@@ -26,7 +26,9 @@ FLAGS = ("-fPIC", *CODE_FLAGS)
 
 
 def compile_library(sources: Mapping[str, str], shared: Collection[str] = ()) -> bytes:
-    """Compile the `.c` files among `sources` (file name -> text) into one shared library.
+    """Compile the `.c` files among `sources` (file name -> text) into one shared library, once for each content.
+
+    Flags in `CFLAGS` come after ours, so they have the last word.
 
     Args:
         sources: all C files and headers.
@@ -35,29 +37,39 @@ def compile_library(sources: Mapping[str, str], shared: Collection[str] = ()) ->
     Raises:
         FmuError: without a C compiler, or with the first error of the compiler.
     """
-    compiler = find_compiler()
+    command = [*find_compiler(), *FLAGS, *shlex.split(os.environ.get("CFLAGS", ""))]
+    kept = cache_folder("compiled") / f"fmu-{_digest(*command, repr(sorted(sources.items())))}.so"
+    if not kept.is_file():
+        write_atomically(kept, _compiled(command, sources, shared))
+    return kept.read_bytes()
+
+
+def _compiled(command: Sequence[str], sources: Mapping[str, str], shared: Collection[str]) -> bytes:
     with tempfile.TemporaryDirectory(prefix="misfit-build-") as folder:
         units = write_sources(sources, Path(folder))
         # The model's own functions take as long as all the rest, so they come first.
         ordered = sorted(units, key=lambda unit: -len(sources[unit]))
         with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
-            list(pool.map(lambda unit: _compile(compiler, unit, sources, folder, unit in shared), ordered))
-        _run([*compiler, *FLAGS, "-shared", "-o", "model.so", *(f"{unit}.o" for unit in units), "-lm"], folder)
+            list(pool.map(lambda unit: _compile(command, unit, sources, folder, unit in shared), ordered))
+        _run([*command, "-shared", "-o", "model.so", *(f"{unit}.o" for unit in units), "-lm"], folder)
         return (Path(folder) / "model.so").read_bytes()
 
 
 def _compile(compiler: Sequence[str], unit: str, sources: Mapping[str, str], folder: str, is_shared: bool) -> None:
-    command = [*compiler, *FLAGS, "-c", unit, "-o", f"{unit}.o"]
+    command = [*compiler, "-c", unit, "-o", f"{unit}.o"]
     if not is_shared:
         return _run(command, folder)
     texts = [sources[unit], *(f"{name}\n{sources[name]}" for name in sorted(sources) if name.endswith(".h"))]
-    key = hashlib.sha256("\0".join((*command, *texts)).encode()).hexdigest()
-    kept, made = cache_folder("objects") / f"{key}.o", Path(folder) / f"{unit}.o"
+    kept, made = cache_folder("objects") / f"{_digest(*command, *texts)}.o", Path(folder) / f"{unit}.o"
     if kept.is_file():
         made.write_bytes(kept.read_bytes())
     else:
         _run(command, folder)
         write_atomically(kept, made.read_bytes())
+
+
+def _digest(*texts: str) -> str:
+    return hashlib.sha256("\0".join(texts).encode()).hexdigest()
 
 
 def _run(command: Sequence[str], folder: str) -> None:

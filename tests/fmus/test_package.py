@@ -16,6 +16,7 @@ from scipy.integrate import solve_ivp  # type: ignore[import-untyped]
 from fmus.archive import extract_fmu, read_archive
 from fmus.errors import FmuError, MisfitError
 from fmus.package import build_fmu
+from fmus.runtime import compiler
 from fmus.symbolic.system import SymbolicSystem, Variable
 from fmus.validate import validate_fmu
 
@@ -363,7 +364,8 @@ def test_the_last_successful_time_is_that_of_the_last_step(create: Start) -> Non
         assert slave.call("fmi2SetDebugLogging", 1, c_size_t(0), None) == OK
 
 
-def test_equal_models_give_equal_bytes(fmus: dict[str, Path], tmp_path: Path) -> None:
+def test_equal_models_give_equal_bytes(fmus: dict[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MISFIT_CACHE", str(tmp_path / "cache"))  # so that it is compiled again
     again = build_fmu(lag(), tmp_path / "again.fmu")
     other = build_fmu(lag(constant_delay=0.2), tmp_path / "other.fmu")
     assert again.read_bytes() == fmus["lag"].read_bytes()
@@ -442,6 +444,22 @@ def test_without_a_compiler_one_line_says_so(monkeypatch: pytest.MonkeyPatch, tm
     with pytest.raises(FmuError, match=r"^no C compiler found \(looked for no-such-compiler\); "):
         build_fmu(pendulum(), tmp_path / "p.fmu")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_the_same_sources_are_compiled_once_for_each_compiler_and_its_flags(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("MISFIT_CACHE", str(tmp_path))
+    sources = {"one.c": "int one(void) { return 1; }"}
+    made: list[list[str]] = []
+    run = compiler.run_tool
+    monkeypatch.setattr(compiler, "run_tool", lambda command, **how: made.append(list(command)) or run(command, **how))
+
+    first, again = compiler.compile_library(sources), compiler.compile_library(sources)
+    assert first == again and len(made) == 2  # compiled and linked
+    monkeypatch.setenv("CFLAGS", "-O0 -g")
+    assert compiler.compile_library(sources) != first
+    assert [command[-6:-4] for command in made[2:3]] == [["-O0", "-g"]]
 
 
 def test_an_unknown_unit_or_a_missing_value_is_named(tmp_path: Path) -> None:
