@@ -19,6 +19,10 @@ from orchestrator.diagnosis.diagnose import diagnose
 from orchestrator.diagnosis.result import Diagnosis, NamedEffect
 from orchestrator.diagnosis.search import Progress
 from orchestrator.diagnosis.work import Work
+from orchestrator.greybox.diagnose import Outcome
+from orchestrator.greybox.laws import Law
+from orchestrator.laws.proposal import LawProposal
+from orchestrator.laws.propose import asks_for_laws, propose_laws
 from orchestrator.ledger import LedgerEntry
 from orchestrator.measurements import MeasurementSet
 from orchestrator.models.symbolic import SymbolicModel
@@ -30,11 +34,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Discovery:
-    """A diagnosis, the model versions made from it, and their ledger entries, the model as given first."""
+    """A diagnosis, the model versions made from it, and their ledger entries, the model as given first; `laws` are formulas
+    proposed where no card fits."""
 
     diagnosis: Diagnosis
     versions: tuple[Version, ...]
     entries: tuple[LedgerEntry, ...]
+    laws: tuple[LawProposal, ...] = ()
 
     def plot(self) -> "Shown":
         """The error of each version, for a notebook."""
@@ -53,8 +59,13 @@ def discover(
     workers: int = 2,
     progress: Progress = lambda message: None,
     work: Work | None = None,
+    laws: bool | None = None,
+    own_laws: Sequence[Law] = (),
 ) -> Discovery:
     """Diagnose a model, add the named effects one after another, and record every version in the folder's ledger.
+
+    Where the library leaves something open, formulas are looked for, and their cards written to the folder; `laws` says so of
+    every answer, or of none. `own_laws` are formulas beside the shipped ones.
 
     Forces that no effect explains are written to the folder as drafts of effect cards, the inputs of the next experiment as
     `next_experiment.csv`.
@@ -64,7 +75,9 @@ def discover(
         ComponentError: if the model cannot be simulated.
     """
     cards = effect_library() if cards is None else cards
-    diagnosis = diagnose(source, measurements, cards=cards, workers=workers, progress=progress, work=work)
+    diagnosis = diagnose(
+        source, measurements, cards=cards, workers=workers, progress=progress, work=work, laws=own_laws
+    )
     nominal = diagnosis.steps[0].comparison
     given = model_of(source, source.compile())
     entries = [record(folder, source.name, source, given, (), nominal, measurements)]
@@ -72,7 +85,7 @@ def discover(
     for step in diagnosis.steps[1:]:
         progress(f"building the model with {' + '.join(effect.id for effect in step.effects)}")
         try:
-            version = add_effects(source, step.effects, folder, cards, step.adjusted)
+            version = add_effects(source, step.effects, folder, cards, step.adjusted, own_laws)
         except MisfitError as error:
             note = f"no model with {' + '.join(effect.id for effect in step.effects)} was written: {error}"
             diagnosis = replace(diagnosis, warnings=(*diagnosis.warnings, note))
@@ -90,9 +103,13 @@ def discover(
         write_atomically(folder / f"draft_{number}.toml", curve.draft_card(number).encode())
     if diagnosis.experiment_csv is not None:
         write_atomically(folder / "next_experiment.csv", diagnosis.experiment_csv.encode())
+    proposals: tuple[LawProposal, ...] = ()
+    if isinstance(diagnosis.search, Outcome) and (asks_for_laws(diagnosis) if laws is None else laws):
+        proposals = propose_laws(diagnosis, measurements, folder, workers=workers, progress=progress)
+        diagnosis = replace(diagnosis, laws=tuple(p.to_json() for p in proposals))
     if versions:
         diagnosis = replace(diagnosis, patched_model=str(versions[-1].file))
-    return Discovery(diagnosis, tuple(versions), tuple(entries))
+    return Discovery(diagnosis, tuple(versions), tuple(entries), proposals)
 
 
 def record(

@@ -16,6 +16,7 @@ from orchestrator.diagnosis.adjusted import with_neighbours
 from orchestrator.diagnosis.candidates import Candidate, EffectSet, as_fmu, can_join, find_candidates
 from orchestrator.diagnosis.cards import EffectCard, effect_library
 from orchestrator.diagnosis.result import Adjusted, Estimate, NamedEffect
+from orchestrator.greybox.laws import Law
 from orchestrator.models.patch import check_adjusted, check_attached, free_slots, patched_model, patched_source
 from orchestrator.models.symbolic import SymbolicModel
 
@@ -35,17 +36,18 @@ def add_effects(
     folder: Path,
     cards: Sequence[EffectCard] | None = None,
     adjusted: Sequence[Adjusted] = (),
+    laws: Sequence[Law] = (),
 ) -> Version:
     """Write `NAME.mo` and `NAME.fmu` to a folder, with NAME the base's name and the next free number; of an FMU a system.
 
     The same effects with the same values give the same name again. `cards` are the effects known, by default the shipped
-    ones. `adjusted` are parameters of the base that get the values that were fitted within their tolerances.
+    ones, `laws` those of the user's own. `adjusted` are parameters of the base that get the values that were fitted within their tolerances.
 
     Raises:
         MisfitError: if an effect is unknown or the model has no slot for it.
     """
     if as_fmu(base) is None and not free_slots(base.compile()):
-        return _written_back(base, effects, folder)
+        return _written_back(base, effects, folder, laws)
     chosen = _place(base, effects, effect_library() if cards is None else cards)
     effect_set = EffectSet(base, chosen, base.compile().outputs)
     values = _values(effect_set, effects)
@@ -65,12 +67,14 @@ def add_effects(
     return _built(base, source, folder)
 
 
-def _written_back(base: ModelicaModel, effects: Sequence[NamedEffect], folder: Path) -> Version:
+def _written_back(
+    base: ModelicaModel, effects: Sequence[NamedEffect], folder: Path, laws: Sequence[Law] = ()
+) -> Version:
     """The version of a model without slots: its class with the balance equations changed."""
     from orchestrator.greybox.effects import with_effects
 
-    name = _free_name(base, folder, lambda n: _text(with_effects(base, effects, n)))
-    return _built(base, with_effects(base, effects, name, folder), folder)
+    name = _free_name(base, folder, lambda n: _text(with_effects(base, effects, n, more=laws)))
+    return _built(base, with_effects(base, effects, name, folder, laws), folder)
 
 
 def _text(source: ModelicaModel) -> str:

@@ -92,6 +92,7 @@ def diagnose(
     from orchestrator.diagnosis.cards import effect_library
     from orchestrator.diagnosis.diagnose import diagnose as run
     from orchestrator.diagnosis.work import resumable
+    from orchestrator.greybox.laws import own_laws
     from orchestrator.measurements import load_measurements
     from orchestrator.models.load import load_model, load_source
     from orchestrator.report.arm_replay import arm_replay
@@ -106,7 +107,8 @@ def diagnose(
             measurements = mended_record(load_model(model), measurements, quiet)
         source = load_source(model, measurements)
         with resumable(f"{model} {measurements.content_hash}", scheduler) as work:
-            result = run(source, measurements, cards=cards, workers=workers, progress=say, work=work)
+            own = own_laws(card_folders)
+            result = run(source, measurements, cards=cards, workers=workers, progress=say, work=work, laws=own)
         given = result.steps[0].comparison
         report = diagnosis_report(result, arm_replay(load_model(model), measurements, given)) if html_file else None
     show(diagnosis_table(result), quiet)

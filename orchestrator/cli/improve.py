@@ -29,7 +29,7 @@ RESULTS = "misfit-results"
 
 
 @click.command()
-@click.argument("diagnosis_or_effect", metavar="DIAGNOSIS|EFFECT")
+@click.argument("diagnosis_or_effect", metavar="DIAGNOSIS|EFFECT|CARD")
 @library_option
 @click.option("--to", "model", metavar="MODEL", help="The model to extend; for a DIAGNOSIS its own model by default.")
 @click.option(
@@ -46,19 +46,29 @@ RESULTS = "misfit-results"
 def add(diagnosis_or_effect: str, model: str | None, folder: str, card_folders: tuple[Path, ...], quiet: bool) -> None:
     """Write a model with an effect in it, as Modelica and FMU; the original is not touched.
 
-    DIAGNOSIS is a file written by `misfit diagnose --json`; EFFECT is an effect id, added with its card's first guess.
+    DIAGNOSIS is a file written by `misfit diagnose --json` or `misfit discover --json`; of one that names no effect but
+    proposes a law, the first law is added. EFFECT is an effect id, added with its card's first guess, or the id of a law of
+    --cards; CARD is a law card (*.toml). Laws are added with the values that were found with them.
     """
     from orchestrator.diagnosis.candidates import as_fmu
     from orchestrator.diagnosis.cards import effect_library
     from orchestrator.diagnosis.read_back import adjusted_of, effects_of
+    from orchestrator.greybox.effects import law_effect
+    from orchestrator.greybox.laws import own_laws, read_law
     from orchestrator.models.load import load_modelica
     from orchestrator.versions import add_effects, default_effect
 
-    cards = effect_library(card_folders)
+    cards, laws = effect_library(card_folders), own_laws(card_folders)
+    if diagnosis_or_effect.endswith(".toml"):
+        laws = (read_law(Path(diagnosis_or_effect)),)
+        diagnosis_or_effect = laws[0].id
     if diagnosis_or_effect.endswith(".json"):
         document = _read_diagnosis(Path(diagnosis_or_effect))
         base = _base(model or document["model"], document["data"])
         effects = effects_of(document)
+        if not effects and document.get("laws"):
+            laws = (read_law(Path(document["laws"][0]["card"])),)
+            effects = [law_effect(base, laws[0])]
         if not effects:
             raise MisfitError(
                 f"{diagnosis_or_effect} names no effect (verdict: {document['verdict']}), so there is nothing to add"
@@ -69,9 +79,10 @@ def add(diagnosis_or_effect: str, model: str | None, folder: str, card_folders: 
     else:
         if model is None:
             raise click.UsageError(f"name the model that gets {diagnosis_or_effect} with --to MODEL")
-        base = load_modelica(model)
-        effects, adjusted = [default_effect(base, diagnosis_or_effect, cards)], []
-    version = add_effects(base, effects, Path(folder), cards, adjusted)
+        base, adjusted = load_modelica(model), []
+        law = next((law for law in laws if law.id == diagnosis_or_effect), None)
+        effects = [law_effect(base, law) if law else default_effect(base, diagnosis_or_effect, cards)]
+    version = add_effects(base, effects, Path(folder), cards, adjusted, laws)
     written = (
         [version.file] if version.source.file is None or as_fmu(version.source) else [version.source.file, version.file]
     )
@@ -134,6 +145,11 @@ def ledger(folder: str, json_file: str | None, html_file: str | None) -> None:
     help="Models, FMUs and the ledger.",
 )
 @cards_option
+@click.option(
+    "--laws/--no-laws",
+    default=None,
+    help="Look for a formula of what no card explains; by default where the answer is unknown or leaves something open.",
+)
 @tolerance_option
 @mend_option
 @scheduler_option
@@ -143,6 +159,7 @@ def discover(
     data: str,
     folder: str,
     card_folders: tuple[Path, ...],
+    laws: bool | None,
     tolerances: dict[str, float],
     accept_mends: bool,
     scheduler: str | None,
@@ -151,11 +168,16 @@ def discover(
     quiet: bool,
     workers: int,
 ) -> None:
-    """Compare MODEL with DATA, name the missing effects, add them, and compare again."""
+    """Compare MODEL with DATA, name the missing effects, add them, and compare again.
+
+    Where no effect of the library explains all that is missing, formulas are proposed; their cards go to DIR/laws.
+    """
     from fmus.catalogue import ModelicaModel
     from orchestrator.diagnosis.cards import effect_library
     from orchestrator.diagnosis.work import resumable
     from orchestrator.discover import discover as run
+    from orchestrator.greybox.laws import own_laws
+    from orchestrator.laws.words import laws_text
     from orchestrator.measurements import load_measurements
     from orchestrator.models.load import load_model, load_source
     from orchestrator.report.arm_replay import arm_replay
@@ -174,12 +196,24 @@ def discover(
             say("reading the model's equations")
             show(lines_of(understood(source, measurements)), quiet)
         with resumable(f"{model} {measurements.content_hash}", scheduler) as work:
-            found = run(source, measurements, Path(folder), cards=cards, workers=workers, progress=say, work=work)
+            found = run(
+                source,
+                measurements,
+                Path(folder),
+                cards=cards,
+                workers=workers,
+                progress=say,
+                work=work,
+                laws=laws,
+                own_laws=own_laws(card_folders),
+            )
         report = None
         if html_file:
             replay = arm_replay(load_model(model), measurements, found.diagnosis.steps[0].comparison)
             report = discovery_report(found.diagnosis, list(found.entries), replay)
     show(diagnosis_table(found.diagnosis), quiet)
+    if found.laws:
+        show(laws_text(found.laws), quiet)
     show(ledger_table(list(found.entries)), quiet)
     write_json(json_file, found.diagnosis.to_json())
     write_file(html_file, report)

@@ -262,6 +262,11 @@ def _shipped() -> tuple[EffectCard, ...]:
     return tuple(read_card(path) for path in sorted(SHIPPED.glob("*.toml")))
 
 
+def _is_law(file: Path) -> bool:
+    """Whether a card is a formula of its own, for models without slots (`orchestrator/greybox/laws.py` reads those)."""
+    return b"\nexpression" in b"\n" + file.read_bytes()
+
+
 def effect_library(folders: Sequence[Path] = ()) -> tuple[EffectCard, ...]:
     """Return the shipped cards, by file name, then those of the user's folders.
 
@@ -273,7 +278,7 @@ def effect_library(folders: Sequence[Path] = ()) -> tuple[EffectCard, ...]:
         files = sorted(folder.glob("*.toml"))
         if not files:
             raise MisfitError(f"{folder}: no effect card there; expected a folder with cards (*.toml)")
-        cards += [read_card(file) for file in files]
+        cards += [read_card(file) for file in files if not _is_law(file)]
     known: dict[tuple[str, str], EffectCard] = {}
     for card in cards:
         other = known.setdefault((card.id, card.variant), card)

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping, Sequence, Set
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import replace
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -46,6 +46,9 @@ from orchestrator.models.patch import free_slots
 from orchestrator.models.smoothing import SmoothedTrial
 from orchestrator.models.symbolic import SymbolicModel
 
+if TYPE_CHECKING:
+    from orchestrator.greybox.laws import Law
+
 __all__ = ["diagnose", "named_effects", "version_name"]
 
 # Clocks of inputs and outputs may differ by a sample: two standard deviations.
@@ -66,10 +69,12 @@ def diagnose(
     workers: int = 2,
     progress: Progress = lambda message: None,
     work: Work | None = None,
+    laws: Sequence["Law"] = (),
 ) -> Diagnosis:
     """Find which effects of the library a model lacks, judged by learning trials and confirmed by held-out ones.
 
     `work` says who screens and refits, by default this process; the result does not depend on it, nor on `workers`.
+    `laws` are formulas of the user's own, which models without slots can have.
 
     Raises:
         MisfitError: if the data do not fit the model or hold no held-out trials.
@@ -86,7 +91,7 @@ def diagnose(
     if as_fmu(source) is None and not free_slots(source.compile()):
         from orchestrator.greybox.diagnose import diagnose_greybox  # which makes results of this room
 
-        found = diagnose_greybox(source, measurements, workers=workers, progress=progress)
+        found = diagnose_greybox(source, measurements, workers=workers, progress=progress, more=laws)
         warnings = (*map(str, checks), *found.warnings)
         return replace(found, warnings=warnings, data_checks=checks, mended=measurements.mended)
 

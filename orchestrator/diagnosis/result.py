@@ -1,7 +1,7 @@
 """What a diagnosis found: a verdict, the effects it names, and the evidence."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
 from orchestrator.compare.result import Comparison
@@ -127,7 +127,8 @@ class Diagnosis:
     within their tolerances and `clock_shift_s` by how much outputs were late; errors count with both, the patched model
     has neither. `data_checks` says what is wrong with the record, `mended` what was mended before.
     `incomplete` says that `unexplained_share` of the missing force's power is left, `best` is the best set of an answer that is
-    not proven, `witness` the missing force over its best coordinate with the fitted law.
+    not proven, `witness` the missing force over its best coordinate with the fitted law. `laws` are formulas proposed where no card
+    fits; `search` is what a further search can go on from, and stands in no document.
     """
 
     model: str
@@ -161,6 +162,8 @@ class Diagnosis:
     unexplained_share: float | None = None
     best: tuple[NamedEffect, ...] = ()
     witness: tuple[Mapping[str, Any], ...] = ()
+    laws: tuple[Mapping[str, Any], ...] = ()
+    search: Any = field(default=None, repr=False, compare=False)
 
     def plot(self) -> "Shown":
         """The error that falls from step to step, for a notebook; the ranking where no effect was added."""
@@ -211,6 +214,7 @@ class Diagnosis:
             "latent_forces": [curve.to_json() for curve in self.latent_forces],
             "data_checks": [finding.to_json() for finding in self.data_checks],
             "mended": list(self.mended),
+            "laws": [dict(law) for law in self.laws],
         }
 
 

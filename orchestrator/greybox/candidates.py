@@ -69,12 +69,14 @@ def candidates_at(places: Sequence[Place], laws: Sequence[Law]) -> list[Candidat
     stores = any(place.kind == "storage" for place in places)
     laws = [law for law in laws if stores or not law.slow]
     shown = [place for place in places if place.kind != "input" or place.unit not in flows]
-    return [c for place in shown for law in laws if fits(law, place) for c in _variants(law, place)]
+    return [c for place in shown for law in laws if fits(law, place) for c in _variants(law, place.widened(law.also))]
 
 
 def fits(law: Law, place: Place) -> bool:
     """Whether a law can act at a place."""
     if law.bounded and place.turns:  # a shaft that turns freely has no spring and no stop
+        return False
+    if any(name not in place.others for name in law.also.values()):
         return False
     between = place.balance is None and place.kind in ("motion", "storage")
     if between and (law.single or law.needs_net) or law.needs_net and place.storage is None:
@@ -86,8 +88,9 @@ def fits(law: Law, place: Place) -> bool:
 
 def _variants(law: Law, place: Place) -> Iterator[Candidate]:
     shaped = [p for p in law.parameters if not p.gain]
-    for number, factors in enumerate(product(*(p.grid for p in shaped))):
+    for number, factors in enumerate(product(*(p.grid or (1.0,) for p in shaped))):
         values = {p.name: _value(p, factor, place) for p, factor in zip(shaped, factors, strict=True)}
+        values |= {p.name: p.value for p in shaped if math.isfinite(p.value)}
         yield Candidate(law, place, values, number)
 
 

@@ -25,6 +25,7 @@ from orchestrator.greybox.effects import named_effects
 from orchestrator.greybox.evidence import Case, all_candidates, case_of, held_out_trials, nominal_set
 from orchestrator.greybox.extended import OUTPUT, extend
 from orchestrator.greybox.fit import Fitter, Noise
+from orchestrator.greybox.laws import Law, laws
 from orchestrator.greybox.prediction import predicted
 from orchestrator.greybox.prepare import first_noise, least_noise
 from orchestrator.greybox.search import FittedSet, Search, Setting
@@ -45,11 +46,18 @@ Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True, eq=False)
-class _Outcome:
+class Outcome:
+    """What a search came to: the case with its setting, the model as given, and the decision."""
+
     case: Case
     setting: Setting
     nominal: FittedSet
     decision: Decision
+
+    @property
+    def scale(self) -> np.ndarray:
+        """Spread of each signal over the learning trials, (ny,)."""
+        return _scale(self.setting)
 
 
 def diagnose_greybox(
@@ -59,8 +67,9 @@ def diagnose_greybox(
     workers: int = 2,
     progress: Progress = lambda message: None,
     limits: Thresholds | None = None,
+    more: Sequence[Law] = (),
 ) -> Diagnosis:
-    """Find which effects a model lacks at its balance equations, inputs and outputs.
+    """Find which effects a model lacks at its balance equations, inputs and outputs; `more` are laws beside the shipped ones.
 
     Raises:
         MisfitError: if the data do not fit the model or hold no trials of one kind.
@@ -78,7 +87,7 @@ def diagnose_greybox(
         progress("comparing the model with the measurement")
         given = compare(SymbolicModel(source.name, source.compile(), case.signals), measurements, workers=workers)
         try:
-            outcome = _decided(case, limits, progress)
+            outcome = decided(case, limits, progress, more)
             found = _answer(outcome, given, measurements, limits, workers, progress)
         except (RuntimeError, ArithmeticError, LookupError, ValueError, ComponentError) as error:
             # CasADi reports what it cannot do as RuntimeError; a search that fails says so, and the comparison stands.
@@ -93,19 +102,20 @@ def _failed(given: Comparison, error: Exception) -> Diagnosis:
     return replace(found, findings=given.findings)
 
 
-def _decided(case: Case, limits: Thresholds, progress: Progress) -> _Outcome:
+def decided(case: Case, limits: Thresholds, progress: Progress, more: Sequence[Law] = ()) -> Outcome:
+    """The search for effects and its decision, without held-out trials; `more` are laws beside the shipped ones."""
     progress("estimating how much the model leaves unexplained")
     setting, nominal = nominal_set(case, limits)
     silent, louder = setting.fitter.without_disturbance(nominal.fit.box, nominal.fit)
     lost = nominal.fit.log_likelihood - silent
     adequate = lost < limits.quiet * max(len(case.balances), 1) or louder < limits.louder
-    candidates = () if adequate else all_candidates(case, nominal)
+    candidates = () if adequate else all_candidates(case, nominal, (*laws(), *more))
     progress(f"{len(candidates)} candidates at {len({c.place.site for c in candidates})} places")
     search = Search(setting, candidates, nominal, progress)
     sets = search.run() if candidates else [nominal]
     scale = _scale(setting)
     decision = decide(sets, nominal, limits, scale, search.fit, search.simpler, adequate)
-    return _Outcome(case, setting, nominal, decision)
+    return Outcome(case, setting, nominal, decision)
 
 
 def _scale(setting: Setting) -> np.ndarray:
@@ -115,7 +125,7 @@ def _scale(setting: Setting) -> np.ndarray:
 
 
 def _answer(
-    outcome: _Outcome,
+    outcome: Outcome,
     given: Comparison,
     measurements: MeasurementSet,
     limits: Thresholds,
@@ -130,8 +140,8 @@ def _answer(
     after = given
     if chosen.candidates:
         progress("opening the held-out trials")
-        after = _compared(outcome, chosen, given, measurements, workers)
-        worse = _worse_on_held_out(outcome, chosen, given, after, limits)
+        after = compared(outcome, chosen, given, measurements, workers)
+        worse = worse_on_held_out(outcome, chosen, given, after, limits)
         if worse and verdict in ("named", "ambiguous"):
             verdict = "unknown"
             reasons.append(worse)
@@ -168,6 +178,7 @@ def _answer(
         best=effects if verdict == "unknown" else (),
         witness=tuple(asdict(w) for w in witnesses(case, nominal, chosen)),
         data_checks=given.data_checks,
+        search=outcome,
     )
 
 
@@ -176,15 +187,15 @@ def _within_noise(given: Comparison) -> bool:
     return all(each is not None and each.over_floor <= 1.0 for each in (given.learning, given.held_out))
 
 
-def _compared(
-    outcome: _Outcome, chosen: FittedSet, given: Comparison, measurements: MeasurementSet, workers: int
+def compared(
+    outcome: Outcome, chosen: FittedSet, given: Comparison, measurements: MeasurementSet, workers: int
 ) -> Comparison:
     """Free runs of the model with a set in it along all trials."""
     model = SymbolicModel(given.model, fixed_system(outcome, chosen), outcome.case.signals)
     return compare(model, measurements, workers=workers, floor=given.noise_floor)
 
 
-def fixed_system(outcome: _Outcome, chosen: FittedSet) -> SymbolicSystem:
+def fixed_system(outcome: Outcome, chosen: FittedSet) -> SymbolicSystem:
     """The model with a set in it as a system with the model's own outputs, parameters at their fitted values."""
     case = outcome.case
     extended = extend(case.base, case.balances, case.signals, chosen.candidates)
@@ -206,8 +217,8 @@ def _is_state(case: Case, name: str) -> bool:
     return any(v.name == name for v in case.base.states)
 
 
-def _worse_on_held_out(
-    outcome: _Outcome, chosen: FittedSet, given: Comparison, after: Comparison, limits: Thresholds
+def worse_on_held_out(
+    outcome: Outcome, chosen: FittedSet, given: Comparison, after: Comparison, limits: Thresholds
 ) -> str:
     """Why a set may not be named: it makes predictions or free runs of held-out trials worse; empty if it does not."""
     scale = _scale(outcome.setting)
@@ -225,7 +236,7 @@ def _worse_on_held_out(
     return ""
 
 
-def _held_out_error(outcome: _Outcome, found: FittedSet, scale: np.ndarray) -> float:
+def _held_out_error(outcome: Outcome, found: FittedSet, scale: np.ndarray) -> float:
     """Error of predictions over an eighth of each held-out trial, whose noise is its own."""
     fit = found.fit
     trials = held_out_trials(outcome.case)
@@ -307,7 +318,7 @@ def _tried(decision: Decision, nominal: FittedSet, named: bool) -> tuple[Tried, 
 
 
 def _warnings(
-    outcome: _Outcome, verdict: Verdict, reasons: Sequence[str], unexplained: float, incomplete: bool
+    outcome: Outcome, verdict: Verdict, reasons: Sequence[str], unexplained: float, incomplete: bool
 ) -> list[str]:
     found: list[str] = []
     names = " and ".join(c.label for c in outcome.decision.chosen.candidates)

@@ -1,5 +1,6 @@
 """Effects as results name them, and back: from a fitted set to ids, sites and values, and from these to changes of a model."""
 
+import math
 import re
 from collections.abc import Sequence
 
@@ -39,9 +40,9 @@ def _named(found: FittedSet, candidate: Candidate) -> NamedEffect:
 
 
 def with_effects(
-    base: ModelicaModel, effects: Sequence[NamedEffect], name: str, folder: object = None
+    base: ModelicaModel, effects: Sequence[NamedEffect], name: str, folder: object = None, more: Sequence[Law] = ()
 ) -> ModelicaModel:
-    """A class `name` that is a model with effects, written as a person would.
+    """A class `name` that is a model with effects, written as a person would; `more` are laws beside the shipped ones.
 
     Raises:
         MisfitError: if an effect is unknown, or the model has no such place for it.
@@ -56,9 +57,30 @@ def with_effects(
         change
         for number, effect in enumerate(effects)
         if effect not in errors
-        for change in _changes(effect, places, balances, number)
+        for change in _changes(effect, places, balances, number, more)
     ]
     return write_back(base, name, changes, wrong, folder)  # type: ignore[arg-type]
+
+
+def law_effect(base: ModelicaModel, law: Law) -> NamedEffect:
+    """A law of a card with the values that were found with it, at the site where it was found, else at the first that fits.
+
+    Raises:
+        MisfitError: if the card has no values, or the model no such place.
+    """
+    system, balances = base.balanced()
+    places = [p for p in unscaled_places(system, balances, _inputs(system, balances)) if fits(law, p)]
+    if not places:
+        raise MisfitError(f"{law.id} cannot be added: {base.name} has no {law.place} of unit {' or '.join(law.units)}")
+    place = next((p for p in places if p.site == law.site), places[0]).widened(law.also)
+    empty = [p.name for p in law.parameters if not math.isfinite(p.value)]
+    if empty:
+        raise MisfitError(f"law {law.id}: {empty[0]} has no value; expected `value = NUMBER` in its table of the card")
+    values = {
+        law.public(p.name, place.unit): Estimate(p.value, p.unit(place.units), (p.value, p.value))
+        for p in law.parameters
+    }
+    return NamedEffect(law.id, place.site, values)
 
 
 def knows(effect: NamedEffect, base: ModelicaModel) -> bool:
@@ -72,18 +94,20 @@ def _inputs(system: SymbolicSystem, balances: Sequence[Balance]) -> list[str]:
     return [v.name for v in system.inputs if v.name not in forces and not v.name.startswith(CORRECTION)]
 
 
-def _found(effect: NamedEffect, places: Sequence[Place]) -> tuple[Law, Place] | None:
+def _found(effect: NamedEffect, places: Sequence[Place], more: Sequence[Law] = ()) -> tuple[Law, Place] | None:
     for place in places:
-        for law in laws():
+        for law in (*laws(), *more):
             if place.site == effect.site and fits(law, place) and law.id_at(place.unit) == effect.id:
                 public = {law.public(p.name, place.unit) for p in law.parameters}
                 if public == set(effect.parameters):
-                    return law, place
+                    return law, place.widened(law.also)
     return None
 
 
-def _changes(effect: NamedEffect, places: Sequence[Place], balances: Sequence[Balance], number: int) -> list[Change]:
-    found = _found(effect, places)
+def _changes(
+    effect: NamedEffect, places: Sequence[Place], balances: Sequence[Balance], number: int, more: Sequence[Law] = ()
+) -> list[Change]:
+    found = _found(effect, places, more)
     if found is None:
         raise MisfitError(f"{effect.id} at {effect.site} cannot be added: the model has no such place for it")
     law, place = found
@@ -112,7 +136,9 @@ def _changes(effect: NamedEffect, places: Sequence[Place], balances: Sequence[Ba
         balance = by_input[name]
         text = expression if factor > 0 else f"-({expression})"
         # Parameters are declared once; a second balance of the same law speaks of them by name.
-        terms.append(Term(balance.state, balance.place, text, parameters if k == 0 else {}, title))
+        terms.append(
+            Term(balance.state, balance.place, text, parameters if k == 0 else {}, title, states if k == 0 else ())
+        )
     return terms
 
 

@@ -20,6 +20,7 @@ from orchestrator.greybox.places import (
     output_places,
     parameter_places,
     response_places,
+    with_others,
 )
 from orchestrator.greybox.prepare import first_noise, least_noise, seen_by, trials_of
 from orchestrator.greybox.search import FittedSet, Setting, with_losses
@@ -74,13 +75,14 @@ def places_of(case: Case, nominal: FittedSet) -> list[Place]:
     outputs = {v.name: v for v in (*case.base.states, *case.base.algebraics)}
     measured = [outputs[name] for name in case.signals]
     duration = float(np.ptp(seen.values["time"])) or 1.0
-    return [
+    found = [
         *balance_places(case.base, case.balances, seen),
         *input_places(case.inputs, seen),
         *output_places(measured, seen),
         *response_places(case.inputs, measured, seen),
         *parameter_places(case.base, duration),
     ]
+    return with_others(found, (*case.base.states, *case.inputs), seen)
 
 
 def all_candidates(case: Case, nominal: FittedSet, library: Sequence[Law] | None = None) -> tuple[Candidate, ...]:

@@ -3,12 +3,13 @@
 import math
 import re
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 from typing import Any, Literal
 
+from fmus.errors import MisfitError
 from orchestrator.greybox.unit_algebra import combined
 
 FOLDER = Path(__file__).parent / "laws"
@@ -22,6 +23,7 @@ class LawParameter:
     `kind` is its unit in terms of the place, such as "force/speed^2". A `gain` enters linearly and is 0 where the effect is
     absent; `positive` says that physics allows no negative value. Any other parameter is a shape: `grid` holds values in
     multiples of the record's own scale of that kind, `fitted` says whether it is estimated. `prior` is the standard deviation of a gain's prior.
+    `value` is what was fitted where the law was found; a shape starts there.
     """
 
     name: str
@@ -32,6 +34,7 @@ class LawParameter:
     fitted: bool = True
     prior: float = 0.0
     description: str = ""
+    value: float = math.nan
 
     def unit(self, units: Mapping[str, str]) -> str:
         """The unit, given those of the place's quantities."""
@@ -60,6 +63,8 @@ class Law:
     `written` is how a law is written back if an equation of the model holds what the law changes: `net` is all else that flows
     into a balance, which Modelica cannot name, `storage` what its equation multiplies der(x) with. A `single` law acts at one
     balance, never between two. The gain of a `curved` law enters linearly near zero only. A `bounded` law depends on a position that comes back; a `slow` one belongs to stores of heat, charge and the like, not to motion. `contains` lists ids of simpler laws that it becomes at the limit of a parameter.
+    `also` names further variables of a model by the coordinates that
+    the law uses for them. `site` is where a law of the user's own was found, `seen` the range of each coordinate there.
     """
 
     id: str
@@ -78,6 +83,9 @@ class Law:
     single: bool = False
     curved: bool = False
     written: str = ""
+    also: Mapping[str, str] = field(default_factory=dict)
+    site: str = ""
+    seen: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     @property
     def needs_net(self) -> bool:
@@ -109,11 +117,39 @@ def parameter_law() -> Law:
     return next(law for law in laws() if law.place == "parameter")
 
 
+def is_law_card(path: Path) -> bool:
+    """Whether a card is a law, a formula at a place; a card of a class in a slot is none."""
+    try:
+        return "expression" in tomllib.loads(path.read_text())
+    except (OSError, ValueError):
+        return False
+
+
+def own_laws(folders: Sequence[Path]) -> tuple[Law, ...]:
+    """The laws of the user's folders, those that `misfit discover` wrote among them.
+
+    Raises:
+        MisfitError: if a law card is not complete.
+    """
+    return tuple(read_law(path) for folder in folders for path in sorted(folder.glob("*.toml")) if is_law_card(path))
+
+
 def read_law(path: Path) -> Law:
-    """Read one card."""
-    table: dict[str, Any] = _with_tuples(tomllib.loads(path.read_text()))
-    parameters: dict[str, dict[str, Any]] = table.pop("parameters")
-    return Law(parameters=tuple(LawParameter(name, **_with_tuples(each)) for name, each in parameters.items()), **table)
+    """Read one card.
+
+    Raises:
+        MisfitError: if it is no complete law card.
+    """
+    try:
+        table: dict[str, Any] = _with_tuples(tomllib.loads(path.read_text()))
+        parameters: dict[str, dict[str, Any]] = table.pop("parameters")
+        table["seen"] = _with_tuples(table.get("seen", {}))
+        own = tuple(LawParameter(name, **_with_tuples(each)) for name, each in parameters.items())
+        return Law(parameters=own, **table)
+    except OSError as error:
+        raise MisfitError(f"law card {path} cannot be read: {error.strerror}") from error
+    except (ValueError, TypeError, KeyError, AttributeError) as error:
+        raise MisfitError(f"law card {path}: {error}; expected keys as in docs/laws.md") from error
 
 
 def _with_tuples(table: dict[str, Any]) -> dict[str, Any]:

@@ -21,7 +21,8 @@ class Place:
     `coordinates` maps the names that laws use to expressions of the model's variables; `adds` maps balance inputs to the
     factor with which a law's value is added there. `units` and `scales` hold those of force, speed, position, state and so on;
     `range` is the centre and half width of what the position, state or input was; `storage` what a balance's equation multiplies
-    the rate of its state with, None if that is no number.
+    the rate of its state with, None if that is no number. `others` are further variables of the model that a
+    law may speak of, each with its unit and scale.
     """
 
     kind: str
@@ -34,6 +35,16 @@ class Place:
     range: tuple[float, float] = (0.0, 1.0)
     balance: Balance | None = None
     storage: float | None = None
+    others: Mapping[str, tuple[str, float]] = field(default_factory=dict)
+
+    def widened(self, also: Mapping[str, str]) -> "Place":
+        """The place with further variables of the model as coordinates; `others` has their units and scales."""
+        return replace(
+            self,
+            coordinates={**self.coordinates, **also},
+            units={**self.units, **{key: self.others[name][0] for key, name in also.items()}},
+            scales={**self.scales, **{key: self.others[name][1] for key, name in also.items()}},
+        )
 
     @property
     def turns(self) -> bool:
@@ -275,4 +286,10 @@ def unscaled_places(system: SymbolicSystem, balances: Sequence[Balance], inputs:
     outputs = [variables[name] for name in system.outputs]
     moving = [v for v in system.inputs if v.name in inputs]
     found += [*output_places(outputs, seen), *response_places(moving, outputs, seen)]
-    return [*found, *parameter_places(system)]
+    return with_others([*found, *parameter_places(system)], [*system.states, *moving], seen)
+
+
+def with_others(places: Sequence[Place], variables: Sequence[Variable], seen: Seen) -> list[Place]:
+    """Places at balances with further variables that a law there may speak of."""
+    others = {v.name: (v.unit or "1", _rms(seen.values[v.name])) for v in variables if v.name in seen.values}
+    return [replace(p, others=others) if p.kind in ("motion", "storage") else p for p in places]

@@ -1,0 +1,164 @@
+"""Find formulas of a missing force where no card of the library fits: proposed by regression, fitted and judged like effects.
+
+At each balance the vocabulary's terms and their sums are searched on the whitened innovations; the best few are fitted by the
+likelihood that judges effects of the library, and nothing is proposed that does not beat the model without it beyond doubt.
+"""
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from fmus.errors import ComponentError
+from orchestrator.greybox.candidates import Candidate
+from orchestrator.greybox.decide import Weighed, beyond_doubt, share_explained
+from orchestrator.greybox.diagnose import Outcome
+from orchestrator.greybox.search import FittedSet, fit_set, with_losses
+from orchestrator.greybox.thresholds import Thresholds
+from orchestrator.laws.regression import BeamSearch, table_of
+from orchestrator.laws.response import responses
+from orchestrator.laws.terms import Term, joined, terms_at
+from orchestrator.laws.wide_places import further_of, wide_places
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Limits of the search: `fitted` sums of each size are fitted, unless `seconds` are over; up to `shown` laws are proposed.
+
+    A law is proposed if it takes away `explained` of the missing force's power and improves predictions by `improvement`. The
+    price of having looked at many formulas is the logarithm of their number, in nats, for each term.
+    """
+
+    fitted: int = 3
+    seconds: float = 60.0
+    shown: int = 4
+    explained: float = 0.2
+    improvement: float = 0.1
+
+
+@dataclass(frozen=True, eq=False)
+class Guess:
+    """A sum of terms at a place, with its score by regression."""
+
+    terms: tuple[Term, ...]
+    candidate: Candidate
+    score: float
+
+
+@dataclass(frozen=True, eq=False)
+class FoundLaw:
+    """A fitted law: its terms, its candidate, the set with it, and the library's effects `beside` it in that set."""
+
+    terms: tuple[Term, ...]
+    candidate: Candidate
+    fitted: FittedSet
+    beside: tuple[Candidate, ...]
+
+    @property
+    def constants(self) -> int:
+        """Number of fitted constants, of effects beside it, too."""
+        return len(self.fitted.fit.theta)
+
+
+def find_laws(
+    outcome: Outcome, limits: Limits | None = None, progress: Progress = lambda message: None
+) -> tuple[FoundLaw, ...]:
+    """Laws that explain what the library leaves, the one to be shown first first; none where nothing is beyond doubt.
+
+    They are looked for in place of the library's best set, and beside it.
+    """
+    limits = limits or Limits()
+    began = time.monotonic()
+    best = outcome.decision.chosen
+    abouts = [outcome.nominal, *([best] if best.candidates else [])]
+    found: list[FoundLaw] = []
+    looked_at = 0
+    with threadpool_limits(limits=1, user_api="blas"), np.errstate(all="ignore"):
+        for k, about in enumerate(abouts):
+            guesses, count = guessed(outcome, about, progress)
+            found += _fitted(outcome, about, guesses, limits, began + limits.seconds * (k + 1) / len(abouts), progress)
+            looked_at += count
+        return _judged(outcome, abouts, found, looked_at, limits, progress)
+
+
+def guessed(outcome: Outcome, about: FittedSet, progress: Progress) -> tuple[list[Guess], int]:
+    """Sums of terms at all balances, best first, and the number of terms that were looked at."""
+    found: list[Guess] = []
+    looked_at = 0
+    for place in wide_places(outcome.case, about.fit):
+        progress(f"searching for a formula of what acts at {place.site}")
+        terms = terms_at(place, further_of(place))
+        table = table_of(about.fit, place, responses(about.fit, place), terms)
+        looked_at += len(table.columns)
+        for each in BeamSearch(table).run():
+            parts = [(table.columns[c].term, table.columns[c].candidate) for c in each.columns]
+            found.append(Guess(tuple(term for term, _ in parts), joined(parts, place), each.score))
+    return sorted(found, key=lambda guess: -guess.score), looked_at
+
+
+def _fitted(
+    outcome: Outcome, about: FittedSet, guesses: Sequence[Guess], limits: Limits, until: float, progress: Progress
+) -> list[FoundLaw]:
+    """The best guesses of each size, fitted by likelihood while there is time."""
+    chosen = [g for size in (1, 2, 3) for g in [g for g in guesses if len(g.terms) == size][: limits.fitted]]
+    found: list[FoundLaw] = []
+    for guess in sorted(chosen, key=lambda g: -g.score):
+        if guess.score < 0 or (found and time.monotonic() > until):
+            continue
+        progress(f"fitting {guess.candidate.law.expression} at {guess.candidate.place.site}")
+        beside = about.candidates
+        try:
+            fitted = fit_set(outcome.setting, (*beside, guess.candidate), about.fit.noise, rough=True)
+        except (ComponentError, np.linalg.LinAlgError):
+            continue
+        if np.isfinite(fitted.loss):
+            found.append(FoundLaw(guess.terms, guess.candidate, fitted, beside))
+    return found
+
+
+def _judged(
+    outcome: Outcome,
+    abouts: Sequence[FittedSet],
+    found: Sequence[FoundLaw],
+    looked_at: int,
+    limits: Limits,
+    progress: Progress,
+) -> tuple[FoundLaw, ...]:
+    """Laws beyond doubt: the simplest that nothing beats first, then those that explain the record as well."""
+    own = outcome.setting.thresholds
+    dear = replace(own, nats=own.nats + float(np.log(max(looked_at, 1))))
+    ranked = sorted(found, key=lambda law: law.fitted.loss)
+    if not ranked:
+        return ()
+    progress("judging formulas")
+    ranked = sorted([*(_to_the_end(outcome, law) for law in ranked[:2]), *ranked[2:]], key=lambda w: w.fitted.loss)
+    alike = [law for law in ranked if law is ranked[0] or not beyond_doubt(ranked[0].fitted, law.fitted, own)]
+    first = min(alike, key=lambda law: (law.constants, law.fitted.loss))
+    first = first if first in ranked[:2] else _to_the_end(outcome, first)
+    others = sorted(
+        (law for law in alike if law.terms != first.terms), key=lambda law: (law.constants, law.fitted.loss)
+    )
+    if all(term.library for term in first.terms):
+        return ()  # the library has such laws, and its own search has judged them
+    if all(_better(outcome, first, about, dear, limits) for about in abouts):
+        return (first, *others[: limits.shown - 1])
+    return ()
+
+
+def _better(outcome: Outcome, law: FoundLaw, about: FittedSet, dear: Thresholds, limits: Limits) -> bool:
+    """Whether a law makes the record more probable beyond doubt, takes away what is missing, and predicts better."""
+    if not beyond_doubt(law.fitted, about, dear) or share_explained(law.fitted, about) < limits.explained:
+        return False
+    before, after = (Weighed(s).error(8, outcome.scale) for s in (about, law.fitted))
+    return after < (1 - limits.improvement) * before
+
+
+def _to_the_end(outcome: Outcome, law: FoundLaw) -> FoundLaw:
+    """A law whose values are fitted to the end."""
+    fit = law.fitted.fit
+    again = outcome.setting.fitter.fit(fit.box, fit.theta, fit.priors, fit.noise)
+    return replace(law, fitted=with_losses(law.fitted.candidates, again))

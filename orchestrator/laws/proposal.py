@@ -1,0 +1,156 @@
+"""A proposed law as results show it: formula, sentence, constants, what it was seen over, and what held-out trials say."""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from orchestrator.diagnosis.result import Estimate
+from orchestrator.greybox.diagnose import Outcome
+from orchestrator.greybox.effects import named_effects
+from orchestrator.greybox.expression import renamed
+from orchestrator.greybox.laws import Law
+from orchestrator.greybox.places import coordinate
+from orchestrator.greybox.prepare import seen_by
+from orchestrator.greybox.witness import Witness, witnesses
+from orchestrator.laws.find import FoundLaw
+from orchestrator.laws.sentence import sentence_of
+
+
+@dataclass(frozen=True)
+class LawProposal:
+    """A formula of a missing force at a site of a model, in `unit`.
+
+    `formula` is in the model's variables and the names of `parameters`; a positive value adds to the balance of the site.
+    `coordinates` are the variables in it, `seen` their ranges in the record: beyond them the law is extrapolated. Errors of
+    held-out trials are root mean squares of free runs by signal, before with the model as given. `explained_share` is of the
+    missing force's power. `alike` are formulas that explain the record as well, `separated_by` says what would tell them apart.
+    `beside` are effects of the library that are in the model with it.
+    """
+
+    law: Law
+    formula: str
+    sentence: str
+    site: str
+    unit: str
+    coordinates: Mapping[str, str]
+    seen: Mapping[str, tuple[float, float]]
+    parameters: Mapping[str, Estimate]
+    beside: tuple[str, ...]
+    explained_share: float
+    held_out_before: Mapping[str, float]
+    held_out_after: Mapping[str, float]
+    curve: Witness | None = None
+    alike: tuple[str, ...] = ()
+    separated_by: str = ""
+    card: str = ""
+    modelica: str = ""
+    picture: str = ""
+
+    @property
+    def id(self) -> str:
+        """Name of the law and of its files."""
+        return self.law.id
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain values; files are relative to where the command ran, as they were given."""
+        return {
+            "id": self.id,
+            "formula": self.formula,
+            "sentence": self.sentence,
+            "site": self.site,
+            "unit": self.unit,
+            "coordinates": list(self.coordinates),
+            "coordinate_units": list(self.coordinates.values()),
+            "seen": {name: list(ends) for name, ends in self.seen.items()},
+            "parameters": {name: asdict(value) for name, value in self.parameters.items()},
+            "beside": list(self.beside),
+            "explained_share": self.explained_share,
+            "held_out_before": dict(self.held_out_before),
+            "held_out_after": dict(self.held_out_after),
+            "alike": list(self.alike),
+            "separated_by": self.separated_by,
+            "curve": None if self.curve is None else asdict(self.curve),
+            "card": self.card,
+            "modelica": self.modelica,
+            "picture": self.picture,
+        }
+
+
+def proposal_of(
+    outcome: Outcome, found: FoundLaw, before: Mapping[str, float], after: Mapping[str, float], share: float
+) -> LawProposal:
+    """A found law with its values, for the reader; `before` and `after` are held-out errors, `share` what it explains."""
+    candidate, place = found.candidate, found.candidate.place
+    effect = next(
+        e for e, c in zip(named_effects(found.fitted), found.fitted.candidates, strict=True) if c is candidate
+    )
+    used = [name for name in place.coordinates if name in _words(candidate.law)]
+    variables = {name: ("time" if name == "t" else place.coordinates[name]) for name in used}
+    seen = _seen(outcome, found)
+    law = replace(
+        candidate.law,
+        id=short_id(candidate.law.id),
+        title=sentence_of(found.terms, candidate.law, effect.parameters, variables),
+        units=(place.unit,),
+        also={name: place.coordinates[name] for name in used if name.startswith("of_")},
+        site=place.site,
+        seen={name: seen[name] for name in used},
+        parameters=tuple(
+            replace(p, value=effect.parameters[p.name].value, grid=(1.0,) if not p.gain else ())
+            for p in candidate.law.parameters
+        ),
+    )
+    own = {"t": "time"}
+    unit = {"q": "position", "v": "speed", "x": "state", "t": "time"}
+    return LawProposal(
+        law=law,
+        formula=renamed(law.expression, variables | own),
+        sentence=law.title,
+        site=place.site,
+        unit=place.unit,
+        coordinates={variables[name]: place.units[unit.get(name, name)] for name in used},
+        seen={variables[name]: seen[name] for name in used},
+        parameters=effect.parameters,
+        beside=tuple(c.label for c in found.beside),
+        explained_share=share,
+        held_out_before=before,
+        held_out_after=after,
+        curve=_curve(outcome, found),
+    )
+
+
+def short_id(name: str) -> str:
+    """A law's name as a file's: small letters, digits and underscores, at most 60 of them."""
+    return re.sub(r"[^a-z0-9_]", "_", name.lower())[:60].strip("_")
+
+
+def _words(law: Law) -> set[str]:
+    return set(re.findall(r"[A-Za-z_]\w*", " ".join([law.expression, *law.states.values()])))
+
+
+def _seen(outcome: Outcome, found: FoundLaw) -> dict[str, tuple[float, float]]:
+    """The range of each coordinate over the learning trials."""
+    fit = outcome.nominal.fit
+    values = seen_by(fit.box, fit.runs, fit.trials, outcome.case.balances, outcome.case.signals).values
+    ranges = {}
+    for name, text in found.candidate.place.coordinates.items():
+        series = np.asarray(coordinate(text, values))
+        ranges[name] = (float(series.min()), float(series.max()))
+    return ranges
+
+
+def _curve(outcome: Outcome, found: FoundLaw) -> Witness | None:
+    """The missing force over the coordinate that explains it best, with the law through it."""
+    adds = found.candidate.place.adds
+    shown = [b for b in outcome.case.balances if b.input in adds]
+    pictures = witnesses(outcome.case, outcome.nominal, found.fitted)
+    sites = {b.position or b.state for b in shown}
+    return next((p for p in pictures if p.balance in sites), None)
+
+
+def with_rivals(proposals: Sequence[LawProposal]) -> tuple[LawProposal, ...]:
+    """Proposals that explain the record alike, each with the formulas of the others."""
+    return tuple(replace(p, alike=tuple(other.formula for other in proposals if other is not p)) for p in proposals)

@@ -1,0 +1,131 @@
+"""Terms of formulas: products of factors, and laws as sums of terms, each constant with the unit that its term asks for."""
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+
+from orchestrator.greybox.candidates import Candidate
+from orchestrator.greybox.expression import renamed
+from orchestrator.greybox.laws import Law, LawParameter
+from orchestrator.greybox.places import Place
+from orchestrator.laws.vocabulary import OF, Factor, factors
+
+
+@dataclass(frozen=True)
+class Term:
+    """A factor, alone or times a modulator; `of` is the coordinate of a further variable that one of them speaks of."""
+
+    carrier: Factor
+    modulator: Factor | None = None
+    of: str = ""
+
+    @property
+    def id(self) -> str:
+        """Name by its factors."""
+        parts = [self.carrier.id, *([self.modulator.id] if self.modulator else []), *([self.of] if self.of else [])]
+        return "_".join(parts)
+
+    @property
+    def library(self) -> str:
+        """Id of the shipped law that the term is, empty if it is none."""
+        return "" if self.modulator else self.carrier.library
+
+    @property
+    def factors(self) -> tuple[Factor, ...]:
+        """One or two."""
+        return (self.carrier,) if self.modulator is None else (self.carrier, self.modulator)
+
+    @property
+    def cost(self) -> int:
+        """Number of constants, held ones not counted."""
+        return 1 + sum(p.fitted for f in self.factors for p in f.shapes)
+
+
+def terms_at(place: Place, further: Sequence[str]) -> list[Term]:
+    """Every term of the vocabulary at a place, with further variables by their coordinates."""
+    moves = place.kind == "motion"
+    own = [*factors("speed"), *([] if place.turns else factors("position"))] if moves else list(factors("state"))
+    found = [Term(f) for f in (*own, *factors("free"))]
+    found += [Term(f, None, of) for f in factors("further") for of in further]
+    found += [Term(f, m) for f in (*own, *factors("free")) if f.weighs for m in factors("by_time")]
+    found += [Term(f, m, of) for f in factors("further") if f.weighs for m in factors("by_time") for of in further]
+    found += [Term(f, m, of) for f in own if f.weighs for m in factors("by_further") for of in further]
+    if moves:
+        speeds = [f for f in factors("speed") if f.weighs]
+        if not place.turns:
+            found += [Term(f, m) for f in speeds for m in factors("by_position")]
+            found += [
+                Term(f, m, of) for f in factors("further") if f.weighs for m in factors("by_position") for of in further
+            ]
+        found += [Term(f, m) for f in speeds for m in factors("by_memory")]
+    return found
+
+
+def law_of(terms: Sequence[Term], place: Place) -> Law:
+    """The law that is a sum of terms; names of their constants get numbers if there is more than one term."""
+    texts: list[str] = []
+    parameters: list[LawParameter] = []
+    states: dict[str, str] = {}
+    for number, term in enumerate(terms, start=1):
+        end = str(number) if len(terms) > 1 else ""
+        names = {p.name: p.name + end for f in term.factors for p in f.shapes}
+        names |= {s: s + end for f in term.factors for s in f.states} | ({OF: term.of} if term.of else {})
+        gain = LawParameter(f"k{end}", _kind(term), gain=True, description=_describe(term))
+        parameters += [gain, *(replace(p, name=names[p.name]) for f in term.factors for p in f.shapes)]
+        sign = "" if term.carrier in (*factors("free"), *factors("further")) else "-"
+        texts.append(sign + "*".join([gain.name, *(renamed(f.text, names) for f in term.factors if f.text != "1")]))
+        for f in term.factors:
+            states |= {names[s]: renamed(rate, names) for s, rate in f.states.items()}
+    text = texts[0] + "".join(f" {t[0]} {t[1:]}" if t.startswith("-") else f" + {t}" for t in texts[1:])
+    name = "_and_".join(term.id for term in terms)
+    return Law(name, _title(terms), place.kind, text, tuple(parameters), states=states, names={}, bounded=False)  # type: ignore[arg-type]
+
+
+def _kind(term: Term) -> str:
+    """`force/speed/position^2`, for the gain of a term."""
+    powers: dict[str, int] = {}
+    for f in term.factors:
+        for name, power in f.powers.items():
+            powers[name] = powers.get(name, 0) + power
+    named = {term.of if name == OF else name: power for name, power in powers.items()}
+    return "/".join(["force", *(name if power == 1 else f"{name}^{power}" for name, power in named.items())])
+
+
+def _describe(term: Term) -> str:
+    return f"size of: {plain_words(term)}"
+
+
+def plain_words(term: Term) -> str:
+    """What a term is, in words without values."""
+    return " ".join(
+        re.sub(r"\{of\}", term.of, re.sub(r" ?\{(?!of)\w+\}", " some value", f.words)) for f in term.factors
+    )
+
+
+def _title(terms: Sequence[Term]) -> str:
+    return ", and ".join(plain_words(term) for term in terms)
+
+
+def variants(law: Law, place: Place) -> Iterator[Candidate]:
+    """A law with each point of its grid of shapes."""
+    shaped = [p for p in law.parameters if not p.gain]
+    for factors_ in product(*(p.grid for p in shaped)):
+        yield Candidate(law, place, {p.name: value_at(p, f, place) for p, f in zip(shaped, factors_, strict=True)})
+
+
+def value_at(parameter: LawParameter, share: float, place: Place) -> float:
+    """A grid point in the place's own scale; a `centre` is a position within the range of what was seen."""
+    if parameter.kind.startswith("centre"):
+        return place.range[0] + share * place.range[1]
+    return share * parameter.scale(place.scales)
+
+
+def joined(parts: Sequence[tuple[Term, Candidate]], place: Place) -> Candidate:
+    """The sum of terms, each with the shapes that it has alone."""
+    law = law_of([term for term, _ in parts], place)
+    shapes: dict[str, float] = {}
+    for number, (_, alone) in enumerate(parts, start=1):
+        end = str(number) if len(parts) > 1 else ""
+        shapes |= {name + end: value for name, value in alone.shapes.items()}
+    return Candidate(law, place, shapes)

@@ -1,0 +1,85 @@
+"""What no card explains is found as a formula, becomes a card, and makes the error fall; noise gives no formula."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from oscillator import recorded
+
+from fmus.catalogue import find_modelica_model
+from orchestrator.cli.improve import add
+from orchestrator.compare.comparison import compare
+from orchestrator.discover import Discovery, discover
+from orchestrator.greybox.laws import own_laws
+from orchestrator.measurements import load_measurements
+from orchestrator.models.symbolic import SymbolicModel
+
+
+def _found(folder: Path, **options: object) -> Discovery:
+    source = find_modelica_model(f"{folder / 'Mass.mo'}:Mass")
+    return discover(source, load_measurements(str(folder)), folder / "out", workers=1, **options)  # type: ignore[arg-type]
+
+
+@pytest.fixture(scope="module")
+def braked(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Discovery]:
+    """An eddy brake, which no card knows."""
+    folder = tmp_path_factory.mktemp("braked")
+    recorded(folder, lambda t, x, v: -4.0 * v / (1 + (v / 0.3) ** 2), seed=3)
+    return folder, _found(folder)
+
+
+def test_an_eddy_brake_is_found_with_its_constants_and_their_units(braked: tuple[Path, Discovery]) -> None:
+    law = braked[1].laws[0]
+    assert law.formula == "-k*v/(1 + (v/vPeak)^2)" and law.unit == "N"
+    assert law.parameters["k"].value == pytest.approx(4.0, rel=0.01) and law.parameters["k"].unit == "N.s/m"
+    assert law.parameters["vPeak"].value == pytest.approx(0.3, rel=0.01) and law.parameters["vPeak"].unit == "m/s"
+    assert "eddy currents" in law.sentence
+
+
+def test_held_out_trials_confirm_it_and_the_document_says_so(braked: tuple[Path, Discovery]) -> None:
+    document = braked[1].diagnosis.to_json()["laws"][0]
+    assert document["held_out_after"]["x"] < 0.01 * document["held_out_before"]["x"]
+    assert document["coordinates"] == ["v"] and document["seen"]["v"][0] < 0 < document["seen"]["v"][1]
+    json.dumps(document)
+
+
+def test_the_card_is_added_by_the_command_and_the_error_falls_to_the_noise(
+    braked: tuple[Path, Discovery], tmp_path: Path
+) -> None:
+    folder, found = braked
+    command = [found.laws[0].card, "--to", f"{folder / 'Mass.mo'}:Mass", "--out", str(tmp_path), "--quiet"]
+    result = CliRunner().invoke(add, command)
+    assert result.exit_code == 0, result.output
+    better = find_modelica_model(f"{tmp_path / 'Mass_1.mo'}:Mass_1")
+    after = compare(SymbolicModel("better", better.compile()), load_measurements(str(folder)), workers=1).held_out
+    assert after is not None and after.over_floor < 1.5
+
+
+def test_with_its_card_the_library_names_the_law(braked: tuple[Path, Discovery]) -> None:
+    folder, found = braked
+    cards = own_laws([Path(found.laws[0].card).parent])
+    again = _found(folder, own_laws=cards, laws=False)
+    assert [effect.id for effect in again.diagnosis.effects] == ["eddy_brake"] and not again.laws
+
+
+def test_the_class_of_a_law_compiles_and_marks_what_is_extrapolated(braked: tuple[Path, Discovery]) -> None:
+    law = braked[1].laws[0]
+    system = find_modelica_model(f"{law.modelica}:{law.id}").compile()
+    assert [v.name for v in system.inputs] == ["v"] and system.outputs == ("f",)
+    assert "extrapolation" in Path(law.modelica).read_text()
+    assert "extrapolated" in Path(law.picture).read_text() or Path(law.picture).stat().st_size > 5000
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_noise_gives_no_formula_even_if_one_is_asked_for(tmp_path: Path, seed: int) -> None:
+    recorded(tmp_path, lambda t, x, v: 0.0, seed=seed)
+    assert _found(tmp_path, laws=True).laws == ()
+
+
+def test_random_forces_give_no_formula(tmp_path: Path) -> None:
+    random = np.random.default_rng(5)
+    pushes = 0.5 * random.standard_normal(500)
+    recorded(tmp_path, lambda t, x, v: float(pushes[int(t / 0.015)]), seed=8)
+    assert _found(tmp_path, laws=True).laws == ()

@@ -1,0 +1,67 @@
+"""Every term of the vocabulary: its text can be evaluated, its gain has a unit, and the slopes of its force are the filter's."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from oscillator import recorded
+
+from orchestrator.greybox.diagnose import decided
+from orchestrator.greybox.evidence import case_of
+from orchestrator.greybox.memory import force, remembered
+from orchestrator.greybox.places import Place
+from orchestrator.greybox.search import fit_set
+from orchestrator.greybox.thresholds import Thresholds
+from orchestrator.laws.regression import table_of
+from orchestrator.laws.response import responses
+from orchestrator.laws.terms import Term, law_of, terms_at, variants
+from orchestrator.laws.vocabulary import factors
+from orchestrator.laws.wide_places import further_of, wide_places
+from orchestrator.measurements import load_measurements
+
+UNITS = {"force": "N", "speed": "m/s", "position": "m", "centre": "m", "time": "s", "of_u": "V", "state": "K"}
+SCALES = dict.fromkeys(UNITS, 1.0)
+MOTION = Place("motion", "x", "N", {"q": "x", "v": "v", "t": "time", "of_u": "u"}, {}, UNITS, SCALES, (0.0, 1.0))
+STORE = Place("storage", "T", "W", {"x": "T", "t": "time", "of_u": "u"}, {}, UNITS, SCALES, (0.0, 1.0))
+
+
+@pytest.mark.parametrize("place", [MOTION, STORE], ids=["motion", "storage"])
+def test_every_term_is_a_number_for_every_state_and_each_constant_has_a_unit(place: Place) -> None:
+    time = np.linspace(0.0, 1.0, 20)
+    wave = np.sin(9 * time)
+    coordinates = dict.fromkeys(place.coordinates, wave) | {"t": time}
+    for term in terms_at(place, further_of(place)):
+        law = law_of([term], place)
+        for candidate in variants(law, place):
+            assert np.isfinite(force(candidate, coordinates, time)).all(), law.expression
+        assert all(p.unit(place.units) for p in law.parameters)
+
+
+def test_the_unit_of_a_gain_makes_a_force_of_its_term() -> None:
+    drag, warmth = factors("speed")[2], factors("by_memory")[0]
+    law = law_of([Term(drag, warmth)], MOTION)
+    assert law.expression == "-k*v*abs(v)*z"
+    assert law.parameters[0].unit(UNITS) == "N.s4/m4"
+
+
+def test_a_memory_with_constant_input_rises_as_the_exponential_does() -> None:
+    time = np.linspace(0.0, 2.0, 41)
+    found = remembered("(3 - z)/0.5", "z", {}, time)
+    np.testing.assert_allclose(found, 3.0 * (1.0 - np.exp(-time / 0.5)), rtol=1e-12)
+
+
+def test_the_response_to_a_term_is_what_the_filter_of_the_model_with_it_says(tmp_path: Path) -> None:
+    source = recorded(tmp_path, lambda t, x, v: -1.5 * v)
+    outcome = decided(case_of(source, load_measurements(str(tmp_path))), Thresholds(), lambda message: None)
+    about = outcome.nominal
+    (place,) = wide_places(outcome.case, about.fit)
+    term = Term(factors("speed")[0])
+    table = table_of(about.fit, place, responses(about.fit, place), [term])
+    fitted = fit_set(outcome.setting, (table.columns[0].candidate,), about.fit.noise, rough=True).fit
+    work = [
+        fitted.box.run(t, np.zeros(1), n.intensity, n.sensors, substeps=fitted.substeps, slopes=True)
+        for t, n in zip(fitted.trials, about.fit.noise, strict=True)
+    ]
+    compiled = np.concatenate([(run.slope[:, :, 0] / np.sqrt(run.variance)).ravel() for run in work])
+    error = np.sqrt(np.mean((table.slopes[:, 0] - compiled) ** 2) / np.mean(compiled**2))
+    assert error < 0.02
