@@ -75,14 +75,21 @@ def zig_version() -> str:
     return version("ziglang")
 
 
-def cross_compile(sources: Mapping[str, str], platforms: Sequence[Platform]) -> dict[Platform, bytes]:
+def cross_compile(
+    sources: Mapping[str, str], platforms: Sequence[Platform], units: Sequence[str] = ()
+) -> dict[Platform, bytes]:
     """Compile C sources (file name -> text) to a shared library for each platform, at the same time.
+
+    Args:
+        sources: all files.
+        platforms: what to compile for.
+        units: those to compile, where other `.c` files are only included by them.
 
     Raises:
         FmuError: with the first error of the compiler.
     """
     with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
-        libraries = list(pool.map(lambda platform: _compile(sources, platform), platforms))
+        libraries = list(pool.map(lambda platform: _compile(sources, platform, units), platforms))
     return dict(zip(platforms, libraries, strict=True))
 
 
@@ -103,9 +110,10 @@ def universal(libraries: Mapping[Platform, bytes]) -> bytes:
     return header + bytes((1 << 14) - len(header)) + content
 
 
-def _compile(sources: Mapping[str, str], platform: Platform) -> bytes:
+def _compile(sources: Mapping[str, str], platform: Platform, chosen: Sequence[str]) -> bytes:
     with tempfile.TemporaryDirectory(prefix="misfit-zig-") as folder:
-        units = write_sources(sources, Path(folder))
+        found = write_sources(sources, Path(folder))
+        units = list(chosen) or found
         command = python_command("ziglang", "cc", "-target", platform.target, *CODE_FLAGS)
         command += [
             "-shared",

@@ -1,6 +1,7 @@
 """A container put together: table, sources, binaries, descriptions, and the components below its resources."""
 
 import hashlib
+import tempfile
 from collections.abc import Mapping, Sequence
 from importlib import resources
 from pathlib import Path
@@ -14,7 +15,7 @@ from fmus.platforms import Platform
 from fmus.runtime.generated import model_identifier
 from fmus.trust import is_trusted, trust
 from orchestrator.cosim.container.description import TYPES2, Heading, build_description, description
-from orchestrator.cosim.container.parts import ContainedPart, blocks_folder, contained_parts, part_files
+from orchestrator.cosim.container.parts import ContainedPart, contained_parts, part_files
 from orchestrator.cosim.container.planned import PlannedSystem, plan_system
 from orchestrator.cosim.container.table import table_code
 from orchestrator.cosim.container.variables import Exposed, exposed_variables
@@ -51,7 +52,7 @@ def container_of(
     Raises:
         MisfitError: naming the component or connection that cannot be in an FMU, or if the system does not fit together.
     """
-    with blocks_folder() as made:
+    with tempfile.TemporaryDirectory(prefix="misfit-container-") as made:
         parts = contained_parts(system, Path(made))
         planned = plan_system(system, parts)
         variables, notes = exposed_variables(planned)

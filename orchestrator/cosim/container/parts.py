@@ -1,6 +1,5 @@
 """What a container holds: FMUs with their files, and linear controllers."""
 
-import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -164,14 +163,10 @@ def _other(
     texts = {
         path.removeprefix("sources/"): data.decode("utf-8", "replace")
         for path, data in content.items()
-        if path.startswith("sources/") and path.count("/") == 1 and (path.endswith(".h") or path[8:] in sets[0].files)
+        if path.startswith("sources/") and path.count("/") == 1 and path.endswith((".c", ".h"))
     }
-    yield name, cross_compile(texts, [platform])[platform]
-
-
-def blocks_folder() -> "tempfile.TemporaryDirectory[str]":
-    """A folder for what is built on the way."""
-    return tempfile.TemporaryDirectory(prefix="misfit-container-")
+    units = [file for file in sets[0].files if file.endswith(".c")]
+    yield name, cross_compile(texts, [platform], units)[platform]
 
 
 def described(parts: Mapping[str, ContainedPart]) -> dict[str, HasPorts]:
