@@ -104,7 +104,7 @@ def _make_runnable(fmu: str, folder: Path, findings: list[str]) -> str:
     description = read_model_description(str(folder), validate=False)
     interfaces = [i for i in (description.coSimulation, description.modelExchange) if i is not None]
     if description.fmiVersion == "1.0":
-        return "FMI 1.0 is read, but not run here"
+        return "it is of FMI 1.0, of which only the files are checked"
     if not interfaces:
         return "it offers neither co-simulation nor model exchange"
     if any(i.needsExecutionTool for i in interfaces):

@@ -90,6 +90,10 @@ def _fmu_part(spec: ComponentSpec, path: Path, folders: dict[str, str]) -> Conta
     if interface.kind != CO_SIMULATION:
         why = "is run by model exchange" if wanted else "offers model exchange only"
         raise MisfitError(f"component {spec.name!r}: {path.name} {why}; one FMU can hold FMUs for co-simulation")
+    if description.version == 1:
+        raise MisfitError(
+            f"component {spec.name!r}: {path.name} is of FMI 1.0; one FMU can hold those of FMI 2.0 and 3.0"
+        )
     # One folder for each FMU, however many components are made of it.
     place = folders.setdefault(description.digest, f"{len(folders) + 1}_{interface.identifier}")
     return ContainedPart(spec.name, description, place, interface, bool(spec.options.get("early_return")))

@@ -18,6 +18,7 @@ _GET, _SET, _STEP, _HOST = range(4)
 # Numbers of the types in loop.c, and their bytes. 64-bit integers need not fit into the doubles that values travel in.
 _TYPES = {"Float64": (0, 8), "Float32": (1, 4), "Int8": (2, 1), "UInt8": (3, 1), "Int16": (4, 2), "UInt16": (5, 2)}
 _TYPES |= {"Int32": (6, 4), "UInt32": (7, 4), "Enumeration": (8, 8), "Boolean": (9, 1)}
+_TYPES1 = {"Float64": (0, 8), "Int32": (6, 4), "Enumeration": (6, 4), "Boolean": (9, 1)}
 _TYPES2 = {"Float64": (0, 8), "Int32": (6, 4), "Enumeration": (6, 4), "Boolean": (6, 4)}
 Pointer = ctypes.c_void_p
 
@@ -98,7 +99,8 @@ class Rows:
         self._ranges, self._instances = ranges, instances
         self._kept: list[Any] = []
         self._place = {name: k for k, name in enumerate(instances)}
-        versions = ((name, each.component.value, each.description.version) for name, each in instances.items())
+        # The functions of version 1 that are called here take the same arguments as those of version 2.
+        versions = ((n, each.component.value, max(each.description.version, 2)) for n, each in instances.items())
         self.parts = (Part * len(instances))(*(Part(at, version, numbers[name]) for name, at, version in versions))
         self.entries = [entry for operation in operations for entry in _entries(operation, instances)]
         self.rows = (Row * len(self.entries))(*(self._row(entry) for entry in self.entries))
@@ -119,7 +121,7 @@ class Rows:
             function = instance.address("DoStep")
             return Row(kind=_STEP, part=part, function=function, every=operation.every, pieces=operation.pieces)
         kind = entry.slots[0].port.type
-        number, size = (_TYPES2 if instance.description.version == 2 else _TYPES)[kind]
+        number, size = {1: _TYPES1, 2: _TYPES2, 3: _TYPES}[instance.description.version][kind]
         references = [instance.description.by_name[slot.port.name][1] for slot in entry.slots]
         places = _places(entry.slots)
         ranges = np.array([limits(slot) or (-np.inf, np.inf) for slot in entry.slots for _ in range(slot.port.size)])

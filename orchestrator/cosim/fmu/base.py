@@ -8,6 +8,7 @@ from fmus.errors import ComponentError
 from orchestrator.cosim.component import Port
 from orchestrator.cosim.fmu.description import FmuDescription, Interface
 from orchestrator.cosim.fmu.instance import Access, Instance
+from orchestrator.cosim.fmu.instance1 import Instance1
 from orchestrator.cosim.fmu.instance2 import Instance2
 from orchestrator.cosim.fmu.instance3 import Instance3
 
@@ -26,7 +27,7 @@ def instantiate(name: str, description: FmuDescription, interface: Interface, ea
         raise ComponentError(
             f"FMU '{name}' can be instantiated only once per process and is already there as '{other.name}'; isolate one of them"
         )
-    kind = Instance2 if description.version == 2 else Instance3
+    kind = {1: Instance1, 2: Instance2, 3: Instance3}[description.version]
     instance = kind(name, description, interface, early_return)
     _alive[key] = instance
     return instance

@@ -166,8 +166,10 @@ def _parse(path: Path) -> dict[str, Any]:
         words = " ".join(str(error).split()) or type(error).__name__
         raise FmuError(f"{path}: the model description cannot be read: {words}; run misfit validate {path}") from error
     version = int(str(parsed.fmiVersion).split(".")[0])
-    if version not in (2, 3):
-        raise FmuError(f"{path} is an FMU of FMI {parsed.fmiVersion}; FMI 2.0 and 3.0 can be run")
+    if version not in (1, 2, 3):
+        raise FmuError(f"{path} is an FMU of FMI {parsed.fmiVersion}; FMI 1.0, 2.0 and 3.0 can be run")
+    if version == 1 and parsed.coSimulation is None:
+        raise FmuError(f"{path} is an FMU of FMI 1.0 for model exchange; of FMI 1.0 only co-simulation can be run")
     experiment = parsed.defaultExperiment
     units = {unit.name: _si(unit.baseUnit) for unit in parsed.unitDefinitions if unit.baseUnit is not None}
     return {
@@ -201,6 +203,13 @@ def _parse(path: Path) -> dict[str, Any]:
     }
 
 
+def _variable_step1(path: Path) -> bool:
+    """Whether an FMU of FMI 1.0 takes steps of any size, which FMPy does not read."""
+    with zipfile.ZipFile(path) as archive, archive.open("modelDescription.xml") as stream:
+        found = ET.parse(stream).find("Implementation//Capabilities")
+    return found is not None and _flag(found.get("canHandleVariableCommunicationStepSize"))
+
+
 def _differentiable(path: Path) -> dict[str, bool]:
     """Which interfaces offer directional derivatives; FMPy does not read the attribute of FMI 3."""
     found = {}
@@ -221,7 +230,7 @@ def _interfaces(path: Path, parsed: Any) -> Iterator[Interface]:
             continue
         check_identifier(found.modelIdentifier, path.name)
         stepping = kind == CO_SIMULATION
-        second = str(parsed.fmiVersion) == "2.0"
+        first, second = (str(parsed.fmiVersion) == version for version in ("1.0", "2.0"))
         yield Interface(
             kind=kind,
             identifier=found.modelIdentifier,
@@ -230,7 +239,9 @@ def _interfaces(path: Path, parsed: Any) -> Iterator[Interface]:
             can_save=_flag(found.canGetAndSetFMUstate),
             can_serialize=_flag(found.canSerializeFMUstate),
             can_differentiate=differentiable.get(kind, False),
-            variable_step=not stepping or _flag(found.canHandleVariableCommunicationStepSize),
+            variable_step=_variable_step1(path)
+            if first
+            else not stepping or _flag(found.canHandleVariableCommunicationStepSize),
             fixed_step=_number(found.fixedInternalStepSize) if stepping else None,
             interpolates_inputs=stepping and second and _flag(found.canInterpolateInputs),
             has_event_mode=stepping and _flag(found.hasEventMode),

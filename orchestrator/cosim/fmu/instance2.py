@@ -15,6 +15,11 @@ _LAST_TIME, _TERMINATED = 2, 3
 _libc = ctypes.CDLL(None)
 
 
+def c_memory() -> tuple[ctypes.c_void_p, ctypes.c_void_p]:
+    """Addresses of `calloc` and `free`."""
+    return ctypes.cast(_libc.calloc, ctypes.c_void_p), ctypes.cast(_libc.free, ctypes.c_void_p)
+
+
 class _Callbacks(ctypes.Structure):
     _fields_ = [(name, ctypes.c_void_p) for name in ("logger", "allocate", "free", "finished", "environment")]
 
@@ -41,8 +46,7 @@ class Instance2(Instance):
     def _instantiate(self) -> int | None:
         self._callbacks = _Callbacks(
             logger2(),
-            ctypes.cast(_libc.calloc, ctypes.c_void_p),
-            ctypes.cast(_libc.free, ctypes.c_void_p),
+            *c_memory(),
             None,
             self.messages.environment,
         )

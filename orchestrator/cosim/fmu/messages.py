@@ -38,6 +38,18 @@ class Messages:
         self._open = False
 
 
+# An FMU of version 1 passes its logger nothing that leads to a record of its own.
+_shared = Record()
+
+
+def shared_record() -> Record:
+    """The record of all FMUs of version 1 in this process."""
+    from orchestrator.cosim.engine.native import native_library
+
+    library = native_library()
+    return _shared if library is None else Record.in_dll(library, "misfit_last1")
+
+
 def _keep(environment: int | None, status: int, category: bytes | None, message: bytes | None) -> None:
     if not environment:
         return
@@ -53,8 +65,18 @@ def _keep2(environment: int | None, _: bytes, status: int, category: bytes | Non
     _keep(environment, status, category, message)
 
 
+def _keep1(_: int | None, __: bytes, status: int, category: bytes | None, message: bytes | None) -> None:
+    _keep(ctypes.addressof(_shared), status, category, message)
+
+
+_log1 = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int, ctypes.c_char_p, ctypes.c_char_p)(_keep1)
 _log2 = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int, ctypes.c_char_p, ctypes.c_char_p)(_keep2)
 _log3 = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_int, ctypes.c_char_p, ctypes.c_char_p)(_keep)
+
+
+def logger1() -> ctypes.c_void_p:
+    """Address of the logger of FMI 1."""
+    return _address("misfit_log1", _log1)
 
 
 def logger2() -> ctypes.c_void_p:

@@ -20,6 +20,8 @@ class SteppingFmu(Component):
     ) -> None:
         self.instance = instantiate(name, description, interface, early_return)
         self.ports, self.feedthrough = description.ports, description.feedthrough
+        # Before FMI 2.0, outputs are said to be those of the last step.
+        self.follows_inputs = description.version > 1
         self.variable_step = interface.variable_step
         self.can_save, self.can_differentiate = interface.can_save, interface.can_differentiate
         self.interpolates_inputs = interface.interpolates_inputs
