@@ -37,6 +37,13 @@ Watch = Callable[[float], None]
 @click.option("--yes", "agreed", is_flag=True, help="Take similar names of a swapped FMU without asking.")
 @click.option("--against", metavar="RESULT", help="Compare with the results of an earlier run.")
 @click.option("--realtime", type=float, metavar="FACTOR", help="Keep pace with the clock, FACTOR times as fast.")
+@click.option(
+    "--nan",
+    "not_finite",
+    multiple=True,
+    metavar="PATTERN=POLICY",
+    help="Outputs that are not finite numbers: stop (the default), hold the last finite value, or warn.",
+)
 @running_options
 def run(
     model: str,
@@ -47,6 +54,7 @@ def run(
     agreed: bool,
     against: str | None,
     realtime: float | None,
+    not_finite: tuple[str, ...],
     json_file: str | None,
     quiet: bool,
     trusted: bool,
@@ -61,7 +69,7 @@ def run(
 
     say = (lambda text: None) if quiet or json_file == "-" else click.echo
     earlier = read_result(against) if against else None
-    system = with_settings(load_system(model), values)
+    system = with_policies(with_settings(load_system(model), values), not_finite)
     system, swapped = with_swaps(system, swaps, mapping, agreed, say)
     if trusted:
         trust_all(system)
@@ -98,6 +106,20 @@ def with_settings(system: "System", values: tuple[str, ...]) -> "System":
             raise click.UsageError(f"--set {text}: expected COMPONENT.VARIABLE=VALUE, such as mass.m=2.5")
         found[full_address(system, address.strip())] = Value(value.strip())
     return system.with_values(found)
+
+
+def with_policies(system: "System", given: tuple[str, ...]) -> "System":
+    """The system with what to do about values that are not finite, from the command line."""
+    from dataclasses import replace
+
+    found = dict(system.run.nan)
+    for text in given:
+        pattern, equals, policy = text.rpartition("=")
+        if not equals:
+            raise click.UsageError(f"--nan {text}: expected PATTERN=POLICY, such as 'crane.*=hold'")
+        found.pop(full_address(system, pattern), None)  # the last word counts
+        found[full_address(system, pattern)] = policy
+    return replace(system, run=replace(system.run, nan=found)) if given else system
 
 
 def out_path(out: str | None) -> Path | None:
@@ -183,4 +205,5 @@ def document(
         "against": found.to_json() if found else None,
         "realtime": outcome.lateness.to_json() if outcome.lateness else None,
         "provenance": dict(outcome.provenance),
+        "not_finite": {name: vars(noted) for name, noted in report.not_finite.items()},
     }

@@ -14,6 +14,7 @@ from orchestrator.cosim.joined import join_equations
 from orchestrator.cosim.kinds import describe, open_component
 from orchestrator.cosim.masters import Master, MasterSettings, find_master
 from orchestrator.cosim.masters.coupling import Coupling
+from orchestrator.cosim.masters.not_finite import Noted, NotFinite
 from orchestrator.cosim.masters.operations import Schedule
 from orchestrator.cosim.progress import Progress
 from orchestrator.cosim.results.column import Column, chosen
@@ -25,7 +26,10 @@ _UNRECORDED = ("String", "Binary", "Clock")
 
 @dataclass
 class Report:
-    """What a user should know before trusting a run, in lines; `engine` is why the loop in C is not used, if it is not."""
+    """What a user should know before trusting a run, in lines; `engine` is why the loop in C is not used, if it is not.
+
+    `not_finite` grows during the run: values that were not finite numbers and did not end it, by name.
+    """
 
     conversions: tuple[str, ...] = ()
     unconnected: tuple[str, ...] = ()
@@ -33,6 +37,7 @@ class Report:
     loops: tuple[str, ...] = ()
     together: tuple[str, ...] = ()
     engine: str = ""
+    not_finite: Mapping[str, Noted] = field(default_factory=dict)
 
     @property
     def lines(self) -> list[str]:
@@ -41,6 +46,7 @@ class Report:
         found += [f"one step late: {line}" for line in self.delays]
         found += [f"algebraic loop, solved at every step: {line}" for line in self.loops]
         found += [f"integrated as one system of equations: {line}" for line in self.together]
+        found += [f"{name} was {noted}" for name, noted in self.not_finite.items()]
         return [*self.conversions, *found]
 
 
@@ -134,7 +140,8 @@ def assemble(
         settings = settings_of(system, described, own_steps, step, tolerance)
         made = kind(wiring, order, list(system.components), settings)
         _check_rollback(made, components)
-        coupling = Coupling(wiring, components, progress, made.shaper)
+        not_finite = NotFinite(wiring, system.run.nan)
+        coupling = Coupling(wiring, components, progress, made.shaper, not_finite)
         coupling.time = coupling.last_good = start
         told_stop = system.run.stop if stop is None else stop
         coupling.stop = math.inf if told_stop is None else told_stop
@@ -146,7 +153,7 @@ def assemble(
             initial=Schedule(wiring).evaluation(initial_order(wiring, described, feedthrough, wanted)),
             recorded=recorded,
             columns=columns,
-            report=_report(wiring, components, order, together),
+            report=_report(wiring, components, order, together, not_finite),
             provenance=lambda: _provenance(system, described, settings, made),
             start=start,
             stop=told_stop,
@@ -248,7 +255,11 @@ def _check_rollback(master: Master, components: Mapping[str, Component]) -> None
 
 
 def _report(
-    wiring: Wiring, components: Mapping[str, Component], order: Sequence[Read | Loop], together: Sequence[str]
+    wiring: Wiring,
+    components: Mapping[str, Component],
+    order: Sequence[Read | Loop],
+    together: Sequence[str],
+    not_finite: NotFinite,
 ) -> Report:
     late = (
         forced_delay(wiring, name, component.feedthrough)
@@ -261,6 +272,7 @@ def _report(
         delays=tuple(str(each) for each in late if each is not None),
         loops=tuple(str(part) for part in order if isinstance(part, Loop)),
         together=tuple(together),
+        not_finite=not_finite.noted,
     )
 
 

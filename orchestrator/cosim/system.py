@@ -62,7 +62,8 @@ class Connection:
 class RunSettings:
     """How to run a system where the caller does not say: times in s, None for what the components suggest.
 
-    `options` belong to the master, such as the order of extrapolation.
+    `options` belong to the master, such as the order of extrapolation. `nan` says what to do about outputs that are not
+    finite numbers, by patterns of names: stop, hold or warn.
     """
 
     start: float | None = None
@@ -71,6 +72,7 @@ class RunSettings:
     master: str = "ordered"
     tolerance: float | None = None
     options: Mapping[str, Any] = field(default_factory=dict)
+    nan: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ MODELICA = "modelica"
 _SYSTEM = ("name", "components", "connections", "inputs", "outputs", "units", "run")
 _COMPONENT = ("kind", "source", "parameters", "units", "step", "isolate")
 _CONNECTION = ("from", "to", "factor", "offset", "mapping", "convert")
-_RUN = ("start", "stop", "step", "master", "tolerance", "options")
+_RUN = ("start", "stop", "step", "master", "tolerance", "options", "nan")
 
 
 def read_toml(path: Path) -> System:
@@ -140,6 +140,7 @@ def _run(table: TomlTable) -> RunSettings:
         master=table.get_text("master") or "ordered",
         tolerance=table.get_positive("tolerance"),
         options=dict(table.get_table("options").values),
+        nan=table.get_table("nan").texts(),
     )
 
 

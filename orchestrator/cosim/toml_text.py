@@ -24,7 +24,13 @@ def write_toml(system: System) -> str:
     pairs = {"start": run.start, "stop": run.stop, "step": run.step, "master": run.master, "tolerance": run.tolerance}
     lines += [
         "[run]",
-        *_pairs({k: v for k, v in {**pairs, "options": dict(run.options)}.items() if v not in (None, {})}),
+        *_pairs(
+            {
+                k: v
+                for k, v in {**pairs, "options": dict(run.options), "nan": dict(run.nan)}.items()
+                if v not in (None, {})
+            }
+        ),
     ]
     for name, spec in system.components.items():
         named = {spec.kind: spec.source} if spec.source else {"kind": spec.kind}

@@ -38,6 +38,10 @@ def plan_system(system: System, parts: Mapping[str, ContainedPart]) -> PlannedSy
     Raises:
         MisfitError: if it does not fit together, or its master or a connection has no counterpart in C.
     """
+    if any(policy != "stop" for policy in system.run.nan.values()):
+        raise MisfitError(
+            "nan of [run] asks to go on with values that are not finite, at which one FMU always stops; leave it out"
+        )
     known = described(parts)
     wiring = wire(system, known)
     _refuse_connections(wiring)

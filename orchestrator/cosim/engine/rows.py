@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from orchestrator.cosim.fmu.description import CO_SIMULATION
 from orchestrator.cosim.fmu.instance import Instance
 from orchestrator.cosim.masters.checks import limits
+from orchestrator.cosim.masters.not_finite import NotFinite
 from orchestrator.cosim.masters.operations import Get, Operation, Set, Shape, Solve, Step
 from orchestrator.cosim.wiring import Link, Slot
 
@@ -28,8 +29,12 @@ def can_carry(slot: Slot) -> bool:
     return slot.port.type in _TYPES
 
 
-def why_in_python(operation: Operation, instances: Mapping[str, Instance]) -> str:
+def why_in_python(operation: Operation, instances: Mapping[str, Instance], not_finite: NotFinite | None = None) -> str:
     """What keeps an operation from C, as a name of what it is; empty where nothing does."""
+    if not_finite is not None and not_finite.policies:
+        lenient = [slot for slot in getattr(operation, "slots", ()) if not_finite.concerns(slot)]
+        if lenient:
+            return f"{lenient[0].address}, which need not be finite"
     if isinstance(operation, Solve):
         return f"the algebraic loop {operation.loop}"
     if operation.component not in instances:
@@ -95,6 +100,7 @@ class Rows:
         numbers: Mapping[str, int],
         operations: Sequence[Operation],
         ranges: bool = True,
+        not_finite: NotFinite | None = None,
     ) -> None:
         self._ranges, self._instances = ranges, instances
         self._kept: list[Any] = []
@@ -102,7 +108,7 @@ class Rows:
         # The functions of version 1 that are called here take the same arguments as those of version 2.
         versions = ((n, each.component.value, max(each.description.version, 2)) for n, each in instances.items())
         self.parts = (Part * len(instances))(*(Part(at, version, numbers[name]) for name, at, version in versions))
-        self.entries = [entry for operation in operations for entry in _entries(operation, instances)]
+        self.entries = [entry for operation in operations for entry in _entries(operation, instances, not_finite)]
         self.rows = (Row * len(self.entries))(*(self._row(entry) for entry in self.entries))
 
     def keep(self, values: Any, kind: Any) -> int:
@@ -158,9 +164,9 @@ class Rows:
             row.factors, row.offsets = self.keep(factors, np.float64), self.keep(offsets, np.float64)
 
 
-def _entries(operation: Operation, instances: Mapping[str, Instance]) -> Iterator[Entry]:
+def _entries(operation: Operation, instances: Mapping[str, Instance], not_finite: NotFinite | None) -> Iterator[Entry]:
     """The calls that an operation takes: one for each type."""
-    hosted = bool(why_in_python(operation, instances))
+    hosted = bool(why_in_python(operation, instances, not_finite))
     if hosted or not isinstance(operation, Get | Set):
         yield Entry(operation, (), np.zeros(0), hosted)
         return

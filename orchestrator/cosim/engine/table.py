@@ -49,7 +49,7 @@ def why_not(coupling: Coupling) -> str:
 
 def left_to_python(coupling: Coupling, operations: Sequence[Operation]) -> str:
     """What Python does in turn with the loop in C."""
-    reasons = (why_in_python(operation, _native(coupling)) for operation in operations)
+    reasons = (why_in_python(operation, _native(coupling), coupling.not_finite) for operation in operations)
     return ", ".join(dict.fromkeys(reason for reason in reasons if reason))
 
 
@@ -79,7 +79,7 @@ class Table:
             for k in range(slot.first, slot.first + slot.port.size)
         ]
         self._instances = _native(coupling)
-        self._rows_of = Rows(self._instances, coupling.number, operations)
+        self._rows_of = Rows(self._instances, coupling.number, operations, not_finite=coupling.not_finite)
         self._exchanged = {
             id(each.operation): _exchanged(each.operation) for each in self._rows_of.entries if each.hosted
         }

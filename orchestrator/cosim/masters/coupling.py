@@ -10,6 +10,7 @@ from fmus.errors import ComponentError
 from orchestrator.cosim.component import Component, StepEnd
 from orchestrator.cosim.masters.checks import fits, limits, outside
 from orchestrator.cosim.masters.loops import solve_loop
+from orchestrator.cosim.masters.not_finite import NotFinite
 from orchestrator.cosim.masters.operations import Get, Operation, Set, Shape, Solve, Step
 from orchestrator.cosim.masters.shaping import Shaper
 from orchestrator.cosim.progress import Progress
@@ -38,9 +39,15 @@ class Coupling:
     """
 
     def __init__(
-        self, wiring: Wiring, components: Mapping[str, Component], progress: Progress, shaper: Shaper | None = None
+        self,
+        wiring: Wiring,
+        components: Mapping[str, Component],
+        progress: Progress,
+        shaper: Shaper | None = None,
+        not_finite: NotFinite | None = None,
     ) -> None:
         self.wiring, self.components, self.progress = wiring, components, progress
+        self.not_finite = not_finite or NotFinite(wiring, {})
         self.shaper = shaper
         self.number = {name: k for k, name in enumerate(components)}
         self.values: list[Any] = [0.0] * wiring.size
@@ -104,6 +111,8 @@ class Coupling:
         self.progress.enter(self.number[operation.component], "get", time)
         for slot, value in zip(operation.slots, component.get(self._named(operation)), strict=True):
             self.store(slot, value)
+            if self.not_finite.policies:
+                self.not_finite.taken(slot, self.values, time)
         self.check(operation, time)
 
     def set(self, operation: Set, time: float) -> None:
@@ -183,7 +192,7 @@ class Coupling:
             self._names[key] = tuple(slot.port.name for slot in operation.slots)
         for place, low, high, slot, element in checked:
             value = self.values[place]
-            if not fits(value, low, high):
+            if not fits(value, low, high) and not self.not_finite.passes(place, value):
                 raise outside(slot, element, value, time, self.last_good)
 
     def _named(self, operation: Get | Set | Shape) -> Sequence[str]:
