@@ -17,8 +17,8 @@ from hil.virtual.cli import robot, tell
 from orchestrator.cli.common import can_be_filled, json_option, quiet_option, screen_paused, show, write_json
 
 if TYPE_CHECKING:
+    from hil.robots.base import Robot
     from hil.session.settings import Settings
-    from hil.session.start_up import Robot
     from hil.virtual.body import Body
 
 
@@ -27,8 +27,19 @@ def hil() -> None:
     """Run a session with a robot on CAN, real or virtual."""
 
 
+kind_option = click.option(
+    "--robot",
+    "kind",
+    type=click.Choice(["proficio", "cia402"]),
+    default="proficio",
+    show_default=True,
+    help="Which virtual robot; a bench file says so itself ([robot] kind).",
+)
+
+
 @hil.command()
 @click.option("--virtual", is_flag=True, help="Bring a virtual robot along; nothing needs to be attached.")
+@kind_option
 @click.option("--bench", metavar="FILE", type=click.Path(path_type=Path), help="Bus, robot and limits (TOML).")
 @click.option("--seconds", type=click.FloatRange(0.1), default=10.0, show_default=True, help="How long.")
 @click.option("--rate", "rate_hz", type=float, default=500.0, show_default=True, help="Cycles a second (Hz).")
@@ -51,6 +62,7 @@ def hil() -> None:
 @quiet_option
 def hold(
     virtual: bool,
+    kind: str,
     bench: Path | None,
     seconds: float,
     rate_hz: float,
@@ -70,7 +82,7 @@ def hold(
             "--reconnect needs --bench FILE: a virtual robot that --virtual brings along ends with its bus"
         )
     with contextlib.ExitStack() as stack:
-        settings = robot_of(virtual, bench, rate_hz, stack)
+        settings = robot_of(virtual, bench, rate_hz, stack, kind=kind)
         out = folder or Path(tempfile.mkdtemp(prefix="session-", dir=_made(Path("recordings"))))
         at_home, may_arm = (yes, yes) if virtual else (ask_home, ask_arm)
 
@@ -81,7 +93,9 @@ def hold(
             return run_session(settings, seconds, Operator(at_home, may_arm, tell=tell), into, dry_run=dry_run)
 
         document = (
-            run(out) if patience_s is None else keep_on(run, out, settings.bus, patience_s, tell, dry_run=dry_run)
+            run(out)
+            if patience_s is None
+            else keep_on(run, out, settings.bus, patience_s, tell, dry_run=dry_run, kind=settings.kind)
         )
     write_json(json_file, document)
     if json_file != "-":
@@ -111,16 +125,20 @@ def check(virtual: bool, bench: Path | None, rate_hz: float, json_file: str | No
     """Say what is on a bus, what is missing, and what is set up wrongly. Motors are woken, not energised."""
     from dataclasses import asdict
 
-    from hil.bus.gate import TORQUE_IDENTIFIERS
     from hil.bus.wire import open_wire
+    from hil.robots.known import PROFICIO
     from hil.session.check import check as look
+    from hil.session.check import check_any
 
     with contextlib.ExitStack() as stack:
         settings = robot_of(virtual, bench, rate_hz, stack)
-        wire = open_wire(settings.bus, TORQUE_IDENTIFIERS)
+        kind = settings.kind
+        wire = open_wire(settings.bus, kind.torque_identifiers)
         stack.callback(wire.close)
         findings = []
-        for finding in look(wire, rate_hz, time.sleep, settings.limits.joints):
+        is_known = settings.robot == PROFICIO
+        looked = look(wire, rate_hz, time.sleep, settings.limits.joints) if is_known else check_any(wire, kind, rate_hz)
+        for finding in looked:
             findings.append(finding)
             if json_file != "-":
                 show(f"{'ok ' if finding.good else 'BAD'}  {finding.words}", quiet)
@@ -233,20 +251,27 @@ def view(seconds: float | None) -> None:
 
 
 def robot_of(
-    virtual: bool, bench: Path | None, rate_hz: float, stack: contextlib.ExitStack, body: "Body | None" = None
+    virtual: bool,
+    bench: Path | None,
+    rate_hz: float,
+    stack: contextlib.ExitStack,
+    body: "Body | None" = None,
+    kind: str = "proficio",
 ) -> "Settings":
     """Settings of the robot that the options mean; a virtual one lives as long as the stack, and proves itself with a body on it."""
     from dataclasses import replace
 
     from hil.session.settings import read_settings, virtual_settings
+    from hil.virtual.made import DRIVES, DRIVES_OPTIONS
     from hil.virtual.process import virtual_robot
 
     if virtual == (bench is not None):
         raise MisfitError("say either --virtual or --bench FILE: one of them tells which robot")
     if bench is not None:
         return read_settings(bench, rate_hz)
-    settings = replace(virtual_settings(rate_hz=rate_hz), proof=body is not None)
-    return replace(settings, bus=stack.enter_context(virtual_robot(settings.side, body)))
+    options = DRIVES_OPTIONS if kind == DRIVES else None
+    settings = replace(virtual_settings(rate_hz=rate_hz, robot=kind, options=options), proof=body is not None)
+    return replace(settings, bus=stack.enter_context(virtual_robot(settings.side, body, kind)))
 
 
 def gaps(document: Mapping[str, Any]) -> str:
@@ -293,7 +318,7 @@ def ask_home() -> bool:
 def ask_arm(robot: "Robot") -> bool:
     if not sys.stdin.isatty():
         raise MisfitError("arming needs somebody at a terminal who confirms it")
-    words = f"A real Proficio, mounted on the {robot.side}, is on this bus. Type ARM to switch its torques on"
+    words = f"A real {robot.about} is on this bus. Type ARM to switch its torques on"
     with screen_paused():
         _forget_typed()
         return click.prompt(words, default="", show_default=False) == "ARM"

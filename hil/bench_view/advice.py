@@ -73,6 +73,10 @@ ADVICE = {
         "The robot's own safety module, or its pendant, has switched the torque off.",
         "Find out who pressed and why; release the emergency stop, press Activate, start a new session.",
     ),
+    "drives_ready": Advice(
+        "A drive has left its operation: it has a fault, or somebody disabled it.",
+        "Look up its error, remove the cause, start a new session.",
+    ),
     "alone_on_the_bus": Advice(
         "Another program sends torques to this robot.", "End the other program; only one may command an arm."
     ),

@@ -97,12 +97,13 @@ class Wire:
 
     def listen_to(self, nodes: Iterable[int]) -> None:
         """Have the kernel leave out what comes from other nodes, on buses of which it can; hosts, number 0, are always heard."""
+        self.hear_only([(k << SENDER_SHIFT, SENDER_MASK) for k in sorted({0, *nodes})])
+
+    def hear_only(self, heard: Iterable[tuple[int, int]]) -> None:
+        """Have the kernel leave out what fits none of these pairs of identifier and mask, on buses of which it can."""
         kernel = self.bus
         if isinstance(kernel, SocketcanBus):
-            numbers = sorted({0, *nodes})
-            kernel.set_filters(
-                [{"can_id": k << SENDER_SHIFT, "can_mask": SENDER_MASK, "extended": False} for k in numbers]
-            )
+            kernel.set_filters([{"can_id": k, "can_mask": mask, "extended": False} for k, mask in heard])
 
     def close(self) -> None:
         """Give the bus back."""

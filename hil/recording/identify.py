@@ -12,10 +12,7 @@ import numpy as np
 
 from fmus.errors import MisfitError
 from fmus.files import write_atomically
-from hil.bus.gate import TORQUES
-from hil.codecs.barrett.torques import unpack_torques
 from hil.recording.replay import RecordedCycle, replay
-from hil.robots import proficio
 from hil.session.pilot import Decision, Pilot
 from hil.trials.files import in_effect
 from orchestrator.cosim.results import Column, recorder_for
@@ -68,7 +65,7 @@ def write_identification(
     recorder.begin(COLUMNS, {"recording": str(recording), "joint": k + 1})
     recorder.rows(times[fresh], rows)
     recorder.finish()
-    step = float(np.abs(proficio.MOTOR_TO_JOINT[k]) @ (2 * np.pi / np.array(pilot.robot.counts)))
+    step = float(pilot.robot.steps[k])
     write_atomically(out / CASE, _case(float(times[fresh][-1]), step, k + 1).encode())
     write_atomically(out / MODEL, nominal_model(k + 1, inertia).encode())
     return Identification(k + 1, len(rows), float(moved[k]))
@@ -97,11 +94,11 @@ def _acted(cycle: RecordedCycle, decision: Decision, pilot: Pilot) -> np.ndarray
     """Torques (3,) in N.m that the motors heard, in their own whole units, without the part that holds the weight."""
     outcome = decision.outcome
     if outcome.torques is None or outcome.to_idle:
-        return np.zeros(proficio.JOINTS)
-    counts = next((unpack_torques(frame.data) for _, frame in cycle.decided if frame.identifier == TORQUES), (0, 0, 0))
-    motors = np.array(counts[: proficio.JOINTS]) / np.array(pilot.robot.torque_units)
-    weight = np.array(outcome.torques) - np.array(decision.passed)
-    return proficio.joint_torques(motors) - weight
+        return np.zeros(len(pilot.limits.joints))
+    commanded = pilot.robot.commanded([frame for _, frame in cycle.decided])
+    if commanded is None:
+        return np.zeros(len(pilot.limits.joints))
+    return commanded - (np.array(outcome.torques) - np.array(decision.passed))
 
 
 def _case(seconds: float, step: float, joint: int) -> str:

@@ -9,7 +9,6 @@ import numpy as np
 
 from fmus.files import write_atomically
 from hil.recording.replay import RecordedCycle, replay
-from hil.robots import proficio
 from hil.session.controllers import Showing
 from hil.session.pilot import Decision, Pilot
 from hil.trials.controller import Trials
@@ -17,46 +16,50 @@ from hil.trials.files import TrialFiles
 from orchestrator.cosim.results import Column, recorder_for
 
 SIGNALS, CASE = "signals.parquet", "case.toml"
-_JOINTS = range(1, proficio.JOINTS + 1)
-COLUMNS = (
-    *(Column(f"q{k}", "rad", description=f"angle of joint {k}") for k in _JOINTS),
-    *(Column(f"w{k}", "rad/s", description=f"speed of joint {k}, low-pass filtered") for k in _JOINTS),
-    *(Column(f"tau{k}", "N.m", description=f"torque sent to joint {k}") for k in _JOINTS),
-    *(Column(f"asked{k}", "N.m", description=f"torque that the controller asked for at joint {k}") for k in _JOINTS),
-    *(
+
+
+def columns_of(joints: int) -> tuple[Column, ...]:
+    """Columns of a session with a robot of so many joints."""
+    each = range(1, joints + 1)
+    passed = "what of that the safety core let pass at joint {}, without its weight"
+    return (
+        *(Column(f"q{k}", "rad", description=f"angle of joint {k}") for k in each),
+        *(Column(f"w{k}", "rad/s", description=f"speed of joint {k}, low-pass filtered") for k in each),
+        *(Column(f"tau{k}", "N.m", description=f"torque sent to joint {k}") for k in each),
+        *(Column(f"asked{k}", "N.m", description=f"torque that the controller asked for at joint {k}") for k in each),
+        *(Column(f"passed{k}", "N.m", description=passed.format(k)) for k in each),
+        Column("took", "s", description="time from the beginning of the cycle until its torques were sent"),
+        Column("fresh", "1", "Int32", "1 where all angles were measured in this cycle, 0 where one is as it was"),
+        *(Column(f"f{axis}", "N", description=f"force at the wrist along {axis}") for axis in "xyz"),
         Column(
-            f"passed{k}", "N.m", description=f"what of that the safety core let pass at joint {k}, without its weight"
-        )
-        for k in _JOINTS
-    ),
-    Column("took", "s", description="time from the beginning of the cycle until its torques were sent"),
-    Column("fresh", "1", "Int32", "1 where all angles were measured in this cycle, 0 where one is as it was"),
-    *(Column(f"f{axis}", "N", description=f"force at the wrist along {axis}") for axis in "xyz"),
-    Column(
-        "reaction",
-        "1",
-        "Int32",
-        "what the safety core did: 0 pass, 1 reduce, 2 comply, 3 support, 4 release, 5 silence",
-    ),
-)
-# Whose joints `q1` to `q3` are, so that nobody takes them for an arm's.
-FRAME = "robot: Proficio (1 lifts the arm, 2 turns it in the plane, 3 bends the elbow)"
+            "reaction",
+            "1",
+            "Int32",
+            "what the safety core did: 0 pass, 1 reduce, 2 comply, 3 support, 4 release, 5 silence",
+        ),
+    )
+
+
 # Rows that are handed on at a time.
 _BLOCK = 4096
 # Share of a session that is learnt from; the rest is held out.
 _LEARNING = 2 / 3
 
 
-def write_signals(folder: Path, pilot: Pilot, provenance: dict[str, Any]) -> None:
+def write_signals(folder: Path, pilot: Pilot, provenance: dict[str, Any], frame: str) -> None:
     """Write `signals.parquet` and the `case.toml` that makes the folder a measurement set.
 
     A session of trials becomes one of its trials, a file each; any other one is a single record.
 
     Args:
         pilot: set up as that of the session.
+        frame: whose joints `q1` and so on are, so that nobody takes them for an arm's.
     """
     shown = pilot.controller.signals if isinstance(pilot.controller, Showing) else ()
-    columns = (*COLUMNS, *(Column(signal.name, signal.unit, description=signal.description) for signal in shown))
+    columns = (
+        *columns_of(len(pilot.limits.joints)),
+        *(Column(signal.name, signal.unit, description=signal.description) for signal in shown),
+    )
     recorder = recorder_for(folder / SIGNALS)
     recorder.begin(columns, provenance)
     controller = pilot.controller
@@ -76,12 +79,12 @@ def write_signals(folder: Path, pilot: Pilot, provenance: dict[str, Any]) -> Non
         last = float(times[-1])
     recorder.finish()
     case = trials.finish() if trials is not None else ""
-    write_atomically(folder / CASE, (case or _case(last)).encode())
+    write_atomically(folder / CASE, (case or _case(last, frame, columns_of(len(pilot.limits.joints)))).encode())
 
 
 def _row(cycle: RecordedCycle, decision: Decision) -> list[float]:
     outcome, observed = decision.outcome, decision.observed
-    torques = outcome.torques if outcome.torques is not None else (0.0,) * proficio.JOINTS
+    torques = outcome.torques if outcome.torques is not None else (0.0,) * len(observed.angles)
     force = observed.force.tolist()
     asked = np.asarray(decision.asked, dtype=float).ravel().tolist()
     motion = (*observed.angles.tolist(), *observed.speeds.tolist())
@@ -89,11 +92,11 @@ def _row(cycle: RecordedCycle, decision: Decision) -> list[float]:
     return [*row, float(outcome.reaction), *decision.shown]
 
 
-def _case(seconds: float) -> str:
-    units = "\n".join(f"{json.dumps(column.name)} = {json.dumps(column.unit)}" for column in COLUMNS)
+def _case(seconds: float, frame: str, columns: tuple[Column, ...]) -> str:
+    units = "\n".join(f"{json.dumps(column.name)} = {json.dumps(column.unit)}" for column in columns)
     cut = round(_LEARNING * seconds, 3)
     return (
-        f"files = [{json.dumps(SIGNALS)}]\nframe = {json.dumps(FRAME)}\n"
+        f"files = [{json.dumps(SIGNALS)}]\nframe = {json.dumps(frame)}\n"
         f"learning_window_s = [0.0, {cut}]\nheld_out_window_s = [{cut}, {seconds:.3f}]\n\n"
         f'[columns]\ntime = "s"\n{units}\n'
     )

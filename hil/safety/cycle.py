@@ -53,6 +53,7 @@ class Seen(NamedTuple):
         module: what the safety module says; None if it has not answered for too long.
         sensor: whether there is a force sensor, or the bench may do without.
         warning, fault: whether it warns of, or has found, a limit passed.
+        trouble: why the drives cannot make what is asked for, "" if they can.
         foreign_torque: whether somebody else sent torques on the bus.
         watched: whether the watchdog is there, awake and content; `watchdog_silent` if it has fallen silent.
         recording: whether what happens can still be recorded.
@@ -76,6 +77,7 @@ class Seen(NamedTuple):
     sensor: bool = True
     warning: bool = False
     fault: bool = False
+    trouble: str = ""
     foreign_torque: bool = False
     watched: bool = True
     watchdog_silent: bool = False

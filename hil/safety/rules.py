@@ -267,6 +267,11 @@ def module_agrees(limits: Limits, state: State, motion: Motion, seen: Seen) -> T
     return None
 
 
+def drives_ready(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip | None:
+    """A drive that has left its operation does not do what the others count on."""
+    return Trip("drives_ready", Reaction.RELEASE, seen.trouble) if seen.trouble else None
+
+
 def alone_on_the_bus(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip | None:
     """Two hosts that command one arm fight each other; after the watchdog's reaction its own frames are on the bus."""
     if seen.foreign_torque and seen.watched:
@@ -318,6 +323,7 @@ RULES: tuple[Rule, ...] = (
     follows_model,
     calm,
     module_agrees,
+    drives_ready,
     alone_on_the_bus,
     watched,
     recorded,

@@ -2,7 +2,7 @@
 
 from collections.abc import Collection
 
-from hil.session.start_up import Robot
+from hil.robots.base import Robot
 
 MODULE, SENSOR = "safety module", "force sensor"
 # What a bench file calls them.
@@ -15,8 +15,7 @@ _LACKS = {
 
 def absent(robot: Robot) -> list[str]:
     """The safeguards that a robot lacks."""
-    there = {MODULE: robot.module, SENSOR: robot.sensor}
-    return [name for name, numbers in there.items() if numbers is None]
+    return list(robot.lacks)
 
 
 def refusals(robot: Robot, waived: Collection[str]) -> list[str]:

@@ -6,17 +6,15 @@ from pathlib import Path
 from typing import Any
 
 from fmus.errors import MisfitError
-from hil.bus.gate import TORQUE_IDENTIFIERS
 from hil.bus.wire import open_wire
-from hil.codecs.barrett.tables import MONITOR
 from hil.errors import BusError
-from hil.robots import proficio
+from hil.robots.base import RobotKind
+from hil.session.barrett import Proficio
 from hil.session.session import BrokenSession
-from hil.session.start_up import TRIES, ask, company
 from hil.session.watchdog import let_the_arm_go
 
-# A bus that is not back is tried again after so long; a motor on one that is answers within so long.
-PAUSE_S, ANSWER_S = 0.2, 0.05
+# A bus that is not back is tried again after so long.
+PAUSE_S = 0.2
 
 Document = dict[str, Any]
 
@@ -29,6 +27,7 @@ def keep_on(
     tell: Callable[[str], None],
     *,
     dry_run: bool = False,
+    kind: RobotKind | None = None,
 ) -> Document:
     """Run a session, and where its bus breaks another one from the very beginning, as soon as the bus is back.
 
@@ -37,6 +36,7 @@ def keep_on(
         folder: of the first one; the next ones record into folders beside it.
         patience_s: how long a bus is waited for.
         tell: told what happens, in lines.
+        kind: of the robot; a Proficio without it.
 
     Returns:
         What the last session came to; `breaks` are those before it.
@@ -52,7 +52,7 @@ def keep_on(
         except BrokenSession as error:
             breaks.append({"recording": str(here), "fault": str(error)})
             tell(f"{error}\nwaiting up to {patience_s:g} s for the bus to come back; Ctrl-C ends that")
-            wait_for_arm(bus, patience_s, dry_run=dry_run)
+            wait_for_arm(bus, patience_s, dry_run=dry_run, kind=kind)
             tell("the bus is back; the session begins anew, and the arm has to be armed again")
 
 
@@ -63,6 +63,7 @@ def wait_for_arm(
     dry_run: bool = False,
     sleep: Callable[[float], None] = time.sleep,
     now: Callable[[], float] = time.monotonic,
+    kind: RobotKind | None = None,
 ) -> None:
     """Wait until a bus that broke can be opened and all motors answer on it.
 
@@ -73,27 +74,24 @@ def wait_for_arm(
         BusError: if that takes too long.
     """
     deadline = now() + patience_s
-    while missing := _missing(bus, dry_run):
+    while missing := _missing(kind or Proficio(), bus, dry_run):
         if now() + PAUSE_S > deadline:
             raise BusError(f"the bus has not come back within {patience_s:g} s: {missing}")
         sleep(PAUSE_S)
 
 
-def _missing(bus: Mapping[str, Any], dry_run: bool) -> str:
+def _missing(kind: RobotKind, bus: Mapping[str, Any], dry_run: bool) -> str:
     """What a session lacks on this bus, in words; "" if nothing does."""
     try:
-        wire = open_wire(bus, TORQUE_IDENTIFIERS)
+        wire = open_wire(bus, kind.torque_identifiers)
     except MisfitError as error:
         return str(error)
     try:
-        if company(wire) is not None:
+        if kind.company(wire) is not None:
             return ""
         if not dry_run:
-            let_the_arm_go(wire)
-        for motor in range(1, proficio.JOINTS + 1):
-            if ask(wire, motor, MONITOR["STAT"], ANSWER_S, TRIES) is None:
-                return f"{wire.name}: motor {motor} does not answer"
-        return ""
+            let_the_arm_go(wire, kind.stop())
+        return kind.missing(wire)
     except BusError as error:
         return str(error)
     finally:

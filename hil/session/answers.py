@@ -2,8 +2,17 @@
 
 from collections.abc import Sequence
 
+from hil.safety.limits import Limits
+
 # A question that was answered neither in its own cycle nor in the one after it is given up.
 GIVEN_UP_AFTER = 2
+# Answers that have not come in this share of a period are missing.
+LISTEN_SHARE = 0.5
+
+
+def listen_ns(limits: Limits) -> int:
+    """How long (ns) a cycle waits for answers."""
+    return int(min(LISTEN_SHARE * limits.period_ns, 1e9 * limits.answer_s))
 
 
 class Answers:

@@ -11,9 +11,10 @@ from hil.codecs.barrett.safety_module import decode_mode, decode_pendant
 from hil.codecs.barrett.tables import Kind
 from hil.codecs.frame import Frame
 from hil.errors import BusError, FrameError
+from hil.robots.base import RobotKind, Sleep
 from hil.safety.limits import JointLimits
 from hil.session.module_limits import looser_than
-from hil.session.start_up import ANSWER_S, FoundNode, Sleep, ask, company, scan, wake
+from hil.session.start_up import ANSWER_S, FoundNode, ask, company, scan, wake
 
 # A cycle is tried so many times; its slowest tells whether a rate can be held.
 TRIES = 200
@@ -25,6 +26,19 @@ class Finding:
 
     good: bool
     words: str
+
+
+def check_any(wire: Wire, kind: RobotKind, rate_hz: float) -> Iterator[Finding]:
+    """Look at a robot of any kind as far as its contract goes: who else is there, who answers. Nothing is woken.
+
+    Raises:
+        BusError: if the bus breaks.
+    """
+    if (heard := kind.company(wire)) is not None:
+        yield Finding(False, f"another program talks to this robot ({heard}); it is left alone, end that session first")
+        return
+    missing = kind.missing(wire)
+    yield from (Finding(not missing, words) for words in kind.enumerate(wire))
 
 
 def check(wire: Wire, rate_hz: float, sleep: Sleep, joints: Sequence[JointLimits] = ()) -> Iterator[Finding]:

@@ -9,25 +9,21 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from fmus.errors import MisfitError
-from hil.bus.gate import TORQUE_IDENTIFIERS
 from hil.bus.wire import Wire, open_wire
-from hil.codecs.barrett.identifiers import Node
 from hil.recording.recorder import Recorder
-from hil.safety.limits import Limits
+from hil.robots.base import Robot
 from hil.session.absent import refusals, warning
 from hil.session.controllers import Ending
 from hil.session.loop import Loop, Summary, Wishes
-from hil.session.module_limits import looser_than
 from hil.session.pilot import Decision, Pilot
 from hil.session.recorded import ROBOT, SETTINGS, pilot_of
 from hil.session.round_trip import measured, too_slow
 from hil.session.settings import Settings
-from hil.session.start_up import NODES, Robot, must, start_up
 from hil.session.timing import Metronome
 from hil.session.watchdog import watchdog
 from hil.stop.flag import StopFlag
@@ -83,7 +79,7 @@ class Opened:
             MisfitError: if that is too slow for the rate.
         """
         wire, pilot = self.loop.wire, self.pilot
-        if slow := too_slow(measured(wire, pilot.robot.motor["P"]), pilot.limits):
+        if slow := too_slow(measured(wire, pilot.robot), pilot.limits):
             raise MisfitError(f"{wire.name}: {slow}")
 
     def wishes(self, seconds: float) -> Callable[[], Wishes]:
@@ -165,22 +161,25 @@ def open_robot_session(
         MisfitError: if the bus, the robot or the settings do not fit, or a safeguard is missing.
         ComponentError: if bus, recorder or watchdog fail.
     """
+    kind = settings.kind
     with ExitStack() as stack:
-        heart = stack.enter_context(watchdog(settings.bus, settings.limits.stall_s, dry_run=dry_run))
-        wire = open_wire(settings.bus, TORQUE_IDENTIFIERS)
+        heart = stack.enter_context(
+            watchdog(settings.bus, settings.limits.stall_s, dry_run=dry_run, frames=kind.stop())
+        )
+        wire = open_wire(settings.bus, kind.torque_identifiers)
         stack.callback(wire.close)
         recorder = _recorder(folder, settings)
         if recorder is not None:
             wire.tap = recorder.frame
             stack.callback(recorder.finish)
-        robot = start_up(wire, settings.side, time.sleep, operator.at_home)
+        robot = kind.start_up(wire, time.sleep, operator.at_home)
         _refuse(wire, robot, settings)
-        wire.listen_to(NODES)
+        wire.hear_only(kind.heard)
         if words := warning(settings.waived):
             operator.tell(words)
         armed = operator.may_arm(robot)
         if recorder is not None:
-            (recorder.folder / ROBOT).write_text(json.dumps(_robot_json(robot), indent=2) + "\n")
+            (recorder.folder / ROBOT).write_text(json.dumps(robot.to_json(), indent=2) + "\n")
         pilot = pilot_of(robot, settings)
         beats = Metronome(settings.limits.period_ns, heart.beat)
         window = Window.create(settings.limits.period_ns, about(settings, pilot, folder, stop.path, dry_run))
@@ -208,17 +207,9 @@ def _refuse(wire: Wire, robot: Robot, settings: Settings) -> None:
         MisfitError: with all reasons.
     """
     found = refusals(robot, settings.waived)
-    found += looser_limits(wire, robot, settings.limits)
+    found += robot.looser_limits(wire, settings.limits)
     if found:
         raise MisfitError(f"{wire.name}: {'; '.join(found)}")
-
-
-def looser_limits(wire: Wire, robot: Robot, limits: Limits) -> list[str]:
-    """Where limits of a session are looser than those of the robot's module, or the module has none; in words."""
-    if robot.module is None:
-        return []
-    torque, speed = (must(wire, Node.SAFETY, name, robot.module) for name in ("TL2", "VL2"))
-    return looser_than(limits.joints, robot.torque_units, torque, speed)
 
 
 def _recorder(folder: Path | None, settings: Settings) -> Recorder | None:
@@ -227,7 +218,3 @@ def _recorder(folder: Path | None, settings: Settings) -> Recorder | None:
     recorder = Recorder(folder)
     (folder / SETTINGS).write_text(json.dumps(settings.to_json(), indent=2) + "\n")
     return recorder
-
-
-def _robot_json(robot: Robot) -> dict[str, Any]:
-    return {**asdict(robot), "motor": dict(robot.motor)}

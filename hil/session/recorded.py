@@ -12,9 +12,9 @@ from fmus.files import write_atomically
 from hil.recording.frames import FRAMES_BLF, write_frames
 from hil.recording.replay import Replayed, replay
 from hil.recording.signals import write_signals
+from hil.robots.base import Robot
 from hil.session.pilot import Pilot
 from hil.session.settings import Settings, settings_of_json
-from hil.session.start_up import Robot
 
 SETTINGS, ROBOT, SUMMARY = "settings.json", "robot.json", "summary.json"
 
@@ -42,21 +42,21 @@ def finish_session(folder: Path, summary: Mapping[str, Any] | None = None) -> No
     Raises:
         MisfitError: if there is no recording, or none with cycles in it.
     """
-    pilot = recorded_pilot(folder)
+    pilot, frame = recorded_pilot(folder), recorded_settings(folder).kind.frame
     if summary is None:
         summary = _kept_summary(folder / SUMMARY)
     else:
         write_atomically(folder / SUMMARY, (json.dumps(summary, indent=2) + "\n").encode())
-    write_signals(folder, pilot, {"session": summary})
+    write_signals(folder, pilot, {"session": summary}, frame)
     write_frames(folder, folder / FRAMES_BLF)
 
 
 def recorded_pilot(folder: Path) -> Pilot:
     """A pilot set up as that of a recording."""
     try:
-        settings = settings_of_json((folder / SETTINGS).read_text())
+        settings = recorded_settings(folder)
         known = json.loads((folder / ROBOT).read_text())
-        robot = Robot(**{**known, **{name: tuple(known[name]) for name in ("counts", "torque_units")}})
+        robot = settings.kind.restore(known)
     except FileNotFoundError as error:
         raise MisfitError(f"{folder} holds no cycles to replay: {Path(error.filename).name} is missing") from error
     except (KeyError, TypeError, ValueError) as error:
@@ -64,6 +64,11 @@ def recorded_pilot(folder: Path) -> Pilot:
             f"{folder}: {SETTINGS} or {ROBOT} is damaged ({error!r}); they must be as the session wrote them"
         ) from error
     return pilot_of(robot, settings)
+
+
+def recorded_settings(folder: Path) -> Settings:
+    """The settings of a recording's session."""
+    return settings_of_json((folder / SETTINGS).read_text())
 
 
 def pilot_of(robot: Robot, settings: Settings) -> Pilot:

@@ -3,31 +3,26 @@
 import math
 
 from hil.bus.wire import Wire
-from hil.codecs.barrett.identifiers import Group, answer_of, to_group
-from hil.codecs.barrett.properties import encode_request
-from hil.codecs.frame import Frame
-from hil.robots import proficio
+from hil.robots.base import Robot
 from hil.safety.limits import Limits
-from hil.session.pilot import LISTEN_SHARE
+from hil.session.answers import listen_ns
 
 # Questions that are put, and how long each is waited for.
 QUESTIONS, PATIENCE_S = 20, 0.1
 
 
-def measured(wire: Wire, position: int, questions: int = QUESTIONS) -> list[float]:
+def measured(wire: Wire, robot: Robot, questions: int = QUESTIONS) -> list[float]:
     """Times in s from a question for all positions to the last answer, sorted; infinite where one did not come.
 
     Each question waits for all answers to the one before it, so that no answer can be taken for another's.
-
-    Args:
-        position: number of the property P.
     """
     wire.drain()
+    frames, awaited = robot.question()
     times = []
     for _ in range(questions):
-        missing = {answer_of(k + 1, Group.POSITIONS) for k in range(proficio.JOINTS)}
+        missing = set(awaited)
         began = wire.now()
-        wire.send(Frame(to_group(Group.ARM), encode_request(position)))
+        wire.send(*frames)
         while missing and wire.now() - began < PATIENCE_S * 1e9:
             timed = wire.receive(PATIENCE_S)
             if timed is None:
@@ -40,7 +35,7 @@ def measured(wire: Wire, position: int, questions: int = QUESTIONS) -> list[floa
 def too_slow(times: list[float], limits: Limits) -> str:
     """Why answers that take so long (s, sorted) are too slow for a session; "" if half of them come in time."""
     median, period = times[len(times) // 2], limits.period_ns * 1e-9
-    wait = min(LISTEN_SHARE * period, limits.answer_s)
+    wait = listen_ns(limits) * 1e-9
     if median <= wait:
         return ""
     took = f"take {median * 1e3:.3g} ms (median)" if math.isfinite(median) else f"do not come within {PATIENCE_S:g} s"

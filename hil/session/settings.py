@@ -4,7 +4,7 @@ import json
 import math
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,8 @@ import numpy as np
 from fmus.errors import MisfitError
 from hil.emulation.planar import Placement
 from hil.emulation.settings import Learning
-from hil.robots import proficio
+from hil.robots.base import RobotKind
+from hil.robots.known import PROFICIO, robot_kind
 from hil.robots.proficio import Side
 from hil.safety.limits import JointLimits, Limits, Zone, lowered
 from hil.session.absent import KEYS
@@ -22,20 +23,16 @@ from hil.session.proof import Proof
 from hil.trials.protocol import Protocol as ProtocolOfTrials
 from hil.trials.protocol import protocol_of_json
 
-# Ranges are those in which examples move a Proficio; torques are below the controllers' own limits of 31, 17, 31 N.m.
-_RANGES = {
-    "right": ((-1.1, 0.5), (-1.05, 1.05), (0.05, 2.9)),
-    "left": ((-1.1, 0.5), (-1.05, 1.05), (-2.9, -0.05)),
-}
-_TORQUES, _RATE, _SPEED = (20.0, 15.0, 12.0), 2000.0, 1.5
-# N.m under which the proof shows that each joint turns; more moves it for certain.
-_PROOF_TORQUES = (4.0, 4.0, 3.0)
-# rad/s by which a joint may speed up though nothing known pushes it: half of what it may do at all.
-_UNEXPLAINED = 0.5 * _SPEED
+# Until the kind of robot has said its own.
+_NO_LIMITS = Limits((JointLimits(1.0, 1.0, 1.0, -1.0, 1.0),))
 _AS_IT_IS = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 # A virtual robot shares the machine with the session, and stands still whenever the machine lets it: for so long it is
 # waited for, and let go after three times that.
 _VIRTUAL_PATIENCE_S = 0.02
+
+
+# Keys of `[robot]` that every kind of robot has; others are its own.
+_OF_ALL_ROBOTS = ("kind", "side", "gravity", "shoulder", "proof", "proof_torque", "force_axes", *KEYS)
 
 
 @dataclass(frozen=True)
@@ -47,7 +44,7 @@ class Settings:
     rad says how the emulated arm lies on the robot, `learning` how what its model lacks is learned. With `proof` an armed arm
     first shows that it stands still and that each joint turns its way, under `proof_torque` N.m at most. `force_axes` (3, 3) turns
     what the force sensor shows into the wrist's axes, since how it is mounted, its signs and its scale are nowhere published. `waived` are safeguards that the bench
-    may do without (see `hil.session.absent`); its limits are lowered already.
+    may do without (see `hil.session.absent`); its limits are lowered already. `robot` is the kind of robot, `options` the keys of `[robot]` that are its own.
     """
 
     bus: Mapping[str, Any]
@@ -63,9 +60,11 @@ class Settings:
     first_trial: int = 1
     learning: Learning = Learning()
     proof: bool = False
-    proof_torque: tuple[float, ...] = _PROOF_TORQUES
+    proof_torque: tuple[float, ...] = (4.0, 4.0, 3.0)
     force_axes: tuple[tuple[float, ...], ...] = _AS_IT_IS
     waived: tuple[str, ...] = ()
+    robot: str = PROFICIO
+    options: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Refuse gains that drive the arm, axes of the force sensor that lose a direction, a trial that there is not."""
@@ -83,6 +82,16 @@ class Settings:
         if self.protocol is not None and not 1 <= self.first_trial <= len(self.protocol.trials):
             trials = len(self.protocol.trials)
             raise MisfitError(f"there is no trial {self.first_trial} to begin with; the protocol has 1 to {trials}")
+
+    @property
+    def kind(self) -> RobotKind:
+        """The kind of robot, which knows its bus.
+
+        Raises:
+            MisfitError: if there is none of that name, or its keys do not fit.
+        """
+        own = {"side": self.side} if self.robot == PROFICIO else {}
+        return robot_kind(self.robot, {**own, **self.options})
 
     def make_proof(self) -> Proof | None:
         """What the arm has to prove once it is armed; nothing if the settings do not ask for it."""
@@ -120,50 +129,38 @@ class Settings:
 
     def to_json(self) -> dict[str, Any]:
         """All of it, for a recording."""
-        return {**asdict(self), "bus": dict(self.bus)}
+        return {**asdict(self), "bus": dict(self.bus), "options": dict(self.options)}
 
 
-def default_settings(side: Side = "right", rate_hz: float = 500.0) -> Settings:
-    """Settings of a Proficio on a bus that is still to be named.
+def default_settings(
+    side: Side = "right", rate_hz: float = 500.0, robot: str = PROFICIO, options: Mapping[str, Any] | None = None
+) -> Settings:
+    """Settings of a robot on a bus that is still to be named; `options` are the keys of its kind.
+
+    Raises:
+        MisfitError: if the rate is not between 10 and 1000 Hz, or there is no such kind.
+    """
+    found = Settings({}, side, True, _NO_LIMITS, robot=robot, options=options or {})
+    kind = found.kind
+    return replace(found, limits=kind.limits(rate_hz), **kind.gains()._asdict())
+
+
+def virtual_settings(
+    side: Side = "right", rate_hz: float = 500.0, robot: str = PROFICIO, options: Mapping[str, Any] | None = None
+) -> Settings:
+    """Settings of a virtual robot, which has no weight to hold; more patient than those of a real one.
+
+    Drives alone have neither safety module nor force sensor: virtual ones may do without, with lower limits as always.
 
     Raises:
         MisfitError: if the rate is not between 10 and 1000 Hz.
     """
-    if not 10 <= rate_hz <= 1000:
-        raise MisfitError(f"a rate of {rate_hz:g} Hz is outside [10, 1000] Hz")
-    joints = tuple(
-        JointLimits(torque, _RATE, _SPEED, low, high, breakaway=breakaway)
-        for torque, breakaway, (low, high) in zip(_TORQUES, _PROOF_TORQUES, _RANGES[side], strict=True)
-    )
-    return Settings({}, side, True, _limits(joints, rate_hz))
-
-
-def _limits(joints: tuple[JointLimits, ...], rate_hz: float) -> Limits:
-    """Limits whose times leave a few cycles at low rates, too: one lost answer must not stop the arm."""
-    period = 1.0 / rate_hz
-    usual = Limits(joints)
-    return Limits(
-        joints,
-        period_ns=round(1e9 * period),
-        missing_comply_s=max(usual.missing_comply_s, 2.5 * period),
-        missing_release_s=max(usual.missing_release_s, 4.5 * period),
-        late_comply_s=max(usual.late_comply_s, 5 * period),
-        force_missing_s=max(usual.force_missing_s, 3.5 * period),
-        unexplained=_UNEXPLAINED,
-    )
-
-
-def virtual_settings(side: Side = "right", rate_hz: float = 500.0) -> Settings:
-    """Settings of a virtual Proficio, which has no weight to hold; more patient than those of a real one.
-
-    Raises:
-        MisfitError: if the rate is not between 10 and 1000 Hz.
-    """
-    found = default_settings(side, rate_hz)
-    limits = found.limits
+    found = default_settings(side, rate_hz, robot, options)
+    waived = () if robot == PROFICIO else tuple(KEYS.values())
+    limits = lowered(found.limits) if waived else found.limits
     comply = max(limits.missing_comply_s, _VIRTUAL_PATIENCE_S)
     patient = replace(limits, missing_comply_s=comply, missing_release_s=max(limits.missing_release_s, 3 * comply))
-    return replace(found, gravity=False, limits=patient)
+    return replace(found, gravity=False, limits=patient, waived=waived)
 
 
 def read_settings(path: Path, rate_hz: float = 500.0) -> Settings:
@@ -198,14 +195,14 @@ def settings_of_json(text: str) -> Settings:
 def _settings(document: dict[str, Any], name: str, rate_hz: float) -> Settings:
     _known(document, ("bus", "robot", "limits", "joints", "controller", "learning"), name)
     robot, controller = document.get("robot", {}), document.get("controller", {})
-    _known(robot, ("side", "gravity", "shoulder", "proof", "proof_torque", "force_axes", *KEYS), f"{name} [robot]")
     _known(controller, ("kind", "source", "stiffness", "damping"), f"{name} [controller]")
-    side = robot.get("side", "right")
-    if side not in proficio.HOME:
-        raise MisfitError(f"{name}: side = {side!r}; left or right was expected")
-    found = default_settings(side, rate_hz)
-    limits = found.limits
+    side, kind = robot.get("side", "right"), str(robot.get("kind", PROFICIO))
+    options = {key: value for key, value in robot.items() if key not in _OF_ALL_ROBOTS}
+    if kind == PROFICIO:
+        _known(options, _OF_ALL_ROBOTS, f"{name} [robot]")
     try:
+        found = default_settings(side, rate_hz, kind, options)
+        limits = found.limits
         limits = replace(limits, joints=_joints(document.get("joints", []), limits.joints, name))
         wanted = document.get("limits", {})
         _known(wanted, [f.name for f in fields(Limits)[2:]], f"{name} [limits]")
@@ -218,8 +215,8 @@ def _settings(document: dict[str, Any], name: str, rate_hz: float) -> Settings:
         lists: dict[str, Any] = {
             key: tuple(map(float, given[key])) for key in ("stiffness", "damping", "proof_torque") if key in given
         }
-        if any(len(values) != proficio.JOINTS for values in lists.values()):
-            raise MisfitError(f"stiffness, damping and proof_torque need {proficio.JOINTS} numbers each")
+        if any(len(values) != len(limits.joints) for values in lists.values()):
+            raise MisfitError(f"stiffness, damping and proof_torque need {len(limits.joints)} numbers each")
         found = replace(found, proof=_switch(robot, "proof", True))
         wanted = document.get("learning", {})
         _known(wanted, [f.name for f in fields(Learning)], f"{name} [learning]")

@@ -1,20 +1,27 @@
 """Find out what is on the bus, wake it, and make sure that it is the robot one expects."""
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from typing import Any
 
 import numpy as np
 
 from fmus.errors import MisfitError
-from hil.bus.wire import Wire
+from hil.bus.gate import TORQUES
 from hil.codecs.barrett.identifiers import LAST_NODE, SENDER_MASK, Group, Node, answer_of, to_group, to_node
 from hil.codecs.barrett.properties import decode_value, encode_request, encode_value
 from hil.codecs.barrett.tables import MONITOR, Kind, kind_of, properties
+from hil.codecs.barrett.torques import unpack_torques
 from hil.codecs.frame import Frame
 from hil.errors import BusError, FrameError
 from hil.robots import proficio
+from hil.robots.base import Line, Link, Sleep
 from hil.robots.proficio import Side
+from hil.safety.limits import Limits
+from hil.session.absent import MODULE, SENSOR
+from hil.session.barrett_link import BarrettLink
+from hil.session.module_limits import looser_than
 
 # Waits of the protocol, in s.
 ANSWER_S, WAKING_S, SETTLE_S = 1.0, 0.010, 1.0
@@ -30,8 +37,6 @@ VELOCITY_HISTORY = 5
 
 # Those that a session hears: motors, force sensor and safety module.
 NODES = (1, 2, 3, int(Node.FORCE_SENSOR), int(Node.SAFETY))
-
-Sleep = Callable[[float], None]
 
 
 @dataclass(frozen=True)
@@ -67,8 +72,55 @@ class Robot:
         """Joint angles (3,) in rad from unwrapped counts (3,)."""
         return proficio.joint_angles(counts * (2 * math.pi / np.array(self.counts)))
 
+    @property
+    def about(self) -> str:
+        """What an operator is asked about."""
+        return f"Proficio, mounted on the {self.side},"
 
-def company(wire: Wire) -> Frame | None:
+    @property
+    def steps(self) -> np.ndarray:
+        """Resolution (3,) rad of the joints' angles."""
+        return np.asarray(np.abs(proficio.MOTOR_TO_JOINT) @ (2 * math.pi / np.array(self.counts)))
+
+    @property
+    def lacks(self) -> tuple[str, ...]:
+        """Safeguards that did not answer."""
+        there = {MODULE: self.module, SENSOR: self.sensor}
+        return tuple(name for name, numbers in there.items() if numbers is None)
+
+    def link(self, limits: Limits, waived: Collection[str], force_axes: np.ndarray) -> Link:
+        """The frames of a new session."""
+        return BarrettLink(self, limits, waived, force_axes)
+
+    def question(self) -> tuple[list[Frame], frozenset[int]]:
+        """What asks for all positions, and on which identifiers they come."""
+        awaited = frozenset(answer_of(k + 1, Group.POSITIONS) for k in range(proficio.JOINTS))
+        return [Frame(to_group(Group.ARM), encode_request(self.motor["P"]))], awaited
+
+    def holding_torques(self, angles: np.ndarray) -> np.ndarray:
+        """Joint torques (3,) in N.m that hold the arm's weight."""
+        return proficio.holding_torques(angles, self.side)
+
+    def looser_limits(self, line: Line, limits: Limits) -> list[str]:
+        """Where limits of a session are looser than those of the robot's module, or the module has none; in words."""
+        if self.module is None:
+            return []
+        torque, speed = (must(line, Node.SAFETY, name, self.module) for name in ("TL2", "VL2"))
+        return looser_than(limits.joints, self.torque_units, torque, speed)
+
+    def commanded(self, frames: Sequence[Frame]) -> np.ndarray | None:
+        """Joint torques (3,) in N.m of the last torque frame, in the controllers' whole units; None without one."""
+        said = [unpack_torques(frame.data) for frame in frames if frame.identifier == TORQUES]
+        if not said:
+            return None
+        return proficio.joint_torques(np.array(said[-1][: proficio.JOINTS]) / np.array(self.torque_units))
+
+    def to_json(self) -> dict[str, Any]:
+        """All of it, for a recording."""
+        return {**asdict(self), "motor": dict(self.motor)}
+
+
+def company(wire: Line) -> Frame | None:
     """A frame of another host, to be heard before the own first one; None if nobody else talks to the robot."""
     deadline = wire.now() + int(COMPANY_S * 1e9)
     while (left := (deadline - wire.now()) * 1e-9) > 0:
@@ -78,7 +130,7 @@ def company(wire: Wire) -> Frame | None:
     return None
 
 
-def scan(wire: Wire) -> list[FoundNode]:
+def scan(wire: Line) -> list[FoundNode]:
     """Ask every node whether it is there, and if not, once more.
 
     Raises:
@@ -94,7 +146,7 @@ def scan(wire: Wire) -> list[FoundNode]:
     return [found[number] for number in sorted(found)]
 
 
-def wake(wire: Wire, nodes: list[FoundNode], sleep: Sleep) -> None:
+def wake(wire: Line, nodes: list[FoundNode], sleep: Sleep) -> None:
     """Start the firmware of nodes that sleep; none of them may be spoken to while it restarts.
 
     Raises:
@@ -112,7 +164,7 @@ def wake(wire: Wire, nodes: list[FoundNode], sleep: Sleep) -> None:
             raise BusError(f"node {node.number} ({node.kind.value}) did not wake: STAT is {stat}, 2 was expected")
 
 
-def start_up(wire: Wire, side: Side, sleep: Sleep, at_home: Callable[[], bool]) -> Robot:
+def start_up(wire: Line, side: Side, sleep: Sleep, at_home: Callable[[], bool]) -> Robot:
     """Bring a Proficio up to where it can be armed.
 
     Args:
@@ -154,7 +206,7 @@ def start_up(wire: Wire, side: Side, sleep: Sleep, at_home: Callable[[], bool]) 
     return robot
 
 
-def _zero(wire: Wire, robot: Robot, at_home: Callable[[], bool]) -> None:
+def _zero(wire: Line, robot: Robot, at_home: Callable[[], bool]) -> None:
     """Define the positions at the stops, unless that has been done since the power came on."""
     if robot.module is not None and must(wire, Node.SAFETY, "ZERO", robot.module) == 1:
         return
@@ -170,7 +222,7 @@ def _zero(wire: Wire, robot: Robot, at_home: Callable[[], bool]) -> None:
         wire.send(Frame(to_node(Node.SAFETY), encode_value(robot.module["ZERO"], 1)))
 
 
-def ask(wire: Wire, node: int, property: int, timeout_s: float, tries: int = 1) -> int | None:
+def ask(wire: Line, node: int, property: int, timeout_s: float, tries: int = 1) -> int | None:
     """Value of a node's property; None if it does not answer in time. Answers to older questions are passed over."""
     for _ in range(tries):
         value = _asked(wire, node, property, timeout_s)
@@ -179,7 +231,7 @@ def ask(wire: Wire, node: int, property: int, timeout_s: float, tries: int = 1) 
     return None
 
 
-def _asked(wire: Wire, node: int, property: int, timeout_s: float) -> int | None:
+def _asked(wire: Line, node: int, property: int, timeout_s: float) -> int | None:
     wire.drain()
     wire.send(Frame(to_node(node), encode_request(property)))
     deadline = wire.now() + int(timeout_s * 1e9)
@@ -194,7 +246,7 @@ def _asked(wire: Wire, node: int, property: int, timeout_s: float) -> int | None
     return None
 
 
-def must(wire: Wire, node: int, name: str, numbers: Mapping[str, int] = MONITOR) -> int:
+def must(wire: Line, node: int, name: str, numbers: Mapping[str, int] = MONITOR) -> int:
     """Value of a property that a session cannot do without.
 
     Raises:

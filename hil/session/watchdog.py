@@ -1,4 +1,4 @@
-"""The watchdog, a process of its own: `python -m hil.session.watchdog HEART SETTINGS LIMIT_NS [dry]`.
+"""The watchdog, a process of its own: `python -m hil.session.watchdog HEART SETTINGS LIMIT_NS FRAMES [dry]`.
 
 If the loop has given no sign for too long (it hangs, was stopped or killed), or has ended by an error, it sends zero torques
 and switches the motors to idle, on a connection to the bus of its own, and tells the loop, which then stops for good. So it does
@@ -11,15 +11,16 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from fmus.children import child_environment, parent_process, python_command
 from fmus.errors import ComponentError, MisfitError
-from hil.bus.gate import TORQUE_IDENTIFIERS, let_go
+from hil.bus.gate import let_go
 from hil.bus.wire import Wire, open_wire
+from hil.codecs.frame import Frame, parse_frame
 from hil.errors import BusError
 from hil.session.heart import LIMIT_NS, Heart
 from hil.session.timing import real_time_priority
@@ -35,16 +36,18 @@ PATIENCE_S = 10.0
 REPEATS = 5
 
 
-def watch(heart: Heart, settings: Mapping[str, Any], limit_ns: int = LIMIT_NS, *, dry_run: bool = False) -> None:
-    """Watch until the session ends, or the loop is dead.
+def watch(
+    heart: Heart, settings: Mapping[str, Any], limit_ns: int, frames: Sequence[Frame], *, dry_run: bool = False
+) -> None:
+    """Watch until the session ends, or the loop is dead; `frames` are what stops the robot then.
 
     A loop that was never alive is not watched: it has sent no torque. In a dry run there is none to take back either.
 
     Raises:
         BusError: if the arm had to be let go, and the bus did not take it.
     """
-    let_it_go = _stay_silent if dry_run else let_the_arm_go
-    wire = open_wire(settings, TORQUE_IDENTIFIERS, beside=True)
+    said = () if dry_run else frames  # a dry run leaves the motors to whoever commands them
+    wire = open_wire(settings, frozenset(), beside=True)
     wire.listen_to(())
     parent, hears = parent_process(), True
     heart.watch(time.monotonic_ns())
@@ -56,13 +59,13 @@ def watch(heart: Heart, settings: Mapping[str, Any], limit_ns: int = LIMIT_NS, *
             silent = orphaned or time.monotonic_ns() - last > limit_ns
             if last and not heart.tripped_ns and (silent or not hears):
                 heart.trip(time.monotonic_ns())
-                let_it_go(wire)
+                let_the_arm_go(wire, said)
             if orphaned:
                 return
             hears = hears and _hears(wire)
             time.sleep(POLL_S)
         if heart.is_abandoned and heart.last_ns and not heart.tripped_ns:
-            let_it_go(wire)
+            let_the_arm_go(wire, said)
     finally:
         wire.close()
         if os.getppid() != parent:  # nobody else is left to do it
@@ -78,7 +81,7 @@ def _hears(wire: Wire) -> bool:
     return True
 
 
-def let_the_arm_go(wire: Wire) -> None:
+def let_the_arm_go(wire: Wire, frames: Sequence[Frame]) -> None:
     """Say no torque, and idle, so often that it is heard; all of it even where some is not taken.
 
     Raises:
@@ -86,7 +89,7 @@ def let_the_arm_go(wire: Wire) -> None:
     """
     failure: BusError | None = None
     for _ in range(REPEATS):
-        for frame in let_go():
+        for frame in frames:
             try:
                 wire.send_decided(frame)
             except BusError as error:
@@ -96,18 +99,19 @@ def let_the_arm_go(wire: Wire) -> None:
         raise failure
 
 
-def _stay_silent(wire: Wire) -> None:
-    """A dry run leaves the motors to whoever commands them."""
-
-
 @contextmanager
 def watchdog(
-    settings: Mapping[str, Any], limit_s: float = LIMIT_NS * 1e-9, *, dry_run: bool = False
+    settings: Mapping[str, Any],
+    limit_s: float = LIMIT_NS * 1e-9,
+    *,
+    dry_run: bool = False,
+    frames: Sequence[Frame] | None = None,
 ) -> Iterator[Heart]:
     """Run one beside a session; yields the heart that the loop must keep beating. It lets the arm go if that ends by an error.
 
     Args:
         limit_s: after so long without a sign of the other, loop and watchdog each let the arm go.
+        frames: what stops the robot; those of Barrett's without them.
 
     Raises:
         ComponentError: if it does not come up.
@@ -118,6 +122,7 @@ def watchdog(
         [
             *python_command("hil.session.watchdog", str(heart.path), json.dumps(dict(settings))),
             str(heart.limit_ns),
+            ",".join(map(str, let_go() if frames is None else frames)),
             *(["dry"] if dry_run else []),
         ],
         env=child_environment(),
@@ -154,6 +159,9 @@ if __name__ == "__main__":
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     with real_time_priority(PRIORITY):
         try:
-            watch(Heart(Path(sys.argv[1])), json.loads(sys.argv[2]), int(sys.argv[3]), dry_run="dry" in sys.argv[4:])
+            stop = [parse_frame(word) for word in sys.argv[4].split(",")]
+            watch(
+                Heart(Path(sys.argv[1])), json.loads(sys.argv[2]), int(sys.argv[3]), stop, dry_run="dry" in sys.argv[5:]
+            )
         except MisfitError as error:  # for the session to say
             print(error, flush=True)

@@ -14,8 +14,8 @@ from fmus.errors import MisfitError
 from orchestrator.cli.common import json_option, quiet_option, show, write_json
 
 if TYPE_CHECKING:
+    from hil.robots.base import Robot
     from hil.session.entry import Operator
-    from hil.session.start_up import Robot
 
 # Nobody waits longer than this for a session to end.
 LONGEST_S = 6 * 3600.0
@@ -26,6 +26,14 @@ LISTENER = "confirmations"
 @click.command()
 @click.argument("protocol", metavar="PROTOCOL")
 @click.option("--virtual", is_flag=True, help="Bring a virtual robot with an arm and a caregiver along.")
+@click.option(
+    "--robot",
+    "kind",
+    type=click.Choice(["proficio", "cia402"]),
+    default="proficio",
+    show_default=True,
+    help="Which virtual robot; a bench file says so itself ([robot] kind).",
+)
 @click.option("--bench", metavar="FILE", type=click.Path(path_type=Path), help="Bus, robot and limits (TOML).")
 @click.option("--rate", "rate_hz", type=float, default=500.0, show_default=True, help="Cycles a second (Hz).")
 @click.option("--trials", "most", type=click.IntRange(1), help="Only so many of the trials.")
@@ -45,6 +53,7 @@ LISTENER = "confirmations"
 def record(
     protocol: str,
     virtual: bool,
+    kind: str,
     bench: Path | None,
     rate_hz: float,
     most: int | None,
@@ -71,7 +80,7 @@ def record(
     trials = replace(trials, trials=chosen, confirm=trials.confirm and not virtual)
     wanted = Body(body, parse_values(values))
     with contextlib.ExitStack() as stack:
-        settings = robot_of(virtual, bench, rate_hz, stack, wanted)
+        settings = robot_of(virtual, bench, rate_hz, stack, wanted, kind)
         settings = replace(settings, protocol=trials, first_trial=first)
         Muscles(anatomy())  # builds what is missing before anything moves
         operator = _operator(virtual, trials.confirm, settings.bus, quiet or json_file == "-", stack)

@@ -61,6 +61,7 @@ class Window:
         """Show a cycle; takes a few microseconds. `missed` cycles have been skipped so far."""
         outcome, observed, numbers = decision.outcome, decision.observed, self._numbers
         torques: Sequence[float] = outcome.torques or _NOTHING
+        joints = (observed.angles, observed.speeds, torques, decision.asked, observed.force)
         armed, stopped = pilot.is_armed, pilot.stopped
         late_us = late_ns * 1e-3
         self._writes += 1
@@ -72,7 +73,8 @@ class Window:
         numbers[layout.CLASSES + bisect(layout.EDGES, late_us)] += 1.0
         head = (start_ns, pilot.cycle, pilot.missing_answers, missed, outcome.reaction)
         stage = 2.0 if stopped is not None else float(armed)
-        vectors = (*observed.angles, *observed.speeds, *torques, *decision.asked, *observed.force)
+        # A robot with fewer joints shows zeros for those that it has not, one with more its first ones.
+        vectors = (part for each in joints for part in (*each, *_NOTHING)[: layout.JOINTS])
         now = array("d", (*head, stage, *vectors, *decision.shown[: layout.SIGNALS]))
         numbers[_NOW : _NOW + len(now)] = now
         if armed and outcome.trips:

@@ -9,10 +9,11 @@ from collections.abc import Callable, Mapping
 from fmus.children import parent_process
 from fmus.errors import MisfitError
 from hil.bus.wire import open_wire
+from hil.robots.known import PROFICIO
 from hil.session.timing import real_time_priority
 from hil.virtual.any_bus import BusServer
 from hil.virtual.body import Body
-from hil.virtual.made import Made
+from hil.virtual.made import KINDS, Made
 from hil.virtual.serial_adapter import SerialAdapter
 from hil.virtual.socketcand import SocketcandServer
 
@@ -26,7 +27,7 @@ def serve(port: int, made: Made) -> None:
     Raises:
         MisfitError: if there is no such model of an arm.
     """
-    server = SocketcandServer(made.robot(), port)
+    server = SocketcandServer(made.made(), port)
     print(server.port, flush=True)
     _run(server.serve)
 
@@ -39,7 +40,7 @@ def serve_on(settings: Mapping[str, object], made: Made) -> None:
     """
     wire = open_wire(settings, frozenset())
     try:
-        _run(BusServer(made.robot(), wire.bus).serve)
+        _run(BusServer(made.made(), wire.bus).serve)
     finally:
         wire.close()
 
@@ -52,7 +53,7 @@ def serve_slcan(made: Made) -> None:
     """
     with SerialAdapter() as adapter:
         print(adapter.path, flush=True)
-        _run(BusServer(made.robot(), adapter).serve)
+        _run(BusServer(made.made(), adapter).serve)
 
 
 def _run(serve: Callable[[Callable[[], bool]], None]) -> None:
@@ -66,14 +67,15 @@ def _run(serve: Callable[[Callable[[], bool]], None]) -> None:
 
 def main() -> None:
     """Run from the command line."""
-    parser = argparse.ArgumentParser(description="A virtual Proficio on a socketcand server at 127.0.0.1")
+    parser = argparse.ArgumentParser(description="A virtual robot on a socketcand server at 127.0.0.1")
     parser.add_argument("--port", type=int, default=0, help="TCP port; 0 takes a free one")
     parser.add_argument("--side", choices=["left", "right"], default="right")
+    parser.add_argument("--kind", choices=KINDS, default=PROFICIO)
     parser.add_argument("--pendant", choices=["idle", "active"], default="active", help="pressed once it is zeroed")
     parser.add_argument("--body", type=Body.from_json, help="the arm on it, as JSON: model, values, shoulder")
     args = parser.parse_args()
     try:
-        serve(args.port, Made(args.side, args.pendant == "active", args.body))
+        serve(args.port, Made(args.side, args.pendant == "active", args.body, kind=args.kind))
     except MisfitError as error:  # for whoever began it to say
         sys.exit(str(error))
 

@@ -10,7 +10,7 @@ import can
 from hil.codecs.frame import Frame, Timed
 from hil.errors import BusError
 from hil.virtual.faults import Faults
-from hil.virtual.robot import EVERY_NS, VirtualRobot
+from hil.virtual.robot import EVERY_NS, RealTime
 
 
 class BusServer:
@@ -21,7 +21,7 @@ class BusServer:
         faults: what goes wrong on it.
     """
 
-    def __init__(self, robot: VirtualRobot, bus: can.BusABC, faults: Faults | None = None) -> None:
+    def __init__(self, robot: RealTime, bus: can.BusABC, faults: Faults | None = None) -> None:
         self.robot, self.bus, self.faults = robot, bus, faults or Faults()
         self._due: list[tuple[int, int, Frame]] = []
         self._count = itertools.count()

@@ -6,13 +6,13 @@ import can
 
 from hil.codecs.frame import Frame, Timed
 from hil.virtual.faults import Faults
-from hil.virtual.robot import VirtualRobot
+from hil.virtual.robot import RealTime
 
 
 class DirectBus(can.BusABC):
     """A python-can bus at whose other end is a virtual robot; `time_ns` is the clock of both."""
 
-    def __init__(self, robot: VirtualRobot, faults: Faults | None = None) -> None:
+    def __init__(self, robot: RealTime, faults: Faults | None = None) -> None:
         super().__init__(channel="virtual robot")
         self.robot, self.faults, self.time_ns = robot, faults or Faults(), 0
         self._waiting: deque[Timed] = deque()

@@ -7,6 +7,7 @@ import click
 
 @click.command()
 @click.option("--port", type=click.IntRange(0, 65535), default=29536, show_default=True, help="TCP port on 127.0.0.1.")
+@click.option("--kind", type=click.Choice(["proficio", "cia402"]), default="proficio", show_default=True)
 @click.option("--side", type=click.Choice(["left", "right"]), default="right", show_default=True)
 @click.option("--pendant", type=click.Choice(["idle", "active"]), default="active", show_default=True)
 @click.option("--interface", help="Serve on an interface of python-can instead of TCP, such as socketcan.")
@@ -38,6 +39,7 @@ import click
 )
 def robot(
     port: int,
+    kind: str,
     side: Literal["left", "right"],
     pendant: str,
     interface: str | None,
@@ -56,16 +58,17 @@ def robot(
     from hil.virtual.made import Made, controllers
 
     arm = Body(body, parse_values(values)) if body is not None else None
-    made = Made(side, pendant == "active", arm, controllers(counts, torque_units), heartbeat_s, firmware)
+    made = Made(side, pendant == "active", arm, controllers(counts, torque_units), heartbeat_s, firmware, kind)
+    name = "virtual Proficio" if kind == "proficio" else "virtual CiA 402 drives"
     if slcan:
-        click.echo(f"virtual Proficio ({side}) behind a serial adapter (slcan) at (Ctrl-C ends it):", err=True)
+        click.echo(f"{name} ({side}) behind a serial adapter (slcan) at (Ctrl-C ends it):", err=True)
         serve_slcan(made)
         return
     if interface is not None:
-        click.echo(f"virtual Proficio ({side}) on {interface} {channel or ''} (Ctrl-C ends it)", err=True)
+        click.echo(f"{name} ({side}) on {interface} {channel or ''} (Ctrl-C ends it)", err=True)
         serve_on({"interface": interface, "channel": channel}, made)
         return
-    click.echo(f"virtual Proficio ({side}) at 127.0.0.1, port (Ctrl-C ends it):", err=True)
+    click.echo(f"{name} ({side}) at 127.0.0.1, port (Ctrl-C ends it):", err=True)
     serve(port, made)
 
 

@@ -9,8 +9,9 @@ from hil.codecs.barrett.identifiers import Group, Node, answer_of
 from hil.codecs.barrett.safety_module import Button, Level
 from hil.codecs.frame import Frame, Timed
 from hil.virtual.arm_plant import ArmPlant
+from hil.virtual.drives import VirtualDrives
 from hil.virtual.faults import Fault, Faults
-from hil.virtual.robot import VirtualRobot
+from hil.virtual.robot import RealTime, VirtualRobot
 
 LATE_NS = 3_000_000
 
@@ -18,7 +19,7 @@ LATE_NS = 3_000_000
 class Control:
     """Follows words; `follow` says whether they were understood."""
 
-    def __init__(self, robot: VirtualRobot, faults: Faults) -> None:
+    def __init__(self, robot: RealTime, faults: Faults) -> None:
         self.robot, self.faults = robot, faults
 
     def follow(self, words: list[str], time_ns: int) -> bool:
@@ -28,7 +29,7 @@ class Control:
         press BUTTON: estop, activate, idle or none on the pendant.
         lose|late|double|corrupt|freeze [N]: the next N position answers (all without a number) do not come, come 3 ms late, twice,
         with a bit flipped, or repeat the first one.
-        silence N: node N answers no longer. drift NEWTON, saturate: of the force sensor. warn: the safety module warns.
+        silence N: node N answers no longer. fail N: drive N has a fault. drift NEWTON, saturate: of the force sensor. warn: the safety module warns.
         heal: all faults end.
         """
         verb, rest = (words[0], words[1:]) if words else ("", [])
@@ -45,16 +46,21 @@ class Control:
         return True
 
     def _node(self, verb: str, rest: list[str], time_ns: int) -> bool:
-        if verb == "press":
-            self.robot.safety.press(Button[rest[0].upper()], time_ns)
-        elif verb == "silence":
-            next(node for node in self.robot.nodes if node.number == int(rest[0])).powered = False
+        robot = self.robot
+        if verb == "silence":
+            next(node for node in robot.nodes if node.number == int(rest[0])).powered = False
+        elif isinstance(robot, VirtualDrives):
+            return verb == "fail" and robot.fail(int(rest[0]), time_ns)
+        elif not isinstance(robot, VirtualRobot):
+            return False
+        elif verb == "press":
+            robot.safety.press(Button[rest[0].upper()], time_ns)
         elif verb == "drift":
-            self.robot.sensor.zero = self.robot.sensor.zero + float(rest[0])
+            robot.sensor.zero = robot.sensor.zero + float(rest[0])
         elif verb == "saturate":
-            self.robot.sensor.zero = self.robot.sensor.zero + 1e4
+            robot.sensor.zero = robot.sensor.zero + 1e4
         elif verb == "warn":
-            self.robot.safety.levels["voltage"] = Level.WARNING
+            robot.safety.levels["voltage"] = Level.WARNING
         else:
             return False
         return True

@@ -1,17 +1,27 @@
 """How a virtual robot is made: what its nodes say of themselves, what moves it, and who presses its buttons."""
 
 from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
 
 from fmus.errors import MisfitError
 from hil.emulation.planar import Placement
 from hil.robots import proficio
+from hil.robots.known import PROFICIO
 from hil.robots.proficio import Controller, Side
 from hil.virtual.body import Body
 from hil.virtual.node import VERSION
 from hil.virtual.plant import FreeJoints, Plant
-from hil.virtual.robot import VirtualRobot
+from hil.virtual.robot import RealTime, VirtualRobot
 from hil.virtual.safety_module import HEARTBEAT_NS
 
+# Kinds of virtual robots; what a session needs to know of the drives of one that has them.
+DRIVES = "cia402"
+KINDS = (PROFICIO, DRIVES)
+DRIVES_OPTIONS: dict[str, Any] = {"nodes": (1, 2, 3), "gear": (50.0, 50.0, 50.0), "home": (0.0, 0.0, 1.35)}
+# N.m of their motors: a thousandth of it at a joint is 0.01 N.m.
+RATED = 0.2
 # What a property of 16 bits (IPNM) holds, and how many counts a position of 22 bits holds (CTS).
 MOST_TORQUE_UNITS, MOST_COUNTS = 32767, 2**21 - 1
 
@@ -22,7 +32,7 @@ class Made:
 
     `eager` presses Activate once the arm is zeroed; `body` is the arm strapped to it, joints that do not feel each other without
     one. `controllers` are those of the motors; `heartbeat_s` is after how long without a word to the motors an active arm is let go,
-    `version` the firmware of the motors. A Proficio's own values of these are nowhere published.
+    `version` the firmware of the motors; `kind` "cia402" is a robot of three CiA 402 drives, of which only the body counts. A Proficio's own values of these are nowhere published.
     """
 
     side: Side = "right"
@@ -31,20 +41,37 @@ class Made:
     controllers: tuple[Controller, ...] = (Controller(),) * proficio.JOINTS
     heartbeat_s: float = HEARTBEAT_NS * 1e-9
     version: int = VERSION
+    kind: str = PROFICIO
+
+    def made(self) -> RealTime:
+        """The robot of that kind, at home.
+
+        Raises:
+            MisfitError: if there is no such model of an arm.
+        """
+        if self.kind != DRIVES:
+            return self.robot()
+        from hil.virtual.drives import VirtualDrive, VirtualDrives
+
+        drives = [VirtualDrive(node, rated=RATED) for node in DRIVES_OPTIONS["nodes"]]
+        return VirtualDrives(self._plant(np.array(DRIVES_OPTIONS["home"])), drives, DRIVES_OPTIONS["gear"])
 
     def robot(self) -> VirtualRobot:
-        """The robot, at home.
+        """A Proficio, at home.
 
         Raises:
             MisfitError: if there is no such model of an arm.
         """
         heartbeat_ns = round(self.heartbeat_s * 1e9)
         return VirtualRobot(
-            self._plant(), self.controllers, eager=self.eager, heartbeat_ns=heartbeat_ns, version=self.version
+            self._plant(proficio.HOME[self.side]),
+            self.controllers,
+            eager=self.eager,
+            heartbeat_ns=heartbeat_ns,
+            version=self.version,
         )
 
-    def _plant(self) -> Plant:
-        home = proficio.HOME[self.side]
+    def _plant(self, home: np.ndarray) -> Plant:
         if self.body is None:
             return FreeJoints(home)
         from hil.virtual.arm_plant import ArmPlant

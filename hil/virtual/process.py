@@ -6,18 +6,19 @@ from contextlib import contextmanager
 
 from fmus.children import child_environment, python_command
 from fmus.errors import ComponentError
+from hil.robots.known import PROFICIO
 from hil.robots.proficio import Side
 from hil.virtual.body import Body
 
 
 @contextmanager
-def virtual_robot(side: Side = "right", body: Body | None = None) -> Iterator[dict[str, object]]:
+def virtual_robot(side: Side = "right", body: Body | None = None, kind: str = PROFICIO) -> Iterator[dict[str, object]]:
     """Run one, with an arm on it or without; yields what python-can needs to reach it.
 
     Raises:
         ComponentError: if it does not come up.
     """
-    command = python_command("hil.virtual", "--side", side)
+    command = python_command("hil.virtual", "--side", side, "--kind", kind)
     if body is not None:
         command += ["--body", body.to_json()]
     process = subprocess.Popen(

@@ -2,6 +2,7 @@
 
 import contextlib
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -26,7 +27,33 @@ _TOGETHER_NS = 500_000
 MOST_BEHIND_S = 0.1
 
 
-class VirtualRobot:
+class RealTime:
+    """What a virtual robot of any kind needs to keep up with the clock; `time_ns` is up to when its plant has moved."""
+
+    time_ns: int | None
+    plant: Plant
+    nodes: Sequence[Any]  # each with its `number`, and `powered` unless somebody pulls its plug
+
+    def receive(self, frame: Frame, time_ns: int) -> list[Timed]:
+        """Take a frame from the bus; returns what is answered, in the order of time."""
+        raise NotImplementedError
+
+    def advance(self, time_ns: int) -> None:
+        """Let the plant move until a time."""
+        raise NotImplementedError
+
+    def arrival(self, now: int) -> int:
+        """When a frame that is read at `now` (ns) has come: not before the plant, and not just after it."""
+        moved = self.time_ns or 0
+        return moved if now - moved < _TOGETHER_NS else now
+
+    def keep_up(self, now: int) -> None:
+        """Let the plant move on, if it is long enough behind."""
+        if now - (self.time_ns or 0) >= EVERY_NS:
+            self.advance(now)
+
+
+class VirtualRobot(RealTime):
     """A Proficio with force/torque sensor and safety module.
 
     It has no clock: `receive` is told when a frame came, and says when its answers are on the bus.
@@ -81,16 +108,6 @@ class VirtualRobot:
         self.time_ns = max(self.time_ns, time_ns)
         self._show()
         self.safety.watch(max(map(abs, self.plant.speeds.tolist())) * 0.65, time_ns)
-
-    def arrival(self, now: int) -> int:
-        """When a frame that is read at `now` (ns) has come, for a robot in real time: not before the plant, and not just after it."""
-        moved = self.time_ns or 0
-        return moved if now - moved < _TOGETHER_NS else now
-
-    def keep_up(self, now: int) -> None:
-        """Let the plant of a robot in real time move on, if it is long enough behind."""
-        if now - (self.time_ns or 0) >= EVERY_NS:
-            self.advance(now)
 
     def _show(self) -> None:
         for motor, angle in zip(self.motors, proficio.motor_angles(self.plant.angles).tolist(), strict=True):

@@ -13,7 +13,7 @@ from hil.codecs.frame import Frame, Timed
 from hil.session.timing import SPIN_NS
 from hil.virtual.control import Control
 from hil.virtual.faults import Faults
-from hil.virtual.robot import EVERY_NS, VirtualRobot
+from hil.virtual.robot import EVERY_NS, RealTime
 
 _COMMAND = re.compile(rb"<\s*([^<>]*?)\s*>")
 # A frame behind the answer to `rawmode` would break the client's handshake: hold back until it speaks, or so long.
@@ -60,7 +60,7 @@ class SocketcandServer:
         faults: what goes wrong on this bus.
     """
 
-    def __init__(self, robot: VirtualRobot, port: int = 0, faults: Faults | None = None) -> None:
+    def __init__(self, robot: RealTime, port: int = 0, faults: Faults | None = None) -> None:
         self.robot, self.faults = robot, faults or Faults()
         self.control = Control(robot, self.faults)
         self._listener = socket.create_server(("127.0.0.1", port))

@@ -24,7 +24,7 @@ from hil.errors import BusError
 from hil.recording.records import Kind
 from hil.recording.replay import read_records
 from hil.robots import proficio
-from hil.session import again
+from hil.session import again, barrett
 from hil.session.again import keep_on, wait_for_arm
 from hil.session.entry import Operator
 from hil.session.pilot import Decision, Pilot
@@ -88,14 +88,14 @@ def test_the_first_that_a_bus_hears_which_came_back_is_no_torque_and_idle() -> N
 
 
 def test_a_bus_is_waited_for_until_all_motors_answer_on_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(again, "ANSWER_S", 0.001)
+    monkeypatch.setattr(barrett, "ANSWER_S", 0.001)
     with can.Bus("slow", "virtual") as far, answering(far) as begin:
         began: list[float] = []
 
         def while_waiting() -> None:
             if time.seconds > 0.5 and not began:
                 began.append(time.seconds)
-                monkeypatch.setattr(again, "ANSWER_S", 5.0)  # robot and session share a process here
+                monkeypatch.setattr(barrett, "ANSWER_S", 5.0)  # robot and session share a process here
                 begin()
 
         time = Time(while_waiting)

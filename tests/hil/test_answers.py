@@ -84,12 +84,12 @@ def test_a_robot_that_answers_too_slowly_is_told_before_it_is_armed() -> None:
     bench = Bench()
     robot = bench.started()
     limits = bench.settings.limits
-    times = measured(bench.wire, robot.motor["P"])
+    times = measured(bench.wire, robot)
     assert times[-1] < 1e-3
     assert too_slow(times, limits) == ""
     bench.faults.towards_host.append(lambda timed: [Timed(timed.time_ns + 1_950_000, timed.frame)])
     assert "positions take 2.18 ms (median), and a cycle of 2 ms waits 1 ms" in too_slow(
-        measured(bench.wire, robot.motor["P"]), limits
+        measured(bench.wire, robot), limits
     )
     bench.faults.towards_host.append(lambda timed: [])
-    assert "do not come within 0.1 s" in too_slow(measured(bench.wire, robot.motor["P"]), limits)
+    assert "do not come within 0.1 s" in too_slow(measured(bench.wire, robot), limits)

@@ -8,10 +8,12 @@ import pytest
 
 from fmus.errors import MisfitError
 from fmus.symbolic.system import Variable
-from hil.recording.signals import COLUMNS, FRAME, SIGNALS, _case
+from hil.recording.signals import SIGNALS, _case, columns_of
+from hil.session.barrett import Proficio
 from orchestrator.measurements import load_measurements
 from orchestrator.measurements.binding import bind
 
+COLUMNS, FRAME = columns_of(Proficio.joints), Proficio.frame
 # Angles of the planar arm that a robot emulates.
 ARM = (Variable("q1", "rad"), Variable("q2", "rad"))
 
@@ -22,7 +24,7 @@ def session(tmp_path: Path) -> Path:
     times = [0.002 * k for k in range(500)]
     table = {"time": times, **{column.name: [0.1] * len(times) for column in COLUMNS}}
     pq.write_table(pa.table(table), tmp_path / SIGNALS)
-    (tmp_path / "case.toml").write_text(_case(times[-1]))
+    (tmp_path / "case.toml").write_text(_case(times[-1], FRAME, COLUMNS))
     return tmp_path
 
 

@@ -12,7 +12,6 @@ from fmus.errors import MisfitError
 from hil.recording.identify import CLASS, MODEL, write_identification
 from hil.recording.recorder import Recorder
 from hil.session.controllers import Asked
-from hil.session.entry import _robot_json
 from hil.session.loop import Loop, Wishes
 from hil.session.recorded import ROBOT, SETTINGS, pilot_of, recorded_pilot
 from hil.session.settings import default_settings
@@ -36,7 +35,7 @@ def record(folder: Path, seconds: float, *, arm: bool = True) -> Path:
     recorder = Recorder(folder)
     bench.wire.tap = recorder.frame
     (folder / SETTINGS).write_text(json.dumps(settings.to_json()))
-    (folder / ROBOT).write_text(json.dumps(_robot_json(robot)))
+    (folder / ROBOT).write_text(json.dumps(robot.to_json()))
     began = bench.bus.time_ns
 
     def asked() -> tuple[float, float, float]:

@@ -11,7 +11,6 @@ import pytest
 from hil.codecs.barrett.identifiers import Node
 from hil.robots import proficio
 from hil.session.check import check
-from hil.session.entry import looser_limits
 from hil.session.module_limits import looser_than, motor_units
 from hil.session.pilot import Pilot
 from hil.session.settings import settings_of_json
@@ -110,7 +109,7 @@ def test_looser_limits_are_named_and_refused(torque: int, speed: int, words: str
     robot = bench.started()
     module = next(node for node in bench.robot.nodes if node.number == Node.SAFETY)
     module.values |= {"TL2": torque, "VL2": speed}
-    assert any(words in line for line in looser_limits(bench.wire, robot, SETTINGS.limits))
+    assert any(words in line for line in robot.looser_limits(bench.wire, SETTINGS.limits))
     found = list(check(bench.wire, 500.0, bench.sleep, SETTINGS.limits.joints))
     assert any(words in finding.words for finding in found if not finding.good)
 

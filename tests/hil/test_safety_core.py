@@ -229,6 +229,7 @@ HAZARDS: list[tuple[str, Drive, Reaction]] = [
     ("module_agrees", lambda arm: arm.cycle(module=Module.IDLE), Reaction.RELEASE),
     ("module_agrees", lambda arm: arm.cycle(fault=True), Reaction.RELEASE),
     ("module_agrees", lambda arm: arm.cycle(warning=True), Reaction.REDUCE),
+    ("drives_ready", lambda arm: arm.cycle(trouble="drive 2 has a fault"), Reaction.RELEASE),
     ("alone_on_the_bus", lambda arm: arm.cycle(foreign_torque=True), Reaction.RELEASE),
     ("watched", lambda arm: arm.cycle(watched=False), Reaction.RELEASE),
     ("recorded", lambda arm: arm.cycle(recording=False), Reaction.COMPLY),

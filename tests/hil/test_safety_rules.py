@@ -96,6 +96,8 @@ def trip_of(rule: str, changes: dict[str, Any], limits: Limits = LIMITS) -> Trip
         ("module_agrees", {"n_module": Module.ESTOP, "n_fault": True}, Reaction.SILENCE),
         ("module_agrees", {"n_fault": True, "n_warning": True}, RELEASE),
         ("module_agrees", {"n_warning": True}, REDUCE),
+        ("drives_ready", {"n_trouble": "drive 2 has a fault"}, RELEASE),
+        ("drives_ready", {"n_trouble": ""}, PASS),
         ("alone_on_the_bus", {"n_foreign_torque": True}, RELEASE),
         ("watched", {"n_watched": False}, RELEASE),
         ("recorded", {"n_recording": False}, COMPLY),

@@ -10,7 +10,7 @@ from hil.emulation.planar import Placement
 from hil.recording.recorder import Recorder
 from hil.recording.signals import write_signals
 from hil.robots import proficio
-from hil.session.entry import _robot_json
+from hil.session.barrett import Proficio
 from hil.session.loop import Loop, Summary, Wishes
 from hil.session.pilot import Decision, Pilot
 from hil.session.recorded import ROBOT, SETTINGS, recorded_pilot
@@ -70,7 +70,7 @@ def run_trials(
     pilot = Pilot(robot, settings.limits, controller, gravity=False)
     recorder = Recorder(folder)
     (folder / SETTINGS).write_text(json.dumps(settings.to_json()))
-    (folder / ROBOT).write_text(json.dumps(_robot_json(robot)))
+    (folder / ROBOT).write_text(json.dumps(robot.to_json()))
     there.wire.tap = recorder.frame
     decisions: list[Decision] = []
     speeds: list[np.ndarray] = []
@@ -86,7 +86,7 @@ def run_trials(
     loop = Loop(there.wire, pilot, Beats(there), recorder, watch=watch)
     summary = loop.run(lambda: Wishes(arm=not pilot.is_armed, over=controller.is_done))
     recorder.finish()
-    write_signals(folder, recorded_pilot(folder), {})
+    write_signals(folder, recorded_pilot(folder), {}, Proficio.frame)
     return Session(folder, summary, controller, decisions, speeds)
 
 

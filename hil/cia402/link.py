@@ -1,0 +1,154 @@
+"""The frames of a session with CiA 402 drives: SYNC and answers, states, torques. See `hil.robots.base.Link`."""
+
+from collections.abc import Collection, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hil.cia402.frames import (
+    ENABLED,
+    FAULTS,
+    MOST_PERMILLE,
+    OFF,
+    SHUTDOWN,
+    SYNC,
+    Status,
+    command_of,
+    emergency_of,
+    nearer,
+    pack_command,
+    status_of,
+    unpack_status,
+)
+from hil.codecs.frame import Frame, Timed
+from hil.errors import FrameError
+from hil.robots.base import Reading
+from hil.safety.cycle import Module, Outcome
+from hil.safety.limits import Limits
+from hil.session.absent import MODULE, SENSOR
+from hil.session.answers import Answers, listen_ns
+
+if TYPE_CHECKING:
+    from hil.cia402.robot import DrivesRobot
+
+# An armed drive is in operation after so long, or something keeps it from it.
+ENABLE_NS = 500_000_000
+
+
+class DrivesLink:
+    """Asks all drives in each cycle by one SYNC; has no clock and no bus."""
+
+    def __init__(self, robot: "DrivesRobot", limits: Limits, waived: Collection[str]) -> None:
+        self.robot = robot
+        self.listen_ns = listen_ns(limits)
+        self.strange_frames = self.cycle = 0
+        self._status: list[Status | None] = [None] * len(robot.nodes)
+        self._answers = [Answers() for _ in robot.nodes]
+        self._errors = [0] * len(robot.nodes)
+        self._of_status = {status_of(node): k for k, node in enumerate(robot.nodes)}
+        self._of_error = {emergency_of(node): k for k, node in enumerate(robot.nodes)}
+        self._commands = frozenset(map(command_of, robot.nodes))
+        self._module = Module.WAIVED if MODULE in waived else Module.ABSENT
+        self._has_sensor = SENSOR in waived
+        # When torques were first allowed, and which drives have been in operation since.
+        self._is_armed, self._armed_ns = False, 0
+        self._worked = [False] * len(robot.nodes)
+
+    @property
+    def awaited(self) -> frozenset[int]:
+        """Identifiers that a decision needs."""
+        return frozenset(self._of_status)
+
+    @property
+    def missing_answers(self) -> int:
+        """Questions that were not answered in time, by drive."""
+        return sum(answers.missing for answers in self._answers)
+
+    @property
+    def late_answers(self) -> int:
+        """Those of them that were answered later."""
+        return sum(answers.late for answers in self._answers)
+
+    def requests(self, arrived: Sequence[Timed]) -> list[Frame]:
+        """A SYNC, unless an older one is still open."""
+        said = [frame.identifier for _, frame in arrived]
+        return [] if self._is_quiet(said) else [Frame(SYNC, b"")]
+
+    def _is_quiet(self, arrived: list[int]) -> bool:
+        return any(
+            answers.would_be_quiet(self.cycle, arrived.count(identifier))
+            for identifier, answers in zip(self._of_status, self._answers, strict=True)
+        )
+
+    def read(self, start_ns: int, frames: Sequence[Timed]) -> Reading:
+        """Take the frames of a cycle in; those from before it answer older questions."""
+        foreign = self._hear(frames)
+        before = [frame.identifier for at, frame in frames if at <= start_ns]
+        is_asked, fresh, ages = not self._is_quiet(before), list[bool](), list[int]()
+        for k, (identifier, answers) in enumerate(zip(self._of_status, self._answers, strict=True)):
+            found = [timed for timed in frames if timed.frame.identifier == identifier and timed.time_ns > start_ns]
+            answers.belated(before.count(identifier))
+            if is_asked:
+                answers.asked(self.cycle, start_ns)
+            age = answers.match([at for at, _ in found], start_ns + self.listen_ns, is_asked=is_asked)
+            fresh.append(age is not None and self._take(k, found[0].frame))
+            ages += [age] if age is not None else []
+        self.cycle += 1
+        if self._is_armed and not self._armed_ns:
+            self._armed_ns = start_ns
+        counts = np.array([0 if status is None else status.position for status in self._status], dtype=float)
+        angles = self.robot.joint_angles(counts).tolist()
+        return Reading(
+            positions=tuple(angle if is_fresh else None for angle, is_fresh in zip(angles, fresh, strict=True)),
+            age_ns=max(ages) if all(fresh) else None,
+            sensor=self._has_sensor,
+            module=self._module,
+            foreign_torque=foreign,
+            trouble=self._trouble(start_ns),
+        )
+
+    def _hear(self, frames: Sequence[Timed]) -> bool:
+        """Note what drives say went wrong; whether somebody else commands them."""
+        foreign = False
+        for _, (identifier, data) in frames:
+            foreign |= identifier in self._commands
+            if identifier in self._of_error and len(data) >= 2:
+                self._errors[self._of_error[identifier]] = int.from_bytes(data[:2], "little")
+        return foreign
+
+    def _take(self, drive: int, frame: Frame) -> bool:
+        try:
+            self._status[drive] = unpack_status(frame.data)
+        except FrameError:
+            self.strange_frames += 1
+            return False
+        return True
+
+    def _trouble(self, now_ns: int) -> str:
+        """Why a drive does not make what it is asked for; "" if all do, or none has to yet."""
+        for k, (node, status) in enumerate(zip(self.robot.nodes, self._status, strict=True)):
+            if status is None:
+                continue
+            error = f", error {self._errors[k]:#06x}" if self._errors[k] else ""
+            if status.state in FAULTS:
+                return f"drive {node} is in the state {status.state}{error}"
+            works = status.state == ENABLED
+            if self._armed_ns and not works and (self._worked[k] or now_ns - self._armed_ns > ENABLE_NS):
+                return f"drive {node} is not in operation but in the state {status.state}{error}"
+            self._worked[k] = bool(self._armed_ns) and (works or self._worked[k])
+        return ""
+
+    def frames(self, outcome: Outcome, armed: bool) -> list[Frame]:
+        """A command for each drive: one step towards operation once the arm is armed, and its torque there."""
+        if outcome.torques is None:
+            return []
+        if outcome.to_idle or not armed:
+            word = OFF if outcome.to_idle else SHUTDOWN
+            return [pack_command(node, word) for node in self.robot.nodes]
+        self._is_armed = True
+        wanted = np.clip(self.robot.permille(np.array(outcome.torques)), -MOST_PERMILLE, MOST_PERMILLE)
+        states = ["" if status is None else status.state for status in self._status]
+        return [
+            pack_command(node, nearer(state), int(permille) if state == ENABLED else 0)
+            for node, state, permille in zip(self.robot.nodes, states, wanted.tolist(), strict=True)
+        ]

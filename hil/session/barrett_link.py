@@ -1,0 +1,221 @@
+"""The frames of a session with a Barrett robot: questions, what answers say, torques."""
+
+from collections import Counter
+from collections.abc import Collection, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hil.bus.gate import TORQUE_IDENTIFIERS, TorqueGate
+from hil.codecs.barrett.force_torque import unpack_reading
+from hil.codecs.barrett.identifiers import Group, Node, answer_of, to_group, to_node
+from hil.codecs.barrett.positions import motor_counts, nearest_turn
+from hil.codecs.barrett.properties import decode_value, encode_request
+from hil.codecs.barrett.safety_module import Level, decode_mode, decode_pendant
+from hil.codecs.frame import Frame, Timed
+from hil.errors import FrameError
+from hil.robots import proficio
+from hil.robots.base import Reading
+from hil.safety.cycle import Module, Outcome
+from hil.safety.limits import Limits
+from hil.session.absent import MODULE, SENSOR
+from hil.session.answers import Answers, listen_ns
+
+if TYPE_CHECKING:
+    from hil.session.start_up import Robot
+
+# The safety module is asked for its mode and its pendant in turn, each in this time if a cycle is shorter; it is lost after so long.
+MODULE_EVERY_S = 0.01
+MODULE_LOST_NS = 250_000_000
+# The motors are asked in turn for their temperature, one every so many cycles.
+TEMPERATURE_EVERY = 100
+
+# Motors by joint whose angles it takes.
+_NEEDED = [frozenset(np.flatnonzero(row).tolist()) for row in proficio.MOTOR_TO_JOINT]
+_POSITIONS = {answer_of(k + 1, Group.POSITIONS): k for k in range(proficio.JOINTS)}
+_PROPERTIES = {answer_of(k + 1, Group.PROPERTIES): k for k in range(proficio.JOINTS)}
+_FORCE = answer_of(Node.FORCE_SENSOR, Group.FORCE)
+_MODULE = answer_of(Node.SAFETY, Group.PROPERTIES)
+
+
+class BarrettLink:
+    """Asks for positions in each cycle, and now and then for the rest; has no clock and no bus. See `hil.robots.base.Link`."""
+
+    def __init__(self, robot: "Robot", limits: Limits, waived: Collection[str], force_axes: np.ndarray) -> None:
+        self.robot, self.period_ns = robot, limits.period_ns
+        self.gate = TorqueGate(robot.torque_units, robot.motor["MODE"])
+        self.listen_ns = listen_ns(limits)
+        self.strange_frames = 0
+        self.cycle = 0
+        self._module_every = 2 * max(round(0.5 * MODULE_EVERY_S * 1e9 / limits.period_ns), 1)
+        self._position_answers = [Answers() for _ in _POSITIONS]
+        self._force_answers = Answers()
+        self._counts: list[int | None] = [None] * proficio.JOINTS
+        self._force_axes, self._force = force_axes, np.zeros(3)
+        self._force_ns = 0
+        self._force_saturated = False
+        self._temperatures: list[float | None] = [None] * proficio.JOINTS
+        absent = Module.WAIVED if MODULE in waived else Module.ABSENT
+        self._module: Module | None = absent if robot.module is None else None
+        self._has_sensor = robot.sensor is not None or SENSOR in waived
+        # Time in cycles since the module has said its mode; while the session stood still nobody asked it.
+        self._module_silent_ns = 0
+        self._warning = self._fault = self._foreign = False
+        self._before_ns = 0
+
+    @property
+    def awaited(self) -> frozenset[int]:
+        """Identifiers that a decision needs."""
+        return frozenset(_POSITIONS) | ({_FORCE} if self.robot.sensor is not None else frozenset())
+
+    @property
+    def missing_answers(self) -> int:
+        """Questions for positions that were not answered in time."""
+        return sum(answers.missing for answers in self._position_answers)
+
+    @property
+    def late_answers(self) -> int:
+        """Those of them that were answered later."""
+        return sum(answers.late for answers in self._position_answers)
+
+    def requests(self, arrived: Sequence[Timed]) -> list[Frame]:
+        """What a cycle asks for at its beginning; `arrived` are the frames that have come since the last one."""
+        robot, frames = self.robot, list[Frame]()
+        counts = Counter(frame.identifier for _, frame in arrived)
+        if not self._is_quiet(counts):
+            frames.append(Frame(to_group(Group.ARM), encode_request(robot.motor["P"])))
+        if robot.sensor is not None and not self._force_answers.would_be_quiet(self.cycle, counts[_FORCE]):
+            frames.append(Frame(to_node(Node.FORCE_SENSOR), encode_request(robot.sensor["FT"])))
+        if robot.module is not None and self.cycle % self._module_every in (0, self._module_every // 2):
+            name = "MODE" if self.cycle % self._module_every == 0 else "PEN"
+            frames.append(Frame(to_node(Node.SAFETY), encode_request(robot.module[name])))
+        turn, rest = divmod(self.cycle, TEMPERATURE_EVERY)
+        if rest == TEMPERATURE_EVERY - 1:
+            motor = turn % proficio.JOINTS + 1
+            frames.append(Frame(to_node(motor), encode_request(robot.motor["TEMP"])))
+        return frames
+
+    def _is_quiet(self, arrived: Mapping[int, int]) -> bool:
+        """Whether positions are not asked for in this cycle, as an older question for them is open."""
+        return any(
+            answers.would_be_quiet(self.cycle, arrived.get(identifier, 0))
+            for identifier, answers in zip(_POSITIONS, self._position_answers, strict=True)
+        )
+
+    def frames(self, outcome: Outcome, armed: bool) -> list[Frame]:
+        """The frames that an outcome allows; whether motors make torque the safety module decides."""
+        return self.gate.frames(outcome)
+
+    def read(self, start_ns: int, frames: Sequence[Timed]) -> Reading:
+        """Take the frames of a cycle in."""
+        fresh, age = self._take(start_ns, frames)
+        self._module_silent_ns += min(start_ns - self._before_ns, 2 * self.period_ns) if self._before_ns else 0
+        self._force_ns = self._force_ns or start_ns
+        self._before_ns = start_ns
+        self.cycle += 1
+        angles = self._angles()
+        lost = self.robot.module is not None and self._module_silent_ns > MODULE_LOST_NS
+        foreign, self._foreign = self._foreign, False
+        return Reading(
+            positions=tuple(angles[k] if _NEEDED[k] <= fresh else None for k in range(proficio.JOINTS)),
+            age_ns=age if len(fresh) == proficio.JOINTS else None,
+            force=tuple(self._force.tolist()) if self.robot.sensor is not None else None,
+            force_saturated=self._force_saturated,
+            force_missing_ns=start_ns - self._force_ns,
+            sensor=self._has_sensor,
+            temperatures=tuple(self._temperatures),
+            module=None if lost else self._module,
+            warning=self._warning,
+            fault=self._fault,
+            foreign_torque=foreign,
+        )
+
+    def _take(self, start_ns: int, frames: Sequence[Timed]) -> tuple[set[int], int]:
+        """The motors whose position answers this cycle's question, and in time; and how old (ns) the oldest of those answers is."""
+        before: dict[int, list[Timed]] = {}
+        since: dict[int, list[Timed]] = {}
+        for timed in frames:
+            at, (identifier, data) = timed
+            if identifier in _POSITIONS or identifier == _FORCE:
+                part = before if at <= start_ns else since
+                part.setdefault(identifier, []).append(timed)
+                continue
+            try:
+                if identifier in _PROPERTIES:
+                    number, value = decode_value(data)
+                    if number == self.robot.motor["TEMP"]:
+                        self._temperatures[_PROPERTIES[identifier]] = float(value)
+                elif identifier == _MODULE:
+                    self._hear_module(data)
+                elif identifier in TORQUE_IDENTIFIERS:
+                    self._foreign = True
+            except FrameError:
+                self.strange_frames += 1
+        self._read_force(start_ns, before.get(_FORCE, []), since.get(_FORCE, []))
+        return self._read_positions(start_ns, before, since)
+
+    def _read_positions(
+        self, start_ns: int, before: Mapping[int, list[Timed]], since: Mapping[int, list[Timed]]
+    ) -> tuple[set[int], int]:
+        """Match answers to questions: those from before the cycle, or from after its time, belong to an older one."""
+        until_ns, fresh, oldest = start_ns + self.listen_ns, set[int](), 0
+        is_asked = not self._is_quiet({identifier: len(found) for identifier, found in before.items()})
+        for (identifier, motor), answers in zip(_POSITIONS.items(), self._position_answers, strict=True):
+            found = since.get(identifier, [])
+            answers.belated(len(before.get(identifier, [])))
+            if is_asked:
+                answers.asked(self.cycle, start_ns)
+            age = answers.match([at for at, _ in found], until_ns, is_asked=is_asked)
+            in_time = {frame.data for at, frame in found if at <= until_ns}
+            if age is not None and self._position(motor, in_time):
+                fresh.add(motor)
+                oldest = max(oldest, age)
+        return fresh, oldest
+
+    def _read_force(self, start_ns: int, before: list[Timed], since: list[Timed]) -> None:
+        """The same for the force sensor's answers."""
+        if self.robot.sensor is None:
+            return
+        answers = self._force_answers
+        is_asked = not answers.would_be_quiet(self.cycle, len(before))
+        answers.belated(len(before))
+        if is_asked:
+            answers.asked(self.cycle, start_ns)
+        if answers.match([at for at, _ in since], start_ns + self.listen_ns, is_asked=is_asked) is None:
+            return
+        try:
+            reading = unpack_reading(Group.FORCE, since[0].frame.data)
+        except FrameError:
+            self.strange_frames += 1
+            return
+        self._force = self._force_axes @ np.array(reading[:3])
+        self._force_saturated = reading.status is not None and bool(reading.status.saturated_gauges)
+        self._force_ns = start_ns
+
+    def _position(self, motor: int, answers: set[bytes]) -> bool:
+        """Take the position of a motor; not if two nodes answer differently in its name, or it makes no sense."""
+        data, *others = answers
+        try:
+            counts, before = motor_counts(data), self._counts[motor]
+        except FrameError:
+            self.strange_frames += 1
+            return False
+        if others:
+            self.strange_frames += 1
+            return False
+        self._counts[motor] = counts if before is None else nearest_turn(counts, before)
+        return True
+
+    def _hear_module(self, data: bytes) -> None:
+        assert self.robot.module is not None
+        number, value = decode_value(data)
+        if number == self.robot.module["MODE"]:
+            self._module = Module(decode_mode(value))
+            self._module_silent_ns = 0
+        elif number == self.robot.module["PEN"]:
+            levels = decode_pendant(value)[4:]
+            self._warning, self._fault = Level.WARNING in levels, Level.FAULT in levels
+
+    def _angles(self) -> np.ndarray:
+        counts = [0 if c is None else c for c in self._counts]
+        return self.robot.joint_angles(np.array(counts, dtype=float))
