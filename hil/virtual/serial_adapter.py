@@ -7,6 +7,7 @@ Each line ends with a carriage return: `t` and three hexadecimal digits of the i
 import os
 import re
 import select
+import time
 from collections import deque
 
 import can
@@ -37,9 +38,14 @@ class SerialAdapter(can.BusABC):
 
     def recv(self, timeout: float | None = None) -> can.Message | None:
         """The next frame that was typed, None if none is in time."""
-        if not self._frames and select.select([self._master], [], [], timeout)[0]:
+        end = None if timeout is None else time.monotonic() + timeout
+        # What comes first may be an answer, or a part of a line: neither is a frame.
+        while not self._frames:
+            left = None if end is None else max(end - time.monotonic(), 0.0)
+            if not select.select([self._master], [], [], left)[0]:
+                return None
             self.hear(os.read(self._master, 4096))
-        return self._frames.popleft() if self._frames else None
+        return self._frames.popleft()
 
     def hear(self, text: bytes) -> None:
         """Take in what was typed."""
