@@ -25,9 +25,9 @@ if TYPE_CHECKING:
     from orchestrator.api.system import System
     from orchestrator.compare.result import Comparison
     from orchestrator.cosim.component import Component, Port, StepEnd
-    from orchestrator.cosim.results.result import Result
     from orchestrator.cosim.simulation import Simulation
     from orchestrator.diagnosis.result import Diagnosis, Estimate, NamedEffect
+    from orchestrator.results.result import Result
 
 # Where each name lives. It is imported when it is used, so that `import misfit` takes a moment and not seconds.
 _HOMES = {
@@ -46,7 +46,7 @@ _HOMES = {
     "NamedEffect": "orchestrator.diagnosis.result",
     "Port": "orchestrator.cosim.component",
     "Regression": "orchestrator.api.regression",
-    "Result": "orchestrator.cosim.results.result",
+    "Result": "orchestrator.results.result",
     "Simulation": "orchestrator.cosim.simulation",
     "StepEnd": "orchestrator.cosim.component",
     "System": "orchestrator.api.system",

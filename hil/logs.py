@@ -14,7 +14,7 @@ from fmus.units import si_exponents
 from hil.codecs.database import Database, Decoded
 from hil.codecs.frame import MOST_BYTES, Frame
 from hil.errors import FrameError
-from orchestrator.cosim.results import Column, recorder_for
+from orchestrator.results import Column, recorder_for
 
 SIGNALS, CASE = "signals.parquet", "case.toml"
 MOST_SHOWN = 8

@@ -29,7 +29,7 @@ from orchestrator.models.symbolic import SymbolicModel
 from orchestrator.versions import Version, add_effects
 
 if TYPE_CHECKING:
-    from orchestrator.report.notebook import Shown
+    from orchestrator.shown import Shown
 
 
 @dataclass(frozen=True)

@@ -6,15 +6,13 @@ import os
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fmus.errors import MisfitError
 from fmus.locks import lock
 from orchestrator.compare.result import SetErrors
 from orchestrator.diagnosis.result import Estimate, NamedEffect
-
-if TYPE_CHECKING:
-    from orchestrator.report.notebook import Shown
+from orchestrator.shown import Shown, drawing_of
 
 SCHEMA = "misfit.ledger/1"
 FILE_NAME = "ledger.jsonl"
@@ -45,20 +43,16 @@ class LedgerEntry:
 class Ledger(list[LedgerEntry]):
     """All versions, the oldest first; a list that a notebook shows as a table and a picture."""
 
-    def plot(self) -> "Shown":
+    def plot(self) -> Shown:
         """The error of each version.
 
         Raises:
             MisfitError: if there are fewer than two.
         """
-        from orchestrator.report.notebook import ledger_plot
-
-        return ledger_plot(self)
+        return drawing_of("ledger").plot(self)
 
     def _repr_html_(self) -> str:
-        from orchestrator.report.notebook import ledger_html
-
-        return ledger_html(self)
+        return drawing_of("ledger").html(self)
 
 
 def append(folder: Path, entry: LedgerEntry) -> None:

@@ -1,7 +1,7 @@
 """The emulated arm of a session as it stands now, drawn as the report draws it."""
 
 from hil.bench_view.watched import Watched
-from orchestrator.arm_drawing import ArmShape, Instant, Scales, arm_svg
+from orchestrator.report.arm_drawing import ArmShape, Instant, Scales, arm_svg
 
 # Fixed, so that pictures of different moments can be compared: a quarter turn is 1 N.m, 10 cm are 20 N; metres in view.
 SCALES = Scales(turn=1.5708, length=0.005, box=(-0.35, -0.22, 0.7, 0.7))

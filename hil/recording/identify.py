@@ -15,7 +15,7 @@ from fmus.files import write_atomically
 from hil.recording.replay import RecordedCycle, replay
 from hil.session.pilot import Decision, Pilot
 from hil.trials.files import in_effect
-from orchestrator.cosim.results import Column, recorder_for
+from orchestrator.results import Column, recorder_for
 
 JOINT_FILE, CASE, MODEL, CLASS, BLOCK = "joint.parquet", "case.toml", "Nominal.mo", "Nominal", "block.json"
 # Names of the model's own variables.

@@ -13,7 +13,7 @@ from hil.session.controllers import Showing
 from hil.session.pilot import Decision, Pilot
 from hil.trials.controller import Trials
 from hil.trials.files import TrialFiles
-from orchestrator.cosim.results import Column, recorder_for
+from orchestrator.results import Column, recorder_for
 
 SIGNALS, CASE = "signals.parquet", "case.toml"
 

@@ -13,7 +13,7 @@ from hil.emulation.settings import MUSCLES
 from hil.robots.proficio import JOINTS
 from hil.trials.phases import Phase
 from hil.trials.protocol import Protocol
-from orchestrator.cosim.results import Column, recorder_for
+from orchestrator.results import Column, recorder_for
 
 # The names that the arm's model has, and those of the session's signals.
 _NAMES = {

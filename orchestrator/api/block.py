@@ -12,7 +12,7 @@ from fmus.errors import MisfitError
 if TYPE_CHECKING:
     from orchestrator.gp.block import Block as Learned
     from orchestrator.gp.observations import Observation
-    from orchestrator.report.notebook import Shown
+    from orchestrator.shown import Shown
 
 # First guess of the noise, as a share of the spread of an output.
 NOISE_SHARE = 0.1

@@ -9,7 +9,7 @@ from fmus.errors import MisfitError
 from orchestrator.api.data import Data
 
 if TYPE_CHECKING:
-    from orchestrator.report.notebook import Shown
+    from orchestrator.shown import Shown
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +64,7 @@ def missing(model: Any, data: Data) -> Missing:
     """Find the force that a model lacks along all trials.
 
     Args:
-        model: as `orchestrator.models.load` gives it.
+        model: as `orchestrator.model_argument` gives it.
 
     Raises:
         MisfitError: if the model does not show which force it lacks.

@@ -16,11 +16,11 @@ if TYPE_CHECKING:
     from fmus.catalogue import ModelicaModel
     from orchestrator.api.block import Block
     from orchestrator.api.missing import Missing
-    from orchestrator.arm_drawing import Replay
     from orchestrator.compare.result import Comparison
     from orchestrator.diagnosis.cards import EffectCard
     from orchestrator.diagnosis.result import Adjusted, Diagnosis, NamedEffect
     from orchestrator.models.contract import Model as Runnable
+    from orchestrator.report.arm_drawing import Replay
     from orchestrator.versions import Version
 
 CLOSED = (".fmu", ".toml", ".ssd", ".ssp")
@@ -271,12 +271,12 @@ class Model:
         return trials, model
 
     def _runnable(self) -> "Runnable":
-        from orchestrator.models.load import load_model
+        from orchestrator.model_argument import load_model
 
         return load_model(self.name) if self._version is None else self._version.model
 
     def _source(self, data: Data | None) -> "ModelicaModel":
-        from orchestrator.models.load import load_modelica, load_source
+        from orchestrator.model_argument import load_modelica, load_source
 
         if self._version is not None:
             return self._version.source

@@ -10,8 +10,8 @@ from orchestrator.cosim.system import ComponentSpec, Connection, Value
 from orchestrator.cosim.system import System as Description
 
 if TYPE_CHECKING:
-    from orchestrator.cosim.results.result import Result
     from orchestrator.cosim.simulation import Simulation
+    from orchestrator.results.result import Result
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,8 +75,8 @@ class System:
             ComponentError: if a component fails.
         """
         from orchestrator.api.progress import progress
-        from orchestrator.cosim.results.recorder import MemoryRecorder
         from orchestrator.cosim.run import RunOptions, run_system
+        from orchestrator.results.recorder import MemoryRecorder
 
         options = RunOptions(stop, step, master, tolerance, tuple(record) if record else None, every, isolate)
         recorder = MemoryRecorder()

@@ -38,7 +38,7 @@ def compare(
     """Show where MODEL fails against DATA, and by how much, against the noise floor."""
     from orchestrator.compare.comparison import compare as run
     from orchestrator.measurements import load_measurements
-    from orchestrator.models.load import load_model
+    from orchestrator.model_argument import load_model
     from orchestrator.report.arm_replay import arm_replay
     from orchestrator.report.html import comparison_report
     from orchestrator.report.tables import comparison_table
@@ -94,7 +94,7 @@ def diagnose(
     from orchestrator.diagnosis.work import resumable
     from orchestrator.greybox.laws import own_laws
     from orchestrator.measurements import load_measurements
-    from orchestrator.models.load import load_model, load_source
+    from orchestrator.model_argument import load_model, load_source
     from orchestrator.report.arm_replay import arm_replay
     from orchestrator.report.html import diagnosis_report
     from orchestrator.report.tables import diagnosis_table

@@ -16,10 +16,10 @@ from orchestrator.cli.running import full_address, options_of, running_options
 from orchestrator.cli.swaps import with_swaps
 
 if TYPE_CHECKING:
-    from orchestrator.cosim.results import ResultComparison
     from orchestrator.cosim.run import RunOptions, RunOutcome
     from orchestrator.cosim.summary import SummaryRecorder
     from orchestrator.cosim.system import System
+    from orchestrator.results import ResultComparison
 
 Watch = Callable[[float], None]
 
@@ -63,9 +63,9 @@ def run(
     """Run SYSTEM: a system file (.toml, .ssd, .ssp), an .fmu, FILE.mo:Package.Class, or a built-in model."""
     from orchestrator.cli import run_text
     from orchestrator.cosim.load import load_system
-    from orchestrator.cosim.results import MemoryRecorder, Nowhere, compare_results, read_result, recorder_for
     from orchestrator.cosim.run import run_system, trust_all
     from orchestrator.cosim.summary import SummaryRecorder
+    from orchestrator.results import MemoryRecorder, Nowhere, compare_results, read_result, recorder_for
 
     say = (lambda text: None) if quiet or json_file == "-" else click.echo
     earlier = read_result(against) if against else None
@@ -134,7 +134,7 @@ def out_path(out: str | None) -> Path | None:
 
 def kept(error: MisfitError, recorder: object) -> MisfitError:
     """The error, with where the results until then are."""
-    from orchestrator.cosim.results.file_recorder import FileRecorder
+    from orchestrator.results.file_recorder import FileRecorder
 
     if not isinstance(recorder, FileRecorder):
         return error

@@ -77,7 +77,7 @@ def import_data(
     from orchestrator.measurements.dirty.plan import Wishes, proposed_plan
     from orchestrator.measurements.dirty.write import home_of, require_free, write_plan
     from orchestrator.measurements.load import load_measurements
-    from orchestrator.models.load import load_model
+    from orchestrator.model_argument import load_model
 
     target = Path(folder) if folder else home_of(data)
     require_free(target)

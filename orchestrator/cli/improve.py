@@ -55,7 +55,7 @@ def add(diagnosis_or_effect: str, model: str | None, folder: str, card_folders: 
     from orchestrator.diagnosis.read_back import adjusted_of, effects_of
     from orchestrator.greybox.effects import law_effect
     from orchestrator.greybox.laws import own_laws, read_law
-    from orchestrator.models.load import load_modelica
+    from orchestrator.model_argument import load_modelica
     from orchestrator.versions import add_effects, default_effect
 
     cards, laws = effect_library(card_folders), own_laws(card_folders)
@@ -92,7 +92,7 @@ def add(diagnosis_or_effect: str, model: str | None, folder: str, card_folders: 
 def _base(model: str, data: str) -> Any:
     """What a diagnosis was made for; an FMU offers its sites for the diagnosis' data."""
     from orchestrator.measurements import load_measurements
-    from orchestrator.models.load import is_closed, load_modelica, load_source
+    from orchestrator.model_argument import is_closed, load_modelica, load_source
 
     return load_source(model, load_measurements(data)) if is_closed(model) else load_modelica(model)
 
@@ -179,7 +179,7 @@ def discover(
     from orchestrator.greybox.laws import own_laws
     from orchestrator.laws.words import laws_text
     from orchestrator.measurements import load_measurements
-    from orchestrator.models.load import load_model, load_source
+    from orchestrator.model_argument import load_model, load_source
     from orchestrator.report.arm_replay import arm_replay
     from orchestrator.report.html import discovery_report
     from orchestrator.report.tables import diagnosis_table, ledger_table, lines_of

@@ -43,7 +43,7 @@ def learn(model: str, data: str, block_file: str, most: int, factors: str, json_
     from orchestrator.gp.saved import write_block
     from orchestrator.gp.trials.coupled import write_coupled
     from orchestrator.measurements import bind, load_measurements
-    from orchestrator.models.load import load_modelica
+    from orchestrator.model_argument import load_modelica
     from orchestrator.models.symbolic import SymbolicModel
 
     with progress(quiet) as say:

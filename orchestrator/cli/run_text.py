@@ -3,11 +3,11 @@
 import math
 from collections.abc import Iterator, Sequence
 
-from orchestrator.cosim.results.compare import ResultComparison
 from orchestrator.cosim.run import RunOutcome
 from orchestrator.cosim.summary import SummaryRecorder
 from orchestrator.cosim.sweep.study import StudyOutcome
 from orchestrator.cosim.system import System
+from orchestrator.results.compare import ResultComparison
 
 MOST_LINES = 12
 

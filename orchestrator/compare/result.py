@@ -2,15 +2,13 @@
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from orchestrator.compare.estimates import FloorEstimate, floor_sentence
 from orchestrator.datacheck.findings import Finding
-
-if TYPE_CHECKING:
-    from orchestrator.report.notebook import Shown
+from orchestrator.shown import Shown, drawing_of
 
 
 @dataclass(frozen=True)
@@ -76,20 +74,16 @@ class Comparison:
         """Where the noise floor of each signal comes from."""
         return tuple(floor_sentence(name, self.units[name], each) for name, each in self.noise_estimates.items())
 
-    def plot(self, trial: str | None = None) -> "Shown":
+    def plot(self, trial: str | None = None) -> Shown:
         """Curves of a trial for a notebook, of the first one worth a figure if none is named.
 
         Raises:
             MisfitError: if there is no such trial.
         """
-        from orchestrator.report.notebook import comparison_plot
-
-        return comparison_plot(self, trial)
+        return drawing_of("comparison").plot(self, trial)
 
     def _repr_html_(self) -> str:
-        from orchestrator.report.notebook import comparison_html
-
-        return comparison_html(self)
+        return drawing_of("comparison").html(self)
 
     def to_json(self) -> dict[str, Any]:
         """Return the `misfit.compare/1` document."""

@@ -17,9 +17,9 @@ from orchestrator.cosim.masters.coupling import Coupling
 from orchestrator.cosim.masters.not_finite import Noted, NotFinite
 from orchestrator.cosim.masters.operations import Schedule
 from orchestrator.cosim.progress import Progress
-from orchestrator.cosim.results.column import Column, chosen
 from orchestrator.cosim.system import System
 from orchestrator.cosim.wiring import OUTSIDE, Slot, Wiring
+from orchestrator.results.column import Column, chosen
 
 _UNRECORDED = ("String", "Binary", "Clock")
 

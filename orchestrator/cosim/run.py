@@ -12,10 +12,10 @@ from orchestrator.cosim.assembly import Report
 from orchestrator.cosim.isolate.process import Limits
 from orchestrator.cosim.isolate.simulation import IsolatedSimulation
 from orchestrator.cosim.realtime import Lateness, Pacer
-from orchestrator.cosim.results.column import Column
-from orchestrator.cosim.results.recorder import Recorder
 from orchestrator.cosim.simulation import Simulation
 from orchestrator.cosim.system import System
+from orchestrator.results.column import Column
+from orchestrator.results.recorder import Recorder
 
 # Thirty million years: what `--stop inf` means.
 ENDLESS_S = 1e15

@@ -18,10 +18,10 @@ from orchestrator.cosim.masters import TableMaster
 from orchestrator.cosim.masters.coupling import Coupling
 from orchestrator.cosim.masters.rollback import Point, restore, save
 from orchestrator.cosim.progress import Progress
-from orchestrator.cosim.results.column import Column
-from orchestrator.cosim.results.recorder import Nowhere, Recorder
 from orchestrator.cosim.system import System, split_address
 from orchestrator.cosim.wiring import OUTSIDE
+from orchestrator.results.column import Column
+from orchestrator.results.recorder import Nowhere, Recorder
 
 _BLOCK_ROWS = 4096
 _BLOCK_S = 0.05

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from orchestrator.cosim.results.column import Column
-from orchestrator.cosim.results.recorder import Recorder
+from orchestrator.results.column import Column
+from orchestrator.results.recorder import Recorder
 
 
 class SummaryRecorder:

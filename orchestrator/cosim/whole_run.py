@@ -4,10 +4,10 @@ from pathlib import Path
 from typing import Any
 
 from orchestrator.cosim.load import load_system
-from orchestrator.cosim.results.recorder import MemoryRecorder
-from orchestrator.cosim.results.result import Result
 from orchestrator.cosim.run import RunOptions, run_system
 from orchestrator.cosim.system import System
+from orchestrator.results.recorder import MemoryRecorder
+from orchestrator.results.result import Result
 
 
 def simulate(model: System | str | Path, **options: Any) -> Result:

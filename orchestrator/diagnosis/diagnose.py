@@ -15,10 +15,10 @@ from fmus.errors import ComponentError, MisfitError
 from orchestrator.compare.comparison import compare
 from orchestrator.datacheck.check import check_data, forbids_physics
 from orchestrator.datacheck.holding import with_interpolation
-from orchestrator.datacheck.verdict import first_mend
 from orchestrator.diagnosis.adjusted import adjusted_parameters
 from orchestrator.diagnosis.advice import with_next_experiment
 from orchestrator.diagnosis.candidates import EffectSet, as_fmu, find_candidates, model_of
+from orchestrator.diagnosis.cannot_tell import first_mend
 from orchestrator.diagnosis.cards import EffectCard, effect_library
 from orchestrator.diagnosis.compile_ahead import compile_ahead
 from orchestrator.diagnosis.conclude import conclude

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 from orchestrator.compare.result import Comparison
 from orchestrator.datacheck.findings import Finding
@@ -10,9 +10,7 @@ from orchestrator.diagnosis.coverage import Coverage
 from orchestrator.diagnosis.identifiability import Doubt
 from orchestrator.diagnosis.kinship import Kin
 from orchestrator.diagnosis.latent import LatentForce
-
-if TYPE_CHECKING:
-    from orchestrator.report.notebook import Shown
+from orchestrator.shown import Shown, drawing_of
 
 CURVE_SAMPLES = 400
 
@@ -165,16 +163,12 @@ class Diagnosis:
     laws: tuple[Mapping[str, Any], ...] = ()
     search: Any = field(default=None, repr=False, compare=False)
 
-    def plot(self) -> "Shown":
+    def plot(self) -> Shown:
         """The error that falls from step to step, for a notebook; the ranking where no effect was added."""
-        from orchestrator.report.notebook import diagnosis_plot
-
-        return diagnosis_plot(self)
+        return drawing_of("diagnosis").plot(self)
 
     def _repr_html_(self) -> str:
-        from orchestrator.report.notebook import diagnosis_html
-
-        return diagnosis_html(self)
+        return drawing_of("diagnosis").html(self)
 
     def to_json(self) -> dict[str, Any]:
         """Return the `misfit.diagnosis/1` document."""

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,9 +13,7 @@ from orchestrator.gp.observations import Observation
 from orchestrator.gp.posterior import Posterior
 from orchestrator.gp.predictor import Predictor
 from orchestrator.measurements.wording import listed
-
-if TYPE_CHECKING:
-    from orchestrator.report.notebook import Shown
+from orchestrator.shown import Shown, drawing_of
 
 Array = NDArray[Any]
 
@@ -120,16 +118,12 @@ class Block:
                 total += 2.0 * term.factor * direction[term.input] * shared
         return total / (2.0 * deviation)
 
-    def plot(self) -> "Shown":
+    def plot(self) -> Shown:
         """Mean and 90 % band of each output over each input, for a notebook."""
-        from orchestrator.report.notebook import block_plot
-
-        return block_plot(self)
+        return drawing_of("block").plot(self)
 
     def _repr_html_(self) -> str:
-        from orchestrator.report.notebook import block_html
-
-        return block_html(self)
+        return drawing_of("block").html(self)
 
     def point(self, values: Mapping[str, float]) -> Array:
         """The inputs of the latent functions, (1, d)."""

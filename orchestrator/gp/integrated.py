@@ -21,8 +21,8 @@ from orchestrator.gp.likelihood import Likelihood
 from orchestrator.gp.limits import Limits, Units, begun, box, weak_priors
 from orchestrator.gp.observations import Observation
 from orchestrator.gp.posterior import Of, Posterior, condition
-from orchestrator.gp.search import PROMISE
 from orchestrator.gp.threads import one_thread
+from orchestrator.models.minimise import PROMISE
 
 Array = NDArray[Any]
 # Tails of the draws are those of Student's distribution, so that no weight is without bound.

@@ -18,7 +18,7 @@ from fmus.errors import ComponentError, MisfitError
 from fmus.symbolic.system import SymbolicSystem
 from orchestrator.compare.comparison import compare
 from orchestrator.compare.result import Comparison
-from orchestrator.datacheck.verdict import cannot_tell
+from orchestrator.diagnosis.cannot_tell import cannot_tell
 from orchestrator.diagnosis.result import Diagnosis, HeldOut, RankedSet, Step, Tried, Verdict
 from orchestrator.greybox.decide import Decision, decide, scatter_between
 from orchestrator.greybox.effects import named_effects

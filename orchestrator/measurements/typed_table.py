@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 
 from fmus.errors import MisfitError
-from orchestrator.cosim.results.reading import read_columns
 from orchestrator.measurements.table import Table, require_finite
+from orchestrator.results.reading import read_columns
 
 
 def read_typed_table(path: Path, *, holes: bool = False) -> Table:

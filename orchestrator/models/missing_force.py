@@ -12,11 +12,11 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from fmus.errors import MisfitError
-from orchestrator.gp.search import minimise
 from orchestrator.models.correction import PREFIX
 from orchestrator.models.exponential import exponentials
 from orchestrator.models.kalman import LinearSystem, States, filtered, smoothed
 from orchestrator.models.linearised import Along, Equations
+from orchestrator.models.minimise import minimise
 from orchestrator.models.smoothing import SmoothedTrial
 from orchestrator.models.symbolic import SymbolicModel
 

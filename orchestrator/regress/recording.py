@@ -10,13 +10,13 @@ import numpy as np
 from fmus.errors import MisfitError
 from orchestrator.cosim.component import FLOATS, Port
 from orchestrator.cosim.kinds import describe
-from orchestrator.cosim.results.recorder import MemoryRecorder
 from orchestrator.cosim.simulation import Simulation
 from orchestrator.cosim.system import System, split_address
 from orchestrator.measurements.wording import nearest
 from orchestrator.regress.comparison import Signal
 from orchestrator.regress.prepare import DRIVE, single
 from orchestrator.regress.watched import Watched
+from orchestrator.results.recorder import MemoryRecorder
 
 
 @dataclass(frozen=True, eq=False)

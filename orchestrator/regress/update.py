@@ -10,12 +10,12 @@ import numpy as np
 
 from fmus.errors import MisfitError
 from fmus.files import write_atomically
-from orchestrator.cosim.results.column import Column
 from orchestrator.regress.case import Case
 from orchestrator.regress.comparison import Signal, SignalVerdict
 from orchestrator.regress.interface import CHECK, interface_of, path_beside, write_interface
 from orchestrator.regress.outcome import Outcome, WholeVerdict
 from orchestrator.regress.prepare import system_of
+from orchestrator.results.column import Column
 
 
 def update_references(cases: Sequence[Case], outcomes: Sequence[Outcome]) -> tuple[list[Outcome], list[str]]:
@@ -65,7 +65,7 @@ def write_table(path: Path, signals: Mapping[str, Signal], names: Mapping[str, s
         if path.suffix.lower() == ".csv":
             write_atomically(path, _csv(columns, time, values))
             return
-        from orchestrator.cosim.results.recorder import recorder_for
+        from orchestrator.results.recorder import recorder_for
 
         recorder = recorder_for(path)
         recorder.begin(columns, {})

@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 
 from fmus.errors import MisfitError
-from orchestrator.arm_drawing import ArmShape, Line, Panel, Replay
 from orchestrator.compare.result import Comparison, TrialCurves
 from orchestrator.measurements import BoundSet, MeasurementSet, bind
 from orchestrator.models.contract import Model
 from orchestrator.models.missing_force import Force, knows_its_forces, missing_forces
 from orchestrator.models.smoothing import SmoothedTrial
 from orchestrator.models.symbolic import SymbolicModel
+from orchestrator.report.arm_drawing import ArmShape, Line, Panel, Replay
 from orchestrator.report.palette import Colour
 
 ANGLES = ("q1", "q2")

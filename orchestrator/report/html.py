@@ -5,12 +5,12 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from orchestrator.arm_drawing import Replay, replay_script, replay_style, script_source
 from orchestrator.compare.result import Comparison
 from orchestrator.diagnosis.result import Diagnosis
 from orchestrator.ledger import LedgerEntry
 from orchestrator.report.answer import answer_of
 from orchestrator.report.answer.markup import answer_html, answer_style
+from orchestrator.report.arm_drawing import Replay, replay_script, replay_style, script_source
 from orchestrator.report.numbers import digits
 from orchestrator.report.page import (
     Page,

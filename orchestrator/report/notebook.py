@@ -1,14 +1,11 @@
 """Results in a notebook: what `_repr_html_` and `plot` of results show, made of the same parts as the reports."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fmus.errors import MisfitError
-from orchestrator.arm_drawing import Line, Panel, Replay
-from orchestrator.arm_drawing.curves import curves_svg
 from orchestrator.compare.result import Comparison
 from orchestrator.diagnosis.result import Diagnosis
 from orchestrator.ledger import LedgerEntry
@@ -16,29 +13,31 @@ from orchestrator.measurements.wording import nearest
 from orchestrator.report import figures
 from orchestrator.report.answer import answer_of
 from orchestrator.report.answer.markup import answer_html
+from orchestrator.report.arm_drawing import Line, Panel, Replay
+from orchestrator.report.arm_drawing.curves import curves_svg
 from orchestrator.report.html import render_part
 from orchestrator.report.page import Page, PageTable, Picture, Section, effects_table, set_errors_table, versions_table
 from orchestrator.report.palette import Colour
 from orchestrator.report.pictures import falling, moving, step_versions
 from orchestrator.report.sentences import comparison_sentence
 from orchestrator.report.summary import comparison_facts, comparison_plain
+from orchestrator.shown import Shown, register
 
 if TYPE_CHECKING:
-    from orchestrator.cosim.results.result import Result
     from orchestrator.gp.block import Block
+    from orchestrator.results.result import Result
 
 MOST_PANELS = 6
 MOST_COLUMNS = 40
 
 
-@dataclass(frozen=True)
-class Shown:
-    """A picture that a notebook shows when it is the last value of a cell; `html` is its markup."""
-
-    html: str
-
-    def _repr_html_(self) -> str:
-        return self.html
+def register_drawings() -> None:
+    """Say what draws each kind of result."""
+    register("comparison", comparison_html, comparison_plot)
+    register("diagnosis", diagnosis_html, diagnosis_plot)
+    register("ledger", ledger_html, ledger_plot)
+    register("result", result_html, result_plot)
+    register("block", block_html, block_plot)
 
 
 def comparison_html(found: Comparison) -> str:

@@ -3,10 +3,10 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from orchestrator.arm_drawing import Replay, Scales, replay_html
 from orchestrator.compare.result import Comparison, TrialCurves
 from orchestrator.diagnosis.result import Diagnosis
 from orchestrator.report import figures
+from orchestrator.report.arm_drawing import Replay, Scales, replay_html
 from orchestrator.report.page import Picture
 from orchestrator.report.sentences import effect_name
 

@@ -8,8 +8,8 @@ from pathlib import Path
 from fastapi import Request
 from nicegui import app, ui
 
-from orchestrator.arm_drawing import replay_script, replay_style
 from orchestrator.report.answer.markup import answer_style
+from orchestrator.report.arm_drawing import replay_script, replay_style
 from orchestrator.report.palette import Colour, css_variables
 from orchestrator.studio.pages import Page
 from orchestrator.studio.views.parts import STYLE as VIEWS_STYLE

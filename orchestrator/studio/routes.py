@@ -9,7 +9,7 @@ from fastapi.responses import FileResponse, PlainTextResponse, Response
 from nicegui import app
 
 from fmus.errors import MisfitError
-from orchestrator.arm_drawing import script_source
+from orchestrator.report.arm_drawing import script_source
 from orchestrator.studio.project import COMPARISON_REPORT, REPORT, Project
 from orchestrator.studio.receive import receive
 from orchestrator.studio.workspace import Workspace

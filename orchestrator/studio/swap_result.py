@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from nicegui import ui
 
-from orchestrator.arm_drawing.curves import Line, Panel, curves_svg
+from orchestrator.report.arm_drawing.curves import Line, Panel, curves_svg
 from orchestrator.report.numbers import digits, percent, quantity
 from orchestrator.report.page import PageTable
 from orchestrator.report.palette import Colour

@@ -11,18 +11,18 @@ import numpy as np
 from fmus.errors import MisfitError
 from fmus.files import write_atomically
 from fmus.units import conversion
-from orchestrator.arm_drawing.curves import MOST_POINTS
 from orchestrator.cosim.component import FLOATS, Port
 from orchestrator.cosim.fmu import FmuDescription, read_description
-from orchestrator.cosim.results import MemoryRecorder, compare_results
-from orchestrator.cosim.results.result import Result
 from orchestrator.cosim.run import RunOptions, RunOutcome, run_system
 from orchestrator.cosim.swap import SwapReport
 from orchestrator.regress.one_run import case_of
 from orchestrator.regress.outcome import plain
 from orchestrator.regress.prepare import system_of
 from orchestrator.regress.whole.release import interface_change, interface_report
+from orchestrator.report.arm_drawing.curves import MOST_POINTS
 from orchestrator.report.thinning import extremes
+from orchestrator.results import MemoryRecorder, compare_results
+from orchestrator.results.result import Result
 from orchestrator.studio.project import Project
 from orchestrator.studio.swap_drive import DRIVES, Waves
 from orchestrator.studio.swap_interface import interface_rows

@@ -17,7 +17,7 @@ from orchestrator.measurements.case_file import read_case_file
 from orchestrator.measurements.dirty.case_text import MADE
 from orchestrator.measurements.dirty.plan import Wishes, proposed_plan
 from orchestrator.measurements.dirty.write import write_plan
-from orchestrator.models.load import load_model, load_source
+from orchestrator.model_argument import load_model, load_source
 from orchestrator.studio.project import (
     COMPARISON,
     COMPARISON_REPORT,
@@ -31,9 +31,9 @@ from orchestrator.studio.project import (
 )
 
 if TYPE_CHECKING:
-    from orchestrator.arm_drawing import Replay
     from orchestrator.diagnosis.result import Diagnosis
     from orchestrator.models.contract import Model
+    from orchestrator.report.arm_drawing import Replay
 
 Say = Callable[[str], None]
 PICKLE = "diagnosis.pickle"

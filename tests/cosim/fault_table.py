@@ -18,8 +18,8 @@ from fmus.errors import MisfitError
 from fmus.runtime.compiler import find_compiler
 from orchestrator.cosim.isolate.process import Limits
 from orchestrator.cosim.load import load_system
-from orchestrator.cosim.results import read_result, recorder_for
 from orchestrator.cosim.run import RunOptions, run_system
+from orchestrator.results import read_result, recorder_for
 
 DOCUMENT = Path(__file__).parents[2] / "docs/faults.md"
 HEAD = """# What broken FMUs do to misfit

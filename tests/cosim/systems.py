@@ -8,9 +8,9 @@ import numpy as np
 from small_fmus import small_fmu
 
 from orchestrator.cosim import ComponentSpec, Connection, RunSettings, System, Value
-from orchestrator.cosim.results.recorder import MemoryRecorder
-from orchestrator.cosim.results.result import Result
 from orchestrator.cosim.simulation import Simulation
+from orchestrator.results.recorder import MemoryRecorder
+from orchestrator.results.result import Result
 
 # x(10 s) of a mass of 1 kg on a spring of 10 N/m, from rest at 1 m
 PAIR_EXACT = float(np.cos(10.0 * np.sqrt(10.0)))

@@ -10,8 +10,8 @@ from systems import chain, pair, recorded, spec, system
 
 from orchestrator.cosim import ComponentSpec, Connection, System
 from orchestrator.cosim.progress import Progress
-from orchestrator.cosim.results.recorder import MemoryRecorder
 from orchestrator.cosim.simulation import Simulation
+from orchestrator.results.recorder import MemoryRecorder
 
 
 def gains(version: int = 2, **run: Any) -> System:

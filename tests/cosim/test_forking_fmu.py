@@ -7,9 +7,9 @@ import pytest
 from faulty import faulty_fmu
 
 from orchestrator.cosim import ComponentSpec, System
-from orchestrator.cosim.results import MemoryRecorder
 from orchestrator.cosim.run import RunOptions, run_system
 from orchestrator.cosim.system import RunSettings
+from orchestrator.results import MemoryRecorder
 
 
 @pytest.mark.parametrize("isolate", [True, False])

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from faulty import faulty_fmu
 
-from orchestrator.cosim.results import read_result
+from orchestrator.results import read_result
 
 MISFIT = str(Path(sys.executable).with_name("misfit"))
 

@@ -16,10 +16,10 @@ from fmus.errors import ComponentError, MisfitError
 from orchestrator.cosim import ComponentSpec, Connection, System
 from orchestrator.cosim.isolate.process import Limits
 from orchestrator.cosim.isolate.simulation import IsolatedSimulation
-from orchestrator.cosim.results import MemoryRecorder
 from orchestrator.cosim.run import RunOptions, run_system
 from orchestrator.cosim.simulation import Simulation
 from orchestrator.cosim.system import RunSettings
+from orchestrator.results import MemoryRecorder
 
 
 def _pair(**isolate: bool) -> System:

@@ -6,9 +6,9 @@ import pytest
 from faulty import faulty_fmu
 
 from orchestrator.cosim import ComponentSpec, System
-from orchestrator.cosim.results import MemoryRecorder
 from orchestrator.cosim.simulation import Simulation
 from orchestrator.cosim.system import RunSettings
+from orchestrator.results import MemoryRecorder
 
 
 @pytest.mark.parametrize("engine", [True, False])

@@ -73,7 +73,7 @@ def test_the_adaptive_master_is_as_good_as_its_tolerance_asks() -> None:
 
 
 def test_the_adaptive_master_meets_an_event_that_a_component_ends_its_step_at() -> None:
-    from orchestrator.cosim.results.recorder import MemoryRecorder
+    from orchestrator.results.recorder import MemoryRecorder
 
     ball = spec("ball", "ball", 3)
     ball = ComponentSpec("ball", source=ball.source, options={**ball.options, "early_return": True})
@@ -246,7 +246,7 @@ def test_a_value_outside_its_range_stops_the_run(engine: bool, tmp_path: Any) ->
 
 
 def test_the_rows_until_a_failure_are_recorded() -> None:
-    from orchestrator.cosim.results.recorder import MemoryRecorder
+    from orchestrator.results.recorder import MemoryRecorder
 
     what = system([spec("decay", "decay", k=-1000.0)], [], step=0.1)
     recorder = MemoryRecorder()
@@ -267,7 +267,7 @@ def test_a_refused_step_stops_the_run(engine: bool, version: int) -> None:
 @pytest.mark.parametrize("version", [2, 3])
 @pytest.mark.parametrize("step", [0.5, 0.8])
 def test_a_component_can_end_the_run(version: int, step: float) -> None:
-    from orchestrator.cosim.results.recorder import MemoryRecorder
+    from orchestrator.results.recorder import MemoryRecorder
 
     recorder = MemoryRecorder()
     with Simulation(system([spec("stair", "stair", version)], [], step=step)) as simulation:

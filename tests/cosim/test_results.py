@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from fmus.errors import MisfitError
-from orchestrator.cosim.results import (
+from orchestrator.results import (
     Column,
     MemoryRecorder,
     Result,
@@ -20,7 +20,7 @@ from orchestrator.cosim.results import (
     read_result,
     recorder_for,
 )
-from orchestrator.cosim.results.journal import Journal
+from orchestrator.results.journal import Journal
 
 ENDINGS = (".parquet", ".csv", ".h5", ".mf4")
 COLUMNS = (
@@ -87,7 +87,7 @@ from pathlib import Path
 import numpy as np
 sys.path.insert(0, {tests!r})
 from test_results import COLUMNS, PROVENANCE, _rows
-from orchestrator.cosim.results import recorder_for
+from orchestrator.results import recorder_for
 recorder = recorder_for(Path({path!r}))
 recorder.begin(COLUMNS, PROVENANCE)
 times, values = _rows(5000)

@@ -16,7 +16,7 @@ from small_fmus import small_fmu
 
 from fmus.errors import MisfitError
 from orchestrator.cli.main import main
-from orchestrator.cosim.results import read_result
+from orchestrator.results import read_result
 
 Misfit = Callable[..., tuple[int, str, str]]
 CONNECTIONS = (("mass.x", "spring.x2"), ("mass.v", "spring.v2"), ("spring.f2", "mass.fa"))

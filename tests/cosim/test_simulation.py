@@ -17,8 +17,8 @@ from orchestrator.cosim import Component, ComponentSpec, Connection, Port, RunSe
 from orchestrator.cosim.fmu import read_description
 from orchestrator.cosim.fmu.unpacked import load_binary
 from orchestrator.cosim.masters import MASTERS
-from orchestrator.cosim.results.recorder import MemoryRecorder
 from orchestrator.cosim.simulation import Simulation
+from orchestrator.results.recorder import MemoryRecorder
 
 
 def test_single_steps_give_the_time_and_values() -> None:

@@ -12,9 +12,9 @@ from small_fmus import small_fmu
 from fmus.errors import ComponentError
 from orchestrator.cosim import ComponentSpec, System
 from orchestrator.cosim.isolate.warm import MOST_WAITING, end_waiting, waiting
-from orchestrator.cosim.results import MemoryRecorder
 from orchestrator.cosim.run import RunOptions, run_system
 from orchestrator.cosim.system import RunSettings, Value
+from orchestrator.results import MemoryRecorder
 
 
 @pytest.fixture(autouse=True)

@@ -13,7 +13,7 @@ from orchestrator.cli.main import misfit
 from orchestrator.datacheck.check import check_data, mend
 from orchestrator.datacheck.findings import Finding
 from orchestrator.measurements import load_measurements
-from orchestrator.models.load import load_model
+from orchestrator.model_argument import load_model
 from tests.datacheck.records import drive, pendulum, write_case
 
 Spoil = Callable[[dict[str, np.ndarray], int], dict[str, np.ndarray]]

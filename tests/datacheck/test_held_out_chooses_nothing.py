@@ -12,7 +12,7 @@ from orchestrator.compare.comparison import compare
 from orchestrator.datacheck.check import check_data, mend
 from orchestrator.datacheck.holding import with_interpolation
 from orchestrator.measurements import MeasurementSet, load_measurements
-from orchestrator.models.load import load_model
+from orchestrator.model_argument import load_model
 from tests.datacheck.records import drive, write_case
 
 Columns = dict[str, np.ndarray]

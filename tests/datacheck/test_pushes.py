@@ -9,7 +9,7 @@ import pytest
 from orchestrator.datacheck.check import check_data
 from orchestrator.datacheck.pushes import driven_states
 from orchestrator.measurements import load_measurements
-from orchestrator.models.load import load_model
+from orchestrator.model_argument import load_model
 from tests.datacheck.records import drive, write_case
 
 UNITS = {"torque": "N.m", "phi": "rad"}

@@ -10,7 +10,7 @@ import pytest
 from orchestrator.datacheck.check import check_data, mend
 from orchestrator.datacheck.findings import Finding
 from orchestrator.measurements import load_measurements
-from orchestrator.models.load import load_model
+from orchestrator.model_argument import load_model
 from tests.datacheck.records import drive, write_case
 
 Columns = dict[str, np.ndarray]

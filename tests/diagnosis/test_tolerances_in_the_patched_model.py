@@ -14,7 +14,7 @@ from orchestrator.diagnosis.adjusted import with_neighbours
 from orchestrator.diagnosis.result import Adjusted, Estimate
 from orchestrator.discover import discover
 from orchestrator.measurements import load_measurements
-from orchestrator.models.load import load_model
+from orchestrator.model_argument import load_model
 from orchestrator.models.patch import check_adjusted, patched_model
 from tests.benchmarks.diagnosis.truth.families import Wish, draw_case
 from tests.benchmarks.diagnosis.truth.write import write_case

@@ -10,7 +10,6 @@ from fmus.errors import ComponentError, MisfitError
 from orchestrator.cosim import ComponentSpec, Connection, Simulation, System, Value
 from orchestrator.cosim.kinds import open_component
 from orchestrator.cosim.load import load_system
-from orchestrator.cosim.results.recorder import MemoryRecorder
 from orchestrator.gp.block import Block, Output, Term
 from orchestrator.gp.covariance import Latent
 from orchestrator.gp.kernels import Matern52, OnInputs, Periodic, SquaredExponential
@@ -18,6 +17,7 @@ from orchestrator.gp.observations import observe
 from orchestrator.gp.online import Learner
 from orchestrator.gp.posterior import condition
 from orchestrator.gp.saved import read_block, write_block
+from orchestrator.results.recorder import MemoryRecorder
 
 ARM = Path(__file__).parents[1] / "cosim" / "arm.toml"
 ACTIVATIONS = (0.3, 0.1, 0.2, 0.15, 0.05, 0.25)

@@ -14,19 +14,8 @@ CIRCLES = {
     ("hil.recording", "hil.session"),
     ("hil.session", "hil.trials"),
     ("hil.session", "hil.view"),
-    ("orchestrator.arm_drawing", "orchestrator.report"),
     ("orchestrator.blackbox", "orchestrator.diagnosis"),
-    ("orchestrator.blackbox", "orchestrator.models"),
-    ("orchestrator.compare", "orchestrator.datacheck"),
-    ("orchestrator.compare", "orchestrator.report"),
-    ("orchestrator.cosim", "orchestrator.measurements"),
-    ("orchestrator.cosim", "orchestrator.report"),
-    ("orchestrator.datacheck", "orchestrator.diagnosis"),
     ("orchestrator.diagnosis", "orchestrator.greybox"),
-    ("orchestrator.diagnosis", "orchestrator.report"),
-    ("orchestrator.gp", "orchestrator.models"),
-    ("orchestrator.gp", "orchestrator.report"),
-    ("orchestrator.ledger", "orchestrator.report"),
 }
 
 

@@ -30,7 +30,7 @@ KINDS = (
 @cache
 def recording() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Time in s, torque in N.m that is held for 0.1 s, and the angle in rad of the built-in drive, with noise."""
-    from orchestrator.models.load import load_model
+    from orchestrator.model_argument import load_model
 
     rng = np.random.default_rng(7)
     time = np.arange(SAMPLES) / RATE

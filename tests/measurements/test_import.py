@@ -13,7 +13,7 @@ from orchestrator.cli.import_data import import_data
 from orchestrator.measurements import bind, load_measurements
 from orchestrator.measurements.dirty.header_units import split_header
 from orchestrator.measurements.dirty.plan import proposed_plan
-from orchestrator.models.load import load_model
+from orchestrator.model_argument import load_model
 from tests.measurements.dirty_files import KINDS, SAMPLES, dirty_files, recording
 
 

@@ -8,7 +8,7 @@ import pytest
 from orchestrator.compare.comparison import compare
 from orchestrator.datacheck.holding import with_interpolation
 from orchestrator.measurements import load_measurements
-from orchestrator.models.load import load_model
+from orchestrator.model_argument import load_model
 from tests.datacheck.records import drive
 
 J = 0.02

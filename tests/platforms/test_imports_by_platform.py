@@ -55,7 +55,7 @@ def test_the_commands_are_imported_without_any_posix_module() -> None:
         f"for name in {sorted(POSIX_ONLY)!r}: sys.modules[name] = None\n"
         "import misfit, orchestrator.cli.main, orchestrator.cli.cosim, orchestrator.cli.sweep, orchestrator.cli.regress\n"
         "import orchestrator.cli.factory, orchestrator.cosim.run, orchestrator.regress.pool, hil.cli, fmus.build, fmus.validate\n"
-        "import orchestrator.cosim.results.file_recorder, orchestrator.blackbox.process, orchestrator.ledger\n"
+        "import orchestrator.results.file_recorder, orchestrator.blackbox.process, orchestrator.ledger\n"
     )
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr

@@ -8,12 +8,12 @@ import pytest
 from cases_of_balls import case_file, decay_reference, fmu
 
 from fmus.reference_files import FOLDER, MANIFEST
-from orchestrator.cosim.results.column import Column
-from orchestrator.cosim.results.recorder import recorder_for
 from orchestrator.regress.case import Case, Reference
 from orchestrator.regress.case_file import read_cases
 from orchestrator.regress.collect import collect
 from orchestrator.regress.execute import execute
+from orchestrator.results.column import Column
+from orchestrator.results.recorder import recorder_for
 
 RUN = '\n[run]\nstop = 2.0\nstep = 0.01\ninterface = "CoSimulation"\n'
 

@@ -11,10 +11,20 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fmus.catalogue import find_modelica_model
-from orchestrator.arm_drawing import NOMINAL_ARM, ArmShape, Instant, Line, Panel, Replay, Scales, arm_svg, replay_html
-from orchestrator.arm_drawing.arrows import LARGEST_TURN, RADIUS, force_path, torque_path
-from orchestrator.arm_drawing.curves import extremes, ticks
-from orchestrator.arm_drawing.shape import Corner, joints, muscle_path
+from orchestrator.report.arm_drawing import (
+    NOMINAL_ARM,
+    ArmShape,
+    Instant,
+    Line,
+    Panel,
+    Replay,
+    Scales,
+    arm_svg,
+    replay_html,
+)
+from orchestrator.report.arm_drawing.arrows import LARGEST_TURN, RADIUS, force_path, torque_path
+from orchestrator.report.arm_drawing.curves import extremes, ticks
+from orchestrator.report.arm_drawing.shape import Corner, joints, muscle_path
 
 ANGLES = st.tuples(st.floats(-0.5, 1.8), st.floats(-0.2, 2.5))
 MUSCLES = range(6)

@@ -9,7 +9,7 @@ from builders import comparison
 
 from orchestrator.compare.comparison import compare
 from orchestrator.measurements import load_measurements
-from orchestrator.models.load import load_model
+from orchestrator.model_argument import load_model
 from orchestrator.models.symbolic import SymbolicModel
 from orchestrator.report.arm_replay import arm_replay, worst_trial
 

@@ -16,9 +16,6 @@ import pytest
 from builders import comparison, diagnosis, entries
 
 from fmus.errors import MisfitError
-from orchestrator.arm_drawing import Replay
-from orchestrator.cosim.results.column import Column
-from orchestrator.cosim.results.result import Result
 from orchestrator.discover import Discovery
 from orchestrator.gp.block import Block, Output, Term
 from orchestrator.gp.covariance import Latent
@@ -26,6 +23,9 @@ from orchestrator.gp.kernels import SquaredExponential
 from orchestrator.gp.observations import observe
 from orchestrator.gp.posterior import condition
 from orchestrator.ledger import Ledger
+from orchestrator.report.arm_drawing import Replay
+from orchestrator.results.column import Column
+from orchestrator.results.result import Result
 
 ROOT = Path(__file__).parents[2]
 NOTEBOOK = ROOT / "docs" / "examples" / "results_in_a_notebook.ipynb"

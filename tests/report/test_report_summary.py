@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from builders import comparison, diagnosis, entries
 
-from orchestrator.arm_drawing import Replay
+from orchestrator.report.arm_drawing import Replay
 from orchestrator.report.html import comparison_report, discovery_report
 from orchestrator.report.summary import comparison_facts, comparison_plain
 

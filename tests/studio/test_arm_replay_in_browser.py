@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import Browser, Page
 
-from orchestrator.arm_drawing import (
+from orchestrator.report.arm_drawing import (
     Instant,
     Line,
     Panel,

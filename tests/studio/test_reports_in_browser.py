@@ -10,7 +10,7 @@ from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, Page
 from studio_process import Studio
 
-from orchestrator.arm_drawing import Line, Panel, Replay, replay_html
+from orchestrator.report.arm_drawing import Line, Panel, Replay, replay_html
 from orchestrator.report.html import discovery_report, render
 from orchestrator.report.page import Page as Report
 from orchestrator.report.page import Picture

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from fmus.errors import ComponentError, MisfitError
 from orchestrator.cosim.isolate.memory import SharedMemory
 from orchestrator.cosim.progress import Progress
-from orchestrator.cosim.results.column import Column
+from orchestrator.results.column import Column
 
 
 class Host:

@@ -12,8 +12,8 @@ from fmus.errors import ComponentError, MisfitError
 from orchestrator.cosim.assembly import Report
 from orchestrator.cosim.isolate import warm
 from orchestrator.cosim.isolate.process import Child, Limits, label
-from orchestrator.cosim.results.recorder import Nowhere, Recorder
 from orchestrator.cosim.system import System
+from orchestrator.results.recorder import Nowhere, Recorder
 
 
 @dataclass(frozen=True)

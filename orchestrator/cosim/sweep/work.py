@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 from fmus.errors import MisfitError
 from fmus.files import cache_folder, write_atomically
-from orchestrator.cosim.results.column import Column
-from orchestrator.cosim.results.recorder import Recorder, recorder_for
 from orchestrator.cosim.run import RunOptions, run_system
 from orchestrator.cosim.summary import SummaryRecorder
 from orchestrator.cosim.sweep.grid import Case, system_for
 from orchestrator.cosim.system import System
+from orchestrator.results.column import Column
+from orchestrator.results.recorder import Recorder, recorder_for
 
 
 @dataclass(frozen=True)

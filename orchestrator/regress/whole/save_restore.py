@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from typing import Any
 
 from fmus.errors import ComponentError
-from orchestrator.cosim.results.recorder import MemoryRecorder
 from orchestrator.cosim.simulation import Simulation
 from orchestrator.cosim.system import System
 from orchestrator.regress.case import Case
@@ -13,6 +12,7 @@ from orchestrator.regress.outcome import WholeVerdict
 from orchestrator.regress.recording import Wanted, wanted_signals
 from orchestrator.regress.watched import Watched
 from orchestrator.regress.whole.same import difference
+from orchestrator.results.recorder import MemoryRecorder
 
 
 def judge(case: Case, system: System, settings: Mapping[str, Any], progress: Watched) -> WholeVerdict:

@@ -46,8 +46,8 @@ def connections(folder: Path, pairs: int) -> list[tuple[str, str, str, str]]:
 def misfit(folder: Path, pairs: int, steps: int, meter: Meter, **options) -> float:
     """The compiled loop, in this process, results in memory."""
     from orchestrator.cosim.load import load_system
-    from orchestrator.cosim.results import MemoryRecorder
     from orchestrator.cosim.simulation import Simulation
+    from orchestrator.results import MemoryRecorder
 
     recorder = MemoryRecorder()
     with Simulation(load_system(folder / f"system{pairs}.toml"), **options) as simulation:
@@ -65,8 +65,8 @@ def misfit_python_master(folder: Path, pairs: int, steps: int, meter: Meter) -> 
 def misfit_parquet(folder: Path, pairs: int, steps: int, meter: Meter) -> float:
     """The compiled loop with results in a Parquet file."""
     from orchestrator.cosim.load import load_system
-    from orchestrator.cosim.results import read_result, recorder_for
     from orchestrator.cosim.simulation import Simulation
+    from orchestrator.results import read_result, recorder_for
 
     with tempfile.TemporaryDirectory() as work:
         target = Path(work) / "run.parquet"
@@ -84,7 +84,7 @@ def misfit_isolated(folder: Path, pairs: int, steps: int, meter: Meter) -> float
     """The compiled loop in a process of its own, results in memory here."""
     from orchestrator.cosim.isolate.simulation import IsolatedSimulation
     from orchestrator.cosim.load import load_system
-    from orchestrator.cosim.results import MemoryRecorder
+    from orchestrator.results import MemoryRecorder
 
     recorder = MemoryRecorder()
     with IsolatedSimulation(load_system(folder / f"system{pairs}.toml")) as simulation:
@@ -222,8 +222,8 @@ def fmu_container(folder: Path, pairs: int, steps: int, meter: Meter) -> float:
     from fmu_manipulation_toolbox.assembly import Assembly
 
     from orchestrator.cosim import ComponentSpec, System
-    from orchestrator.cosim.results import MemoryRecorder
     from orchestrator.cosim.simulation import Simulation
+    from orchestrator.results import MemoryRecorder
 
     with tempfile.TemporaryDirectory() as name:
         work, here = Path(name), Path.cwd()

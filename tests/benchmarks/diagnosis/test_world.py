@@ -8,7 +8,7 @@ import pytest
 
 from orchestrator.compare.comparison import compare
 from orchestrator.measurements import load_measurements
-from orchestrator.models.load import load_model
+from orchestrator.model_argument import load_model
 from tests.benchmarks.diagnosis.baselines.regression import Regression
 from tests.benchmarks.diagnosis.truth.families import Wish, draw_case
 from tests.benchmarks.diagnosis.truth.machines import MACHINES

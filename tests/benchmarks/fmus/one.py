@@ -15,13 +15,13 @@ from fmus.errors import MisfitError
 from fmus.validate import examine_fmu
 from orchestrator.cosim import ComponentSpec, System
 from orchestrator.cosim.fmu import read_description
-from orchestrator.cosim.results import MemoryRecorder, Result, read_result
 from orchestrator.cosim.run import RunOptions, run_system
 from orchestrator.cosim.swap import swap
 from orchestrator.cosim.system import RunSettings
 from orchestrator.regress.case_file import read_cases
 from orchestrator.regress.execute import execute
 from orchestrator.regress.update import update_references
+from orchestrator.results import MemoryRecorder, Result, read_result
 
 MOST_STEPS = 500
 FMPY_S = 40.0

@@ -8,7 +8,7 @@ from typing import Any
 
 from orchestrator.datacheck.check import check_data
 from orchestrator.measurements import load_measurements
-from orchestrator.models.load import load_model
+from orchestrator.model_argument import load_model
 from tests.benchmarks.diagnosis.diagnose_cases import diagnose_folder, write_json
 from tests.benchmarks.diagnosis.scoring.wilson import Share
 from tests.benchmarks.diagnosis.truth.native import TruthError

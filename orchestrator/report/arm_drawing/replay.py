@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from orchestrator.arm_drawing.arrows import HEAD, LARGEST_LENGTH, LARGEST_TURN, RADIUS, Scales
-from orchestrator.arm_drawing.curves import Panel, curves_svg
-from orchestrator.arm_drawing.shape import NOMINAL_ARM, TRUNK, ArmShape, Instant, strings
-from orchestrator.arm_drawing.svg import arm_svg, described
+from orchestrator.report.arm_drawing.arrows import HEAD, LARGEST_LENGTH, LARGEST_TURN, RADIUS, Scales
+from orchestrator.report.arm_drawing.curves import Panel, curves_svg
+from orchestrator.report.arm_drawing.shape import NOMINAL_ARM, TRUNK, ArmShape, Instant, strings
+from orchestrator.report.arm_drawing.svg import arm_svg, described
 
 # More are not seen: 25 a second over 16 s, in between the script interpolates.
 MOST_FRAMES = 400

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmus.errors import MisfitError
-from orchestrator.cosim.results.column import Column
+from orchestrator.results.column import Column
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -56,7 +56,7 @@ def format_of(path: Path) -> Format:
     if name is None:
         raise MisfitError(f"{path}: ending {path.suffix!r} is no format of results; use {', '.join(FORMATS)}")
     try:
-        return import_module(f"orchestrator.cosim.results.formats.{name}")
+        return import_module(f"orchestrator.results.formats.{name}")
     except ImportError as error:
         package = (error.name or "").partition(".")[0]
         install = PACKAGES.get(package, package)

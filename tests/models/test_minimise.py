@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from orchestrator.gp.search import minimise
+from orchestrator.models.minimise import minimise
 
 FREE = np.full(2, -np.inf), np.full(2, np.inf)
 

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from fmus.errors import MisfitError
 from fmus.locks import try_lock
-from orchestrator.cosim.results.arrow import KEY, batch_of, header_of, numpy_of, schema_of
-from orchestrator.cosim.results.formats import Content, Header, as_numbers
+from orchestrator.results.arrow import KEY, batch_of, header_of, numpy_of, schema_of
+from orchestrator.results.formats import Content, Header, as_numbers
 
 ENDING = ".unfinished"
 

@@ -16,9 +16,9 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from fmus.errors import MisfitError
-from orchestrator.cosim.results.column import Column
-from orchestrator.cosim.results.formats import Header, format_of
-from orchestrator.cosim.results.journal import Journal, batches_in, header_in, is_abandoned, journal_of
+from orchestrator.results.column import Column
+from orchestrator.results.formats import Header, format_of
+from orchestrator.results.journal import Journal, batches_in, header_in, is_abandoned, journal_of
 
 # What a killed process may lose: rows wait until there are so many, or until the next ones come so much later.
 FLUSH_ROWS = 2048

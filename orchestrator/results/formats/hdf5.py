@@ -9,9 +9,9 @@ import numpy as np
 import pyarrow as pa
 
 from fmus.errors import MisfitError
-from orchestrator.cosim.results.arrow import document, grouped, numpy_of
-from orchestrator.cosim.results.column import Column
-from orchestrator.cosim.results.formats import Content, Header, as_numbers, kind_of
+from orchestrator.results.arrow import document, grouped, numpy_of
+from orchestrator.results.column import Column
+from orchestrator.results.formats import Content, Header, as_numbers, kind_of
 
 ROWS_PER_CHUNK = 16_384
 

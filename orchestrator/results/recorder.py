@@ -7,8 +7,8 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from orchestrator.cosim.results.column import Column
-from orchestrator.cosim.results.result import Result
+from orchestrator.results.column import Column
+from orchestrator.results.result import Result
 
 
 class Recorder(Protocol):
@@ -77,6 +77,6 @@ def recorder_for(path: str | Path | None) -> Recorder:
     """
     if path is None:
         return MemoryRecorder()
-    from orchestrator.cosim.results.file_recorder import FileRecorder
+    from orchestrator.results.file_recorder import FileRecorder
 
     return FileRecorder(Path(path))

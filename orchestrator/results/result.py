@@ -3,17 +3,15 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from difflib import get_close_matches
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fmus.errors import MisfitError
 from fmus.units import conversion
-from orchestrator.cosim.results.column import Column
-
-if TYPE_CHECKING:
-    from orchestrator.report.notebook import Shown
+from orchestrator.results.column import Column
+from orchestrator.shown import Shown, drawing_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,20 +57,16 @@ class Result:
         self[name]
         return next(column for column in self.columns if column.name == name)
 
-    def plot(self, *names: str) -> "Shown":
+    def plot(self, *names: str) -> Shown:
         """Curves of columns over time, for a notebook; of the first few without names.
 
         Raises:
             MisfitError: if there is no such column, or nothing was recorded.
         """
-        from orchestrator.report.notebook import result_plot
-
-        return result_plot(self, names)
+        return drawing_of("result").plot(self, names)
 
     def _repr_html_(self) -> str:
-        from orchestrator.report.notebook import result_html
-
-        return result_html(self)
+        return drawing_of("result").html(self)
 
     def values_in(self, name: str, unit: str) -> NDArray[np.float64]:
         """Values of a column, (n,), converted to a unit.

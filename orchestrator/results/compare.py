@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from fmus.errors import MisfitError
 from fmus.units import conversion
-from orchestrator.cosim.results.column import Column
-from orchestrator.cosim.results.result import Result
+from orchestrator.results.column import Column
+from orchestrator.results.result import Result
 
 # Signals that come from the same equations in another order of summation differ by less of their range than this.
 TOLERANCE = 1e-6

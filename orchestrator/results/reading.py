@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 
 from fmus.errors import MisfitError
-from orchestrator.cosim.results.formats import Content, format_of
-from orchestrator.cosim.results.result import Result
+from orchestrator.results.formats import Content, format_of
+from orchestrator.results.result import Result
 
 
 def read_columns(path: Path, wanted: Sequence[str] | None = None) -> tuple[Content, bool]:
@@ -19,8 +19,8 @@ def read_columns(path: Path, wanted: Sequence[str] | None = None) -> tuple[Conte
     chosen = format_of(path)
     unfinished = path.with_name(path.name + ".unfinished")
     if unfinished.exists():
-        from orchestrator.cosim.results.file_recorder import finish_abandoned
-        from orchestrator.cosim.results.journal import read_journal
+        from orchestrator.results.file_recorder import finish_abandoned
+        from orchestrator.results.journal import read_journal
 
         finish_abandoned(path)
         try:

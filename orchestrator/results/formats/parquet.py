@@ -8,8 +8,8 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from fmus.errors import MisfitError
-from orchestrator.cosim.results.arrow import grouped, header_of, numpy_of, schema_of
-from orchestrator.cosim.results.formats import Content, Header, as_numbers
+from orchestrator.results.arrow import grouped, header_of, numpy_of, schema_of
+from orchestrator.results.formats import Content, Header, as_numbers
 
 ROWS_PER_GROUP = 131_072
 

@@ -8,8 +8,8 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from orchestrator.cosim.results.column import Column
-from orchestrator.cosim.results.formats import Header, kind_of
+from orchestrator.results.column import Column
+from orchestrator.results.formats import Header, kind_of
 
 KEY = b"misfit"
 SCHEMA = "misfit.result/1"

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from orchestrator.arm_drawing.shape import TRUNK, ArmShape, Instant, Point, joints
+from orchestrator.report.arm_drawing.shape import TRUNK, ArmShape, Instant, Point, joints
 from orchestrator.report.numbers import quantity
 
 RADIUS, HEAD = 0.075, 0.022

@@ -14,9 +14,9 @@ import pyarrow.csv as pc
 from numpy.typing import NDArray
 
 from fmus.errors import MisfitError
-from orchestrator.cosim.results.arrow import SCHEMA, numpy_of
-from orchestrator.cosim.results.column import Column
-from orchestrator.cosim.results.formats import Content, Header, as_numbers, kind_of
+from orchestrator.results.arrow import SCHEMA, numpy_of
+from orchestrator.results.column import Column
+from orchestrator.results.formats import Content, Header, as_numbers, kind_of
 
 ENDING = "-metadata.json"
 # Columns from which a table is read another way.

@@ -3,8 +3,17 @@
 import html
 import math
 
-from orchestrator.arm_drawing.arrows import Scales, arc_path, force_path, polyline, torque_path
-from orchestrator.arm_drawing.shape import MUSCLES, NOMINAL_ARM, TRUNK, ArmShape, Corner, Instant, joints, muscle_path
+from orchestrator.report.arm_drawing.arrows import Scales, arc_path, force_path, polyline, torque_path
+from orchestrator.report.arm_drawing.shape import (
+    MUSCLES,
+    NOMINAL_ARM,
+    TRUNK,
+    ArmShape,
+    Corner,
+    Instant,
+    joints,
+    muscle_path,
+)
 from orchestrator.report.numbers import quantity
 from orchestrator.report.palette import SURFACES, Colour
 
