@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from faulty import faulty_fmu
-from orchestrator.cosim.results.recorder import MemoryRecorder
 from systems import spec, system
 
 from fmus.errors import ComponentError, MisfitError
@@ -16,6 +15,7 @@ from orchestrator.cli.cosim import run
 from orchestrator.cosim import ComponentSpec, Connection, Simulation, System
 from orchestrator.cosim.toml_file import read_toml
 from orchestrator.cosim.toml_text import write_toml
+from orchestrator.results.recorder import MemoryRecorder
 
 
 def broken(folder: Path, **nan: str) -> System:
