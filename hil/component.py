@@ -12,7 +12,6 @@ from typing import Any
 import click
 
 from fmus.errors import ComponentError, MisfitError
-from hil.cli import ask_arm, ask_home, yes
 from hil.robots import proficio
 from hil.session.entry import PATIENCE_S, Opened, Operator, open_robot_session
 from hil.session.pilot import Decision, Pilot
@@ -20,6 +19,7 @@ from hil.session.recorded import finish_session
 from hil.session.settings import Settings, read_settings, virtual_settings
 from hil.session.timing import real_time_priority
 from hil.stop.server import stop_button
+from hil.terminal import ask_arm, ask_home, yes
 from hil.virtual.process import virtual_robot
 from orchestrator.cosim import Component, Port, StepEnd
 from orchestrator.cosim.isolate.component import IsolatedComponent

@@ -67,9 +67,9 @@ class Bench:
             MisfitError: if the bus, the robot or the settings do not fit.
             ComponentError: if the bus breaks or records are lost.
         """
-        from hil.cli import ask_arm, ask_home, robot_of
         from hil.session.entry import Operator
         from hil.session.session import run_session
+        from hil.terminal import ask_arm, ask_home, robot_of
 
         if not seconds > 0.0:
             raise MisfitError(f"hold({seconds}): expected a time above 0 s")

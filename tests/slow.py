@@ -20,7 +20,9 @@ SLOW = {
     },
     "tests/benchmarks/diagnosis/test_fixed_cases.py": "tests/diagnosis/test_shipped_cases.py: named, nothing missing, unknown",
     "tests/diagnosis/test_p_values_of_right_models.py": "test_noise_floor.py and test_flexible.py: the noise that p-values rest on",
-    "tests/blackbox/test_diagnosis_of_an_fmu.py::test_effect_in_the_data_is_named_from_outside_the_fmu": "the command's test in the same file, and test_hidden_effects_on_plants.py on tanks",
+    "tests/blackbox/test_diagnosis_of_an_fmu.py::test_effect_in_the_data_is_named_from_outside_the_fmu": "test_hidden_effects_on_plants.py on tanks",
+    "tests/blackbox/test_diagnosis_of_an_fmu.py::test_command_line_names_the_effect": "test_hidden_effects_on_plants.py on tanks; test_coupled_systems.py writes a system",
+    "tests/blackbox/test_coupled_systems.py::test_comparison_is_that": "the same file: an effect at a connected force explains the data",
     "tests/blackbox/test_hidden_effects_on_plants.py::test_hidden_effect_is_named_and_its_size_found[pendulum": "the same test on tanks",
     "tests/blackbox/test_hidden_effects_on_plants.py::test_hidden_effect_is_named_and_its_size_found[two-mass": "the same test on tanks",
     # FMUs in tools of others and under sanitizers and valgrind.

@@ -68,10 +68,10 @@ def record(
 
     The arm of the model library is emulated: its muscles push through the robot, a person at the wrist pushes back.
     """
-    from hil.cli import robot_of
     from hil.emulation.anatomy import anatomy
     from hil.emulation.muscles import Muscles
     from hil.session.session import run_session
+    from hil.terminal import robot_of
     from hil.trials.protocol import read_protocol
     from hil.virtual.body import Body, parse_values
 
@@ -94,7 +94,7 @@ def record(
 
 def said_of(document: Mapping[str, Any], wanted: range, folder: Path, virtual: bool) -> str:
     """Lines on what came of a session of the trials with these numbers."""
-    from hil.cli import stopped_by
+    from hil.terminal import stopped_by
     from hil.trials.files import TRIAL
 
     done = [number for number in wanted if (folder / TRIAL.format(number)).exists()]
@@ -112,8 +112,8 @@ def _operator(
     virtual: bool, confirm: bool, bus: Mapping[str, Any], quiet: bool, stack: contextlib.ExitStack
 ) -> "Operator":
     """Who is asked and told: people at the terminal, or the virtual caregiver."""
-    from hil.cli import ask_arm, ask_home, yes
     from hil.session.entry import Operator
+    from hil.terminal import ask_arm, ask_home, yes
     from hil.trials.assistant import Assistant, words_of
     from hil.trials.phases import Phase
     from hil.virtual.remote import Remote

@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 
 from fmus.errors import MisfitError
-from hil.cli import gaps
 from hil.session.absent import MODULE, SENSOR, absent, refusals, warning
 from hil.session.recorded import pilot_of
 from hil.session.settings import Settings, read_settings
+from hil.terminal import gaps
 from tests.hil.bench import SETTINGS, Bench
 
 NODES = {MODULE: 10, SENSOR: 8}

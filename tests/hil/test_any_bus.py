@@ -18,11 +18,11 @@ from hypothesis import strategies as st
 
 from hil.bus.gate import TORQUE_IDENTIFIERS
 from hil.bus.wire import open_wire
-from hil.cli import stopped_by
 from hil.codecs.frame import Frame
 from hil.robots import proficio
 from hil.session.check import check
 from hil.session.start_up import start_up
+from hil.terminal import stopped_by
 from hil.virtual.any_bus import BusServer
 from hil.virtual.plant import FreeJoints
 from hil.virtual.robot import VirtualRobot

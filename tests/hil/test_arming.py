@@ -11,8 +11,9 @@ from click.testing import CliRunner
 
 from fmus.errors import MisfitError
 from hil import cli
-from hil.cli import ask_arm, ask_home, hil
+from hil.cli import hil
 from hil.session.start_up import Robot
+from hil.terminal import ask_arm, ask_home
 from hil.trials.cli import LISTENER, _operator
 
 ROBOT = Robot("right", (4096, 4096, 4096), (2700, 2700, 2700), {}, None, None)

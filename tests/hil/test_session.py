@@ -13,7 +13,6 @@ import pytest
 from fmus.errors import MisfitError
 from hil.bus.gate import TORQUES
 from hil.bus.wire import Wire, open_wire
-from hil.cli import stopped_by
 from hil.codecs.barrett.safety_module import Button, Mode
 from hil.codecs.barrett.torques import pack_torques, unpack_torques
 from hil.codecs.frame import Frame, Timed, parse_frame
@@ -29,6 +28,7 @@ from hil.session.pilot import Pilot
 from hil.session.recorded import recorded_pilot
 from hil.session.settings import default_settings, virtual_settings
 from hil.session.start_up import scan
+from hil.terminal import stopped_by
 from hil.virtual.control import Control
 from hil.virtual.motor import IDLE, TORQUE
 from tests.hil.bench import Beats, Bench

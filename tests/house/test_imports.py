@@ -9,7 +9,6 @@ PACKAGES = ("fmus", "orchestrator", "hil")
 
 # Pairs of rooms that import each other today. The list may only shrink.
 CIRCLES = {
-    ("hil.cli", "hil.trials"),
     ("hil.emulation", "hil.session"),
     ("hil.recording", "hil.session"),
     ("hil.session", "hil.trials"),

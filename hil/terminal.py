@@ -1,0 +1,94 @@
+"""What commands of the bench ask and say at a terminal, and the robot that their options mean."""
+
+import contextlib
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from fmus.errors import MisfitError
+from orchestrator.cli.common import screen_paused
+
+if TYPE_CHECKING:
+    from hil.robots.base import Robot
+    from hil.session.settings import Settings
+    from hil.virtual.body import Body
+
+
+def robot_of(
+    virtual: bool,
+    bench: Path | None,
+    rate_hz: float,
+    stack: contextlib.ExitStack,
+    body: "Body | None" = None,
+    kind: str = "proficio",
+) -> "Settings":
+    """Settings of the robot that the options mean; a virtual one lives as long as the stack, and proves itself with a body on it."""
+    from dataclasses import replace
+
+    from hil.session.settings import read_settings, virtual_settings
+    from hil.virtual.made import DRIVES, DRIVES_OPTIONS
+    from hil.virtual.process import virtual_robot
+
+    if virtual == (bench is not None):
+        raise MisfitError("say either --virtual or --bench FILE: one of them tells which robot")
+    if bench is not None:
+        return read_settings(bench, rate_hz)
+    options = DRIVES_OPTIONS if kind == DRIVES else None
+    settings = replace(virtual_settings(rate_hz=rate_hz, robot=kind, options=options), proof=body is not None)
+    return replace(settings, bus=stack.enter_context(virtual_robot(settings.side, body, kind)))
+
+
+def gaps(document: Mapping[str, Any]) -> str:
+    """A line on the longest times between cycles and torques, and on how long answers took."""
+    if "largest_gap_ms" not in document:  # a session that broke off
+        return ""
+    gap, took = document["largest_gap_ms"], document["round_trip_us"]
+    without = [f"without {name}, with halved limits\n" for name in document["without"]]
+    return (
+        f"longest gap {gap['cycles']} ms between cycles, {gap['torque_frames']} ms between torque frames (limit {gap['limit']} ms);"
+        f" answers after {took['p50']} us (median), {took['max']} us (at most)\n" + "".join(without)
+    )
+
+
+def stopped_by(document: Mapping[str, Any], virtual: bool) -> str:
+    """Lines that say what went wrong in a session, if anything did; a virtual robot on a busy machine answers late."""
+    lines = ""
+    if slow := document.get("slow_cycles", 0):
+        lines += f"the controller took more than half of the cycle {slow} times; 6 ms of it in a row halve its torque, 30 ms stop the arm\n"
+    lines += "".join(f"stopped by {fault}\n" for fault in document["faults"])
+    late = [fault for fault in document["faults"] if fault.startswith(("positions_answered", "on_time"))]
+    if virtual and late:
+        lines += f"this machine is too busy for a virtual robot at {document['rate_hz']:g} Hz; try --rate 100\n"
+    return lines
+
+
+def yes(robot: object = None) -> bool:
+    """Nobody needs to be asked about a robot that is not there."""
+    return True
+
+
+def ask_home() -> bool:
+    if not sys.stdin.isatty():
+        return False
+    with screen_paused():
+        return click.confirm("The arm has not been zeroed. Is it on its stops?")
+
+
+def ask_arm(robot: "Robot") -> bool:
+    if not sys.stdin.isatty():
+        raise MisfitError("arming needs somebody at a terminal who confirms it")
+    words = f"A real {robot.about} is on this bus. Type ARM to switch its torques on"
+    with screen_paused():
+        _forget_typed()
+        return click.prompt(words, default="", show_default=False) == "ARM"
+
+
+def _forget_typed() -> None:
+    """What was typed before a question is no answer to it."""
+    import termios  # not on Windows
+
+    with contextlib.suppress(OSError, termios.error):
+        termios.tcflush(sys.stdin.fileno(), termios.TCIFLUSH)
