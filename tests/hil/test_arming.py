@@ -10,7 +10,7 @@ import pytest
 from click.testing import CliRunner
 
 from fmus.errors import MisfitError
-from hil import cli
+from hil import terminal
 from hil.cli import hil
 from hil.session.start_up import Robot
 from hil.terminal import ask_arm, ask_home
@@ -35,7 +35,7 @@ class Terminal:
 
 @pytest.fixture
 def somebody(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cli.sys, "stdin", Terminal(True))
+    monkeypatch.setattr(terminal.sys, "stdin", Terminal(True))
 
 
 @pytest.mark.parametrize(
@@ -44,7 +44,7 @@ def somebody(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_only_the_typed_word_arms_a_real_robot(
     typed: str, armed: bool, somebody: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(cli.click, "prompt", lambda *_, **__: typed)
+    monkeypatch.setattr(terminal.click, "prompt", lambda *_, **__: typed)
     assert ask_arm(ROBOT) is armed
 
 
@@ -54,17 +54,17 @@ def test_a_word_that_was_typed_before_the_question_does_not_arm(monkeypatch: pyt
 
     def prompt(*_: object, **__: object) -> str:
         os.write(keyboard, b"no\n")
-        return cli.sys.stdin.readline().strip()
+        return terminal.sys.stdin.readline().strip()
 
     with os.fdopen(line) as stdin:
-        monkeypatch.setattr(cli.sys, "stdin", stdin)
-        monkeypatch.setattr(cli.click, "prompt", prompt)
+        monkeypatch.setattr(terminal.sys, "stdin", stdin)
+        monkeypatch.setattr(terminal.click, "prompt", prompt)
         assert ask_arm(ROBOT) is False
     os.close(keyboard)
 
 
 def test_without_a_terminal_a_real_robot_is_neither_armed_nor_zeroed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cli.sys, "stdin", Terminal(False))
+    monkeypatch.setattr(terminal.sys, "stdin", Terminal(False))
     with pytest.raises(MisfitError, match="arming needs somebody at a terminal"):
         ask_arm(ROBOT)
     assert not ask_home()
@@ -89,7 +89,7 @@ def test_what_is_asked_before_arming_names_the_robot(
     somebody: None, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     asked = []
-    monkeypatch.setattr(cli.click, "prompt", lambda text, **_: asked.append(text) or "")
+    monkeypatch.setattr(terminal.click, "prompt", lambda text, **_: asked.append(text) or "")
     ask_arm(ROBOT)
     assert asked == ["A real Proficio, mounted on the right, is on this bus. Type ARM to switch its torques on"]
 
@@ -101,11 +101,11 @@ def test_what_answers_the_question_before_arming_is_not_taken_for_a_confirmation
 
     def prompt(*_: object, **__: object) -> str:
         os.write(keyboard, b"ARM\n")
-        return cli.sys.stdin.readline().strip()
+        return terminal.sys.stdin.readline().strip()
 
     with os.fdopen(line) as stdin, contextlib.ExitStack() as stack:
-        monkeypatch.setattr(cli.sys, "stdin", stdin)
-        monkeypatch.setattr(cli.click, "prompt", prompt)
+        monkeypatch.setattr(terminal.sys, "stdin", stdin)
+        monkeypatch.setattr(terminal.click, "prompt", prompt)
         operator = _operator(False, True, BUS, True, stack)
         assert operator.may_arm(ROBOT) is True
         assert not operator.confirm.is_set()
