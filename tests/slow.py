@@ -37,6 +37,10 @@ SLOW = {
     "tests/fmus/test_behaviour.py::test_an_fmu_that_misbehaves_is_a_finding[2.0": "the same faults in FMI 3.0",
     "tests/fmus/test_build.py::test_both_versions_of_all_models_are_built_side_by_side": "test_build_command.py builds one model in both versions",
     # Whole sites, packages, notebooks, teams.
+    **{
+        f"tests/test_documentation.py::test_commands_of_a_page_run_one_after_another[{page}": "the same test on the other pages; each command and option of these exists"
+        for page in ("README.md", "rat_muscle.md", "gp.md", "bench_session.md")
+    },
     "tests/test_documentation_site.py": "test_documentation.py: links and commands of pages; house/test_public_list.py: the reference",
     "tests/test_wheel.py": "house/test_notebook_from_the_wheel.py::test_the_wheel_has_the_front_door",
     "tests/report/test_notebook.py::test_example_notebook_runs": "house/test_front_door.py: the same calls",

@@ -6,7 +6,10 @@ import subprocess
 import sys
 from pathlib import Path
 
+import click
 import pytest
+
+from orchestrator.cli.main import misfit
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -42,6 +45,24 @@ def test_commands_of_a_page_run_one_after_another(page: Path, tmp_path: Path) ->
         )
 
         assert done.returncode == int(code or 0), f"{command}: {done.stderr}"
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if commands(page)], ids=lambda page: page.name)
+def test_commands_of_a_page_exist_and_have_the_options_that_it_names(page: Path) -> None:
+    for line in commands(page):
+        program, *words = shlex.split(line.partition("  # exits ")[0])
+        found: click.Command = misfit
+        while isinstance(found, click.Group):
+            context = click.Context(found)
+            # `misfit regress PATH` is short for its command for cases.
+            name = words.pop(0) if words[0] in found.list_commands(context) else "cases"
+            command = found.get_command(context, name)
+            assert command is not None, line
+            found = command
+        known = {name for parameter in found.params for name in (*parameter.opts, *parameter.secondary_opts)}
+
+        assert program == "misfit"
+        assert {word.partition("=")[0] for word in words if re.match("-{1,2}[a-z]", word)} <= known, line
 
 
 def test_links_of_the_readme_lead_to_files_that_exist() -> None:
