@@ -5,13 +5,13 @@ import io
 import math
 import os
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from fmus.errors import FmuError
 from orchestrator.cosim import ComponentSpec, RunSettings, System, Value
 from orchestrator.cosim.simulation import Simulation
 
@@ -135,9 +135,14 @@ def test_the_state_space_model_follows_its_matrices(interface: str) -> None:
     np.testing.assert_allclose(x, exact, atol=1e-7 if interface == "ModelExchange" else 0.5)
 
 
-def test_clocks_are_refused_clearly() -> None:
-    with pytest.raises(FmuError, match=r"Clocks.fmu offers only scheduled execution, with clocks"):
-        Simulation(one("Clocks", 3, "", 0.1))
+def test_clocks_tick_as_the_table_in_its_source_says() -> None:
+    system = one("Clocks", 3, "ScheduledExecution", 1.0)
+    spec = replace(system.components["fmu"], options={"ticks": {"inClock2": [0, 1, 8, 9]}})
+    with Simulation(replace(system, components={"fmu": spec})) as simulation:
+        simulation.run(9.0)
+        names = ("inClock1Ticks", "inClock2Ticks", "inClock3Ticks", "totalInClockTicks", "output3")
+
+        assert [simulation.get(f"fmu.{name}") for name in names] == [10, 4, 1, 15, 1000]
 
 
 def test_a_binary_output_is_bytes() -> None:

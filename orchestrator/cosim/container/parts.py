@@ -10,7 +10,13 @@ from fmus.errors import FmuError, MisfitError
 from fmus.platforms import Platform, cross_compile
 from orchestrator.cosim.component import Port
 from orchestrator.cosim.connections import HasPorts
-from orchestrator.cosim.fmu.description import CO_SIMULATION, FmuDescription, Interface, read_description
+from orchestrator.cosim.fmu.description import (
+    CO_SIMULATION,
+    MODEL_EXCHANGE,
+    FmuDescription,
+    Interface,
+    read_description,
+)
 from orchestrator.cosim.fmu.unpacked import find_binary, platform_folders
 from orchestrator.cosim.kinds import open_component
 from orchestrator.cosim.kinds.controller import LinearController
@@ -88,7 +94,8 @@ def _fmu_part(spec: ComponentSpec, path: Path, folders: dict[str, str]) -> Conta
     except MisfitError as error:
         raise type(error)(f"component {spec.name!r}: {error}") from error
     if interface.kind != CO_SIMULATION:
-        why = "is run by model exchange" if wanted else "offers model exchange only"
+        words = {MODEL_EXCHANGE: "model exchange"}.get(interface.kind, "scheduled execution")
+        why = f"is run by {words}" if wanted else f"offers {words} only"
         raise MisfitError(f"component {spec.name!r}: {path.name} {why}; one FMU can hold FMUs for co-simulation")
     if description.version == 1:
         raise MisfitError(

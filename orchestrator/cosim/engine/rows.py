@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from orchestrator.cosim.fmu.description import CO_SIMULATION
+from orchestrator.cosim.fmu.description import CO_SIMULATION, SCHEDULED
 from orchestrator.cosim.fmu.instance import Instance
 from orchestrator.cosim.masters.checks import limits
 from orchestrator.cosim.masters.not_finite import NotFinite
@@ -43,7 +43,8 @@ def why_in_python(operation: Operation, instances: Mapping[str, Instance], not_f
         return f"inputs of {operation.component} that are not held"
     stepping = instances[operation.component].interface.kind == CO_SIMULATION
     if isinstance(operation, Step):
-        return "" if stepping else f"integration of {operation.component}"
+        what = "ticks" if instances[operation.component].interface.kind == SCHEDULED else "integration"
+        return "" if stepping else f"{what} of {operation.component}"
     if isinstance(operation, Set) and not stepping:
         jumping = [slot for slot in operation.slots if slot.port.variability != "continuous"]
         if jumping:  # makes an event

@@ -17,14 +17,14 @@ from fmus.sources import SourceSet, check_identifier, sources_of
 from fmus.units import SiUnit
 from orchestrator.cosim.component import FLOATS, INTEGERS, Port
 
-CO_SIMULATION, MODEL_EXCHANGE = "CoSimulation", "ModelExchange"
+CO_SIMULATION, MODEL_EXCHANGE, SCHEDULED = "CoSimulation", "ModelExchange", "ScheduledExecution"
 _TYPES2 = {"Real": "Float64", "Integer": "Int32"}
 _TRUE = ("true", "1")
 
 
 @dataclass(frozen=True)
 class Interface:
-    """One way to run the FMU, `CoSimulation` or `ModelExchange`, with what it can do there."""
+    """One way to run the FMU, `CoSimulation`, `ModelExchange` or `ScheduledExecution`, with what it can do there."""
 
     kind: str
     identifier: str
@@ -101,15 +101,15 @@ class FmuDescription:
         return {**self.feedthrough, **declared}
 
     def interface(self, kind: str | None = None) -> Interface:
-        """The wanted interface, or co-simulation where there is a choice.
+        """The wanted interface, or co-simulation where there is a choice, then model exchange.
 
         Raises:
             FmuError: if the FMU does not have it.
         """
-        for wanted in (kind,) if kind else (CO_SIMULATION, MODEL_EXCHANGE):
+        for wanted in (kind,) if kind else (CO_SIMULATION, MODEL_EXCHANGE, SCHEDULED):
             if wanted in self.interfaces:
                 return self.interfaces[wanted]
-        has = " and ".join(self.interfaces) or "only scheduled execution, with clocks that a scheduler ticks"
+        has = " and ".join(self.interfaces) or "no interface"
         raise FmuError(f"{self.path.name} offers {has}, not {kind or 'what can be run here'}; ask for what it offers")
 
 
@@ -225,7 +225,8 @@ def _differentiable(path: Path) -> dict[str, bool]:
 
 def _interfaces(path: Path, parsed: Any) -> Iterator[Interface]:
     differentiable = _differentiable(path)
-    for kind, found in ((CO_SIMULATION, parsed.coSimulation), (MODEL_EXCHANGE, parsed.modelExchange)):
+    offered = (parsed.coSimulation, parsed.modelExchange, parsed.scheduledExecution)
+    for kind, found in zip((CO_SIMULATION, MODEL_EXCHANGE, SCHEDULED), offered, strict=True):
         if found is None:
             continue
         check_identifier(found.modelIdentifier, path.name)
@@ -245,7 +246,7 @@ def _interfaces(path: Path, parsed: Any) -> Iterator[Interface]:
             fixed_step=_number(found.fixedInternalStepSize) if stepping else None,
             interpolates_inputs=stepping and second and _flag(found.canInterpolateInputs),
             has_event_mode=stepping and _flag(found.hasEventMode),
-            needs_completed_step=not stepping and _flag(found.needsCompletedIntegratorStep),
+            needs_completed_step=kind == MODEL_EXCHANGE and _flag(found.needsCompletedIntegratorStep),
             sources=sources_of(parsed, found.modelIdentifier),
         )
 
