@@ -255,12 +255,6 @@ def test_a_missing_library_that_a_binary_needs_is_named(tmp_path: Path) -> None:
         opened(_with_binary(small_fmu("mass"), "undefined", binary.read_bytes()))
 
 
-def test_scheduled_execution_is_refused_clearly() -> None:
-    path = small_fmu("gain", 3, interfaces=["ScheduledExecution"])
-    with pytest.raises(FmuError, match="gain.fmu offers only scheduled execution, with clocks"):
-        opened(path)
-
-
 def test_an_fmu_that_may_be_there_once_is_not_made_twice() -> None:
     once = {'modelIdentifier="mass"': 'modelIdentifier="mass" canBeInstantiatedOnlyOncePerProcess="true"'}
     path = small_fmu("mass", replace=once)
