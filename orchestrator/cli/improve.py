@@ -53,7 +53,7 @@ def add(diagnosis_or_effect: str, model: str | None, folder: str, card_folders: 
     from orchestrator.diagnosis.candidates import as_fmu
     from orchestrator.diagnosis.cards import effect_library
     from orchestrator.diagnosis.read_back import adjusted_of, effects_of
-    from orchestrator.greybox.effects import law_effect
+    from orchestrator.greybox.effects import law_effects
     from orchestrator.greybox.laws import own_laws, read_law
     from orchestrator.model_argument import load_modelica
     from orchestrator.versions import add_effects, default_effect
@@ -68,7 +68,7 @@ def add(diagnosis_or_effect: str, model: str | None, folder: str, card_folders: 
         effects = effects_of(document)
         if not effects and document.get("laws"):
             laws = (read_law(Path(document["laws"][0]["card"])),)
-            effects = [law_effect(base, laws[0])]
+            effects = law_effects(base, laws[0])
         if not effects:
             raise MisfitError(
                 f"{diagnosis_or_effect} names no effect (verdict: {document['verdict']}), so there is nothing to add"
@@ -81,7 +81,7 @@ def add(diagnosis_or_effect: str, model: str | None, folder: str, card_folders: 
             raise click.UsageError(f"name the model that gets {diagnosis_or_effect} with --to MODEL")
         base, adjusted = load_modelica(model), []
         law = next((law for law in laws if law.id == diagnosis_or_effect), None)
-        effects = [law_effect(base, law) if law else default_effect(base, diagnosis_or_effect, cards)]
+        effects = law_effects(base, law) if law else [default_effect(base, diagnosis_or_effect, cards)]
     version = add_effects(base, effects, Path(folder), cards, adjusted, laws)
     written = (
         [version.file] if version.source.file is None or as_fmu(version.source) else [version.source.file, version.file]

@@ -2,7 +2,8 @@
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from fmus.catalogue import ModelicaModel
 from fmus.errors import MisfitError
@@ -62,8 +63,10 @@ def with_effects(
     return write_back(base, name, changes, wrong, folder)  # type: ignore[arg-type]
 
 
-def law_effect(base: ModelicaModel, law: Law) -> NamedEffect:
-    """A law of a card with the values that were found with it, at the site where it was found, else at the first that fits.
+def law_effects(base: ModelicaModel, law: Law) -> list[NamedEffect]:
+    """A law of a card with the values that were found with it, behind the effects that were in the model with it.
+
+    It acts at the site where it was found, else at the first that fits.
 
     Raises:
         MisfitError: if the card has no values, or the model no such place.
@@ -80,7 +83,15 @@ def law_effect(base: ModelicaModel, law: Law) -> NamedEffect:
         law.public(p.name, place.unit): Estimate(p.value, p.unit(place.units), (p.value, p.value))
         for p in law.parameters
     }
-    return NamedEffect(law.id, place.site, values)
+    return [*map(_read_back, law.beside), NamedEffect(law.id, place.site, values)]
+
+
+def _read_back(entry: Mapping[str, Any]) -> NamedEffect:
+    values = {
+        name: Estimate(float(row["value"]), str(row["unit"]), (float(row["ci90"][0]), float(row["ci90"][1])))
+        for name, row in entry["parameters"].items()
+    }
+    return NamedEffect(str(entry["id"]), str(entry["site"]), values)
 
 
 def knows(effect: NamedEffect, base: ModelicaModel) -> bool:

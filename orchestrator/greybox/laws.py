@@ -64,7 +64,8 @@ class Law:
     into a balance, which Modelica cannot name, `storage` what its equation multiplies der(x) with. A `single` law acts at one
     balance, never between two. The gain of a `curved` law enters linearly near zero only. A `bounded` law depends on a position that comes back; a `slow` one belongs to stores of heat, charge and the like, not to motion. `contains` lists ids of simpler laws that it becomes at the limit of a parameter.
     `also` names further variables of a model by the coordinates that
-    the law uses for them. `site` is where a law of the user's own was found, `seen` the range of each coordinate there.
+    the law uses for them. `site` is where a law of the user's own was found, `seen` the range of each coordinate there, `beside` the effects
+    that were in the model with it, as JSON names them.
     """
 
     id: str
@@ -86,6 +87,7 @@ class Law:
     also: Mapping[str, str] = field(default_factory=dict)
     site: str = ""
     seen: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    beside: tuple[Mapping[str, Any], ...] = ()
 
     @property
     def needs_net(self) -> bool:

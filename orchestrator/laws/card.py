@@ -37,6 +37,12 @@ def card_text(law: Law) -> str:
     lines += ["[seen]", *(f"{name} = [{low!r}, {high!r}]" for name, (low, high) in law.seen.items())]
     for parameter in law.parameters:
         lines += [f"[parameters.{parameter.name}]", *_parameter_lines(parameter)]
+    for effect in law.beside:
+        lines += ["[[beside]]", f"id = {json.dumps(effect['id'])}", f"site = {json.dumps(effect['site'])}"]
+        for name, row in effect["parameters"].items():
+            value, unit, (low, high) = float(row["value"]), json.dumps(row["unit"]), row["ci90"]
+            lines += [f"[beside.parameters.{name}]", f"value = {value!r}", f"unit = {unit}"]
+            lines += [f"ci90 = [{float(low)!r}, {float(high)!r}]"]
     return "\n".join(lines) + "\n"
 
 

@@ -27,13 +27,14 @@ Progress = Callable[[str], None]
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits of the search: `fitted` sums of each size are fitted, unless `seconds` are over; up to `shown` laws are proposed.
+    """Limits of the search: `fitted` sums of each size are fitted, unless `seconds` are over, the best `ended` of them to the end; up to `shown` laws are proposed.
 
     A law is proposed if it takes away `explained` of the missing force's power and improves predictions by `improvement`. The
     price of having looked at many formulas is the logarithm of their number, in nats, for each term.
     """
 
     fitted: int = 3
+    ended: int = 2
     seconds: float = 60.0
     shown: int = 4
     explained: float = 0.2
@@ -131,22 +132,29 @@ def _judged(
     """Laws beyond doubt: the simplest that nothing beats first, then those that explain the record as well."""
     own = outcome.setting.thresholds
     dear = replace(own, nats=own.nats + float(np.log(max(looked_at, 1))))
-    ranked = sorted(found, key=lambda law: law.fitted.loss)
+    progress("judging formulas")
+    ranked = sorted((_to_the_end(outcome, law) for law in _promising(found, limits)), key=lambda law: law.fitted.loss)
     if not ranked:
         return ()
-    progress("judging formulas")
-    ranked = sorted([*(_to_the_end(outcome, law) for law in ranked[:2]), *ranked[2:]], key=lambda w: w.fitted.loss)
-    alike = [law for law in ranked if law is ranked[0] or not beyond_doubt(ranked[0].fitted, law.fitted, own)]
-    first = min(alike, key=lambda law: (law.constants, law.fitted.loss))
-    first = first if first in ranked[:2] else _to_the_end(outcome, first)
-    others = sorted(
-        (law for law in alike if law.terms != first.terms), key=lambda law: (law.constants, law.fitted.loss)
-    )
+    alike = [law for law in ranked if law is ranked[0] or not beyond_doubt(ranked[0].fitted, law.fitted, dear)]
+    first, *others = sorted(alike, key=lambda law: (law.constants, len(law.beside), law.fitted.loss))
     if all(term.library for term in first.terms):
         return ()  # the library has such laws, and its own search has judged them
     if all(_better(outcome, first, about, dear, limits) for about in abouts):
         return (first, *others[: limits.shown - 1])
     return ()
+
+
+def _promising(found: Sequence[FoundLaw], limits: Limits) -> list[FoundLaw]:
+    """The best of each size, beside effects of the library and without them: rough fits are compared with their like only."""
+    chosen = []
+    for beside in (False, True):
+        for size in (1, 2, 3):
+            own = sorted(
+                (w for w in found if bool(w.beside) == beside and len(w.terms) == size), key=lambda w: w.fitted.loss
+            )
+            chosen += own[: limits.ended]
+    return chosen
 
 
 def _better(outcome: Outcome, law: FoundLaw, about: FittedSet, dear: Thresholds, limits: Limits) -> bool:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from orchestrator.diagnosis.result import Estimate
+from orchestrator.diagnosis.result import Estimate, NamedEffect
 from orchestrator.greybox.diagnose import Outcome
 from orchestrator.greybox.effects import named_effects
 from orchestrator.greybox.expression import renamed
@@ -38,7 +38,7 @@ class LawProposal:
     coordinates: Mapping[str, str]
     seen: Mapping[str, tuple[float, float]]
     parameters: Mapping[str, Estimate]
-    beside: tuple[str, ...]
+    beside: tuple[NamedEffect, ...]
     explained_share: float
     held_out_before: Mapping[str, float]
     held_out_after: Mapping[str, float]
@@ -66,7 +66,7 @@ class LawProposal:
             "coordinate_units": list(self.coordinates.values()),
             "seen": {name: list(ends) for name, ends in self.seen.items()},
             "parameters": {name: asdict(value) for name, value in self.parameters.items()},
-            "beside": list(self.beside),
+            "beside": [asdict(effect) for effect in self.beside],
             "explained_share": self.explained_share,
             "held_out_before": dict(self.held_out_before),
             "held_out_after": dict(self.held_out_after),
@@ -84,9 +84,7 @@ def proposal_of(
 ) -> LawProposal:
     """A found law with its values, for the reader; `before` and `after` are held-out errors, `share` what it explains."""
     candidate, place = found.candidate, found.candidate.place
-    effect = next(
-        e for e, c in zip(named_effects(found.fitted), found.fitted.candidates, strict=True) if c is candidate
-    )
+    *beside, effect = named_effects(found.fitted)  # the law is the last of its set
     used = [name for name in place.coordinates if name in _words(candidate.law)]
     variables = {name: ("time" if name == "t" else place.coordinates[name]) for name in used}
     seen = _seen(outcome, found)
@@ -98,6 +96,7 @@ def proposal_of(
         also={name: place.coordinates[name] for name in used if name.startswith("of_")},
         site=place.site,
         seen={name: seen[name] for name in used},
+        beside=tuple(asdict(each) for each in beside),
         parameters=tuple(
             replace(p, value=effect.parameters[p.name].value, grid=(1.0,) if not p.gain else ())
             for p in candidate.law.parameters
@@ -114,7 +113,7 @@ def proposal_of(
         coordinates={variables[name]: place.units[unit.get(name, name)] for name in used},
         seen={variables[name]: seen[name] for name in used},
         parameters=effect.parameters,
-        beside=tuple(c.label for c in found.beside),
+        beside=tuple(beside),
         explained_share=share,
         held_out_before=before,
         held_out_after=after,

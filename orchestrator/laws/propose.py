@@ -17,17 +17,20 @@ from orchestrator.laws.proposal import LawProposal, proposal_of, with_rivals
 from orchestrator.measurements import MeasurementSet
 
 FOLDER = "laws"
-# A named answer that leaves more than this share of the missing force's power is looked behind.
-LEFT_OPEN = 0.01
+# A named answer that leaves more than this share of the missing force's power, or a held-out error of more than so many noise
+# floors, is looked behind.
+LEFT_OPEN, LEFT_OVER_FLOOR = 0.01, 1.5
 
 
 def asks_for_laws(diagnosis: Diagnosis) -> bool:
     """Whether the library leaves something open: the answer is unknown, ambiguous, or what is named does not explain all."""
     if not isinstance(diagnosis.search, Outcome):
         return False
-    left = diagnosis.unexplained_share
-    return diagnosis.verdict in ("unknown", "ambiguous") or (
-        diagnosis.verdict == "named" and left is not None and left > LEFT_OPEN
+    if diagnosis.verdict in ("unknown", "ambiguous"):
+        return True
+    held_out, left = diagnosis.steps[-1].comparison.held_out, diagnosis.unexplained_share or 0.0
+    return diagnosis.verdict == "named" and (
+        left > LEFT_OPEN or held_out is None or held_out.over_floor > LEFT_OVER_FLOOR
     )
 
 

@@ -14,6 +14,8 @@ def laws_text(proposals: Sequence[LawProposal]) -> str:
         f"a formula explains what the library's effects leave: {first.sentence}",
         f"  at {first.site}, in {first.unit}: {first.formula}",
     ]
+    if first.beside:
+        lines.append(f"  beside {' and '.join(f'{effect.id} at {effect.site}' for effect in first.beside)}")
     for name, value in first.parameters.items():
         unit = value.unit if value.unit != "1" else ""
         interval = f"[{value.ci90[0]:.4g}, {value.ci90[1]:.4g}]" if value.ci90[0] < value.ci90[1] else "held"

@@ -1,0 +1,96 @@
+"""Hidden effects outside the library, with the terms that are their simplest form; a case without an effect is a null."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+Force = Callable[[float, float, float, float, float], float]
+
+
+@dataclass(frozen=True)
+class Hidden:
+    """A hidden effect at a plant: `force(t, q, v, u, z)` with position (or stored quantity) q, speed v, input u and memory z.
+
+    `memory(t, q, v, u, z)` is the rate of z. `simplest` are the sets of terms that say it with fewest constants.
+    """
+
+    plant: str
+    name: str
+    force: Force
+    simplest: tuple[frozenset[str], ...] = ()
+    memory: Force | None = None
+
+
+def _sign(v: float, sharp: float) -> float:
+    return float(np.tanh(v / sharp))
+
+
+def _one(*terms: str) -> tuple[frozenset[str], ...]:
+    return (frozenset(terms),)
+
+
+def _motions(plant: str, force: float, speed: float, way: float, duration: float) -> list[Hidden]:
+    """Effects of motion in the scale of a plant: sizes of its forces, speeds, ways, and the duration of a trial."""
+    f, s, w = force, speed, way
+    sharp = 0.004 * s
+
+    return [
+        Hidden(plant, "dry friction growing with distance", lambda t, q, v, u, z: -f * (0.1 + 0.4 * abs(q) / w) * _sign(v, sharp), _one("dry", "dry_times_distance")),
+        Hidden(plant, "damping growing with the square of the position", lambda t, q, v, u, z: -0.6 * f * (q / w) ** 2 * v / s, _one("viscous_times_square")),
+        Hidden(plant, "friction in a zone", lambda t, q, v, u, z: -0.4 * f * np.exp(-(((q - 0.3 * w) / (0.25 * w)) ** 2)) * _sign(v, sharp), _one("dry_within")),
+        Hidden(plant, "transmission loss", lambda t, q, v, u, z: -0.15 * abs(u) * _sign(v, sharp), _one("dry_times_size_of_u")),
+        Hidden(plant, "slack cord", lambda t, q, v, u, z: -f * max(q / w - 0.4, 0.0) ** 2 * 2, _one("square_above")),
+        Hidden(plant, "friction that warms away", lambda t, q, v, u, z: -0.35 * f * np.exp(-t / (0.3 * duration)) * _sign(v, sharp), _one("dry_fading")),
+        Hidden(plant, "load picked up at a moment", lambda t, q, v, u, z: -0.25 * f * (t > 0.45 * duration), _one("constant_after")),
+        Hidden(plant, "cubic spring that appears", lambda t, q, v, u, z: -0.4 * f * (q / w) ** 3 * (t > 0.6 * duration), _one("cubic_after")),
+        Hidden(plant, "quintic spring", lambda t, q, v, u, z: -0.8 * f * (q / w) ** 5, _one("quintic")),
+        Hidden(plant, "asymmetric damper", lambda t, q, v, u, z: -0.5 * f * max(v, 0.0) / s - 0.1 * f * min(v, 0.0) / s, (frozenset({"forward_damping", "backward_damping"}), frozenset({"viscous", "forward_damping"}), frozenset({"viscous", "backward_damping"}))),
+        Hidden(plant, "eddy brake", lambda t, q, v, u, z: -0.8 * f * (v / s) / (1 + (v / (0.5 * s)) ** 2), _one("eddy_brake")),
+        Hidden(plant, "friction with memory", lambda t, q, v, u, z: -0.3 * f * z / (0.05 * w), _one("pre_sliding"), lambda t, q, v, u, z: v - abs(v) * z / (0.05 * w)),
+        Hidden(plant, "relaxing spring", lambda t, q, v, u, z: -0.5 * f * (q - z) / w, _one("relaxing_spring"), lambda t, q, v, u, z: (q - z) / (0.05 * duration)),
+        Hidden(plant, "one-way square drag", lambda t, q, v, u, z: -0.5 * f * max(v / s, 0.0) ** 2, _one("forward_drag")),
+    ]  # fmt: skip
+
+
+def _rotations(plant: str, force: float, speed: float, duration: float) -> list[Hidden]:
+    """Effects on a shaft that turns freely."""
+    f, s = force, speed
+    sharp = 0.004 * s
+    return [
+        Hidden(plant, "eddy brake", lambda t, q, v, u, z: -0.8 * f * (v / s) / (1 + (v / (0.4 * s)) ** 2), _one("eddy_brake")),
+        Hidden(plant, "asymmetric drag", lambda t, q, v, u, z: -0.4 * f * max(v / s, 0.0) ** 2, _one("forward_drag")),
+        Hidden(plant, "root damping", lambda t, q, v, u, z: -0.3 * f * np.sign(v) * np.sqrt(abs(v) / s), _one("root_damping")),
+        Hidden(plant, "cubic damping", lambda t, q, v, u, z: -0.5 * f * (v / s) ** 3, _one("cubic_damping")),
+        Hidden(plant, "transmission loss", lambda t, q, v, u, z: -0.2 * abs(u) * _sign(v, sharp), _one("dry_times_size_of_u")),
+        Hidden(plant, "viscous friction that fades", lambda t, q, v, u, z: -0.4 * f * np.exp(-t / (0.3 * duration)) * v / s, _one("viscous_fading")),
+        Hidden(plant, "rubbing from a moment on", lambda t, q, v, u, z: -0.2 * f * _sign(v, sharp) * (t > 0.5 * duration), _one("dry_after")),
+        Hidden(plant, "damping above a speed", lambda t, q, v, u, z: -f * (max(v - 0.6 * s, 0.0) + min(v + 0.6 * s, 0.0)) / s, _one("late_damping")),
+    ]  # fmt: skip
+
+
+def _stores(plant: str, flow: float, middle: float, spread: float, duration: float) -> list[Hidden]:
+    """Effects at a store: sizes of its flows, middle and half range of what is stored."""
+    f, m, w = flow, middle, spread
+    return [
+        Hidden(plant, "loss with the cube", lambda t, q, v, u, z: -0.3 * f * (q / (abs(m) + w)) ** 3, _one("cubic_loss")),
+        Hidden(plant, "loss above a value, power 1.5", lambda t, q, v, u, z: -0.5 * f * max((q - m - 0.1 * w) / w, 0.0) ** 1.5, _one("weir")),
+        Hidden(plant, "exponential loss", lambda t, q, v, u, z: -0.3 * f * np.exp((q - m - w) / (0.4 * w)), _one("exponential_loss")),
+        Hidden(plant, "loss in proportion to the input", lambda t, q, v, u, z: -0.25 * u * q / (abs(m) + w), _one("loss_times_of_u")),
+        Hidden(plant, "loss that fades", lambda t, q, v, u, z: -0.35 * f * np.exp(-t / (0.3 * duration)) * q / (abs(m) + w), _one("loss_fading")),
+        Hidden(plant, "leak from a moment on", lambda t, q, v, u, z: -0.3 * f * (t > 0.5 * duration) * q / (abs(m) + w), _one("loss_after")),
+        Hidden(plant, "valve that opens", lambda t, q, v, u, z: -0.15 * f * (1 + np.tanh((q - m) / (0.15 * w))), _one("constant", "valve")),
+        Hidden(plant, "wall that takes up and gives back", lambda t, q, v, u, z: -0.5 * f * (q - z) / w, _one("absorbing_wall"), lambda t, q, v, u, z: (q - z) / (0.08 * duration)),
+    ]  # fmt: skip
+
+
+CASES: tuple[Hidden, ...] = (
+    *_motions("mass", 4.0, 1.0, 0.35, 6.0),
+    *_motions("pendulum", 0.8, 1.8, 0.45, 6.0),
+    *_rotations("rotor", 0.6, 8.0, 12.0),
+    *_stores("tank", 0.002, 0.5, 0.2, 300.0),
+    *_stores("oven", 120.0, 50.0, 20.0, 1800.0),
+    *_stores("coil", 4.0, 0.0, 2.0, 1.2),
+    *_stores("capacitor", 0.4, 1.0, 2.0, 3.0),
+    *(Hidden(plant, "nothing", lambda t, q, v, u, z: 0.0) for plant in ("mass", "pendulum", "rotor", "tank", "oven", "coil", "capacitor")),
+)  # fmt: skip
