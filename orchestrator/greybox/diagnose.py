@@ -140,8 +140,11 @@ def _answer(
     after = given
     if chosen.candidates:
         progress("opening the held-out trials")
-        after = compared(outcome, chosen, given, measurements, workers)
-        worse = worse_on_held_out(outcome, chosen, given, after, limits)
+        try:
+            after = compared(outcome, chosen, given, measurements, workers)
+            worse = worse_on_held_out(outcome, chosen, given, after, limits)
+        except ComponentError as error:
+            worse = f"a free run with it fails: {error}"
         if worse and verdict in ("named", "ambiguous"):
             verdict = "unknown"
             reasons.append(worse)

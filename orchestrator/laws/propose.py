@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fmus.errors import MisfitError
+from fmus.errors import ComponentError, MisfitError
 from orchestrator.compare.result import Comparison
 from orchestrator.diagnosis.result import Diagnosis
 from orchestrator.greybox.decide import share_explained
@@ -56,7 +56,10 @@ def propose_laws(
     for law in find_laws(outcome, limits, progress):
         progress(f"opening the held-out trials for {law.candidate.law.expression}")
         with np.errstate(all="ignore"):
-            after = compared(outcome, law.fitted, given, measurements, workers)
+            try:
+                after = compared(outcome, law.fitted, given, measurements, workers)
+            except ComponentError:
+                continue  # a law whose free runs fail is no answer
             if not _worse(outcome, law, given, after, diagnosis):
                 found.append(_proposal(outcome, law, given, after))
     different = _without_twins(found)
