@@ -17,23 +17,26 @@ from orchestrator.greybox.decide import Weighed, beyond_doubt, share_explained
 from orchestrator.greybox.diagnose import Outcome
 from orchestrator.greybox.search import FittedSet, fit_set, with_losses
 from orchestrator.greybox.thresholds import Thresholds
-from orchestrator.laws.regression import BeamSearch, table_of
+from orchestrator.laws.regression import BeamSearch, all_columns, finer_columns, table_of
 from orchestrator.laws.response import responses
 from orchestrator.laws.terms import Term, joined, terms_at
 from orchestrator.laws.wide_places import further_of, wide_places
+
+# Grids of shapes become finer by these steps, in doublings.
+ZOOM = (0.5, 0.25)
 
 Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits of the search: `fitted` sums of each size are fitted, unless `seconds` are over, the best `ended` of them to the end; up to `shown` laws are proposed.
+    """Limits of the search: so many `fitted` sums of one, two and three terms are fitted, unless `seconds` are over, the best `ended` of them to the end; up to `shown` laws are proposed.
 
     A law is proposed if it takes away `explained` of the missing force's power and improves predictions by `improvement`. The
     price of having looked at many formulas is the logarithm of their number, in nats, for each term.
     """
 
-    fitted: int = 3
+    fitted: tuple[int, ...] = (4, 4, 2)
     ended: int = 2
     seconds: float = 60.0
     shown: int = 4
@@ -93,9 +96,14 @@ def guessed(outcome: Outcome, about: FittedSet, progress: Progress) -> tuple[lis
     for place in wide_places(outcome.case, about.fit):
         progress(f"searching for a formula of what acts at {place.site}")
         terms = terms_at(place, further_of(place))
-        table = table_of(about.fit, place, responses(about.fit, place), terms)
+        answers = responses(about.fit, place)
+        table = table_of(about.fit, answers, all_columns(terms, place))
         looked_at += len(table.columns)
-        for each in BeamSearch(table).run():
+        sums = BeamSearch(table).run()
+        for reach in ZOOM:
+            table = table_of(about.fit, answers, finer_columns(table, sums, reach))
+            sums = BeamSearch(table).run()
+        for each in sums:
             parts = [(table.columns[c].term, table.columns[c].candidate) for c in each.columns]
             found.append(Guess(tuple(term for term, _ in parts), joined(parts, place), each.score))
     return sorted(found, key=lambda guess: -guess.score), looked_at
@@ -105,7 +113,7 @@ def _fitted(
     outcome: Outcome, about: FittedSet, guesses: Sequence[Guess], limits: Limits, until: float, progress: Progress
 ) -> list[FoundLaw]:
     """The best guesses of each size, fitted by likelihood while there is time."""
-    chosen = [g for size in (1, 2, 3) for g in [g for g in guesses if len(g.terms) == size][: limits.fitted]]
+    chosen = [g for k, count in enumerate(limits.fitted, 1) for g in [g for g in guesses if len(g.terms) == k][:count]]
     found: list[FoundLaw] = []
     for guess in sorted(chosen, key=lambda g: -g.score):
         if guess.score < 0 or (found and time.monotonic() > until):

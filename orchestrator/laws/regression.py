@@ -15,12 +15,12 @@ from orchestrator.greybox.memory import force
 from orchestrator.greybox.places import Place
 from orchestrator.greybox.screen import FOLDS, stretches_of
 from orchestrator.laws.response import Response
-from orchestrator.laws.terms import Term, law_of, variants
+from orchestrator.laws.terms import Term, law_of, nearby, variants
 
 BEAM = 12
 LARGEST = 3
-# Of the terms that do best alone, so many take part in sums; those that only help others come in beside the best sums.
-RESIDUES = 1e-6
+# Shapes are made finer for so many of the best sums.
+ZOOMED = 30
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,9 +51,23 @@ class Sum:
     score: float
 
 
-def table_of(fit: Fit, place: Place, answers: Sequence[Response], terms: Sequence[Term]) -> Table:
-    """Every term with every choice of shapes, as what its force changes of the innovations."""
-    columns = tuple(Column(term, c) for term in terms for c in variants(law_of([term], place), place))
+def all_columns(terms: Sequence[Term], place: Place) -> tuple[Column, ...]:
+    """Every term with every choice of its shapes."""
+    return tuple(Column(term, c) for term in terms for c in variants(law_of([term], place), place))
+
+
+def finer_columns(table: Table, sums: Sequence["Sum"], reach: float) -> tuple[Column, ...]:
+    """The terms of the best sums with shapes about those that they have there."""
+    chosen = dict.fromkeys(c for each in sums[:ZOOMED] for c in each.columns)
+    found = {}
+    for column in (table.columns[c] for c in chosen):
+        for candidate in nearby(column.candidate, reach):
+            found[column.term.id, *candidate.shapes.values()] = Column(column.term, candidate)
+    return tuple(found.values())
+
+
+def table_of(fit: Fit, answers: Sequence[Response], columns: tuple[Column, ...]) -> Table:
+    """Terms with their shapes as what their forces change of the innovations."""
     errors, slopes, kept, folds = [], [], [], []
     blocks = stretches_of([len(t.time) for t in fit.trials])
     for answer, (error, own, _), block in zip(answers, fit.whitened(), blocks, strict=True):

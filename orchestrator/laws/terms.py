@@ -114,6 +114,19 @@ def variants(law: Law, place: Place) -> Iterator[Candidate]:
         yield Candidate(law, place, {p.name: value_at(p, f, place) for p, f in zip(shaped, factors_, strict=True)})
 
 
+def nearby(candidate: Candidate, reach: float) -> Iterator[Candidate]:
+    """A candidate with each fitted shape as it is and to both sides: by a factor of 2 to the power `reach`, a centre by `reach`
+    times a seventh of half the range that was seen."""
+    moved = {}
+    for p in candidate.fitted_shapes:
+        value = candidate.shapes[p.name]
+        step = reach * candidate.place.range[1] / 7
+        sides = (value - step, value + step) if p.kind.startswith("centre") else (value / 2**reach, value * 2**reach)
+        moved[p.name] = (value, *sides)
+    for values in product(*moved.values()):
+        yield replace(candidate, shapes={**candidate.shapes, **dict(zip(moved, values, strict=True))})
+
+
 def value_at(parameter: LawParameter, share: float, place: Place) -> float:
     """A grid point in the place's own scale; a `centre` is a position within the range of what was seen."""
     if parameter.kind.startswith("centre"):

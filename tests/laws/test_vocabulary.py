@@ -12,7 +12,7 @@ from orchestrator.greybox.memory import force, remembered
 from orchestrator.greybox.places import Place
 from orchestrator.greybox.search import fit_set
 from orchestrator.greybox.thresholds import Thresholds
-from orchestrator.laws.regression import table_of
+from orchestrator.laws.regression import all_columns, table_of
 from orchestrator.laws.response import responses
 from orchestrator.laws.terms import Term, law_of, terms_at, variants
 from orchestrator.laws.vocabulary import factors
@@ -56,7 +56,7 @@ def test_the_response_to_a_term_is_what_the_filter_of_the_model_with_it_says(tmp
     about = outcome.nominal
     (place,) = wide_places(outcome.case, about.fit)
     term = Term(factors("speed")[0])
-    table = table_of(about.fit, place, responses(about.fit, place), [term])
+    table = table_of(about.fit, responses(about.fit, place), all_columns([term], place))
     fitted = fit_set(outcome.setting, (table.columns[0].candidate,), about.fit.noise, rough=True).fit
     work = [
         fitted.box.run(t, np.zeros(1), n.intensity, n.sensors, substeps=fitted.substeps, slopes=True)
