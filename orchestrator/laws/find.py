@@ -15,6 +15,7 @@ from fmus.errors import ComponentError
 from orchestrator.greybox.candidates import Candidate
 from orchestrator.greybox.decide import Weighed, beyond_doubt, share_explained
 from orchestrator.greybox.diagnose import Outcome
+from orchestrator.greybox.laws import laws
 from orchestrator.greybox.search import FittedSet, fit_set, with_losses
 from orchestrator.greybox.thresholds import Thresholds
 from orchestrator.laws.regression import BeamSearch, all_columns, finer_columns, table_of
@@ -69,16 +70,20 @@ class FoundLaw:
 
 
 def find_laws(
-    outcome: Outcome, limits: Limits | None = None, progress: Progress = lambda message: None
+    outcome: Outcome,
+    limits: Limits | None = None,
+    progress: Progress = lambda message: None,
+    *,
+    named: bool = True,
 ) -> tuple[FoundLaw, ...]:
     """Laws that explain what the library leaves, the one to be shown first first; none where nothing is beyond doubt.
 
-    They are looked for in place of the library's best set, and beside it.
+    They are looked for in place of the library's best set and, if that set is `named`, beside it.
     """
     limits = limits or Limits()
     began = time.monotonic()
     best = outcome.decision.chosen
-    abouts = [outcome.nominal, *([best] if best.candidates else [])]
+    abouts = [outcome.nominal, *([best] if best.candidates and named else [])]
     found: list[FoundLaw] = []
     looked_at = 0
     with threadpool_limits(limits=1, user_api="blas"), np.errstate(all="ignore"):
@@ -141,12 +146,14 @@ def _judged(
     own = outcome.setting.thresholds
     dear = replace(own, nats=own.nats + float(np.log(max(looked_at, 1))))
     progress("judging formulas")
-    ranked = sorted((_to_the_end(outcome, law) for law in _promising(found, limits)), key=lambda law: law.fitted.loss)
+    ended = _foretelling([_to_the_end(outcome, law) for law in _promising(found, limits)], outcome)
+    ranked = sorted(ended, key=lambda law: law.fitted.loss)
     if not ranked:
         return ()
     alike = [law for law in ranked if law is ranked[0] or not beyond_doubt(ranked[0].fitted, law.fitted, dear)]
     first, *others = sorted(alike, key=lambda law: (law.constants, len(law.beside), law.fitted.loss))
-    if all(term.library for term in first.terms):
+    known = {law.id for law in laws()}
+    if all(term.library in known for term in first.terms):
         return ()  # the library has such laws, and its own search has judged them
     if all(_better(outcome, first, about, dear, limits) for about in abouts):
         return (first, *others[: limits.shown - 1])
@@ -163,6 +170,18 @@ def _promising(found: Sequence[FoundLaw], limits: Limits) -> list[FoundLaw]:
             )
             chosen += own[: limits.ended]
     return chosen
+
+
+def _foretelling(found: Sequence[FoundLaw], outcome: Outcome) -> list[FoundLaw]:
+    """Laws but for those that a law with fewer constants outdoes in predictions over an eighth of a trial."""
+    worse = 1 + outcome.setting.thresholds.worse
+    errors = [Weighed(law.fitted).error(8, outcome.scale) for law in found]
+
+    def outdone(law: FoundLaw, error: float) -> bool:
+        pairs = zip(found, errors, strict=True)
+        return any(other.constants < law.constants and error > worse * least for other, least in pairs)
+
+    return [law for law, error in zip(found, errors, strict=True) if not outdone(law, error)]
 
 
 def _better(outcome: Outcome, law: FoundLaw, about: FittedSet, dear: Thresholds, limits: Limits) -> bool:

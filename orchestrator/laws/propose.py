@@ -53,7 +53,7 @@ def propose_laws(
         raise MisfitError("formulas are looked for in models without slots, whose balance equations are searched")
     given = diagnosis.steps[0].comparison
     found = []
-    for law in find_laws(outcome, limits, progress):
+    for law in find_laws(outcome, limits, progress, named=diagnosis.verdict in ("named", "ambiguous")):
         progress(f"opening the held-out trials for {law.candidate.law.expression}")
         with np.errstate(all="ignore"):
             try:
