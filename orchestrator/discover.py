@@ -106,7 +106,7 @@ def discover(
     proposals: tuple[LawProposal, ...] = ()
     if isinstance(diagnosis.search, Outcome) and (asks_for_laws(diagnosis) if laws is None else laws):
         proposals = propose_laws(diagnosis, measurements, folder, workers=workers, progress=progress)
-        diagnosis = replace(diagnosis, laws=tuple(p.to_json() for p in proposals))
+        diagnosis = replace(diagnosis, laws=proposals)
     if versions:
         diagnosis = replace(diagnosis, patched_model=str(versions[-1].file))
     return Discovery(diagnosis, tuple(versions), tuple(entries), proposals)

@@ -34,6 +34,7 @@ def diagnose(
     tolerances: Mapping[str, float] | None = None,
     cards: Sequence[str | Path] = (),
     workers: int = WORKERS,
+    laws: bool | None = None,
 ) -> "Diagnosis":
     """Name what a model lacks; the same as `misfit.Model(model).diagnose(data)`.
 
@@ -44,12 +45,14 @@ def diagnose(
         tolerances: relative standard deviations of the model's parameters.
         cards: folders with effect cards of your own.
         workers: fits that run at a time; the result does not depend on it.
+        laws: whether to look for a formula where no card fits; by default where the answer leaves something open.
 
     Raises:
         MisfitError: if an argument is none of these, or data and model do not fit.
         ComponentError: if the model fails while it runs.
     """
-    return as_model(model).diagnose(data, only=only, tolerances=tolerances, cards=cards, workers=workers)
+    found = as_model(model)
+    return found.diagnose(data, only=only, tolerances=tolerances, cards=cards, workers=workers, laws=laws)
 
 
 def effects(cards: Sequence[str | Path] = ()) -> tuple[str, ...]:

@@ -4,7 +4,7 @@ import shutil
 import tempfile
 import weakref
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -100,6 +100,7 @@ class Model:
         tolerances: Mapping[str, float] | None = None,
         cards: Sequence[str | Path] = (),
         workers: int = WORKERS,
+        laws: bool | None = None,
     ) -> "Diagnosis":
         """Find which physical effects the model lacks to explain the data.
 
@@ -108,40 +109,53 @@ class Model:
             only: ids of the effects to look for, such as `["coulomb_friction"]`; the whole library without it.
             tolerances: relative standard deviations of the model's parameters, such as `{"linkage.m": 0.05}`; these are
                 refitted together with the effects. The name `default` stands for all others.
-            cards: folders with effect cards of your own.
+            cards: folders with effect cards of your own, law cards among them.
             workers: fits that run at a time; the result does not depend on it.
+            laws: whether to look for a formula (`laws` of the result) where no card fits; by default where the answer leaves
+                something open.
 
         Raises:
             MisfitError: if the data do not fit the model, or an id is unknown.
             ComponentError: if the model itself cannot be simulated.
         """
         from orchestrator.diagnosis.diagnose import diagnose
+        from orchestrator.greybox.laws import own_laws
+        from orchestrator.laws.propose import asks_for_laws, propose_laws
 
         trials, _ = self._checked(data)
         measurements = trials.measurements.with_tolerances(dict(tolerances or {}))
         with progress() as say:
             source = self._source(trials)
-            return diagnose(source, measurements, cards=chosen_cards(only, cards), workers=workers, progress=say)
+            own, library = own_laws([Path(folder) for folder in cards]), chosen_cards(only, cards)
+            found = diagnose(source, measurements, cards=library, workers=workers, progress=say, laws=own)
+            if found.search is not None and (asks_for_laws(found) if laws is None else laws):
+                found = replace(found, laws=propose_laws(found, measurements, None, workers=workers, progress=say))
+            return found
 
     def add(self, effects: Any, *, cards: Sequence[str | Path] = ()) -> "Model":
         """Give the model with effects in it.
 
         Args:
-            effects: the `effects` of a diagnosis, one of them, an effect id such as `"coulomb_friction"` (with the values that
+            effects: the `effects` of a diagnosis, one of them, one of its `laws`, an effect id such as `"coulomb_friction"` (with the values that
                 its card guesses), a list of these, or a whole diagnosis, whose refitted parameters are then taken over, too.
             cards: folders with effect cards of your own.
 
         Raises:
             MisfitError: if there is nothing to add, an effect is unknown, or the model has no place for it.
         """
+        from orchestrator.greybox.laws import own_laws
+        from orchestrator.laws.proposal import LawProposal
         from orchestrator.versions import add_effects, default_effect
 
         library = chosen_cards(None, cards)
+        laws = own_laws([Path(folder) for folder in cards])
+        if isinstance(effects, LawProposal):
+            laws, effects = (effects.law, *laws), effects.effects
         wanted, adjusted, data = _wanted(effects)
         source = self._source(data)
         named = [default_effect(source, each, library) if isinstance(each, str) else each for each in wanted]
         folder = Path(tempfile.mkdtemp(prefix="misfit-"))
-        version = add_effects(source, named, folder, library, adjusted)
+        version = add_effects(source, named, folder, library, adjusted, laws)
         better = Model(version.source.name, version)
         better._last["base"] = self
         weakref.finalize(better, shutil.rmtree, folder, ignore_errors=True)

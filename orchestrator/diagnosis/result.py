@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
-from typing import Any, Literal
+from typing import Any, Literal, Protocol
 
 from orchestrator.compare.result import Comparison
 from orchestrator.datacheck.findings import Finding
@@ -115,6 +115,18 @@ class HeldOut:
     reducible_removed: float
 
 
+class Law(Protocol):
+    """A proposed formula: what stands in a document of it, and what a report says of it."""
+
+    @property
+    def sentence(self) -> str: ...
+
+    @property
+    def formula(self) -> str: ...
+
+    def to_json(self) -> dict[str, Any]: ...
+
+
 @dataclass(frozen=True)
 class Diagnosis:
     """Verdict and evidence of `misfit diagnose`. `steps` begins with the model as given.
@@ -160,7 +172,7 @@ class Diagnosis:
     unexplained_share: float | None = None
     best: tuple[NamedEffect, ...] = ()
     witness: tuple[Mapping[str, Any], ...] = ()
-    laws: tuple[Mapping[str, Any], ...] = ()
+    laws: tuple["Law", ...] = ()
     search: Any = field(default=None, repr=False, compare=False)
 
     def plot(self) -> Shown:
@@ -208,7 +220,7 @@ class Diagnosis:
             "latent_forces": [curve.to_json() for curve in self.latent_forces],
             "data_checks": [finding.to_json() for finding in self.data_checks],
             "mended": list(self.mended),
-            "laws": [dict(law) for law in self.laws],
+            "laws": [law.to_json() for law in self.laws],
         }
 
 

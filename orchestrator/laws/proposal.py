@@ -54,6 +54,11 @@ class LawProposal:
         """Name of the law and of its files."""
         return self.law.id
 
+    @property
+    def effects(self) -> list[NamedEffect]:
+        """What a model with the law has in it, the law last."""
+        return [*self.beside, NamedEffect(self.id, self.site, self.parameters)]
+
     def to_json(self) -> dict[str, Any]:
         """Plain values; files are relative to where the command ran, as they were given."""
         return {

@@ -37,13 +37,14 @@ def asks_for_laws(diagnosis: Diagnosis) -> bool:
 def propose_laws(
     diagnosis: Diagnosis,
     measurements: MeasurementSet,
-    folder: Path,
+    folder: Path | None,
     *,
     workers: int = 2,
     progress: Callable[[str], None] = lambda message: None,
     limits: Limits | None = None,
 ) -> tuple[LawProposal, ...]:
-    """Laws that explain what the library leaves, written to `folder/laws`; none that held-out trials speak against.
+    """Laws that explain what the library leaves, written to `folder/laws` if a folder is given; none that held-out
+    trials speak against.
 
     Raises:
         MisfitError: if the diagnosis did not search a model without slots.
@@ -63,7 +64,8 @@ def propose_laws(
             if not _worse(outcome, law, given, after, diagnosis):
                 found.append(_proposal(outcome, law, given, after))
     different = _without_twins(found)
-    return tuple(write_files(p, folder / FOLDER) for p in with_rivals(different))
+    proposals = with_rivals(different)
+    return proposals if folder is None else tuple(write_files(p, folder / FOLDER) for p in proposals)
 
 
 def _worse(outcome: Outcome, law: FoundLaw, given: Comparison, after: Comparison, diagnosis: Diagnosis) -> bool:

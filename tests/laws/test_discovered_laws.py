@@ -9,12 +9,14 @@ from click.testing import CliRunner
 from oscillator import recorded
 
 from fmus.catalogue import find_modelica_model
+from orchestrator.api.model import Model
 from orchestrator.cli.improve import add
 from orchestrator.compare.comparison import compare
 from orchestrator.discover import Discovery, discover
 from orchestrator.greybox.laws import own_laws
 from orchestrator.measurements import load_measurements
 from orchestrator.models.symbolic import SymbolicModel
+from orchestrator.report.html import discovery_report
 
 
 def _found(folder: Path, **options: object) -> Discovery:
@@ -83,3 +85,12 @@ def test_random_forces_give_no_formula(tmp_path: Path) -> None:
     pushes = 0.5 * random.standard_normal(500)
     recorded(tmp_path, lambda t, x, v: float(pushes[int(t / 0.015)]), seed=8)
     assert _found(tmp_path, laws=True).laws == ()
+
+
+def test_python_adds_a_proposed_law_to_a_model_and_the_report_shows_it(braked: tuple[Path, Discovery]) -> None:
+    folder, found = braked
+    better = Model(f"{folder / 'Mass.mo'}:Mass").add(found.laws[0])
+    after = better.compare(str(folder), workers=1).held_out
+    assert after is not None and after.over_floor < 1.5
+    page = discovery_report(found.diagnosis, list(found.entries))
+    assert "A formula for what no card explains" in page and "vPeak" in page
