@@ -31,6 +31,8 @@ def main() -> None:
         from fmus.children.lifeline import end_with
 
         end_with(int(lifeline))
+    for package in os.environ.pop("MISFIT_WITHOUT", "").split():
+        sys.modules[package] = None  # type: ignore[assignment]  # importing it raises ImportError
     module, _, function = sys.argv.pop(1).partition(":")
     if function:
         sys.exit(getattr(importlib.import_module(module), function)())

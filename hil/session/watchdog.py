@@ -22,6 +22,7 @@ from hil.bus.gate import let_go
 from hil.bus.wire import Wire, open_wire
 from hil.codecs.frame import Frame, parse_frame
 from hil.errors import BusError
+from hil.processes import NOT_NEEDED
 from hil.session.heart import LIMIT_NS, Heart
 from hil.session.timing import real_time_priority
 
@@ -125,7 +126,7 @@ def watchdog(
             ",".join(map(str, let_go() if frames is None else frames)),
             *(["dry"] if dry_run else []),
         ],
-        env=child_environment(),
+        env=child_environment(MISFIT_WITHOUT=NOT_NEEDED),
         stdout=subprocess.PIPE,
         text=True,
         start_new_session=True,

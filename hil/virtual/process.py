@@ -6,6 +6,7 @@ from contextlib import contextmanager
 
 from fmus.children import child_environment, python_command
 from fmus.errors import ComponentError
+from hil.processes import NOT_NEEDED
 from hil.robots.known import PROFICIO
 from hil.robots.proficio import Side
 from hil.virtual.body import Body
@@ -22,7 +23,11 @@ def virtual_robot(side: Side = "right", body: Body | None = None, kind: str = PR
     if body is not None:
         command += ["--body", body.to_json()]
     process = subprocess.Popen(
-        command, env=child_environment(), stdout=subprocess.PIPE, text=True, start_new_session=True
+        command,
+        env=child_environment(MISFIT_WITHOUT=NOT_NEEDED),
+        stdout=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
     )
     try:
         assert process.stdout is not None
