@@ -107,7 +107,7 @@ def test_clients_that_connect_and_say_nothing_do_not_hold_the_button_up(flag: St
     silent = [socket.create_connection(("127.0.0.1", flag.port)) for _ in range(20)]
     began = time.monotonic()
     assert ask(flag, "POST", f"/{flag.token}/stop")[0] == 303
-    assert time.monotonic() - began < 2.0  # they are waited for 5 s each
+    assert time.monotonic() - began < 5.0  # each of them is waited for as long
     for each in silent:
         each.close()
 
