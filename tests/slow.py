@@ -18,6 +18,22 @@ SLOW = {
             "same_input_gives_the_same_result",
         )
     },
+    "tests/diagnosis/test_shipped_cases.py::test_nothing_is_named_when_nothing_is_missing": "test_excitation.py: a rich record of a right model is adequate",
+    **{
+        f"tests/diagnosis/test_cards.py::test_card_attaches_to_a_model_and_its_values_arrive_in_modelica[{card}": "the same test on the first form of each card"
+        for card in (
+            *(
+                "constant_forcejoint",
+                "coulomb_frictionslide",
+                "end_stopbelow",
+                "joint_offsetlevel",
+                "joint_offsetslide",
+            ),
+            *("joint_scalelevel", "joint_scaleslide", "quadratic_dragjoint", "quadratic_dragslide"),
+            *("recruitment_curvesigmoid", "saturationdrive", "saturationinflow", "sensor_laglevel", "sensor_lagslide"),
+            *("stimulation_delaydrive", "stimulation_delayinflow", "stribeck_frictionslide", "viscous_frictionslide"),
+        )
+    },
     "tests/benchmarks/diagnosis/test_fixed_cases.py": "tests/diagnosis/test_shipped_cases.py: named, nothing missing, unknown",
     "tests/diagnosis/test_p_values_of_right_models.py": "test_noise_floor.py and test_flexible.py: the noise that p-values rest on",
     "tests/blackbox/test_diagnosis_of_an_fmu.py::test_effect_in_the_data_is_named_from_outside_the_fmu": "test_hidden_effects_on_plants.py on tanks",
