@@ -4,7 +4,7 @@ import contextlib
 import tempfile
 import threading
 import time as clock
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -20,6 +20,7 @@ from hil.session.settings import Settings, read_settings, virtual_settings
 from hil.session.timing import real_time_priority
 from hil.stop.server import stop_button
 from hil.terminal import ask_arm, ask_home, yes
+from hil.virtual.body import Body, Burden
 from hil.virtual.process import virtual_robot
 from orchestrator.cosim import Component, Port, StepEnd
 from orchestrator.cosim.isolate.component import IsolatedComponent
@@ -54,7 +55,10 @@ class RobotComponent(Component):
     )
     feedthrough = {port.name: () for port in ports if port.causality == "output"}
 
-    def __init__(self, settings: Settings, *, virtual: bool, folder: Path | None = None) -> None:
+    def __init__(
+        self, settings: Settings, *, virtual: bool, folder: Path | None = None, body: Body | None = None
+    ) -> None:
+        self.body = body
         self.settings, self.virtual, self.folder = replace(settings, controller="asked"), virtual, folder
         self._torques = (0.0,) * proficio.JOINTS
         self._asked_until = 0.0
@@ -70,7 +74,7 @@ class RobotComponent(Component):
         """Start the robot up and ask whether it may be armed; its torques stay off."""
         settings = self.settings
         if self.virtual:
-            settings = replace(settings, bus=self._stack.enter_context(virtual_robot(settings.side)))
+            settings = replace(settings, bus=self._stack.enter_context(virtual_robot(settings.side, self.body)))
         self.folder = self.folder or _new_folder()
         at_home, may_arm = (yes, yes) if self.virtual else (ask_home, ask_arm)
         operator = Operator(at_home, may_arm, abort=self._abort, watch=self._watch, tell=_tell)
@@ -183,10 +187,26 @@ def _tell(words: str) -> None:
     click.echo(words, err=True)
 
 
+def _body(given: Any, virtual: bool) -> Body | None:
+    """What a virtual robot is burdened with, or the arm strapped to it (`model`, with its parameters).
+
+    Raises:
+        MisfitError: if that is no table, or is for a real robot.
+    """
+    if given is None:
+        return None
+    if not virtual or not isinstance(given, Mapping):
+        raise MisfitError("body is a table of a virtual robot, such as { friction = 0.5, payload = 1.0 }")
+    if "model" in given:
+        return Body(str(given["model"]), {name: float(value) for name, value in given.items() if name != "model"})
+    return Body(burden=Burden.of(given))
+
+
 def open_robot(spec: ComponentSpec, folder: Path) -> Component:
     """Make the component of a system file: `kind = "robot"` with `virtual = true`, or `source` a bench file.
 
-    `record` names the folder to record in, next to the system file; without it a new one in ./recordings is made. A virtual
+    `body` says what a virtual one is burdened with: `friction` N.m.s/rad, `dry` N.m, `payload` kg, `delay` s, `noise` rad, or an arm by its
+    `model`. `record` names the folder to record in, next to the system file; without it a new one in ./recordings is made. A virtual
     robot gets a process of its own unless `isolate = false`: whatever else Python does would stop its cycle for too long. To
     ask an operator, as a real robot does, it needs the terminal, and so `isolate = false`.
 
@@ -194,15 +214,16 @@ def open_robot(spec: ComponentSpec, folder: Path) -> Component:
         MisfitError: if neither or both are given, or the bench file is wrong.
     """
     virtual = bool(spec.options.get("virtual", False))
-    unknown = set(spec.options) - {"virtual", "rate_hz", "record"}
+    unknown = set(spec.options) - {"virtual", "rate_hz", "record", "body"}
     if unknown or virtual == bool(spec.source):
-        raise MisfitError("a robot takes either virtual = true or source = BENCH.toml, and rate_hz, record")
+        raise MisfitError("a robot takes either virtual = true or source = BENCH.toml, and rate_hz, record, body")
     if spec.isolate is None and virtual:
         return IsolatedComponent(replace(spec, isolate=False), folder)
     rate = number(spec.options.get("rate_hz", 500.0))
     if rate is None:
         raise MisfitError(f"rate_hz = {spec.options['rate_hz']!r}; a number of cycles a second was expected")
+    body = _body(spec.options.get("body"), virtual)
     into = folder / str(spec.options["record"]) if "record" in spec.options else None
     if virtual:
-        return RobotComponent(virtual_settings(rate_hz=rate), virtual=True, folder=into)
+        return RobotComponent(virtual_settings(rate_hz=rate), virtual=True, folder=into, body=body)
     return RobotComponent(read_settings(folder / spec.source, rate), virtual=False, folder=into)

@@ -71,6 +71,7 @@ SLOW = {
     # The bench as processes: one way to end stays.
     "tests/hil/test_processes.py::test_a_polite_end_lets_the_arm_down_and_finishes_the_recording[1]": "the same test with signal 15",
     "tests/hil/test_processes.py::test_a_polite_end_lets_the_arm_down_and_finishes_the_recording[2]": "the same test with signal 15",
+    "tests/hil/test_burden.py::test_a_session_finds_out": "test_identify.py: the set obeys the robot's equation; the other tests of its file",
     "tests/hil/test_cia402.py::test_a_hold_with_virtual_drives_is_recorded_and_replays": "the other tests of its file, in virtual time",
     # Browsers.
     "tests/studio/test_bench_view_in_browser.py": "studio_views: the same pages without a browser",

@@ -43,9 +43,11 @@ class Muscles:
             found[k] = fmu.get(_OUTPUTS)[0]
         return found
 
-    def torques(self, activations: np.ndarray, q: np.ndarray, w: np.ndarray) -> np.ndarray:
-        """Joint torques (2,) in N.m, flexion positive."""
-        return np.asarray(self.anatomy.arms @ self.forces(activations, q, w))
+    def torques(
+        self, activations: np.ndarray, q: np.ndarray, w: np.ndarray, strength: np.ndarray | float = 1.0
+    ) -> np.ndarray:
+        """Joint torques (2,) in N.m, flexion positive, of muscles that have shares `strength` (6,) of their nominal force."""
+        return np.asarray(self.anatomy.arms @ (strength * self.forces(activations, q, w)))
 
 
 def _started(path: Path, number: int, values: Mapping[str, float]) -> Component:

@@ -52,7 +52,7 @@ class Trials:
     ) -> None:
         self.placement, self.stiffness, self.damping = placement, stiffness, damping
         self.anatomy = anatomy()
-        self.muscles = Muscles(self.anatomy)
+        self.muscles, self.strength = Muscles(self.anatomy), np.array(protocol.strength)
         self.learning = learning or Learning()
         self.residual = Residual(self.anatomy, self.learning)
         self.corrections = Corrections(self.learning)
@@ -79,7 +79,7 @@ class Trials:
         pulled = np.zeros(2)
         asked = self._held(observed)
         if course.phase is Phase.STIMULATE:
-            pulled = self.muscles.torques(alpha, q, w)
+            pulled = self.muscles.torques(alpha, q, w, self.strength)
             emulated = self.placement.robot_torques(pulled - self.learning.share * learned)
             asked[list(PLANE)] = emulated[list(PLANE)]
         parts = (alpha, q, w, pull, pulled, self.residual.torque, self.residual.deviation, learned)

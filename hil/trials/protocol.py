@@ -45,6 +45,7 @@ class Protocol:
         stimulate_s: time with activations, of which `rise_s` s each for them to come and go.
         confirm: whether somebody has to confirm each trial.
         held_out: share of the trials, the last ones, that a measurement set keeps for the final score.
+        strength: share (6,) of its nominal force that each emulated muscle has; below 1 a weak one, of which the recording does not tell.
     """
 
     trials: tuple[Trial, ...]
@@ -56,6 +57,7 @@ class Protocol:
     rise_s: float = 0.1
     confirm: bool = True
     held_out: float = 1 / 3
+    strength: tuple[float, ...] = (1.0,) * MUSCLES
 
     def __post_init__(self) -> None:
         """Refuse a protocol without trials, or with times that are none."""
@@ -72,6 +74,8 @@ class Protocol:
                 )
         if not self.stimulate_s > 2 * self.rise_s:
             raise MisfitError(f"activations rise and fall in {self.rise_s:g} s each, within {self.stimulate_s:g} s")
+        if len(self.strength) != MUSCLES or not all(0.0 <= share <= 2.0 for share in self.strength):
+            raise MisfitError(f"strength = {list(self.strength)}; six shares between 0 and 2 were expected")
         if not 0.0 <= self.held_out < 1.0:
             raise MisfitError(f"held_out = {self.held_out!r}; a share of the trials below 1 was expected")
 
@@ -83,7 +87,8 @@ class Protocol:
 def protocol_of_json(document: Mapping[str, Any]) -> Protocol:
     """The protocol of a recording."""
     trials = tuple(Trial(tuple(each["posture"]), tuple(each["activations"])) for each in document["trials"])
-    return Protocol(**{**document, "trials": trials, "rest": tuple(document["rest"])})
+    lists = {name: tuple(document[name]) for name in ("rest", "strength") if name in document}
+    return Protocol(**{**document, "trials": trials, **lists})
 
 
 def read_protocol(source: str) -> Protocol:
@@ -113,8 +118,9 @@ def _protocol(document: dict[str, Any]) -> Protocol:
     if "study" in document:
         trials += _study(document.pop("study"))
     _known(document, [field.name for field in fields(Protocol)[1:]], "the protocol")
-    if "rest" in document:
-        document["rest"] = tuple(map(float, document["rest"]))
+    for name in ("rest", "strength"):
+        if name in document:
+            document[name] = tuple(map(float, document[name]))
     if not isinstance(document.get("confirm", True), bool):
         raise MisfitError(f"confirm = {json.dumps(document['confirm'])}; true or false was expected")
     return Protocol(tuple(trials), **document)

@@ -14,7 +14,13 @@ import click
 @click.option("--channel", help="Channel of that interface, such as vcan0.")
 @click.option("--slcan", is_flag=True, help="Serve as a serial adapter, on a pseudo-terminal.")
 @click.option("--body", metavar="MODEL", help="Strap an arm to it: `arm`, or FILE.mo:Class with the same ports.")
-@click.option("--set", "values", metavar="NAME=NUMBER", multiple=True, help="A parameter of that arm.")
+@click.option(
+    "--set",
+    "values",
+    metavar="NAME=NUMBER",
+    multiple=True,
+    help="A parameter of that arm; without one of the joints: friction, dry, payload, delay, noise.",
+)
 @click.option(
     "--counts", metavar="N", default="4096", show_default=True, help="Counts a motor turn (CTS); N,N,N by motor."
 )
@@ -54,10 +60,12 @@ def robot(
 ) -> None:
     """Run a virtual robot that any CAN tool can talk to (python-can: interface socketcand)."""
     from hil.virtual.__main__ import serve, serve_on, serve_slcan
-    from hil.virtual.body import Body, parse_values
+    from hil.virtual.body import Body, Burden, parse_values
     from hil.virtual.made import Made, controllers
 
-    arm = Body(body, parse_values(values)) if body is not None else None
+    given = parse_values(values)
+    burden = Burden.of(given) if given and body is None else None
+    arm = Body(burden=burden) if burden is not None else Body(body, given) if body is not None else None
     made = Made(side, pendant == "active", arm, controllers(counts, torque_units), heartbeat_s, firmware, kind)
     name = "virtual Proficio" if kind == "proficio" else "virtual CiA 402 drives"
     if slcan:

@@ -11,6 +11,7 @@ from hil.robots import proficio
 from hil.robots.known import PROFICIO
 from hil.robots.proficio import Controller, Side
 from hil.virtual.body import Body
+from hil.virtual.loaded import LoadedJoints
 from hil.virtual.node import VERSION
 from hil.virtual.plant import FreeJoints, Plant
 from hil.virtual.robot import RealTime, VirtualRobot
@@ -74,6 +75,8 @@ class Made:
     def _plant(self, home: np.ndarray) -> Plant:
         if self.body is None:
             return FreeJoints(home)
+        if self.body.burden is not None:
+            return LoadedJoints(home, self.body.burden)
         from hil.virtual.arm_plant import ArmPlant
 
         return ArmPlant(home, Placement(self.side, self.body.shoulder), self.body.model, self.body.values)

@@ -1,6 +1,6 @@
 """What the motors of a virtual robot move."""
 
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -17,13 +17,22 @@ class Plant(Protocol):
         ...
 
 
+@runtime_checkable
+class Shown(Protocol):
+    """A plant whose encoders show something else than its angles."""
+
+    def shown(self) -> np.ndarray:
+        """Angles in rad as the encoders show them."""
+        ...
+
+
 class FreeJoints:
     """Joints that do not feel each other: inertia, damping, and torques from outside; exact for constant torque.
 
     w' = (tau + outside - d w)/J, so w(t) = w_end + (w - w_end) exp(-t d/J) with w_end = (tau + outside)/d.
     """
 
-    def __init__(self, angles: np.ndarray, inertia: float = 0.05, damping: float = 0.3) -> None:
+    def __init__(self, angles: np.ndarray, inertia: float | np.ndarray = 0.05, damping: float = 0.3) -> None:
         self.angles, self.inertia, self.damping = np.array(angles, dtype=float), inertia, damping
         self.speeds = np.zeros_like(self.angles)
         self.outside = np.zeros_like(self.angles)

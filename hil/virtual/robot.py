@@ -13,7 +13,7 @@ from hil.errors import FrameError
 from hil.robots import proficio
 from hil.virtual.motor import Motor
 from hil.virtual.node import VERSION, Node
-from hil.virtual.plant import Plant
+from hil.virtual.plant import Plant, Shown
 from hil.virtual.safety_module import HEARTBEAT_NS, SafetyModule
 from hil.virtual.sensor import ForceSensor
 
@@ -110,6 +110,7 @@ class VirtualRobot(RealTime):
         self.safety.watch(max(map(abs, self.plant.speeds.tolist())) * 0.65, time_ns)
 
     def _show(self) -> None:
-        for motor, angle in zip(self.motors, proficio.motor_angles(self.plant.angles).tolist(), strict=True):
+        angles = self.plant.shown() if isinstance(self.plant, Shown) else self.plant.angles
+        for motor, angle in zip(self.motors, proficio.motor_angles(angles).tolist(), strict=True):
             motor.angle = angle
         self.sensor.force = self.plant.force
