@@ -12,7 +12,7 @@ from fmus.catalogue import ModelicaModel
 from fmus.frontend.compile import fingerprint
 from fmus.symbolic.system import SymbolicSystem, Variable
 from orchestrator.diagnosis.cards import CardParameter, EffectCard
-from orchestrator.diagnosis.user_cards import check_class, check_slots
+from orchestrator.diagnosis.user_cards import check_absence, check_class, check_slots
 from orchestrator.models.patch import Attachment, check_attached, free_slots, patched_model
 from orchestrator.models.symbolic import SymbolicModel
 
@@ -242,6 +242,7 @@ def find_candidates(
         if card.class_file is not None:
             tried = EffectSet(base, placed[:1], system.outputs)
             check_class(card, slot, lambda tried=tried: tried.system)  # type: ignore[misc]
+            check_absence(card, slot, system, tried.system)
         found += placed
     attached = {candidate.card.id for candidate in found}
     return found, [name for name in dict.fromkeys(impossible) if name not in attached]

@@ -9,6 +9,7 @@ import numpy as np
 from fmus.errors import ComponentError
 from fmus.symbolic.balances import Balance
 from fmus.symbolic.system import SymbolicSystem
+from orchestrator.greybox.extended import CORRECTION
 from orchestrator.greybox.filtering import GreyBox, Trial
 from orchestrator.greybox.fit import Noise
 from orchestrator.greybox.places import Seen
@@ -62,7 +63,8 @@ def _at_first_sample(
 ) -> np.ndarray:
     """States (nx,) that give the first sample, by Gauss and Newton's steps, each the shortest in units of `spread`."""
     x, u = ca.SX.sym("x", len(system.states)), np.zeros(len(system.inputs))
-    u[[k for k, v in enumerate(system.inputs) if v.name not in forces]] = bound.inputs[0]
+    names = [v.name for v in system.inputs]
+    u[[k for k, n in enumerate(names) if n not in forces and not n.startswith(CORRECTION)]] = bound.inputs[0]
     p = ca.DM([v.start or 0.0 for v in system.parameters])
     time, wanted = float(bound.time[0]), bound.outputs[0]
     d, _ = system.history(time, u, p)

@@ -17,9 +17,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fmus.children import run_tool
-from fmus.errors import ComponentError, MisfitError
+from fmus.errors import MisfitError
 from fmus.files import cache_folder
 from fmus.symbolic.system import SymbolicSystem
+from orchestrator.models.failure import RunFailed, explained
 
 SIMULATOR = Path(__file__).with_name("simulator.c")
 FLAGS = ("-fPIC", "-shared", "-std=c99", "-ffp-contract=off")
@@ -139,7 +140,8 @@ class CompiledModel:
             None if slopes is None else slopes.ctypes.data_as(ctypes.c_void_p),
         )
         if reached != n:
-            raise ComponentError(f"{system.name} left the finite numbers at t = {time[max(reached, 0)]:.4g} s")
+            run = (time, inputs, parameters, start, substeps, self._held, reached)
+            raise RunFailed(lambda: explained(system, *run))
         return FreeRun(outputs, slopes)
 
     @property

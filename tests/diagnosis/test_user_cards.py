@@ -139,6 +139,10 @@ CARD_MISTAKES = {
     "start beyond the bounds": (change("start = 0.001", "start = 7"), "start = 7 N.m.s/rad is outside the class's bounds [0, 0.1]"),
     "text for a number": (change("start = 0.001", 'start = "small"'), "[parameters.b]: 'start' = 'small', expected a number"),
     "nothing fitted": (lambda text: text.split("[parameters.b]")[0] + "[parameters]\n", "such as [parameters.b]"),
+    "a default that is not absence": (
+        change('"together"', '"each"'),
+        "class EddyBrake has the default b = 0.001 N.m.s/rad, but the effect is absent at 0",
+    ),
     "size without a sense": (change("meaningful = 1e-5", "meaningful = 0"), "'meaningful' = 0, expected a number above 0"),
 }  # fmt: skip
 CLASS_MISTAKES = {
@@ -147,6 +151,10 @@ CLASS_MISTAKES = {
     "broken Modelica": (
         change("for i in 1:n loop", "for i in 1:n do"),
         "class EddyBrake does not fit slot jointTorque1",
+    ),
+    "something left where it is absent": (
+        change("tau[i] = -b[i]", "tau[i] = -0.5 - b[i]"),
+        "class EddyBrake still changes der(w) where the card says that the effect is absent (b = 0)",
     ),
     "part of a package": (lambda text: "within Mine;\n" + text, "EddyBrake.mo is part of a package"),
 }
