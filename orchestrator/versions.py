@@ -48,10 +48,12 @@ def add_effects(
     """
     if as_fmu(base) is None and not free_slots(base.compile()):
         return _written_back(base, effects, folder, laws)
+    fmu = as_fmu(base)
+    if fmu is not None and _are_laws(fmu, effects):
+        return _system_of_laws(fmu, effects, folder)
     chosen = _place(base, effects, effect_library() if cards is None else cards)
     effect_set = EffectSet(base, chosen, base.compile().outputs)
     values = _values(effect_set, effects)
-    fmu = as_fmu(base)
     if fmu is not None:
         return _system_of_fmus(fmu, effect_set, values, effects, folder)
     attachments = effect_set.attachments(values)
@@ -109,6 +111,22 @@ def _system_of_fmus(
     file = write_system(base, base.mounted(effect_set.candidates), by_name, folder, name, comment)
     model = effect_set.fixed(np.array(values), name)
     return Version(replace(base, name=name), model, file)
+
+
+def _are_laws(base: FmuSource, effects: Sequence[NamedEffect]) -> bool:
+    """Whether all effects are laws of the grey box at places of an FMU."""
+    from orchestrator.greybox.fmu_system import knows
+
+    return knows(base, effects)
+
+
+def _system_of_laws(base: FmuSource, effects: Sequence[NamedEffect], folder: Path) -> Version:
+    """The version of an FMU whose effects were found by the grey box: `STEM_N.toml`, with the FMUs that it connects."""
+    from orchestrator.greybox.fmu_system import version_model, write_fmu_system
+
+    name = f"{base.class_name}_{len(effects)}"
+    file = write_fmu_system(base, effects, folder, name)
+    return Version(replace(base, name=name), version_model(base, effects, base.compile().outputs), file)
 
 
 def default_effect(base: ModelicaModel, effect_id: str, cards: Sequence[EffectCard] | None = None) -> NamedEffect:

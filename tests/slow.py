@@ -41,6 +41,7 @@ SLOW = {
     "tests/blackbox/test_coupled_systems.py::test_comparison_is_that": "the same file: an effect at a connected force explains the data",
     "tests/blackbox/test_hidden_effects_on_plants.py::test_hidden_effect_is_named_and_its_size_found[pendulum": "the same test on tanks",
     "tests/blackbox/test_hidden_effects_on_plants.py::test_hidden_effect_is_named_and_its_size_found[two-mass": "the same test on tanks",
+    "tests/greybox/test_fmus.py::test_a_wrong_parameter_of_an_fmu_is_named": "dry friction in the same file, and the slopes in parameters there",
     # FMUs in tools of others and under sanitizers and valgrind.
     "tests/fmus/test_importers.py": "test_behaviour.py and test_validate_command.py: our own checks of the same FMUs",
     "tests/fmus/test_exercise.py": "test_bad_calls.py and test_behaviour.py, without sanitizers",

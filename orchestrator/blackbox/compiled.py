@@ -72,6 +72,7 @@ class CoupledRuns(CompiledModel):
             n_results=len(self.coupled.outputs),
             substeps=substeps,
             variants=tuple(variants),
+            n_added=int(self.coupled.rhs.numel_out(0)) - self.sites.wiring.n_inputs,
         )
         answers = self.processes.ask(request)
         reached, first = answers[0]
@@ -111,7 +112,7 @@ class CoupledRuns(CompiledModel):
         delayed = np.zeros((len(time), len(self.coupled.delayed)))
         for j, (i, k) in enumerate(self.coupled.delayed):
             delayed[:, j] = np.interp(time - parameters[k], time, inputs[:, i])
-        settings: dict[int, list[float]] = {}
+        settings: dict[int, list[float]] = {k: [value] for k, value in self.coupled.values.items()}
         if self.processes.cosimulation:
             for port, value in zip(self.settable, start, strict=False):
                 settings.setdefault(port.reference, []).append(float(value))

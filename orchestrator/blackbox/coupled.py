@@ -1,6 +1,6 @@
 """An FMU with effects around it: the effects' equations joined into the two functions that the runner calls."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import casadi as ca
@@ -27,13 +27,16 @@ class CoupledSystem(SymbolicSystem):
     States are those of the FMU whose start can be chosen, then those of the effects; parameters are those of the effects.
     `rhs` is `inner`: (t, xe, u, s, d, p) -> v gives the FMU's inputs; `outer`: (t, xe, u, s, y, d, p) -> (dxe, z) the rates
     of the effects' states and the outputs. `delayed` pairs an input with the parameter that delays it. `follows` tells
-    for each effect state what it follows, so where it starts: ("input", i), ("output", k) or None.
+    for each effect state what it follows, so where it starts: ("input", i), ("output", k) or None. `values` are values of the
+    FMU's parameters that differ from its own, by value reference. Behind the inputs, `rhs` may give what is added to the rates
+    of the FMU's states.
     """
 
     outer: ca.Function | None = None
     delayed: tuple[tuple[int, int], ...] = ()
     follows: tuple[tuple[str, int] | None, ...] = ()
     mounted: tuple[Mounted, ...] = field(default=())
+    values: Mapping[int, float] = field(default_factory=dict)
 
 
 def couple(name: str, sites: Sites, mounted: Sequence[Mounted]) -> CoupledSystem:

@@ -2,9 +2,11 @@
 
 import hashlib
 import xml.etree.ElementTree as ET
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, ClassVar
 
 import numpy as np
@@ -14,7 +16,9 @@ from fmus.errors import FmuError
 from orchestrator.blackbox.ports import Description, Port, describe
 from orchestrator.blackbox.process import FmuProcesses
 from orchestrator.blackbox.sites import Position, find_positions, plain_sites
-from orchestrator.blackbox.worker import PathRequest, Probe, ProbeRequest
+from orchestrator.blackbox.worker import PathRequest, Probe, ProbeRequest, SlopesRequest
+
+NOTHING: Mapping[int, float] = MappingProxyType({})
 
 
 @dataclass(frozen=True)
@@ -116,6 +120,27 @@ class FmuFile:
             self._asks_directions,
         )
         return np.asarray(self.processes.ask(request))
+
+    def slopes(
+        self, time: np.ndarray, states: np.ndarray, inputs: np.ndarray, settings: Mapping[int, float] = NOTHING
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Rates and outputs (n, nx + outputs) and their Jacobians (n, nx + outputs, nx + inputs) at given points; model
+        exchange only. `settings` are values of parameters by value reference.
+
+        Raises:
+            ComponentError: if the FMU fails.
+        """
+        request = SlopesRequest(
+            plain_sites(self.description).wiring,
+            tuple(p.reference for p in self.description.states),
+            tuple(p.reference for p in self.description.rates),
+            time,
+            states,
+            inputs,
+            {reference: [value] for reference, value in settings.items()},
+            self._asks_directions,
+        )
+        return self.processes.ask(request)  # type: ignore[no-any-return]
 
     @property
     def _asks_directions(self) -> bool:

@@ -48,6 +48,7 @@ class CoupledModel(SymbolicModel):
         """SHA-256 over the FMU's file, the effects' equations and their values."""
         assert self.coupled.outer is not None
         parts = [self.file.content_hash, repr(self.system.parameters), self.coupled.rhs.serialize()]
+        parts += [repr(dict(self.coupled.values))] if self.coupled.values else []
         return hashlib.sha256("".join([*parts, self.coupled.outer.serialize()]).encode()).hexdigest()
 
     @property

@@ -31,7 +31,8 @@ class Description:
     """The parts of a model description that matter here; `states` and `rates` belong together, in the FMU's order.
 
     `settable` are the states whose start values can be set before the run. `speed_of` maps an output's name to a variable
-    that is declared as its derivative. `directional` tells whether directional derivatives can be asked for.
+    that is declared as its derivative. `directional` tells whether directional derivatives can be asked for. `parameters` are
+    scalars with a start value that can be set before a run.
     """
 
     name: str
@@ -44,6 +45,7 @@ class Description:
     settable: tuple[Port, ...]
     speed_of: dict[str, Port]
     directional: bool
+    parameters: tuple[Port, ...] = ()
 
 
 def describe(description: Any, name: str) -> Description:
@@ -82,6 +84,7 @@ def describe(description: Any, name: str) -> Description:
             for one, other in zip(_ports([v]), _ports([of_state[id(v)]]), strict=True)
         },
         directional=bool(exchangeable and getattr(exchange, "providesDirectionalDerivative", False)),
+        parameters=tuple(p for p in _ports(v for v in variables if v.causality == "parameter") if p.size == 1),
     )
 
 

@@ -11,9 +11,10 @@ from typing import Any
 
 from fmus.children import child_environment, end_child, python_command, start_child
 from fmus.errors import ComponentError
-from orchestrator.blackbox.worker import PathRequest, ProbeRequest, RatesRequest, RunRequest
+from orchestrator.blackbox.worker import PathRequest, ProbeRequest, RatesRequest, RunRequest, SlopesRequest
 
 TIME_LIMIT_S = 300.0
+Request = RunRequest | ProbeRequest | RatesRequest | PathRequest | SlopesRequest
 
 
 class FmuProcesses:
@@ -25,7 +26,7 @@ class FmuProcesses:
         self._lock = threading.Lock()
         self._all: list[_Child] = []
 
-    def ask(self, request: RunRequest | ProbeRequest | RatesRequest | PathRequest) -> Any:
+    def ask(self, request: Request) -> Any:
         """Answer of the FMU.
 
         Raises:
@@ -72,7 +73,7 @@ class _Child:
         theirs.close()
         self.close = weakref.finalize(self, _end, self._process, self._connection)
 
-    def ask(self, request: RunRequest | ProbeRequest | RatesRequest | PathRequest) -> Any:
+    def ask(self, request: Request) -> Any:
         try:
             self._connection.send(request)
             if not self._connection.poll(TIME_LIMIT_S):

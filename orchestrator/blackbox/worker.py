@@ -47,7 +47,8 @@ class Variant:
 
 @dataclass(frozen=True)
 class RunRequest:
-    """Free runs with effects: `library` is the compiled runner, `n_results` its number of outputs, `n_states` those of the FMU."""
+    """Free runs with effects: `library` is the compiled runner, `n_results` its number of outputs, `n_states` those of the FMU,
+    `n_added` the number of rates to which effects add."""
 
     library: Path
     wiring: Wiring
@@ -57,6 +58,7 @@ class RunRequest:
     n_results: int
     substeps: int
     variants: tuple[Variant, ...]
+    n_added: int = 0
 
 
 @dataclass(frozen=True)
@@ -95,6 +97,21 @@ class PathRequest:
     directional: bool
 
 
+@dataclass(frozen=True)
+class SlopesRequest:
+    """Ask for rates and outputs with their Jacobians at given times (n,), states (n, nx) and inputs (n, nu), with values set
+    before the run by value reference; model exchange only."""
+
+    wiring: Wiring
+    states: tuple[int, ...]
+    rates: tuple[int, ...]
+    time: np.ndarray
+    at: np.ndarray
+    inputs: np.ndarray
+    settings: dict[int, list[float]]
+    directional: bool
+
+
 class _Problem(ctypes.Structure):
     """Mirror of `problem` in runner.c."""
 
@@ -102,7 +119,22 @@ class _Problem(ctypes.Structure):
         *(
             (name, ctypes.c_int)
             for name in (
-                *("version", "cosimulation", "n", "nx", "ne", "nu", "nv", "ns", "n_read", "ny", "nz", "nd", "substeps"),
+                *(
+                    "version",
+                    "cosimulation",
+                    "n",
+                    "nx",
+                    "ne",
+                    "nu",
+                    "nv",
+                    "ns",
+                    "n_read",
+                    "ny",
+                    "nz",
+                    "nd",
+                    "substeps",
+                    "n_added",
+                ),
                 *("n_in", "n_sensed", "n_out"),
             )
         ),
@@ -225,7 +257,14 @@ def _run(instance: _Instance, request: RunRequest) -> list[tuple[int, np.ndarray
         problem = _Problem(
             *(2 if instance.second else 3, int(stepped), n, nx, len(start) - nx, inputs.shape[1], wiring.n_inputs),
             *(wiring.n_sensed + len(wiring.differenced), wiring.n_sensed, wiring.n_outputs, request.n_results),
-            *(d.shape[1], request.substeps, len(wiring.inputs), len(wiring.sensed), len(wiring.outputs)),
+            *(
+                d.shape[1],
+                request.substeps,
+                request.n_added,
+                len(wiring.inputs),
+                len(wiring.sensed),
+                len(wiring.outputs),
+            ),
             instance.fmu.component,
             *functions,
             *(ctypes.addressof(part) for part in kept),
@@ -254,7 +293,7 @@ class Probe:
 
 
 def _jacobian(
-    instance: _Instance, request: "ProbeRequest | PathRequest", x: np.ndarray, inputs: np.ndarray
+    instance: _Instance, request: "ProbeRequest | PathRequest | SlopesRequest", x: np.ndarray, inputs: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Rates and outputs, and their Jacobian in states and inputs: asked for, or by differences."""
     wiring, nx = request.wiring, len(request.states)
@@ -332,7 +371,25 @@ def _rates(instance: _Instance, request: RatesRequest) -> np.ndarray:
     return found
 
 
-ANSWERS: dict[type, Any] = {RunRequest: _run, ProbeRequest: _probe, RatesRequest: _rates, PathRequest: _path}
+def _slopes(instance: _Instance, request: SlopesRequest) -> tuple[np.ndarray, np.ndarray]:
+    """Rates and outputs (n, nx + outputs), and Jacobians (n, nx + outputs, nx + inputs), each sample by itself."""
+    instance.begin(float(request.time[0]), request.settings)
+    values, slopes = [], []
+    for time, states, inputs in zip(request.time, request.at, request.inputs, strict=True):
+        instance.fmu.setTime(float(time))
+        here, jacobian = _jacobian(instance, request, states, inputs)
+        values.append(here)
+        slopes.append(jacobian)
+    return np.array(values), np.array(slopes)
+
+
+ANSWERS: dict[type, Any] = {
+    RunRequest: _run,
+    ProbeRequest: _probe,
+    RatesRequest: _rates,
+    PathRequest: _path,
+    SlopesRequest: _slopes,
+}
 
 
 def serve(path: Path, cosimulation: bool, join_forces: bool, connection: Connection) -> None:

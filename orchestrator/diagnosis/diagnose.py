@@ -47,6 +47,7 @@ from orchestrator.models.smoothing import SmoothedTrial
 from orchestrator.models.symbolic import SymbolicModel
 
 if TYPE_CHECKING:
+    from orchestrator.blackbox.source import FmuSource
     from orchestrator.greybox.laws import Law
 
 __all__ = ["diagnose", "named_effects", "version_name"]
@@ -57,6 +58,9 @@ CLOCK_SAMPLES = 0.5
 MOST_SECOND_THOUGHTS = 2
 # Trials are cut into shorter and shorter stretches at most so often.
 MOST_CUTS = 3
+
+# Verdicts after which an FMU's balances are not looked at as well.
+SURE = ("named", "adequate")
 
 Found = TypeVar("Found")
 
@@ -88,16 +92,42 @@ def diagnose(
     if forbids_physics(checks):
         return replace(first_mend(model, measurements, checks, workers), mended=measurements.mended)
 
-    if as_fmu(source) is None and not free_slots(source.compile()):
-        from orchestrator.greybox.diagnose import diagnose_greybox  # which makes results of this room
-
-        found = diagnose_greybox(source, measurements, workers=workers, progress=progress, more=laws)
-        warnings = (*map(str, checks), *found.warnings)
-        return replace(found, warnings=warnings, data_checks=checks, mended=measurements.mended)
-
-    found = without_harm(search_slots(source, measurements, library, workers, progress, work))
+    fmu = as_fmu(source)
+    if fmu is None and not free_slots(source.compile()):
+        found = _by_greybox(source, measurements, workers, progress, laws)
+    else:
+        found = without_harm(search_slots(source, measurements, library, workers, progress, work))
+        if fmu is not None and found.verdict not in SURE:
+            found = _second_look(fmu, measurements, workers, progress, found, laws)
     warnings = (*map(str, checks), *found.warnings)
     return replace(found, warnings=warnings, data_checks=checks, mended=measurements.mended)
+
+
+def _by_greybox(source: ModelicaModel, measurements: MeasurementSet, workers: int, progress: Progress) -> Diagnosis:
+    from orchestrator.greybox.diagnose import diagnose_greybox  # which makes results of this room
+
+    return diagnose_greybox(source, measurements, workers=workers, progress=progress, more=laws)
+
+
+def _second_look(
+    fmu: "FmuSource",
+    measurements: MeasurementSet,
+    workers: int,
+    progress: Progress,
+    found: Diagnosis,
+    laws: "Sequence[Law]",
+) -> Diagnosis:
+    """What the grey box names in an FMU that tells its rates, where free runs with effects at its inputs and outputs named
+    nothing; else what these found."""
+    from orchestrator.greybox.tape import can_be_taped
+
+    if not can_be_taped(fmu):
+        return found
+    progress("looking at the FMU's balances")
+    second = _by_greybox(fmu, measurements, workers, progress, laws)
+    if second.verdict != "named" and (second.verdict, found.verdict) != ("ambiguous", "unknown"):
+        return found
+    return replace(second, warnings=(*second.warnings, *found.warnings), seconds=found.seconds + second.seconds)
 
 
 def search_slots(

@@ -16,10 +16,12 @@ from threadpoolctl import threadpool_limits
 from fmus.catalogue import ModelicaModel
 from fmus.errors import ComponentError, MisfitError
 from fmus.symbolic.system import SymbolicSystem
+from orchestrator.blackbox.source import FmuSource
 from orchestrator.compare.comparison import compare
 from orchestrator.compare.result import Comparison
 from orchestrator.diagnosis.cannot_tell import cannot_tell
 from orchestrator.diagnosis.result import Diagnosis, HeldOut, RankedSet, Step, Tried, Verdict
+from orchestrator.greybox.around import fmu_with, placed
 from orchestrator.greybox.decide import Decision, decide, scatter_between
 from orchestrator.greybox.effects import named_effects
 from orchestrator.greybox.evidence import Case, all_candidates, case_of, held_out_trials, nominal_set
@@ -29,6 +31,7 @@ from orchestrator.greybox.laws import Law, laws
 from orchestrator.greybox.prediction import predicted
 from orchestrator.greybox.prepare import first_noise, least_noise
 from orchestrator.greybox.search import FittedSet, Search, Setting
+from orchestrator.greybox.tape import force_input, taped_case
 from orchestrator.greybox.thresholds import Thresholds
 from orchestrator.greybox.witness import witnesses
 from orchestrator.measurements import MeasurementSet
@@ -79,13 +82,14 @@ def diagnose_greybox(
     limits = limits or Thresholds()
     # Trial values of parameters may drive a model out of the range of numbers; such runs count as impossible.
     with threadpool_limits(limits=1, user_api="blas"), np.errstate(all="ignore"):
-        case = case_of(source, measurements)
+        progress("reading the model")
+        case = taped_case(source, measurements) if isinstance(source, FmuSource) else case_of(source, measurements)
         if not case.data.learning or not case.data.held_out:
             raise MisfitError(
                 f"{measurements.path} has no trials on one side; a diagnosis needs learning and held-out trials"
             )
         progress("comparing the model with the measurement")
-        given = compare(SymbolicModel(source.name, source.compile(), case.signals), measurements, workers=workers)
+        given = compare(_as_given(case), measurements, workers=workers)
         try:
             outcome = decided(case, limits, progress, more)
             found = _answer(outcome, given, measurements, limits, workers, progress)
@@ -93,6 +97,21 @@ def diagnose_greybox(
             # CasADi reports what it cannot do as RuntimeError; a search that fails says so, and the comparison stands.
             found = _failed(given, error)
     return replace(found, seconds=time.monotonic() - began)
+
+
+def _as_given(case: Case) -> SymbolicModel:
+    """The model without effects, as it is run."""
+    system = case.source.compile()
+    if isinstance(case.source, FmuSource):
+        return case.source.model(system, case.signals)
+    return SymbolicModel(case.source.name, system, case.signals)
+
+
+def _fmu_with(case: Case, chosen: FittedSet) -> SymbolicModel:
+    assert isinstance(case.source, FmuSource)
+    acting = {b.input: force_input(case.base, case.inputs, b) for b in case.balances}
+    states = {b.input: b.state for b in case.balances}
+    return fmu_with(case.source, placed(chosen), acting, states, case.signals)
 
 
 def _failed(given: Comparison, error: Exception) -> Diagnosis:
@@ -194,7 +213,10 @@ def compared(
     outcome: Outcome, chosen: FittedSet, given: Comparison, measurements: MeasurementSet, workers: int
 ) -> Comparison:
     """Free runs of the model with a set in it along all trials."""
-    model = SymbolicModel(given.model, fixed_system(outcome, chosen), outcome.case.signals)
+    if isinstance(outcome.case.source, FmuSource):
+        model = _fmu_with(outcome.case, chosen)
+    else:
+        model = SymbolicModel(given.model, fixed_system(outcome, chosen), outcome.case.signals)
     return compare(model, measurements, workers=workers, floor=given.noise_floor)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from fmus.catalogue import ModelicaModel
 from fmus.symbolic.balances import Balance
 from fmus.symbolic.system import SymbolicSystem, Variable
+from orchestrator.blackbox.source import FmuSource
 from orchestrator.greybox.candidates import Candidate, candidates_at, numbered
 from orchestrator.greybox.extended import CORRECTION, extend
 from orchestrator.greybox.filtering import GreyBox, Trial
@@ -87,7 +88,10 @@ def places_of(case: Case, nominal: FittedSet) -> list[Place]:
 
 def all_candidates(case: Case, nominal: FittedSet, library: Sequence[Law] | None = None) -> tuple[Candidate, ...]:
     """Every law at every place that it fits."""
-    return numbered(candidates_at(places_of(case, nominal), laws() if library is None else library))
+    library = laws() if library is None else library
+    if isinstance(case.source, FmuSource):  # its equations are closed, and its parameters hold still
+        library = [law for law in library if not law.needs_net and (law.place != "parameter" or not law.slow)]
+    return numbered(candidates_at(places_of(case, nominal), library))
 
 
 def held_out_trials(case: Case) -> list[Trial]:
