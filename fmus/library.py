@@ -25,6 +25,11 @@ def libraries() -> dict[str, Path]:
     return dict(_found(os.environ.get("MODELICAPATH", ""), library_root()))
 
 
+def library_folders() -> tuple[str, ...]:
+    """Return the folders that are searched before misfit's own, as `--library` and MODELICAPATH name them."""
+    return tuple(part for part in os.environ.get("MODELICAPATH", "").split(os.pathsep) if part)
+
+
 def add_library(folder: Path) -> None:
     """Look in a folder before all others, in this process and those that it starts."""
     before = [part for part in os.environ.get("MODELICAPATH", "").split(os.pathsep) if part]

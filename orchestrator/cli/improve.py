@@ -64,6 +64,7 @@ def add(diagnosis_or_effect: str, model: str | None, folder: str, card_folders: 
         diagnosis_or_effect = laws[0].id
     if diagnosis_or_effect.endswith(".json"):
         document = _read_diagnosis(Path(diagnosis_or_effect))
+        _with_libraries(document, diagnosis_or_effect)
         base = _base(model or document["model"], document["data"])
         effects = effects_of(document)
         if not effects and document.get("laws"):
@@ -95,6 +96,22 @@ def _base(model: str, data: str) -> Any:
     from orchestrator.model_argument import is_closed, load_modelica, load_source
 
     return load_source(model, load_measurements(data)) if is_closed(model) else load_modelica(model)
+
+
+def _with_libraries(document: dict[str, Any], path: str) -> None:
+    """Look for classes where the diagnosis found them; folders that are named now go before."""
+    from fmus.library import add_library, library_folders
+
+    now = library_folders()
+    for folder in document.get("libraries", ()):
+        if Path(folder).is_dir():
+            add_library(Path(folder))
+        elif not now:
+            raise MisfitError(
+                f"{path} was made with the library folder {folder}, which is not there; name where it is now with --library DIR"
+            )
+    for folder in reversed(now):
+        add_library(Path(folder))
 
 
 def _read_diagnosis(path: Path) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from threadpoolctl import threadpool_limits
 
 from fmus.catalogue import ModelicaModel
 from fmus.errors import ComponentError, MisfitError
+from fmus.library import library_folders
 from orchestrator.compare.comparison import compare
 from orchestrator.datacheck.check import check_data, forbids_physics
 from orchestrator.datacheck.holding import with_interpolation
@@ -100,7 +101,9 @@ def diagnose(
         if fmu is not None and found.verdict not in SURE:
             found = _second_look(fmu, measurements, workers, progress, found, laws)
     warnings = (*map(str, checks), *found.warnings)
-    return replace(found, warnings=warnings, data_checks=checks, mended=measurements.mended)
+    return replace(
+        found, warnings=warnings, data_checks=checks, mended=measurements.mended, libraries=library_folders()
+    )
 
 
 def _by_greybox(source: ModelicaModel, measurements: MeasurementSet, workers: int, progress: Progress) -> Diagnosis:

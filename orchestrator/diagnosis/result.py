@@ -135,7 +135,8 @@ class Diagnosis:
     of the next experiment. `where` maps the force that the model as given lacks (rows as in a comparison's "state"),
     `findings` says the same. `tried` tells what became of each set of the ranking. `adjusted` are the parameters fitted
     within their tolerances and `clock_shift_s` by how much outputs were late; errors count with both, the patched model
-    has neither. `data_checks` says what is wrong with the record, `mended` what was mended before.
+    has neither. `data_checks` says what is wrong with the record, `mended` what was mended before;
+    `libraries` are the folders in which Modelica classes were looked for.
     `incomplete` says that `unexplained_share` of the missing force's power is left, `best` is the best set of an answer that is
     not proven, `witness` the missing force over its best coordinate with the fitted law. `laws` are formulas proposed where no card
     fits; `search` is what a further search can go on from, and stands in no document.
@@ -168,6 +169,7 @@ class Diagnosis:
     kin: tuple[Kin, ...] = ()
     data_checks: tuple[Finding, ...] = ()
     mended: tuple[str, ...] = ()
+    libraries: tuple[str, ...] = ()
     incomplete: bool = False
     unexplained_share: float | None = None
     best: tuple[NamedEffect, ...] = ()
@@ -221,6 +223,7 @@ class Diagnosis:
             "data_checks": [finding.to_json() for finding in self.data_checks],
             "mended": list(self.mended),
             "laws": [law.to_json() for law in self.laws],
+            "libraries": list(self.libraries),
         }
 
 

@@ -1,0 +1,49 @@
+"""A diagnosis remembers where the classes of its model were found, so that `misfit add` needs no `--library`."""
+
+import json
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+from plants import SLIDE
+
+from orchestrator.cli.improve import add
+
+DOCUMENT = {
+    "schema": "misfit.diagnosis/1",
+    "data": "data",
+    "verdict": "named",
+    "effects": [
+        {
+            "id": "viscous_friction",
+            "site": "x",
+            "parameters": {"b": {"value": 1.5, "unit": "N.s/m", "ci90": [1.4, 1.6]}},
+        }
+    ],
+}
+
+
+@pytest.fixture
+def diagnosis(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A diagnosis of a model that extends a class of a library."""
+    monkeypatch.setenv("MODELICAPATH", "")
+    library = tmp_path / "libs" / "Lib"
+    library.mkdir(parents=True)
+    (library / "package.mo").write_text("package Lib\nend Lib;\n")
+    (library / "Slide.mo").write_text(f"within Lib;\n{SLIDE}")
+    (tmp_path / "Mine.mo").write_text("model Mine\n  extends Lib.Slide(k = 40);\nend Mine;\n")
+    document = DOCUMENT | {"model": f"{tmp_path / 'Mine.mo'}:Mine", "libraries": [str(tmp_path / "libs")]}
+    (tmp_path / "found.json").write_text(json.dumps(document))
+    return tmp_path / "found.json"
+
+
+def test_an_effect_is_added_without_naming_the_library_again(diagnosis: Path) -> None:
+    done = CliRunner().invoke(add, [str(diagnosis), "--out", str(diagnosis.parent / "out")], catch_exceptions=False)
+    assert done.exit_code == 0, done.output
+    assert "viscous1_b" in (diagnosis.parent / "out" / "Mine_1.mo").read_text()
+
+
+def test_a_library_that_is_gone_is_named(diagnosis: Path) -> None:
+    (diagnosis.parent / "libs").rename(diagnosis.parent / "elsewhere")
+    done = CliRunner().invoke(add, [str(diagnosis), "--out", str(diagnosis.parent / "out")])
+    assert f"was made with the library folder {diagnosis.parent / 'libs'}, which is not there" in str(done.exception)
