@@ -15,9 +15,9 @@ DOCUMENT = {
     "verdict": "named",
     "effects": [
         {
-            "id": "viscous_friction",
-            "site": "x",
-            "parameters": {"b": {"value": 1.5, "unit": "N.s/m", "ci90": [1.4, 1.6]}},
+            "id": "parameter_error",
+            "site": "m",
+            "parameters": {"share": {"value": 0.5, "unit": "1", "ci90": [0.4, 0.6]}},
         }
     ],
 }
@@ -40,7 +40,7 @@ def diagnosis(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_an_effect_is_added_without_naming_the_library_again(diagnosis: Path) -> None:
     done = CliRunner().invoke(add, [str(diagnosis), "--out", str(diagnosis.parent / "out")], catch_exceptions=False)
     assert done.exit_code == 0, done.output
-    assert "viscous1_b" in (diagnosis.parent / "out" / "Mine_1.mo").read_text()
+    assert "m=3)" in (diagnosis.parent / "out" / "Mine_1.mo").read_text().replace(" ", "")
 
 
 def test_a_library_that_is_gone_is_named(diagnosis: Path) -> None:
