@@ -106,7 +106,9 @@ def diagnose(
     )
 
 
-def _by_greybox(source: ModelicaModel, measurements: MeasurementSet, workers: int, progress: Progress) -> Diagnosis:
+def _by_greybox(
+    source: ModelicaModel, measurements: MeasurementSet, workers: int, progress: Progress, laws: "Sequence[Law]"
+) -> Diagnosis:
     from orchestrator.greybox.diagnose import diagnose_greybox  # which makes results of this room
 
     return diagnose_greybox(source, measurements, workers=workers, progress=progress, more=laws)
