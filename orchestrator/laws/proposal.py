@@ -1,7 +1,7 @@
 """A proposed law as results show it: formula, sentence, constants, what it was seen over, and what held-out trials say."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -153,8 +153,3 @@ def _curve(outcome: Outcome, found: FoundLaw) -> Witness | None:
     pictures = witnesses(outcome.case, outcome.nominal, found.fitted)
     sites = {b.position or b.state for b in shown}
     return next((p for p in pictures if p.balance in sites), None)
-
-
-def with_rivals(proposals: Sequence[LawProposal]) -> tuple[LawProposal, ...]:
-    """Proposals that explain the record alike, each with the formulas of the others."""
-    return tuple(replace(p, alike=tuple(other.formula for other in proposals if other is not p)) for p in proposals)

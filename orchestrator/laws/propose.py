@@ -13,7 +13,8 @@ from orchestrator.greybox.decide import share_explained
 from orchestrator.greybox.diagnose import Outcome, compared, worse_on_held_out
 from orchestrator.laws.card import write_files
 from orchestrator.laws.find import FoundLaw, Limits, find_laws
-from orchestrator.laws.proposal import LawProposal, proposal_of, with_rivals
+from orchestrator.laws.proposal import LawProposal, proposal_of
+from orchestrator.laws.separate import with_rivals
 from orchestrator.measurements import MeasurementSet
 
 FOLDER = "laws"

@@ -72,7 +72,8 @@ def law_of(terms: Sequence[Term], place: Place) -> Law:
         names = {p.name: p.name + end for f in term.factors for p in f.shapes}
         names |= {s: s + end for f in term.factors for s in f.states} | ({OF: term.of} if term.of else {})
         gain = LawParameter(f"k{end}", _kind(term), gain=True, description=_describe(term))
-        parameters += [gain, *(replace(p, name=names[p.name]) for f in term.factors for p in f.shapes)]
+        shapes = [replace(p, name=names[p.name], kind=_of(p.kind, term)) for f in term.factors for p in f.shapes]
+        parameters += [gain, *shapes]
         sign = "" if term.carrier in (*factors("free"), *factors("further")) else "-"
         texts.append(sign + "*".join([gain.name, *(renamed(f.text, names) for f in term.factors if f.text != "1")]))
         for f in term.factors:
@@ -90,6 +91,11 @@ def _kind(term: Term) -> str:
             powers[name] = powers.get(name, 0) + power
     named = {term.of if name == OF else name: power for name, power in powers.items()}
     return "/".join(["force", *(name if power == 1 else f"{name}^{power}" for name, power in named.items())])
+
+
+def _of(kind: str, term: Term) -> str:
+    """The kind of a shape, with the further variable that a term speaks of."""
+    return re.sub(rf"\b{OF}\b", term.of, kind) if term.of else kind
 
 
 def _describe(term: Term) -> str:
