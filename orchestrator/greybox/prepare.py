@@ -172,7 +172,7 @@ def _typical_intensity(box: GreyBox, trials: Sequence[Trial], balances: Sequence
 def _gain(box: GreyBox, trial: Trial, balance: Balance, j: int) -> float:
     """By how much a unit of force changes the rate of its state, at the start."""
     system = box.system
-    values = box.compiled.with_values(np.zeros(len(box.compiled.free)))
+    values = np.array(box.compiled.parameters)  # as declared: shapes of laws are no zeros
     moved = values.copy()
     moved[[v.name for v in system.parameters].index(balance.input)] = 1.0
     d, _ = system.history(trial.time[0], trial.inputs[0], values)

@@ -94,13 +94,13 @@ def _off(law: LawProposal, states: tuple[str, ...], truth: Truth) -> float:
 def _shipped(effect: NamedEffect, states: tuple[str, ...], known: dict[str, np.ndarray]) -> np.ndarray:
     """The force of an effect of the library at the only balance; no number for what changes a parameter, input or output."""
     for law in laws():
-        if law.id == effect.id or effect.id in law.names.values():
-            moves = law.place == "motion" and len(states) == 2
-            if set(effect.parameters) >= {p.name for p in law.parameters} and (moves or law.place == "storage"):
-                speed = next((s for s in states if s != effect.site), effect.site)
-                names = {"q": known[effect.site], "x": known[effect.site], "v": known[speed], "t": known["time"]}
-                names |= {key: value.value for key, value in effect.parameters.items()}
-                return np.asarray(evaluate_numbers(law.expression, names), dtype=float)
+        public = {p.name: next((n for n in (p.name, law.renamed.get("N.m", {}).get(p.name)) if n in effect.parameters), "") for p in law.parameters}  # fmt: skip
+        moves = law.place == "motion" and len(states) == 2
+        if effect.id in (law.id, *law.names.values()) and all(public.values()) and (moves or law.place == "storage"):
+            speed = next((s for s in states if s != effect.site), effect.site)
+            names = {"q": known[effect.site], "x": known[effect.site], "v": known[speed], "t": known["time"]}
+            names |= {key: np.float64(effect.parameters[name].value) for key, name in public.items()}
+            return np.asarray(evaluate_numbers(law.expression, names), dtype=float)
     return np.full(len(known["time"]), np.nan)
 
 
