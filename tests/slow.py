@@ -74,6 +74,8 @@ SLOW = {
     "tests/hil/test_processes.py::test_a_polite_end_lets_the_arm_down_and_finishes_the_recording[2]": "the same test with signal 15",
     "tests/hil/test_burden.py::test_a_session_finds_out": "test_identify.py: the set obeys the robot's equation; the other tests of its file",
     "tests/hil/test_cia402.py::test_a_hold_with_virtual_drives_is_recorded_and_replays": "the other tests of its file, in virtual time",
+    # 5,000 runs of a pair, 8 s each.
+    "tests/cosim/test_many_runs.py::test_5000_runs_take_no_more_memory": "test_500_runs_leave_nothing_behind in the same file",
     # Browsers.
     "tests/studio/test_bench_view_in_browser.py": "studio_views: the same pages without a browser",
     "tests/studio/test_linked_views_in_browser.py": "studio_views: the same pages without a browser",

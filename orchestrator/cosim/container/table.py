@@ -209,6 +209,7 @@ class _Table:
             "token": _text(part.fmu.token),
             "version": part.fmu.version,
             "early_return": int(part.early_return),
+            "tolerance": _number(part.fmu.tolerance or 0.0),
         }
         return _initialiser(fields)
 

@@ -3,13 +3,32 @@
 #include <stdint.h>
 #include <stdio.h>
 
-typedef struct {
+typedef struct Record Record;
+struct Record {
     int64_t count;
     int32_t status;
     char category[60], message[1024];
-} Record;
+    Record *next; /* of those that are in use */
+};
 
-/* An FMU of version 1 passes its instance, which leads nowhere here. */
+static Record *in_use;
+
+void misfit_use(Record *record)
+{
+    record->next = in_use;
+    in_use = record;
+}
+
+void misfit_forget(Record *record)
+{
+    Record **place = &in_use;
+    while (*place != NULL && *place != record)
+        place = &(*place)->next;
+    if (*place != NULL)
+        *place = record->next;
+}
+
+/* An FMU of version 1 passes its instance, which leads nowhere here; some of version 2 do so by mistake. */
 Record misfit_last1;
 
 void misfit_log1(void *instance, const char *name, int status, const char *category, const char *message, ...)
@@ -28,9 +47,13 @@ void misfit_log1(void *instance, const char *name, int status, const char *categ
 
 void misfit_log2(void *environment, const char *name, int status, const char *category, const char *message, ...)
 {
-    Record *record = environment;
+    Record *record = in_use;
     (void)name;
-    if (record == NULL || message == NULL)
+    while (record != NULL && record != environment)
+        record = record->next;
+    if (record == NULL)
+        record = &misfit_last1;
+    if (message == NULL)
         return;
     va_list arguments;
     va_start(arguments, message);

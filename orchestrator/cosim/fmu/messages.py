@@ -1,6 +1,7 @@
 """What an FMU says through its logger: the last messages are kept, for the error that may follow."""
 
 import ctypes
+from contextlib import suppress
 from typing import Any
 
 _LENGTH = 1024
@@ -14,6 +15,7 @@ class Record(ctypes.Structure):
         ("status", ctypes.c_int32),
         ("category", ctypes.c_char * 60),
         ("message", ctypes.c_char * _LENGTH),
+        ("next", ctypes.c_void_p),
     ]
 
 
@@ -21,8 +23,9 @@ class Messages:
     """The logger of one instance: two callbacks, and the record they write to."""
 
     def __init__(self) -> None:
-        self.record = Record()
+        self.record = self._own = Record()
         self._open = True
+        _tell_c("misfit_use", self._own)
 
     @property
     def environment(self) -> ctypes.c_void_p:
@@ -35,7 +38,22 @@ class Messages:
 
     def close(self) -> None:
         """Forget everything."""
-        self._open = False
+        if self._open:
+            self._open = False
+            _tell_c("misfit_forget", self._own)
+
+    def __del__(self) -> None:
+        with suppress(ImportError, TypeError):  # when Python ends there is nobody left to tell
+            self.close()
+
+
+def _tell_c(function: str, record: Record) -> None:
+    """Tell the compiled logger which records there are: an FMU that passes it anything else must not make it write there."""
+    from orchestrator.cosim.engine.native import native_library
+
+    library = native_library()
+    if library is not None:
+        library[function](ctypes.byref(record))
 
 
 # An FMU of version 1 passes its logger nothing that leads to a record of its own.

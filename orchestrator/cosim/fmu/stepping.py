@@ -29,11 +29,12 @@ class SteppingFmu(Component):
         self._prepared: dict[str, Any] | None = {}
 
     def initialise(self, time: float, stop: float | None, tolerance: float | None) -> None:
-        """Set what was set before, and enter initialisation."""
+        """Set what was set before, and enter initialisation; without a tolerance, with that of the FMU's default experiment."""
         prepared, self._prepared = self._prepared, None
         if prepared:
             self._values.prepare(prepared)
-        self.instance.begin(time, stop, tolerance)
+        own = self.instance.description.tolerance
+        self.instance.begin(time, stop, own if tolerance is None else tolerance)
 
     def start(self) -> None:
         """Leave initialisation."""

@@ -171,6 +171,8 @@ int part_set_up(Component *part, const double *tolerance, double start, const do
 {
     if (part->data->linear != NULL)
         return 0;
+    if (tolerance == NULL && part->data->tolerance > 0.0)
+        tolerance = &part->data->tolerance;
     double relative = tolerance != NULL ? *tolerance : 0.0, end = stop != NULL ? *stop : 0.0;
     if (part->data->version == 3) {
         Begin3 *begin = (Begin3 *)find(part, "EnterInitializationMode");

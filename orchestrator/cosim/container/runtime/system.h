@@ -21,6 +21,7 @@ typedef struct {
 typedef struct {
     const char *name, *folder, *identifier, *token; /* folder below `resources` */
     int32_t version, early_return;                  /* of FMI */
+    double tolerance;                               /* of its default experiment; 0 where it has none */
     const LinearData *linear;                       /* instead of an FMU */
 } PartData;
 
