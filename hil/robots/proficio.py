@@ -20,8 +20,6 @@ JOINT_TO_MOTOR = np.array([[-8.51, 15.19643, 0.0], [8.51, 15.19643, 0.0], [0.0, 
 MOTOR_TO_JOINT = np.linalg.inv(JOINT_TO_MOTOR)
 # Joint angles at the stops where the arm is zeroed, rad.
 HOME = {"right": np.array([-1.01, -0.96, 2.84]), "left": np.array([-1.01, 0.96, -2.84])}
-# The elbow's range that examples use, rad; its sign tells the side.
-ELBOW_RANGE = {"right": (0.12, 2.76), "left": (-2.76, -0.12)}
 GRAVITY = 9.805
 
 # First moments of each link in its frame, kg.m, as calibrated; masses further out are lumped in.

@@ -7,9 +7,6 @@ import numpy as np
 from hil.robots import proficio
 from hil.safety.limits import JointLimits
 
-# Units of the module's limits of speed per m/s.
-SPEED_UNITS = 4096
-
 
 def motor_units(joints: Sequence[JointLimits], torque_units: Sequence[int]) -> list[int]:
     """What each motor gets at most, in its controller's units, when all joints make their largest torques at once."""

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from orchestrator.compare.result import Comparison, SetErrors, TrialErrors
-from orchestrator.diagnosis.result import Adjusted, Estimate, NamedEffect, RankedSet, Tried
+from orchestrator.diagnosis.result import Adjusted, Estimate, NamedEffect, Tried
 
 
 def comparison_of(document: dict[str, Any]) -> Comparison:
@@ -30,14 +30,6 @@ def effects_of(document: dict[str, Any]) -> list[NamedEffect]:
     return [
         NamedEffect(each["id"], each["site"], {name: _estimate(found) for name, found in each["parameters"].items()})
         for each in document["effects"]
-    ]
-
-
-def ranking_of(diagnosis: dict[str, Any]) -> list[RankedSet]:
-    """The ranking, best first."""
-    return [
-        RankedSet(tuple(each["effects"]), tuple(each["sites"]), each["score"], each["probability"])
-        for each in diagnosis["ranking"]
     ]
 
 

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from fmus.errors import MisfitError
 from orchestrator.cosim.component import FLOATS, Port
 from orchestrator.cosim.kinds import describe
 from orchestrator.cosim.simulation import Simulation
@@ -153,9 +152,3 @@ def _ports(system: System) -> dict[str, Port]:
 def _short(address: str, alone: str) -> str:
     component, variable = split_address(address)
     return variable if component == alone else address
-
-
-def require_rows(recording: Recording, case: str) -> None:
-    """Raise MisfitError where a run gave nothing."""
-    if any(not len(signal.time) for signal in recording.signals.values()):
-        raise MisfitError(f"{case}: the run gave no rows")

@@ -69,9 +69,8 @@ class Kind(Enum):
 
 
 _KINDS = {0: Kind.MOTOR, 3: Kind.MOTOR, 5: Kind.MOTOR, 2: Kind.SAFETY, 6: Kind.FORCE_SENSOR}
-# Options in a motor's ROLE.
+# An option in a motor's ROLE.
 ABSOLUTE_ENCODER = 0x0100
-JOINT_ENCODER = 0x4000
 
 
 def kind_of(role: int) -> Kind:

@@ -212,10 +212,6 @@ class Instance(ABC):
         self._directional(rows, columns, (Double * len(seed))(*seed), result)
         return list(result)
 
-    def address_of_instance(self) -> int:
-        """The pointer that every call gets first."""
-        return self.component.value or 0
-
     @abstractmethod
     def _instantiate(self) -> int | None: ...
 

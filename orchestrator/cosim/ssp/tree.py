@@ -8,8 +8,6 @@ from typing import Any
 from fmus.units import SiUnit
 from orchestrator.cosim.system import Value
 
-Path_ = tuple[str, ...]
-
 
 @dataclass(frozen=True)
 class Connector:
