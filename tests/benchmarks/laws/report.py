@@ -1,0 +1,60 @@
+"""The tables of docs/benchmarks/laws.md from results: `python report.py RESULTS.jsonl ...`."""
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+from run import RIGHT
+
+HELD_OUT = 1.5
+
+
+def rows_of(files: list[str]) -> list[dict[str, Any]]:
+    """All results, by case."""
+    lines = [line for file in files for line in Path(file).read_text().splitlines()]
+    return sorted((json.loads(line) for line in lines), key=lambda row: str(row["case"]))
+
+
+def summary(rows: list[dict[str, Any]]) -> str:
+    """Shares over cases with an effect, and proposals in cases without."""
+    hidden = [row for row in rows if not row["case"].endswith("nothing")]
+    nulls = [row for row in rows if row["case"].endswith("nothing")]
+    seconds = sorted(row["seconds"] for row in rows)
+
+    def share(count: int) -> str:
+        return f"{count} of {len(hidden)} ({count / max(len(hidden), 1):.0%})"
+
+    lines = [
+        ("cases with a hidden effect", str(len(hidden))),
+        ("a law was proposed", share(sum(bool(r["proposed"]) for r in hidden))),
+        (
+            "functionally right (force within 5 %)",
+            share(sum(r["off"] is not None and r["off"] <= RIGHT for r in hidden)),
+        ),
+        ("in its simplest form", share(sum(r["simplest"] for r in hidden))),
+        ("held-out error <= 1.5 x the noise", share(sum((r["held_out_ratio"] or 9e9) <= HELD_OUT for r in hidden))),
+        ("made worse", share(sum(r["worse"] for r in hidden))),
+        ("proposals where nothing is hidden", f"{sum(bool(r['proposed']) for r in nulls)} of {len(nulls)}"),
+        ("seconds, median and most", f"{seconds[len(seconds) // 2]:.0f}, {seconds[-1]:.0f}" if seconds else ""),
+    ]
+    return "\n".join(["| measure | |", "|---|---|", *(f"| {name} | {value} |" for name, value in lines)])
+
+
+def details(rows: list[dict[str, Any]]) -> str:
+    """A row for each case."""
+    head = "| case | library's answer | formula | off | held-out error over noise, before -> after |\n|---|---|---|---|---|"
+    found = []
+    for r in rows:
+        off = "" if r["off"] is None or r["off"] != r["off"] else f"{r['off']:.1%}"
+        after = "" if r["held_out_ratio"] is None else f" -> {r['held_out_ratio']:.3g}"
+        formula = f"`{r['proposed']}`" if r["proposed"] else "none"
+        beside = f" beside {', '.join(r['beside'])}" if r["beside"] else ""
+        named = ", ".join(r["named"])
+        found.append(f"| {r['case']} | {r['verdict']}{': ' + named if named else ''} | {formula}{beside} | {off} | {r['before_ratio']:.3g}{after} |")  # fmt: skip
+    return "\n".join([head, *found])
+
+
+if __name__ == "__main__":
+    results = rows_of(sys.argv[1:])
+    print(summary(results) + "\n\n" + details(results))
