@@ -1,0 +1,74 @@
+"""The same records through PySINDy, in an environment of its own: `python sindy.py RESULTS.jsonl`; the product is not needed.
+
+The missing force is what the balance lacks with rates by Savitzky and Golay's filter (15 samples, cubic), which is what a user of
+PySINDy has. Its library: polynomials to degree 5 of position, speed and input, and their magnitudes and signs; thresholds of
+sequentially thresholded least squares are chosen by the second learning trial. No units, and no hidden states.
+"""
+
+import json
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import pysindy as ps
+from cases import CASES, Hidden
+from plants import PLANTS, Plant
+from scipy.signal import savgol_filter
+from truth import Truth, record
+
+THRESHOLDS = (0.003, 0.01, 0.03, 0.1, 0.3)
+WINDOW = 15
+
+
+def off(case: Hidden, seed: int = 0) -> float:
+    """Error of the force along the true held-out trial as a share of the true one (rms)."""
+    plant = PLANTS[case.plant]
+    with tempfile.TemporaryDirectory() as name:
+        truth = record(case, Path(name), seed)
+        tables = [np.loadtxt(Path(name) / f"{letter}.csv", delimiter=",", skiprows=1) for letter in "abc"]
+    first, second, _ = (_estimated(plant, table) for table in tables)
+    scale = np.maximum(np.abs(first[0]).max(axis=0), 1e-12)
+    size = float(np.std(first[1])) or 1.0
+    best, least = None, np.inf
+    for threshold in THRESHOLDS:
+        library = ps.PolynomialLibrary(degree=5) + ps.CustomLibrary(
+            [np.abs, np.sign], [lambda n: f"|{n}|", lambda n: f"sign {n}"]
+        )
+        model = ps.SINDy(optimizer=ps.STLSQ(threshold=threshold, alpha=1e-6), feature_library=library)
+        model.fit(first[0] / scale, t=plant.step, x_dot=np.tile(first[1][:, None] / size, (1, first[0].shape[1])))
+        error = float(np.mean((model.predict(second[0] / scale)[:, 0] * size - second[1]) ** 2))
+        if error < least:
+            best, least = model, error
+    assert best is not None
+    force = best.predict(_features(plant, truth[2]) / scale)[:, 0] * size
+    return float(np.sqrt(np.mean((force - truth[2].force) ** 2) / max(np.mean(truth[2].force ** 2), 1e-300)))
+
+
+def _estimated(plant: Plant, table: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Features (n, k) and the missing force (n,) by differences of the measured signal."""
+    u, y = table[:, 1], table[:, 2]
+    smooth, rate, second = (savgol_filter(y, WINDOW, 3, deriv=k, delta=plant.step) for k in range(3))
+    inner = slice(WINDOW, -WINDOW)
+    if len(plant.start) == 1:
+        states, top = [smooth], rate
+    elif plant.hit == 1:
+        states, top = [smooth, rate], second
+    else:
+        states, top = [smooth, np.cumsum(smooth) * plant.step], rate
+    hit = plant.hit
+    without = np.array([plant.rates(a, list(s), 0.0)[hit] for a, s in zip(u, np.column_stack(states), strict=True)])
+    gain = plant.rates(0.0, list(plant.start), 1.0)[hit] - plant.rates(0.0, list(plant.start), 0.0)[hit]
+    return np.column_stack([*states, u])[inner], ((top - without) / gain)[inner]
+
+
+def _features(plant: Plant, truth: Truth) -> np.ndarray:
+    return np.column_stack([truth.states, truth.input])
+
+
+if __name__ == "__main__":
+    done = {json.loads(line)["case"] for file in sys.argv[1:] for line in Path(file).read_text().splitlines()}
+    found = {f"{c.plant}: {c.name}": off(c) for c in CASES if f"{c.plant}: {c.name}" in done and c.name != "nothing"}
+    for name, error in found.items():
+        print(f"{name}: off {error:.1%}")
+    print(f"within 5 %: {sum(e <= 0.05 for e in found.values())} of {len(found)}")
