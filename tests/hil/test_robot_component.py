@@ -28,6 +28,8 @@ HIL = Path(__file__).parents[2] / "hil"
 @pytest.fixture(autouse=True)
 def _here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)  # where it records, unless told otherwise
+    (tmp_path / "shared").mkdir()
+    monkeypatch.setenv("MISFIT_SHARED", str(tmp_path / "shared"))  # sessions of other tests are not seen
 
 
 def robot(**options: object):  # type: ignore[no-untyped-def]
