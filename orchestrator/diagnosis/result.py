@@ -177,6 +177,10 @@ class Diagnosis:
     laws: tuple["Law", ...] = ()
     search: Any = field(default=None, repr=False, compare=False)
 
+    def __getstate__(self) -> dict[str, Any]:
+        # Machine code of the search stays in its process.
+        return {**self.__dict__, "search": None}
+
     def plot(self) -> Shown:
         """The error that falls from step to step, for a notebook; the ranking where no effect was added."""
         return drawing_of("diagnosis").plot(self)

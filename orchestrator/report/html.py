@@ -11,7 +11,6 @@ from orchestrator.ledger import LedgerEntry
 from orchestrator.report.answer import answer_of
 from orchestrator.report.answer.markup import answer_html, answer_style
 from orchestrator.report.arm_drawing import Replay, replay_script, replay_style, script_source
-from orchestrator.report.laws import laws_pictures, laws_sentences
 from orchestrator.report.numbers import digits
 from orchestrator.report.page import (
     Page,
@@ -116,7 +115,6 @@ def _diagnosis_page(diagnosis: Diagnosis, entries: list[LedgerEntry], replay: Re
                     *((versions_table(entries),) if entries else ()),
                 ),
             ),
-            Section("A formula for what no card explains", laws_sentences(document), pictures=laws_pictures(document)),
             Section("What the data leave open", diagnosis.warnings, warns=True),
             Section("Next experiment", pairs=experiment_rows(diagnosis.next_experiment)),
             Section(

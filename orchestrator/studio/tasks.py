@@ -5,6 +5,7 @@ import os
 import pickle
 import shutil
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -115,6 +116,7 @@ def diagnose(project: Project, say: Say) -> None:
     from orchestrator.diagnosis.diagnose import diagnose as find
     from orchestrator.diagnosis.work import resumable
     from orchestrator.discover import record
+    from orchestrator.laws.propose import asks_for_laws, propose_laws
     from orchestrator.report.html import diagnosis_report
     from orchestrator.report.sentences import verdict_sentence
 
@@ -123,6 +125,8 @@ def diagnose(project: Project, say: Say) -> None:
     source = load_source(_model(project), measurements)
     with resumable(f"{project.folder} {measurements.content_hash}") as work:
         found = find(source, measurements, workers=WORKERS, progress=say, work=work)
+    if asks_for_laws(found):
+        found = replace(found, laws=propose_laws(found, measurements, project.results, workers=WORKERS, progress=say))
     given = found.steps[0].comparison
     for number, step in enumerate(found.steps):
         _show(project, step.comparison, number)

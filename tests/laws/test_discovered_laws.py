@@ -1,6 +1,7 @@
 """What no card explains is found as a formula, becomes a card, and makes the error fall; noise gives no formula."""
 
 import json
+import pickle
 from pathlib import Path
 
 import numpy as np
@@ -94,3 +95,5 @@ def test_python_adds_a_proposed_law_to_a_model_and_the_report_shows_it(braked: t
     assert after is not None and after.over_floor < 1.5
     page = discovery_report(found.diagnosis, list(found.entries))
     assert "A formula for what no card explains" in page and "vPeak" in page
+    again = pickle.loads(pickle.dumps(found.diagnosis))  # as the studio keeps it
+    assert again.laws[0].formula == found.laws[0].formula and again.search is None

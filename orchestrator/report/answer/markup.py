@@ -7,9 +7,10 @@ from typing import Any
 
 from orchestrator.report.answer.answer import Answer
 from orchestrator.report.answer.drawing import bars_svg, residual_svg, witness_svg
+from orchestrator.report.answer.laws import laws_sentences
 from orchestrator.report.answer.residual import worst_residual
 from orchestrator.report.answer.rivals import Rival
-from orchestrator.report.answer.witness import shape_words, witnesses_of
+from orchestrator.report.answer.witness import shape_words, stated, witnesses_of
 from orchestrator.report.answer.words import capital
 
 
@@ -30,7 +31,7 @@ def verdict_html(answer: Answer) -> str:
 
 def evidence_html(answer: Answer, document: Mapping[str, Any]) -> str:
     """The four parts below: why, what it buys, where it failed, what else it could be."""
-    parts = [_why(document), _buys(answer), _failed(document), _rivals(answer)]
+    parts = [_why(document), _laws(document), _buys(answer), _failed(document), _rivals(answer)]
     return f'<div class="a-grid-of-four">{"".join(part for part in parts if part)}</div>'
 
 
@@ -47,6 +48,17 @@ def _why(document: Mapping[str, Any]) -> str:
     line = " Line: the effect that was fitted." if any(each.law for each in found) else ""
     note = f"Dots: what the model lacks, from learning trials, with 90 % bands.{line}"
     return _section(f"Why: {shape_words(found)}", f'<div class="a-panels">{panels}</div>{_small(note)}')
+
+
+def _laws(document: Mapping[str, Any]) -> str:
+    """What is proposed where no card explains all: the first law over the missing force, and words for each."""
+    laws = document.get("laws") or ()
+    if not laws:
+        return ""
+    panel = stated(laws[0]["curve"]) if laws[0].get("curve") else None
+    drawn = f'<div class="a-panels"><div>{witness_svg(panel)}</div></div>' if panel else ""
+    lines = "".join(f"<p>{html.escape(line)}</p>" for line in laws_sentences(laws))
+    return _section("A formula for what no card explains", drawn + lines)
 
 
 def _buys(answer: Answer) -> str:

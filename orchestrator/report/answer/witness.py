@@ -34,11 +34,12 @@ class Witness:
 
 def witnesses_of(document: Document) -> tuple[Witness, ...]:
     """The panels: as the document states them, else its curves of what no effect explains, else its map of the force."""
-    stated = [found for each in document.get("witness") or () if (found := _stated(each)) is not None]
-    return tuple((stated or _latent(document) or _binned(document))[:MOST_PANELS])
+    given = [found for each in document.get("witness") or () if (found := stated(each)) is not None]
+    return tuple((given or _latent(document) or _binned(document))[:MOST_PANELS])
 
 
-def _stated(entry: Mapping[str, Any]) -> Witness | None:
+def stated(entry: Mapping[str, Any]) -> Witness | None:
+    """A panel as a document states it; none if it holds no curve."""
     x, force = _numbers(entry.get("x")), _numbers(entry.get("force"))
     if len(x) < 2 or len(x) != len(force):
         return None

@@ -4,7 +4,6 @@ from orchestrator.report.figures._block import block_slices
 from orchestrator.report.figures._curves import shown_signals, shown_trials, trial_curves
 from orchestrator.report.figures._diagnosis import Version, falling_error, ranking
 from orchestrator.report.figures._latent import latent_curve
-from orchestrator.report.figures._law import law_curve
 from orchestrator.report.figures._maps import error_maps
 from orchestrator.report.figures._residuals import error_by_trial, residual_against_state, residual_spectrum
 
@@ -15,7 +14,6 @@ __all__ = [
     "error_maps",
     "falling_error",
     "latent_curve",
-    "law_curve",
     "ranking",
     "residual_against_state",
     "residual_spectrum",
