@@ -181,7 +181,7 @@ def open_robot_session(
         if recorder is not None:
             (recorder.folder / ROBOT).write_text(json.dumps(robot.to_json(), indent=2) + "\n")
         pilot = pilot_of(robot, settings)
-        beats = Metronome(settings.limits.period_ns, heart.beat)
+        beats = Metronome(settings.limits.period_ns, heart.beat_and_look)
         window = Window.create(settings.limits.period_ns, about(settings, pilot, folder, stop.path, dry_run))
         stack.callback(window.remove)
         loop = Loop(

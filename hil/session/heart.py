@@ -43,6 +43,11 @@ class Heart:
         """Say that the loop is alive."""
         self._numbers[_BEAT] = time_ns
 
+    def beat_and_look(self, time_ns: int) -> bool:
+        """Say that the loop is alive; whether the watchdog has fallen silent, which cannot wait for the next cycle."""
+        self.beat(time_ns)
+        return self.is_watchdog_silent(time_ns)
+
     @property
     def last_ns(self) -> int:
         """The last beat."""

@@ -21,11 +21,13 @@ class Metronome:
     """Beats at absolute times; a beat that is late by more than a period is skipped and counted.
 
     Args:
-        sign: told the time (ns) again and again while the next beat is waited for: a sign of life in long periods, too.
+        sign: told the time (ns) again and again while the next beat is waited for: a sign of life in long periods, too. Where it says
+            True, something cannot wait that long: there is a beat at once, one until it says False again.
     """
 
-    def __init__(self, period_ns: int, sign: Callable[[int], None] = lambda now_ns: None) -> None:
+    def __init__(self, period_ns: int, sign: Callable[[int], bool] = lambda now_ns: False) -> None:
         self.period_ns, self.missed, self.sign = period_ns, 0, sign
+        self._hurried = False
         self._next = time.monotonic_ns() + period_ns
 
     def wait(self) -> tuple[int, int]:
@@ -35,7 +37,10 @@ class Metronome:
         self.missed += behind
         beat = self._next = self._next + behind * self.period_ns
         while (left := beat - now - SPIN_NS) > 0:
-            self.sign(now)
+            hurries, hurried = self.sign(now), self._hurried
+            self._hurried = hurries
+            if hurries and not hurried:
+                return now, now
             time.sleep(min(left, SIGN_NS) * 1e-9)
             now = time.monotonic_ns()
         while (now := time.monotonic_ns()) < beat:

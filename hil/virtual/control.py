@@ -9,7 +9,6 @@ from hil.codecs.barrett.identifiers import Group, Node, answer_of
 from hil.codecs.barrett.safety_module import Button, Level
 from hil.codecs.frame import Frame, Timed
 from hil.virtual.arm_plant import ArmPlant
-from hil.virtual.drives import VirtualDrives
 from hil.virtual.faults import Fault, Faults
 from hil.virtual.robot import RealTime, VirtualRobot
 
@@ -49,8 +48,8 @@ class Control:
         robot = self.robot
         if verb == "silence":
             next(node for node in robot.nodes if node.number == int(rest[0])).powered = False
-        elif isinstance(robot, VirtualDrives):
-            return verb == "fail" and robot.fail(int(rest[0]), time_ns)
+        elif verb == "fail":
+            return robot.fail(int(rest[0]), time_ns)
         elif not isinstance(robot, VirtualRobot):
             return False
         elif verb == "press":

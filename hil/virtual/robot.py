@@ -42,6 +42,10 @@ class RealTime:
         """Let the plant move until a time."""
         raise NotImplementedError
 
+    def fail(self, number: int, time_ns: int) -> bool:
+        """Let a node have a fault; whether there is one of that number that can."""
+        return False
+
     def arrival(self, now: int) -> int:
         """When a frame that is read at `now` (ns) has come: not before the plant, and not just after it."""
         moved = self.time_ns or 0

@@ -3,9 +3,11 @@
 Time is virtual, so the table is the same on every machine.
 """
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
+from string import ascii_lowercase
 
 import numpy as np
 
@@ -20,6 +22,9 @@ from hil.session.start_up import Robot, start_up
 from tests.hil.bench import SETTINGS, Beats, Bench
 from tests.hil.fault_classes import CLASSES, FaultClass, Shaken, Trouble, recorder
 
+# Times that a message tells, and letters for messages.
+_FIGURES = re.compile(r"[0-9.]+ ms")
+_LETTERS = [*ascii_lowercase, *(f"a{letter}" for letter in ascii_lowercase)]
 PHASES = ("scan", "wake", "zero", "arm", "run", "stop")
 CYCLES, FAULT_AT, WAIT = 400, 150, 120
 # The arm is armed and let down in a tenth of a second, so that a session is short.
@@ -44,14 +49,18 @@ class Outcome:
     energised: bool = False
     lost: int = 0
 
-    def __str__(self) -> str:
-        """A cell of the table."""
+    def told(self) -> str:
+        """What the user is told, without figures that differ from phase to phase."""
+        return _FIGURES.sub("N ms", self.error or self.reason)
+
+    def cell(self, told: dict[str, str]) -> str:
+        """A cell of the table: what came of it, after so many cycles, and a letter for what the user is told."""
+        if not self.error and self.reaction is Reaction.PASS:
+            return "-"
+        letter = told.setdefault(self.told(), _LETTERS[len(told)])
         if self.error:
-            return f"ends: {self.error}"
-        if self.reaction is Reaction.PASS:
-            return "goes on" + (f", {self.lost} answers missing" if self.lost else "")
-        after = "at once" if self.cycles <= 1 else f"after {self.cycles} cycles"
-        return f"{self.reaction.name.lower()} {after}: {self.reason}"
+            return f"ends ({letter})"
+        return f"{self.reaction.name.lower()} {max(self.cycles, 1)} ({letter})"
 
 
 @cache
@@ -150,11 +159,14 @@ def _torques(bench: Bench, found: Outcome) -> None:
 
 
 def table() -> str:
-    """The matrix in Markdown."""
+    """The matrix in Markdown, and below it what the letters stand for."""
+    told: dict[str, str] = {}
     lines = ["| fault | " + " | ".join(PHASES) + " |", "|---" * (len(PHASES) + 1) + "|"]
     for fault in CLASSES:
-        cells = [str(outcome_of(fault, phase)).replace("|", "/") for phase in PHASES]
+        cells = [outcome_of(fault, phase).cell(told) for phase in PHASES]
         lines.append(f"| {fault.name} | " + " | ".join(cells) + " |")
+    lines += ["", "| | what the user is told |", "|---|---|"]
+    lines += [f"| {letter} | {words.replace('|', '/')} |" for words, letter in told.items()]
     return "\n".join(lines) + "\n"
 
 

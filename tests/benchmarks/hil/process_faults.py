@@ -11,6 +11,7 @@ from pathlib import Path
 
 from hil.bus.gate import TORQUE_IDENTIFIERS, let_go
 from hil.bus.wire import Wire, open_wire
+from hil.codecs.frame import Frame
 from hil.session.timing import real_time_priority
 from hil.virtual.process import virtual_robot
 
@@ -22,6 +23,8 @@ WAYS = {
     "the watchdog is killed (SIGKILL)": ("watchdog", signal.SIGKILL),
 }
 PATIENCE_S = 60.0
+# Sessions that are tried until one runs long enough.
+TRIES = 10
 # Above the session's processes.
 EAR = 95
 _SESSION = """
@@ -40,11 +43,19 @@ print(json.dumps(document["faults"]))
 def process_times(way: str, rate_hz: float, trials: int) -> tuple[list[float], str]:
     """Times in ms from the signal until the robot heard no torque and idle, sorted; and what the user was told."""
     with real_time_priority(EAR):  # who measures must not be late itself
-        found = [_one(way, rate_hz) for _ in range(trials)]
+        found = [_fair(way, rate_hz) for _ in range(trials)]
     return sorted(time_ms for time_ms, _ in found), found[0][1]
 
 
-def _one(way: str, rate_hz: float) -> tuple[float, str]:
+def _fair(way: str, rate_hz: float) -> tuple[float, str]:
+    """A trial whose session was still running when the signal came: on a busy machine one may have stopped before."""
+    for _ in range(TRIES):
+        if (found := _one(way, rate_hz)) is not None:
+            return found
+    raise RuntimeError(f"{TRIES} sessions at {rate_hz:g} Hz stopped by themselves before anything was done to them")
+
+
+def _one(way: str, rate_hz: float) -> tuple[float, str] | None:
     target, number = WAYS[way]
     idle = let_go()[1]
     with virtual_robot() as bus, tempfile.TemporaryDirectory() as folder:
@@ -56,9 +67,11 @@ def _one(way: str, rate_hz: float) -> tuple[float, str]:
             text=True,
         )
         try:
-            _wait_for_torques(ear, session)
+            if not _wait_for_torques(ear, idle, session):
+                return None
             process = session.pid if target == "loop" else _watchdog_of(session.pid)
-            ear.drain(10**6)
+            if any(timed.frame == idle for timed in ear.drain(10**6)):
+                return None
             began = time.monotonic_ns()
             os.kill(process, number)
             heard = began + int(PATIENCE_S * 1e9)
@@ -77,14 +90,17 @@ def _one(way: str, rate_hz: float) -> tuple[float, str]:
     return (heard - began) * 1e-6, told or errors.strip()[-200:]
 
 
-def _wait_for_torques(ear: Wire, session: "subprocess.Popen[str]") -> None:
-    """Until the session has cycled for a second."""
+def _wait_for_torques(ear: Wire, idle: Frame, session: "subprocess.Popen[str]") -> bool:
+    """Until the session has cycled for a second; whether it has not stopped by itself."""
     end = time.monotonic() + PATIENCE_S
     while time.monotonic() < end:
         timed = ear.receive(0.5)
         if timed is not None and timed.frame.identifier in TORQUE_IDENTIFIERS:
-            time.sleep(1.0)
-            return
+            calm = time.monotonic() + 1.0
+            while time.monotonic() < calm:
+                if (timed := ear.receive(0.1)) is not None and timed.frame == idle:
+                    return False
+            return True
         if session.poll() is not None:
             raise RuntimeError(f"the session ended: {session.communicate()[1]}")
     raise TimeoutError("the session did not begin to cycle")
