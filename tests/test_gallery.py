@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 from fmus.catalogue import ModelicaModel
+from orchestrator.diagnosis.diagnose import diagnose
+from orchestrator.diagnosis.result import Diagnosis
 from orchestrator.measurements import load_measurements
 from tests.cases.gallery.generate import MACHINES
 
@@ -40,3 +42,25 @@ ORDER = {"battery": [0, 1], "quarter_car": [0, 1, 2, 3]}
 def test_each_case_is_a_measurement_set_of_five_trials(name: str) -> None:
     measurements = load_measurements(GALLERY / name)
     assert [trial.subset for trial in measurements.trials] == ["learning"] * 3 + ["held_out"] * 2
+
+
+def _diagnosed(name: str, data: str) -> Diagnosis:
+    source = ModelicaModel(name, MACHINES[name].class_name, GALLERY / name / "Model.mo")
+    return diagnose(source, load_measurements(GALLERY / data), workers=1)
+
+
+@pytest.mark.parametrize("name", ANSWERS)
+def test_the_hidden_effect_is_named_and_sized_within_three_percent(name: str) -> None:
+    answer = ANSWERS[name]
+    found = _diagnosed(name, name)
+    assert found.verdict == "named"
+    assert [(effect.id, effect.site) for effect in found.effects] == [(answer["effect"], answer["site"])]
+    values = {key: estimate.value for key, estimate in found.effects[0].parameters.items() if key in answer["values"]}
+    assert values == pytest.approx(answer["values"], rel=0.03)
+    assert found.held_out.reducible_removed > 0.9
+
+
+@pytest.mark.parametrize("name", ANSWERS)
+def test_nothing_is_named_where_the_machine_moves_as_its_model_says(name: str) -> None:
+    found = _diagnosed(name, f"{name}_null")
+    assert found.verdict == "adequate" and not found.effects

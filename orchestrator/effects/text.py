@@ -4,6 +4,7 @@ from fmus.catalogue import ModelicaModel
 from fmus.errors import ModelicaError
 from fmus.frontend.lint.scope import View
 from fmus.frontend.lint.sources import modelica_text
+from fmus.frontend.lint.tokens import tokens_of
 from fmus.frontend.lint.tree import ClassDef, Import
 from orchestrator.effects.copies import Copies, Copy, applied, is_stored, outermost
 
@@ -69,15 +70,25 @@ def standalone(copy: Copy) -> str:
     """A copied class outside of its package, with imports for the names that it finds there."""
     lines: list[str] = []
     outer = copy.definition.outer
+    words = {token.text for token in tokens_of(copy.text[slice(*copy.definition.span)], copy.definition.file)}
     while outer is not None:
         lines += [_import_text(entry) for entry in outer.imports]
-        lines.append(f"import {'.'.join(full_name(outer))}.*;")
+        if (words - {copy.definition.name}) & _names_in(outer):
+            lines.append(f"import {'.'.join(full_name(outer))}.*;")
         outer = outer.outer
     known = {entry.alias for entry in copy.definition.imports}
     lines = [line for line in dict.fromkeys(lines) if not any(f"import {alias} " in line for alias in known)]
     home = ".".join(full_name(copy.definition))
     copy.edits.append((copy.definition.header, copy.definition.header, "".join(f"\n  {line}" for line in lines)))
     return f"// copied from {home} by misfit\n{copy.rendered()};\n"
+
+
+def _names_in(package: ClassDef) -> set[str]:
+    """Names that a package offers: those of its file, and of the files and folders beside that."""
+    found = {*package.classes, *package.components}
+    if package.path is not None and package.path.name == "package.mo":
+        found |= {entry.stem for entry in package.path.parent.iterdir()} - {"package"}
+    return found
 
 
 def full_name(definition: ClassDef) -> tuple[str, ...]:

@@ -49,9 +49,10 @@ def start_of_first_stretch(
             left = (measured[part] - run.outputs) / noise
             columns = np.vstack([slopes.reshape(-1, len(found)), np.diag(1.0 / guess)])
             wanted = np.concatenate([left.ravel(), (start - found) / guess])
-            if not (np.all(np.isfinite(columns)) and np.all(np.isfinite(wanted))):
+            with np.errstate(over="ignore"):  # slopes of a run that explodes
+                length = np.linalg.norm(columns, axis=0)
+            if not (np.all(np.isfinite(length)) and np.all(np.isfinite(wanted))):
                 return found
-            length = np.linalg.norm(columns, axis=0)
             change = np.linalg.lstsq(columns / length, wanted, rcond=None)[0] / length
             found = np.clip(found + change, low, high)
         if count >= len(time):

@@ -43,6 +43,17 @@ def test_an_effect_is_added_without_naming_the_library_again(diagnosis: Path) ->
     assert "m=3)" in (diagnosis.parent / "out" / "Mine_1.mo").read_text().replace(" ", "")
 
 
+def test_a_class_alone_in_its_library_is_copied_with_the_effect(diagnosis: Path) -> None:
+    """It uses nothing of the package that it stands in, so nothing is imported from there."""
+    document = json.loads(diagnosis.read_text())
+    size = {"b": {"value": 1.5, "unit": "N.s/m", "ci90": [1.4, 1.6]}}
+    document["effects"] = [{"id": "viscous_friction", "site": "x", "parameters": size}]
+    diagnosis.write_text(json.dumps(document))
+    done = CliRunner().invoke(add, [str(diagnosis), "--out", str(diagnosis.parent / "out")], catch_exceptions=False)
+    assert done.exit_code == 0, done.output
+    assert "- viscous1_b*v" in (diagnosis.parent / "out" / "Mine_1.mo").read_text()
+
+
 def test_a_library_that_is_gone_is_named(diagnosis: Path) -> None:
     (diagnosis.parent / "libs").rename(diagnosis.parent / "elsewhere")
     done = CliRunner().invoke(add, [str(diagnosis), "--out", str(diagnosis.parent / "out")])
