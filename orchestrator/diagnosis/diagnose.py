@@ -1,5 +1,6 @@
 """Diagnose a model: compare it, search for the missing effects, let held-out trials referee, give a verdict."""
 
+import math
 import time
 from collections.abc import Callable, Mapping, Sequence, Set
 from concurrent.futures import ThreadPoolExecutor
@@ -60,8 +61,10 @@ MOST_SECOND_THOUGHTS = 2
 # Trials are cut into shorter and shorter stretches at most so often.
 MOST_CUTS = 3
 
-# Verdicts after which an FMU's balances are not looked at as well.
+# Verdicts after which an FMU's balances are not looked at as well, unless the error along learning trials stays above so many
+# times the floor: effects at inputs and outputs alone cannot say everything.
 SURE = ("named", "adequate")
+MUCH_LEFT = 2.0
 
 Found = TypeVar("Found")
 
@@ -98,7 +101,7 @@ def diagnose(
         found = _by_greybox(source, measurements, workers, progress, laws)
     else:
         found = without_harm(search_slots(source, measurements, library, workers, progress, work))
-        if fmu is not None and found.verdict not in SURE:
+        if fmu is not None and not (found.verdict in SURE and _left(found) < MUCH_LEFT):
             found = _second_look(fmu, measurements, workers, progress, found, laws)
     warnings = (*map(str, checks), *found.warnings)
     return replace(
@@ -123,16 +126,23 @@ def _second_look(
     laws: "Sequence[Law]",
 ) -> Diagnosis:
     """What the grey box names in an FMU that tells its rates, where free runs with effects at its inputs and outputs named
-    nothing; else what these found."""
+    nothing, or what leaves more of the learning trials; else what these found."""
     from orchestrator.greybox.tape import can_be_taped
 
     if not can_be_taped(fmu):
         return found
     progress("looking at the FMU's balances")
     second = _by_greybox(fmu, measurements, workers, progress, laws)
-    if second.verdict != "named" and (second.verdict, found.verdict) != ("ambiguous", "unknown"):
+    better = second.verdict == "named" or (second.verdict, found.verdict) == ("ambiguous", "unknown")
+    if not better or (found.verdict in SURE and _left(second) >= _left(found)):
         return found
     return replace(second, warnings=(*second.warnings, *found.warnings), seconds=found.seconds + second.seconds)
+
+
+def _left(found: Diagnosis) -> float:
+    """Error along learning trials after the last step, over the floor."""
+    learning = found.steps[-1].comparison.learning
+    return math.inf if learning is None else learning.over_floor
 
 
 def search_slots(

@@ -9,6 +9,7 @@ from fmus.catalogue import ModelicaModel
 from fmus.package import build_fmu
 from orchestrator.blackbox.source import FmuSource
 from orchestrator.cosim.load import load_system
+from orchestrator.diagnosis.diagnose import diagnose
 from orchestrator.diagnosis.result import Estimate, NamedEffect
 from orchestrator.greybox.diagnose import diagnose_greybox
 from orchestrator.greybox.fmu_system import version_model, write_fmu_system
@@ -149,3 +150,14 @@ def test_a_version_of_an_fmu_is_a_system_of_fmus_with_its_new_parameters(
     pairs = {(c.source, c.target) for c in system.connections}
     assert {("coulomb_friction.y", "sum.b"), ("sum.y", "plant.tau"), ("plant.phi", "rate.u")} <= pairs
     assert system.outputs == {"phi": "plant.phi"} and set(system.inputs["tau"]) == {"sum.a"}
+
+
+def test_dry_friction_is_named_though_an_effect_at_the_sensor_explains_a_part(tmp_path: Path) -> None:
+    """Without a force input the search at inputs and outputs has sensors and commands only."""
+    measurements = load_measurements(_record(tmp_path / "data", dry=0.12, unit="V", samples=700))
+    source = FmuSource.prepare(_swing(tmp_path, unit="V"), measurements)
+    found = diagnose(source, measurements, workers=1)
+    source.fmu.close()
+    assert (found.verdict, [(e.id, e.site) for e in found.effects]) == ("named", [("coulomb_friction", "phi")])
+    size = found.effects[0].parameters["fC"]
+    assert (size.value, size.unit) == (pytest.approx(0.12 / 0.05, rel=0.05), "rad/s2")
