@@ -18,6 +18,12 @@ SLOW = {
             "same_input_gives_the_same_result",
         )
     },
+    "tests/diagnosis/test_shipped_cases.py::test_effect_that_no_given_card_explains": "test_latent.py: a pendulum whose law no card has; test_verdict.py: the rule",
+    # Whole diagnoses through the command line and by clicks, 30 to 73 s each.
+    "tests/test_command_line.py::test_discover_then_ledger": "test_documentation.py on name_an_effect.md: the same commands on a pendulum",
+    "tests/test_command_line.py::test_add_writes": "house/test_front_door.py: an effect gives a new model",
+    "tests/test_command_line.py::test_results_survive_kill_9": "diagnosis/test_work.py: a diagnosis that was killed goes on and ends the same",
+    "tests/studio/test_main_job_by_clicks.py": "studio/test_first_screen.py, test_import_wizard.py and test_studio_jobs.py: each screen and the job",
     "tests/diagnosis/test_shipped_cases.py::test_nothing_is_named_when_nothing_is_missing": "test_excitation.py: a rich record of a right model is adequate",
     **{
         f"tests/diagnosis/test_cards.py::test_card_attaches_to_a_model_and_its_values_arrive_in_modelica[{card}": "the same test on the first form of each card"
