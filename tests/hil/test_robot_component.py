@@ -2,8 +2,13 @@
 
 import ast
 import json
+import re
+import tempfile
+from collections.abc import Callable
+from functools import wraps
 from io import StringIO
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -32,10 +37,27 @@ def _here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("MISFIT_SHARED", str(tmp_path / "shared"))  # sessions of other tests are not seen
 
 
+def again_where_the_machine_stalled(test: Callable[..., None]) -> Callable[..., None]:
+    """Run a test in real time up to four times: a machine that stands still for 20 ms ends a session, as it should."""
+
+    @wraps(test)
+    def patient(*arguments: Any, **options: Any) -> None:
+        for _ in range(3):
+            try:
+                return test(*arguments, **options)
+            except (ComponentError, AssertionError) as error:  # another message than the one expected, too
+                if not re.search("on_time:|positions_answered:", str(error)):
+                    raise
+        test(*arguments, **options)
+
+    return patient
+
+
 def robot(**options: object):  # type: ignore[no-untyped-def]
     return open_robot(ComponentSpec("robot", "robot", isolate=False, options={"rate_hz": 100.0, **options}), Path())
 
 
+@again_where_the_machine_stalled
 def test_a_torque_that_is_asked_for_turns_the_joint_its_way() -> None:
     component = robot(virtual=True)
     component.initialise(0.0, None, None)
@@ -83,8 +105,10 @@ def test_a_robot_that_was_not_started_up_does_not_step() -> None:
         robot(virtual=True).step(0.0, 0.01)
 
 
+@again_where_the_machine_stalled
 def test_a_run_is_recorded_as_a_session_and_replays(tmp_path: Path) -> None:
-    component = robot(virtual=True, record=str(tmp_path / "run"))
+    folder = Path(tempfile.mkdtemp(dir=tmp_path)) / "run"
+    component = robot(virtual=True, record=str(folder))
     component.initialise(0.0, None, None)
     try:
         component.start()
@@ -94,13 +118,14 @@ def test_a_run_is_recorded_as_a_session_and_replays(tmp_path: Path) -> None:
             time = component.step(time, 0.01).time
     finally:
         component.terminate()
-    found = replay_session(tmp_path / "run")
+    found = replay_session(folder)
     assert found.cycles > 20 and found.first_different is None
-    table = pq.read_table(tmp_path / "run" / "signals.parquet")
+    table = pq.read_table(folder / "signals.parquet")
     assert -0.38 <= table["asked3"].to_numpy().min() <= -0.3
-    assert (tmp_path / "run" / "case.toml").exists()
+    assert (folder / "case.toml").exists()
 
 
+@again_where_the_machine_stalled
 def test_the_stop_button_lets_the_arm_of_a_run_down() -> None:
     component = robot(virtual=True)
     component.initialise(0.0, None, None)
