@@ -1,13 +1,14 @@
 """The same records through PySINDy, in an environment of its own: `python sindy.py RESULTS.jsonl`; the product is not needed.
 
 The missing force is what the balance lacks with rates by Savitzky and Golay's filter (15 samples, cubic), which is what a user of
-PySINDy has. Its library: polynomials to degree 5 of position, speed and input, and their magnitudes and signs; thresholds of
-sequentially thresholded least squares are chosen by the second learning trial. No units, and no hidden states.
+PySINDy has. Its library: polynomials of position, speed and input, and their magnitudes and signs; degree (1 to 5) and
+threshold of sequentially thresholded least squares are chosen by the second learning trial. No units, and no hidden states.
 """
 
 import json
 import sys
 import tempfile
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from plants import PLANTS, Plant
 from scipy.signal import savgol_filter
 from truth import Truth, record
 
+DEGREES = (1, 2, 3, 5)
 THRESHOLDS = (0.003, 0.01, 0.03, 0.1, 0.3)
 WINDOW = 15
 
@@ -31,10 +33,9 @@ def off(case: Hidden, seed: int = 0) -> float:
     scale = np.maximum(np.abs(first[0]).max(axis=0), 1e-12)
     size = float(np.std(first[1])) or 1.0
     best, least = None, np.inf
-    for threshold in THRESHOLDS:
-        library = ps.PolynomialLibrary(degree=5) + ps.CustomLibrary(
-            [np.abs, np.sign], [lambda n: f"|{n}|", lambda n: f"sign {n}"]
-        )
+    for degree, threshold in product(DEGREES, THRESHOLDS):
+        own = ps.CustomLibrary([lambda x: np.abs(x), lambda x: np.sign(x)], [lambda n: f"|{n}|", lambda n: f"sign {n}"])
+        library = ps.PolynomialLibrary(degree=degree) + own
         model = ps.SINDy(optimizer=ps.STLSQ(threshold=threshold, alpha=1e-6), feature_library=library)
         model.fit(first[0] / scale, t=plant.step, x_dot=np.tile(first[1][:, None] / size, (1, first[0].shape[1])))
         error = float(np.mean((model.predict(second[0] / scale)[:, 0] * size - second[1]) ** 2))
