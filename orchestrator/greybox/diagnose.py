@@ -262,7 +262,7 @@ def worse_on_held_out(
 
 
 def _held_out_error(outcome: Outcome, found: FittedSet, scale: np.ndarray) -> float:
-    """Error of predictions over an eighth of each held-out trial, whose noise is its own."""
+    """Error of predictions over windows of each held-out trial, whose noise is its own."""
     fit = found.fit
     trials = held_out_trials(outcome.case)
     held = replace(fit.priors, mean=fit.theta, std=np.full(len(fit.theta), 1e-12))
@@ -273,7 +273,7 @@ def _held_out_error(outcome: Outcome, found: FittedSet, scale: np.ndarray) -> fl
     except ComponentError:
         return np.inf
     prediction = predicted(fit.box, fit.theta, trials, again.runs, again.substeps)
-    return float(np.sqrt(np.mean((prediction.rms(8) / scale) ** 2)))
+    return float(np.sqrt(np.mean((prediction.rms(outcome.decision.windows) / scale) ** 2)))
 
 
 def _removed(given: Comparison, after: Comparison) -> float:

@@ -9,7 +9,11 @@ from fmus.errors import ComponentError
 from orchestrator.greybox.filtering import Filtered, GreyBox, Trial
 
 # Windows in a trial: one is a free run over nearly all of it.
-WINDOWS = (1, 8)
+WINDOWS = (1, 8, 32, 128)
+# Those over which sets are compared.
+HORIZONS = WINDOWS[1:]
+# A window has at least so many samples, as far as a trial is long enough for eight of them.
+LEAST_SAMPLES = 8
 # A run begins when the filter has found the states.
 SETTLING = 0.03
 
@@ -34,7 +38,8 @@ def predicted(
     for trial, run in zip(trials, runs, strict=True):
         first = max(1, int(SETTLING * len(trial.time)))
         for count in WINDOWS:
-            edges = np.linspace(first, len(trial.time) - 1, count + 1).astype(int)
+            shown = min(count, max((len(trial.time) - first) // LEAST_SAMPLES, 8))
+            edges = np.linspace(first, len(trial.time) - 1, shown + 1).astype(int)
             for begin, end in zip(edges[:-1], edges[1:], strict=True):
                 if end - begin > 2:
                     found[count].append(_square(box, values, trial, run, begin, end, substeps))

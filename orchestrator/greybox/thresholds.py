@@ -12,10 +12,12 @@ class Thresholds:
     left-out blocks less probable by more than `hopeless` nats is not fitted.
 
     Decision: a set is better than another beyond doubt if its log likelihood, less the price of its parameters, is higher by
-    `standard_errors` of the sum of differences over stretches and by `nats`. An effect earns its place if predictions over an
-    eighth of a trial are `least_improvement` better with it, or if it brings `least_share` of what the whole set gains; never
+    `standard_errors` of the sum of differences over stretches and by `nats`. An effect earns its place if predictions over the
+    horizon are `least_improvement` better with it, or if it brings `least_share` of what the whole set gains; never
     if they are `worse` by more than that share, nor if it takes away less than `least_power` of the disturbing forces' power. What explains less than `least_explained` of the disturbing forces' power, or
     improves predictions by less than `least_improvement`, is not named. Predictions are alike within `alike`, and then fewer parameters are chosen. An answer is incomplete if more than `complete_share` is unexplained.
+    The horizon is an eighth of a trial, a quarter of that or a sixteenth: the longest over which some likely set errs by less
+    than `predictable` times the signals' spread.
     Process noise that makes the record more probable by less than `quiet` nats for each balance is none,
     and so is one without which sensors seem no `louder` than by this factor.
     """
@@ -36,6 +38,7 @@ class Thresholds:
     least_explained: float = 0.1
     complete_share: float = 0.1
     worse: float = 0.02
+    predictable: float = 0.3
     alike: float = 0.15
     quiet: float = 5.0
     louder: float = 1.05
