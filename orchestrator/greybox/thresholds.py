@@ -19,7 +19,8 @@ class Thresholds:
     The horizon is an eighth of a trial, a quarter of that or a sixteenth: the longest over which some likely set errs by less
     than `predictable` times the signals' spread.
     Process noise that makes the record more probable by less than `quiet` nats for each balance is none,
-    and so is one without which sensors seem no `louder` than by this factor.
+    and so is one without which sensors seem no `louder` than by this factor; the model is adequate then if its free runs stay
+    within `agrees` times the noise floor, too.
     """
 
     largest_set: int = 3
@@ -42,3 +43,4 @@ class Thresholds:
     alike: float = 0.15
     quiet: float = 5.0
     louder: float = 1.05
+    agrees: float = 1.5
