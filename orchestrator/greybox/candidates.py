@@ -43,6 +43,10 @@ class Candidate:
         """Name of a parameter in the extended system."""
         return f"{self.law.id}@{self.place.site}#{self.number}.{parameter.name}"
 
+    def state_symbol(self, state: str) -> str:
+        """Name of a state of the law in the extended system."""
+        return f"{self.label}#{self.number}.{state}"
+
     def spread(self, parameter: LawParameter) -> float:
         """Standard deviation of a parameter's prior, without end for a gain unless the law says so."""
         if parameter.gain:

@@ -146,8 +146,8 @@ def decide(
     explained = judge.explained(chosen)
     if not chosen.candidates:
         best = next((s for s in ranked if s.candidates), nominal)
-        reasons = ("no effect of the library helps beyond doubt",)
-        return Decision("unknown", best, (), ranked, explained, judge.windows, reasons)
+        nothing = "no effect of the library helps beyond doubt"
+        return Decision("unknown", best, (), ranked, explained, judge.windows, (nothing,))
     rivals = tuple(s for s in ranked if judge.rivals(chosen, s))
     reasons = tuple(_doubts(chosen, judge, explained))
     grade: Grade = "improves" if reasons else "ambiguous" if rivals else "named"

@@ -14,7 +14,7 @@ from orchestrator.effects.changes import AddedState, Change, InputChange, Output
 from orchestrator.effects.write_back import write_back
 from orchestrator.greybox.candidates import Candidate, fits
 from orchestrator.greybox.expression import renamed
-from orchestrator.greybox.extended import CORRECTION
+from orchestrator.greybox.extended import own_inputs
 from orchestrator.greybox.laws import Law, laws
 from orchestrator.greybox.places import Place, unscaled_places
 from orchestrator.greybox.search import FittedSet
@@ -101,8 +101,7 @@ def knows(effect: NamedEffect, base: ModelicaModel) -> bool:
 
 
 def _inputs(system: SymbolicSystem, balances: Sequence[Balance]) -> list[str]:
-    forces = {b.input for b in balances}
-    return [v.name for v in system.inputs if v.name not in forces and not v.name.startswith(CORRECTION)]
+    return [v.name for v in own_inputs(system, balances)]
 
 
 def _found(effect: NamedEffect, places: Sequence[Place], more: Sequence[Law] = ()) -> tuple[Law, Place] | None:

@@ -10,7 +10,7 @@ from fmus.symbolic.balances import Balance
 from fmus.symbolic.system import SymbolicSystem, Variable
 from orchestrator.blackbox.source import FmuSource
 from orchestrator.greybox.candidates import Candidate, candidates_at, numbered
-from orchestrator.greybox.extended import CORRECTION, extend
+from orchestrator.greybox.extended import extend, own_inputs
 from orchestrator.greybox.filtering import GreyBox, Trial
 from orchestrator.greybox.fit import Fitter, Priors
 from orchestrator.greybox.laws import Law, laws
@@ -48,8 +48,7 @@ def case_of(source: ModelicaModel, measurements: MeasurementSet) -> Case:
         MisfitError: if the data do not fit the model.
     """
     base, balances = source.balanced()
-    forces = {b.input for b in balances}
-    inputs = tuple(v for v in base.inputs if v.name not in forces and not v.name.startswith(CORRECTION))
+    inputs = own_inputs(base, balances)
     variables = {v.name: v for v in (*base.states, *base.algebraics)}
     data = bind(measurements, inputs, [variables[name] for name in base.outputs])
     return Case(source, base, balances, inputs, data, data.output_names)

@@ -25,6 +25,12 @@ class Extended:
     balances: tuple[str, ...]
 
 
+def own_inputs(system: SymbolicSystem, balances: Sequence[Balance]) -> tuple[Variable, ...]:
+    """The inputs that a model with balance inputs has of its own, in the system's order."""
+    forces = {b.input for b in balances}
+    return tuple(v for v in system.inputs if v.name not in forces and not v.name.startswith(CORRECTION))
+
+
 def extend(
     base: SymbolicSystem, balances: Sequence[Balance], signals: Sequence[str], candidates: Sequence[Candidate]
 ) -> Extended:
@@ -50,8 +56,7 @@ class _Extension:
             tuple(signals),
             tuple(candidates),
         )
-        forces = {b.input for b in balances}
-        self.inputs = [v for v in base.inputs if v.name not in forces and not v.name.startswith(CORRECTION)]
+        self.inputs = own_inputs(base, balances)
         symbol: Any = ca.SX.sym if base.rhs.is_a("SXFunction") else ca.MX.sym
         self.zero: Any = ca.SX if base.rhs.is_a("SXFunction") else ca.MX
         self.t = symbol("t")
@@ -118,7 +123,7 @@ class _Extension:
         for state in candidate.law.states:
             names[state] = self.symbol(f"{candidate.label}.{state}")
         for state, rate in candidate.law.states.items():
-            record = Variable(f"{candidate.label}#{candidate.number}.{state}", "", "", 0.0)
+            record = Variable(candidate.state_symbol(state), "", "", 0.0)
             self.states.append((record, names[state], evaluate(rate, names)))
         return evaluate(candidate.law.expression, names)
 
@@ -140,7 +145,7 @@ class _Extension:
         balances = tuple(b.input for b in self.balances)
         system = replace(
             base,
-            inputs=tuple(self.inputs),
+            inputs=self.inputs,
             states=states,
             algebraics=algebraics,
             parameters=(

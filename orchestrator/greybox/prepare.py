@@ -9,7 +9,7 @@ import numpy as np
 from fmus.errors import ComponentError
 from fmus.symbolic.balances import Balance
 from fmus.symbolic.system import SymbolicSystem
-from orchestrator.greybox.extended import CORRECTION
+from orchestrator.greybox.extended import own_inputs
 from orchestrator.greybox.filtering import GreyBox, Trial
 from orchestrator.greybox.fit import Noise
 from orchestrator.greybox.places import Seen
@@ -49,7 +49,7 @@ def _trial(bound: BoundTrial, system: SymbolicSystem, signals: Sequence[str], ba
             part = slice(0, min(FIRST, len(values)))
             start[j] = np.polyfit(time[part] - time[0], values[part], 1)[0]
             spread[j] = float(np.std(np.diff(values) / np.diff(time))) or 1.0
-    start = _at_first_sample(bound, system, signals, [b.input for b in balances], start, spread)
+    start = _at_first_sample(bound, system, signals, balances, start, spread)
     return Trial(bound.name, bound.time, bound.inputs, bound.outputs, start, spread)
 
 
@@ -57,14 +57,14 @@ def _at_first_sample(
     bound: BoundTrial,
     system: SymbolicSystem,
     signals: Sequence[str],
-    forces: Sequence[str],
+    balances: Sequence[Balance],
     start: np.ndarray,
     spread: np.ndarray,
 ) -> np.ndarray:
     """States (nx,) that give the first sample, by Gauss and Newton's steps, each the shortest in units of `spread`."""
     x, u = ca.SX.sym("x", len(system.states)), np.zeros(len(system.inputs))
-    names = [v.name for v in system.inputs]
-    u[[k for k, n in enumerate(names) if n not in forces and not n.startswith(CORRECTION)]] = bound.inputs[0]
+    given = own_inputs(system, balances)
+    u[[k for k, v in enumerate(system.inputs) if v in given]] = bound.inputs[0]
     p = ca.DM([v.start or 0.0 for v in system.parameters])
     time, wanted = float(bound.time[0]), bound.outputs[0]
     d, _ = system.history(time, u, p)

@@ -107,9 +107,21 @@ class Search:
         return min(self.fitted.values(), key=lambda s: s.loss)
 
     def _screened(self, about: FittedSet, largest: int) -> list[tuple[Candidate, ...]]:
-        """Sets by linear regression about a fitted one, which they contain."""
+        """Sets by linear regression about a fitted one, which they contain.
+
+        Laws with states of their own may be too fast for the samples of a record; the others are tried without them then.
+        """
+        try:
+            return self._by_regression(about, self.candidates, largest)
+        except ComponentError as error:
+            self.progress(f"laws with states of their own are left out: {error}")
+            return self._by_regression(about, [c for c in self.candidates if not c.law.states], largest)
+
+    def _by_regression(
+        self, about: FittedSet, offered: Sequence[Candidate], largest: int
+    ) -> list[tuple[Candidate, ...]]:
         mine = about.candidates
-        others = [c for c in self.candidates if all(c.is_apart_from(own) for own in mine)]
+        others = [c for c in offered if all(c.is_apart_from(own) for own in mine)]
         everyone = (*mine, *others)
         limits = self.setting.thresholds
         extended = extend(self.setting.base, self.setting.balances, self.setting.signals, everyone)
