@@ -46,12 +46,13 @@ def add_effects(
     Raises:
         MisfitError: if an effect is unknown or the model has no slot for it.
     """
-    if as_fmu(base) is None and not free_slots(base.compile()):
+    library = effect_library() if cards is None else cards
+    if _at_equations(base, effects, library, laws):
         return _written_back(base, effects, folder, laws)
     fmu = as_fmu(base)
     if fmu is not None and _are_laws(fmu, effects):
         return _system_of_laws(fmu, effects, folder)
-    chosen = _place(base, effects, effect_library() if cards is None else cards)
+    chosen = _place(base, effects, library)
     effect_set = EffectSet(base, chosen, base.compile().outputs)
     values = _values(effect_set, effects)
     if fmu is not None:
@@ -67,6 +68,23 @@ def add_effects(
     check_attached(system, attachments)
     check_adjusted(system, changed)
     return _built(base, source, folder)
+
+
+def _at_equations(
+    base: ModelicaModel, effects: Sequence[NamedEffect], cards: Sequence[EffectCard], laws: Sequence[Law]
+) -> bool:
+    """Whether effects belong into a model's own equations: it has no slots, or none for some of them."""
+    from orchestrator.greybox.effects import knows
+
+    if as_fmu(base) is not None:
+        return False
+    system = base.compile()
+    if not free_slots(system):
+        return True
+    wanted = {effect.id for effect in effects}
+    found, _ = find_candidates(base, system, [card for card in cards if card.id in wanted])
+    in_slots = {(candidate.card.id, candidate.site) for candidate in found}
+    return any((e.id, e.site) not in in_slots for e in effects) and all(knows(e, base, laws) for e in effects)
 
 
 def _written_back(

@@ -101,8 +101,12 @@ def diagnose(
         found = _by_greybox(source, measurements, workers, progress, laws)
     else:
         found = without_harm(search_slots(source, measurements, library, workers, progress, work))
-        if fmu is not None and not (found.verdict in SURE and _left(found) < MUCH_LEFT):
-            found = _second_look(fmu, measurements, workers, progress, found, laws)
+        if fmu is not None:
+            if not (found.verdict in SURE and _left(found) < MUCH_LEFT):
+                found = _second_look(fmu, measurements, workers, progress, found, laws)
+        elif found.verdict in ("unknown", "cannot_tell"):
+            progress("no slot explains it: looking at every balance equation")
+            found = _further(found, _by_greybox(source, measurements, workers, progress, laws))
     warnings = (*map(str, checks), *found.warnings)
     return replace(
         found, warnings=warnings, data_checks=checks, mended=measurements.mended, libraries=library_folders()
@@ -143,6 +147,14 @@ def _left(found: Diagnosis) -> float:
     """Error along learning trials after the last step, over the floor."""
     learning = found.steps[-1].comparison.learning
     return math.inf if learning is None else learning.over_floor
+
+
+def _further(found: Diagnosis, other: Diagnosis) -> Diagnosis:
+    """The answer at the balance equations where that names something, with the time of both."""
+    seconds = found.seconds + other.seconds
+    if other.verdict not in ("named", "ambiguous"):
+        return replace(found, seconds=seconds)
+    return replace(other, where=found.where, seconds=seconds)
 
 
 def search_slots(

@@ -70,11 +70,9 @@ def standalone(copy: Copy) -> str:
     """A copied class outside of its package, with imports for the names that it finds there."""
     lines: list[str] = []
     outer = copy.definition.outer
-    words = {token.text for token in tokens_of(copy.text[slice(*copy.definition.span)], copy.definition.file)}
     while outer is not None:
         lines += [_import_text(entry) for entry in outer.imports]
-        if (words - {copy.definition.name}) & _names_in(outer):
-            lines.append(f"import {'.'.join(full_name(outer))}.*;")
+        lines += _imports_from(outer, copy)
         outer = outer.outer
     known = {entry.alias for entry in copy.definition.imports}
     lines = [line for line in dict.fromkeys(lines) if not any(f"import {alias} " in line for alias in known)]
@@ -83,12 +81,26 @@ def standalone(copy: Copy) -> str:
     return f"// copied from {home} by misfit\n{copy.rendered()};\n"
 
 
-def _names_in(package: ClassDef) -> set[str]:
-    """Names that a package offers: those of its file, and of the files and folders beside that."""
-    found = {*package.classes, *package.components}
-    if package.path is not None and package.path.name == "package.mo":
-        found |= {entry.stem for entry in package.path.parent.iterdir()} - {"package"}
-    return found
+def _imports_from(package: ClassDef, copy: Copy) -> list[str]:
+    """Imports of what a copied class uses of a package around it, each by its name: the front end reads no others.
+
+    Of a package that extends another, everything is imported.
+    """
+    name = ".".join(full_name(package))
+    if package.all_bases:
+        return [f"import {name}.*;"]
+    own = copy.definition
+    taken = {*own.components, *own.classes, *(entry.alias for entry in own.imports), own.name}
+    tokens = tokens_of(copy.text[slice(*own.span)], "")
+    words = {token.text for token in tokens if token.text.isidentifier()} - taken
+    return [f"import {name}.{word};" for word in sorted(words) if _holds(package, word)]
+
+
+def _holds(package: ClassDef, word: str) -> bool:
+    if word in package.classes or word in package.components:
+        return True
+    folder = package.folder
+    return folder is not None and ((folder / f"{word}.mo").is_file() or (folder / word / "package.mo").is_file())
 
 
 def full_name(definition: ClassDef) -> tuple[str, ...]:
