@@ -95,6 +95,8 @@ def _variants(law: Law, place: Place) -> Iterator[Candidate]:
     for number, factors in enumerate(product(*(p.grid or (1.0,) for p in shaped))):
         values = {p.name: _value(p, factor, place) for p, factor in zip(shaped, factors, strict=True)}
         values |= {p.name: p.value for p in shaped if math.isfinite(p.value)}
+        if any(values[p.name] * place.range[1] < math.pi * p.waves for p in shaped):
+            continue  # less than a few waves are like a spring
         yield Candidate(law, place, values, number)
 
 

@@ -91,7 +91,7 @@ def diagnose_greybox(
         progress("comparing the model with the measurement")
         given = compare(_as_given(case), measurements, workers=workers)
         try:
-            outcome = decided(case, given, limits, progress, more)
+            outcome = decided(case, limits, progress, more, agrees=_within_noise(given, limits.agrees))
             found = _answer(outcome, given, measurements, limits, workers, progress)
         except (RuntimeError, ArithmeticError, LookupError, ValueError, ComponentError) as error:
             # CasADi reports what it cannot do as RuntimeError; a search that fails says so, and the comparison stands.
@@ -122,16 +122,20 @@ def _failed(given: Comparison, error: Exception) -> Diagnosis:
 
 
 def decided(
-    case: Case, given: Comparison, limits: Thresholds, progress: Progress, more: Sequence[Law] = ()
+    case: Case, limits: Thresholds, progress: Progress, more: Sequence[Law] = (), *, agrees: bool = True
 ) -> Outcome:
-    """The search for effects and its decision, without held-out trials; `more` are laws beside the shipped ones."""
+    """The search for effects and its decision, without held-out trials.
+
+    `more` are laws beside the shipped ones. `agrees`: free runs of the model as given stay within the noise; without that no
+    model is adequate.
+    """
     progress("estimating how much the model leaves unexplained")
     setting, nominal = nominal_set(case, limits)
     silent, louder = setting.fitter.without_disturbance(nominal.fit.box, nominal.fit)
     lost = nominal.fit.log_likelihood - silent
     quiet = lost < limits.quiet * max(len(case.balances), 1) or louder < limits.louder
     # A loop holds the outputs of a wrong model where they should be, sample by sample, and its free runs go astray.
-    adequate = quiet and _within_noise(given, limits.agrees)
+    adequate = quiet and agrees
     candidates = () if adequate else all_candidates(case, nominal, (*laws(), *more))
     progress(f"{len(candidates)} candidates at {len({c.place.site for c in candidates})} places")
     search = Search(setting, candidates, nominal, progress)

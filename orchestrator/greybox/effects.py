@@ -94,10 +94,10 @@ def _read_back(entry: Mapping[str, Any]) -> NamedEffect:
     return NamedEffect(str(entry["id"]), str(entry["site"]), values)
 
 
-def knows(effect: NamedEffect, base: ModelicaModel) -> bool:
-    """Whether an effect is a law at a place of a model."""
+def knows(effect: NamedEffect, base: ModelicaModel, more: Sequence[Law] = ()) -> bool:
+    """Whether an effect is a law at a place of a model; `more` are laws beside the shipped ones."""
     system, balances = base.balanced()
-    return _found(effect, unscaled_places(system, balances, _inputs(system, balances))) is not None
+    return _found(effect, unscaled_places(system, balances, _inputs(system, balances)), more) is not None
 
 
 def _inputs(system: SymbolicSystem, balances: Sequence[Balance]) -> list[str]:
