@@ -25,14 +25,19 @@ class Judge:
     far. Errors over longer ones, of an arm that falls or a turn count that adds up, say nothing of what is missing.
     """
 
-    def __init__(
-        self, nominal: FittedSet, sets: Sequence[FittedSet], limits: Thresholds, scale: np.ndarray, likely: int = 4
-    ) -> None:
-        self.nominal, self.limits, self.scale = nominal, limits, scale
+    def __init__(self, nominal: FittedSet, limits: Thresholds, scale: np.ndarray, windows: int = HORIZONS[0]) -> None:
+        """`scale` (ny,) is the spread of each signal; a trial has so many `windows`."""
+        self.nominal, self.limits, self.scale, self.windows = nominal, limits, scale, windows
         self._predictions: dict[int, tuple[FittedSet, Prediction]] = {}
-        best = sorted(sets, key=lambda s: s.loss)[:likely]
-        far = (w for w in HORIZONS if min(self.error(s, w) for s in best) < limits.predictable)
-        self.windows = next(far, HORIZONS[-1])
+
+    @classmethod
+    def of(cls, nominal: FittedSet, sets: Sequence[FittedSet], limits: Thresholds, scale: np.ndarray) -> "Judge":
+        """With the longest windows over which one of the likeliest sets predicts."""
+        judge = cls(nominal, limits, scale)
+        best = sorted(sets, key=lambda s: s.loss)[: limits.refined]
+        far = (w for w in HORIZONS if min(judge.error(s, w) for s in best) < limits.predictable)
+        judge.windows = next(far, HORIZONS[-1])
+        return judge
 
     def prediction(self, found: FittedSet) -> Prediction:
         """Free runs over windows of the learning trials."""
@@ -138,7 +143,7 @@ def decide(
         adequate: whether the model as given leaves nothing but noise.
     """
     ranked = tuple(sorted(sets, key=lambda s: s.loss))
-    judge = Judge(nominal, sets, limits, scale)
+    judge = Judge.of(nominal, sets, limits, scale)
     if adequate:
         return Decision("adequate", nominal, (), ranked, 1.0, judge.windows)
     chosen = _simplest(_pruned(ranked[0], judge, fit_more, simpler), ranked, judge)

@@ -13,7 +13,7 @@ from threadpoolctl import threadpool_limits
 
 from fmus.errors import ComponentError
 from orchestrator.greybox.candidates import Candidate
-from orchestrator.greybox.decide import Weighed, beyond_doubt, share_explained
+from orchestrator.greybox.decide import Judge
 from orchestrator.greybox.diagnose import Outcome
 from orchestrator.greybox.laws import laws
 from orchestrator.greybox.search import FittedSet, fit_set, with_losses
@@ -145,17 +145,18 @@ def _judged(
     """Laws beyond doubt: the simplest that nothing beats first, then those that explain the record as well."""
     own = outcome.setting.thresholds
     dear = replace(own, nats=own.nats + float(np.log(max(looked_at, 1))))
+    judges = [Judge(about, dear, outcome.scale, outcome.decision.windows) for about in abouts]
     progress("judging formulas")
-    ended = _foretelling([_to_the_end(outcome, law) for law in _promising(found, limits)], outcome)
+    ended = _foretelling([_to_the_end(outcome, law) for law in _promising(found, limits)], judges[0])
     ranked = sorted(ended, key=lambda law: law.fitted.loss)
     if not ranked:
         return ()
-    alike = [law for law in ranked if law is ranked[0] or not beyond_doubt(ranked[0].fitted, law.fitted, dear)]
+    alike = [law for law in ranked if law is ranked[0] or not judges[0].beyond_doubt(ranked[0].fitted, law.fitted)]
     first, *others = sorted(alike, key=lambda law: (law.constants, len(law.beside), law.fitted.loss))
     known = {law.id for law in laws()}
     if all(term.library in known for term in first.terms):
         return ()  # the library has such laws, and its own search has judged them
-    if all(_better(outcome, first, about, dear, limits) for about in abouts):
+    if all(_better(first, judge, limits) for judge in judges):
         return (first, *others[: limits.shown - 1])
     return ()
 
@@ -172,10 +173,10 @@ def _promising(found: Sequence[FoundLaw], limits: Limits) -> list[FoundLaw]:
     return chosen
 
 
-def _foretelling(found: Sequence[FoundLaw], outcome: Outcome) -> list[FoundLaw]:
-    """Laws but for those that a law with fewer constants outdoes in predictions over an eighth of a trial."""
-    worse = 1 + outcome.setting.thresholds.worse
-    errors = [Weighed(law.fitted).error(8, outcome.scale) for law in found]
+def _foretelling(found: Sequence[FoundLaw], judge: Judge) -> list[FoundLaw]:
+    """Laws but for those that a law with fewer constants outdoes in predictions."""
+    worse = 1 + judge.limits.worse
+    errors = [judge.error(law.fitted) for law in found]
 
     def outdone(law: FoundLaw, error: float) -> bool:
         pairs = zip(found, errors, strict=True)
@@ -184,12 +185,12 @@ def _foretelling(found: Sequence[FoundLaw], outcome: Outcome) -> list[FoundLaw]:
     return [law for law, error in zip(found, errors, strict=True) if not outdone(law, error)]
 
 
-def _better(outcome: Outcome, law: FoundLaw, about: FittedSet, dear: Thresholds, limits: Limits) -> bool:
+def _better(law: FoundLaw, judge: Judge, limits: Limits) -> bool:
     """Whether a law makes the record more probable beyond doubt, takes away what is missing, and predicts better."""
-    if not beyond_doubt(law.fitted, about, dear) or share_explained(law.fitted, about) < limits.explained:
+    about = judge.nominal
+    if not judge.beyond_doubt(law.fitted, about) or judge.explained(law.fitted) < limits.explained:
         return False
-    before, after = (Weighed(s).error(8, outcome.scale) for s in (about, law.fitted))
-    return after < (1 - limits.improvement) * before
+    return judge.ratio(law.fitted, about) < 1 - limits.improvement
 
 
 def _to_the_end(outcome: Outcome, law: FoundLaw) -> FoundLaw:

@@ -9,7 +9,7 @@ import numpy as np
 from fmus.errors import ComponentError, MisfitError
 from orchestrator.compare.result import Comparison
 from orchestrator.diagnosis.result import Diagnosis
-from orchestrator.greybox.decide import share_explained
+from orchestrator.greybox.decide import Judge
 from orchestrator.greybox.diagnose import Outcome, compared, worse_on_held_out
 from orchestrator.laws.card import write_files
 from orchestrator.laws.find import FoundLaw, Limits, find_laws
@@ -82,7 +82,8 @@ def _worse(outcome: Outcome, law: FoundLaw, given: Comparison, after: Comparison
 
 def _proposal(outcome: Outcome, law: FoundLaw, given: Comparison, after: Comparison) -> LawProposal:
     assert given.held_out is not None and after.held_out is not None
-    share = share_explained(law.fitted, outcome.nominal)
+    judge = Judge(outcome.nominal, outcome.setting.thresholds, outcome.scale, outcome.decision.windows)
+    share = judge.explained(law.fitted)
     return proposal_of(outcome, law, _errors(given), _errors(after), share)
 
 
