@@ -17,7 +17,6 @@ from orchestrator.greybox.decide import Judge
 from orchestrator.greybox.diagnose import Outcome
 from orchestrator.greybox.laws import laws
 from orchestrator.greybox.search import FittedSet, fit_set, with_losses
-from orchestrator.greybox.thresholds import Thresholds
 from orchestrator.laws.regression import BeamSearch, all_columns, finer_columns, table_of
 from orchestrator.laws.response import responses
 from orchestrator.laws.terms import Term, joined, terms_at
