@@ -47,7 +47,7 @@ SLOW = {
     "tests/blackbox/test_coupled_systems.py::test_comparison_is_that": "the same file: an effect at a connected force explains the data",
     "tests/blackbox/test_hidden_effects_on_plants.py::test_hidden_effect_is_named_and_its_size_found[pendulum": "the same test on tanks",
     "tests/blackbox/test_hidden_effects_on_plants.py::test_hidden_effect_is_named_and_its_size_found[two-mass": "the same test on tanks",
-    "tests/greybox/test_fmus.py::test_dry_friction_is_named_though_an_effect": "dry friction in the same file, without the search before it",
+    "tests/greybox/test_balances_of_fmus.py::test_dry_friction_is_named_though_an_effect": "dry friction in the same file, without the search before it",
     # The gallery: buck and all nulls stay.
     **{
         f"tests/test_gallery.py::test_the_hidden_effect_is_named_and_sized_within_three_percent[{case}]": "the same test on buck, and greybox/test_gallery_effects.py"

@@ -1,14 +1,9 @@
 """The benchmark of hidden effects covers what it claims, and its simplest forms are forms that can be found."""
 
-import sys
-from pathlib import Path
-
 from orchestrator.greybox.places import Place
 from orchestrator.laws.terms import terms_at
-
-sys.path.append(str(Path(__file__).parents[1] / "benchmarks" / "laws"))
-from cases import CASES
-from plants import PLANTS
+from tests.benchmarks.laws.cases import CASES
+from tests.benchmarks.laws.plants import PLANTS
 
 UNITS = {"force": "N", "speed": "m/s", "position": "m", "centre": "m", "time": "s", "of_u": "V", "state": "K"}
 

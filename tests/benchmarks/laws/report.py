@@ -1,11 +1,11 @@
-"""The tables of docs/benchmarks/laws.md from results: `python report.py RESULTS.jsonl ...`."""
+"""The tables of docs/benchmarks/laws.md from results: `python -m tests.benchmarks.laws.report RESULTS.jsonl ...`."""
 
 import json
 import sys
 from pathlib import Path
 from typing import Any
 
-from run import RIGHT
+from tests.benchmarks.laws.run import RIGHT
 
 HELD_OUT = 1.5
 

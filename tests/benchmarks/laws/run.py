@@ -1,4 +1,4 @@
-"""Run the benchmark of laws beyond the library: `python run.py RESULTS.jsonl [PART OF A NAME ...]`; cases that are done are left."""
+"""Run the benchmark of laws beyond the library: `python -m tests.benchmarks.laws.run RESULTS.jsonl [PART OF A NAME ...]`; cases that are done are left."""
 
 import json
 import sys
@@ -8,9 +8,6 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
-from cases import CASES, Hidden
-from plants import PLANTS
-from truth import Truth, record
 
 from fmus.catalogue import find_modelica_model
 from orchestrator.diagnosis.result import NamedEffect
@@ -20,6 +17,9 @@ from orchestrator.greybox.laws import laws
 from orchestrator.greybox.memory import remembered
 from orchestrator.laws.proposal import LawProposal
 from orchestrator.measurements import load_measurements
+from tests.benchmarks.laws.cases import CASES, Hidden
+from tests.benchmarks.laws.plants import PLANTS
+from tests.benchmarks.laws.truth import Truth, record
 
 WORKERS = 2
 RIGHT = 0.05

@@ -1,4 +1,4 @@
-"""The same records through PySINDy, in an environment of its own: `python sindy.py RESULTS.jsonl`; the product is not needed.
+"""The same records through PySINDy, in an environment of its own: `python -m tests.benchmarks.laws.sindy RESULTS.jsonl`; the product is not needed.
 
 The missing force is what the balance lacks with rates by Savitzky and Golay's filter (15 samples, cubic), which is what a user of
 PySINDy has. Its library: polynomials of position, speed and input, and their magnitudes and signs; degree (1 to 5) and
@@ -13,10 +13,11 @@ from pathlib import Path
 
 import numpy as np
 import pysindy as ps
-from cases import CASES, Hidden
-from plants import PLANTS, Plant
 from scipy.signal import savgol_filter
-from truth import Truth, record
+
+from tests.benchmarks.laws.cases import CASES, Hidden
+from tests.benchmarks.laws.plants import PLANTS, Plant
+from tests.benchmarks.laws.truth import Truth, record
 
 DEGREES = (1, 2, 3, 5)
 THRESHOLDS = (0.003, 0.01, 0.03, 0.1, 0.3)

@@ -4,9 +4,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from cases import Hidden
-from plants import PLANTS, Plant
 from scipy.integrate import solve_ivp
+
+from tests.benchmarks.laws.cases import Hidden
+from tests.benchmarks.laws.plants import PLANTS, Plant
 
 SAMPLES = 600
 
