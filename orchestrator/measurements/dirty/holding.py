@@ -16,13 +16,15 @@ def proposed_interpolation(values: Array) -> str:
     """Propose "hold" if a signal stays for several samples and then jumps, else "linear".
 
     A slow signal with few digits also repeats samples, but then changes by one digit at a time. Commands that are updated
-    every few samples may change little each time, but by many digits.
+    every few samples may change little each time, but by many digits, and stand still between any two changes.
 
     Example:
         >>> proposed_interpolation(np.repeat([0.0, 1.0, 0.3, 0.8], 10))
         'hold'
         >>> proposed_interpolation(np.repeat(np.sin(np.linspace(0, 6, 100)), 5))
         'hold'
+        >>> proposed_interpolation(np.clip(np.sin(np.linspace(0, 30, 300)), -0.3, 0.3))
+        'linear'
         >>> proposed_interpolation(np.round(np.sin(np.linspace(0, 3, 200)), 1))
         'linear'
     """
@@ -30,9 +32,12 @@ def proposed_interpolation(values: Array) -> str:
     if len(known) < 3 or np.ptp(known) == 0.0:
         return "linear"
     steps = np.abs(np.diff(known))
-    jumps = steps[steps > 1e-12 * np.ptp(known)]
+    moves = np.flatnonzero(steps > 1e-12 * np.ptp(known))
+    jumps = steps[moves]
     if len(jumps) > (1.0 - REPEATS) * len(steps):
         return "linear"
+    if len(jumps) > 1 and float(np.median(np.diff(moves))) <= 1.0:
+        return "linear"  # it runs and rests
     digit = float(jumps.min())
     if float(np.median(jumps)) > MANY_DIGITS * digit:
         return "hold"
