@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from orchestrator.compare.result import Comparison
     from orchestrator.cosim.component import Component, Port, StepEnd
     from orchestrator.cosim.simulation import Simulation
-    from orchestrator.diagnosis.result import Diagnosis, Estimate, NamedEffect
     from orchestrator.results.result import Result
+    from orchestrator.verdicts.result import Diagnosis, Estimate, NamedEffect
 
 # Where each name lives. It is imported when it is used, so that `import misfit` takes a moment and not seconds.
 _HOMES = {
@@ -38,12 +38,12 @@ _HOMES = {
     "Component": "orchestrator.cosim.component",
     "ComponentError": "fmus.errors",
     "Data": "orchestrator.api.data",
-    "Diagnosis": "orchestrator.diagnosis.result",
-    "Estimate": "orchestrator.diagnosis.result",
+    "Diagnosis": "orchestrator.verdicts.result",
+    "Estimate": "orchestrator.verdicts.result",
     "Missing": "orchestrator.api.missing",
     "MisfitError": "fmus.errors",
     "Model": "orchestrator.api.model",
-    "NamedEffect": "orchestrator.diagnosis.result",
+    "NamedEffect": "orchestrator.verdicts.result",
     "Port": "orchestrator.cosim.component",
     "Regression": "orchestrator.api.regression",
     "Result": "orchestrator.results.result",

@@ -13,20 +13,20 @@ from fmus.files import write_atomically
 from orchestrator import ledger
 from orchestrator.compare.comparison import compare
 from orchestrator.compare.result import Comparison
-from orchestrator.diagnosis.candidates import model_of
-from orchestrator.diagnosis.cards import EffectCard, effect_library
-from orchestrator.diagnosis.diagnose import diagnose
-from orchestrator.diagnosis.result import Diagnosis, NamedEffect
-from orchestrator.diagnosis.search import Progress
-from orchestrator.diagnosis.work import Work
+from orchestrator.diagnose import diagnose
+from orchestrator.diagnosis.fit.candidates import model_of
+from orchestrator.diagnosis.search.search import Progress
 from orchestrator.greybox.diagnose import Outcome
 from orchestrator.greybox.laws import Law
 from orchestrator.laws.proposal import LawProposal
 from orchestrator.laws.propose import asks_for_laws, propose_laws
 from orchestrator.ledger import LedgerEntry
+from orchestrator.library.cards import EffectCard, effect_library
 from orchestrator.measurements import MeasurementSet
 from orchestrator.models.symbolic import SymbolicModel
+from orchestrator.verdicts.result import Diagnosis, NamedEffect
 from orchestrator.versions import Version, add_effects
+from orchestrator.work import Work
 
 if TYPE_CHECKING:
     from orchestrator.shown import Shown

@@ -11,8 +11,8 @@ from typing import Any
 from fmus.errors import MisfitError
 from fmus.locks import lock
 from orchestrator.compare.result import SetErrors
-from orchestrator.diagnosis.result import Estimate, NamedEffect
 from orchestrator.shown import Shown, drawing_of
+from orchestrator.verdicts.result import Estimate, NamedEffect
 
 SCHEMA = "misfit.ledger/1"
 FILE_NAME = "ledger.jsonl"

@@ -12,13 +12,14 @@ from fmus.package import build_fmu
 from fmus.reference_files import reference_files
 from orchestrator.blackbox.source import FmuSource
 from orchestrator.blackbox.system_file import write_system
-from orchestrator.diagnosis.adjusted import with_neighbours
-from orchestrator.diagnosis.candidates import Candidate, EffectSet, as_fmu, can_join, find_candidates
-from orchestrator.diagnosis.cards import EffectCard, effect_library
-from orchestrator.diagnosis.result import Adjusted, Estimate, NamedEffect
+from orchestrator.diagnosis.fit.candidates import EffectSet, as_fmu, can_join, find_candidates
+from orchestrator.diagnosis.referee.adjusted import with_neighbours
 from orchestrator.greybox.laws import Law
+from orchestrator.library.candidate import Candidate
+from orchestrator.library.cards import EffectCard, effect_library
 from orchestrator.models.patch import check_adjusted, check_attached, free_slots, patched_model, patched_source
 from orchestrator.models.symbolic import SymbolicModel
+from orchestrator.verdicts.result import Adjusted, Estimate, NamedEffect
 
 
 @dataclass(frozen=True)

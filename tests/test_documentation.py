@@ -73,7 +73,7 @@ def test_links_of_the_readme_lead_to_files_that_exist() -> None:
 
 def test_every_effect_and_model_is_in_the_documentation() -> None:
     from fmus.catalogue import built_in_models
-    from orchestrator.diagnosis.cards import effect_library
+    from orchestrator.library.cards import effect_library
 
     text = (ROOT / "docs" / "models.md").read_text()
     for name in [*built_in_models(), *(card.id for card in effect_library())]:

@@ -18,7 +18,7 @@ import pytest
 
 from docs.generator.effect_pages import by_id
 from docs.generator.toml_pages import TOML_FILES
-from orchestrator.diagnosis.cards import effect_library
+from orchestrator.library.cards import effect_library
 from orchestrator.report.palette import SURFACES, Colour
 
 ROOT = Path(__file__).parents[1]

@@ -10,7 +10,7 @@ from docs.generator.scenes import Scene, groups, name_of, scenes
 from docs.generator.signatures import Signature, signatures
 from docs.generator.type_text import type_text
 from fmus.catalogue import built_in_models
-from orchestrator.diagnosis.cards import effect_library
+from orchestrator.library.cards import effect_library
 from orchestrator.models.patch import free_slots
 
 # What each effect adds to the torque of the drive, by its law; q, w, a of the shaft and the commanded torque u.

@@ -10,7 +10,7 @@ import pytest
 
 from fmus.catalogue import find_modelica_model
 from fmus.symbolic.system import SymbolicSystem
-from orchestrator.diagnosis.cards import EffectCard, effect_library
+from orchestrator.library.cards import EffectCard, effect_library
 from orchestrator.models.patch import Attachment, check_attached, free_slots, patched_model
 
 ARM = find_modelica_model("arm")

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from fmus.catalogue import ModelicaModel
-from orchestrator.diagnosis.diagnose import diagnose
-from orchestrator.diagnosis.result import Diagnosis
+from orchestrator.diagnose import diagnose
 from orchestrator.measurements import load_measurements
+from orchestrator.verdicts.result import Diagnosis
 from tests.cases.gallery.generate import MACHINES
 
 GALLERY = Path(__file__).parent / "cases" / "gallery"

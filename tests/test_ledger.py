@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from fmus.errors import MisfitError
 from orchestrator.compare.result import SetErrors
-from orchestrator.diagnosis.result import Estimate, NamedEffect
 from orchestrator.ledger import FILE_NAME, LedgerEntry, append, read
+from orchestrator.verdicts.result import Estimate, NamedEffect
 
 FRICTION = NamedEffect("coulomb_friction", "joint1", {"tauC[1]": Estimate(0.0373, "N.m", (0.0361, 0.0385))})
 ENTRY = LedgerEntry(

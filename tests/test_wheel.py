@@ -26,7 +26,7 @@ def test_installed_wheel_builds_an_fmu_without_the_checkout(tmp_path: Path) -> N
     needed = [
         "orchestrator/models/simulator.c",
         "orchestrator/report/templates",
-        "orchestrator/diagnosis/cards",
+        "orchestrator/library/cards",
         "orchestrator/studio/static/upload.js",
         "orchestrator/studio/examples/arm/case.toml",
     ]

@@ -9,8 +9,8 @@ from docs.generator.class_text import ClassText, read_class, slots_of
 from docs.generator.scenes import Scene, scenes
 from docs.generator.signature_cache import Parameter, Shown
 from fmus.catalogue import built_in_models
-from orchestrator.diagnosis.cards import CardParameter, EffectCard
-from orchestrator.diagnosis.needs import Need
+from orchestrator.library.cards import CardParameter, EffectCard
+from orchestrator.library.needs import Need
 
 PLACES = {
     "": "",

@@ -23,7 +23,7 @@ class Document:
 
 DOCUMENTS = (
     Document("misfit.compare/1", "misfit compare --json F", "orchestrator.compare.result", ("Comparison",)),
-    Document("misfit.diagnosis/1", "misfit diagnose --json F", "orchestrator.diagnosis.result", ("Diagnosis",)),
+    Document("misfit.diagnosis/1", "misfit diagnose --json F", "orchestrator.verdicts.result", ("Diagnosis",)),
     Document("misfit.ledger/1", "misfit ledger --json F", "orchestrator.ledger", ("LedgerEntry",)),
     Document("misfit.run/1", "misfit run --json F", "orchestrator.cli.cosim", ("orchestrator.cosim.run:RunOutcome",)),
     Document("misfit.swap/1", "misfit run --swap ... --json F", "orchestrator.cosim.swap.report", ("SwapReport",)),

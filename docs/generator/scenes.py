@@ -9,7 +9,7 @@ from typing import Any
 
 from docs.generator.plants import PLANTS, Plant
 from fmus.catalogue import find_modelica_model
-from orchestrator.diagnosis.cards import EffectCard, effect_library
+from orchestrator.library.cards import EffectCard, effect_library
 from orchestrator.models.patch import free_slots
 
 FILE = Path(__file__).with_name("scenes.toml")

@@ -21,7 +21,7 @@ SOURCES = (
         for name in ("plants.py", "scenes.py", "scenes.toml", "signatures.py", "pictures.py", Path(__file__).name)
     ),
     ROOT / "orchestrator" / "models",
-    ROOT / "orchestrator" / "diagnosis" / "cards",
+    ROOT / "orchestrator" / "library" / "cards",
     ROOT / "orchestrator" / "report" / "palette.py",
     ROOT / "fmus" / "symbolic",
     ROOT / "fmus" / "flat",

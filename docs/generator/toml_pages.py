@@ -91,13 +91,13 @@ TOML_FILES = (
         "effect card",
         "says what to fit of an effect and where it can be",
         "../effect_cards.md",
-        ("orchestrator.diagnosis.cards",),
+        ("orchestrator.library.cards",),
         {
-            "": "orchestrator.diagnosis.cards:_KEYS",
-            "[parameters.NAME]": "orchestrator.diagnosis.cards:_PARAMETER_KEYS",
-            "[[needs]]": "orchestrator.diagnosis.needs:KINDS",
+            "": "orchestrator.library.cards:_KEYS",
+            "[parameters.NAME]": "orchestrator.library.cards:_PARAMETER_KEYS",
+            "[[needs]]": "orchestrator.library.needs:KINDS",
         },
-        "orchestrator/diagnosis/cards/stribeck_friction.toml",
+        "orchestrator/library/cards/stribeck_friction.toml",
     ),
     TomlFile(
         "protocol.toml",

@@ -8,7 +8,7 @@ from orchestrator.api.model import WORKERS, as_model, chosen_cards
 
 if TYPE_CHECKING:
     from orchestrator.compare.result import Comparison
-    from orchestrator.diagnosis.result import Diagnosis
+    from orchestrator.verdicts.result import Diagnosis
 
 
 def compare(model: Any, data: Any, *, workers: int = WORKERS) -> "Comparison":

@@ -17,10 +17,10 @@ if TYPE_CHECKING:
     from orchestrator.api.block import Block
     from orchestrator.api.missing import Missing
     from orchestrator.compare.result import Comparison
-    from orchestrator.diagnosis.cards import EffectCard
-    from orchestrator.diagnosis.result import Adjusted, Diagnosis, NamedEffect
+    from orchestrator.library.cards import EffectCard
     from orchestrator.models.contract import Model as Runnable
     from orchestrator.report.arm_drawing import Replay
+    from orchestrator.verdicts.result import Adjusted, Diagnosis, NamedEffect
     from orchestrator.versions import Version
 
 CLOSED = (".fmu", ".toml", ".ssd", ".ssp")
@@ -118,7 +118,7 @@ class Model:
             MisfitError: if the data do not fit the model, or an id is unknown.
             ComponentError: if the model itself cannot be simulated.
         """
-        from orchestrator.diagnosis.diagnose import diagnose
+        from orchestrator.diagnose import diagnose
         from orchestrator.greybox.laws import own_laws
         from orchestrator.laws.propose import asks_for_laws, propose_laws
 
@@ -171,7 +171,7 @@ class Model:
 
         trials, _ = self._checked(data)
         if self._version is None and self.is_closed:
-            from orchestrator.diagnosis.candidates import model_of
+            from orchestrator.diagnosis.fit.candidates import model_of
 
             source = self._source(trials)
             return missing(model_of(source, source.compile()), trials)
@@ -325,7 +325,7 @@ def chosen_cards(only: Sequence[str] | None, folders: Sequence[str | Path]) -> "
     Raises:
         MisfitError: if an id is unknown.
     """
-    from orchestrator.diagnosis.cards import effect_library
+    from orchestrator.library.cards import effect_library
     from orchestrator.measurements.wording import nearest
 
     library = tuple(effect_library([Path(folder) for folder in folders]))
@@ -341,7 +341,7 @@ def chosen_cards(only: Sequence[str] | None, folders: Sequence[str | Path]) -> "
 
 def _wanted(effects: Any) -> "tuple[list[NamedEffect | str], Sequence[Adjusted], Data | None]":
     """Effects in any form, refitted parameters, and the data of a diagnosis."""
-    from orchestrator.diagnosis.result import Diagnosis, NamedEffect
+    from orchestrator.verdicts.result import Diagnosis, NamedEffect
 
     adjusted: Sequence[Adjusted] = ()
     data = None

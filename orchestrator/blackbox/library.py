@@ -10,7 +10,7 @@ from typing import Any
 
 from fmus.catalogue import ModelicaModel
 from fmus.symbolic.system import SymbolicSystem
-from orchestrator.diagnosis.cards import CardParameter, EffectCard
+from orchestrator.library.cards import CardParameter, EffectCard
 
 FOLDER = Path(__file__).parent / "effects"
 CLASSES = FOLDER / "Effects.mo"

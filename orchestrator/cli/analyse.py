@@ -89,15 +89,15 @@ def diagnose(
     workers: int,
 ) -> None:
     """Name the physical effect that MODEL lacks to explain DATA."""
-    from orchestrator.diagnosis.cards import effect_library
-    from orchestrator.diagnosis.diagnose import diagnose as run
-    from orchestrator.diagnosis.work import resumable
+    from orchestrator.diagnose import diagnose as run
     from orchestrator.greybox.laws import own_laws
+    from orchestrator.library.cards import effect_library
     from orchestrator.measurements import load_measurements
     from orchestrator.model_argument import load_model, load_source
     from orchestrator.report.arm_replay import arm_replay
     from orchestrator.report.html import diagnosis_report
     from orchestrator.report.tables import diagnosis_table
+    from orchestrator.work import resumable
 
     with progress(quiet) as say:
         say(f"reading {data}")

@@ -50,12 +50,12 @@ def add(diagnosis_or_effect: str, model: str | None, folder: str, card_folders: 
     proposes a law, the first law is added. EFFECT is an effect id, added with its card's first guess, or the id of a law of
     --cards; CARD is a law card (*.toml). Laws are added with the values that were found with them.
     """
-    from orchestrator.diagnosis.candidates import as_fmu
-    from orchestrator.diagnosis.cards import effect_library
-    from orchestrator.diagnosis.read_back import adjusted_of, effects_of
+    from orchestrator.diagnosis.fit.candidates import as_fmu
     from orchestrator.greybox.effects import law_effects
     from orchestrator.greybox.laws import own_laws, read_law
+    from orchestrator.library.cards import effect_library
     from orchestrator.model_argument import load_modelica
+    from orchestrator.verdicts.read_back import adjusted_of, effects_of
     from orchestrator.versions import add_effects, default_effect
 
     cards, laws = effect_library(card_folders), own_laws(card_folders)
@@ -115,7 +115,7 @@ def _with_libraries(document: dict[str, Any], path: str) -> None:
 
 
 def _read_diagnosis(path: Path) -> dict[str, Any]:
-    from orchestrator.diagnosis.read_back import effects_of
+    from orchestrator.verdicts.read_back import effects_of
 
     try:
         document = json.loads(path.read_text())
@@ -190,17 +190,17 @@ def discover(
     Where no effect of the library explains all that is missing, formulas are proposed; their cards go to DIR/laws.
     """
     from fmus.catalogue import ModelicaModel
-    from orchestrator.diagnosis.cards import effect_library
-    from orchestrator.diagnosis.work import resumable
     from orchestrator.discover import discover as run
     from orchestrator.greybox.laws import own_laws
     from orchestrator.laws.words import laws_text
+    from orchestrator.library.cards import effect_library
     from orchestrator.measurements import load_measurements
     from orchestrator.model_argument import load_model, load_source
     from orchestrator.report.arm_replay import arm_replay
     from orchestrator.report.html import discovery_report
     from orchestrator.report.tables import diagnosis_table, ledger_table, lines_of
     from orchestrator.understood import understood
+    from orchestrator.work import resumable
 
     with progress(quiet) as say:
         say(f"reading {data}")

@@ -19,8 +19,6 @@ from fmus.symbolic.system import SymbolicSystem
 from orchestrator.blackbox.source import FmuSource
 from orchestrator.compare.comparison import compare
 from orchestrator.compare.result import Comparison
-from orchestrator.diagnosis.cannot_tell import cannot_tell
-from orchestrator.diagnosis.result import Diagnosis, HeldOut, RankedSet, Step, Tried, Verdict
 from orchestrator.greybox.around import fmu_with, placed
 from orchestrator.greybox.decide import Decision, decide, scatter_between
 from orchestrator.greybox.effects import named_effects
@@ -36,6 +34,8 @@ from orchestrator.greybox.thresholds import Thresholds
 from orchestrator.greybox.witness import witnesses
 from orchestrator.measurements import MeasurementSet
 from orchestrator.models.symbolic import SymbolicModel
+from orchestrator.verdicts.cannot_tell import cannot_tell
+from orchestrator.verdicts.result import Diagnosis, HeldOut, RankedSet, Step, Tried, Verdict
 
 VERDICTS: dict[str, Verdict] = {
     "named": "named",

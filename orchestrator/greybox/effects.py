@@ -9,7 +9,6 @@ from fmus.catalogue import ModelicaModel
 from fmus.errors import MisfitError
 from fmus.symbolic.balances import Balance
 from fmus.symbolic.system import SymbolicSystem
-from orchestrator.diagnosis.result import Estimate, NamedEffect
 from orchestrator.effects.changes import AddedState, Change, InputChange, OutputChange, Parameter, Term
 from orchestrator.effects.write_back import write_back
 from orchestrator.greybox.candidates import Candidate, fits
@@ -19,6 +18,7 @@ from orchestrator.greybox.laws import Law, laws
 from orchestrator.greybox.places import Place, unscaled_places
 from orchestrator.greybox.search import FittedSet
 from orchestrator.greybox.unit_algebra import combined
+from orchestrator.verdicts.result import Estimate, NamedEffect
 
 Z90 = 1.6449
 

@@ -14,13 +14,13 @@ from orchestrator.blackbox.model import CoupledModel
 from orchestrator.blackbox.source import FmuSource
 from orchestrator.cosim.system import ComponentSpec, Connection, System, Value
 from orchestrator.cosim.toml_text import write_toml
-from orchestrator.diagnosis.result import NamedEffect
 from orchestrator.greybox.around import Placed, fmu_with
 from orchestrator.greybox.candidates import fits
 from orchestrator.greybox.expression import renamed
 from orchestrator.greybox.laws import Law, laws
 from orchestrator.greybox.places import Place, parameter_places, unscaled_places
 from orchestrator.greybox.tape import Outline, can_be_taped, outline
+from orchestrator.verdicts.result import NamedEffect
 
 PLANT = "plant"
 # The rate of a signal, behind a lag of 2 ms.

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from orchestrator.diagnosis.result import Estimate, NamedEffect
 from orchestrator.greybox.diagnose import Outcome
 from orchestrator.greybox.effects import named_effects
 from orchestrator.greybox.expression import renamed
@@ -17,6 +16,7 @@ from orchestrator.greybox.prepare import seen_by
 from orchestrator.greybox.witness import Witness, witnesses
 from orchestrator.laws.find import FoundLaw
 from orchestrator.laws.sentence import sentence_of
+from orchestrator.verdicts.result import Estimate, NamedEffect
 
 
 @dataclass(frozen=True)

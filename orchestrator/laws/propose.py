@@ -8,7 +8,6 @@ import numpy as np
 
 from fmus.errors import ComponentError, MisfitError
 from orchestrator.compare.result import Comparison
-from orchestrator.diagnosis.result import Diagnosis
 from orchestrator.greybox.decide import Judge
 from orchestrator.greybox.diagnose import Outcome, compared, worse_on_held_out
 from orchestrator.laws.card import write_files
@@ -16,6 +15,7 @@ from orchestrator.laws.find import FoundLaw, Limits, find_laws
 from orchestrator.laws.proposal import LawProposal, proposal_of
 from orchestrator.laws.separate import with_rivals
 from orchestrator.measurements import MeasurementSet
+from orchestrator.verdicts.result import Diagnosis
 
 FOLDER = "laws"
 # A named answer that leaves more than this share of the missing force's power, or a held-out error of more than so many noise

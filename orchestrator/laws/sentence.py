@@ -3,10 +3,10 @@
 import re
 from collections.abc import Mapping, Sequence
 
-from orchestrator.diagnosis.result import Estimate
 from orchestrator.greybox.laws import Law
 from orchestrator.laws.terms import Term
 from orchestrator.laws.vocabulary import Factor
+from orchestrator.verdicts.result import Estimate
 
 
 def sentence_of(terms: Sequence[Term], law: Law, values: Mapping[str, Estimate], variables: Mapping[str, str]) -> str:

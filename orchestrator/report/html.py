@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from orchestrator.compare.result import Comparison
-from orchestrator.diagnosis.result import Diagnosis
 from orchestrator.ledger import LedgerEntry
 from orchestrator.report.answer import answer_of
 from orchestrator.report.answer.markup import answer_html, answer_style
@@ -40,6 +39,7 @@ from orchestrator.report.provenance import ledger_provenance, provenance
 from orchestrator.report.sentences import comparison_sentence, ledger_sentence
 from orchestrator.report.summary import comparison_facts, comparison_plain
 from orchestrator.report.where_tables import where_tables
+from orchestrator.verdicts.result import Diagnosis
 
 if TYPE_CHECKING:
     from jinja2 import Environment

@@ -7,7 +7,6 @@ import numpy as np
 
 from fmus.errors import MisfitError
 from orchestrator.compare.result import Comparison
-from orchestrator.diagnosis.result import Diagnosis
 from orchestrator.ledger import LedgerEntry
 from orchestrator.measurements.wording import nearest
 from orchestrator.report import figures
@@ -22,6 +21,7 @@ from orchestrator.report.pictures import falling, moving, step_versions
 from orchestrator.report.sentences import comparison_sentence
 from orchestrator.report.summary import comparison_facts, comparison_plain
 from orchestrator.shown import Shown, register
+from orchestrator.verdicts.result import Diagnosis
 
 if TYPE_CHECKING:
     from orchestrator.gp.block import Block

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from orchestrator.diagnosis.result import Estimate
+from orchestrator.verdicts.result import Estimate
 
 _PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 # kg, deg, % and powers such as m2 are left alone: their prefixes do not exist or would read wrongly.

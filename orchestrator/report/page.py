@@ -5,13 +5,12 @@ from dataclasses import dataclass
 from typing import Any
 
 from orchestrator.compare.result import Comparison
-from orchestrator.diagnosis.coverage import Coverage
-from orchestrator.diagnosis.kinship import Kin
-from orchestrator.diagnosis.result import HeldOut, NamedEffect, RankedSet, Tried
 from orchestrator.ledger import LedgerEntry
 from orchestrator.report.numbers import digits, estimate_parts, percent, quantity
 from orchestrator.report.sentences import effect_name, errors, ranked_name
 from orchestrator.report.summary import Fact
+from orchestrator.verdicts.open_questions import Coverage, Kin
+from orchestrator.verdicts.result import HeldOut, NamedEffect, RankedSet, Tried
 
 MAX_TRIALS = 40
 MAX_TRIED = 15

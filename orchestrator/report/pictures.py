@@ -4,11 +4,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from orchestrator.compare.result import Comparison, TrialCurves
-from orchestrator.diagnosis.result import Diagnosis
 from orchestrator.report import figures
 from orchestrator.report.arm_drawing import Replay, Scales, replay_html
 from orchestrator.report.page import Picture
 from orchestrator.report.sentences import effect_name
+from orchestrator.verdicts.result import Diagnosis
 
 
 def moving(replay: Replay | None) -> Picture | None:

@@ -4,10 +4,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from orchestrator.compare.result import Comparison
-from orchestrator.diagnosis.result import Diagnosis, NamedEffect, RankedSet
 from orchestrator.ledger import LedgerEntry
 from orchestrator.report.answer import answer_of
 from orchestrator.report.numbers import percent, quantity, ratio
+from orchestrator.verdicts.result import Diagnosis, NamedEffect, RankedSet
 
 # Below this multiple of the floor an error is no larger than what the noise alone explains.
 WITHIN_NOISE = 1.5

@@ -10,7 +10,6 @@ from rich.table import Table
 from rich.text import Text
 
 from orchestrator.compare.result import Comparison, SetErrors
-from orchestrator.diagnosis.result import Diagnosis, NamedEffect
 from orchestrator.ledger import LedgerEntry
 from orchestrator.report.answer import answer_of
 from orchestrator.report.answer.notes import note_sentences
@@ -21,6 +20,7 @@ from orchestrator.report.sentences import (
     experiment_sentence,
     verdict_sentence,
 )
+from orchestrator.verdicts.result import Diagnosis, NamedEffect
 
 __all__ = ["comparison_table", "diagnosis_table", "ledger_table", "verdict_sentence"]
 

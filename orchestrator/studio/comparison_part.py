@@ -5,7 +5,6 @@ from pathlib import Path
 from nicegui import ui
 
 from fmus.errors import MisfitError
-from orchestrator.diagnosis.read_back import comparison_of
 from orchestrator.report.page import set_errors_table, trial_errors_table
 from orchestrator.report.sentences import comparison_sentence
 from orchestrator.report.where_tables import where_tables
@@ -16,6 +15,7 @@ from orchestrator.studio.versions import versions
 from orchestrator.studio.views import store
 from orchestrator.studio.views.link import SelectionLink
 from orchestrator.studio.views.page import comparison_views
+from orchestrator.verdicts.read_back import comparison_of
 
 
 def comparison_part(project: Project) -> Live:

@@ -2,13 +2,13 @@
 
 from typing import Any
 
-from orchestrator.diagnosis.read_back import effects_of, tried_of
 from orchestrator.report.answer.notes import note_sentences
 from orchestrator.report.page import effects_table, experiment_rows, tried_table
 from orchestrator.report.sentences import experiment_sentence
 from orchestrator.studio.live import Live
 from orchestrator.studio.project import DIAGNOSIS, Project, file_stamp
 from orchestrator.studio.text import bullets, details, heading, html_table, page_table, paragraph
+from orchestrator.verdicts.read_back import effects_of, tried_of
 
 
 def diagnosis_part(project: Project) -> Live:

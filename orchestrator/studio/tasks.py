@@ -32,9 +32,9 @@ from orchestrator.studio.project import (
 )
 
 if TYPE_CHECKING:
-    from orchestrator.diagnosis.result import Diagnosis
     from orchestrator.models.contract import Model
     from orchestrator.report.arm_drawing import Replay
+    from orchestrator.verdicts.result import Diagnosis
 
 Say = Callable[[str], None]
 PICKLE = "diagnosis.pickle"
@@ -112,13 +112,13 @@ def compare(project: Project, say: Say) -> None:
 
 def diagnose(project: Project, say: Say) -> None:
     """Find the missing effects, and record the model as given in the ledger."""
-    from orchestrator.diagnosis.candidates import model_of
-    from orchestrator.diagnosis.diagnose import diagnose as find
-    from orchestrator.diagnosis.work import resumable
+    from orchestrator.diagnose import diagnose as find
+    from orchestrator.diagnosis.fit.candidates import model_of
     from orchestrator.discover import record
     from orchestrator.laws.propose import asks_for_laws, propose_laws
     from orchestrator.report.html import diagnosis_report
     from orchestrator.report.sentences import verdict_sentence
+    from orchestrator.work import resumable
 
     measurements = _measurements(project, say)
     say(f"building {project.model}")
@@ -144,9 +144,9 @@ def diagnose(project: Project, say: Say) -> None:
 def add(project: Project, say: Say, number: str) -> None:
     """Build the model with the first `number` steps of the diagnosis, and compare it as the one before."""
     from orchestrator import ledger
-    from orchestrator.diagnosis.read_back import adjusted_of, effects_of
     from orchestrator.discover import record
     from orchestrator.report.html import discovery_report
+    from orchestrator.verdicts.read_back import adjusted_of, effects_of
     from orchestrator.versions import add_effects
 
     diagnosis = project.result(DIAGNOSIS)

@@ -4,10 +4,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from orchestrator import ledger
-from orchestrator.diagnosis.read_back import effects_of
 from orchestrator.ledger import LedgerEntry
 from orchestrator.report.sentences import effect_name
 from orchestrator.studio.project import DIAGNOSIS, VERSION, Project
+from orchestrator.verdicts.read_back import effects_of
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from orchestrator.diagnosis.work import Work
 from orchestrator.study.corrections import Corrections
 from orchestrator.study.draws import SIZES, tasks
 from orchestrator.study.regression import Errors, errors_at
@@ -15,6 +14,7 @@ from orchestrator.study.researcher import SETS
 from orchestrator.study.tasks import CollectTask, ModelsTask, OutcomeTask
 from orchestrator.study.variants import VARIANTS, Outcome, Setting
 from orchestrator.study.work import do_all
+from orchestrator.work import Work
 
 Array = NDArray[Any]
 Say = Callable[[str], None]

@@ -12,7 +12,7 @@ from threadpoolctl import threadpool_limits
 from fmus.children import BrokenWorker, Workers
 from fmus.errors import ComponentError
 from fmus.files import cache_folder
-from orchestrator.diagnosis.work import Cluster, Resumable, Task, Work
+from orchestrator.work import Cluster, Resumable, Task, Work
 
 Told = Callable[[int, int], None]
 

@@ -15,7 +15,7 @@ from fmus.catalogue import ModelicaModel, find_modelica_model
 from fmus.package import build_fmu
 from orchestrator.blackbox.library import Scales, laws
 from orchestrator.blackbox.source import FmuSource
-from orchestrator.diagnosis.diagnose import diagnose
+from orchestrator.diagnose import diagnose
 from orchestrator.measurements import load_measurements
 
 TIME = np.arange(0, 4, 0.008)

@@ -10,8 +10,8 @@ from fmus.catalogue import find_modelica_model
 from fmus.package import build_fmu
 from orchestrator.blackbox.forces import missing_forces
 from orchestrator.blackbox.source import FmuSource
-from orchestrator.diagnosis.evidence import LearningData
-from orchestrator.diagnosis.unexplained import where_forces_lack
+from orchestrator.diagnosis.advise.unexplained import where_forces_lack
+from orchestrator.diagnosis.fit.evidence import LearningData
 from orchestrator.measurements import load_measurements
 from orchestrator.models.smoothing import SmoothedTrial
 

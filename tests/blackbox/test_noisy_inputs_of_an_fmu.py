@@ -7,7 +7,7 @@ import numpy as np
 from fmus.catalogue import find_modelica_model
 from fmus.package import build_fmu
 from orchestrator.blackbox.source import FmuSource
-from orchestrator.diagnosis.diagnose import diagnose
+from orchestrator.diagnose import diagnose
 from orchestrator.measurements import load_measurements
 from tests.noisy_drive import described
 

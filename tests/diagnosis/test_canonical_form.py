@@ -3,9 +3,9 @@
 import numpy as np
 
 from fmus.catalogue import find_modelica_model
-from orchestrator.diagnosis.candidates import EffectSet, find_candidates
-from orchestrator.diagnosis.canonical import canonical
-from orchestrator.diagnosis.cards import effect_library
+from orchestrator.diagnosis.fit.candidates import EffectSet, find_candidates
+from orchestrator.diagnosis.fit.canonical import canonical
+from orchestrator.library.cards import effect_library
 from orchestrator.models.estimation import Fit, Record
 
 TIME = np.arange(500) * 0.004

@@ -5,12 +5,12 @@ from pathlib import Path
 import numpy as np
 
 from fmus.catalogue import find_modelica_model
-from orchestrator.diagnosis.candidates import EffectSet, find_candidates, model_of
-from orchestrator.diagnosis.cards import effect_library
-from orchestrator.diagnosis.diagnose import _in_metric
-from orchestrator.diagnosis.evidence import fit_nominal
-from orchestrator.diagnosis.nuisances import Nuisances
-from orchestrator.diagnosis.tangent import Tangent
+from orchestrator.diagnosis.fit.candidates import EffectSet, find_candidates, model_of
+from orchestrator.diagnosis.fit.evidence import fit_nominal
+from orchestrator.diagnosis.free_runs import _in_metric
+from orchestrator.diagnosis.linear.tangent import Tangent
+from orchestrator.diagnosis.noise.nuisances import Nuisances
+from orchestrator.library.cards import effect_library
 from orchestrator.measurements import bind, load_measurements
 from orchestrator.models.patch import free_slots
 from tests.noisy_drive import described

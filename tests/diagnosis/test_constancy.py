@@ -9,9 +9,9 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from orchestrator.diagnosis.constancy import Change, beyond_noise, changes
-from orchestrator.diagnosis.evidence import Refit
-from orchestrator.diagnosis.tangent import Tangent, orthonormal
+from orchestrator.diagnosis.decide.constancy import Change, beyond_noise, changes
+from orchestrator.diagnosis.fit.evidence import Refit
+from orchestrator.diagnosis.linear.tangent import Tangent, orthonormal
 
 TRIALS, ROWS, SCALE = 4, 1000, 1.0
 SLOPE = 0.3

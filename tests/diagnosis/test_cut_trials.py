@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from orchestrator.diagnosis import diagnose as module
-from orchestrator.diagnosis.cards import effect_library
-from orchestrator.diagnosis.cutting import MOST_STRETCHES, TooLong, cut
-from orchestrator.diagnosis.result import NamedEffect
+from orchestrator.diagnosis import free_runs as module
+from orchestrator.diagnosis.search.cutting import MOST_STRETCHES, TooLong, cut
+from orchestrator.library.cards import effect_library
 from orchestrator.measurements import MeasurementSet, Trial
+from orchestrator.verdicts.result import NamedEffect
 
 
 def measured(seconds: float = 10.0, step: float = 0.01) -> MeasurementSet:

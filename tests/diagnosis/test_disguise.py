@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from fmus.catalogue import find_modelica_model
-from orchestrator.diagnosis.candidates import EffectSet, find_candidates
-from orchestrator.diagnosis.cards import effect_library
-from orchestrator.diagnosis.confusion import HOPELESS, MOST_RIVALS, disguise, near_in_either, reach
-from orchestrator.diagnosis.evidence import Refit
-from orchestrator.diagnosis.search import Searcher
+from orchestrator.diagnosis.decide.confusion import HOPELESS, MOST_RIVALS, disguise, near_in_either, reach
+from orchestrator.diagnosis.fit.candidates import EffectSet, find_candidates
+from orchestrator.diagnosis.fit.evidence import Refit
+from orchestrator.diagnosis.search.search import Searcher
+from orchestrator.library.cards import effect_library
 from orchestrator.models.estimation import Fit
 
 ROWS = 1000

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from fmus.catalogue import find_modelica_model
-from orchestrator.diagnosis.cards import effect_library
-from orchestrator.diagnosis.diagnose import diagnose
-from orchestrator.diagnosis.result import Diagnosis
+from orchestrator.diagnose import diagnose
+from orchestrator.library.cards import effect_library
 from orchestrator.measurements import load_measurements
 from orchestrator.report.html import diagnosis_report
+from orchestrator.verdicts.result import Diagnosis
 
 PENDULUM = Path(__file__).parents[1] / "cases" / "pendulum"
 IDS = ("viscous_friction", "coulomb_friction", "passive_stiffness")

@@ -5,11 +5,11 @@ from pathlib import Path
 import numpy as np
 
 from fmus.catalogue import find_modelica_model
-from orchestrator.diagnosis.cards import effect_library
-from orchestrator.diagnosis.diagnose import diagnose
-from orchestrator.diagnosis.result import Diagnosis
+from orchestrator.diagnose import diagnose
+from orchestrator.library.cards import effect_library
 from orchestrator.measurements import load_measurements
 from orchestrator.models.compiled import CompiledModel
+from orchestrator.verdicts.result import Diagnosis
 
 CARDS = [c for c in effect_library() if c.id in ("muscle_weakness", "moment_arm_error", "viscous_friction")]
 TIME = np.arange(1000) * 0.004

@@ -8,11 +8,12 @@ import pytest
 
 from fmus.catalogue import find_modelica_model
 from fmus.errors import MisfitError
-from orchestrator.diagnosis.cards import effect_library
-from orchestrator.diagnosis.diagnose import diagnose
-from orchestrator.diagnosis.result import Diagnosis
-from orchestrator.diagnosis.work import Here, RefitTask, Task
+from orchestrator.diagnose import diagnose
+from orchestrator.diagnosis.search.tasks import RefitTask
+from orchestrator.library.cards import effect_library
 from orchestrator.measurements import load_measurements
+from orchestrator.verdicts.result import Diagnosis
+from orchestrator.work import Here, Task
 
 IDS = ("viscous_friction", "coulomb_friction", "end_stop")
 TIME = np.arange(500) * 0.01

@@ -9,10 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fmus.catalogue import find_modelica_model
-from orchestrator.diagnosis import evidence
-from orchestrator.diagnosis.candidates import EffectSet, find_candidates
-from orchestrator.diagnosis.cards import effect_library
-from orchestrator.diagnosis.evidence import LearningData, refit
+from orchestrator.diagnosis.fit import evidence
+from orchestrator.diagnosis.fit.candidates import EffectSet, find_candidates
+from orchestrator.diagnosis.fit.evidence import LearningData, refit
+from orchestrator.library.cards import effect_library
 from orchestrator.models.smoothing import SmoothedTrial
 
 

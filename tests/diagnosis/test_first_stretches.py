@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 from fmus.catalogue import find_modelica_model
-from orchestrator.diagnosis.candidates import EffectSet, find_candidates
-from orchestrator.diagnosis.cards import effect_library
-from orchestrator.diagnosis.evidence import LearningData, refit
-from orchestrator.diagnosis.fitting import Fitter, Setting
-from orchestrator.diagnosis.trace import Trace
-from orchestrator.diagnosis.work import Here
+from orchestrator.diagnosis.fit.candidates import EffectSet, find_candidates
+from orchestrator.diagnosis.fit.evidence import LearningData, refit
+from orchestrator.diagnosis.search.fitting import Fitter, Setting
+from orchestrator.diagnosis.search.trace import Trace
+from orchestrator.library.cards import effect_library
 from orchestrator.models.patch import free_slots
 from orchestrator.models.smoothing import SmoothedTrial
+from orchestrator.work import Here
 
 NOISE = np.array([1e-3])
 PENDULUM = find_modelica_model("pendulum")

@@ -9,13 +9,14 @@ import pytest
 
 from fmus.catalogue import ModelicaModel, find_modelica_model
 from fmus.errors import MisfitError
-from orchestrator.diagnosis.begun import Begun
-from orchestrator.diagnosis.candidates import Candidate, EffectSet, find_candidates
-from orchestrator.diagnosis.cards import SHIPPED, effect_library, read_card
-from orchestrator.diagnosis.evidence import LearningData, fit_nominal, refit
-from orchestrator.diagnosis.placed import placed
-from orchestrator.diagnosis.response import Response
-from orchestrator.diagnosis.screening import Screened, Screener
+from orchestrator.diagnosis.fit.begun import Begun
+from orchestrator.diagnosis.fit.candidates import EffectSet, find_candidates
+from orchestrator.diagnosis.fit.evidence import LearningData, fit_nominal, refit
+from orchestrator.diagnosis.linear.response import Response
+from orchestrator.diagnosis.search.placed import placed
+from orchestrator.diagnosis.search.screening import Screened, Screener
+from orchestrator.library.candidate import Candidate
+from orchestrator.library.cards import SHIPPED, effect_library, read_card
 from orchestrator.models.smoothing import SmoothedTrial
 
 TIME = np.arange(0, 5, 0.01)

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from orchestrator.diagnosis.flexible import flexible_forces
-from orchestrator.diagnosis.response import SimulatedTrial
+from orchestrator.diagnosis.linear.flexible import flexible_forces
+from orchestrator.diagnosis.linear.response import SimulatedTrial
 from orchestrator.models.smoothing import Smoother
 
 TIME = np.arange(0, 12, 0.005)

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from fmus.catalogue import find_modelica_model
-from orchestrator.diagnosis.begun import beginning_at
-from orchestrator.diagnosis.candidates import EffectSet, model_of
-from orchestrator.diagnosis.evidence import Refit
-from orchestrator.diagnosis.gaps import unknown_in_gaps
-from orchestrator.diagnosis.response import Response
+from orchestrator.diagnosis.fit.begun import beginning_at
+from orchestrator.diagnosis.fit.candidates import EffectSet, model_of
+from orchestrator.diagnosis.fit.evidence import Refit
+from orchestrator.diagnosis.linear.response import Response
+from orchestrator.diagnosis.noise.gaps import unknown_in_gaps
 from orchestrator.models.smoothing import SmoothedTrial
 
 STEP, RATE, MISSING = 0.004, 40.0, 8

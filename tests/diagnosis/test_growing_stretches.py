@@ -8,14 +8,15 @@ import pytest
 
 from fmus.catalogue import find_modelica_model
 from fmus.errors import MisfitError
-from orchestrator.diagnosis.begun import beginning_at
-from orchestrator.diagnosis.candidates import EffectSet, find_candidates
-from orchestrator.diagnosis.cards import SHIPPED, effect_library, read_card
-from orchestrator.diagnosis.evidence import LearningData, Refit, follow, refit, with_nuisances
-from orchestrator.diagnosis.metric import Metric
-from orchestrator.diagnosis.stretches import Followed, follow_closely, follow_stretches, lost_after
-from orchestrator.diagnosis.work import FollowTask, Here, Resumable
+from orchestrator.diagnosis.fit.begun import beginning_at
+from orchestrator.diagnosis.fit.candidates import EffectSet, find_candidates
+from orchestrator.diagnosis.fit.evidence import LearningData, Refit, follow, refit, with_nuisances
+from orchestrator.diagnosis.noise.metric import Metric
+from orchestrator.diagnosis.search.stretches import Followed, follow_closely, follow_stretches, lost_after
+from orchestrator.diagnosis.search.tasks import FollowTask
+from orchestrator.library.cards import SHIPPED, effect_library, read_card
 from orchestrator.models.smoothing import SmoothedTrial
+from orchestrator.work import Here, Resumable
 from tests.benchmarks.diagnosis.truth.machines import MACHINES
 from tests.benchmarks.diagnosis.truth.native import simulate
 

@@ -5,11 +5,11 @@ import pytest
 from scipy import linalg
 
 from fmus.catalogue import find_modelica_model
-from orchestrator.diagnosis.candidates import EffectSet, find_candidates
-from orchestrator.diagnosis.cards import effect_library
-from orchestrator.diagnosis.evidence import LearningData, fit_nominal, refit
-from orchestrator.diagnosis.noise_model import metrics_of
-from orchestrator.diagnosis.response import Response
+from orchestrator.diagnosis.fit.candidates import EffectSet, find_candidates
+from orchestrator.diagnosis.fit.evidence import LearningData, fit_nominal, refit
+from orchestrator.diagnosis.linear.noise_model import metrics_of
+from orchestrator.diagnosis.linear.response import Response
+from orchestrator.library.cards import effect_library
 from orchestrator.measurements import Noise
 from orchestrator.models.held_back import NODES, answers_to, likeliest, ways_before, whitened
 from orchestrator.models.smoothing import SmoothedTrial

@@ -5,15 +5,16 @@ import pytest
 from scipy.stats import chi2
 
 from fmus.catalogue import find_modelica_model
-from orchestrator.diagnosis.candidates import EffectSet, find_candidates
-from orchestrator.diagnosis.cards import effect_library
-from orchestrator.diagnosis.coverage import coverage
-from orchestrator.diagnosis.evidence import LearningData, Refit, fit_nominal, refit
-from orchestrator.diagnosis.identifiability import Doubt, Fitted, doubts, doubts_of
-from orchestrator.diagnosis.nuisances import Nuisances
-from orchestrator.diagnosis.profile import profiles
-from orchestrator.diagnosis.response import Response
+from orchestrator.diagnosis.advise.identifiability import Fitted, doubts, doubts_of
+from orchestrator.diagnosis.advise.profile import profiles
+from orchestrator.diagnosis.fit.candidates import EffectSet, find_candidates
+from orchestrator.diagnosis.fit.evidence import LearningData, Refit, fit_nominal, refit
+from orchestrator.diagnosis.linear.coverage import coverage
+from orchestrator.diagnosis.linear.response import Response
+from orchestrator.diagnosis.noise.nuisances import Nuisances
+from orchestrator.library.cards import effect_library
 from orchestrator.models.smoothing import SmoothedTrial
+from orchestrator.verdicts.open_questions import Doubt
 
 DRIVE = find_modelica_model("drive")
 TIME = np.arange(0, 4, 0.01)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from orchestrator.diagnosis.diagnose import named_effects
+from orchestrator.diagnosis.free_runs import named_effects
 from tests.diagnosis.test_disguise import fitted
 
 

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from fmus.catalogue import find_modelica_model
-from orchestrator.diagnosis.calibration import Colour
-from orchestrator.diagnosis.candidates import EffectSet, find_candidates, model_of
-from orchestrator.diagnosis.cards import effect_library
-from orchestrator.diagnosis.evidence import LearningData
-from orchestrator.diagnosis.kinship import classes, kin, principal_cosines
-from orchestrator.diagnosis.nuisances import Nuisances
-from orchestrator.diagnosis.search import Searcher
+from orchestrator.diagnosis.fit.candidates import EffectSet, find_candidates, model_of
+from orchestrator.diagnosis.fit.evidence import LearningData
+from orchestrator.diagnosis.linear.calibration import Colour
+from orchestrator.diagnosis.linear.kinship import classes, kin, principal_cosines
+from orchestrator.diagnosis.noise.nuisances import Nuisances
+from orchestrator.diagnosis.search.search import Searcher
+from orchestrator.library.cards import effect_library
 from orchestrator.models.patch import free_slots
 from orchestrator.models.smoothing import SmoothedTrial
 

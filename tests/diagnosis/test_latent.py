@@ -9,10 +9,11 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from fmus.catalogue import find_modelica_model
-from orchestrator.diagnosis.cards import effect_library
-from orchestrator.diagnosis.diagnose import diagnose
-from orchestrator.diagnosis.latent import LatentForce, Series, latent_force
+from orchestrator.diagnose import diagnose
+from orchestrator.diagnosis.advise.latent import Series, latent_force
+from orchestrator.library.cards import effect_library
 from orchestrator.measurements import load_measurements
+from orchestrator.verdicts.latent_force import LatentForce
 
 
 @cache

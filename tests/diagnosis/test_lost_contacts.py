@@ -3,8 +3,8 @@
 from types import SimpleNamespace
 from typing import Any, cast
 
-from orchestrator.diagnosis.evidence import Refit
-from orchestrator.diagnosis.fitting import lost_contacts
+from orchestrator.diagnosis.fit.evidence import Refit
+from orchestrator.diagnosis.search.fitting import lost_contacts
 
 
 def rough(names: str, cost: float) -> Refit:

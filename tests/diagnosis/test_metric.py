@@ -2,7 +2,15 @@
 
 import numpy as np
 
-from orchestrator.diagnosis.metric import Metric, NoisyInput, coloured_metric, stride_for, thin, waves, white_metric
+from orchestrator.diagnosis.noise.metric import (
+    Metric,
+    NoisyInput,
+    coloured_metric,
+    stride_for,
+    thin,
+    waves,
+    white_metric,
+)
 from orchestrator.measurements.colour import Noise
 
 RANDOM = np.random.default_rng(4)

@@ -7,13 +7,13 @@ import pytest
 from scipy.linalg import cholesky, expm
 
 from fmus.catalogue import find_modelica_model
-from orchestrator.diagnosis import evidence
-from orchestrator.diagnosis.candidates import EffectSet, find_candidates, model_of
-from orchestrator.diagnosis.cards import effect_library
-from orchestrator.diagnosis.evidence import LearningData, fit_nominal, refit, smoothed
-from orchestrator.diagnosis.noise_model import metrics_of
-from orchestrator.diagnosis.remetric import NoiseOfSignals, divergence
-from orchestrator.diagnosis.response import Response
+from orchestrator.diagnosis.fit import evidence
+from orchestrator.diagnosis.fit.candidates import EffectSet, find_candidates, model_of
+from orchestrator.diagnosis.fit.evidence import LearningData, fit_nominal, refit, smoothed
+from orchestrator.diagnosis.linear.noise_model import metrics_of
+from orchestrator.diagnosis.linear.remetric import NoiseOfSignals, divergence
+from orchestrator.diagnosis.linear.response import Response
+from orchestrator.library.cards import effect_library
 from orchestrator.measurements import bind, load_measurements
 from orchestrator.models.estimation import Fit
 

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from fmus.catalogue import find_modelica_model
-from orchestrator.diagnosis.candidates import EffectSet, find_candidates
-from orchestrator.diagnosis.cards import effect_library
-from orchestrator.diagnosis.confusion import least_odds, rivals
-from orchestrator.diagnosis.evidence import Refit
-from orchestrator.diagnosis.nested import at_least, holds, rest_share, starts, unpinned, with_simpler
-from orchestrator.diagnosis.ranking import rank
-from orchestrator.diagnosis.trace import Trace
+from orchestrator.diagnosis.decide.confusion import least_odds, rivals
+from orchestrator.diagnosis.decide.nested import at_least, holds, rest_share, starts, unpinned, with_simpler
+from orchestrator.diagnosis.fit.candidates import EffectSet, find_candidates
+from orchestrator.diagnosis.fit.evidence import Refit
+from orchestrator.diagnosis.referee.ranking import rank
+from orchestrator.diagnosis.search.trace import Trace
+from orchestrator.library.cards import effect_library
 from orchestrator.models.estimation import Fit
 
 CARDS = {(card.id, card.variant): card for card in effect_library()}

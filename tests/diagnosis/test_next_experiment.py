@@ -11,15 +11,15 @@ from scipy.stats import norm
 
 from fmus.catalogue import ModelicaModel, find_modelica_model
 from fmus.symbolic.system import Variable
-from orchestrator.diagnosis import next_experiment
-from orchestrator.diagnosis.candidates import EffectSet, find_candidates, model_of
-from orchestrator.diagnosis.cards import effect_library
-from orchestrator.diagnosis.evidence import LearningData, Refit
-from orchestrator.diagnosis.excitation import unseen
-from orchestrator.diagnosis.menu import menu
-from orchestrator.diagnosis.next_experiment import HOPELESS, INSEPARABLE, Explanation, plan
-from orchestrator.diagnosis.nuisances import Nuisances
-from orchestrator.diagnosis.remaining import remaining
+from orchestrator.diagnosis.advise import next_experiment
+from orchestrator.diagnosis.advise.menu import menu
+from orchestrator.diagnosis.advise.next_experiment import HOPELESS, INSEPARABLE, Explanation, plan
+from orchestrator.diagnosis.advise.remaining import remaining
+from orchestrator.diagnosis.decide.excitation import unseen
+from orchestrator.diagnosis.fit.candidates import EffectSet, find_candidates, model_of
+from orchestrator.diagnosis.fit.evidence import LearningData, Refit
+from orchestrator.diagnosis.noise.nuisances import Nuisances
+from orchestrator.library.cards import effect_library
 from orchestrator.models.estimation import Fit
 from orchestrator.models.smoothing import SmoothedTrial
 

@@ -9,8 +9,8 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[1] / "report"))
 from builders import COULOMB, PAYLOAD, diagnosis
 
-from orchestrator.diagnosis.gate import without_harm
-from orchestrator.diagnosis.result import Diagnosis
+from orchestrator.verdicts.gate import without_harm
+from orchestrator.verdicts.result import Diagnosis
 
 
 def _with_held_out(after: float) -> Diagnosis:

@@ -7,10 +7,10 @@ import pytest
 from scipy.linalg import expm
 
 from fmus.catalogue import find_modelica_model
-from orchestrator.diagnosis.candidates import EffectSet, model_of
-from orchestrator.diagnosis.evidence import LearningData, fit_nominal, smoothed
-from orchestrator.diagnosis.noise_model import metrics_of
-from orchestrator.diagnosis.response import Response
+from orchestrator.diagnosis.fit.candidates import EffectSet, model_of
+from orchestrator.diagnosis.fit.evidence import LearningData, fit_nominal, smoothed
+from orchestrator.diagnosis.linear.noise_model import metrics_of
+from orchestrator.diagnosis.linear.response import Response
 from orchestrator.measurements import bind, load_measurements
 
 INERTIA, TORQUE_NOISE, ANGLE_NOISE = 0.02, 2e-3, 1e-4

@@ -5,7 +5,7 @@ import pytest
 
 from fmus.catalogue import find_modelica_model
 from fmus.errors import MisfitError
-from orchestrator.diagnosis.nuisances import nuisances
+from orchestrator.diagnosis.noise.nuisances import nuisances
 from orchestrator.measurements.case_file import relative
 from orchestrator.models.compiled import CompiledModel
 from orchestrator.models.estimation import Prior, Record, fit

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from orchestrator.diagnosis import trace as module
-from orchestrator.diagnosis.trace import Trace
+from orchestrator.diagnosis.search import trace as module
+from orchestrator.diagnosis.search.trace import Trace
 
 TOO_SMALL = "is of a size that does not matter"
 

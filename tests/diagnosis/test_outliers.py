@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from orchestrator.diagnosis.metric import Metric, coloured_metric, white_metric
-from orchestrator.diagnosis.outliers import without_outliers
+from orchestrator.diagnosis.noise.metric import Metric, coloured_metric, white_metric
+from orchestrator.diagnosis.noise.outliers import without_outliers
 from orchestrator.measurements.colour import Noise
 from orchestrator.models.smoothing import SmoothedTrial
 

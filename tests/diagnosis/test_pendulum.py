@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 
 from fmus.catalogue import find_modelica_model
-from orchestrator.diagnosis.diagnose import diagnose
-from orchestrator.diagnosis.result import Diagnosis
+from orchestrator.diagnose import diagnose
 from orchestrator.measurements import load_measurements
+from orchestrator.verdicts.result import Diagnosis
 
 DATA = Path(__file__).parents[1] / "cases" / "pendulum"
 PUBLISHED = 2.2394e-4

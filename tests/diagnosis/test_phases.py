@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from fmus.errors import ComponentError
-from orchestrator.diagnosis.canonical import Oscillation
-from orchestrator.diagnosis.phases import Error, with_phases
+from orchestrator.diagnosis.fit.canonical import Oscillation
+from orchestrator.diagnosis.fit.phases import Error, with_phases
 
 TIME, TURN = np.arange(200) * 0.01, 2 * np.pi * 3.0
 AMPLITUDE, DRIFT = 0.04, 0.3

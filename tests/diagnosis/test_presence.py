@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from fmus.catalogue import find_modelica_model
-from orchestrator.diagnosis.candidates import EffectSet, find_candidates
-from orchestrator.diagnosis.cards import effect_library
-from orchestrator.diagnosis.evidence import Refit
+from orchestrator.diagnosis.fit.candidates import EffectSet, find_candidates
+from orchestrator.diagnosis.fit.evidence import Refit
+from orchestrator.library.cards import effect_library
 from orchestrator.models.estimation import Fit
 
 

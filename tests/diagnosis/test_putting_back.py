@@ -4,14 +4,15 @@ import numpy as np
 import pytest
 
 from fmus.catalogue import find_modelica_model
-from orchestrator.diagnosis.candidates import EffectSet, can_join, find_candidates
-from orchestrator.diagnosis.cards import effect_library
-from orchestrator.diagnosis.evidence import TOLERANCE, LearningData, Refit, refit
-from orchestrator.diagnosis.fitting import Fitter, Setting
-from orchestrator.diagnosis.trace import Trace
-from orchestrator.diagnosis.work import Here, Wanted
+from orchestrator.diagnosis.fit.candidates import EffectSet, can_join, find_candidates
+from orchestrator.diagnosis.fit.evidence import TOLERANCE, LearningData, Refit, refit
+from orchestrator.diagnosis.search.fitting import Fitter, Setting
+from orchestrator.diagnosis.search.tasks import Wanted
+from orchestrator.diagnosis.search.trace import Trace
+from orchestrator.library.cards import effect_library
 from orchestrator.models.patch import free_slots
 from orchestrator.models.smoothing import SmoothedTrial
+from orchestrator.work import Here
 
 NOISE = np.array([1e-4])
 RIGHT = {"sine": -1e-5, "cosine": -1.4e-4, "periods": 16.9, "tau": 0.006}

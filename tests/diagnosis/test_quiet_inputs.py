@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 
 from fmus.catalogue import find_modelica_model
-from orchestrator.diagnosis.candidates import EffectSet, find_candidates, model_of
-from orchestrator.diagnosis.cards import effect_library
-from orchestrator.diagnosis.confusion import half_bic
-from orchestrator.diagnosis.evidence import LearningData, Refit, fit_nominal, refit, smoothed
-from orchestrator.diagnosis.noise_model import metrics_of
-from orchestrator.diagnosis.quiet import explained_by_noise, misfit_by_quiet_inputs
-from orchestrator.diagnosis.response import Response
-from orchestrator.diagnosis.search import Searcher
-from orchestrator.diagnosis.tangent import Tangent
+from orchestrator.diagnosis.decide.confusion import half_bic
+from orchestrator.diagnosis.fit.candidates import EffectSet, find_candidates, model_of
+from orchestrator.diagnosis.fit.evidence import LearningData, Refit, fit_nominal, refit, smoothed
+from orchestrator.diagnosis.linear.noise_model import metrics_of
+from orchestrator.diagnosis.linear.quiet import explained_by_noise, misfit_by_quiet_inputs
+from orchestrator.diagnosis.linear.response import Response
+from orchestrator.diagnosis.linear.tangent import Tangent
+from orchestrator.diagnosis.search.search import Searcher
+from orchestrator.library.cards import effect_library
 from orchestrator.measurements import bind, load_measurements
 from orchestrator.models.patch import free_slots
 

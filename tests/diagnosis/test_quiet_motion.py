@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 
 from fmus.catalogue import find_modelica_model
-from orchestrator.diagnosis.candidates import EffectSet
-from orchestrator.diagnosis.evidence import LearningData, Refit, fit_nominal
-from orchestrator.diagnosis.quiet_motion import begun_like, quiet_motion
+from orchestrator.diagnosis.fit.candidates import EffectSet
+from orchestrator.diagnosis.fit.evidence import LearningData, Refit, fit_nominal
+from orchestrator.diagnosis.linear.quiet_motion import begun_like, quiet_motion
 from orchestrator.models.smoothing import SmoothedTrial
 
 TIME, NOISE, TORQUE_NOISE = np.arange(0, 5, 0.004), np.array([1e-4]), 1e-4

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from fmus.catalogue import find_modelica_model
-from orchestrator.diagnosis import room as module
-from orchestrator.diagnosis.candidates import Candidate, EffectSet, find_candidates
-from orchestrator.diagnosis.cards import effect_library
-from orchestrator.diagnosis.evidence import LearningData, refit
-from orchestrator.diagnosis.room import Room, Rooms, room
+from orchestrator.diagnosis.decide import room as module
+from orchestrator.diagnosis.decide.room import Room, Rooms, room
+from orchestrator.diagnosis.fit.candidates import EffectSet, find_candidates
+from orchestrator.diagnosis.fit.evidence import LearningData, refit
+from orchestrator.library.candidate import Candidate
+from orchestrator.library.cards import effect_library
 from orchestrator.models.smoothing import SmoothedTrial
 
 DRIVE = find_modelica_model("drive")

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from orchestrator.diagnosis import referee as module
-from orchestrator.diagnosis.referee import Referee, Refereed
-from orchestrator.diagnosis.runners_up import runners_up
-from orchestrator.diagnosis.trace import Accepted, Trace
+from orchestrator.diagnosis.referee import referee as module
+from orchestrator.diagnosis.referee.referee import Referee, Refereed
+from orchestrator.diagnosis.referee.runners_up import runners_up
+from orchestrator.diagnosis.search.trace import Accepted, Trace
 from orchestrator.models.estimation import Fit
 
 ROWS = 1000

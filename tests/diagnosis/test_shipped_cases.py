@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from fmus.catalogue import find_modelica_model
-from orchestrator.diagnosis.cards import effect_library
-from orchestrator.diagnosis.diagnose import diagnose
-from orchestrator.diagnosis.result import Diagnosis
+from orchestrator.diagnose import diagnose
+from orchestrator.library.cards import effect_library
 from orchestrator.measurements import load_measurements
+from orchestrator.verdicts.result import Diagnosis
 
 CASES = Path(__file__).parents[1] / "cases"
 ANSWERS: dict[str, Any] = json.loads((CASES / "arm" / "answers.json").read_text())["cases"]

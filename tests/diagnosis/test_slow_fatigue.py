@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from fmus.catalogue import find_modelica_model
-from orchestrator.diagnosis.candidates import EffectSet, find_candidates
-from orchestrator.diagnosis.cards import effect_library
-from orchestrator.diagnosis.evidence import LearningData, refit
+from orchestrator.diagnosis.fit.candidates import EffectSet, find_candidates
+from orchestrator.diagnosis.fit.evidence import LearningData, refit
+from orchestrator.library.cards import effect_library
 from orchestrator.models.smoothing import SmoothedTrial
 
 FALLS = 1500.0  # s: a share of 2 s/FALLS = 0.0013 of the strength at full activation

@@ -3,10 +3,10 @@
 import numpy as np
 
 from fmus.catalogue import find_modelica_model
-from orchestrator.diagnosis.candidates import EffectSet, find_candidates, model_of
-from orchestrator.diagnosis.cards import effect_library
-from orchestrator.diagnosis.evidence import LearningData, refit
-from orchestrator.diagnosis.search import Searcher
+from orchestrator.diagnosis.fit.candidates import EffectSet, find_candidates, model_of
+from orchestrator.diagnosis.fit.evidence import LearningData, refit
+from orchestrator.diagnosis.search.search import Searcher
+from orchestrator.library.cards import effect_library
 from orchestrator.models.patch import free_slots
 from orchestrator.models.smoothing import SmoothedTrial
 

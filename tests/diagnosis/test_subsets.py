@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from orchestrator.diagnosis.subsets import Library, log_tail, score
-from orchestrator.diagnosis.tangent import orthonormal
+from orchestrator.diagnosis.linear.subsets import Library, log_tail, score
+from orchestrator.diagnosis.linear.tangent import orthonormal
 
 RANDOM = np.random.default_rng(7)
 

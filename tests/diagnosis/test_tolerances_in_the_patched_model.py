@@ -10,12 +10,12 @@ from fmus.catalogue import find_modelica_model
 from fmus.errors import MisfitError, ModelicaError
 from orchestrator.cli.improve import add
 from orchestrator.compare.comparison import compare
-from orchestrator.diagnosis.adjusted import with_neighbours
-from orchestrator.diagnosis.result import Adjusted, Estimate
+from orchestrator.diagnosis.referee.adjusted import with_neighbours
 from orchestrator.discover import discover
 from orchestrator.measurements import load_measurements
 from orchestrator.model_argument import load_model
 from orchestrator.models.patch import check_adjusted, patched_model
+from orchestrator.verdicts.result import Adjusted, Estimate
 from tests.benchmarks.diagnosis.truth.families import Wish, draw_case
 from tests.benchmarks.diagnosis.truth.write import write_case
 

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from orchestrator.diagnosis.candidates import EffectSet
-from orchestrator.diagnosis.evidence import Refit
-from orchestrator.diagnosis.turnings import leaves_another, turning
+from orchestrator.diagnosis.fit.candidates import EffectSet
+from orchestrator.diagnosis.fit.evidence import Refit
+from orchestrator.diagnosis.search.turnings import leaves_another, turning
 from tests.diagnosis.test_disguise import BASE, ROWS, fitted
 
 SPRING, LAGGED = fitted(("passive_stiffness",), 60 * ROWS), fitted(("passive_stiffness", "sensor_lag"), 40 * ROWS)

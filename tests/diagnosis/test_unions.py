@@ -6,9 +6,10 @@ from typing import Any
 import numpy as np
 
 from fmus.catalogue import find_modelica_model
-from orchestrator.diagnosis.candidates import Candidate, find_candidates
-from orchestrator.diagnosis.cards import effect_library
-from orchestrator.diagnosis.proposals import unions
+from orchestrator.diagnosis.fit.candidates import find_candidates
+from orchestrator.diagnosis.search.proposals import unions
+from orchestrator.library.candidate import Candidate
+from orchestrator.library.cards import effect_library
 from orchestrator.models.patch import free_slots
 
 SYSTEM = find_modelica_model("drive").compile()

@@ -12,8 +12,8 @@ from scipy.integrate import solve_ivp
 
 from fmus.catalogue import find_modelica_model
 from fmus.errors import MisfitError
-from orchestrator.diagnosis.candidates import find_candidates
-from orchestrator.diagnosis.cards import effect_library
+from orchestrator.diagnosis.fit.candidates import find_candidates
+from orchestrator.library.cards import effect_library
 
 CARD = """\
 id = "eddy_brake"

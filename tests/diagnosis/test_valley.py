@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from fmus.catalogue import find_modelica_model
-from orchestrator.diagnosis.candidates import EffectSet, find_candidates
-from orchestrator.diagnosis.cards import effect_library
-from orchestrator.diagnosis.evidence import LearningData, refit
-from orchestrator.diagnosis.valley import minima_along, shapes_in_valleys
+from orchestrator.diagnosis.fit.candidates import EffectSet, find_candidates
+from orchestrator.diagnosis.fit.evidence import LearningData, refit
+from orchestrator.diagnosis.fit.valley import minima_along, shapes_in_valleys
+from orchestrator.library.cards import effect_library
 from orchestrator.models.smoothing import SmoothedTrial
 from tests.benchmarks.diagnosis.truth.machines import MACHINES
 from tests.benchmarks.diagnosis.truth.native import simulate

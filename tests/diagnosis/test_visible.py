@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from orchestrator.diagnosis.metric import Metric, white_metric
-from orchestrator.diagnosis.visible import over_noise
+from orchestrator.diagnosis.linear.visible import over_noise
+from orchestrator.diagnosis.noise.metric import Metric, white_metric
 
 ROWS = 60
 TIME = np.linspace(0.0, 1.0, ROWS)

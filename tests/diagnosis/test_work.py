@@ -13,10 +13,10 @@ import pytest
 
 from fmus.catalogue import find_modelica_model
 from fmus.files import cache_folder
-from orchestrator.diagnosis.cards import effect_library
-from orchestrator.diagnosis.diagnose import diagnose
-from orchestrator.diagnosis.work import Cluster, Here, Resumable
+from orchestrator.diagnose import diagnose
+from orchestrator.library.cards import effect_library
 from orchestrator.measurements import MeasurementSet, load_measurements
+from orchestrator.work import Cluster, Here, Resumable
 
 IDS = ("viscous_friction", "coulomb_friction", "passive_stiffness")
 PENDULUM = Path(__file__).parents[1] / "cases" / "pendulum"

@@ -5,7 +5,7 @@ from typing import Any, cast
 
 import pytest
 
-from orchestrator.diagnosis.search import Searcher
+from orchestrator.diagnosis.search.search import Searcher
 
 
 def stage(p_value: float, *, matters: bool, structured: bool, ids: tuple[str, ...]) -> Any:

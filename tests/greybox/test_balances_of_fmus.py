@@ -9,12 +9,12 @@ from fmus.catalogue import ModelicaModel
 from fmus.package import build_fmu
 from orchestrator.blackbox.source import FmuSource
 from orchestrator.cosim.load import load_system
-from orchestrator.diagnosis.diagnose import diagnose
-from orchestrator.diagnosis.result import Estimate, NamedEffect
+from orchestrator.diagnose import diagnose
 from orchestrator.greybox.diagnose import diagnose_greybox
 from orchestrator.greybox.fmu_system import version_model, write_fmu_system
 from orchestrator.greybox.tape import outline, taped_case
 from orchestrator.measurements import load_measurements
+from orchestrator.verdicts.result import Estimate, NamedEffect
 
 SWING = """model Swing "A motor that swings a load"
   parameter Real J(unit="kg.m2") = 0.05;

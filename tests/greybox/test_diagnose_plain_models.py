@@ -8,10 +8,10 @@ import pytest
 from plants import slide_record
 
 from fmus.catalogue import find_modelica_model
-from orchestrator.diagnosis.diagnose import diagnose
-from orchestrator.diagnosis.result import Diagnosis
+from orchestrator.diagnose import diagnose
 from orchestrator.discover import discover
 from orchestrator.measurements import load_measurements
+from orchestrator.verdicts.result import Diagnosis
 
 
 def _diagnosed(folder: Path) -> Diagnosis:

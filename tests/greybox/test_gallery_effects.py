@@ -7,10 +7,10 @@ import pytest
 
 from fmus.catalogue import ModelicaModel
 from fmus.symbolic.system import SymbolicSystem
-from orchestrator.diagnosis.result import Estimate, NamedEffect
 from orchestrator.greybox.effects import with_effects
 from orchestrator.greybox.prepare import trials_of
 from orchestrator.measurements import BoundTrial
+from orchestrator.verdicts.result import Estimate, NamedEffect
 from tests.cases.gallery.generate import MACHINES
 
 GALLERY = Path(__file__).parents[1] / "cases" / "gallery"

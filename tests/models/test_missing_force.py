@@ -5,7 +5,7 @@ import pytest
 
 from fmus.catalogue import find_modelica_model
 from fmus.errors import MisfitError
-from orchestrator.diagnosis.unexplained import _residuals
+from orchestrator.diagnosis.advise.unexplained import _residuals
 from orchestrator.gp.covariance import Latent
 from orchestrator.gp.kernels import OnInputs, SquaredExponential
 from orchestrator.gp.posterior import condition

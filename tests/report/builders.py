@@ -6,8 +6,8 @@ import numpy as np
 
 from orchestrator.compare.result import Comparison, SetErrors, TrialCurves, TrialErrors
 from orchestrator.compare.where import findings, where_it_fails
-from orchestrator.diagnosis.result import Diagnosis, Estimate, HeldOut, NamedEffect, RankedSet, Step, Verdict
 from orchestrator.ledger import LedgerEntry
+from orchestrator.verdicts.result import Diagnosis, Estimate, HeldOut, NamedEffect, RankedSet, Step, Verdict
 
 FLOOR = 0.001
 COULOMB = NamedEffect("coulomb_friction", "joint1", {"tauC[1]": Estimate(0.0373, "N.m", (0.0361, 0.0385))})

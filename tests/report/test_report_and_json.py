@@ -9,12 +9,11 @@ from typing import Any
 
 import pytest
 
-from orchestrator.diagnosis.candidates import Candidate
-from orchestrator.diagnosis.cards import effect_library
-from orchestrator.diagnosis.coverage import Coverage
-from orchestrator.diagnosis.kinship import Kin
-from orchestrator.diagnosis.result import Diagnosis, Tried
+from orchestrator.library.candidate import Candidate
+from orchestrator.library.cards import effect_library
 from orchestrator.report.html import comparison_report, diagnosis_report
+from orchestrator.verdicts.open_questions import Coverage, Kin
+from orchestrator.verdicts.result import Diagnosis, Tried
 from tests.report.builders import comparison, diagnosis
 
 PREFIXES = {"p": 1e-12, "n": 1e-9, "µ": 1e-6, "m": 1e-3, "": 1.0, "k": 1e3, "M": 1e6, "G": 1e9}

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from orchestrator.diagnosis.result import Estimate
 from orchestrator.report.numbers import digits, estimate_parts, over_floor, quantity
+from orchestrator.verdicts.result import Estimate
 
 PREFIXES = {"p": 1e-12, "n": 1e-9, "µ": 1e-6, "m": 1e-3, "": 1.0, "k": 1e3, "M": 1e6, "G": 1e9}
 # Half of the last of three digits is at most 0.5 % of the number.

@@ -9,7 +9,6 @@ from builders import comparison, diagnosis, entries
 from rich.console import Console, RenderableType
 
 from orchestrator.compare.result import SetErrors
-from orchestrator.diagnosis.result import Estimate, NamedEffect, Verdict
 from orchestrator.report.numbers import quantity
 from orchestrator.report.tables import (
     bar,
@@ -18,6 +17,7 @@ from orchestrator.report.tables import (
     ledger_table,
     verdict_sentence,
 )
+from orchestrator.verdicts.result import Estimate, NamedEffect, Verdict
 
 
 def piped(what: RenderableType) -> str:

@@ -6,9 +6,9 @@ from dataclasses import replace
 import pytest
 from view_builders import version
 
-from orchestrator.diagnosis.result import NamedEffect
 from orchestrator.studio.views.steps import decades, steps_of, summary
 from orchestrator.studio.views.steps_drawing import STYLE, drawing, height_of
+from orchestrator.verdicts.result import NamedEffect
 
 FRICTION, LOAD = NamedEffect("coulomb_friction", "joint1", {}), NamedEffect("payload", "wrist", {})
 LEDGER = [version(0, 41.0), version(1, 12.0, effects=(FRICTION,)), version(2, 1.05, effects=(FRICTION, LOAD))]

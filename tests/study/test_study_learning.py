@@ -11,7 +11,6 @@ from learning_cases import corrections, models
 from scipy.optimize import approx_fprime
 
 from fmus.errors import MisfitError
-from orchestrator.diagnosis.work import Resumable
 from orchestrator.gp.observations import observe
 from orchestrator.gp.posterior import condition
 from orchestrator.study import noise_models
@@ -23,6 +22,7 @@ from orchestrator.study.noise_models import learn
 from orchestrator.study.selection import EXCLUDED_N, clear_of_stops, informative, only, robust, settled
 from orchestrator.study.variants import VARIANTS, Setting, outcome
 from orchestrator.study.work import Processes, alone, do_all
+from orchestrator.work import Resumable
 
 
 def directly(problem: Problem, chosen: np.ndarray) -> np.ndarray:
@@ -108,7 +108,7 @@ def test_every_way_to_learn_gives_the_same_bits_in_another_process() -> None:
 
 def test_a_dask_cluster_gives_the_same_bits() -> None:
     distributed = pytest.importorskip("distributed")
-    from orchestrator.diagnosis.work import Cluster
+    from orchestrator.work import Cluster
 
     todo = tasks(problem(), (10, 40), 6, seed=3)
     with distributed.LocalCluster(

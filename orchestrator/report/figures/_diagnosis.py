@@ -4,11 +4,11 @@ import math
 from collections.abc import Sequence
 
 from orchestrator.compare.result import SetErrors
-from orchestrator.diagnosis.result import Diagnosis
 from orchestrator.report.figures._canvas import canvas, image, label, plain_log_axis
 from orchestrator.report.numbers import digits, percent
 from orchestrator.report.palette import Colour
 from orchestrator.report.sentences import ranked_name
+from orchestrator.verdicts.result import Diagnosis
 
 RANKING_BARS = 10
 

@@ -1,8 +1,8 @@
 """The latent force: a curve with its band over the first coordinate, and contours over both."""
 
-from orchestrator.diagnosis.latent import LatentForce
 from orchestrator.report.figures._canvas import axis_label, canvas, image
 from orchestrator.report.palette import Colour
+from orchestrator.verdicts.latent_force import LatentForce
 
 
 def latent_curve(curve: LatentForce) -> str:

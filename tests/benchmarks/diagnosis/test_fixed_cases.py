@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from fmus.catalogue import find_modelica_model
-from orchestrator.diagnosis.diagnose import diagnose
+from orchestrator.diagnose import diagnose
 from orchestrator.measurements import load_measurements
 from tests.benchmarks.diagnosis.scoring.judge import judge
 from tests.benchmarks.diagnosis.truth.families import Wish, draw_case

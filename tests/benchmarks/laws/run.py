@@ -10,13 +10,13 @@ from pathlib import Path
 import numpy as np
 
 from fmus.catalogue import find_modelica_model
-from orchestrator.diagnosis.result import NamedEffect
 from orchestrator.discover import discover
 from orchestrator.greybox.expression import evaluate_numbers
 from orchestrator.greybox.laws import laws
 from orchestrator.greybox.memory import remembered
 from orchestrator.laws.proposal import LawProposal
 from orchestrator.measurements import load_measurements
+from orchestrator.verdicts.result import NamedEffect
 from tests.benchmarks.laws.cases import CASES, Hidden
 from tests.benchmarks.laws.plants import PLANTS
 from tests.benchmarks.laws.truth import Truth, record

@@ -13,10 +13,11 @@ from scipy import signal
 
 from fmus.catalogue import find_modelica_model
 from fmus.errors import ComponentError
-from orchestrator.diagnosis.candidates import Candidate, EffectSet, find_candidates
-from orchestrator.diagnosis.cards import effect_library
-from orchestrator.diagnosis.evidence import smoothed
-from orchestrator.diagnosis.tangent import points
+from orchestrator.diagnosis.fit.candidates import EffectSet, find_candidates
+from orchestrator.diagnosis.fit.evidence import smoothed
+from orchestrator.diagnosis.linear.tangent import points
+from orchestrator.library.candidate import Candidate
+from orchestrator.library.cards import effect_library
 from orchestrator.measurements import bind, load_measurements
 from orchestrator.models.smoothing import SmoothedTrial
 from orchestrator.models.symbolic import SymbolicModel

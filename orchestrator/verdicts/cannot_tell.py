@@ -1,0 +1,55 @@
+"""The diagnosis of a record that is wrong: it names no physics, and says what to mend first."""
+
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+
+from fmus.errors import ComponentError, MisfitError
+from orchestrator.compare.comparison import compare
+from orchestrator.compare.result import Comparison
+from orchestrator.datacheck.findings import Finding
+from orchestrator.measurements import MeasurementSet
+from orchestrator.models.contract import Model
+from orchestrator.verdicts.result import Diagnosis, HeldOut, Step
+
+
+def first_mend(model: Model, measurements: MeasurementSet, findings: Sequence[Finding], workers: int) -> Diagnosis:
+    """Return a diagnosis that cannot tell, with the findings as its first warnings.
+
+    Raises:
+        MisfitError: if the model cannot follow the record at all.
+    """
+    began = time.monotonic()
+    try:
+        given = compare(model, measurements, workers=workers, checks=findings)
+    except ComponentError as error:
+        raise MisfitError(f"{findings[0]}; the model cannot follow the record as it is: {error}") from error
+    warnings = [str(finding) for finding in findings]
+    warnings[0] += "; no physical effect is named before that: mend the record, or repeat the command with --mend"
+    found = cannot_tell(given, warnings)
+    return replace(found, seconds=time.monotonic() - began, data_checks=tuple(findings))
+
+
+def cannot_tell(given: Comparison, warnings: Sequence[str]) -> Diagnosis:
+    """A diagnosis that names nothing: the comparison of the model as given, and why there is no more."""
+    return Diagnosis(
+        model=given.model,
+        data=given.data,
+        verdict="cannot_tell",
+        effects=(),
+        confusable=(),
+        ranking=(),
+        p_value=None,
+        noise_floor=given.noise_floor,
+        held_out=_held_out(given),
+        warnings=tuple(warnings),
+        next_experiment=None,
+        patched_model=None,
+        seconds=0.0,
+        steps=(Step((), given),),
+    )
+
+
+def _held_out(given: Comparison) -> HeldOut:
+    shown = given.held_out or given.learning
+    return HeldOut(shown.rmse, shown.rmse, given.noise_floor, 0.0)
