@@ -57,9 +57,21 @@ def test_what_is_below_imports_nothing_above() -> None:
 
 LOWER = {
     f"orchestrator.{room}"
-    for room in (
-        "measurements models library verdicts compare datacheck blackbox diagnosis greybox laws cosim gp regress"
-    ).split()
+    for room in [
+        "measurements",
+        "models",
+        "library",
+        "verdicts",
+        "compare",
+        "datacheck",
+        "blackbox",
+        "diagnosis",
+        "greybox",
+        "laws",
+        "cosim",
+        "gp",
+        "regress",
+    ]
 }
 
 
