@@ -1,7 +1,7 @@
 """The frames of a session with CiA 402 drives: SYNC and answers, states, torques. See `hil.robots.base.Link`."""
 
 from collections.abc import Collection, Sequence
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 
@@ -28,17 +28,29 @@ from hil.safety.limits import Limits
 from hil.session.absent import MODULE, SENSOR
 from hil.session.answers import Answers, listen_ns
 
-if TYPE_CHECKING:
-    from hil.cia402.robot import DrivesRobot
-
 # An armed drive is in operation after so long, or something keeps it from it.
 ENABLE_NS = 500_000_000
+
+
+class Drives(Protocol):
+    """What a link needs of drives that are awake; see `robot.DrivesRobot`."""
+
+    @property
+    def nodes(self) -> tuple[int, ...]: ...
+
+    def joint_angles(self, counts: np.ndarray) -> np.ndarray:
+        """Joint angles (n,) in rad from counts (n,)."""
+        ...
+
+    def permille(self, torques: np.ndarray) -> np.ndarray:
+        """Commands (n,) in thousandths of rated torque for joint torques (n,) in N.m."""
+        ...
 
 
 class DrivesLink:
     """Asks all drives in each cycle by one SYNC; has no clock and no bus."""
 
-    def __init__(self, robot: "DrivesRobot", limits: Limits, waived: Collection[str]) -> None:
+    def __init__(self, robot: Drives, limits: Limits, waived: Collection[str]) -> None:
         self.robot = robot
         self.listen_ns = listen_ns(limits)
         self.strange_frames = self.cycle = 0

@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 
@@ -21,9 +21,6 @@ from hil.safety.limits import Limits
 from hil.session.absent import MODULE, SENSOR
 from hil.session.answers import Answers, listen_ns
 
-if TYPE_CHECKING:
-    from hil.session.start_up import Robot
-
 # The safety module is asked for its mode and its pendant in turn, each in this time if a cycle is shorter; it is lost after so long.
 MODULE_EVERY_S = 0.01
 MODULE_LOST_NS = 250_000_000
@@ -38,10 +35,30 @@ _FORCE = answer_of(Node.FORCE_SENSOR, Group.FORCE)
 _MODULE = answer_of(Node.SAFETY, Group.PROPERTIES)
 
 
+class Awake(Protocol):
+    """What a link needs of a robot that is awake: numbers of properties by name, and what counts mean; see `start_up.Robot`."""
+
+    @property
+    def torque_units(self) -> tuple[int, ...]: ...
+
+    @property
+    def motor(self) -> Mapping[str, int]: ...
+
+    @property
+    def sensor(self) -> Mapping[str, int] | None: ...
+
+    @property
+    def module(self) -> Mapping[str, int] | None: ...
+
+    def joint_angles(self, counts: np.ndarray) -> np.ndarray:
+        """Joint angles (3,) in rad from unwrapped counts (3,)."""
+        ...
+
+
 class BarrettLink:
     """Asks for positions in each cycle, and now and then for the rest; has no clock and no bus. See `hil.robots.base.Link`."""
 
-    def __init__(self, robot: "Robot", limits: Limits, waived: Collection[str], force_axes: np.ndarray) -> None:
+    def __init__(self, robot: Awake, limits: Limits, waived: Collection[str], force_axes: np.ndarray) -> None:
         self.robot, self.period_ns = robot, limits.period_ns
         self.gate = TorqueGate(robot.torque_units, robot.motor["MODE"])
         self.listen_ns = listen_ns(limits)

@@ -12,8 +12,7 @@ from fmus.files import cache_folder
 from fmus.package import build_fmu
 from fmus.symbolic.system import Variable
 from orchestrator.blackbox.library import CLASSES
-from orchestrator.blackbox.ports import Description, Port, number
-from orchestrator.blackbox.sites import FORCE_UNITS
+from orchestrator.blackbox.ports import FORCE_UNITS, Description, Port, number
 from orchestrator.cosim.component import FLOATS
 from orchestrator.cosim.component import Port as ComponentPort
 from orchestrator.cosim.connections import wire

@@ -9,6 +9,8 @@ from fmus.errors import FmuError
 from fmus.symbolic.system import Variable
 
 REAL = ("Real", "Float64")
+# Units of forces, with the unit of what each of them moves.
+FORCE_UNITS = {"N.m": "rad", "N": "m", "kg.m2/s2": "rad", "kg.m/s2": "m"}
 
 
 @dataclass(frozen=True)

@@ -8,12 +8,11 @@ import numpy as np
 
 from fmus.symbolic.system import Variable
 from orchestrator.blackbox.library import Scales
-from orchestrator.blackbox.ports import Description, Port
+from orchestrator.blackbox.ports import FORCE_UNITS, Description, Port
 from orchestrator.blackbox.worker import Probe, Wiring
 from orchestrator.measurements import BoundSet
 from orchestrator.models.smoothing import SmoothedTrial
 
-FORCE_UNITS = {"N.m": "rad", "N": "m", "kg.m2/s2": "rad", "kg.m/s2": "m"}
 NEGLIGIBLE = 1e-7
 # Times of effects suit plants that are sampled at this interval in s or a shorter one.
 QUICK = 0.01

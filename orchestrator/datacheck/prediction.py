@@ -8,40 +8,26 @@ column predicts next to nothing.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fmus.errors import ComponentError
 from orchestrator.datacheck.changes import NO_CHANGE, Change
+from orchestrator.datacheck.pushes import PushedModel, driven_states
+from orchestrator.datacheck.stretches import TINY, WORST, Stretch, bent
 from orchestrator.measurements import BoundSet, BoundTrial
 from orchestrator.models.contract import Model
 from orchestrator.models.symbolic import SymbolicModel
 
-if TYPE_CHECKING:
-    from orchestrator.datacheck.pushes import PushedModel
-
 # Stretches that are looked at, and samples that each has at least and at most; the first look at a change is at the first ones
 # of the first stretch.
 MANY, SHORTEST, LONGEST, FIRST_LOOK = 4, 24, 400, 150
-# A model that errs by more than this many times what there is to predict says nothing more by erring more.
-WORST = 1e4
 # Less than this is rounding.
 LEAST = 1e-12
 # Columns are differentiated over this share of a trial, so that their noise does not count as motion.
 REACH = 1 / 200
 # Polynomials up to this degree are drifts, as integrating plants show them.
 DRIFT = 3
-TINY = 1e-300
-
-
-@dataclass(frozen=True, eq=False)
-class Stretch:
-    """A short part of a trial: `time` (n,), `inputs` (n, nu), `outputs` (n, ny), in the units of the model."""
-
-    time: np.ndarray
-    inputs: np.ndarray
-    outputs: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,14 +94,10 @@ class Predictor:
     @cached_property
     def can_be_pushed(self) -> bool:
         """Whether the model's equations are open and hold speeds, which friction may brake."""
-        from orchestrator.datacheck.pushes import driven_states
-
         return type(self.model) is SymbolicModel and any(speed for _, speed in driven_states(self.model.system))
 
     @cached_property
-    def _pushed(self) -> "PushedModel":
-        from orchestrator.datacheck.pushes import PushedModel
-
+    def _pushed(self) -> PushedModel:
         assert isinstance(self.model, SymbolicModel)
         return PushedModel(self.model, self.data.output_names)
 
@@ -139,13 +121,6 @@ def unexplained(model: Model, parts: Sequence[Stretch], names: Sequence[str], no
         left += np.minimum(np.nan_to_num(error, nan=np.inf), WORST * size)
         there += size
     return np.asarray(np.clip(left / np.maximum(there, TINY), 0.0, WORST))
-
-
-def bent(time: np.ndarray, series: np.ndarray) -> np.ndarray:
-    """What a straight line leaves of series (n, k): the part that a model has to predict."""
-    base = np.column_stack([np.ones(len(time)), time - time.mean()])
-    base[:, 1] /= np.ptp(time)
-    return np.asarray(series - base @ np.linalg.lstsq(base, series, rcond=None)[0])
 
 
 def _active(trial: BoundTrial) -> list[slice]:

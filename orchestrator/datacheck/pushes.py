@@ -16,7 +16,7 @@ import numpy as np
 
 from fmus.errors import ComponentError
 from fmus.symbolic.system import SymbolicSystem, Variable
-from orchestrator.datacheck.prediction import TINY, WORST, Stretch, bent
+from orchestrator.datacheck.stretches import TINY, WORST, Stretch, bent
 from orchestrator.models.compiled import CompiledModel
 from orchestrator.models.estimation import STEEPEST
 from orchestrator.models.smoothing import SmoothedTrial

@@ -16,6 +16,8 @@ from orchestrator.measurements.wording import listed
 from orchestrator.shown import Shown, drawing_of
 
 Array = NDArray[Any]
+# What the standard deviation of an output is called: its name and this.
+DEVIATION = "_sd"
 
 
 @dataclass(frozen=True)

@@ -1,19 +1,15 @@
-"""A Gaussian process in the loop of a co-simulation: predicts an effect from signals of the same instant."""
+"""Open a Gaussian process as a component of a co-simulation: a saved block, one that learns, or one learned from a file."""
 
-from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
-import numpy as np
-
-from fmus.errors import ComponentError, MisfitError
-from orchestrator.cosim.component import Component, Port, StepEnd
+from fmus.errors import MisfitError
+from orchestrator.cosim.component import Component
 from orchestrator.cosim.system import ComponentSpec
-from orchestrator.gp.block import Block, Output
+from orchestrator.gp.block_component import GpComponent
+from orchestrator.gp.learning import LearningGp
 from orchestrator.measurements.toml_values import number
 from orchestrator.measurements.wording import nearest, shown
 
-DEVIATION = "_sd"
 _OPTIONS = ("inputs", "outputs", "kernel", "noise", "learn")
 
 
@@ -39,8 +35,6 @@ def open_gp(spec: ComponentSpec, folder: Path) -> Component:
         block = read_block(path)
         if "learn" not in spec.options:
             return GpComponent([block])
-        from orchestrator.gp.learning import LearningGp
-
         return LearningGp(block, spec.options["learn"])
     if "learn" in spec.options:
         raise MisfitError(f"learn goes with a saved block (.json), {spec.source} is none; save a block of it first")
@@ -58,92 +52,3 @@ def _names(spec: ComponentSpec, key: str) -> list[str]:
     if not isinstance(given, list) or not given or not all(isinstance(name, str) for name in given):
         raise MisfitError(f'{key} = {shown(given)}; expected columns of {spec.source}, such as ["w1"]')
     return given
-
-
-class GpComponent(Component):
-    """Means and standard deviations of blocks, for the inputs of the same instant; time does not count."""
-
-    kind = "gp"
-    can_save = True
-    can_differentiate = True
-
-    def __init__(self, blocks: Sequence[Block]) -> None:
-        self.blocks = tuple(blocks)
-        units = {name: unit for block in blocks for name, unit in block.inputs.items()}
-        units.update({name: "1" for block in blocks for name in block.factors})
-        self._outputs: Mapping[str, tuple[Block, Output]] = {o.name: (b, o) for b in blocks for o in b.outputs}
-        self._values: dict[str, float] = dict.fromkeys(units, 0.0)
-        ports = [Port(name, "input", unit=unit, start=0.0) for name, unit in units.items()]
-        self.feedthrough: dict[str, tuple[str, ...]] = {}
-        for name, (block, output) in self._outputs.items():
-            for port, text in ((name, "expected value"), (name + DEVIATION, "standard deviation")):
-                ports.append(Port(port, "output", unit=output.unit, description=text))
-                self.feedthrough[port] = (*block.inputs, *block.factors)
-        names = [port.name for port in ports]
-        if len(set(names)) < len(names):
-            raise MisfitError(f"inputs and outputs repeat a name: {', '.join(names)}; expected each once")
-        self.ports = tuple(ports)
-
-    def initialise(self, time: float, stop: float | None, tolerance: float | None) -> None:
-        """Nothing to do."""
-
-    def start(self) -> None:
-        """Nothing to do."""
-
-    def set(self, names: Sequence[str], values: Sequence[Any]) -> None:
-        """Keep inputs."""
-        for name, value in zip(names, values, strict=True):
-            if not np.isfinite(value):
-                raise ComponentError(f"input {name} = {value}; expected a finite number")
-            self._values[name] = float(value)
-
-    def get(self, names: Sequence[str]) -> list[Any]:
-        """Inputs, means and standard deviations."""
-        return [self._value(name) for name in names]
-
-    def step(self, time: float, size: float) -> StepEnd:
-        """Only time passes."""
-        return StepEnd(time + size)
-
-    def terminate(self) -> None:
-        """Nothing to do."""
-
-    def save(self) -> object:
-        """The inputs."""
-        return dict(self._values)
-
-    def restore(self, state: object) -> None:
-        """Go back to inputs."""
-        assert isinstance(state, dict)
-        self._values = dict(state)
-
-    def derivative(self, outputs: Sequence[str], inputs: Sequence[str], seed: Sequence[float]) -> list[float]:
-        """Exact slopes of means and standard deviations."""
-        direction = dict(zip(inputs, seed, strict=True))
-        return [self._slope(name, direction) for name in outputs]
-
-    def write_fmu(self, path: Path) -> None:
-        """The block with its data baked in."""
-        from orchestrator.gp.export import block_fmu
-
-        if len(self.blocks) != 1:
-            raise MisfitError(
-                f"it learns {len(self.blocks)} effects apart, which do not fit into one FMU; make a component of each, with its own outputs"
-            )
-        block_fmu(self.blocks[0], path)
-
-    def _slope(self, name: str, direction: Mapping[str, float]) -> float:
-        if name in self._outputs:
-            block, output = self._outputs[name]
-            return block.slope(output, self._values, direction)
-        block, output = self._outputs[name.removesuffix(DEVIATION)]
-        return block.deviation_slope(output, self._values, direction)
-
-    def _value(self, name: str) -> float:
-        if name in self._values:
-            return self._values[name]
-        if name in self._outputs:
-            block, output = self._outputs[name]
-            return block.mean(output, self._values)
-        block, output = self._outputs[name.removesuffix(DEVIATION)]
-        return block.deviation(output, self._values)

@@ -8,8 +8,7 @@ import casadi as ca
 from fmus.package import build_fmu
 from fmus.platforms import Platform
 from fmus.symbolic.system import SymbolicSystem, Variable
-from orchestrator.gp.block import Block, Output
-from orchestrator.gp.component import DEVIATION
+from orchestrator.gp.block import DEVIATION, Block, Output
 from orchestrator.gp.symbolic import deviation_of, mean_of
 
 

@@ -8,7 +8,7 @@ from typing import Any
 from fmus.errors import MisfitError
 from orchestrator.cosim.component import Port, StepEnd
 from orchestrator.gp.block import Block, Output
-from orchestrator.gp.component import GpComponent
+from orchestrator.gp.block_component import GpComponent
 from orchestrator.gp.observations import observe
 from orchestrator.gp.online import Learner
 from orchestrator.measurements.toml_values import number

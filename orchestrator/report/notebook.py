@@ -38,6 +38,7 @@ def register_drawings() -> None:
     register("ledger", ledger_html, ledger_plot)
     register("result", result_html, result_plot)
     register("block", block_html, block_plot)
+    register("replay", replay_html_of, lambda found: Shown(replay_html_of(found)))
 
 
 def comparison_html(found: Comparison) -> str:

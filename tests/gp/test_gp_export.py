@@ -10,7 +10,7 @@ from orchestrator.cli.main import misfit
 from orchestrator.cosim import ComponentSpec
 from orchestrator.cosim.kinds import open_component
 from orchestrator.gp.block import Block, Output, Term
-from orchestrator.gp.component import GpComponent
+from orchestrator.gp.block_component import GpComponent
 from orchestrator.gp.covariance import Latent
 from orchestrator.gp.export import block_fmu, block_system
 from orchestrator.gp.kernels import (

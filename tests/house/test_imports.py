@@ -2,6 +2,7 @@
 
 import ast
 from functools import cache
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
@@ -23,6 +24,13 @@ def test_no_two_rooms_import_each_other_but_for_the_list() -> None:
 
     assert found - CIRCLES == set(), "new circles between rooms: let one of them offer what the other needs"
     assert CIRCLES - found == set(), "these circles are gone: take them from the list"
+
+
+def test_no_file_imports_itself_by_way_of_others() -> None:
+    files = {_module(file): file for package in PACKAGES for file in (ROOT / package).rglob("*.py")}
+    graph = {name: {other for other in _named(file) & set(files) if other != name} for name, file in files.items()}
+
+    assert list(TopologicalSorter(graph).static_order())  # a CycleError names the files
 
 
 # Each room of the diagnosis imports only those before it.
@@ -81,7 +89,7 @@ def _imports() -> frozenset[tuple[str, str]]:
     found = set()
     for package in PACKAGES:
         for file in sorted((ROOT / package).rglob("*.py")):
-            here = _room(".".join(file.relative_to(ROOT).with_suffix("").parts))
+            here = _room(_module(file))
             found |= {(here, there) for there in map(_room, _named(file)) if there != here}
     return frozenset(found)
 
@@ -91,9 +99,14 @@ def _named(file: Path) -> set[str]:
     found = set()
     for node in ast.walk(ast.parse(file.read_text())):
         names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
-        names += [node.module] if isinstance(node, ast.ImportFrom) and node.module else []
+        if isinstance(node, ast.ImportFrom) and node.module:
+            names += [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
         found |= {name for name in names if name.split(".")[0] in PACKAGES}
     return found
+
+
+def _module(file: Path) -> str:
+    return ".".join(file.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
 
 
 def _room(module: str) -> str:

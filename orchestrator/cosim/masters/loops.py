@@ -1,15 +1,13 @@
 """Algebraic loops: Newton's method on the inputs where a loop is cut open."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fmus.errors import ComponentError
+from orchestrator.cosim.masters.carrying import Carrying
 from orchestrator.cosim.masters.operations import Get, Set, Solve
-
-if TYPE_CHECKING:
-    from orchestrator.cosim.masters.coupling import Coupling
 
 _MOST_TURNS = 30
 # A value may differ by that much from what comes back around the loop, relative to its size.
@@ -19,7 +17,7 @@ _SINGULAR = 1e-9
 _NUDGE = 1e-6
 
 
-def solve_loop(coupling: "Coupling", operation: Solve, time: float) -> None:
+def solve_loop(coupling: Carrying, operation: Solve, time: float) -> None:
     """Find the values with which a loop agrees; the components have them afterwards.
 
     With x the values of the torn inputs and g(x) what comes back around the loop, x is moved by (1 - g')^-1 (g(x) - x).
@@ -83,7 +81,7 @@ def _repeat(loop: "_Loop") -> None:
 class _Loop:
     """One loop at one instant."""
 
-    def __init__(self, coupling: "Coupling", operation: Solve, time: float) -> None:
+    def __init__(self, coupling: Carrying, operation: Solve, time: float) -> None:
         self.coupling, self.operation, self.time = coupling, operation, time
         links = [link for torn in operation.torn for link in torn.links]
         self.places = [target for link in links for target in link.targets]

@@ -1,12 +1,9 @@
 """Inputs over a step that are not held: extrapolated along a line, or smoothed."""
 
 import math
-from typing import TYPE_CHECKING
 
+from orchestrator.cosim.masters.carrying import Carrying
 from orchestrator.cosim.masters.operations import Shape
-
-if TYPE_CHECKING:
-    from orchestrator.cosim.masters.coupling import Coupling
 
 
 class Shaper:
@@ -23,7 +20,7 @@ class Shaper:
         self._before: dict[int, tuple[float, float]] = {}
         self._smooth: dict[int, float] = {}
 
-    def apply(self, coupling: "Coupling", operation: Shape, time: float, size: float) -> None:
+    def apply(self, coupling: Carrying, operation: Shape, time: float, size: float) -> None:
         """Set the inputs of a component for the step from `time`."""
         component = coupling.components[operation.component]
         kept, slopes = [], []

@@ -1,7 +1,7 @@
 """Covariance functions: what a latent function can look like before any datum is seen."""
 
-from orchestrator.gp.kernels.base import Kernel
-from orchestrator.gp.kernels.composed import OnInputs, Product, Sum
+from orchestrator.gp.kernels.base import Kernel, Product, Sum
+from orchestrator.gp.kernels.composed import OnInputs
 from orchestrator.gp.kernels.radial import Matern32, Matern52, SquaredExponential
 from orchestrator.gp.kernels.simple import Constant, Linear, Periodic
 

@@ -1,18 +1,17 @@
-"""What every kernel offers, and what those have in common whose fields are their values.
+"""What every kernel offers, with sums and products of kernels.
 
 Each kernel is a formula and its derivatives, in inputs and in its own positive numbers ("values"). The formulas hold for
 complex arguments too, so that derivatives can be checked by a complex step.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, fields, replace
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fmus.errors import MisfitError
 from orchestrator.gp.kernels.pairs import Pairs
 
 Array = NDArray[Any]
@@ -65,54 +64,81 @@ class Kernel(ABC):
         """The same kernel with other numbers."""
 
     def __add__(self, other: "Kernel") -> "Kernel":
-        from orchestrator.gp.kernels.composed import Sum
-
         return Sum(self, other)
 
     def __mul__(self, other: "Kernel") -> "Kernel":
-        from orchestrator.gp.kernels.composed import Product
-
         return Product(self, other)
 
 
 @dataclass(frozen=True)
-class Leaf(Kernel):
-    """A kernel whose fields are its values, each a number or one number for each input."""
-
-    def __post_init__(self) -> None:
-        for field in fields(self):
-            given = np.atleast_1d(getattr(self, field.name))
-            if given.ndim != 1 or given.size == 0 or not np.all(np.isfinite(given) & (given.real > 0.0)):
-                raise MisfitError(
-                    f"{type(self).__name__}: {field.name} = {getattr(self, field.name)}; expected positive numbers"
-                )
+class _Pair(Kernel):
+    one: Kernel
+    other: Kernel
 
     @property
     def names(self) -> tuple[str, ...]:
-        return tuple(name for field in fields(self) for name in self._names_of(field.name))
+        return tuple(f"{part}.{name}" for part in ("one", "other") for name in getattr(self, part).names)
 
     @property
     def values(self) -> Array:
-        return np.concatenate([np.atleast_1d(getattr(self, field.name)) for field in fields(self)])
+        return np.concatenate([self.one.values, self.other.values])
 
     def with_values(self, values: Array) -> Self:
-        left = list(values)
-        changes: dict[str, Any] = {}
-        for field in fields(self):
-            now = getattr(self, field.name)
-            changes[field.name] = tuple(left.pop(0) for _ in now) if isinstance(now, tuple) else left.pop(0)
-        return replace(self, **changes)
-
-    def _names_of(self, name: str) -> list[str]:
-        now = getattr(self, name)
-        return [f"{name}[{k + 1}]" for k in range(len(now))] if isinstance(now, tuple) else [name]
-
-    def _difference(self, x: Array, y: Array, sizes: Sequence[float]) -> Array:
-        check_inputs(self, x, len(sizes))
-        return x[:, None, :] - y[None, :, :]
+        split = len(self.one.values)
+        return replace(self, one=self.one.with_values(values[:split]), other=self.other.with_values(values[split:]))
 
 
-def check_inputs(kernel: Kernel, x: Array, count: int) -> None:
-    """Refuse points of another number of inputs."""
-    if x.shape[1] != count:
-        raise MisfitError(f"{type(kernel).__name__} is made for {count} inputs, the points have {x.shape[1]}")
+@dataclass(frozen=True)
+class Sum(_Pair):
+    """one(x, y) + other(x, y): a sum of two independent functions."""
+
+    def __call__(self, x: Array, y: Array) -> Array:
+        return self.one(x, y) + self.other(x, y)
+
+    def diagonal(self, x: Array) -> Array:
+        return self.one.diagonal(x) + self.other.diagonal(x)
+
+    def input_gradient(self, x: Array, y: Array) -> Array:
+        return self.one.input_gradient(x, y) + self.other.input_gradient(x, y)
+
+    def value_gradients(self, x: Array, y: Array) -> Iterator[Array]:
+        yield from self.one.value_gradients(x, y)
+        yield from self.other.value_gradients(x, y)
+
+    def on_pairs(self, pairs: Pairs) -> tuple[Array, Callable[[Array], Array]]:
+        (one, of_one), (other, of_other) = self.one.on_pairs(pairs), self.other.on_pairs(pairs)
+        return one + other, lambda weights: np.concatenate([of_one(weights), of_other(weights)])
+
+    def towards(self, points: Array) -> Callable[[Array], Array]:
+        one, other = self.one.towards(points), self.other.towards(points)
+        return lambda x: one(x) + other(x)
+
+
+@dataclass(frozen=True)
+class Product(_Pair):
+    """one(x, y) * other(x, y): alike only where both say so."""
+
+    def __call__(self, x: Array, y: Array) -> Array:
+        return self.one(x, y) * self.other(x, y)
+
+    def diagonal(self, x: Array) -> Array:
+        return self.one.diagonal(x) * self.other.diagonal(x)
+
+    def input_gradient(self, x: Array, y: Array) -> Array:
+        one, other = self.one(x, y)[:, :, None], self.other(x, y)[:, :, None]
+        return self.one.input_gradient(x, y) * other + one * self.other.input_gradient(x, y)
+
+    def value_gradients(self, x: Array, y: Array) -> Iterator[Array]:
+        one, other = self.one(x, y), self.other(x, y)
+        for slope in self.one.value_gradients(x, y):
+            yield slope * other
+        for slope in self.other.value_gradients(x, y):
+            yield one * slope
+
+    def on_pairs(self, pairs: Pairs) -> tuple[Array, Callable[[Array], Array]]:
+        (one, of_one), (other, of_other) = self.one.on_pairs(pairs), self.other.on_pairs(pairs)
+        return one * other, lambda weights: np.concatenate([of_one(weights * other), of_other(weights * one)])
+
+    def towards(self, points: Array) -> Callable[[Array], Array]:
+        one, other = self.one.towards(points), self.other.towards(points)
+        return lambda x: one(x) * other(x)

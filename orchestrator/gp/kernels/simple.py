@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fmus.errors import MisfitError
-from orchestrator.gp.kernels.base import Array, Leaf, check_inputs
+from orchestrator.gp.kernels.base import Array
+from orchestrator.gp.kernels.leaf import Leaf, check_inputs
 
 
 @dataclass(frozen=True)

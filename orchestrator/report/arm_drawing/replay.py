@@ -16,6 +16,7 @@ from orchestrator.report.arm_drawing.arrows import HEAD, LARGEST_LENGTH, LARGEST
 from orchestrator.report.arm_drawing.curves import Panel, curves_svg
 from orchestrator.report.arm_drawing.shape import NOMINAL_ARM, TRUNK, ArmShape, Instant, strings
 from orchestrator.report.arm_drawing.svg import arm_svg, described
+from orchestrator.shown import drawing_of
 
 # More are not seen: 25 a second over 16 s, in between the script interpolates.
 MOST_FRAMES = 400
@@ -46,9 +47,7 @@ class Replay:
         return sorted({round(k) for k in np.linspace(0, len(self.time) - 1, min(MOST_FRAMES, len(self.time)))})
 
     def _repr_html_(self) -> str:
-        from orchestrator.report.notebook import replay_html_of
-
-        return replay_html_of(self)
+        return drawing_of("replay").html(self)
 
     @property
     def worst(self) -> int:
