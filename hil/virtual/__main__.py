@@ -5,6 +5,7 @@ import os
 import signal
 import sys
 from collections.abc import Callable, Mapping
+from contextlib import closing
 
 from fmus.children import parent_process
 from fmus.errors import MisfitError
@@ -12,6 +13,7 @@ from hil.bus.wire import open_wire
 from hil.robots.known import PROFICIO
 from hil.session.timing import real_time_priority
 from hil.virtual.any_bus import BusServer
+from hil.virtual.beside import Ears
 from hil.virtual.body import Body
 from hil.virtual.made import KINDS, Made
 from hil.virtual.serial_adapter import SerialAdapter
@@ -32,28 +34,27 @@ def serve(port: int, made: Made) -> None:
     _run(server.serve)
 
 
-def serve_on(settings: Mapping[str, object], made: Made) -> None:
-    """Serve on a bus of python-can until told to stop.
+def serve_on(settings: Mapping[str, object], port: int, made: Made) -> None:
+    """Serve on a bus of python-can until told to stop; hears words at a port beside it.
 
     Raises:
-        MisfitError: if there is no such bus, or no such model of an arm.
+        MisfitError: if there is no such bus, no such model of an arm, or the port is taken.
     """
-    wire = open_wire(settings, frozenset())
-    try:
-        _run(BusServer(made.made(), wire.bus).serve)
-    finally:
-        wire.close()
+    with closing(Ears(port)) as ears, closing(open_wire(settings, frozenset())) as wire:
+        print(f"hears `misfit hil tell` at port {ears.port}", file=sys.stderr, flush=True)
+        _run(BusServer(made.made(), wire.bus, ears=ears).serve)
 
 
-def serve_slcan(made: Made) -> None:
-    """Serve behind a serial adapter on a pseudo-terminal until told to stop; prints its path first.
+def serve_slcan(port: int, made: Made) -> None:
+    """Serve behind a serial adapter on a pseudo-terminal until told to stop; prints its path first, hears words at a port.
 
     Raises:
-        MisfitError: if there is no such model of an arm.
+        MisfitError: if there is no such model of an arm, or the port is taken.
     """
-    with SerialAdapter() as adapter:
+    with closing(Ears(port)) as ears, SerialAdapter() as adapter:
         print(adapter.path, flush=True)
-        _run(BusServer(made.made(), adapter).serve)
+        print(f"hears `misfit hil tell` at port {ears.port}", file=sys.stderr, flush=True)
+        _run(BusServer(made.made(), adapter, ears=ears).serve)
 
 
 def _run(serve: Callable[[Callable[[], bool]], None]) -> None:

@@ -9,8 +9,13 @@ import can
 
 from hil.codecs.frame import Frame, Timed
 from hil.errors import BusError
+from hil.virtual.beside import Ears
+from hil.virtual.control import Control
 from hil.virtual.faults import Faults
 from hil.virtual.robot import EVERY_NS, RealTime
+
+# Words beside the bus are heard once in so long: frames come first.
+LISTEN_NS = 10_000_000
 
 
 class BusServer:
@@ -19,10 +24,15 @@ class BusServer:
     Args:
         bus: where the session is; closing it is left to whoever opened it.
         faults: what goes wrong on it.
+        ears: where words beside the bus come in; closing them is left to whoever opened them.
     """
 
-    def __init__(self, robot: RealTime, bus: can.BusABC, faults: Faults | None = None) -> None:
-        self.robot, self.bus, self.faults = robot, bus, faults or Faults()
+    def __init__(
+        self, robot: RealTime, bus: can.BusABC, faults: Faults | None = None, ears: Ears | None = None
+    ) -> None:
+        self.robot, self.bus, self.faults, self.ears = robot, bus, faults or Faults(), ears
+        self.control = Control(robot, self.faults)
+        self._heard_ns = 0
         self._due: list[tuple[int, int, Frame]] = []
         self._count = itertools.count()
 
@@ -50,7 +60,11 @@ class BusServer:
         while self._due and self._due[0][0] <= now:
             _, _, frame = heapq.heappop(self._due)
             self.bus.send(can.Message(arbitration_id=frame.identifier, data=frame.data, is_extended_id=False))
-        self.robot.keep_up(time.monotonic_ns())
+        now = time.monotonic_ns()
+        if self.ears is not None and now - self._heard_ns >= LISTEN_NS:
+            self._heard_ns = now
+            self.ears.hear(self.control, now)
+        self.robot.keep_up(now)
 
     def _hear(self, timed: Timed) -> None:
         for heard in self.faults.to_robot(timed):

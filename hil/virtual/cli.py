@@ -6,7 +6,13 @@ import click
 
 
 @click.command()
-@click.option("--port", type=click.IntRange(0, 65535), default=29536, show_default=True, help="TCP port on 127.0.0.1.")
+@click.option(
+    "--port",
+    type=click.IntRange(0, 65535),
+    default=29536,
+    show_default=True,
+    help="TCP port on 127.0.0.1: of the bus, or where `misfit hil tell` is heard beside one.",
+)
 @click.option("--kind", type=click.Choice(["proficio", "cia402"]), default="proficio", show_default=True)
 @click.option("--side", type=click.Choice(["left", "right"]), default="right", show_default=True)
 @click.option("--pendant", type=click.Choice(["idle", "active"]), default="active", show_default=True)
@@ -70,11 +76,11 @@ def robot(
     name = "virtual Proficio" if kind == "proficio" else "virtual CiA 402 drives"
     if slcan:
         click.echo(f"{name} ({side}) behind a serial adapter (slcan) at (Ctrl-C ends it):", err=True)
-        serve_slcan(made)
+        serve_slcan(port, made)
         return
     if interface is not None:
         click.echo(f"{name} ({side}) on {interface} {channel or ''} (Ctrl-C ends it)", err=True)
-        serve_on({"interface": interface, "channel": channel}, made)
+        serve_on({"interface": interface, "channel": channel}, port, made)
         return
     click.echo(f"{name} ({side}) at 127.0.0.1, port (Ctrl-C ends it):", err=True)
     serve(port, made)

@@ -3,7 +3,6 @@
 import contextlib
 import heapq
 import itertools
-import re
 import selectors
 import socket
 import time
@@ -11,11 +10,11 @@ from collections.abc import Callable
 
 from hil.codecs.frame import Frame, Timed
 from hil.session.timing import SPIN_NS
+from hil.virtual.beside import COMMAND, follow, listen
 from hil.virtual.control import Control
 from hil.virtual.faults import Faults
 from hil.virtual.robot import EVERY_NS, RealTime
 
-_COMMAND = re.compile(rb"<\s*([^<>]*?)\s*>")
 # A frame behind the answer to `rawmode` would break the client's handshake: hold back until it speaks, or so long.
 _SETTLE_NS = 50_000_000
 
@@ -47,7 +46,7 @@ class _Client:
         if not received:
             raise ConnectionError
         self.buffer += received
-        found = [match.group(1) for match in _COMMAND.finditer(self.buffer)]
+        found = [match.group(1) for match in COMMAND.finditer(self.buffer)]
         self.buffer = self.buffer[self.buffer.rfind(b">") + 1 :]
         return found
 
@@ -63,8 +62,7 @@ class SocketcandServer:
     def __init__(self, robot: RealTime, port: int = 0, faults: Faults | None = None) -> None:
         self.robot, self.faults = robot, faults or Faults()
         self.control = Control(robot, self.faults)
-        self._listener = socket.create_server(("127.0.0.1", port))
-        self._listener.setblocking(False)
+        self._listener = listen(port)
         # epoll waits whole milliseconds, and answers are due after 75 us.
         self._selector = selectors.SelectSelector()
         self._selector.register(self._listener, selectors.EVENT_READ)
@@ -125,9 +123,7 @@ class SocketcandServer:
         elif words == [b"echo"]:
             client.say(b"< echo >")
         elif words[:1] == [b"misfit"]:
-            said = [word.decode("ascii", "replace") for word in words[1:]]
-            understood = self.control.follow(said, now)
-            client.say(b"< ok >" if understood else b"< error 2 not understood >")
+            client.say(follow(self.control, command, now))
         else:
             client.say(b"< error 1 unknown command >")
 

@@ -1,9 +1,11 @@
 """Words to a virtual robot: they do what they say, over a connection beside the bus, and nonsense is refused."""
 
+import socket
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 
+import can
 import numpy as np
 import pytest
 from hypothesis import given
@@ -16,7 +18,9 @@ from hil.codecs.barrett.safety_module import Level, Mode
 from hil.codecs.frame import Frame, Timed
 from hil.emulation.planar import Placement
 from hil.robots import proficio
+from hil.virtual.any_bus import BusServer
 from hil.virtual.arm_plant import ArmPlant
+from hil.virtual.beside import Ears
 from hil.virtual.body import Body, parse_values
 from hil.virtual.control import LATE_NS, Control
 from hil.virtual.faults import Faults
@@ -127,3 +131,45 @@ def test_a_body_comes_back_from_its_json_and_values_are_read() -> None:
     for wrong in ("b", "b=", "b=much"):
         with pytest.raises(MisfitError, match="NAME=NUMBER was expected"):
             parse_values((wrong,))
+
+
+def test_words_reach_a_robot_beside_a_bus_that_carries_frames_alone() -> None:
+    robot, done = VirtualRobot(FreeJoints(proficio.HOME["right"])), threading.Event()
+    with closing(Ears(0)) as ears, can.Bus(interface="virtual", channel="words") as bus:
+        server = BusServer(robot, bus, ears=ears)
+        thread = threading.Thread(target=server.serve, args=(done.is_set,), daemon=True)
+        thread.start()
+        try:
+            with Remote(ears.port) as remote:
+                remote.tell("lose 3")
+                assert len(server.faults.towards_host) == 1
+                with pytest.raises(MisfitError, match="does not understand 'sing'"):
+                    remote.tell("sing")
+                remote.tell("silence 2")
+                assert [node.number for node in robot.nodes if not node.powered] == [2]
+        finally:
+            done.set()
+            thread.join(timeout=5)
+
+
+def test_a_port_that_is_taken_is_one_line() -> None:
+    with (
+        closing(Ears(0)) as ears,
+        pytest.raises(MisfitError, match=f"port {ears.port} of 127.0.0.1 cannot be listened at: .*; name another"),
+    ):
+        Ears(ears.port)
+
+
+def test_what_is_heard_in_pieces_or_is_no_word_breaks_nothing() -> None:
+    told = control()
+    with closing(Ears(0)) as ears, socket.create_connection(("127.0.0.1", ears.port), 5) as speaker:
+        speaker.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        speaker.settimeout(5)
+        for text in (b"< misfit lo", b"se 2 >", b"\xff" * 9000, b"< frame 1 >"):
+            ears.hear(told, 0)
+            speaker.sendall(text)
+            ears.hear(told, 0)
+        for _ in range(8):
+            ears.hear(told, 0)
+        assert speaker.recv(64) == b"< hi >< ok >< error 1 unknown command >"
+    assert told.faults.to_host(ANSWER) == []

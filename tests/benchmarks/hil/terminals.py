@@ -31,7 +31,7 @@ from hil.virtual.process import virtual_robot
 from tests.benchmarks.hil.burners import burning
 
 PERIOD_NS, LATE_US = 2_000_000, 1000.0
-ROBOT = "from hil.virtual.__main__ import Made, serve_slcan; serve_slcan(Made())"
+ROBOT = "from hil.virtual.__main__ import Made, serve_slcan; serve_slcan(0, Made())"
 
 
 def main() -> None:

@@ -148,7 +148,7 @@ def _trips(trip: Callable[[], None], count: int) -> tuple[float, float]:
 
 @contextmanager
 def _robot_behind_an_adapter() -> Iterator[dict[str, object]]:
-    command = [sys.executable, "-c", "from hil.virtual.__main__ import Made, serve_slcan; serve_slcan(Made())"]
+    command = [sys.executable, "-c", "from hil.virtual.__main__ import Made, serve_slcan; serve_slcan(0, Made())"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         try:
             assert process.stdout is not None
