@@ -37,6 +37,10 @@ ADVICE = {
         "A joint does not follow the torque that is sent to it.",
         "Is it blocked, or held beside the force sensor? If it is free, check its motor's cable and its encoder.",
     ),
+    "model_explains": Advice(
+        "The arm moves otherwise than its model, with all that was learned, can explain.",
+        "Was it held elsewhere than at the wrist? If not, check motors, encoders and the weight; a model that is far off needs a larger `disagreement`.",
+    ),
     "motion_explained": Advice(
         "A joint moved by itself: neither its torque nor a push at the wrist explains it.",
         "Was the arm pushed elsewhere than at the wrist? If not, do not arm it again before its motor and weight are checked.",

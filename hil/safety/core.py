@@ -40,6 +40,7 @@ def begin(limits: Limits, time_ns: int, positions: Vector) -> State:
         pressed_from=positions,
         unsure=(0,) * count,
         calm_speed=zeros,
+        disagreed=(0,) * count,
     )
 
 
@@ -195,6 +196,7 @@ def _remember(
             for before, missing in zip(state.unsure, motion.missing, strict=True)
         ),
         calm_speed=_calm_speed(limits, state, motion, seen),
+        disagreed=_disagreed(limits, state, seen, passed_ns),
     )
 
 
@@ -236,6 +238,17 @@ def _pressed(
         speeds.append(begun if goes_on else speed)
         positions.append(start if goes_on else position)
     return tuple(times), tuple(speeds), tuple(positions)
+
+
+def _disagreed(limits: Limits, state: State, seen: Seen, passed_ns: int) -> tuple[int, ...]:
+    """Time (ns) for which a model has left more of each joint's torque unexplained than it may; what is no number counts as such."""
+    if seen.unmodelled is None:
+        return (0,) * len(limits.joints)
+    given = (*seen.unmodelled, *(math.nan for _ in limits.joints))[: len(limits.joints)]
+    return tuple(
+        0 if abs(torque) <= limits.disagreement else before + passed_ns
+        for torque, before in zip(given, state.disagreed, strict=True)
+    )
 
 
 def _calm_speed(limits: Limits, state: State, motion: Motion, seen: Seen) -> Vector:

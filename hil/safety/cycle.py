@@ -50,6 +50,7 @@ class Seen(NamedTuple):
         force_saturated: whether the sensor says that it is beyond its range.
         temperatures: degC of each motor as it was last told; None where it is not known.
         expected: rad of each joint where a model expects the arm; None without a model.
+        unmodelled: N.m of each joint that neither a model of the arm nor what was learned beside it explains; None without a model.
         module: what the safety module says; None if it has not answered for too long.
         sensor: whether there is a force sensor, or the bench may do without.
         warning, fault: whether it warns of, or has found, a limit passed.
@@ -73,6 +74,7 @@ class Seen(NamedTuple):
     force_missing_ns: int = 0
     temperatures: tuple[float | None, ...] = ()
     expected: Vector | None = None
+    unmodelled: Vector | None = None
     module: Module | None = Module.ACTIVE
     sensor: bool = True
     warning: bool = False
@@ -129,7 +131,7 @@ class State(NamedTuple):
     changes of sign of each joint's torque, `swing` the last torque of each joint that was more than half its limit; `heat` of
     each joint as a share of what its motor bears for ever. By joint in ns: `pinched` is how long it has pressed with all that it
     may where it can pinch, `pressed` how long a torque that should move it has not, from `pressed_from` rad at `pressed_speed` rad/s on, `unsure` how
-    long its position did not come lately. `calm_speed` rad/s is how fast it was when something last pushed it along. `late`
+    long its position did not come lately, `disagreed` how long more torque than the limit has not been explained by the model. `calm_speed` rad/s is how fast it was when something last pushed it along. `late`
     and `force_still` are times in ns, too: of cycles in a row that were late, and of an unchanged force.
     """
 
@@ -157,6 +159,7 @@ class State(NamedTuple):
     pressed_from: Vector = ()
     unsure: tuple[int, ...] = ()
     calm_speed: Vector = ()
+    disagreed: tuple[int, ...] = ()
 
 
 class Outcome(NamedTuple):

@@ -81,6 +81,7 @@ class Limits:
         reach: m, the lever of a force at the wrist on a joint, at most.
         oscillation: changes of sign of a joint's torque in a second, each by more than half its limit.
         divergence: rad that a model's prediction may be off.
+        disagreement: N.m of a joint that a model of the arm, with what was learned beside it, may leave unexplained for `effect_s`.
         force: N at the wrist; beyond it the arm gives way to whoever pushes.
         warm, hot: degC of a motor from which on there is less torque, and the arm gives way.
         thermal_s: time in which a motor's heat follows its torque.
@@ -108,6 +109,7 @@ class Limits:
     reach: float = 0.8
     oscillation: int = 10
     divergence: float = 0.3
+    disagreement: float = 1.5
     force: float = 80.0
     warm: float = 60.0
     hot: float = 75.0

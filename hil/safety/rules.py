@@ -241,6 +241,19 @@ def follows_model(limits: Limits, state: State, motion: Motion, seen: Seen) -> T
     return None
 
 
+def model_explains(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip | None:
+    """A model that no longer explains how the arm moves shows what is too small for `torque_acts` and `encoder_alive`."""
+    worst = max(state.disagreed, default=0)
+    if worst < limits.effect_s * SECOND_NS:
+        return None
+    words = (
+        f"for {worst * 1e-6:.3g} ms joint {state.disagreed.index(worst) + 1} has moved as if more than"
+        f" {limits.disagreement:g} N.m acted on it that neither the model nor what was learned explains: torques do not reach"
+        " it, its encoder is wrong, or somebody holds it where no sensor is"
+    )
+    return Trip("model_explains", Reaction.COMPLY, words)
+
+
 def calm(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip | None:
     """A torque that changes its sign again and again is a loop that oscillates against whoever holds the arm."""
     for k, flips in enumerate(state.flips):
@@ -321,6 +334,7 @@ RULES: tuple[Rule, ...] = (
     cool,
     unpinched,
     follows_model,
+    model_explains,
     calm,
     module_agrees,
     drives_ready,

@@ -91,6 +91,13 @@ class Showing(Protocol):
 
 
 @runtime_checkable
+class Modelling(Protocol):
+    """A controller that knows the arm: `unmodelled` N.m of each joint are what it cannot explain of the last motion, None if it cannot tell."""
+
+    unmodelled: tuple[float, ...] | None
+
+
+@runtime_checkable
 class Ending(Protocol):
     """A controller that knows when it is done."""
 

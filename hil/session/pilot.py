@@ -12,7 +12,7 @@ from hil.safety.cycle import Outcome, Reaction, Seen, State, Trip
 from hil.safety.limits import Limits
 from hil.safety.motion import follow
 from hil.safety.rules import SLOW_SHARE
-from hil.session.controllers import Controller, Observed, Showing
+from hil.session.controllers import Controller, Modelling, Observed, Showing
 from hil.session.proof import Proof
 from hil.session.timing import Lateness
 
@@ -139,7 +139,7 @@ class Pilot:
         asked = self._ask(observed, given.start_ns)
         support = self.robot.holding_torques(angles) if self.gravity else np.zeros(len(angles))
         seen = seen._replace(asked=tuple(asked.tolist()), support=tuple(support.tolist()))
-        seen = seen._replace(controller=self._takeovers)
+        seen = seen._replace(controller=self._takeovers, unmodelled=self._unmodelled())
         self.state, outcome = step(self.limits, self.state, seen)
         self.cycle += 1
         passed = self.state.active
@@ -190,6 +190,11 @@ class Pilot:
         except Exception as error:  # a user's own class may raise anything
             self.controller_error = f"{type(error).__name__}: {error}"
             return np.full(len(self.limits.joints), np.nan)
+
+    def _unmodelled(self) -> tuple[float, ...] | None:
+        """What the controller's model of the arm leaves unexplained; nothing is known while somebody else asks for torques."""
+        controller = self.controller
+        return controller.unmodelled if isinstance(controller, Modelling) and self._asking[0] is controller else None
 
     def _take_over(self, asking: object, now_ns: int) -> None:
         """Note who asks, and when somebody else begins to: its torque comes up along the ramp."""

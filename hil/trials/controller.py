@@ -30,6 +30,8 @@ SIGNALS = (
 )
 # The uncertainty costs as much as all else that is learned, and changes slowly: it is asked for once in so many cycles.
 UNSURE_EVERY = 25
+# A residual is believed as far as it exceeds so many of its standard deviations.
+SURE = 2.0
 
 
 class Trials:
@@ -58,6 +60,7 @@ class Trials:
         self.corrections = Corrections(self.learning)
         self.course = Course(protocol, placement)
         self.shown = (0.0,) * len(SIGNALS)
+        self.unmodelled: tuple[float, ...] | None = None
         self._last = -1.0
         self._cycle, self._unsure = 0, 0.0
 
@@ -100,4 +103,8 @@ class Trials:
         self._last = observed.seconds
         self.residual.advance(q, w, self.placement.speeds(observed.sent), pull, seconds, observed.fresh)
         self.corrections.advance(self.residual, q, seconds, self.course.phase is Phase.STIMULATE)
-        return self.corrections.predict(q, w)
+        learned = self.corrections.predict(q, w)
+        left = self.residual.torque - learned
+        sure = np.maximum(np.abs(left) - SURE * self.residual.deviation, 0.0)
+        self.unmodelled = tuple(self.placement.robot_torques(np.copysign(sure, left)).tolist())
+        return learned

@@ -85,6 +85,7 @@ _CHANGES = (
     lambda r, s, t: {"force_saturated": True, "force": (1.0, 2.0, 3.0)},
     lambda r, s, t: {"temperatures": _poisoned(r, (30.0, 70.0))},
     lambda r, s, t: {"expected": _poisoned(r, (0.0, 0.0))},
+    lambda r, s, t: {"unmodelled": _poisoned(r, (0.0, 0.0))},
     lambda r, s, t: {"module": _MODULES[r.integers(len(_MODULES))]},
     lambda r, s, t: {str(r.choice(["warning", "fault", "foreign_torque", "abort", "end", "arm"])): True},
     lambda r, s, t: {str(r.choice(["recording", "watched"])): False},

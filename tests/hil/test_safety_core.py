@@ -223,6 +223,9 @@ HAZARDS: list[tuple[str, Drive, Reaction]] = [
     ("follows_model", lambda arm: arm.cycle(expected=(0.0, 0.31)), Reaction.COMPLY),
     ("follows_model", lambda arm: arm.cycle(expected=(0.0, math.nan)), Reaction.COMPLY),
     ("follows_model", lambda arm: arm.cycle(expected=(0.0,)), Reaction.COMPLY),
+    ("model_explains", lambda arm: _disagree(arm, (0.0, -1.51)), Reaction.COMPLY),
+    ("model_explains", lambda arm: _disagree(arm, (math.nan, 0.0)), Reaction.COMPLY),
+    ("model_explains", lambda arm: _disagree(arm, (0.0,)), Reaction.COMPLY),
     ("calm", _oscillate, Reaction.COMPLY),
     ("module_agrees", lambda arm: arm.cycle(module=None), Reaction.RELEASE),
     ("module_agrees", lambda arm: arm.cycle(module=Module.ESTOP), Reaction.SILENCE),
@@ -249,6 +252,12 @@ def _halt(arm: Arm, speed: float) -> None:
     for k in range(60):
         arm.cycle(positions=(speed * k * PERIOD_S, 0.0))
     arm.cycles(3, positions=(speed * 59 * PERIOD_S, 0.0))
+
+
+def _disagree(arm: Arm, torques: tuple[float, ...]) -> None:
+    """A model leaves so much unexplained for 20 ms."""
+    arm.limits = replace(LIMITS, effect_s=0.02)
+    arm.cycles(11, unmodelled=torques)
 
 
 def _runaway(arm: Arm, speed: float) -> None:
@@ -779,3 +788,15 @@ def test_the_watchdogs_own_frames_are_not_taken_for_another_host() -> None:
     assert outcome.reaction is Reaction.RELEASE
     assert arm.state.stopped is not None and arm.state.stopped.rule == "watched"
     assert [trip.rule for trip in outcome.trips] == ["watched"]
+
+
+def test_disagreement_with_a_model_counts_only_in_a_row_and_beyond_its_limit() -> None:
+    arm = Arm(replace(LIMITS, effect_s=0.02)).armed()
+    arm.cycles(30, unmodelled=(1.5, -1.5))
+    assert arm.state.disagreed == (0, 0)
+    for _ in range(4):
+        arm.cycles(9, unmodelled=(0.0, 1.6))
+        assert arm.state.disagreed == (0, 9 * PERIOD)
+        arm.cycle(unmodelled=None)
+        assert arm.state.disagreed == (0, 0)
+    assert arm.state.stopped is None

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from fmus.errors import MisfitError
+from hil.bus.gate import TORQUES
 from hil.codecs.barrett.identifiers import Group, answer_of
 from hil.codecs.frame import Timed
 from hil.emulation.anatomy import anatomy
@@ -221,6 +222,25 @@ def lossy(tmp_path_factory: pytest.TempPathFactory) -> Session:
 
     folder = tmp_path_factory.mktemp("lossy") / "session"
     return run_trials(folder, some_trials(2), rate_hz=250.0, faults=Faults(towards_host=[lose]))
+
+
+def test_torques_lost_below_the_breakaway_are_noticed_by_the_model_of_the_arm(tmp_path: Path) -> None:
+    """Muscles ask for 2.7 N.m at most, less than moves a joint for certain, and from the stimulation on no torque arrives."""
+    arrived: list[float] = []
+
+    def lose(timed: Timed) -> list[Timed]:
+        if timed.frame.identifier != TORQUES or (arrived and timed.time_ns > arrived[0] + 7.1e9):
+            return [] if timed.frame.identifier == TORQUES else [timed]
+        arrived.append(timed.time_ns)
+        return [timed]
+
+    protocol = replace(some_trials(1), strength=(0.7,) * 6)
+    lost = run_trials(tmp_path / "session", protocol, 100.0, keep=True, faults=Faults(towards_robot=[lose]))
+    assert "model_explains: for 150 ms joint 3 has moved as if more than 1.5 N.m acted on it" in lost.summary.faults[0]
+    asked = np.array([decision.asked for decision in lost.decisions])
+    stopped = next(k for k, decision in enumerate(lost.decisions) if decision.outcome.trips)
+    assert 2.0 < np.abs(asked[:stopped, 2]).max() < 3.0  # never beyond its breakaway
+    assert stopped < 7.8 * 100.0
 
 
 def test_a_trial_with_lost_answers_is_recorded_whole(lossy: Session) -> None:
