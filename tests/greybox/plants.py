@@ -28,8 +28,21 @@ t = "time"
 """
 
 
-def slide_record(folder: Path, extra: Callable[[float, float], float], *, noise: float = 2e-5, seed: int = 0) -> Path:
-    """Three records of 600 samples of the mass with a further force of position and speed; `folder` also holds the model."""
+def slide_record(
+    folder: Path,
+    extra: Callable[[float, float], float],
+    *,
+    dahl: tuple[float, float] | None = None,
+    sensor: Callable[[np.ndarray], np.ndarray] = lambda x: x,
+    noise: float = 2e-5,
+    seed: int = 0,
+) -> Path:
+    """Three records of 600 samples of the mass with a further force of position and speed; `folder` also holds the model.
+
+    `dahl` is the friction of Dahl's model (1968), fully developed, in N, and the way over which 63 % of it develops, in m.
+    `sensor` makes of positions what is recorded.
+    """
+    friction, way = dahl or (0.0, 1.0)
     random = np.random.default_rng(seed)
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "Slide.mo").write_text(SLIDE)
@@ -39,16 +52,18 @@ def slide_record(folder: Path, extra: Callable[[float, float], float], *, noise:
         t = np.arange(600) * step
         waves = zip(random.uniform(0.2, 3.0, 4), random.uniform(0, 6.28, 4), strict=True)
         force = sum(3.0 * np.sin(2 * np.pi * f * t + p) for f, p in waves)
-        state, rows = np.zeros(2), []
+        state, x = np.zeros(3), []
         for i in range(len(t)):
-            rows.append((t[i], force[i], state[0] + noise * random.standard_normal()))
+            x.append(state[0])
             rise = (force[min(i + 1, len(t) - 1)] - force[i]) / step
 
             def rate(at: float, y: np.ndarray, begin: float = float(force[i]), rise: float = float(rise)) -> np.ndarray:
-                return np.array([y[1], (begin + rise * at - 30.0 * y[0] + extra(y[0], y[1])) / 2.0])
+                sum_of_forces = begin + rise * at - 30.0 * y[0] + extra(y[0], y[1]) - friction * y[2]
+                return np.array([y[1], sum_of_forces / 2.0, (y[1] - abs(y[1]) * y[2]) / way])
 
             for j in range(parts):
                 state = _heun(rate, j * step / parts, state, step / parts)
+        rows = np.column_stack([t, force, sensor(np.array(x)) + noise * random.standard_normal(len(t))])
         np.savetxt(folder / f"trial_{trial}.csv", rows, delimiter=",", header="t,F,x", comments="", fmt="%.9g")
     return folder
 

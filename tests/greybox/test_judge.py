@@ -1,0 +1,52 @@
+"""How far predictions are compared: as far as the plant can be predicted at all."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from orchestrator.greybox.decide import Judge
+from orchestrator.greybox.prediction import HORIZONS
+from orchestrator.greybox.search import FittedSet
+from orchestrator.greybox.thresholds import Thresholds
+
+
+class Likely:
+    """A fitted set of which only the loss is asked."""
+
+    def __init__(self, loss: float) -> None:
+        self.loss = loss
+
+
+class ByTable(Judge):
+    """A judge whose errors are given: of each loss, over windows of each length."""
+
+    table: dict[float, tuple[float, float, float]]
+
+    def error(self, found: FittedSet, windows: int = 0) -> float:
+        return self.table[found.loss][HORIZONS.index(windows or self.windows)]
+
+
+def _windows(table: dict[float, tuple[float, float, float]]) -> int:
+    ByTable.table = table
+    sets: list[Any] = [Likely(loss) for loss in table]
+    return ByTable.of(sets[-1], sets, Thresholds(), np.ones(1)).windows
+
+
+@pytest.mark.parametrize(
+    ("errors", "windows"),
+    [((0.1, 0.05, 0.01), HORIZONS[0]), ((0.9, 0.1, 0.01), HORIZONS[1]), ((9.0, 0.9, 0.1), HORIZONS[2])],
+)
+def test_windows_are_the_longest_over_which_a_likely_set_predicts(
+    errors: tuple[float, float, float], windows: int
+) -> None:
+    assert _windows({1.0: errors, 5.0: (9.0, 9.0, 9.0)}) == windows
+
+
+def test_where_nothing_predicts_windows_are_the_shortest() -> None:
+    assert _windows({1.0: (9.0, 9.0, 9.0)}) == HORIZONS[-1]
+
+
+def test_a_set_that_is_far_less_likely_has_no_say() -> None:
+    likely = {float(k): (9.0, 0.9, 0.1) for k in range(Thresholds().refined)}
+    assert _windows({**likely, 99.0: (0.1, 0.1, 0.1)}) == HORIZONS[-1]
