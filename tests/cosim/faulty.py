@@ -3,7 +3,9 @@
 import gc
 import os
 import subprocess
+import time
 import zipfile
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 
@@ -81,9 +83,28 @@ def faulty_fmu(folder: Path, fault: str) -> Path:
     return write_fmu(folder / f"{fault}.fmu", {"modelDescription.xml": description(fault), BINARY: binary(fault)})
 
 
-def held() -> tuple[int, set[str]]:
-    """Number of open files and numbers of the child processes of this process, without what waits to be collected or used."""
+def children() -> set[str]:
+    """Numbers of the child processes of this process."""
+    return {pid for task in Path("/proc/self/task").iterdir() for pid in (task / "children").read_text().split()}
+
+
+def held() -> set[str]:
+    """Open files and child processes of this process, without what waits to be collected or used."""
     end_waiting()
     gc.collect()
-    children = {pid for task in Path("/proc/self/task").iterdir() for pid in (task / "children").read_text().split()}
-    return len(os.listdir("/proc/self/fd")), children
+    files = set()
+    for number in os.listdir("/proc/self/fd"):
+        with suppress(OSError):  # closed since it was listed, as the list itself is
+            files.add(f"{number} {os.readlink(f'/proc/self/fd/{number}')}")
+    return files | children()
+
+
+def left_behind(before: set[str], patience: float = 5.0) -> set[str]:
+    """What is held beyond what was held `before`, once that is nothing or after `patience` seconds.
+
+    Other threads of a test process, of a server or a cluster, may open files of their own for a moment.
+    """
+    until = time.monotonic() + patience
+    while (more := held() - before) and time.monotonic() < until:
+        time.sleep(0.05)
+    return more

@@ -1,5 +1,6 @@
 """The latent force curve: it finds the coordinates that matter, and its band holds the truth."""
 
+import re
 import tomllib
 from functools import cache
 from pathlib import Path
@@ -11,8 +12,9 @@ from scipy.integrate import solve_ivp
 from fmus.catalogue import find_modelica_model
 from orchestrator.diagnosis.advise.latent import Series, latent_force
 from orchestrator.diagnosis.free_runs import search_slots
+from orchestrator.greybox.diagnose import diagnose_greybox
 from orchestrator.library.cards import effect_library
-from orchestrator.measurements import load_measurements
+from orchestrator.measurements import MeasurementSet, load_measurements
 from orchestrator.verdicts.latent_force import LatentForce
 
 
@@ -81,8 +83,9 @@ def test_too_few_samples_give_no_curve() -> None:
     assert latent_force(short, [short, short]) is None
 
 
-def test_diagnosis_that_finds_no_effect_shows_the_force_over_what_it_depends_on(tmp_path: Path) -> None:
-    """A pendulum with a torque that no card explains: 20 mN.m sin(2 theta); only viscous friction is in the library."""
+def _pendulum_with_a_second_wave(folder: Path) -> MeasurementSet:
+    """Three records of a pendulum with a further torque of 20 mN.m sin(2 theta)."""
+
     m, a, inertia, g = 0.147585, 0.147755, 1.0912e-4, 9.81001
     random, time = np.random.default_rng(4), np.arange(0, 4, 0.01)
     for k, start in enumerate((1.0, 1.6, 2.0), start=1):
@@ -95,12 +98,15 @@ def test_diagnosis_that_finds_no_effect_shows_the_force_over_what_it_depends_on(
             atol=1e-10,
         )
         rows = np.column_stack([time, run.y[0] + 5e-4 * random.standard_normal(len(time))])
-        np.savetxt(tmp_path / f"{k}.csv", rows, delimiter=",", header="time,theta", comments="")
-    cards = [card for card in effect_library() if card.id == "viscous_friction"]
+        np.savetxt(folder / f"{k}.csv", rows, delimiter=",", header="time,theta", comments="")
+    return load_measurements(folder)
 
-    # The search by free runs alone: the balance equations would be offered such a torque.
-    model, trials = find_modelica_model("pendulum"), load_measurements(tmp_path)
-    found = search_slots(model, trials, cards, 1, lambda message: None, None)
+
+def test_a_search_that_finds_no_effect_shows_the_force_over_what_it_depends_on(tmp_path: Path) -> None:
+    cards = [card for card in effect_library() if card.id == "viscous_friction"]
+    records = _pendulum_with_a_second_wave(tmp_path)
+
+    found = search_slots(find_modelica_model("pendulum"), records, cards, 1, lambda message: None, None)
 
     assert found.verdict == "unknown"
     (curve,) = found.latent_forces
@@ -110,3 +116,13 @@ def test_diagnosis_that_finds_no_effect_shows_the_force_over_what_it_depends_on(
     # The residual is smoothed to the bandwidth of the motion, which rounds peaks off.
     assert np.corrcoef(curve.force, expected)[0, 1] > 0.9
     assert found.to_json()["latent_forces"][0]["coordinates"][0] == "theta"
+
+
+def test_effects_that_together_approximate_a_force_of_no_library_are_not_named(tmp_path: Path) -> None:
+    """A cubic spring, stops and a wrong gravity follow sin(2 theta) over half a turn to a few per cent."""
+    records = _pendulum_with_a_second_wave(tmp_path)
+
+    found = diagnose_greybox(find_modelica_model("pendulum"), records, workers=1)
+
+    assert found.verdict == "unknown" and not found.effects and len(found.best) > 1
+    assert re.search(r"some other force over \w+ predicts \d\d% better", " ".join(found.warnings))
