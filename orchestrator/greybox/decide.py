@@ -133,6 +133,7 @@ def decide(
     fit_more: Callable[[tuple[Candidate, ...]], FittedSet | None],
     simpler: Callable[[Candidate], Sequence[Candidate]],
     adequate: bool,
+    unnamed: Callable[[FittedSet, Judge], str] = lambda chosen, judge: "",
 ) -> Decision:
     """Choose a set and grade it.
 
@@ -141,6 +142,7 @@ def decide(
         scale: (ny,) of each signal, in which errors are taken together.
         fit_more: fits a further set, None if that fails. simpler: laws that a law becomes at a limit of its parameters.
         adequate: whether the model as given leaves nothing but noise.
+        unnamed: says why a set is no more than an approximation of a law that no candidate has; empty if it is not.
     """
     ranked = tuple(sorted(sets, key=lambda s: s.loss))
     judge = Judge.of(nominal, sets, limits, scale)
@@ -155,6 +157,8 @@ def decide(
         return Decision("unknown", best, (), ranked, explained, judge.windows, (nothing,))
     rivals = tuple(s for s in ranked if judge.rivals(chosen, s))
     reasons = tuple(_doubts(chosen, judge, explained))
+    if not reasons and (approximation := unnamed(chosen, judge)):
+        reasons = (approximation,)
     grade: Grade = "improves" if reasons else "ambiguous" if rivals else "named"
     return Decision(grade, chosen, rivals, ranked, explained, judge.windows, reasons)
 

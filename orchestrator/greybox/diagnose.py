@@ -31,6 +31,7 @@ from orchestrator.greybox.prepare import first_noise, least_noise
 from orchestrator.greybox.search import FittedSet, Search, Setting
 from orchestrator.greybox.tape import force_input, taped_case
 from orchestrator.greybox.thresholds import Thresholds
+from orchestrator.greybox.unnamed import unnamed_force
 from orchestrator.greybox.witness import witnesses
 from orchestrator.measurements import MeasurementSet
 from orchestrator.models.symbolic import SymbolicModel
@@ -141,7 +142,16 @@ def decided(
     search = Search(setting, candidates, nominal, progress)
     sets = search.run() if candidates else [nominal]
     scale = _scale(setting)
-    decision = decide(sets, nominal, limits, scale, search.fit, search.simpler, adequate)
+    decision = decide(
+        sets,
+        nominal,
+        limits,
+        scale,
+        search.fit,
+        search.simpler,
+        adequate,
+        lambda chosen, judge: unnamed_force(chosen, setting, judge),
+    )
     return Outcome(case, setting, nominal, decision)
 
 
