@@ -148,7 +148,9 @@ def decide(
     judge = Judge.of(nominal, sets, limits, scale)
     if adequate:
         return Decision("adequate", nominal, (), ranked, 1.0, judge.windows)
-    chosen = _simplest(_pruned(ranked[0], judge, fit_more, simpler), ranked, judge)
+    first = _undefeated(ranked, judge)
+    first = fit_more(first.candidates) or first if first.candidates else first
+    chosen = _simplest(_pruned(first, judge, fit_more, simpler), ranked, judge)
     ranked = tuple(sorted({id(s): s for s in (*ranked, chosen)}.values(), key=lambda s: s.loss))
     explained = judge.explained(chosen)
     if not chosen.candidates:
@@ -174,6 +176,19 @@ def _doubts(chosen: FittedSet, judge: Judge, explained: float) -> Iterator[str]:
         yield f"predictions become {1 - ratio:.0%} better only"
     if ratio > 1 + limits.worse:
         yield f"predictions of learning trials become {ratio - 1:.0%} worse"
+
+
+def _undefeated(ranked: Sequence[FittedSet], judge: Judge) -> FittedSet:
+    """The likeliest set that no set with as few parameters clearly beats in predictions.
+
+    What filters say of the next sample favours wrong sensors where a model is far off; free runs do not.
+    """
+
+    def beaten(one: FittedSet) -> bool:
+        rest = (s for s in ranked if s is not one and len(s.fit.theta) <= len(one.fit.theta))
+        return any(judge.ratio(other, one) < 1 - judge.limits.alike for other in rest)
+
+    return next((s for s in ranked if not beaten(s)), ranked[0])
 
 
 def _simplest(chosen: FittedSet, ranked: Sequence[FittedSet], judge: Judge) -> FittedSet:

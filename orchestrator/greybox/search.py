@@ -145,19 +145,30 @@ class Search:
         return [(*mine, *screened.candidates) for screened in found if screened.score > -limits.hopeless]
 
     def _try(self, sets: Sequence[tuple[Candidate, ...]], count: int) -> None:
-        """Fit the first few sets that are new, with the best of each size among them: a law that is far from a line at zero
-        ranks low by regression, and single effects are few."""
+        """Fit the first few sets that are new, among all and among those of forces alone.
+
+        A wrong gain of a sensor or a wrong parameter stands for nearly anything near the first values of a model that is far
+        off, and hid the friction of a joint.
+        """
         fresh: dict[Key, tuple[Candidate, ...]] = {}
         for candidates in sets:
             key = frozenset(c.family for c in candidates)
             if key not in self.fitted:
                 fresh.setdefault(key, candidates)
-        chosen = list(fresh.values())[:count]
-        for size in {len(c) for c in fresh.values()}:
-            most = self.setting.thresholds.singles if size == 1 else 2
-            chosen += [c for c in fresh.values() if len(c) == size][:most]
+        everything = list(fresh.values())
+        forces = [c for c in everything if all(own.place.adds for own in c)]
+        chosen = [*self._first(everything, count), *self._first(forces, count)]
         for candidates in {frozenset(c.family for c in c): c for c in chosen}.values():
             self._fit(candidates)
+
+    def _first(self, sets: Sequence[tuple[Candidate, ...]], count: int) -> list[tuple[Candidate, ...]]:
+        """The first few, with the best of each size among them: a law that is far from a line at zero ranks low by regression,
+        and single effects are few."""
+        chosen = list(sets[:count])
+        for size in {len(c) for c in sets}:
+            most = self.setting.thresholds.singles if size == 1 else 2
+            chosen += [c for c in sets if len(c) == size][:most]
+        return chosen
 
     def _try_without(self, best: FittedSet) -> None:
         """Fit every subset of a set, so that each member has to earn its place."""
