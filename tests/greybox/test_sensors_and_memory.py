@@ -3,11 +3,11 @@
 from pathlib import Path
 
 import pytest
+from orchestrator.diagnosis.diagnose import diagnose
+from orchestrator.diagnosis.result import Diagnosis
 from plants import slide_record
 
 from fmus.catalogue import find_modelica_model
-from orchestrator.diagnosis.diagnose import diagnose
-from orchestrator.diagnosis.result import Diagnosis
 from orchestrator.measurements import load_measurements
 
 
