@@ -3,12 +3,12 @@
 from pathlib import Path
 
 import pytest
-from orchestrator.diagnosis.diagnose import diagnose
-from orchestrator.diagnosis.result import Diagnosis
 from plants import slide_record
 
 from fmus.catalogue import find_modelica_model
+from orchestrator.diagnose import diagnose
 from orchestrator.measurements import load_measurements
+from orchestrator.verdicts.result import Diagnosis
 
 
 def _diagnosed(folder: Path) -> Diagnosis:
