@@ -55,8 +55,13 @@ class ModelicaModel:
         return self._kept.is_file()
 
     @property
+    def fingerprint(self) -> str:
+        """Content hash of the class, of all that it uses and of the translator."""
+        return f"{fingerprint(self.class_name, self.file)}-{_translator()}"
+
+    @property
     def _kept(self) -> Path:
-        return cache_folder("systems") / f"{fingerprint(self.class_name, self.file)}-{_translator()}.json"
+        return cache_folder("systems") / f"{self.fingerprint}.json"
 
     @property
     def description(self) -> str:

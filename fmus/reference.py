@@ -30,8 +30,11 @@ def solve_reference(system: SymbolicSystem, experiment: Experiment) -> Reference
 
     The tolerance of a signal is 1e-4 of its nominal value, or of its largest distance from its start where none is
     declared. Where two accuracies of the solver differ by more than a tenth of that, as in chaotic motion, the results
-    end: beyond that time no tolerance would mean anything. Delays that change with time or inputs are not solved.
+    end: beyond that time no tolerance would mean anything. Delays that change with time or inputs are not solved, nor models that
+    remember.
     """
+    if system.remembers:
+        return None  # an integrator without events does not know what is kept from event to event
     names = system.outputs or tuple(v.name for v in system.states)
     solver = _Solver(system, names)
     if not names or not solver.constant_delays:

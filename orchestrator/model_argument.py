@@ -4,6 +4,7 @@ from pathlib import Path
 
 from fmus.catalogue import ModelicaModel, find_modelica_model
 from fmus.errors import MisfitError
+from fmus.files import cache_folder
 from orchestrator.measurements import MeasurementSet
 from orchestrator.models.contract import Model
 
@@ -28,7 +29,14 @@ def load_model(text: str) -> Model:
     from orchestrator.models.symbolic import SymbolicModel
 
     source = load_modelica(text)
-    return SymbolicModel(text, source.compile())
+    system = source.compile()
+    if system.remembers:
+        # What is kept from event to event runs in an FMU only.
+        from fmus.package import build_fmu
+        from orchestrator.blackbox.source import fmu_model
+
+        return fmu_model(build_fmu(system, cache_folder("remembering") / source.fingerprint / f"{source.name}.fmu"))
+    return SymbolicModel(text, system)
 
 
 def load_source(text: str, measurements: MeasurementSet) -> ModelicaModel:

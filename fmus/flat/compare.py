@@ -171,10 +171,19 @@ class _Point:
     def _call(self, name: str, arguments: list[Tree]) -> Number:
         if name == "der":
             return self._rate(arguments[0])
+        if name == "pre":
+            return self._before(arguments[0])
+        if name == "initial":
+            return 0.0
         values = [self.evaluator.value(tree) for tree in arguments]
         if name == "delay":
             return delayed(float(values[0]), float(values[1]))
         return self.functions.run(name, values)[0]
+
+    def _before(self, tree: Tree) -> Number:
+        if tree[0] != "name" or f"pre({tree[1]})" not in self.values:
+            raise Unknown("pre() of what keeps no value")
+        return self.values[f"pre({tree[1]})"]
 
     def _rate(self, tree: Tree) -> Number:
         if tree[0] == "index" and tree[1][0] == "name":

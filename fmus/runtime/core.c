@@ -199,7 +199,7 @@ int core_finish_initialization(Core *core)
         if (history_append(&core->history, core->state.time, sources) != 0)
             return core_fail(core, "out of memory");
     }
-    if (N_RELATIONS > 0 && core_evaluate_outputs(core) != 0)
+    if (N_EVENT_VALUES > 0 && core_evaluate_outputs(core) != 0)
         return -1;
     core->state.last_event = -HUGE_VAL;
     core->state.phase = core->state.exchange || core->state.event_mode ? PHASE_EVENT : PHASE_STEPPING;

@@ -30,7 +30,7 @@ typedef struct {
     double stop_time;  /* s, HUGE_VAL when open */
     double tolerance;  /* relative */
     StepMemory steps;
-    double relations[N_RELATIONS + 1]; /* the side of each, 0 or 1 */
+    double relations[N_EVENT_VALUES + 1]; /* the side of each, 0 or 1; then the memories */
     double last_event;                 /* s, where a relation changed last within a step */
     int repetitions;                   /* events in a row that left no time between them */
     int event_pending;                 /* co-simulation with event mode: the last step ended in an event */
@@ -77,6 +77,7 @@ typedef struct {
     double indicators[N_INDICATORS + 1];
     double indicator_sizes[N_INDICATORS + 1]; /* the size of the numbers that a relation compares */
     int last_changed;                         /* relation */
+    int states_reset;                         /* an event has set states since this was cleared */
 
     double step_start;            /* s; u is u + u_slope * (t - step_start) */
     double delay[N_DELAYS + 1];   /* s */
@@ -166,9 +167,9 @@ int core_evaluate_jacobian(Core *core, double time, const double *x, double *by_
 /* Whether relations keep to their side within the dead band, as while running, or start afresh. */
 typedef enum { SETTLE_FROM_HERE, SETTLE_FRESH } Settling;
 
-/* Lets all relations take the side that they have now, those of the time just after it; inputs and delayed values are
- * u_now and d_now. Fails when they cannot agree. */
-int core_settle_relations(Core *core, double time, const double *x, Settling settling, int *changed);
+/* Lets all relations take the side that they have now, those of the time just after it, and updates the memories, and the
+ * states x by reinit(); inputs and delayed values are u_now and d_now. Fails when they cannot agree. */
+int core_settle_relations(Core *core, double time, double *x, Settling settling, int *changed);
 int core_relation_margin(Core *core, double time, const double *x, double *margin);
 int core_evaluate_arguments(Core *core); /* start values, u_now and d_now at the present time */
 int core_evaluate_indicators(Core *core, double *indicators);

@@ -86,7 +86,7 @@ int core_evaluate_derivatives(Core *core, double time, const double *x, double *
 
 int core_evaluate_jacobian(Core *core, double time, const double *x, double *by_x, double *by_t)
 {
-    static const double one = 1.0, none[N_STATES + N_PARAMETERS + N_RELATIONS + 1];
+    static const double one = 1.0, none[N_STATES + N_PARAMETERS + N_EVENT_VALUES + 1];
     double d_slope[N_DELAYS + 1];
     for (int i = 0; i < N_DELAYS; i++)
         d_slope[i] = core->pieces[i].slope;
@@ -150,7 +150,7 @@ int core_evaluate_arguments(Core *core)
 static int settle(Core *core)
 {
     int changed, starting = core->state.phase <= PHASE_INITIALIZATION;
-    if (N_RELATIONS == 0 || (!starting && (core->state.phase != PHASE_STEPPING || core->state.event_mode)))
+    if (N_EVENT_VALUES == 0 || (!starting && (core->state.phase != PHASE_STEPPING || core->state.event_mode)))
         return 0;
     return core_settle_relations(core, core->state.time, core->state.x, starting ? SETTLE_FRESH : SETTLE_FROM_HERE,
                                  &changed);

@@ -2,6 +2,7 @@
 #include "core.h"
 
 #include <math.h>
+#include <string.h>
 
 static const char *const relation_names[] = MODEL_RELATION_NAMES;
 static const unsigned char holds_at_zero[] = MODEL_HOLDS_AT_ZERO; /* >= and <=, as against > and < */
@@ -61,10 +62,25 @@ static int evaluate_event_times(Core *core, double *times, double *rising)
     return core_call(core, model_event_times, "event times");
 }
 
+static int next_tick(Core *core, double time, double *next)
+{
+    double due[N_CLOCKS + 1];
+    core->arg[0] = core->state.relations + N_RELATIONS;
+    core->res[0] = due;
+    if (core_call(core, model_due, "clocks") != 0)
+        return -1;
+    for (int i = 0; i < N_CLOCKS; i++)
+        if (due[i] > time && due[i] < *next)
+            *next = due[i];
+    return 0;
+}
+
 int core_next_time_event(Core *core, double time, double *next)
 {
     double times[N_TIMED + 1], rising[N_TIMED + 1];
     *next = HUGE_VAL;
+    if (N_CLOCKS > 0 && next_tick(core, time, next) != 0)
+        return -1;
     if (N_TIMED == 0)
         return 0;
     if (evaluate_event_times(core, times, rising) != 0)
@@ -100,11 +116,45 @@ static int turn_timed(Core *core, double time, int *changed)
     return 0;
 }
 
-int core_settle_relations(Core *core, double time, const double *x, Settling settling, int *changed)
+static int start_memories(Core *core, double time)
 {
-    enum { MAX_TURNS = 10 + 2 * N_RELATIONS };
+    core->arg[0] = &time;
+    core->arg[1] = core->state.p;
+    core->res[0] = core->state.relations + N_RELATIONS;
+    return core_call(core, model_memory_start, "start values of what is remembered");
+}
+
+/* One round of Modelica's event iteration; *again tells whether anything changed. */
+static int update_memories(Core *core, double time, double *x, int *again)
+{
+    double memories[N_MEMORIES + 1], states[N_STATES + 1], *before = core->state.relations + N_RELATIONS;
+    if (N_MEMORIES == 0)
+        return 0;
+    core_pass(core, &time, x);
+    core->res[0] = memories;
+    core->res[1] = states;
+    if (core_call(core, model_update, "events") != 0)
+        return -1;
+    for (int i = 0; i < N_MEMORIES; i++)
+        if (isnan(memories[i]))
+            return core_fail(core, "what is remembered at the event at t = %.9g s is no number", time);
+    for (int i = 0; i < N_MEMORIES; i++)
+        *again |= before[i] != memories[i];
+    memcpy(before, memories, N_MEMORIES * sizeof(double));
+    if (MODEL_RESETS && memcmp(x, states, N_STATES * sizeof(double)) != 0) {
+        memcpy(x, states, N_STATES * sizeof(double));
+        core->states_reset = *again = 1;
+    }
+    return 0;
+}
+
+int core_settle_relations(Core *core, double time, double *x, Settling settling, int *changed)
+{
+    enum { MAX_TURNS = 10 + 2 * N_RELATIONS + 10 * N_MEMORIES };
     *changed = 0;
     if (turn_timed(core, time, changed) != 0)
+        return -1;
+    if (N_MEMORIES > 0 && settling == SETTLE_FRESH && start_memories(core, time) != 0)
         return -1;
     for (int count = 0; count < MAX_TURNS; count++) {
         int again = 0;
@@ -116,6 +166,8 @@ int core_settle_relations(Core *core, double time, const double *x, Settling set
             int fresh = g > 0.0 || (g == 0.0 && holds_at_zero[i]);
             again |= turn(core, i, settling == SETTLE_FRESH ? fresh : kept ? holds : !holds, time);
         }
+        if (!again && update_memories(core, time, x, &again) != 0)
+            return -1;
         if (!again)
             return 0;
         *changed = 1;

@@ -66,9 +66,9 @@ int core_update_events(Core *core, double *next)
 {
     double time = core->state.time;
     int changed;
-    if (core_next_time_event(core, time, next) != 0 || core_complete_step(core) != 0 ||
-        core_evaluate_arguments(core) != 0 ||
-        core_settle_relations(core, time, core->state.x, SETTLE_FROM_HERE, &changed) != 0)
+    if (core_complete_step(core) != 0 || core_evaluate_arguments(core) != 0 ||
+        core_settle_relations(core, time, core->state.x, SETTLE_FROM_HERE, &changed) != 0 ||
+        core_next_time_event(core, time, next) != 0)
         return -1;
     if (changed && core_count_event(core, time, 1e-9 * (1.0 + fabs(time))) != 0)
         return -1;

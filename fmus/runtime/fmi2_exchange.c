@@ -35,8 +35,10 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info)
     double next;
     if (!fmi2_allowed(instance, __func__, PHASE_EVENT) || !fmi2_present(instance, __func__, info, 1))
         return fmi2Error;
+    instance->core.states_reset = 0;
     int failed = core_update_events(&instance->core, &next);
     memset(info, 0, sizeof *info);
+    info->valuesOfContinuousStatesChanged = instance->core.states_reset;
     info->nextEventTimeDefined = next < HUGE_VAL;
     info->nextEventTime = info->nextEventTimeDefined ? next : 0.0;
     return outcome(instance, __func__, failed);

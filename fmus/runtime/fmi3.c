@@ -116,7 +116,7 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String instanceName, fmi3String ins
     Importer importer = {instanceEnvironment, logMessage};
     (void)resourcePath, (void)visible;
     (void)requiredIntermediateVariables, (void)nRequiredIntermediateVariables, (void)intermediateUpdate;
-    if (eventModeUsed && N_RELATIONS == 0) {
+    if (eventModeUsed && N_EVENT_VALUES == 0) {
         fmi3_tell(&importer, fmi3Error, LOG_ERROR, __func__, "this FMU has no event mode in co-simulation");
         return NULL;
     }

@@ -47,9 +47,11 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *discrete
         !fmi3_present(self, __func__, valuesOfContinuousStatesChanged, 1) ||
         !fmi3_present(self, __func__, nextEventTimeDefined, 1) || !fmi3_present(self, __func__, nextEventTime, 1))
         return fmi3Error;
+    self->core.states_reset = 0;
     int failed = core_update_events(&self->core, nextEventTime);
     *discreteStatesNeedUpdate = *terminateSimulation = fmi3False;
-    *nominalsOfContinuousStatesChanged = *valuesOfContinuousStatesChanged = fmi3False;
+    *nominalsOfContinuousStatesChanged = fmi3False;
+    *valuesOfContinuousStatesChanged = self->core.states_reset != 0;
     *nextEventTimeDefined = *nextEventTime < HUGE_VAL;
     return fmi3_outcome(self, __func__, failed);
 }

@@ -6,7 +6,7 @@ from typing import Any
 
 import casadi as ca
 
-from fmus.symbolic.events import without_relations
+from fmus.symbolic.events import without_memory, without_relations
 from fmus.symbolic.system import SymbolicSystem
 
 MODEL_FUNCTIONS = ("rhs", "history", "dependent", "initial", "consistent")
@@ -26,6 +26,7 @@ def model_code(system: SymbolicSystem, *, reverse: bool = False) -> ModelCode:
     With `reverse` their adjoints too.
     """
     relations = system.relations or without_relations(system)
+    memory = relations.memory or without_memory(relations.rhs)
     sources = {**model_functions(system), "rhs": relations.rhs}
     plain = [_dense(function, f"model_{name}") for name, function in sources.items()]
     indicators = _dense(relations.indicators, "model_indicators")
@@ -35,6 +36,9 @@ def model_code(system: SymbolicSystem, *, reverse: bool = False) -> ModelCode:
         _jacobian(plain[0]),
         indicators,
         _dense(relations.times, "model_event_times"),
+        _dense(memory.start, "model_memory_start"),
+        _dense(memory.due, "model_due"),
+        _dense(memory.update, "model_update"),
     ]
     functions = [*own, *map(_tangent, [*plain, indicators]), *(map(_adjoint, plain) if reverse else [])]
     options: dict[str, Any] = {
@@ -102,6 +106,7 @@ def model_config(
     empty arrays.
     """
     relations = system.relations or without_relations(system)
+    memory = relations.memory or without_memory(relations.rhs)
     counts = {
         "INPUTS": len(system.inputs),
         "STATES": len(system.states),
@@ -111,6 +116,8 @@ def model_config(
         "DELAYS": system.n_delays,
         "INDICATORS": relations.n_indicators,
         "TIMED": len(relations.names) - relations.n_indicators,
+        "MEMORIES": len(memory.names),
+        "CLOCKS": memory.due.numel_out(0),
         "SOLVED": len(_solved(system)),
     }
     macros = {
@@ -125,6 +132,7 @@ def model_config(
         "MODEL_SOLVED_NAMES": _list([*(_string(names) for _, names in _solved(system)), "0"]),
         "MODEL_RELATION_NAMES": _list([*map(_string, relations.names), "0"]),
         "MODEL_HOLDS_AT_ZERO": _list([*(str(int(holds)) for holds in relations.holds_at_zero), "0"]),
+        "MODEL_RESETS": str(int(memory.resets)),
         "MODEL_SOLVES_START": str(int(system.consistent is not None)),
         "MODEL_NOMINALS": _numbers([abs(v.nominal or 1.0) for v in system.states]),
         "MODEL_VARIABLE_NAMES": _list([_string(name) for name in variable_names]),

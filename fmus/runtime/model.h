@@ -19,16 +19,21 @@
 
 /* Relations that make events: first those with an event indicator, then those that depend on nothing but the time. */
 #define N_RELATIONS (N_INDICATORS + N_TIMED)
+/* Values that are kept from event to event stand behind the sides of the relations. */
+#define N_EVENT_VALUES (N_RELATIONS + N_MEMORIES)
 
 /* CasADi's calling convention: zero on success, arrays of pointers to dense columns. */
 typedef int ModelFunction(const double **arg, double **res, int *iw, double *w, int mem);
 
-/* The sides of all relations are arguments, c: 1 where a relation holds, else 0. */
+/* The sides of all relations are arguments, c: 1 where a relation holds, else 0; behind them the memories. */
 ModelFunction model_rhs;         /* (t, x, u, d, p, c) -> (dx, z) */
 ModelFunction model_derivatives; /* (t, x, u, d, p, c) -> dx, the same bits at less cost */
 ModelFunction model_jacobian;    /* (t, x, u, d, p, c) -> derivatives of dx by x, column by column */
 ModelFunction model_indicators;  /* (t, x, u, d, p, c) -> (indicators, sizes); a relation holds where it is positive */
 ModelFunction model_event_times; /* (p) -> (times, rising): when the timed relations change, and whether to true */
+ModelFunction model_memory_start; /* (t, p) -> what the memories begin with */
+ModelFunction model_due;         /* (memories) -> when each clock ticks next */
+ModelFunction model_update;      /* (t, x, u, d, p, c) -> (memories, x) after an event, from those before it */
 ModelFunction model_history;     /* (t, u, p) -> (source, delay) */
 ModelFunction model_dependent;   /* (p) -> values */
 ModelFunction model_initial;     /* (p) -> s, the declared start values of the states */

@@ -95,8 +95,9 @@ static int piece_end(Core *core, double time, double end, double *until)
 /* Relations after a piece of the step. With event mode they are left to the importer, who is told. */
 static int handle_event(Core *core, double time, double step, int found, int *changed)
 {
-    double before[N_RELATIONS + 1];
+    double before[N_EVENT_VALUES + 1], states[N_STATES + 1];
     memcpy(before, core->state.relations, sizeof before);
+    memcpy(states, core->state.x, sizeof states);
     select_inputs(core, time);
     if (core_settle_relations(core, time, core->state.x, SETTLE_FROM_HERE, changed) != 0)
         return -1;
@@ -108,6 +109,7 @@ static int handle_event(Core *core, double time, double step, int found, int *ch
         return -1;
     if (core->state.event_mode && core->state.early_return) {
         memcpy(core->state.relations, before, sizeof before);
+        memcpy(core->state.x, states, sizeof states);
         core->state.event_pending = 1;
     }
     return 0;
@@ -133,7 +135,7 @@ static int advance(Core *core, double *end)
             return explain(core, outcome, &run);
         int found = outcome == INTEGRATION_EVENT, changed = 0;
         time = found ? run.time : until;
-        if (N_RELATIONS > 0 && handle_event(core, time, step, found, &changed) != 0)
+        if (N_EVENT_VALUES > 0 && handle_event(core, time, step, found, &changed) != 0)
             return -1;
         known = N_DELAYS == 0 && !found && !changed;
         if (core->state.event_pending)
@@ -180,7 +182,7 @@ int core_step(Core *core, double time, double step)
     double planned = time + step, end = planned;
     core->step_start = core->state.time;
     core->state.event_pending = 0;
-    if ((N_RELATIONS > 0 && core_evaluate_outputs(core) != 0) ||
+    if ((N_EVENT_VALUES > 0 && core_evaluate_outputs(core) != 0) ||
         (N_DELAYS > 0 && record_sources(core, planned) != 0) || advance(core, &end) != 0 ||
         (N_DELAYS > 0 && end < planned && cut_record(core, end) != 0)) {
         core->state = before;

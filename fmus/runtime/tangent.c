@@ -90,7 +90,7 @@ static int change_delayed(Core *core, Change *change)
 /* Arguments of a function of time, states, inputs, delayed values and parameters; relations keep their side. */
 static void pass_change(Core *core, const Change *change)
 {
-    static const double none[N_RELATIONS + 1];
+    static const double none[N_EVENT_VALUES + 1];
     core_pass(core, &core->state.time, core->state.x);
     core->arg[6] = &change->time;
     core->arg[7] = change->x;

@@ -13,6 +13,7 @@ import casadi as ca
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from fmus.errors import ModelicaError
 from fmus.frontend.lint.dimensions import UNKNOWN, Dimension, Known, of_unit
 from fmus.frontend.lint.unit_check import dimension_of
 from fmus.symbolic.arena import Arena
@@ -52,6 +53,8 @@ def with_balances(
     """
     builder = _BalancedBuilder(Arena(dae), {**dae, "flat": None}, name, description)
     system = builder.build()
+    if builder.declared.memory:
+        raise ModelicaError(f"{name} keeps values from event to event, so its balances cannot be told")
     return system, tuple(_with_position(balance, system) for balance in builder.balances)
 
 

@@ -11,9 +11,9 @@ from fmus.errors import ModelicaError
 from fmus.symbolic.arena import Arena
 from fmus.symbolic.asserts import check_asserts
 from fmus.symbolic.dae import Dae, Equation, Knowns, column
-from fmus.symbolic.declarations import Declarations, element_names
+from fmus.symbolic.declarations import Declarations
 from fmus.symbolic.definite import check_divisors, starts_of
-from fmus.symbolic.events import RelationRecorder, check_same_variables
+from fmus.symbolic.events import Kept, RelationRecorder, check_same_variables
 from fmus.symbolic.explicit import solve_blocks
 from fmus.symbolic.initialization import initialize, with_guesses
 from fmus.symbolic.reduction import Reduced, reduce_index
@@ -21,7 +21,7 @@ from fmus.symbolic.refusals import refuse_lost_states, refuse_unsupported
 from fmus.symbolic.solution import Solution, Unknown
 from fmus.symbolic.structure import listed
 from fmus.symbolic.system import Relations, SymbolicSystem, Variable
-from fmus.symbolic.values import Value, scalars
+from fmus.symbolic.values import Value, element_names, scalars
 from fmus.symbolic.verify import TranslationError, verify, verify_relations
 
 REFINEMENTS = 2
@@ -46,7 +46,7 @@ def build_system(dae: Mapping[str, Any], name: str, description: str = "") -> Sy
         refinements = REFINEMENTS
         builder = SystemBuilder(arena, dae, name, description, refinements=refinements)
         system = builder.build()
-    if not builder.recorder.found:
+    if not builder.recorder.found and not builder.declared.memory:
         return system
     frozen = SystemBuilder(arena, dae, name, description, freeze=True, refinements=refinements)
     system = replace(system, relations=frozen.relations(system))
@@ -69,9 +69,10 @@ class SystemBuilder:
     ) -> None:
         self.refinements = refinements
         self.arena, self.source, self.name, self.description = arena, source, name, description
-        self.declared = Declarations(arena, name)
+        self.declared = Declarations(arena, name, keeps=freeze)
         self.evaluator = self.declared.evaluator
-        self.recorder = RelationRecorder(arena, self.declared.parameters, freeze)
+        memory = self.declared.memory
+        self.recorder = RelationRecorder(arena, self.declared.parameters, freeze, memory.symbols)
 
     def build(self) -> SymbolicSystem:
         declared, dae = self.declared, self._dae()
@@ -87,6 +88,12 @@ class SystemBuilder:
         history = self._history(solution, knowns)
         sources = history(knowns.time, knowns.inputs, knowns.parameters)[0]
         start = initialize(dae, reduced, sources, [[0.0], inputs, parameters, proposed])
+        demoted = {q.name for q in reduced.demoted}
+        others = [q for q in reduced.algebraics if q.fixed and q.name not in demoted]
+        if declared.asks_initial and (dae.initial or others):
+            raise ModelicaError(
+                f"{self.name}: initial() in an equation together with initial equations is not supported; give start values"
+            )
         system = SymbolicSystem(
             name=self.name,
             description=self.description,
@@ -107,7 +114,8 @@ class SystemBuilder:
         )
         rates = [q.derivative for q in dae.quantities if q.derivative is not None]
         check = solution.function("rates", arguments, [column(rates)])
-        unchecked = verify(system, check, [s.name() for s in rates], self.source, self.written)
+        memory = declared.memory.values(knowns.parameters)
+        unchecked = verify(system, check, [s.name() for s in rates], self.source, self.written, memory)
         starts = np.array(system.start_of_states(ca.DM(parameters))).ravel()
         with_start = (replace(v, start=float(s)) for v, s in zip(system.states, starts, strict=True))
         return replace(system, states=tuple(with_start), notes=(*system.notes, *unchecked))
@@ -133,13 +141,20 @@ class SystemBuilder:
         """The model with relations that keep their side, for the variables of `system`."""
         dae = self._dae()
         inputs, _, parameters = self._defaults(dae.knowns)
-        sides = self.recorder.sides
+        memory = self.declared.memory
+        sides = [*self.recorder.sides, *memory.symbols]
         values = self._values(dae, inputs, parameters) | {side.element_hash(): 0.0 for side in sides}
         reduced = reduce_index(dae, values)
         variables = [q.name for q in (*reduced.states, *reduced.algebraics)]
         check_same_variables(variables, [v.name for v in (*system.states, *system.algebraics)], self.name)
         arguments, wanted, solution = self._solved(reduced, dae.knowns, sides)
-        return self.recorder.relations(solution, arguments, wanted) if sides else None
+        if not sides:
+            return None
+        states = [q.symbol for q in reduced.states]
+        after = memory.resets(states)
+        moves = any(new.element_hash() != old.element_hash() for new, old in zip(after, states, strict=True))
+        kept = Kept(memory.symbols, memory.start, self.updates, memory.due, after, moves)
+        return self.recorder.relations(solution, arguments, wanted, kept)
 
     def _values(self, dae: Dae, inputs: list[float], parameters: list[float]) -> dict[int, float]:
         """Numbers for the model's symbols at the start, by their hashes."""
@@ -166,6 +181,7 @@ class SystemBuilder:
     def _dae(self) -> Dae:
         self.evaluator.relations = self.recorder
         equations = self._equations("continuous_equation_operations")
+        self.updates = self.declared.memory.updates(self.recorder)
         self.evaluator.relations = None
         initial = self._equations("initialization_equation_operations")
         declared, self.written = self.declared, len(equations)

@@ -1,6 +1,6 @@
 """Symbols and records of a model's variables and parameters, from the front end's declarations."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import casadi as ca
@@ -11,8 +11,9 @@ from fmus.symbolic.arena import Arena
 from fmus.symbolic.dae import Equation, Quantity, column
 from fmus.symbolic.discrete import expressions
 from fmus.symbolic.expressions import Evaluator
+from fmus.symbolic.memory import Memory
 from fmus.symbolic.system import Variable
-from fmus.symbolic.values import Value, array_of, from_scalars, is_number, scalars, shape_of
+from fmus.symbolic.values import Value, array_of, element_names, from_scalars, is_number, scalars, shape_of
 
 
 class Declarations:
@@ -22,10 +23,10 @@ class Declarations:
     determines (`fixed=false`), for which `equations` say that they stay constant.
     """
 
-    def __init__(self, arena: Arena, name: str) -> None:
+    def __init__(self, arena: Arena, name: str, *, keeps: bool = False) -> None:
         self.arena, self.name = arena, name
         self.time = ca.SX.sym("time")
-        self.evaluator = Evaluator(arena, self._lookup, self.time)
+        self.evaluator = Evaluator(arena, self.lookup, self.time)
         self.values: dict[int, Value] = {}
         self.derivatives: dict[int, Value] = {}
         self.delays: dict[int, Value] = {}
@@ -38,11 +39,15 @@ class Declarations:
         self.dependent_names: list[str] = []
         self.records: dict[str, Variable] = {}
         self.discrete = expressions(arena)
+        self.memory = Memory(arena, self, keeps)
+        self.asks_initial = False
         self._open: set[int] = set()
         self._declare()
         for index, variable in enumerate(arena.variables):
             if variable["role"] in ("parameter", "constant"):
                 self._parameter(index)
+        for index in self.memory.branches:
+            self._held(index)
 
     def variables(self, symbols: Sequence[ca.SX]) -> tuple[Variable, ...]:
         """The records of scalars given by their symbols."""
@@ -59,8 +64,12 @@ class Declarations:
                 starts = self._starts(variable, len(scalars(value)))
                 numbers = [float(s) if s is not None and is_number(s) else 0.0 for s in starts]
                 self._record(variable, scalars(value), numbers)
-            elif role == "discrete_value" and index in self.discrete:
+            elif role == "discrete_value":
                 self._not_an_output(variable)
+            elif role == "discrete_real":
+                # Its start and whether that is fixed belong to what it was before.
+                attributes = {**variable["attributes"], "fixed": None}
+                self._quantity(index, {**variable, "attributes": attributes}, has_derivative=False, has_start=False)
             elif role not in ("parameter", "constant"):
                 raise ModelicaError(
                     f"{self._at(variable)}{variable['name']} is a {role.replace('_', ' ')} variable, "
@@ -133,7 +142,15 @@ class Declarations:
         items = scalars(self.evaluator.value(node))
         return items * count if len(items) == 1 else items
 
-    def _lookup(self, kind: str, index: int) -> Value:
+    def _held(self, index: int) -> None:
+        """A discrete Real is what it was at the last event."""
+        if self.arena.variables[index]["role"] == "discrete_real":
+            place = self.arena.where(self.arena.variables[index]["declaration"])
+            pairs = zip(scalars(self.values[index]), scalars(self.memory.before(index)), strict=True)
+            self.equations.extend(Equation(symbol - before, place) for symbol, before in pairs)
+
+    def lookup(self, kind: str, index: int) -> Value:
+        """The value of a variable between events."""
         if kind == "parameter":
             return self._parameter(index)
         if kind == "derivative":
@@ -142,14 +159,20 @@ class Declarations:
             return self._delay(index)
         if kind == "discrete_value" and index in self.discrete:
             return self._discrete(index)
-        if kind in ("input", "state", "algebraic", "output"):
+        if kind in ("pre_discrete_value", "pre_discrete_real") or kind == "discrete_value":
+            return self.memory.before(index)
+        if kind in ("input", "state", "algebraic", "output", "discrete_real", "pre_state"):
             return self.values[index]
-        if kind.startswith("pre_discrete"):
-            raise ModelicaError(
-                f"pre({self.arena.variables[index]['name']}) is not supported; make it a function of the present, or a Real "
-                "state that follows it: der(s) = (new - s)/T with a short T"
-            )
+        if kind == "condition":
+            return self._condition(index)
         raise ModelicaError(f"{self.name} uses a {kind.replace('_', ' ')} variable, which is not supported")
+
+    def _condition(self, number: int) -> Value:
+        """The only condition that equations speak of is initial(), which is over once a run has begun."""
+        if self.arena.storage["conditions"][number]["node"] != "initial":
+            raise ModelicaError("a condition of an event inside of an equation is not supported")
+        self.asks_initial = True
+        return False
 
     def _not_an_output(self, variable: Mapping[str, Any]) -> None:
         if variable["attributes"]["declared_causality"] == "output" and "." not in variable["name"]:
@@ -233,9 +256,3 @@ class Declarations:
     def _at(self, variable: Mapping[str, Any]) -> str:
         place = self.arena.where(variable["declaration"])
         return f"{place}: " if place else ""
-
-
-def element_names(name: str, shape: tuple[int, ...]) -> Iterator[str]:
-    """Modelica names of the elements of an array, row-major: `q[1]`, `q[2]`, ..."""
-    for position in np.ndindex(*shape):
-        yield name + (f"[{','.join(str(k + 1) for k in position)}]" if shape else "")

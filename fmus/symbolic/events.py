@@ -11,7 +11,7 @@ from fmus.symbolic.arena import Arena
 from fmus.symbolic.dae import column
 from fmus.symbolic.operators import BINARY
 from fmus.symbolic.solution import Solution
-from fmus.symbolic.system import Relations, SymbolicSystem
+from fmus.symbolic.system import Relations, Remembered, SymbolicSystem
 from fmus.symbolic.values import Value, is_number
 
 # Operators whose relation holds where the left side minus the right one is positive, or where the negative of that is.
@@ -31,6 +31,21 @@ class _Relation:
     name: str
 
 
+@dataclass(frozen=True)
+class Kept:
+    """Memories: their symbols, start values (of time and parameters), what they and the states become at an event.
+
+    `due` are the times (s) at which clocks tick next; `resets` tells whether a state can become another one than it is.
+    """
+
+    symbols: Sequence[ca.SX]
+    start: ca.SX
+    updates: Sequence[ca.SX]
+    due: Sequence[ca.SX]
+    states: Sequence[ca.SX]
+    resets: bool
+
+
 @dataclass
 class RelationRecorder:
     """Collects the relations that an evaluator meets and, with `freeze`, lets them keep their side.
@@ -41,6 +56,7 @@ class RelationRecorder:
     arena: Arena
     constants: Iterable[ca.SX]
     freeze: bool
+    memory: Sequence[ca.SX] = ()
     found: dict[tuple[Any, ...], _Relation] = field(default_factory=dict)
 
     def side(self, node: int, point: Point, position: int, operator: str, left: Value, right: Value) -> Value:
@@ -48,7 +64,7 @@ class RelationRecorder:
         plain = BINARY[operator](left, right)
         if is_number(plain):
             return plain
-        constant = {symbol.element_hash() for symbol in self.constants}
+        constant = {symbol.element_hash() for symbol in (*self.constants, *self.memory)}
         difference = SIGNS[operator] * (ca.SX(left) - ca.SX(right))
         if all(symbol.element_hash() in constant for symbol in ca.symvar(difference)):
             return plain
@@ -68,7 +84,9 @@ class RelationRecorder:
         """The symbols of all relations."""
         return [relation.side for relation in self.found.values()]
 
-    def relations(self, solution: Solution, arguments: Sequence[ca.SX], wanted: Sequence[ca.SX]) -> Relations:
+    def relations(
+        self, solution: Solution, arguments: Sequence[ca.SX], wanted: Sequence[ca.SX], kept: Kept
+    ) -> Relations:
         """Describe the frozen model: `arguments` are t, x, u, d, p, and `wanted` the derivatives and algebraics."""
         time, parameters = arguments[0], arguments[4]
         timed: list[tuple[_Relation, float | None]] = []
@@ -78,7 +96,7 @@ class RelationRecorder:
             (others if rate is None else timed).append((relation, rate))
         ordered = [relation for relation, _ in (*others, *timed)]
         waiting = ordered[: len(others)]
-        known = [*arguments, column([relation.side for relation in ordered])]
+        known = [*arguments, column([*(relation.side for relation in ordered), *kept.symbols])]
         return Relations(
             names=tuple(relation.name for relation in ordered),
             holds_at_zero=tuple(relation.holds_at_zero for relation in waiting),
@@ -87,7 +105,31 @@ class RelationRecorder:
                 "indicators", known, [column([r.difference for r in waiting]), column([r.size for r in waiting])]
             ),
             times=_event_times(timed, solution, time, parameters),
+            memory=_remembered(kept, solution, arguments, known) if kept.symbols else None,
         )
+
+
+def _remembered(kept: Kept, solution: Solution, arguments: Sequence[ca.SX], known: Sequence[ca.SX]) -> Remembered:
+    return Remembered(
+        names=tuple(symbol.name() for symbol in kept.symbols),
+        resets=kept.resets,
+        start=ca.Function("start", [arguments[0], arguments[4]], [ca.densify(kept.start)]),
+        due=ca.Function("due", [column(kept.symbols)], [column(kept.due)]),
+        update=solution.function("update", known, [column(kept.updates), column(kept.states)]),
+    )
+
+
+def without_memory(rhs: ca.Function) -> Remembered:
+    """Describe what a model that remembers nothing keeps; `rhs` takes t, x, u, d, p, c."""
+    places = [ca.SX.sym("p", rhs.numel_in(i)) for i in range(rhs.n_in())]
+    none = ca.SX(0, 1)
+    return Remembered(
+        names=(),
+        resets=False,
+        start=ca.Function("start", [places[0], places[4]], [none]),
+        due=ca.Function("due", [none], [none]),
+        update=ca.Function("update", places, [none, places[1]]),
+    )
 
 
 def _rate_in_time(relation: _Relation, solution: Solution, time: ca.SX, parameters: ca.SX) -> float | None:

@@ -5,22 +5,18 @@ from typing import Any
 
 from fmus.errors import ModelicaError
 from fmus.symbolic.arena import Arena
-from fmus.symbolic.discrete import is_expression
 from fmus.symbolic.reduction import Reduced
 
 # What to write instead, by the beginning of the words.
 REWRITES = {
-    "sample": "put what is sampled beside the model, as a component of `misfit run`, or make it an input",
-    "a when": "write the law without memory, by 'if', or let a state follow it: der(s) = (new - s)/T with a short T",
-    "reinit": "write the impact as a stiff spring with a damper",
+    "a clock": "write 'when sample(start, period)' with numbers for its times, or make it a component of `misfit run`",
+    "a when": "write it as a when equation",
     "terminate": "remove it; a run ends where its recording ends",
-    "an equation of discrete": "make it a Real that is no 'discrete', or a state that follows: der(s) = (new - s)/T with a short T",
-    "the discrete": "make it a function of the present, or a Real state that follows it",
+    "the discrete": "write the equations of its elements one by one",
     "previous": "put what is sampled beside the model, as a component of `misfit run`",
-    "initial": "write start values or an 'initial equation'",
 }
 
-ACTIONS = {"assert": "assert", "warning": "assert", "terminate": "terminate", "reinitialize": "reinit"}
+ACTIONS = {"terminate": "terminate"}
 
 
 def refuse_unsupported(arena: Arena) -> None:
@@ -39,30 +35,32 @@ def _unsupported(arena: Arena) -> Iterator[tuple[str, str]]:
     """Place and words, most telling constructs first."""
     storage = arena.storage
     for entry in storage["clocks"]:
-        yield arena.where(entry["provenance"]), "sample() or a clock"
+        if not _is_periodic(entry):
+            yield arena.where(entry["provenance"]), "a clock"
     for entry in storage["event_actions"]:
         kind = next(iter(entry["kind"])) if isinstance(entry["kind"], dict) else entry["kind"]
-        if kind in ("assert", "warning"):
-            continue  # a check, no equation
+        if kind in ("assert", "warning", "reinitialize"):
+            continue  # a check, no equation; or handled as an event
         yield arena.where(entry["provenance"]), f"{ACTIONS.get(kind, kind)}()"
-    for entry in storage["discrete_real_equations"]:
-        inside = entry["activation"] != "always"
-        yield arena.where(entry["provenance"]), "a when equation" if inside else "an equation of discrete variables"
     for entry in storage["discrete_value_owners"]:
-        if is_expression(entry):
-            continue
-        names = ", ".join(arena.variables[target]["name"] for target in entry["targets"])
-        yield arena.where(entry["provenance"]), f"the discrete variable {names}"
+        if entry["structure"] is not None:
+            names = ", ".join(arena.variables[target]["name"] for target in entry["targets"])
+            yield arena.where(entry["provenance"]), f"the discrete variable {names}"
     for key, words in (
-        ("model_event_transactions", "a when equation"),
+        ("model_event_transactions", "a when clause in an algorithm"),
         ("previous_values", "previous()"),
         ("terminals", "terminal()"),
     ):
         for entry in storage.get(key) or ():
             yield _place(arena, entry), words
-    for entry in storage["conditions"]:
-        if entry["node"] == "initial":
-            yield arena.where(entry["provenance"]), "initial()"
+
+
+def _is_periodic(clock: Mapping[str, Any]) -> bool:
+    """Whether a clock is a sample() with numbers for its times."""
+    kind = clock["kind"]
+    if not isinstance(kind, Mapping) or "periodic" not in kind:
+        return False
+    return kind["periodic"].get("anchor") == "absolute" and "lattice" in kind["periodic"]
 
 
 def _place(arena: Arena, entry: Any) -> str:

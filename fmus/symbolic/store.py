@@ -7,7 +7,7 @@ from typing import Any
 
 import casadi as ca
 
-from fmus.symbolic.system import Relations, SymbolicSystem, Variable
+from fmus.symbolic.system import Relations, Remembered, SymbolicSystem, Variable
 
 FUNCTIONS = ("rhs", "history", "dependent", "initial", "consistent")
 VARIABLES = ("inputs", "states", "algebraics", "parameters", "dependents")
@@ -46,13 +46,24 @@ def _serialized(function: ca.Function | None) -> str | None:
 
 
 RELATION_FUNCTIONS = ("rhs", "indicators", "times")
+MEMORY_FUNCTIONS = ("start", "due", "update")
 
 
 def _relations_document(relations: Relations) -> dict[str, Any]:
     functions = {name: getattr(relations, name).serialize() for name in RELATION_FUNCTIONS}
-    return {"names": relations.names, "holds_at_zero": relations.holds_at_zero, **functions}
+    memory = relations.memory
+    kept = None
+    if memory is not None:
+        kept = {name: getattr(memory, name).serialize() for name in MEMORY_FUNCTIONS}
+        kept |= {"names": memory.names, "resets": memory.resets}
+    return {"names": relations.names, "holds_at_zero": relations.holds_at_zero, "memory": kept, **functions}
 
 
 def _relations(document: Mapping[str, Any]) -> Relations:
     functions = {name: ca.Function.deserialize(document[name]) for name in RELATION_FUNCTIONS}
-    return Relations(tuple(document["names"]), tuple(document["holds_at_zero"]), **functions)
+    memory, kept = None, document["memory"]
+    if kept is not None:
+        own = {name: ca.Function.deserialize(kept[name]) for name in MEMORY_FUNCTIONS}
+        memory = Remembered(names=tuple(kept["names"]), resets=kept["resets"], **own)
+    names, holds_at_zero = tuple(document["names"]), tuple(document["holds_at_zero"])
+    return Relations(names=names, holds_at_zero=holds_at_zero, memory=memory, **functions)

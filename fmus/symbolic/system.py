@@ -24,6 +24,24 @@ class Variable:
 
 
 @dataclass(frozen=True)
+class Remembered:
+    """Numbers m that change at events only, from `pre`, `when`, `sample` and `reinit`.
+
+    * `start(t, p) -> m`: what they begin with
+    * `due(m) -> times`: s, when each clock ticks next
+    * `update(t, x, u, d, p, c) -> (m, x)`: what they, and the states by `reinit`, become once the relations have their sides
+
+    `resets` tells whether states can change.
+    """
+
+    names: tuple[str, ...]
+    resets: bool
+    start: ca.Function
+    due: ca.Function
+    update: ca.Function
+
+
+@dataclass(frozen=True)
 class Relations:
     """A model whose relations keep their side, given by c (1 where a relation holds, else 0), until an event.
 
@@ -34,6 +52,8 @@ class Relations:
       numbers compared
     * `times(p) -> (time, rising)`: s, and 1 where the relation becomes true, 0 where it becomes false
 
+    `memory` is what is kept from event to event; it stands behind the sides in c.
+
     `names` say how each relation reads and where it stands; `holds_at_zero` tells >= and <= from > and <.
     """
 
@@ -42,6 +62,7 @@ class Relations:
     rhs: ca.Function
     indicators: ca.Function
     times: ca.Function
+    memory: Remembered | None = None
 
     @property
     def n_indicators(self) -> int:
@@ -100,6 +121,11 @@ class SymbolicSystem:
             return declared
         u = ca.DM([v.start or 0.0 for v in self.inputs]) if inputs is None else inputs
         return self.consistent(time, u, parameters, declared)
+
+    @property
+    def remembers(self) -> bool:
+        """Whether values are kept from event to event, which `rhs` does not know: there they are what they start with."""
+        return self.relations is not None and self.relations.memory is not None
 
     @property
     def n_delays(self) -> int:

@@ -3,7 +3,7 @@
 An array is a `numpy.ndarray` of dtype object in row-major order, so that shapes, slices and loops are NumPy's.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -97,3 +97,9 @@ def choose(condition: Value, if_true: Value, if_false: Value) -> Value:
     if is_number(condition):
         return if_true if condition else if_false
     return elementwise(lambda a, b: ca.if_else(condition, a, b), if_true, if_false)
+
+
+def element_names(name: str, shape: tuple[int, ...]) -> Iterator[str]:
+    """Modelica names of the elements of an array, row-major: `q[1]`, `q[2]`, ..."""
+    for position in np.ndindex(*shape):
+        yield name + (f"[{','.join(str(k + 1) for k in position)}]" if shape else "")

@@ -22,7 +22,12 @@ class TranslationError(ModelicaError):
 
 
 def verify(
-    system: SymbolicSystem, rates: ca.Function, rate_names: Sequence[str], dae: Mapping[str, Any], equations: int
+    system: SymbolicSystem,
+    rates: ca.Function,
+    rate_names: Sequence[str],
+    dae: Mapping[str, Any],
+    equations: int,
+    memory: tuple[Sequence[str], ca.Function] | None = None,
 ) -> tuple[str, ...]:
     """Compare a system with the front end's flat equations, if they are there.
 
@@ -32,6 +37,8 @@ def verify(
         rate_names: their names, such as `der(x)`.
         dae: the front end's representation with its `flat` equations.
         equations: number of scalar equations of the model.
+        memory: names such as `pre(count)`, and `(t, p) -> values` that they start with; None if
+            nothing is remembered.
 
     Returns:
         Notes about what was not checked.
@@ -42,7 +49,11 @@ def verify(
     flat = dae.get("flat")
     if flat is None:
         return ()
-    points = list(_points(system, rates, rate_names))
+    points = [
+        values
+        | ({} if memory is None else dict(zip(memory[0], np.array(memory[1](values["time"], p)).ravel(), strict=True)))
+        for values, p in _points(system, rates, rate_names)
+    ]
     if not points:
         return ("the translation was not checked: at no random point do its equations have a finite solution",)
     files = {entry[0]: (str(entry[1]), str(entry[2])) for entry in dae["source_map"]["files"]}
@@ -79,10 +90,12 @@ def verify_relations(system: SymbolicSystem) -> None:
         instants, rising = (np.array(part).ravel() for part in relations.times(p))
         timed = np.where(rising > 0, time >= instants, time < instants).astype(float)
         sides = np.zeros(relations.n_indicators)
+        memory = np.array([] if relations.memory is None else relations.memory.start(time, p)).ravel()
         for _ in range(len(sides) + 1):  # a relation may depend on others
-            g = relations.indicators(time, x, u, d, p, np.concatenate([sides, timed]))[0]
+            g = relations.indicators(time, x, u, d, p, np.concatenate([sides, timed, memory]))[0]
             sides = (np.array(g).ravel() > 0).astype(float)
-        kept = np.vstack([np.array(part) for part in relations.rhs(time, x, u, d, p, np.concatenate([sides, timed]))])
+        c = np.concatenate([sides, timed, memory])
+        kept = np.vstack([np.array(part) for part in relations.rhs(time, x, u, d, p, c)])
         plain = np.vstack([np.array(part) for part in system.rhs(time, x, u, d, p)])
         with np.errstate(invalid="ignore"):
             wrong = np.isfinite(plain) & (np.abs(kept - plain) > 1e-6 * np.maximum(np.abs(kept), np.abs(plain)))
@@ -111,8 +124,10 @@ def _place(failure: Failure, files: Mapping[int, tuple[str, str]]) -> str:
     return f"{path.rsplit('/', 1)[-1]}:{line}: the equation '{written}'"
 
 
-def _points(system: SymbolicSystem, rates: ca.Function, rate_names: Sequence[str]) -> Iterator[dict[str, float]]:
-    """Values of all scalars by name, where all of them are finite."""
+def _points(
+    system: SymbolicSystem, rates: ca.Function, rate_names: Sequence[str]
+) -> Iterator[tuple[dict[str, float], list[float]]]:
+    """Values of all scalars by name, where all of them are finite, and those of the parameters."""
     random = np.random.default_rng(0)
     found = 0
     for attempt in range(MOST_TRIES):
@@ -129,7 +144,7 @@ def _points(system: SymbolicSystem, rates: ca.Function, rate_names: Sequence[str
             continue
         values = {"time": time, **_named(system.states, x), **_named(system.inputs, u), **_named(system.parameters, p)}
         values |= _named(system.algebraics, z) | _named(system.dependents, np.array(system.dependent(p)).ravel())
-        yield values | dict(zip(rate_names, map(float, derivatives), strict=True))
+        yield values | dict(zip(rate_names, map(float, derivatives), strict=True)), p
         found += 1
         if found == POINTS:
             return

@@ -8,7 +8,7 @@ from typing import Protocol
 import casadi as ca
 import numpy as np
 
-from fmus.errors import ComponentError
+from fmus.errors import ComponentError, ModelicaError
 from fmus.symbolic.system import SymbolicSystem, Variable
 from orchestrator.models.compiled import CompiledModel
 from orchestrator.models.contract import FittedTrial
@@ -63,6 +63,12 @@ class SymbolicModel:
         free: Sequence[str] = (),
         held: Sequence[str] = (),
     ):
+        if system.relations is not None and system.relations.memory is not None:
+            kept = ", ".join(system.relations.memory.names[:3])
+            raise ModelicaError(
+                f"{system.name} keeps values from event to event ({kept}), which fits cannot follow; write it as an FMU by "
+                "'misfit build' and name that"
+            )
         self.name, self.system = name, system
         self.signals = tuple(signals if signals is not None else system.outputs)
         self.compiled = CompiledModel(system, self.signals, free, held=held)

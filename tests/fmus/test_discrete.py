@@ -41,19 +41,6 @@ def test_the_relation_of_a_boolean_is_an_event(tmp_path: Path) -> None:
     assert any("x < 0.5" in name for name in system.relations.names)
 
 
-@pytest.mark.parametrize(
-    ("equation", "words"),
-    [
-        ("b = pre(b) or x > 2;", "M.mo"),
-        ("when x > 2 then b = true; end when;", "M.mo"),
-    ],
-)
-def test_a_boolean_with_memory_is_refused_with_its_place(equation: str, words: str, tmp_path: Path) -> None:
-    text = f"model M\n  Real x(start=1);\n  Boolean b(start=false, fixed=true);\nequation\n  {equation}\n  der(x) = if b then 1 else -1;\nend M;\n"
-    with pytest.raises(ModelicaError, match=rf"^{words}:\d+: "):
-        compiled(text, tmp_path)
-
-
 def test_a_boolean_output_is_refused_with_the_rewrite(tmp_path: Path) -> None:
     text = "model M\n  Real x(start=1);\n  output Boolean b;\nequation\n  b = x > 2;\n  der(x) = -x;\nend M;\n"
     with pytest.raises(

@@ -142,11 +142,6 @@ def test_delay_of_an_input_becomes_a_history_with_its_time(tmp_path: Path) -> No
 
 
 REFUSED = {
-    "when": (
-        "model A discrete Real s(start=0, fixed=true); Real x(start=1, fixed=true);"
-        "equation der(x) = -x; when x < 0.5 then s = 1; end when; end A;",
-        "not supported",
-    ),
     "more equations than unknowns": (
         "model A Real x(start=1), y(start=1); equation der(x) = -x; y = 2*x; der(y) = -y; end A;",
         "unbalanced",

@@ -13,12 +13,14 @@ import sys
 import tempfile
 from collections import Counter
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from fmus.catalogue import ModelicaModel
 from fmus.errors import MisfitError
 from fmus.library import libraries
+from fmus.symbolic.system import SymbolicSystem
 from tests.benchmarks.constructs.constructs import CONSTRUCTS, Construct
 
 REPORT = Path("docs/benchmarks/constructs.md")
@@ -68,9 +70,30 @@ def _value(model: ModelicaModel, variable: str) -> float:
     states = [v.start for v in system.states]
     inputs, parameters = [INPUT] * len(system.inputs), [v.start for v in system.parameters]
     delayed = [INPUT] * system.n_delays
-    dx, z = (np.array(part).ravel() for part in system.rhs(TIME, states, inputs, delayed, parameters))
+    arguments = [TIME, states, inputs, delayed, parameters]
+    found = system.relations.rhs(*_settled(system, arguments)) if system.remembers else system.rhs(*arguments)
+    dx, z = (np.array(part).ravel() for part in found)
     names = [*(f"der({v.name})" for v in system.states), *(v.name for v in system.algebraics)]
     return float(dict(zip(names, [*dx, *z], strict=True)).get(variable, math.inf))
+
+
+def _settled(system: SymbolicSystem, arguments: list[Any]) -> list[Any]:
+    """The arguments with relations and memories as Modelica's event iteration leaves them."""
+    relations = system.relations
+    assert relations is not None and relations.memory is not None
+    time, parameters = arguments[0], arguments[4]
+    instants, rising = (np.array(part).ravel() for part in relations.times(parameters))
+    timed = np.where(rising > 0, time >= instants, time < instants).astype(float)
+    sides, memory = np.zeros(relations.n_indicators), np.array(relations.memory.start(time, parameters)).ravel()
+    while True:
+        before = np.concatenate([sides, timed, memory])
+        sides = (np.array(relations.indicators(*arguments, before)[0]).ravel() > 0).astype(float)
+        if np.array_equal(sides, before[: len(sides)]):
+            memory, states = (np.array(part).ravel() for part in relations.memory.update(*arguments, before))
+            arguments = [time, states, *arguments[2:]]
+        now = np.concatenate([sides, timed, memory])
+        if np.array_equal(now, before):
+            return [*arguments, now]
 
 
 def _examples(library: Path) -> list[tuple[str, Path]]:
