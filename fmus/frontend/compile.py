@@ -94,8 +94,8 @@ def keep_dae(kept: Path, text: str) -> dict[str, Any]:
         ModelicaError: if they do not agree.
     """
     dae: dict[str, Any] = json.loads(text)
-    check_units(dae)
-    write_atomically(kept, text.encode())
+    dae["unit_places"] = check_units(dae)
+    write_atomically(kept, json.dumps(dae).encode())
     return dae
 
 

@@ -1,6 +1,7 @@
 """Read access to the front end's flat DAE: expression nodes with their operands, variables, source positions."""
 
 from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import Any
 
 from fmus.errors import ModelicaError
@@ -102,6 +103,13 @@ class Arena:
             return "", ""
         text = self._files[span["source"]][1].encode()[span["start"] : span["end"]].decode()
         return " ".join(text.split()), self.where(provenance)
+
+    def package(self, provenance: Mapping[str, Any] | None) -> str:
+        """The library in whose files something stands; empty if it is generated or stands in the user's file."""
+        if not provenance or "span" not in provenance or provenance["span"]["source"] not in self._files:
+            return ""
+        parts = Path(self._files[provenance["span"]["source"]][0]).parts
+        return parts[parts.index("libraries") + 1] if "libraries" in parts[:-1] else ""
 
     def where(self, provenance: Mapping[str, Any] | None) -> str:
         """Say where in the source something stands, as `file:line`, empty if it is generated."""

@@ -110,7 +110,7 @@ class SystemBuilder:
             initial=initial,
             solved=tuple(tuple(u.name() for u in ca.vertsplit(stage.symbols)) for stage in solution.stages),
             consistent=start.consistent,
-            notes=(*self._choices(reduced), *start.notes, *self._asserts(parameters)),
+            notes=(*self._choices(reduced), *start.notes, *self._asserts(parameters), *self._units()),
         )
         rates = [q.derivative for q in dae.quantities if q.derivative is not None]
         check = solution.function("rates", arguments, [column(rates)])
@@ -119,6 +119,10 @@ class SystemBuilder:
         starts = np.array(system.start_of_states(ca.DM(parameters))).ravel()
         with_start = (replace(v, start=float(s)) for v, s in zip(system.states, starts, strict=True))
         return replace(system, states=tuple(with_start), notes=(*system.notes, *unchecked))
+
+    def _units(self) -> tuple[str, ...]:
+        places = self.source.get("unit_places") or []
+        return (f"the Standard Library writes constants without units: {listed(places)}",) if places else ()
 
     def _asserts(self, parameters: list[float]) -> tuple[str, ...]:
         return check_asserts(self.arena, self.evaluator, self.declared.parameters, parameters)

@@ -20,6 +20,8 @@ from fmus.frontend.lint.dimensions import (
 )
 from fmus.symbolic.arena import Arena
 
+# The library that may write constants without their units.
+STANDARD = "Modelica"
 _SAME = frozenset(
     (
         "abs",
@@ -42,11 +44,15 @@ _OF_NUMBERS = frozenset(("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "c
 _ALIKE = frozenset(("add", "subtract", "less", "less_equal", "greater", "greater_equal", "equal", "not_equal"))
 
 
-def check_units(dae: Mapping[str, Any]) -> None:
+def check_units(dae: Mapping[str, Any]) -> list[str]:
     """Refuse equations whose sides, sums whose terms, and values whose units differ.
 
     A missing unit and `time` fit everything (a ramp `u = time` is common in tests); so does a number in a sum. As a
     factor a whole or half number is dimensionless.
+
+    Returns:
+        The places where they differ in the Modelica Standard Library, which writes some constants as plain numbers and is tested by
+        its results.
 
     Raises:
         ModelicaError: `file:line: what differs`.
@@ -54,6 +60,7 @@ def check_units(dae: Mapping[str, Any]) -> None:
     check = _UnitCheck(Arena(dae))
     check.values()
     check.equations()
+    return check.tolerated
 
 
 def dimension_of(arena: Arena) -> Callable[[int], Known]:
@@ -67,6 +74,8 @@ class _UnitCheck:
     def __init__(self, arena: Arena) -> None:
         self.arena = arena
         self.place = ""
+        self.tolerates = False
+        self.tolerated: list[str] = []
         self.known: dict[int, Known] = {}
         self.units = [self._declared(variable) for variable in arena.variables]
 
@@ -83,7 +92,7 @@ class _UnitCheck:
     def values(self) -> None:
         """Check the values of parameters and the start values of variables against their units."""
         for variable, unit in zip(self.arena.variables, self.units, strict=True):
-            self.place = self.arena.where(variable["declaration"])
+            self._go_to(variable["declaration"])
             for key in ("binding", "start", "min", "max"):
                 node = variable["attributes"].get(key)
                 if node is not None and differ((unit, found := self.dimension(node))):
@@ -94,7 +103,7 @@ class _UnitCheck:
         for key in ("continuous_equation_operations", "initialization_equation_operations"):
             for operation in self.arena.storage[key]:
                 kind, body = next(iter(operation.items()))
-                self.place = self.arena.where(body["provenance"])
+                self._go_to(body["provenance"])
                 for node in [body["residual"]] if kind == "residual" else body["bodies"]:
                     self._sides(node)
 
@@ -125,7 +134,13 @@ class _UnitCheck:
             return f"der({self.arena.variables[identity]['name']})"
         return str(self.arena.variables[identity]["name"]) if kind in _VARIABLES else otherwise
 
+    def _go_to(self, provenance: Mapping[str, Any]) -> None:
+        self.place, self.tolerates = self.arena.where(provenance), self.arena.package(provenance) == STANDARD
+
     def _refuse(self, what: str) -> None:
+        if self.tolerates:
+            self.tolerated = list(dict.fromkeys([*self.tolerated, self.place]))
+            return
         raise ModelicaError(f"{self.place}: {what}" if self.place else what)
 
     def dimension(self, node: int) -> Known:
