@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from orchestrator.diagnosis import free_runs as module
-from orchestrator.diagnosis.search.cutting import MOST_STRETCHES, TooLong, cut
+from orchestrator.diagnosis.search.cutting import TooLong, cut
+from orchestrator.diagnosis.search.thresholds import MOST_STRETCHES
 from orchestrator.library.cards import effect_library
 from orchestrator.measurements import MeasurementSet, Trial
 from orchestrator.verdicts.result import NamedEffect

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from fmus.catalogue import find_modelica_model
-from orchestrator.diagnosis.decide.confusion import HOPELESS, MOST_RIVALS, disguise, near_in_either, reach
+from orchestrator.diagnosis.decide.confusion import disguise, near_in_either, reach
+from orchestrator.diagnosis.decide.thresholds import HOPELESS, MOST_RIVALS
 from orchestrator.diagnosis.fit.candidates import EffectSet, find_candidates
 from orchestrator.diagnosis.fit.evidence import Refit
 from orchestrator.diagnosis.search.search import Searcher

@@ -13,8 +13,9 @@ from fmus.catalogue import ModelicaModel, find_modelica_model
 from fmus.symbolic.system import Variable
 from orchestrator.diagnosis.advise import next_experiment
 from orchestrator.diagnosis.advise.menu import menu
-from orchestrator.diagnosis.advise.next_experiment import HOPELESS, INSEPARABLE, Explanation, plan
+from orchestrator.diagnosis.advise.next_experiment import INSEPARABLE, Explanation, plan
 from orchestrator.diagnosis.advise.remaining import remaining
+from orchestrator.diagnosis.advise.thresholds import HOPELESS
 from orchestrator.diagnosis.decide.excitation import unseen
 from orchestrator.diagnosis.fit.candidates import EffectSet, find_candidates, model_of
 from orchestrator.diagnosis.fit.evidence import LearningData, Refit

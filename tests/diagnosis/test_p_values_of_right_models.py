@@ -12,8 +12,9 @@ from fmus.catalogue import find_modelica_model
 from orchestrator.diagnosis.fit.candidates import EffectSet, find_candidates, model_of
 from orchestrator.diagnosis.fit.evidence import fit_nominal
 from orchestrator.diagnosis.free_runs import _in_metric
-from orchestrator.diagnosis.linear.calibration import SIGNIFICANT, Stage
+from orchestrator.diagnosis.linear.calibration import Stage
 from orchestrator.diagnosis.linear.tangent import Tangent
+from orchestrator.diagnosis.linear.thresholds import SIGNIFICANT
 from orchestrator.diagnosis.noise.nuisances import Nuisances
 from orchestrator.library.cards import effect_library
 from orchestrator.measurements import Noise, bind, load_measurements

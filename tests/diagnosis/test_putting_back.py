@@ -5,7 +5,8 @@ import pytest
 
 from fmus.catalogue import find_modelica_model
 from orchestrator.diagnosis.fit.candidates import EffectSet, can_join, find_candidates
-from orchestrator.diagnosis.fit.evidence import TOLERANCE, LearningData, Refit, refit
+from orchestrator.diagnosis.fit.evidence import LearningData, Refit, refit
+from orchestrator.diagnosis.fit.thresholds import TOLERANCE
 from orchestrator.diagnosis.search.fitting import Fitter, Setting
 from orchestrator.diagnosis.search.tasks import Wanted
 from orchestrator.diagnosis.search.trace import Trace

@@ -6,18 +6,11 @@ from itertools import combinations
 
 import numpy as np
 
+from orchestrator.diagnosis.advise.thresholds import FLAT_MEMBERS, MEMBER, TRADED, UNCERTAIN, UNSEEN
 from orchestrator.diagnosis.fit.evidence import LearningData, Refit, linearised
 from orchestrator.diagnosis.linear.tangent import orthonormal
 from orchestrator.models.estimation import Z90
 from orchestrator.verdicts.open_questions import Doubt
-
-# A change that moves the data by less than this many standard deviations of their noise, all samples taken together.
-UNSEEN = 1.0
-TRADED = 0.95
-UNCERTAIN = 0.3
-# Members of a flat direction that count: their share of its largest one.
-MEMBER = 0.1
-FLAT_MEMBERS = 6
 
 
 @dataclass(frozen=True)

@@ -11,16 +11,9 @@ from itertools import product
 import numpy as np
 from scipy.linalg import cho_solve, cholesky, solve_triangular
 
+from orchestrator.diagnosis.advise.thresholds import FOLDS, GRID, LATENT_SAMPLES, LENGTHS, NOISES, ROUGH
 from orchestrator.models.estimation import Z90
 from orchestrator.verdicts.latent_force import LatentForce
-
-LENGTHS = (0.3, 0.6, 1.2, 2.4, 5.0)
-NOISES = (0.03, 0.1, 0.3, 1.0, 3.0)
-# Coordinates are compared with these alone, which costs one factorisation instead of one for each pair of values.
-ROUGH = ((0.8,), (0.3,))
-MOST_SAMPLES = 180
-FOLDS = 4
-GRID = 21
 
 
 @dataclass(frozen=True)
@@ -44,7 +37,7 @@ def latent_force(residual: Series, coordinates: Sequence[Series]) -> LatentForce
     columns = {name: values for name, values in columns.items() if np.ptp(values) > 1e-9 * (1 + np.abs(values).max())}
     if len(columns) < 2 or len(target) < 40:
         return None
-    keep = np.unique(np.linspace(0, len(target) - 1, MOST_SAMPLES).astype(int))
+    keep = np.unique(np.linspace(0, len(target) - 1, LATENT_SAMPLES).astype(int))
     target = target[keep]
     scaled = {name: (v[keep] - np.median(v)) / np.std(v) for name, v in columns.items()}
     first = _best([[name] for name in scaled], scaled, target)

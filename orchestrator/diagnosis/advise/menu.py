@@ -6,27 +6,24 @@ from dataclasses import dataclass
 import numpy as np
 
 from fmus.symbolic.system import Variable
+from orchestrator.diagnosis.advise.thresholds import (
+    BESIDE,
+    BEYOND_SLOW,
+    LINES,
+    ONE_SIDED,
+    OUT_OF_REST_ELSE,
+    PLAYED_SAMPLES,
+    TWO_SIDED,
+    USUAL_S,
+)
 from orchestrator.diagnosis.decide.excitation import driven
 from orchestrator.models.correction import PREFIX
 from orchestrator.models.smoothing import SmoothedTrial
 
-MOST_SAMPLES = 5000
-LINES = 7
-# Frequencies of the shapes suit a trial of 10 s; those of a slower machine's trial are lower in proportion.
-USUAL_S = 10.0
-# Shares of their range by which inputs are moved beside what the first trial does: an arm without a controller falls out of
-# the postures that were recorded when all its muscles are driven alike.
-BESIDE = (0.5, 0.2, 0.05)
-# Shares of their range by which inputs are driven: of one that acts to both sides also small ones, as a machine that nothing
-# holds runs away under a torque that is large for long.
-ONE_SIDED, TWO_SIDED = (1.0, 0.5), (1.0, 0.5, 0.2, 0.05)
-# Inputs that were never driven may also go beyond what a slow sine lets them, as a fast one moves a machine less.
-BEYOND_SLOW = (100.0, 30.0, 10.0, 3.0)
 IN_WORDS = {1.0: "full range", 0.5: "half the range", 0.2: "a fifth of the range", 0.05: "a twentieth of the range"}
 IN_WORDS |= {share: f"{share:g} times the range" for share in BEYOND_SLOW}
 # How far a machine that only rested is moved out of rest, by the unit of its output.
 OUT_OF_REST = {"rad": 0.5}
-OUT_OF_REST_ELSE = 0.1
 
 
 @dataclass(frozen=True)
@@ -63,7 +60,7 @@ def menu(
     """
     first = trials[0]
     step = float(np.median(np.diff(first.time)))
-    time = (first.time[0] + np.arange(min(len(first.time), MOST_SAMPLES)) * step) - first.time[0]
+    time = (first.time[0] + np.arange(min(len(first.time), PLAYED_SAMPLES)) * step) - first.time[0]
     every = np.concatenate([t.inputs for t in trials])
     rests = first.inputs.mean(axis=0)
     ranges = {i: (rests[i] - a, rests[i] + a) for i, a in (amplitudes or {}).items()} | _ranges(variables, trials)

@@ -21,9 +21,20 @@ import numpy as np
 from scipy.stats import norm
 
 from fmus.errors import MisfitError
-from orchestrator.diagnosis.advise.menu import OUT_OF_REST, OUT_OF_REST_ELSE, Experiment, menu
-from orchestrator.diagnosis.decide.confusion import DECISIVE
+from orchestrator.diagnosis.advise.menu import OUT_OF_REST, Experiment, menu
+from orchestrator.diagnosis.advise.thresholds import (
+    BEYOND,
+    HOPELESS,
+    LARGEST,
+    MOST_MEMBERS,
+    MOST_RECORDS,
+    NEARLY_CERTAIN,
+    NOTHING,
+    OUT_OF_REST_ELSE,
+    REFITTED,
+)
 from orchestrator.diagnosis.decide.excitation import driven, is_at_rest
+from orchestrator.diagnosis.decide.thresholds import DECISIVE
 from orchestrator.diagnosis.fit.evidence import LearningData
 from orchestrator.diagnosis.noise.metric import Metric
 from orchestrator.models.correction import PREFIX
@@ -31,20 +42,7 @@ from orchestrator.models.estimation import STEEPEST, Prior, fit
 from orchestrator.models.smoothing import SmoothedTrial
 from orchestrator.models.symbolic import SymbolicModel
 
-# Explanations compared by refits, and experiments for which they are refitted to each other.
-MOST_MEMBERS = 5
-REFITTED = 3
-# Sizes of an input of one shape that are compared for a machine that rested; what is smaller shows less of it.
-LARGEST = 2
-# Outputs may leave the range seen so far by this share of it.
-BEYOND = 0.5
-# Below this probability a record of an experiment hardly names the right explanation. Where a few records would, the advice
-# says how many do with near certainty.
-HOPELESS, NEARLY_CERTAIN = 0.6, 0.9
-MOST_RECORDS = 10
 INSEPARABLE = "no experiment of the menu separates these, they act alike on what is measured; add another sensor"
-# A separation below this is the rounding of a fit.
-NOTHING = 1e-9
 
 
 @dataclass(frozen=True)

@@ -11,19 +11,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fmus.errors import ComponentError
+from orchestrator.diagnosis.advise.thresholds import (
+    CLOSE,
+    FEWEST_EVALUATIONS,
+    HELD,
+    MISLEADING,
+    MOST_PARAMETERS,
+    MOST_REFITS,
+)
 from orchestrator.diagnosis.fit.evidence import LearningData, Refit, linearised
-from orchestrator.diagnosis.linear.calibration import BEYOND_NOISE
+from orchestrator.diagnosis.linear.thresholds import BEYOND_NOISE
 from orchestrator.models.estimation import Z90, Fit, Prior, affordable_evaluations, fit
-
-MOST_PARAMETERS = 6
-# A rise of the misfit at the end of an interval that differs from a parabola's by more than this factor misleads.
-MISLEADING = 1.5
-CLOSE = 0.1
-MOST_REFITS = 5
-# A held parameter stays within this share of its standard deviation.
-HELD = 1e-4
-# A fit that is given up before so many evaluations has hardly settled; ten of them, of play in long trials, took minutes.
-FEWEST_EVALUATIONS = 40
 
 
 @dataclass(frozen=True)

@@ -5,22 +5,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from orchestrator.diagnosis.decide.nested import MATTERS, acts_near_rest_only, holds, rest_share, unpinned
-from orchestrator.diagnosis.decide.verdict import LEFT
+from orchestrator.diagnosis.decide.nested import acts_near_rest_only, holds, rest_share, unpinned
+from orchestrator.diagnosis.decide.thresholds import (
+    DECISIVE,
+    HOPELESS,
+    LEFT,
+    MATTERS,
+    MOST_RIVALS,
+    PARSIMONIOUS,
+    ROUGHLY,
+)
 from orchestrator.diagnosis.fit.evidence import Refit
 from orchestrator.diagnosis.linear.subsets import log_sets
 from orchestrator.library.candidate import Candidate
-
-# Odds below which one explanation is not preferred to another: 1 to 20.
-DECISIVE = 20.0
-# A rival with more parameters often contains the simpler law, which then needs no more than substantial odds.
-PARSIMONIOUS = 3.0
-# Odds by the learning trials that held-out trials are not asked to turn.
-HOPELESS = 1000.0
-# Sets that are fitted in another metric beside the best one.
-MOST_RIVALS = 6
-# A rough fit may end this share of the misfit above what it would come to.
-ROUGHLY = 0.01
 
 
 @dataclass(frozen=True)

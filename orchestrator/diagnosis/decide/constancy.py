@@ -13,13 +13,11 @@ import numpy as np
 from scipy import stats
 from scipy.linalg import block_diag
 
+from orchestrator.diagnosis.decide.thresholds import APART
 from orchestrator.diagnosis.fit.evidence import Refit
 from orchestrator.diagnosis.linear.calibration import most_by_chance
 from orchestrator.diagnosis.linear.tangent import Tangent, orthonormal, split_by_trials
 from orchestrator.library.candidate import Candidate
-
-# Columns that are combinations of the others to this accuracy are no freedom of their own.
-APART = 1e-3
 
 
 @dataclass(frozen=True)

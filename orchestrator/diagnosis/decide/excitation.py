@@ -5,26 +5,14 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from orchestrator.diagnosis.decide.thresholds import AS_ELSEWHERE, FOUND, MOST_AT_REST, MOST_UNSEEN, MOVES, SHOWN
 from orchestrator.diagnosis.fit.evidence import LearningData
 from orchestrator.diagnosis.linear.calibration import Stage
 from orchestrator.library.candidate import Candidate
 from orchestrator.models.smoothing import SmoothedTrial
 
-# Drop of the misfit, in units of the noise, by which an effect is found with near certainty among a hundred candidates.
-FOUND = 36.0
-# A site is blind if the data would show no more than this share of its effects.
-SHOWN = 0.5
-# An effect that does this share (of power) of what it does at another site is excited; noise that hides it hides it everywhere.
-# A muscle that is never stimulated does nothing at all; what leaks out of the upper of two tanks does 0.002 to 0.005 of what
-# leaks out of the lower one, however they are driven.
-AS_ELSEWHERE = 0.001
-# Effects of a blind site that the next experiment should show, and of a machine that only rested.
-MOST_UNSEEN, MOST_AT_REST = 2, 12
 # These act only beyond a level; a range that was never entered says nothing against the data.
 BEYOND_A_LEVEL = ("end_stop", "saturation", "recruitment_curve", "backlash", "tremor")
-
-# A signal moves if it ranges over this many standard deviations of its noise in some trial; white noise does over 8.
-MOVES = 12.0
 
 
 def is_at_rest(learning: LearningData) -> bool:

@@ -10,16 +10,13 @@ from itertools import product
 
 import numpy as np
 
+from orchestrator.diagnosis.decide.thresholds import MATTERS, SHAPES, SIZES
 from orchestrator.diagnosis.fit.candidates import EffectSet
-from orchestrator.diagnosis.fit.evidence import PINNED, Refit
+from orchestrator.diagnosis.fit.evidence import Refit
+from orchestrator.diagnosis.fit.thresholds import PINNED
 from orchestrator.library.candidate import Candidate
 from orchestrator.library.cards import EffectCard
 from orchestrator.models.estimation import Z90
-
-# The rest of a law matters if it may be this share of what the simpler law has in the same unit.
-MATTERS = 0.2
-# Sizes of the rest that a fit starts from, as shares of that; and factors of the card's first values of anything else.
-SIZES, SHAPES = (0.3, 1.0), (0.3, 1.0, 3.0)
 
 
 def holds(larger: EffectCard, smaller: EffectCard) -> bool:

@@ -12,7 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fmus.errors import MisfitError
-from orchestrator.diagnosis.decide.nested import MATTERS, rest_parts, with_simpler
+from orchestrator.diagnosis.decide.nested import rest_parts, with_simpler
+from orchestrator.diagnosis.decide.thresholds import ACTS_IN, LEAST, MATTERS
 from orchestrator.diagnosis.fit.evidence import LearningData, Refit, linearised
 from orchestrator.diagnosis.linear.coverage import variables_of
 from orchestrator.diagnosis.linear.response import Response
@@ -20,12 +21,7 @@ from orchestrator.diagnosis.linear.tangent import orthonormal
 from orchestrator.library.candidate import Candidate
 from orchestrator.models.estimation import Z90
 
-# Shares of the record's samples up to which the rest acts, dense where little of the record tells: near rest, and at the top
-# speeds, which a machine may have for a moment only; and sizes of the rest, as shares of the simpler law.
-ACTS_IN = (0.01, 0.02, 0.04, 0.07, 0.12, 0.2, 0.35, 0.6, 0.8, 0.9, 0.95, 1.0)
 SIZES = np.linspace(MATTERS, 1.0, 41)
-# Likelihoods that are no less than this, and no more than its inverse.
-LEAST = 1e-20
 
 
 @dataclass(frozen=True)

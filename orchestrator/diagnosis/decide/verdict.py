@@ -4,19 +4,9 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from orchestrator.diagnosis.linear.calibration import SCATTER
+from orchestrator.diagnosis.decide.thresholds import EXCESS, LEFT, LEFT_HELD_OUT, LEFT_UNDECLARED
+from orchestrator.diagnosis.linear.thresholds import SCATTER
 from orchestrator.verdicts.result import Verdict
-
-# Held-out errors exceed the noise if their mean square is this many times its power. Right sets of the benchmark's
-# drives and pendulums end between 0.98 and 1.05, of the arm up to 1.3, as its noise depends on the motion more than the
-# metric knows (docs/decisions/010-what-is-left-decides.md).
-EXCESS = 1.5
-# What a set leaves, as a share of what exceeded the noise (rms), before it counts as another effect: of declared sensors,
-# where learning trials show it beside their noise and where only held-out errors exceed theirs; and where the noise is read
-# from the record itself, which does not tell slow noise from a slow error. Cards say of which effects more may be left.
-LEFT = 0.02
-LEFT_HELD_OUT = 0.04
-LEFT_UNDECLARED = 0.3
 
 
 def reducible_removed(before: float, after: float) -> float:

@@ -11,14 +11,12 @@ from fmus.catalogue import ModelicaModel
 from fmus.frontend.compile import fingerprint
 from fmus.symbolic.system import SymbolicSystem, Variable
 from orchestrator.blackbox.source import FmuSource
+from orchestrator.diagnosis.fit.thresholds import KEPT
 from orchestrator.library.candidate import Candidate
 from orchestrator.library.cards import CardParameter, EffectCard
 from orchestrator.library.user_cards import check_absence, check_class, check_slots
 from orchestrator.models.patch import Attachment, check_attached, free_slots, patched_model
 from orchestrator.models.symbolic import SymbolicModel
-
-# Extended models that a process remembers.
-KEPT = 128
 
 
 def model_of(

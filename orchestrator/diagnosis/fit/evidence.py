@@ -13,6 +13,16 @@ from orchestrator.diagnosis.fit.begun import Begun, beginning_at
 from orchestrator.diagnosis.fit.candidates import EffectSet, model_of
 from orchestrator.diagnosis.fit.canonical import canonical, oscillates
 from orchestrator.diagnosis.fit.phases import phases_of_runs
+from orchestrator.diagnosis.fit.thresholds import (
+    AT_BOUND,
+    DEPENDENT,
+    DEVIATIONS,
+    MOST_FINER,
+    NOTICED,
+    PINNED,
+    ROUNDING,
+    TOLERANCE,
+)
 from orchestrator.diagnosis.noise.metric import Metric, stride_for, white_metric
 from orchestrator.diagnosis.noise.nuisances import Nuisances
 from orchestrator.library.candidate import Candidate
@@ -20,22 +30,6 @@ from orchestrator.measurements import BoundSet, BoundTrial
 from orchestrator.models.estimation import STEEPEST, Fit, Prior, Record, fit, linearise
 from orchestrator.models.smoothing import SmoothedTrial
 from orchestrator.models.symbolic import SymbolicModel
-
-# A fit ends when the misfit changes by less than this share: a hundredth of a unit for thousands of samples.
-TOLERANCE = 1e-6
-# A departure from absence shows if it is as many standard deviations.
-DEVIATIONS = 2.0
-# Errors of parameters that are the same but for this share of their power are one error.
-DEPENDENT = 1e-9
-# A departure from absence by less than this share of it may be rounding.
-ROUNDING = 1e-6
-# A parameter is pinned if its standard deviation is less than this share of it.
-PINNED = 0.3
-# A first value is at a bound if it is nearer to it than this share of the typical size.
-AT_BOUND = 1e-9
-# A fit is repeated with shorter steps if they change its misfit by more than one, and by more than this share of it.
-NOTICED = 1e-3
-MOST_FINER = 4
 
 
 @dataclass(frozen=True)

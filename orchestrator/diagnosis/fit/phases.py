@@ -10,14 +10,12 @@ import numpy as np
 from fmus.errors import ComponentError
 from orchestrator.diagnosis.fit.candidates import EffectSet
 from orchestrator.diagnosis.fit.canonical import Oscillation, oscillations
+from orchestrator.diagnosis.fit.thresholds import MOST_GROWTH
 from orchestrator.models.compiled import CompiledModel
 from orchestrator.models.estimation import STEEPEST, Record, Reduce
 
 # Error (m,) of a trial from given start values.
 Error = Callable[[np.ndarray], np.ndarray]
-
-# A first amplitude grows or shrinks by this factor at most.
-MOST = 1e3
 
 
 def with_phases(
@@ -42,7 +40,7 @@ def with_phases(
         size = float(np.sqrt(np.mean(sizes**2)))
         if not (np.isfinite(size) and size > 0):
             continue
-        first[list(oscillation.amplitudes)] *= np.clip(size, 1 / MOST, MOST)
+        first[list(oscillation.amplitudes)] *= np.clip(size, 1 / MOST_GROWTH, MOST_GROWTH)
         for start, part, own in zip(begun, found, sizes, strict=True):
             if own > 0:
                 start[list(oscillation.phase)] = part / own

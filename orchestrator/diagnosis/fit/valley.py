@@ -12,14 +12,8 @@ import numpy as np
 
 from fmus.errors import ComponentError
 from orchestrator.diagnosis.fit.evidence import LearningData, Refit, linearised
+from orchestrator.diagnosis.fit.thresholds import CORRECTIONS, MOST_MINIMA, STEPS, TRADED
 from orchestrator.models.estimation import Fit
-
-# A shape and a size make up for each other if their errors are correlated more than this.
-TRADED = 0.95
-# Steps over the range of the shape; and minima along the way from which a fit is worth its time.
-STEPS = 80
-MOST = 3
-CORRECTIONS = 2
 
 
 def shapes_in_valleys(found: Refit) -> list[int]:
@@ -46,7 +40,7 @@ def minima_along(found: Refit, learning: LearningData, shape: int) -> list[np.nd
     misfits = np.r_[np.inf, [misfit for _, misfit in path], np.inf]
     own = len(ways[0]) - 1
     lowest = [i for i in range(len(path)) if misfits[i + 1] < min(misfits[i], misfits[i + 2]) and abs(i - own) > 1]
-    return [path[i][0] for i in sorted(lowest, key=lambda i: path[i][1])[:MOST]]
+    return [path[i][0] for i in sorted(lowest, key=lambda i: path[i][1])[:MOST_MINIMA]]
 
 
 def _way(found: Refit, learning: LearningData, shape: int, step: float) -> Iterator[tuple[np.ndarray, float]]:

@@ -15,21 +15,17 @@ from scipy import linalg, signal
 from orchestrator.diagnosis.linear.flexible import flexible_forces
 from orchestrator.diagnosis.linear.subsets import BestSet, Library, score
 from orchestrator.diagnosis.linear.tangent import Block, Tangent, orthonormal, split_by_trials
-
-NULLS = 199
-SIGNIFICANT = 0.05
-# An effect, or what is left, is worth mentioning if it is this share of the root mean square error.
-PRACTICAL = 0.05
-# The same for an effect beside the noise.
-NOTABLE = 0.15
-AR_ORDER = 6
-# What nothing explains is not noise if it is this many times what the sensors are said, or seen, to have.
-BEYOND_NOISE = 3.0
-NEAR_FLOOR = 1.25
-# What noise leaves has a mean square that scatters by sqrt(2/rows); what lies within two such deviations is noise.
-SCATTER = 2.0
-# The saturated fit takes at most this share of the degrees of freedom.
-SATURATED = 0.25
+from orchestrator.diagnosis.linear.thresholds import (
+    AR_ORDER,
+    BEYOND_NOISE,
+    NEAR_FLOOR,
+    NOTABLE,
+    NULLS,
+    PRACTICAL,
+    SATURATED,
+    SCATTER,
+    SIGNIFICANT,
+)
 
 
 @dataclass(frozen=True)

@@ -6,12 +6,7 @@ import numpy as np
 from scipy.interpolate import BSpline
 
 from orchestrator.diagnosis.linear.response import SimulatedTrial
-
-POSITION_KNOTS = 16
-SPEED_KNOTS = 7
-TIME_KNOTS = 6
-# Slower than this share of its root mean square speed, an output is near rest.
-AT_REST = 0.05
+from orchestrator.diagnosis.linear.thresholds import AT_REST, POSITION_KNOTS, SPEED_KNOTS, TIME_KNOTS
 
 
 def flexible_forces(trials: Sequence[SimulatedTrial]) -> list[np.ndarray]:

@@ -12,11 +12,9 @@ import numpy as np
 from orchestrator.diagnosis.fit.evidence import Refit
 from orchestrator.diagnosis.linear.calibration import Stage
 from orchestrator.diagnosis.linear.tangent import Block, orthonormal
+from orchestrator.diagnosis.linear.thresholds import MOST_LOG_ODDS
 from orchestrator.library.candidate import Candidate
 from orchestrator.verdicts.open_questions import SAME, WEAK, Kin
-
-# Odds are given up to this many to one.
-MOST_LOG_ODDS = 20.0
 
 
 def principal_cosines(first: np.ndarray, second: np.ndarray) -> np.ndarray:

@@ -7,26 +7,11 @@ import numpy as np
 from scipy import linalg
 
 from orchestrator.diagnosis.linear.response import Response
+from orchestrator.diagnosis.linear.thresholds import COARSE, DRAWS, FEW_DRAWS, FEW_WAVES, LEAST_CARRIED
 from orchestrator.diagnosis.noise.gaps import unknown_in_gaps
-from orchestrator.diagnosis.noise.metric import (
-    MOST_BLOCKS,
-    WAVES,
-    Metric,
-    NoisyInput,
-    coloured_metric,
-    stride_for,
-    waves,
-    white_metric,
-)
+from orchestrator.diagnosis.noise.metric import Metric, NoisyInput, coloured_metric, stride_for, waves, white_metric
+from orchestrator.diagnosis.noise.thresholds import MOST_BLOCKS, WAVES
 from orchestrator.measurements import Noise
-
-# Noise of an input that moves the outputs by less than this share of the sensors' noise is left out.
-NOTICED = 0.01
-# The same, and draws, where each takes a run of its own.
-FEW_WAVES, FEW_DRAWS = 40, 4
-# If what no waves can follow has more than this share of the sensors' power, they are too few.
-COARSE = 0.05
-DRAWS = 8
 
 
 def metrics_of(response: Response, outputs: Sequence[Noise], inputs: Sequence[Noise], seed: int = 0) -> list[Metric]:
@@ -77,7 +62,7 @@ def _carried(
     draws = noise.draw((len(time), DRAWS if response.answers_inputs else FEW_DRAWS), random)
     power = _power(response.to_input(trial, column, draws))
     rest = np.zeros(len(std))
-    if np.all(power < (NOTICED * std) ** 2):
+    if np.all(power < (LEAST_CARRIED * std) ** 2):
         return [], rest
     for count in fine if response.answers_inputs else (FEW_WAVES,):
         shapes = waves(len(time), count)

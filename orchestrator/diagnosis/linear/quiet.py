@@ -9,9 +9,7 @@ from fmus.errors import ComponentError
 from orchestrator.diagnosis.fit.evidence import LearningData, Refit, linearised
 from orchestrator.diagnosis.linear.quiet_motion import begun_like, quiet_motion
 from orchestrator.diagnosis.linear.tangent import Tangent
-
-# Share of what a set lowers the misfit by that quiet inputs must confirm.
-MOSTLY = 0.5
+from orchestrator.diagnosis.linear.thresholds import MOSTLY
 
 
 def misfit_by_quiet_inputs(tangent: Tangent, found: Refit) -> float:

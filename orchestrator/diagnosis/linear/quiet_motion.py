@@ -12,11 +12,8 @@ import numpy as np
 
 from fmus.errors import ComponentError
 from orchestrator.diagnosis.fit.evidence import LearningData, Refit
+from orchestrator.diagnosis.linear.thresholds import CORRECTIONS, DEPENDENT
 from orchestrator.models.estimation import STEEPEST, Record
-
-# Start values are moved to first order so many times; changes whose effects differ by less than this share are one.
-CORRECTIONS = 2
-DEPENDENT = 1e-6
 
 
 def quiet_motion(base: Refit, learning: LearningData, residual: np.ndarray, movable: Collection[str]) -> Refit:

@@ -13,11 +13,9 @@ from scipy import linalg
 from orchestrator.diagnosis.fit.evidence import LearningData, Refit
 from orchestrator.diagnosis.linear.noise_model import metrics_of
 from orchestrator.diagnosis.linear.response import Response
+from orchestrator.diagnosis.linear.thresholds import ANOTHER_METRIC
 from orchestrator.diagnosis.noise.metric import Metric
 from orchestrator.measurements import Noise
-
-# Metrics differ if evidence counted in the one misses that in the other by this much (nats): odds of 20 to 1.
-NOTICED = 3.0
 
 
 @dataclass(frozen=True)
@@ -43,7 +41,7 @@ def differ(old: Sequence[Metric], new: Sequence[Metric]) -> bool:
 
     By the divergence of Kullback and Leibler from the noise of the new one to that of the old one, over all trials.
     """
-    return sum(divergence(a.whitener, b.whitener) for a, b in zip(old, new, strict=True)) > NOTICED
+    return sum(divergence(a.whitener, b.whitener) for a, b in zip(old, new, strict=True)) > ANOTHER_METRIC
 
 
 def divergence(old: np.ndarray, new: np.ndarray) -> float:

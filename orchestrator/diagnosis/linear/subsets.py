@@ -6,12 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import special
 
-MOST_EFFECTS = 3
-BEAM = 5
-# A direction of which less than this share is new explains nothing new.
-SEPARATE = 1e-4
-# A pair is more than its parts if it explains so many times what they do.
-HIDDEN = 2.0
+from orchestrator.diagnosis.linear.thresholds import BEAM, HIDDEN, MOST_EFFECTS, SEPARATE
 
 
 @dataclass(frozen=True)

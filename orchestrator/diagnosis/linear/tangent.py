@@ -14,24 +14,13 @@ from orchestrator.diagnosis.fit.candidates import EffectSet, can_join
 from orchestrator.diagnosis.fit.evidence import LearningData, Refit, linearised
 from orchestrator.diagnosis.linear.quiet_motion import quiet_motion
 from orchestrator.diagnosis.linear.response import Response
+from orchestrator.diagnosis.linear.thresholds import AT_END, BETWEEN_STD, BEYOND_SAMPLES, RANK, SHAPES
 from orchestrator.diagnosis.linear.visible import over_noise
 from orchestrator.diagnosis.noise.metric import concatenate
 from orchestrator.library.candidate import Candidate
 from orchestrator.models.estimation import MOST_SHIFT, STEEPEST
 from orchestrator.models.smoothing import SmoothedTrial
 from orchestrator.models.symbolic import Motion, SymbolicModel
-
-# A shape parameter without a grid of its own (a Stribeck speed, say) is tried at these multiples of its first value.
-SHAPES = (0.3, 1.0, 3.0)
-# Standard deviation of how much of its second difference is added to an input; a hold for half a sample is a quarter.
-BETWEEN_STD = 0.25
-# No hold, no straight line and no mean over a sample needs so many of these deviations: half of a second difference is a delay
-# of a whole sample.
-BEYOND_SAMPLES = 2.0
-# A shift of the clock beyond this share of the most that it can be is at its end.
-AT_END = 0.999
-# Columns of a block that are combinations of the others to this accuracy do not count.
-RANK = 1e-6
 
 Item = TypeVar("Item")
 Found = TypeVar("Found")

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-GAP = 1.5
+from orchestrator.diagnosis.noise.thresholds import GAP
 
 
 def unknown_in_gaps(time: np.ndarray, series: np.ndarray) -> np.ndarray:

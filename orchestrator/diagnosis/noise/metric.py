@@ -6,12 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import linalg
 
-# Means over samples leave this many of a trial at most; the covariance of their noise is a full matrix.
-MOST_BLOCKS = 600
-# Noise of a measured input is spread over this many waves in a trial.
-WAVES = 200
-# The power of an input's noise is at most so many standard deviations above what is expected of it.
-MOST_LIKELY = 3.0
+from orchestrator.diagnosis.noise.thresholds import MOST_BLOCKS, MOST_LIKELY, WAVES
 
 
 @dataclass(frozen=True)

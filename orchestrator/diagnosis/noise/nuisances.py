@@ -7,10 +7,8 @@ import numpy as np
 
 from fmus.errors import MisfitError
 from fmus.symbolic.system import SymbolicSystem
+from orchestrator.diagnosis.noise.thresholds import REACH
 from orchestrator.models.estimation import Prior
-
-# A parameter ends within this many standard deviations (tolerances) of its nominal value.
-REACH = 3.0
 
 
 @dataclass(frozen=True)

@@ -6,18 +6,9 @@ import numpy as np
 from scipy import ndimage
 
 from orchestrator.diagnosis.noise.metric import Metric
+from orchestrator.diagnosis.noise.thresholds import ALONE, ENDS, MOST_SHARE, NEIGHBOURS, STANDS_OUT
 from orchestrator.models.smoothing import SmoothedTrial
 
-# An outlier is this many standard deviations from what the errors before and after it let expect, or this many times as far
-# as its neighbours, where a model is wrong.
-STANDS_OUT = 6.0
-NEIGHBOURS = 10
-ENDS = 3
-# A recorder gets single samples wrong: by itself, one is off by this share of what it is said to be off by. What a missing
-# effect does, when a muscle is switched on say, bends the errors and leaves none off by itself.
-ALONE = 0.5
-# More than this share is no accident.
-MOST_SHARE = 0.02
 _MEDIAN_OF_UNIT_NORMAL = 0.6744897501960817
 
 

@@ -3,25 +3,23 @@
 from collections.abc import Callable, Sequence
 
 from orchestrator.compare.result import Comparison
-from orchestrator.diagnosis.decide.confusion import DECISIVE, disguise, groups, least_odds, rivals
+from orchestrator.diagnosis.decide.confusion import disguise, groups, least_odds, rivals
 from orchestrator.diagnosis.decide.constancy import Change, changes
 from orchestrator.diagnosis.decide.excitation import blind_sites, is_at_rest
 from orchestrator.diagnosis.decide.room import Rooms
+from orchestrator.diagnosis.decide.thresholds import DECISIVE
 from orchestrator.diagnosis.decide.verdict import Left, decide, reducible_removed
 from orchestrator.diagnosis.fit.evidence import Refit
-from orchestrator.diagnosis.linear.calibration import NOTABLE, PRACTICAL, SIGNIFICANT, Stage
+from orchestrator.diagnosis.linear.calibration import Stage
 from orchestrator.diagnosis.linear.coverage import coverage
+from orchestrator.diagnosis.linear.thresholds import NOTABLE, PRACTICAL, SIGNIFICANT
 from orchestrator.diagnosis.referee.ranking import rank
 from orchestrator.diagnosis.referee.referee import Referee, Refereed
+from orchestrator.diagnosis.referee.thresholds import CLEAR, MOST_NOISE
 from orchestrator.diagnosis.search.search import Searcher
 from orchestrator.library.candidate import Candidate
 from orchestrator.verdicts.result import Diagnosis, HeldOut, Odds, Verdict
 
-# Below this chance, what a set leaves is no accident: with two tests of it, one right set in a hundred.
-CLEAR = 0.005
-# Power of what no smooth force explains, over that of the declared noise, up to which it is noise: sensors do not declare
-# what inputs do between samples.
-MOST_NOISE = 1.5
 # How likely the truth is among the sets tried, by verdict: a judgement, to be replaced by the rates of `make bench-diagnosis`.
 TRUST: dict[Verdict, float] = {"adequate": 1.0, "cannot_tell": 1.0, "named": 0.9, "ambiguous": 0.9, "unknown": 0.1}
 

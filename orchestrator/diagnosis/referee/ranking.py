@@ -5,16 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from orchestrator.diagnosis.decide.confusion import DECISIVE
+from orchestrator.diagnosis.decide.thresholds import DECISIVE
 from orchestrator.diagnosis.fit.evidence import Refit
 from orchestrator.diagnosis.linear.calibration import Stage
 from orchestrator.diagnosis.linear.subsets import log_sets
+from orchestrator.diagnosis.referee.thresholds import UNFITTED
 from orchestrator.diagnosis.search.trace import Trace
 from orchestrator.library.candidate import Candidate
 from orchestrator.verdicts.result import RankedSet
-
-# What a parameter that was never fitted is charged: half of log(1e9) samples, so that it never beats one that was.
-UNFITTED = 10.0
 
 
 def rank(

@@ -11,6 +11,7 @@ from orchestrator.compare.result import Comparison
 from orchestrator.diagnosis.decide.confusion import rivals
 from orchestrator.diagnosis.fit.evidence import LearningData, Refit
 from orchestrator.diagnosis.referee.adjusted import adjusted_parameters
+from orchestrator.diagnosis.referee.thresholds import SILENT
 from orchestrator.diagnosis.search.stretches import follow_closely
 from orchestrator.diagnosis.search.trace import Accepted
 from orchestrator.measurements import MeasurementSet
@@ -20,8 +21,6 @@ from orchestrator.verdicts.result import NamedEffect, Step
 
 # Twice the log odds that held-out trials must give for an effect: 20 to 1.
 CONFIRMED = 2 * math.log(20.0)
-# Held-out trials are silent on an effect that changes less than this share of what it changes in the learning trials.
-SILENT = 0.1
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from orchestrator.diagnosis.decide.confusion import DECISIVE, half_bic, reach
+from orchestrator.diagnosis.decide.confusion import half_bic, reach
+from orchestrator.diagnosis.decide.thresholds import DECISIVE
 from orchestrator.diagnosis.fit.evidence import Refit
 from orchestrator.diagnosis.search.trace import Accepted, Trace
 

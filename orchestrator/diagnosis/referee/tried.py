@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from orchestrator.diagnosis.fit.evidence import Refit
-from orchestrator.diagnosis.linear.calibration import SIGNIFICANT
+from orchestrator.diagnosis.linear.thresholds import SIGNIFICANT
 from orchestrator.diagnosis.search.trace import Trace
 from orchestrator.library.candidate import Candidate
 from orchestrator.verdicts.result import RankedSet, Tried

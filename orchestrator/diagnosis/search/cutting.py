@@ -10,12 +10,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from orchestrator.diagnosis.search.thresholds import FEWEST_SAMPLES, MOST_STRETCHES
 from orchestrator.measurements import MeasurementSet, Trial
-
-# Stretches of a trial: as many start values are fitted at once.
-MOST_STRETCHES = 6
-# Shorter stretches say little beside their start values.
-FEWEST_SAMPLES = 50
 
 
 class TooLong(Exception):

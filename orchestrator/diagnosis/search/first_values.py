@@ -7,12 +7,8 @@ import numpy as np
 from orchestrator.diagnosis.fit.evidence import Refit
 from orchestrator.diagnosis.linear.calibration import Stage
 from orchestrator.diagnosis.linear.tangent import Block, orthonormal
+from orchestrator.diagnosis.search.thresholds import FAINTEST, WORTH_A_START
 from orchestrator.library.candidate import Candidate
-
-# A peak that explains this share of what the highest explains is worth a start.
-WORTH_A_START = 0.3
-# A time constant is at most its first guess over this.
-FAINTEST = 1e-4
 
 
 def first_values(stage: Stage, chosen: Sequence[Candidate], nearer: Sequence[Refit] = ()) -> list[np.ndarray]:

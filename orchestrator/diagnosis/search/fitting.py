@@ -9,27 +9,24 @@ import numpy as np
 from fmus.catalogue import ModelicaModel
 from fmus.errors import ComponentError, MisfitError
 from orchestrator.diagnosis.fit.begun import Begun
-from orchestrator.diagnosis.fit.evidence import TOLERANCE, LearningData, Refit
+from orchestrator.diagnosis.fit.evidence import LearningData, Refit
+from orchestrator.diagnosis.fit.thresholds import TOLERANCE
 from orchestrator.diagnosis.fit.valley import minima_along, shapes_in_valleys
-from orchestrator.diagnosis.linear.calibration import BEYOND_NOISE, NEAR_FLOOR, Stage
+from orchestrator.diagnosis.linear.calibration import Stage
 from orchestrator.diagnosis.linear.tangent import Tangent
+from orchestrator.diagnosis.linear.thresholds import BEYOND_NOISE, NEAR_FLOOR
 from orchestrator.diagnosis.search.cutting import TooLong, is_worth_a_cut
 from orchestrator.diagnosis.search.first_values import at_peaks, elsewhere, first_values
 from orchestrator.diagnosis.search.screening import Screened
 from orchestrator.diagnosis.search.stretches import Followed
 from orchestrator.diagnosis.search.tasks import FollowTask, Wanted, done_by
+from orchestrator.diagnosis.search.thresholds import AT_A_TIME, POLISHED, ROUGH
 from orchestrator.diagnosis.search.trace import Trace
 from orchestrator.library.candidate import Candidate
 from orchestrator.models.estimation import Fit
 from orchestrator.models.hands import hands
 from orchestrator.models.symbolic import SymbolicModel
 from orchestrator.work import Work
-
-# All are fitted roughly, the best few to the end.
-ROUGH = 1e-3
-POLISHED = 3
-# Starts elsewhere that are tried before it is asked whether one of them has led to noise.
-AT_A_TIME = 3
 
 Progress = Callable[[str], None]
 Item = TypeVar("Item")

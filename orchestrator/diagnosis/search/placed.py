@@ -16,20 +16,12 @@ import numpy as np
 
 from orchestrator.diagnosis.linear.coverage import variables_of
 from orchestrator.diagnosis.linear.response import Response
+from orchestrator.diagnosis.search.thresholds import AT_REST, FARTHER, FIRST, LEVELS, MOST_POINTS
 from orchestrator.library.candidate import Candidate
 from orchestrator.library.cards import CardParameter
 from orchestrator.library.needs import Need
 
-# Shares of the range seen, from the side on which the effect does not act.
-LEVELS = (0.95, 0.85, 0.75, 0.6, 0.45, 0.3)
-FIRST = 0.6
 SIDES = ("above", "below", "beyond")
-# The machine itself may have gone farther than its nominal runs, by this share of their range.
-FARTHER = 0.25
-# Points of a grid that is made finer, at most.
-MOST_POINTS = 100
-# What moves by less than this share of its size rests but for rounding.
-AT_REST = 1e-9
 
 
 def placed(candidates: Sequence[Candidate], response: Response) -> tuple[Candidate, ...]:

@@ -14,15 +14,8 @@ from orchestrator.diagnosis.linear.calibration import Stage
 from orchestrator.diagnosis.search.fitting import Setting
 from orchestrator.diagnosis.search.screening import Explanation, Screened, Screener, beside
 from orchestrator.diagnosis.search.tasks import ScreenTask
+from orchestrator.diagnosis.search.thresholds import BY_FREE_RUNS, BY_RESIDUAL, CLEARLY, CLEARLY_LESS
 from orchestrator.library.candidate import Candidate
-
-# A larger set must score this much more, a chance of 1 in 20, to be refitted as a whole.
-CLEARLY = 3.0
-# What an effect leaves of the residual beside a set that is not the best, as a share of what it leaves beside that.
-CLEARLY_LESS = 0.9
-# Refitted in a round: those that explain the most of the correction residual, and the most of the free runs' error.
-BY_RESIDUAL = 5
-BY_FREE_RUNS = 3
 
 
 class Proposer:

@@ -16,16 +16,11 @@ from orchestrator.diagnosis.fit.candidates import EffectSet
 from orchestrator.diagnosis.fit.canonical import oscillates, oscillations
 from orchestrator.diagnosis.fit.evidence import LearningData, Refit
 from orchestrator.diagnosis.fit.phases import with_phases
+from orchestrator.diagnosis.search.thresholds import CORNER_HZ, MOST_PEAKS, WORTH_A_PEAK
 from orchestrator.library.candidate import Candidate
 from orchestrator.models.estimation import Record, fit
 from orchestrator.models.smoothing import low_pass
 from orchestrator.models.symbolic import SymbolicModel
-
-CORNER_HZ = 2.0
-# Peaks of a residual's spectrum at which an oscillation may be, and how high they are at least beside the highest: an error of
-# another kind swings with the commands, ten times as wide.
-MOST_PEAKS = 5
-WORTH_A_PEAK = 0.01
 
 
 @dataclass(frozen=True)

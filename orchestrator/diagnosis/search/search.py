@@ -6,22 +6,24 @@ from dataclasses import replace
 import numpy as np
 
 from fmus.catalogue import ModelicaModel
-from orchestrator.diagnosis.decide.confusion import DECISIVE, half_bic, near_in_either, reach
+from orchestrator.diagnosis.decide.confusion import half_bic, near_in_either, reach
 from orchestrator.diagnosis.decide.nested import holds, starts
+from orchestrator.diagnosis.decide.thresholds import DECISIVE
 from orchestrator.diagnosis.fit.candidates import EffectSet, as_fmu, can_join
 from orchestrator.diagnosis.fit.evidence import LearningData, Refit, fit_nominal
-from orchestrator.diagnosis.linear.calibration import BEYOND_NOISE, SIGNIFICANT, Stage
+from orchestrator.diagnosis.linear.calibration import Stage
 from orchestrator.diagnosis.linear.kinship import kin
 from orchestrator.diagnosis.linear.quiet import carries_noise, explained_by_noise
 from orchestrator.diagnosis.linear.remetric import NoiseOfSignals
 from orchestrator.diagnosis.linear.response import Response
-from orchestrator.diagnosis.linear.subsets import MOST_EFFECTS
 from orchestrator.diagnosis.linear.tangent import Tangent
+from orchestrator.diagnosis.linear.thresholds import BEYOND_NOISE, MOST_EFFECTS, SIGNIFICANT
 from orchestrator.diagnosis.search.first_values import first_values
-from orchestrator.diagnosis.search.fitting import ROUGH, Fitter, Progress, Setting
+from orchestrator.diagnosis.search.fitting import Fitter, Progress, Setting
 from orchestrator.diagnosis.search.placed import placed
 from orchestrator.diagnosis.search.proposals import Proposer
 from orchestrator.diagnosis.search.tasks import Wanted
+from orchestrator.diagnosis.search.thresholds import BEAM, MOST_ROUNDS, ROUGH, TURNINGS, UNITED
 from orchestrator.diagnosis.search.trace import Accepted, Trace
 from orchestrator.diagnosis.search.turnings import leaves_another, turning
 from orchestrator.library.candidate import Candidate
@@ -29,13 +31,6 @@ from orchestrator.models.symbolic import SymbolicModel
 from orchestrator.work import Here, Work
 
 __all__ = ["Progress", "Searcher"]
-
-MOST_ROUNDS = 5
-# Sets that are extended in the next round, and those whose effects are put together.
-BEAM = 2
-UNITED = 3
-# Other paths that are tried where the first one ends above noise.
-TURNINGS = 2
 
 
 class Searcher:

@@ -13,18 +13,11 @@ import numpy as np
 
 from fmus.errors import ComponentError
 from orchestrator.diagnosis.fit.evidence import LearningData, Refit, as_found, begun_where, enough_steps, follow
-from orchestrator.diagnosis.linear.calibration import BEYOND_NOISE, NEAR_FLOOR
 from orchestrator.diagnosis.linear.tangent import split_by_trials
+from orchestrator.diagnosis.linear.thresholds import BEYOND_NOISE, NEAR_FLOOR
 from orchestrator.diagnosis.noise.metric import Metric
-from orchestrator.diagnosis.search.cutting import FEWEST_SAMPLES
+from orchestrator.diagnosis.search.thresholds import FEWEST_MEANS, FEWEST_SAMPLES, GROWTH, ROUGH, SHORTEST
 from orchestrator.models.estimation import Fit, Record, fit, linearise
-
-# Samples of the first stretch, and how much longer each next one is.
-SHORTEST, GROWTH = 8, 1.5
-# A stretch shorter than so many means of the metric is followed sample by sample.
-FEWEST_MEANS = 16
-# Each stretch is but the start of the next one.
-ROUGH = 1e-3
 
 
 @dataclass(frozen=True)

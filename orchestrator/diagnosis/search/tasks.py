@@ -11,7 +11,8 @@ from fmus.catalogue import ModelicaModel
 from fmus.frontend.compile import fingerprint
 from orchestrator.diagnosis.fit.begun import Begun
 from orchestrator.diagnosis.fit.candidates import EffectSet, as_fmu, model_of
-from orchestrator.diagnosis.fit.evidence import TOLERANCE, LearningData, Refit, refit, with_nuisances
+from orchestrator.diagnosis.fit.evidence import LearningData, Refit, refit, with_nuisances
+from orchestrator.diagnosis.fit.thresholds import TOLERANCE
 from orchestrator.diagnosis.search.screening import Explanation, Screener
 from orchestrator.diagnosis.search.stretches import Followed, follow_stretches
 from orchestrator.library.candidate import Candidate

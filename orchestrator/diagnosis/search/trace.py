@@ -5,15 +5,12 @@ from dataclasses import dataclass, field
 
 from orchestrator.diagnosis.decide.confusion import half_bic
 from orchestrator.diagnosis.fit.evidence import Refit
-from orchestrator.diagnosis.linear.calibration import NEAR_FLOOR, NOTABLE, PRACTICAL, SCATTER, SIGNIFICANT, Stage
+from orchestrator.diagnosis.linear.calibration import Stage
 from orchestrator.diagnosis.linear.quiet import explained_by_noise
+from orchestrator.diagnosis.linear.thresholds import NEAR_FLOOR, NOTABLE, PRACTICAL, SCATTER, SIGNIFICANT
 from orchestrator.diagnosis.search.screening import Screened
+from orchestrator.diagnosis.search.thresholds import VISIBLE, WORTHWHILE
 from orchestrator.library.candidate import Candidate
-
-# An effect must take this share off the mean square error above the noise to be worth its parameters.
-WORTHWHILE = 0.2
-# An effect without which so much of the noise's rms is left matters, however much larger another one is.
-VISIBLE = 0.5
 
 
 @dataclass(frozen=True)

@@ -4,10 +4,9 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 from orchestrator.diagnosis.decide.confusion import half_bic
-from orchestrator.diagnosis.decide.verdict import LEFT
+from orchestrator.diagnosis.decide.thresholds import LEFT
 from orchestrator.diagnosis.fit.evidence import Refit
-from orchestrator.diagnosis.linear.calibration import NEAR_FLOOR
-from orchestrator.diagnosis.linear.subsets import MOST_EFFECTS
+from orchestrator.diagnosis.linear.thresholds import MOST_EFFECTS, NEAR_FLOOR
 from orchestrator.library.candidate import Candidate
 
 

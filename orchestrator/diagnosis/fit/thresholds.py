@@ -1,0 +1,42 @@
+"""Numbers that the room `fit` decides and computes by, each with its meaning, by the file that uses it first."""
+
+
+# `candidates.py`
+
+# Extended models that a process remembers.
+KEPT = 128
+
+
+# `evidence.py`
+
+# A fit ends when the misfit changes by less than this share: a hundredth of a unit for thousands of samples.
+TOLERANCE = 1e-6
+# A departure from absence shows if it is as many standard deviations.
+DEVIATIONS = 2.0
+# Errors of parameters that are the same but for this share of their power are one error.
+DEPENDENT = 1e-9
+# A departure from absence by less than this share of it may be rounding.
+ROUNDING = 1e-6
+# A parameter is pinned if its standard deviation is less than this share of it.
+PINNED = 0.3
+# A first value is at a bound if it is nearer to it than this share of the typical size.
+AT_BOUND = 1e-9
+# A fit is repeated with shorter steps if they change its misfit by more than one, and by more than this share of it.
+NOTICED = 1e-3
+MOST_FINER = 4
+
+
+# `phases.py`
+
+# A first amplitude grows or shrinks by this factor at most.
+MOST_GROWTH = 1e3
+
+
+# `valley.py`
+
+# A shape and a size make up for each other if their errors are correlated more than this.
+TRADED = 0.95
+# Steps over the range of the shape; and minima along the way from which a fit is worth its time.
+STEPS = 80
+MOST_MINIMA = 3
+CORRECTIONS = 2
