@@ -34,6 +34,7 @@ class Block:
         *,
         units: Mapping[str, str] | None = None,
         noise: Mapping[str, float] | None = None,
+        outliers: bool = False,
         seed: int = 0,
     ) -> "Block":
         """Learn each output as a smooth function of the inputs.
@@ -46,6 +47,8 @@ class Block:
             outputs: (n,) arrays by name.
             units: by name of inputs and outputs; "1" where one is missing.
             noise: standard deviation of the measurement of an output, in its unit; learned where it is not given.
+            outliers: whether some data may be far worse than that: what contradicts the others is given the noise that it shows
+                (errors of Student's distribution).
             seed: of the random starts of the search.
 
         Raises:
@@ -59,6 +62,7 @@ class Block:
         from orchestrator.gp.noise import constant_noise
         from orchestrator.gp.observations import observe
         from orchestrator.gp.posterior import condition
+        from orchestrator.gp.robust import trusted
 
         x, known, named = _points(inputs), noise or {}, units or {}
         latents, observations = {}, []
@@ -74,7 +78,10 @@ class Block:
         best = fit(latents, observations, seed=seed)
         blocks = [Output(name, named.get(name, "1"), (Term(name),)) for name in outputs]
         columns = {name: named.get(name, "1") for name in inputs}
-        return Block(Learned(condition(best.latents, best.observations), columns, blocks, tuple(best.observations)))
+        seen = tuple(best.observations)
+        if outliers:
+            seen = trusted(best.latents, seen, list(latents))
+        return Block(Learned(condition(best.latents, seen), columns, blocks, seen))
 
     @staticmethod
     def read(path: "str | Path") -> "Block":
@@ -149,6 +156,36 @@ class Block:
         ]
         mean = [self.learned.mean(found, row) for row in rows]
         return np.array(mean), np.array([self.learned.deviation(found, row) for row in rows])
+
+    def coverage(
+        self, inputs: Mapping[str, Any], outputs: Mapping[str, Any], noise: Mapping[str, float]
+    ) -> dict[str, float]:
+        """Which share of data that were not learned lies inside the 90 % intervals, by output: near 0.9 for a sound block.
+
+        Args:
+            inputs: (n,) arrays by name, all inputs of the block.
+            outputs: (n,) arrays by name, some of its outputs.
+            noise: standard deviation of the measurement of each of them, in its unit.
+
+        Raises:
+            MisfitError: if a name is none of the block, or lengths differ.
+        """
+        from orchestrator.gp.check import coverage
+
+        found = {}
+        for name, values in outputs.items():
+            mean, deviation = self.predict(inputs, name)
+            y = _array(name, values, len(mean))
+            if name not in noise:
+                raise MisfitError(f"Block.coverage: noise of {name} is missing; expected its standard deviation")
+            found[name] = coverage((y - mean) / np.hypot(deviation, noise[name]))
+        return found
+
+    def left_out(self) -> float:
+        """The same share of the data in the block, each against all others, without learning again."""
+        from orchestrator.gp.check import coverage, left_out
+
+        return coverage(left_out(self.learned.posterior))
 
     def save(self, path: "str | Path") -> Path:
         """Write the block with its data as JSON; returns the path.

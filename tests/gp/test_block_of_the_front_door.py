@@ -1,0 +1,51 @@
+"""A block of `import misfit`: whether its intervals hold, and data that are far worse than their noise."""
+
+import numpy as np
+import pytest
+
+import misfit
+
+NOISE = 0.05
+
+
+def record(seed: int, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Points x (n,) and sin(2 x) (n,) with noise."""
+    random = np.random.default_rng(seed)
+    x = random.uniform(-2.0, 2.0, count)
+    return x, np.sin(2 * x) + NOISE * random.standard_normal(count)
+
+
+@pytest.fixture(scope="module")
+def sound() -> misfit.Block:
+    x, y = record(1, 60)
+    return misfit.Block.fit({"x": x}, {"y": y}, noise={"y": NOISE})
+
+
+def test_intervals_of_a_sound_block_hold_for_data_it_has_not_seen(sound: misfit.Block) -> None:
+    x, y = record(2, 200)
+
+    # 200 draws at 90 %: a standard deviation of 2 %.
+    assert sound.coverage({"x": x}, {"y": y}, {"y": NOISE})["y"] == pytest.approx(0.9, abs=0.08)
+    assert sound.left_out() == pytest.approx(0.9, abs=0.1)
+
+
+def test_noise_that_is_stated_too_small_shows(sound: misfit.Block) -> None:
+    x, y = record(2, 200)
+
+    assert sound.coverage({"x": x}, {"y": y}, {"y": NOISE / 10})["y"] < 0.7
+
+
+def test_outliers_move_a_block_little_where_it_expects_them() -> None:
+    x, y = record(3, 80)
+    y[::8] += 3.0
+    at = np.linspace(-1.8, 1.8, 50)
+
+    plain, wary = (misfit.Block.fit({"x": x}, {"y": y}, noise={"y": NOISE}, outliers=each) for each in (False, True))
+
+    errors = [np.sqrt(np.mean((block.predict({"x": at})[0] - np.sin(2 * at)) ** 2)) for block in (plain, wary)]
+    assert errors[1] < 0.5 * errors[0]
+
+
+def test_noise_that_is_missing_is_named(sound: misfit.Block) -> None:
+    with pytest.raises(misfit.MisfitError, match="noise of y is missing; expected its standard deviation"):
+        sound.coverage({"x": [0.0]}, {"y": [0.0]}, {})
