@@ -10,7 +10,6 @@ from dataclasses import replace
 
 from fmus.catalogue import ModelicaModel
 from fmus.library import library_folders
-from orchestrator.blackbox.source import FmuSource
 from orchestrator.datacheck.check import check_data, forbids_physics
 from orchestrator.datacheck.holding import with_interpolation
 from orchestrator.diagnosis.fit.candidates import as_fmu, model_of
@@ -23,14 +22,15 @@ from orchestrator.library.cards import EffectCard, effect_library
 from orchestrator.measurements import MeasurementSet
 from orchestrator.models.patch import free_slots
 from orchestrator.verdicts.cannot_tell import first_mend
-from orchestrator.verdicts.gate import without_harm
+from orchestrator.verdicts.gate import doubted, without_harm
 from orchestrator.verdicts.result import Diagnosis
 from orchestrator.work import Work
 
-# Verdicts after which an FMU's balances are not looked at as well, unless the error along learning trials stays above so many
-# times the floor: effects at inputs and outputs alone cannot say everything.
-SURE = ("named", "adequate")
+# An error along learning trials of so many times the floor asks for a look at the balance equations, whatever was named.
 MUCH_LEFT = 2.0
+# What removes less of the error along held-out trials, although much is left, is doubted.
+LEAST_REMOVED = 0.5
+NAMES = ("named", "ambiguous")
 
 
 def diagnose(
@@ -65,12 +65,9 @@ def diagnose(
         found = _by_greybox(source, measurements, workers, progress, laws)
     else:
         found = without_harm(search_slots(source, measurements, library, workers, progress, work))
-        if fmu is not None:
-            if not (found.verdict in SURE and _left(found) < MUCH_LEFT):
-                found = _second_look(fmu, measurements, workers, progress, found, laws)
-        elif found.verdict in ("unknown", "cannot_tell"):
-            progress("no slot explains it: looking at every balance equation")
-            found = _further(found, _by_greybox(source, measurements, workers, progress, laws))
+        if _asks_for_more(found, fmu is not None) and (fmu is None or can_be_taped(fmu)):
+            progress("looking at every balance equation")
+            found = _better_of(found, _by_greybox(source, measurements, workers, progress, laws))
     warnings = (*map(str, checks), *found.warnings)
     return replace(
         found, warnings=warnings, data_checks=checks, mended=measurements.mended, libraries=library_folders()
@@ -83,35 +80,30 @@ def _by_greybox(
     return diagnose_greybox(source, measurements, workers=workers, progress=progress, more=laws)
 
 
-def _second_look(
-    fmu: FmuSource,
-    measurements: MeasurementSet,
-    workers: int,
-    progress: Progress,
-    found: Diagnosis,
-    laws: Sequence[Law],
-) -> Diagnosis:
-    """What the grey box names in an FMU that tells its rates, where free runs with effects at its inputs and outputs named
-    nothing, or what leaves more of the learning trials; else what these found."""
-    if not can_be_taped(fmu):
-        return found
-    progress("looking at the FMU's balances")
-    second = _by_greybox(fmu, measurements, workers, progress, laws)
-    better = second.verdict == "named" or (second.verdict, found.verdict) == ("ambiguous", "unknown")
-    if not better or (found.verdict in SURE and _left(second) >= _left(found)):
-        return found
-    return replace(second, warnings=(*second.warnings, *found.warnings), seconds=found.seconds + second.seconds)
+def _asks_for_more(found: Diagnosis, is_fmu: bool) -> bool:
+    """Whether free runs with effects in slots, or at an FMU's inputs and outputs, leave much, or name nothing for sure."""
+    unsure = ("unknown", "cannot_tell", "ambiguous") if is_fmu else ("unknown", "cannot_tell")
+    return found.verdict in unsure or _left(found) >= MUCH_LEFT
+
+
+def _better_of(found: Diagnosis, second: Diagnosis) -> Diagnosis:
+    """Of what free runs named and what balance equations named, that which leaves less of the learning trials.
+
+    What free runs named is doubted if it leaves more than half of the error, and nothing at the balance equations helps.
+    """
+    seconds = found.seconds + second.seconds
+    names = found.verdict in NAMES
+    if second.verdict == "named" or (second.verdict == "ambiguous" and not names):
+        if found.verdict != "named" or _left(second) < _left(found):
+            warnings = (*second.warnings, *found.warnings)
+            return replace(second, where=found.where or second.where, warnings=warnings, seconds=seconds)
+    elif names and second.verdict not in NAMES and found.held_out.reducible_removed < LEAST_REMOVED:
+        removed = f"it removes {found.held_out.reducible_removed:.0%} of the error along held-out trials"
+        found = doubted(found, f"{removed}, and nothing helps at the balance equations")
+    return replace(found, seconds=seconds)
 
 
 def _left(found: Diagnosis) -> float:
     """Error along learning trials after the last step, over the floor."""
     learning = found.steps[-1].comparison.learning
     return math.inf if learning is None else learning.over_floor
-
-
-def _further(found: Diagnosis, other: Diagnosis) -> Diagnosis:
-    """The answer at the balance equations where that names something, with the time of both."""
-    seconds = found.seconds + other.seconds
-    if other.verdict not in ("named", "ambiguous"):
-        return replace(found, seconds=seconds)
-    return replace(other, where=found.where, seconds=seconds)

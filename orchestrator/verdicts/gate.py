@@ -17,8 +17,12 @@ def without_harm(found: Diagnosis) -> Diagnosis:
     worse = np.sqrt(np.mean((after / floor) ** 2)) / max(float(np.sqrt(np.mean((before / floor) ** 2))), 1e-300)
     if found.verdict not in ("named", "ambiguous") or worse <= 1.0 + WORSE:
         return found
+    return doubted(found, f"free runs along held-out trials become {worse - 1.0:.0%} worse")
+
+
+def doubted(found: Diagnosis, reason: str) -> Diagnosis:
+    """`unknown`, with what was named as the best set, and why it is not proven."""
     names = " and ".join(f"{effect.id} at {effect.site}" for effect in found.effects)
-    note = f"the best set is {names}, not proven: free runs along held-out trials become {worse - 1.0:.0%} worse"
     return replace(
         found,
         verdict="unknown",
@@ -27,5 +31,5 @@ def without_harm(found: Diagnosis) -> Diagnosis:
         confusable=(),
         steps=found.steps[:1],
         held_out=replace(found.held_out, rmse_after=found.held_out.rmse_before, reducible_removed=0.0),
-        warnings=(note, *found.warnings),
+        warnings=(f"the best set is {names}, not proven: {reason}", *found.warnings),
     )

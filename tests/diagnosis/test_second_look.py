@@ -1,0 +1,58 @@
+"""What free runs named, and what balance equations name: which of both is the answer."""
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "report"))
+from builders import diagnosis
+
+from orchestrator import diagnose
+from orchestrator.verdicts.result import Diagnosis, Verdict
+
+
+def _answer(verdict: Verdict, left: float, removed: float = 0.9) -> Diagnosis:
+    """A diagnosis that leaves so many noise floors of the learning trials, and removes a share of the held-out error."""
+    found = diagnosis(verdict)
+    last = found.steps[-1]
+    assert last.comparison.learning is not None
+    learning = replace(last.comparison.learning, over_floor=left)
+    steps = (*found.steps[:-1], replace(last, comparison=replace(last.comparison, learning=learning)))
+    return replace(found, steps=steps, held_out=replace(found.held_out, reducible_removed=removed), seconds=1.0)
+
+
+@pytest.mark.parametrize(
+    ("verdict", "left", "is_fmu", "asks"),
+    [
+        ("named", 1.1, False, False),
+        ("named", 100.0, False, True),
+        ("ambiguous", 1.1, False, False),
+        ("ambiguous", 1.1, True, True),
+        ("unknown", 1.1, False, True),
+    ],
+)
+def test_balance_equations_are_looked_at_where_much_is_left_or_nothing_is_sure(
+    verdict: Verdict, left: float, is_fmu: bool, asks: bool
+) -> None:
+    assert diagnose._asks_for_more(_answer(verdict, left), is_fmu) is asks
+
+
+def test_what_leaves_less_is_the_answer() -> None:
+    first, second = _answer("named", 50.0), _answer("named", 2.0)
+    assert diagnose._better_of(first, second).steps == second.steps
+    assert diagnose._better_of(second, first).steps == second.steps
+    assert diagnose._better_of(first, second).seconds == 2.0
+
+
+def test_what_names_something_is_the_answer_where_free_runs_named_nothing() -> None:
+    assert diagnose._better_of(_answer("unknown", 50.0), _answer("ambiguous", 2.0)).verdict == "ambiguous"
+    assert diagnose._better_of(_answer("unknown", 50.0), _answer("unknown", 2.0)).verdict == "unknown"
+
+
+def test_a_set_that_removes_little_is_doubted_where_nothing_helps_at_the_balance_equations() -> None:
+    found = diagnose._better_of(_answer("named", 100.0, removed=0.11), _answer("unknown", 100.0))
+    assert found.verdict == "unknown" and found.best and not found.effects
+    assert "removes 11% of the error along held-out trials" in found.warnings[0]
+    assert diagnose._better_of(_answer("named", 3.0, removed=0.9), _answer("unknown", 100.0)).verdict == "named"
