@@ -1,6 +1,7 @@
 """Read access to the front end's flat DAE: expression nodes with their operands, variables, source positions."""
 
 from collections.abc import Iterator, Mapping
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +30,7 @@ class Arena:
         self.storage: dict[str, Any] = dae["storage"]
         self.variables: list[dict[str, Any]] = self.storage["variables"]
         self.functions: list[dict[str, Any]] = self.storage["functions"]
+        self.tables: list[dict[str, Any]] = dae.get("external_tables") or []
         self._files = {entry[0]: (entry[1], entry[2]) for entry in dae["source_map"]["files"]}
         self._nodes: list[Node] = []
         self._operands: dict[int, list[Any]] = {}
@@ -86,6 +88,18 @@ class Arena:
         """Tell a value that the front end made up from one that is written: it points at the whole declaration."""
         own = self.storage["expressions"]["provenance"][index]
         return bool(own == variable["declaration"] or own.get("origin") != "source")
+
+    @cached_property
+    def table_names(self) -> dict[int, list[str]]:
+        """Names of the handles of tables by their numbers."""
+        found: dict[int, list[str]] = {}
+        for variable in self.variables:
+            node = variable["attributes"].get("binding")
+            if variable["name"].endswith("tableID") and node is not None:
+                tag, body = self.node(node)
+                if tag == "literal" and "integer" in body:
+                    found.setdefault(body["integer"], []).append(variable["name"])
+        return found
 
     def value_type(self, index: int) -> dict[str, Any]:
         """Return the scalar kind and the dimensions of a variable's or function value's type."""

@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from fmus.errors import ModelicaError
-from fmus.symbolic import operators
+from fmus.symbolic import operators, tables
 from fmus.symbolic.arena import Arena
 from fmus.symbolic.events import SIGNS, RelationRecorder
 from fmus.symbolic.values import (
@@ -210,6 +210,9 @@ class Evaluator:
 
     def _run(self, index: int, arguments: list[Value]) -> list[Value]:
         function = self.arena.functions[index]
+        if function["external"] is not None and function["external"]["symbol"].startswith(tables.PREFIX):
+            symbol = function["external"]["symbol"]
+            return [tables.call(self.arena, symbol, arguments, lambda index: self._lookup("parameter", index))]
         if function["external"] is not None:
             raise ModelicaError(f"external function {function['name']} is not supported")
         frame, outer = Frame(arguments), self._binders
