@@ -13,7 +13,7 @@ the Modelica specification (3.6, section 8.6).
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import casadi as ca
 
@@ -26,18 +26,28 @@ from fmus.symbolic.expressions import Evaluator
 from fmus.symbolic.operators import BINARY, negate
 from fmus.symbolic.values import Value, array_of, choose, element_names, from_scalars, scalars, shape_of
 
-if TYPE_CHECKING:
-    from fmus.symbolic.declarations import Declarations
-
 INITIAL = -1
 # Of a period: so much before its time a clock ticks, which is rounding.
 EARLY = 1e-9
 
 
+class Declared(Protocol):
+    """What a model declares, as far as its memories need it; `discrete` has the expressions of variables without a `when`."""
+
+    time: ca.SX
+    evaluator: Evaluator
+    parameters: list[ca.SX]
+    values: dict[int, Value]
+    discrete: dict[int, int]
+
+    def lookup(self, kind: str, index: int) -> Value:
+        """The value of a variable between events."""
+
+
 class Memory:
     """The memories of one model; without `keeps` they stay what they start with, for a model without events."""
 
-    def __init__(self, arena: Arena, declared: "Declarations", keeps: bool) -> None:
+    def __init__(self, arena: Arena, declared: Declared, keeps: bool) -> None:
         self.arena, self.declared, self.keeps = arena, declared, keeps
         self.evaluator = Evaluator(arena, self._lookup, declared.time)
         self.symbols: list[ca.SX] = []
