@@ -1,4 +1,4 @@
-"""Which effect a model with slots, or an FMU, lacks: the search by free runs. `free_runs.py` is the function to read first.
+"""Which effect a model with slots, or an FMU, lacks: the search by free runs. Read `free_runs.py` first.
 
 Rooms, each of which imports only those before it:
 

@@ -1,57 +1,44 @@
 """Diagnose models with slots, and FMUs, by free runs: compare, search, let held-out trials referee, give a verdict."""
 
 import time
-from collections.abc import Callable, Mapping, Sequence, Set
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Sequence, Set
 from contextlib import suppress
 from dataclasses import replace
-from typing import TypeVar
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
 from fmus.catalogue import ModelicaModel
-from fmus.errors import ComponentError, MisfitError
-from orchestrator.compare.comparison import compare
+from fmus.errors import ComponentError
 from orchestrator.diagnosis.advise.advice import with_next_experiment
 from orchestrator.diagnosis.advise.left_open import with_open_questions
 from orchestrator.diagnosis.advise.unexplained import unexplained_forces, where_forces_lack
-from orchestrator.diagnosis.fit.candidates import EffectSet, find_candidates, model_of
-from orchestrator.diagnosis.fit.evidence import LearningData, Refit, fit_nominal, smoothed
-from orchestrator.diagnosis.linear.noise_model import metrics_of
+from orchestrator.diagnosis.aside import Aside
+from orchestrator.diagnosis.fit.evidence import LearningData, Refit
 from orchestrator.diagnosis.linear.remetric import NoiseOfSignals
-from orchestrator.diagnosis.linear.response import Response
-from orchestrator.diagnosis.noise.nuisances import Nuisances, nuisances
-from orchestrator.diagnosis.noise.outliers import without_outliers
+from orchestrator.diagnosis.prepared import Prepared, prepared
 from orchestrator.diagnosis.referee.adjusted import adjusted_parameters
 from orchestrator.diagnosis.referee.conclude import conclude
-from orchestrator.diagnosis.referee.referee import Referee, version_name
+from orchestrator.diagnosis.referee.referee import Referee, Refereed, version_name
 from orchestrator.diagnosis.referee.runners_up import runners_up
 from orchestrator.diagnosis.referee.tried import tried
-from orchestrator.diagnosis.search.compile_ahead import compile_ahead
 from orchestrator.diagnosis.search.cutting import TooLong, cut, is_worth_a_cut
 from orchestrator.diagnosis.search.search import Progress, Searcher
 from orchestrator.diagnosis.search.stretches import follow_closely, lost_after
+from orchestrator.diagnosis.search.trace import Accepted
 from orchestrator.library.cards import EffectCard
-from orchestrator.measurements import BoundSet, BoundTrial, MeasurementSet, bind
+from orchestrator.measurements import MeasurementSet
 from orchestrator.models.estimation import Z90
 from orchestrator.models.hands import hands
-from orchestrator.models.patch import free_slots
-from orchestrator.models.smoothing import SmoothedTrial
-from orchestrator.models.symbolic import SymbolicModel
 from orchestrator.verdicts.result import Diagnosis, Estimate, NamedEffect
 from orchestrator.work import Work
 
 __all__ = ["named_effects", "search_slots", "version_name"]
 
-# Clocks of inputs and outputs may differ by a sample: two standard deviations.
-CLOCK_SAMPLES = 0.5
 # What takes the place of the best set may itself have kin that is likelier: a torque pair that is an encoder's offset.
 MOST_SECOND_THOUGHTS = 2
 # Trials are cut into shorter and shorter stretches at most so often.
 MOST_CUTS = 3
-
-Found = TypeVar("Found")
 
 
 def search_slots(
@@ -111,50 +98,79 @@ def _diagnosed(
     work: Work | None,
     may_cut: bool,
 ) -> Diagnosis:
-    """The diagnosis by some trials, which may be stretches of `whole` ones."""
+    """The diagnosis by some trials, which may be stretches of `whole` ones.
+
+    Raises:
+        TooLong: if `may_cut`, and free runs follow the trials over stretches only.
+    """
     began = time.monotonic()
-    system = source.compile()
-    model = model_of(source, system)
-    progress("comparing the model with the measurement")
-    nominal = compare(model, measurements, workers=workers)
-    if nominal.held_out is None or not any(trial.set == "learning" for trial in nominal.trials):
-        raise MisfitError(
-            f"{measurements.path} has no trials on one side; a diagnosis needs learning and held-out trials"
-        )
-    data = bind(measurements, model.inputs, model.outputs)
-    if measurements is not whole:
-        # Stretches show less of the noise: rattling counted as slow noise, with next to none that is white.
-        data = data.with_noise_of(bind(whole, model.inputs, model.outputs))
-    candidates, impossible = find_candidates(source, system, cards)
-    progress("compiling the model with each effect")
-    compile_ahead(source, candidates, workers)
-    plain = model.restricted(data.output_names)
-    extra = nuisances(system, measurements.tolerances, _clock_std(data))
-    learning = _in_metric(source, plain, data, data.learning, nominal.noise_floor, extra)
-    searcher = Searcher(
-        base=source,
-        nominal=plain,
-        slots=free_slots(system),
-        candidates=tuple(candidates),
-        learning=learning,
+    asked = prepared(source, measurements, whole, cards, workers, progress)
+    searcher = _searcher(asked, workers, progress, work, may_cut)
+    with Aside(workers) as aside:
+        lacking = aside.begin(lambda: where_forces_lack(asked.plain, asked.learning))
+        later = aside.begin(lambda: asked.in_metric(asked.data.held_out))
+        path = searcher.run()
+        held_out, (where, findings) = later(), lacking()
+    if may_cut:
+        _ask_for_a_cut(path, held_out)
+    held_out = _as_carried_by(path, searcher, held_out, asked.learning)
+    referee = Referee(source, measurements, asked.nominal, held_out, workers)
+    refereed, scale = _refereed(referee, searcher, path, progress)
+    found = conclude(
+        asked.nominal, refereed, referee, searcher, declared=asked.noise_is_declared, impossible=asked.impossible
+    )
+    found = replace(found, where=tuple(where), findings=findings)
+    best = refereed.accepted[-1].refit if refereed.accepted else None
+    named = best if found.verdict in ("named", "ambiguous") else None
+    found = _with_what_was_fitted(found, named or searcher.trace.stages[0].tangent.base)
+    of_data = asked.notes((*searcher.learning.trials, *held_out.trials))
+    outcomes = tried(found.ranking, searcher.trace, named, [entry.refit for entry in refereed.accepted])
+    found = replace(found, warnings=(*found.warnings, *of_data), tried=outcomes)
+    found = with_open_questions(found, named, searcher.trace.stages, searcher.learning, asked.candidates)
+    if found.verdict == "unknown":
+        progress("looking at what is left")
+        found = replace(found, latent_forces=unexplained_forces(asked.plain, best, searcher.learning))
+    found = with_next_experiment(found, searcher, best, scale)
+    return replace(found, seconds=time.monotonic() - began)
+
+
+def _searcher(asked: Prepared, workers: int, progress: Progress, work: Work | None, may_cut: bool) -> Searcher:
+    noise_of, data = asked.data.noise_of, asked.data
+    return Searcher(
+        base=asked.source,
+        nominal=asked.plain,
+        slots=asked.slots,
+        candidates=asked.candidates,
+        learning=asked.learning,
         workers=workers,
         progress=progress,
         work=work,
         may_cut=may_cut,
-        noise=NoiseOfSignals(*(tuple(map(data.noise_of, names)) for names in (data.output_names, data.input_names))),
+        noise=NoiseOfSignals(*(tuple(map(noise_of, names)) for names in (data.output_names, data.input_names))),
     )
-    with _Aside(workers) as aside:
-        lacking = aside.begin(lambda: where_forces_lack(plain, learning))
-        later = aside.begin(lambda: _in_metric(source, plain, data, data.held_out, nominal.noise_floor, extra))
-        path = searcher.run()
-        held_out, (where, findings) = later(), lacking()
-    lost = lost_after(path[-1].refit, held_out) if path and may_cut else None
+
+
+def _ask_for_a_cut(path: Sequence[Accepted], held_out: LearningData) -> None:
+    """Raise TooLong if the best set follows held-out trials over their first part only."""
+    lost = lost_after(path[-1].refit, held_out) if path else None
     if lost is not None and is_worth_a_cut(lost, 0):
         raise TooLong(lost * held_out.step)
+
+
+def _as_carried_by(
+    path: Sequence[Accepted], searcher: Searcher, held_out: LearningData, learning: LearningData
+) -> LearningData:
+    """Held-out trials in the metric of the machine with the best set in it, where the search has made that its own."""
     if path and searcher.noise is not None and searcher.learning is not learning:
         with suppress(ComponentError):  # free runs that fail carry no noise, and the referee refuses them
-            held_out = searcher.noise.carried_by(follow_closely(path[-1].refit, held_out), held_out)
-    referee = Referee(source, measurements, nominal, held_out, workers)
+            return searcher.noise.carried_by(follow_closely(path[-1].refit, held_out), held_out)
+    return held_out
+
+
+def _refereed(
+    referee: Referee, searcher: Searcher, path: Sequence[Accepted], progress: Progress
+) -> tuple[Refereed, float]:
+    """What held-out trials confirm, rivals asked too, and the power of the noise that is left."""
     base = searcher.trace.stages[0].tangent.base
     scale = searcher.test_of(path[-1].refit if path else base).colour.scale
     refereed = referee.judge(base, path, scale, named_effects, progress)
@@ -168,89 +184,15 @@ def _diagnosed(
         refereed = referee.reconsidered(refereed, base, searcher.trace.refitted, scale, named_effects, progress)
         if refereed.accepted[-1].refit is last:
             break
-    scale = searcher.test_of(refereed.accepted[-1].refit if refereed.accepted else base).colour.scale
-    declared = all(data.levels[name].declared is not None for name in data.output_names)
-    found = conclude(nominal, refereed, referee, searcher, declared=declared, impossible=impossible)
-    best = refereed.accepted[-1].refit if refereed.accepted else None
-    fitted = (
-        best if best is not None and found.verdict in ("named", "ambiguous") else searcher.trace.stages[0].tangent.base
-    )
+    return refereed, searcher.test_of(refereed.accepted[-1].refit if refereed.accepted else base).colour.scale
+
+
+def _with_what_was_fitted(found: Diagnosis, fitted: Refit) -> Diagnosis:
+    """With the model's own parameters that a set's fit moved within their tolerances, and its clock."""
     adjusted = adjusted_parameters(fitted)
-    if adjusted:
-        note = f"fitted within stated tolerances, and so in a patched model: {', '.join(map(str, adjusted))}"
-        found = replace(found, warnings=(*found.warnings, note))
-    of_data = [note.removeprefix("warning: ") for note in data.notes if note.startswith("warning: ")]
-    of_data += _on_outliers(data, (*searcher.learning.trials, *held_out.trials))
-    found = replace(found, warnings=(*found.warnings, *of_data))
-    found = replace(found, adjusted=adjusted, clock_shift_s=fitted.fit.shift)
-    named = best if found.verdict in ("named", "ambiguous") else None
-    outcomes = tried(found.ranking, searcher.trace, named, [entry.refit for entry in refereed.accepted])
-    found = replace(found, where=tuple(where), findings=findings, tried=outcomes)
-    found = with_open_questions(found, named, searcher.trace.stages, searcher.learning, candidates)
-    if found.verdict == "unknown":
-        progress("looking at what is left")
-        found = replace(found, latent_forces=unexplained_forces(plain, best, searcher.learning))
-    found = with_next_experiment(found, searcher, best, scale)
-    return replace(found, seconds=time.monotonic() - began)
-
-
-class _Aside:
-    """A thread for what a search does not wait for, in the gaps that it leaves; none for a single worker."""
-
-    def __init__(self, workers: int) -> None:
-        self._pool = ThreadPoolExecutor(1) if workers > 1 else None
-
-    def __enter__(self) -> "_Aside":
-        return self
-
-    def __exit__(self, *reason: object) -> None:
-        if self._pool is not None:
-            self._pool.shutdown(cancel_futures=True)
-
-    def begin(self, work: Callable[[], Found]) -> Callable[[], Found]:
-        """Begin work, and return what gives its result."""
-        return work if self._pool is None else self._pool.submit(work).result
-
-
-def _clock_std(data: BoundSet) -> float:
-    """Standard deviation in s of a constant shift between inputs and outputs; 0 if no input is measured."""
-    if len(data.unconnected_inputs) == len(data.input_names):
-        return 0.0
-    return CLOCK_SAMPLES * float(np.median(np.diff(data.trials[0].time)))
-
-
-def _in_metric(
-    source: ModelicaModel,
-    plain: SymbolicModel,
-    data: BoundSet,
-    trials: Sequence[BoundTrial],
-    floor: Mapping[str, float],
-    extra: Nuisances,
-) -> LearningData:
-    """Trials with the metric of the noise that is declared or shows in the record, carried through the model."""
-    noise = np.array([data.noise_std[name] for name in data.output_names])
-    outputs, inputs = ([data.noise_of(name) for name in names] for names in (data.output_names, data.input_names))
-    fast = np.array([each.std for each in inputs])
-    shown = tuple(replace(trial, input_noise=fast) for trial in smoothed(trials, noise))
-    of_floor = np.array([floor[name] for name in data.output_names])
-    found = LearningData(shown, noise, nuisances=Nuisances(shift_std=extra.shift_std))
-    # Precise sensors see how a machine carries noise at its own parameters rather than at the nominal ones.
-    for _ in range(2 if extra.names and fast.any() else 1):
-        base = fit_nominal(EffectSet(source, (), data.output_names), plain, found)
-        response = Response(base, [t.smoother for t in shown])
-        metrics = metrics_of(response, outputs, inputs)
-        found = LearningData(shown, of_floor, tuple(metrics), extra)
-    errors = [y - t.measured for y, t in zip(response.outputs, shown, strict=True)]
-    clean = tuple(map(without_outliers, shown, errors, metrics))
-    return replace(found, trials=clean)
-
-
-def _on_outliers(data: BoundSet, trials: Sequence[SmoothedTrial]) -> list[str]:
-    """What was replaced beside the samples that a look at the record shows to be wrong."""
-    recorded = (*data.learning, *data.held_out)
-    pairs = zip(recorded, trials, strict=True)
-    count = sum(int(np.count_nonzero(raw.outputs != clean.measured)) for raw, clean in pairs)
-    return [f"{count} further samples stand out of the errors around them and do not count"] if count else []
+    notes = [f"fitted within stated tolerances, and so in a patched model: {', '.join(map(str, adjusted))}"]
+    warnings = (*found.warnings, *(notes if adjusted else ()))
+    return replace(found, warnings=warnings, adjusted=adjusted, clock_shift_s=fitted.fit.shift)
 
 
 def named_effects(found: Refit) -> tuple[NamedEffect, ...]:

@@ -8,11 +8,11 @@ import pytest
 from fmus.catalogue import find_modelica_model
 from orchestrator.diagnosis.fit.candidates import EffectSet, find_candidates, model_of
 from orchestrator.diagnosis.fit.evidence import fit_nominal
-from orchestrator.diagnosis.free_runs import _in_metric
 from orchestrator.diagnosis.linear.calibration import Stage
 from orchestrator.diagnosis.linear.tangent import Tangent
 from orchestrator.diagnosis.linear.thresholds import SIGNIFICANT
 from orchestrator.diagnosis.noise.nuisances import Nuisances
+from orchestrator.diagnosis.prepared import in_metric
 from orchestrator.library.cards import effect_library
 from orchestrator.measurements import bind, load_measurements
 from orchestrator.models.patch import free_slots
@@ -39,7 +39,7 @@ def stage_of(folder: Path, share: float) -> Stage:
     model = model_of(source, system)
     plain, nothing = model.restricted(("phi",)), EffectSet(source, (), ("phi",))
     data = bind(load_measurements(folder), model.inputs, model.outputs)
-    learning = _in_metric(source, plain, data, data.learning, {"phi": ANGLE_STD}, Nuisances(shift_std=0.5 * STEP))
+    learning = in_metric(source, plain, data, data.learning, {"phi": ANGLE_STD}, Nuisances(shift_std=0.5 * STEP))
     tangent = Tangent(fit_nominal(nothing, plain, learning), plain, learning)
     candidates, _ = find_candidates(source, system, [c for c in effect_library() if c.id == "viscous_friction"])
     blocks = tangent.blocks(candidates, free_slots(system), lambda work, items: [work(item) for item in items])

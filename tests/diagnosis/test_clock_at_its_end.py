@@ -7,9 +7,9 @@ import numpy as np
 from fmus.catalogue import find_modelica_model
 from orchestrator.diagnosis.fit.candidates import EffectSet, find_candidates, model_of
 from orchestrator.diagnosis.fit.evidence import fit_nominal
-from orchestrator.diagnosis.free_runs import _in_metric
 from orchestrator.diagnosis.linear.tangent import Tangent
 from orchestrator.diagnosis.noise.nuisances import Nuisances
+from orchestrator.diagnosis.prepared import in_metric
 from orchestrator.library.cards import effect_library
 from orchestrator.measurements import bind, load_measurements
 from orchestrator.models.patch import free_slots
@@ -35,7 +35,7 @@ def test_delay_of_three_samples_shows_beside_a_clock_that_may_be_one_late(tmp_pa
     model = model_of(source, system)
     plain = model.restricted(("phi",))
     data = bind(load_measurements(tmp_path), model.inputs, model.outputs)
-    learning = _in_metric(source, plain, data, data.learning, {"phi": ANGLE_STD}, Nuisances(shift_std=0.5 * STEP))
+    learning = in_metric(source, plain, data, data.learning, {"phi": ANGLE_STD}, Nuisances(shift_std=0.5 * STEP))
     base = fit_nominal(EffectSet(source, (), ("phi",)), plain, learning)
 
     tangent = Tangent(base, plain, learning)

@@ -11,11 +11,11 @@ from threadpoolctl import threadpool_limits
 from fmus.catalogue import find_modelica_model
 from orchestrator.diagnosis.fit.candidates import EffectSet, find_candidates, model_of
 from orchestrator.diagnosis.fit.evidence import fit_nominal
-from orchestrator.diagnosis.free_runs import _in_metric
 from orchestrator.diagnosis.linear.calibration import Stage
 from orchestrator.diagnosis.linear.tangent import Tangent
 from orchestrator.diagnosis.linear.thresholds import SIGNIFICANT
 from orchestrator.diagnosis.noise.nuisances import Nuisances
+from orchestrator.diagnosis.prepared import in_metric
 from orchestrator.library.cards import effect_library
 from orchestrator.measurements import Noise, bind, load_measurements
 from orchestrator.models.patch import free_slots
@@ -51,7 +51,7 @@ def p_values(folder: Path, noise: Noise) -> Iterator[float]:
     for seed in range(RECORDS):
         write(folder, noise, np.random.default_rng(seed))
         data = bind(load_measurements(folder), model.inputs, model.outputs)
-        learning = _in_metric(source, plain, data, data.learning, {"phi": ANGLE_STD}, extra)
+        learning = in_metric(source, plain, data, data.learning, {"phi": ANGLE_STD}, extra)
         tangent = Tangent(fit_nominal(nothing, plain, learning), plain, learning)
         blocks = tangent.blocks(candidates, free_slots(system), lambda work, items: [work(item) for item in items])
         yield Stage(tangent, blocks, 3, seed).p_value
