@@ -11,7 +11,7 @@ import click
 from fmus.errors import MisfitError
 from fmus.files import write_atomically
 from hil.terminal import ask_arm, ask_home, gaps, robot_of, stopped_by, yes
-from hil.trials.cli import record
+from hil.trials_cli import record
 from hil.virtual.cli import robot, tell
 from orchestrator.cli.common import can_be_filled, json_option, quiet_option, show, write_json
 

@@ -12,12 +12,12 @@ from typing import Any
 import click
 
 from fmus.errors import ComponentError, MisfitError
+from hil.control.pilot import Decision, Pilot
+from hil.control.timing import real_time_priority
 from hil.robots import proficio
 from hil.session.entry import PATIENCE_S, Opened, Operator, open_robot_session
-from hil.session.pilot import Decision, Pilot
 from hil.session.recorded import finish_session
-from hil.session.settings import Settings, read_settings, virtual_settings
-from hil.session.timing import real_time_priority
+from hil.settings import Settings, read_settings, virtual_settings
 from hil.stop.server import stop_button
 from hil.terminal import ask_arm, ask_home, yes
 from hil.virtual.body import Body, Burden

@@ -13,7 +13,7 @@ from orchestrator.cli.common import screen_paused
 
 if TYPE_CHECKING:
     from hil.robots.base import Robot
-    from hil.session.settings import Settings
+    from hil.settings import Settings
     from hil.virtual.body import Body
 
 
@@ -28,7 +28,7 @@ def robot_of(
     """Settings of the robot that the options mean; a virtual one lives as long as the stack, and proves itself with a body on it."""
     from dataclasses import replace
 
-    from hil.session.settings import read_settings, virtual_settings
+    from hil.settings import read_settings, virtual_settings
     from hil.virtual.made import DRIVES, DRIVES_OPTIONS
     from hil.virtual.process import virtual_robot
 

@@ -10,7 +10,7 @@ from hil.bench_view.sentences import Said, state, trial
 from hil.bench_view.stop_bar import SIGN, stop_bar
 from hil.bench_view.style import CSS
 from hil.bench_view.watched import Sessions, Watched
-from hil.session.absent import warning
+from hil.robots.absent import warning
 from orchestrator.studio.pages import Page
 
 PATH = "/bench"

@@ -22,8 +22,8 @@ from hil.cia402.robot import DrivesRobot
 from hil.codecs.frame import Frame
 from hil.errors import BusError
 from hil.robots.base import Gains, Line, Sleep
+from hil.robots.defaults import limits_of
 from hil.safety.limits import JointLimits, Limits
-from hil.session.defaults import limits_of
 
 # Another host with a cycle of 10 Hz or more is heard within this time; a drive changes its state within so long.
 COMPANY_S, SETTLE_S = 0.15, 0.02

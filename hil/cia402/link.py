@@ -22,11 +22,11 @@ from hil.cia402.frames import (
 )
 from hil.codecs.frame import Frame, Timed
 from hil.errors import FrameError
+from hil.robots.absent import MODULE, SENSOR
+from hil.robots.answers import Answers, listen_ns
 from hil.robots.base import Reading
 from hil.safety.cycle import Module, Outcome
 from hil.safety.limits import Limits
-from hil.session.absent import MODULE, SENSOR
-from hil.session.answers import Answers, listen_ns
 
 # An armed drive is in operation after so long, or something keeps it from it.
 ENABLE_NS = 500_000_000

@@ -10,9 +10,9 @@ import numpy as np
 from hil.cia402.frames import ENABLE, PERMILLE, SYNC, command_of, status_of, unpack_command
 from hil.cia402.link import DrivesLink
 from hil.codecs.frame import Frame
+from hil.robots.absent import MODULE, SENSOR
 from hil.robots.base import Line, Link
 from hil.safety.limits import Limits
-from hil.session.absent import MODULE, SENSOR
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 
 from fmus.errors import MisfitError
+from hil.control.controllers import Observed
 from hil.robots import proficio
-from hil.session.controllers import Observed
 from orchestrator.cosim.built import built_fmu
 from orchestrator.cosim.fmu import open_fmu
 from orchestrator.cosim.system import ComponentSpec

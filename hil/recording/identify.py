@@ -12,8 +12,8 @@ import numpy as np
 
 from fmus.errors import MisfitError
 from fmus.files import write_atomically
+from hil.control.pilot import Decision, Pilot
 from hil.recording.replay import RecordedCycle, replay
-from hil.session.pilot import Decision, Pilot
 from hil.trials.files import in_effect
 from orchestrator.results import Column, recorder_for
 

@@ -7,9 +7,9 @@ from pathlib import Path
 from fmus.children import child_environment, python_command
 from fmus.errors import ComponentError, MisfitError
 from hil.codecs.frame import Timed
+from hil.control.pilot import CycleInput
 from hil.recording.records import Flag, Kind, pack_asked, pack_begin, pack_cycle, pack_frame
 from hil.recording.ring import Ring
-from hil.session.pilot import CycleInput
 
 FRAMES = "frames.bin"
 

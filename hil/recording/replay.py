@@ -6,9 +6,9 @@ from pathlib import Path
 
 from fmus.errors import MisfitError
 from hil.codecs.frame import Timed
+from hil.control.pilot import CycleInput, Decision, Pilot
 from hil.recording.recorder import FRAMES
 from hil.recording.records import DOUBLE, MAGIC, Flag, Kind, Record, unpack_records
-from hil.session.pilot import CycleInput, Decision, Pilot
 
 _FLAGS = tuple(int(flag) for flag in Flag)
 

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from fmus.files import write_atomically
+from hil.control.controllers import Showing
+from hil.control.pilot import Decision, Pilot
 from hil.recording.replay import RecordedCycle, replay
-from hil.session.controllers import Showing
-from hil.session.pilot import Decision, Pilot
 from hil.trials.controller import Trials
 from hil.trials.files import TrialFiles
 from orchestrator.results import Column, recorder_for

@@ -113,7 +113,7 @@ class Robot(Protocol):
 
     @property
     def lacks(self) -> tuple[str, ...]:
-        """Safeguards of `hil.session.absent` that it has not."""
+        """Safeguards of `hil.robots.absent` that it has not."""
         ...
 
     def link(self, limits: Limits, waived: Collection[str], force_axes: np.ndarray) -> Link:

@@ -9,7 +9,7 @@ from hil.robots.base import RobotKind
 
 PROFICIO = "proficio"
 # Where each is made from the keys of its bench file; imported when it is needed.
-_KINDS = {PROFICIO: "hil.session.barrett:Proficio", "cia402": "hil.cia402.kind:Drives"}
+_KINDS = {PROFICIO: "hil.barrett.kind:Proficio", "cia402": "hil.cia402.kind:Drives"}
 
 
 def robot_kind(name: str, options: Mapping[str, Any]) -> RobotKind:

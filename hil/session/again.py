@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Any
 
 from fmus.errors import MisfitError
+from hil.barrett.kind import Proficio
 from hil.bus.wire import open_wire
 from hil.errors import BusError
 from hil.robots.base import RobotKind
-from hil.session.barrett import Proficio
 from hil.session.session import BrokenSession
 from hil.session.watchdog import let_the_arm_go
 

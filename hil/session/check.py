@@ -4,6 +4,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from fmus.errors import MisfitError
+from hil.barrett.module_limits import looser_than
+from hil.barrett.start_up import ANSWER_S, FoundNode, ask, company, scan, wake
 from hil.bus.wire import Wire
 from hil.codecs.barrett.identifiers import Group, Node, answer_of, to_group
 from hil.codecs.barrett.properties import encode_request
@@ -13,8 +15,6 @@ from hil.codecs.frame import Frame
 from hil.errors import BusError, FrameError
 from hil.robots.base import RobotKind, Sleep
 from hil.safety.limits import JointLimits
-from hil.session.module_limits import looser_than
-from hil.session.start_up import ANSWER_S, FoundNode, ask, company, scan, wake
 
 # A cycle is tried so many times; its slowest tells whether a rate can be held.
 TRIES = 200

@@ -15,17 +15,17 @@ from typing import Any
 
 from fmus.errors import MisfitError
 from hil.bus.wire import Wire, open_wire
+from hil.control.controllers import Ending
+from hil.control.pilot import Decision, Pilot
+from hil.control.timing import Metronome
 from hil.recording.recorder import Recorder
+from hil.robots.absent import refusals, warning
 from hil.robots.base import Robot
-from hil.session.absent import refusals, warning
-from hil.session.controllers import Ending
 from hil.session.loop import Loop, Summary, Wishes
-from hil.session.pilot import Decision, Pilot
 from hil.session.recorded import ROBOT, SETTINGS, pilot_of
 from hil.session.round_trip import measured, too_slow
-from hil.session.settings import Settings
-from hil.session.timing import Metronome
 from hil.session.watchdog import watchdog
+from hil.settings import Settings
 from hil.stop.flag import StopFlag
 from hil.view.about import about, session_name
 from hil.view.window import Window

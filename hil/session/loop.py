@@ -6,11 +6,11 @@ from typing import NamedTuple, Protocol
 
 from hil.bus.wire import Wire
 from hil.codecs.frame import Frame, Timed
+from hil.control.pilot import CycleInput, Decision, Pilot
+from hil.control.timing import Lateness
 from hil.recording.recorder import Recorder
 from hil.safety.rules import not_aborted
 from hil.session.heart import Heart
-from hil.session.pilot import CycleInput, Decision, Pilot
-from hil.session.timing import Lateness
 from hil.view.window import Window
 
 

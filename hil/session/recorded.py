@@ -9,12 +9,12 @@ import numpy as np
 
 from fmus.errors import MisfitError
 from fmus.files import write_atomically
+from hil.control.pilot import Pilot
 from hil.recording.frames import FRAMES_BLF, write_frames
 from hil.recording.replay import Replayed, replay
 from hil.recording.signals import write_signals
 from hil.robots.base import Robot
-from hil.session.pilot import Pilot
-from hil.session.settings import Settings, settings_of_json
+from hil.settings import Settings, settings_of_json
 
 SETTINGS, ROBOT, SUMMARY = "settings.json", "robot.json", "summary.json"
 

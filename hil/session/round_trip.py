@@ -3,9 +3,9 @@
 import math
 
 from hil.bus.wire import Wire
+from hil.robots.answers import listen_ns
 from hil.robots.base import Robot
 from hil.safety.limits import Limits
-from hil.session.answers import listen_ns
 
 # Questions that are put, and how long each is waited for.
 QUESTIONS, PATIENCE_S = 20, 0.1

@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from fmus.errors import ComponentError
+from hil.control.timing import real_time_priority
 from hil.errors import BusError
 from hil.session.entry import Operator, nothing, open_robot_session
 from hil.session.recorded import ROBOT, finish_session
-from hil.session.settings import Settings
-from hil.session.timing import real_time_priority
+from hil.settings import Settings
 from hil.stop.flag import StopFlag
 from hil.stop.server import stop_button
 

@@ -21,10 +21,10 @@ from fmus.errors import ComponentError, MisfitError
 from hil.bus.gate import let_go
 from hil.bus.wire import Wire, open_wire
 from hil.codecs.frame import Frame, parse_frame
+from hil.control.timing import real_time_priority
 from hil.errors import BusError
 from hil.processes import NOT_NEEDED
 from hil.session.heart import LIMIT_NS, Heart
-from hil.session.timing import real_time_priority
 
 POLL_S = 0.001
 # Of a bus that is full it hears so many frames in each look: it must not miss the loop because of it.

@@ -5,7 +5,7 @@ import threading
 from collections.abc import Callable, Iterator
 from queue import SimpleQueue
 
-from hil.session.pilot import Decision, Pilot
+from hil.control.pilot import Decision, Pilot
 from hil.trials.controller import Trials
 from hil.trials.phases import Phase
 

@@ -2,13 +2,13 @@
 
 import numpy as np
 
+from hil.control.controllers import Observed, Shown
 from hil.emulation.anatomy import anatomy
 from hil.emulation.corrections import Corrections
 from hil.emulation.muscles import Muscles
 from hil.emulation.planar import PLANE, Placement
 from hil.emulation.residual import Residual
 from hil.emulation.settings import MUSCLES, Learning
-from hil.session.controllers import Observed, Shown
 from hil.trials.phases import Course, Phase
 from hil.trials.protocol import Protocol
 

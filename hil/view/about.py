@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from hil.control.controllers import Showing
+from hil.control.pilot import Pilot
 from hil.emulation.planar import Placement
-from hil.session.controllers import Showing
-from hil.session.pilot import Pilot
-from hil.session.settings import Settings
+from hil.settings import Settings
 
 
 def about(settings: Settings, pilot: Pilot, folder: Path | None, stop: Path, dry_run: bool) -> Mapping[str, Any]:

@@ -8,8 +8,8 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from hil.robots.absent import warning
 from hil.safety.cycle import Reaction
-from hil.session.absent import warning
 from hil.view.glance import Glance
 from hil.view.layout import EDGES
 

@@ -16,9 +16,9 @@ from pathlib import Path
 from typing import Any
 
 from fmus.errors import MisfitError
+from hil.control.pilot import Decision, Pilot
 from hil.processes import of_living, shared_folder
 from hil.safety.cycle import Trip
-from hil.session.pilot import Decision, Pilot
 from hil.view import layout
 
 PREFIX = "misfit-view-"

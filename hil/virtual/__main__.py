@@ -10,8 +10,8 @@ from contextlib import closing
 from fmus.children import parent_process
 from fmus.errors import MisfitError
 from hil.bus.wire import open_wire
+from hil.control.timing import real_time_priority
 from hil.robots.known import PROFICIO
-from hil.session.timing import real_time_priority
 from hil.virtual.any_bus import BusServer
 from hil.virtual.beside import Ears
 from hil.virtual.body import Body

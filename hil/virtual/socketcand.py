@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable
 
 from hil.codecs.frame import Frame, Timed
-from hil.session.timing import SPIN_NS
+from hil.control.timing import SPIN_NS
 from hil.virtual.beside import COMMAND, follow, listen
 from hil.virtual.control import Control
 from hil.virtual.faults import Faults

@@ -6,15 +6,15 @@ from pathlib import Path
 
 import numpy as np
 
+from hil.barrett.start_up import Robot, start_up
 from hil.bus.gate import TORQUE_IDENTIFIERS
 from hil.bus.wire import Wire
 from hil.codecs.frame import Timed
+from hil.control.controllers import Controller
+from hil.control.pilot import Pilot
 from hil.robots import proficio
-from hil.session.controllers import Controller
 from hil.session.loop import Loop, Summary, Wishes
-from hil.session.pilot import Pilot
-from hil.session.settings import Settings, default_settings
-from hil.session.start_up import Robot, start_up
+from hil.settings import Settings, default_settings
 from hil.virtual.bus import DirectBus
 from hil.virtual.faults import Faults
 from hil.virtual.plant import FreeJoints

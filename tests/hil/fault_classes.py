@@ -16,10 +16,10 @@ from hil.codecs.barrett.positions import pack_positions, unpack_positions
 from hil.codecs.barrett.safety_module import Button, Level
 from hil.codecs.barrett.torques import pack_torques
 from hil.codecs.frame import Frame, Timed
+from hil.control.controllers import Controller, Observed
 from hil.recording.recorder import Recorder
 from hil.recording.records import RECORD
 from hil.recording.ring import Ring
-from hil.session.controllers import Controller, Observed
 from tests.hil.bench import Bench
 
 POSITIONS = frozenset(answer_of(k, Group.POSITIONS) for k in (1, 2, 3))

@@ -12,13 +12,13 @@ from string import ascii_lowercase
 import numpy as np
 
 from fmus.errors import MisfitError
+from hil.barrett.start_up import Robot, start_up
 from hil.bus.gate import TORQUES
 from hil.codecs.barrett.torques import unpack_torques
+from hil.control.pilot import Decision, Pilot
 from hil.robots import proficio
 from hil.safety.cycle import Reaction
 from hil.session.loop import Loop, Wishes
-from hil.session.pilot import Decision, Pilot
-from hil.session.start_up import Robot, start_up
 from tests.hil.bench import SETTINGS, Beats, Bench
 from tests.hil.fault_classes import CLASSES, FaultClass, Shaken, Trouble, recorder
 

@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from fmus.errors import MisfitError
-from hil.session.absent import MODULE, SENSOR, absent, refusals, warning
+from hil.robots.absent import MODULE, SENSOR, absent, refusals, warning
 from hil.session.recorded import pilot_of
-from hil.session.settings import Settings, read_settings
+from hil.settings import Settings, read_settings
 from hil.terminal import gaps
 from tests.hil.bench import SETTINGS, Bench
 

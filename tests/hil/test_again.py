@@ -16,22 +16,23 @@ import pytest
 from click.testing import CliRunner
 
 from fmus.errors import ComponentError, MisfitError
+from hil.barrett import kind as barrett
+from hil.barrett.start_up import Robot
 from hil.bus.gate import TORQUE_IDENTIFIERS, let_go
 from hil.bus.wire import open_wire
 from hil.cli import hil
 from hil.codecs.frame import Frame
+from hil.control.pilot import Decision, Pilot
 from hil.errors import BusError
 from hil.recording.records import Kind
 from hil.recording.replay import read_records
 from hil.robots import proficio
-from hil.session import again, barrett
+from hil.session import again
 from hil.session.again import keep_on, wait_for_arm
 from hil.session.entry import Operator
-from hil.session.pilot import Decision, Pilot
 from hil.session.recorded import ROBOT, replay_session
 from hil.session.session import BrokenSession, run_session
-from hil.session.settings import virtual_settings
-from hil.session.start_up import Robot
+from hil.settings import virtual_settings
 from hil.virtual.any_bus import BusServer
 from hil.virtual.plant import FreeJoints
 from hil.virtual.robot import VirtualRobot

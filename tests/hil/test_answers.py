@@ -6,12 +6,12 @@ import pytest
 
 from hil.codecs.barrett.identifiers import Group, answer_of
 from hil.codecs.frame import Timed
+from hil.control.pilot import Decision
+from hil.robots.answers import Answers
 from hil.safety.cycle import Reaction
-from hil.session.answers import Answers
 from hil.session.loop import Loop, Wishes
-from hil.session.pilot import Decision
 from hil.session.round_trip import measured, too_slow
-from hil.session.settings import default_settings
+from hil.settings import default_settings
 from tests.hil.bench import Beats, Bench
 
 POSITIONS = {answer_of(k, Group.POSITIONS) for k in (1, 2, 3)}

@@ -16,12 +16,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hil.barrett.start_up import start_up
 from hil.bus.gate import TORQUE_IDENTIFIERS
 from hil.bus.wire import open_wire
 from hil.codecs.frame import Frame
 from hil.robots import proficio
 from hil.session.check import check
-from hil.session.start_up import start_up
 from hil.terminal import stopped_by
 from hil.virtual.any_bus import BusServer
 from hil.virtual.plant import FreeJoints
@@ -60,7 +60,7 @@ def test_a_robot_starts_up_over_any_bus_and_is_found_to_be_well(
     settings: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # Robot and session share a process here, so an answer may take longer than a node's millisecond.
-    monkeypatch.setattr("hil.session.start_up.SCAN_S", (0.01, 0.04))
+    monkeypatch.setattr("hil.barrett.start_up.SCAN_S", (0.01, 0.04))
     with robot_on(settings) as robot:
         wire = open_wire(settings, TORQUE_IDENTIFIERS)
         try:

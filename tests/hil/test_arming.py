@@ -11,10 +11,10 @@ from click.testing import CliRunner
 
 from fmus.errors import MisfitError
 from hil import terminal
+from hil.barrett.start_up import Robot
 from hil.cli import hil
-from hil.session.start_up import Robot
 from hil.terminal import ask_arm, ask_home
-from hil.trials.cli import LISTENER, _operator
+from hil.trials_cli import LISTENER, _operator
 
 ROBOT = Robot("right", (4096, 4096, 4096), (2700, 2700, 2700), {}, None, None)
 BUS = {"interface": "virtual", "channel": "nowhere"}

@@ -16,7 +16,7 @@ from hil.recording.identify import CLASS, MODEL, write_identification
 from hil.recording.recorder import Recorder
 from hil.session.loop import Loop, Wishes
 from hil.session.recorded import ROBOT, SETTINGS, pilot_of, recorded_pilot
-from hil.session.settings import default_settings
+from hil.settings import default_settings
 from hil.trials.protocol import protocol_of_json, read_protocol
 from hil.virtual.body import Body, Burden
 from hil.virtual.loaded import REACH, LoadedJoints

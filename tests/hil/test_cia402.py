@@ -16,13 +16,13 @@ from hil.cia402.frames import OFF, command_of, nearer, pack_command, state_of, u
 from hil.cia402.kind import Drives
 from hil.cli import hil
 from hil.codecs.frame import Frame, Timed
+from hil.control.controllers import Controller, Hold, Observed
+from hil.control.pilot import Pilot
 from hil.errors import BusError
 from hil.recording.recorder import Recorder
+from hil.robots.absent import MODULE, SENSOR
 from hil.safety.limits import lowered
-from hil.session.absent import MODULE, SENSOR
-from hil.session.controllers import Controller, Hold, Observed
 from hil.session.loop import Loop, Wishes
-from hil.session.pilot import Pilot
 from hil.session.recorded import replay_session
 from hil.session.round_trip import measured, too_slow
 from hil.virtual.bus import DirectBus

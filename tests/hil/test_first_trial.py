@@ -13,11 +13,11 @@ from click.testing import CliRunner
 from fmus.errors import MisfitError
 from hil.cli import hil
 from hil.session.recorded import replay_session
-from hil.session.settings import Settings, settings_of_json, virtual_settings
-from hil.trials.cli import said_of
+from hil.settings import Settings, settings_of_json, virtual_settings
 from hil.trials.controller import Trials
 from hil.trials.phases import Phase
 from hil.trials.protocol import Protocol, Trial
+from hil.trials_cli import said_of
 from tests.hil import bench
 from tests.hil.trial_session import run_trials, some_trials
 

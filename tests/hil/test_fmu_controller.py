@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from fmus.errors import MisfitError
+from hil.control.controllers import Observed
+from hil.control.pilot import Pilot
 from hil.emulation.fmu_controller import FmuController
 from hil.recording.recorder import Recorder
 from hil.recording.replay import replay
-from hil.session.controllers import Observed
 from hil.session.loop import Loop, Wishes
-from hil.session.pilot import Pilot
-from hil.session.settings import read_settings
+from hil.settings import read_settings
 from tests.hil.bench import Beats, Bench
 
 SPRING = """model Spring "A spring with an integral part on the third joint"

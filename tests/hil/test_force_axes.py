@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from fmus.errors import MisfitError
+from hil.control.pilot import Decision
 from hil.session.loop import Loop, Wishes
-from hil.session.pilot import Decision
 from hil.session.recorded import pilot_of
-from hil.session.settings import read_settings, settings_of_json
+from hil.settings import read_settings, settings_of_json
 from tests.hil.bench import SETTINGS, Beats, Bench
 
 # The sensor's y is the wrist's x, its x points against the wrist's y, and its z shows half of the force.

@@ -8,8 +8,8 @@ import pytest
 
 from fmus.errors import MisfitError
 from fmus.symbolic.system import Variable
+from hil.barrett.kind import Proficio
 from hil.recording.signals import SIGNALS, _case, columns_of
-from hil.session.barrett import Proficio
 from orchestrator.measurements import load_measurements
 from orchestrator.measurements.binding import bind
 

@@ -9,12 +9,12 @@ import pyarrow.parquet as pq
 import pytest
 
 from fmus.errors import MisfitError
+from hil.control.controllers import Asked
 from hil.recording.identify import CLASS, MODEL, write_identification
 from hil.recording.recorder import Recorder
-from hil.session.controllers import Asked
 from hil.session.loop import Loop, Wishes
 from hil.session.recorded import ROBOT, SETTINGS, pilot_of, recorded_pilot
-from hil.session.settings import default_settings
+from hil.settings import default_settings
 from hil.virtual.plant import FreeJoints
 from orchestrator.measurements import load_measurements
 from tests.hil.bench import Beats, Bench

@@ -7,6 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fmus.errors import MisfitError
+from hil.barrett.module_limits import looser_than
+from hil.barrett.start_up import start_up
 from hil.bus.gate import TORQUE_IDENTIFIERS, TorqueGate
 from hil.bus.wire import Wire
 from hil.cli import hil
@@ -14,9 +16,7 @@ from hil.codecs.barrett.safety_module import Button, Level, Mode
 from hil.robots import proficio
 from hil.robots.proficio import Controller
 from hil.safety.cycle import Outcome, Reaction
-from hil.session.module_limits import looser_than
-from hil.session.settings import virtual_settings
-from hil.session.start_up import start_up
+from hil.settings import virtual_settings
 from hil.virtual.body import Body
 from hil.virtual.bus import DirectBus
 from hil.virtual.made import MOST_COUNTS, MOST_TORQUE_UNITS, Made, controllers

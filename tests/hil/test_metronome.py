@@ -2,8 +2,8 @@
 
 import time
 
+from hil.control.timing import Metronome
 from hil.session.heart import Heart
-from hil.session.timing import Metronome
 
 LONG_NS = 10_000_000_000
 

@@ -15,6 +15,7 @@ from typing import Any
 import can
 import pytest
 
+from hil.barrett.start_up import start_up
 from hil.bus.gate import TORQUE_IDENTIFIERS
 from hil.bus.wire import MOST_DRAINED, Wire, open_wire
 from hil.codecs.frame import Frame, Timed, parse_frame
@@ -24,7 +25,6 @@ from hil.robots import proficio
 from hil.session.heart import LIMIT_NS, Heart
 from hil.session.loop import Loop, Wishes
 from hil.session.recorded import replay_session
-from hil.session.start_up import start_up
 from hil.session.watchdog import watchdog
 from hil.virtual.plant import FreeJoints
 from hil.virtual.process import virtual_robot

@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from hil.barrett.module_limits import looser_than, motor_units
 from hil.codecs.barrett.identifiers import Node
+from hil.control.pilot import Pilot
 from hil.robots import proficio
 from hil.session.check import check
-from hil.session.module_limits import looser_than, motor_units
-from hil.session.pilot import Pilot
-from hil.session.settings import settings_of_json
+from hil.settings import settings_of_json
 from tests.hil.bench import SETTINGS, Bench
 
 PROVING = replace(SETTINGS, proof=True)

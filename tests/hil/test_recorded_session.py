@@ -12,12 +12,12 @@ from pathlib import Path
 import pytest
 
 from fmus.errors import ComponentError, MisfitError
+from hil.control.pilot import Decision, Pilot
 from hil.session import session
 from hil.session.entry import Operator
-from hil.session.pilot import Decision, Pilot
 from hil.session.recorded import finish_session, replay_session
 from hil.session.session import run_session
-from hil.session.settings import Settings, default_settings
+from hil.settings import Settings, default_settings
 from orchestrator.measurements import load_measurements
 
 

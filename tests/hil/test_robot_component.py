@@ -18,7 +18,7 @@ from rich.progress import Progress
 
 from fmus.errors import ComponentError, MisfitError
 from hil.component import RobotComponent, open_robot
-from hil.session.controllers import Asked, Observed
+from hil.control.controllers import Asked, Observed
 from hil.session.recorded import replay_session
 from hil.stop.flag import StopFlag
 from hil.view.glance import Look
@@ -176,7 +176,7 @@ def test_torque_has_one_entry() -> None:
             if called in callers:
                 callers[called].add(str(path.relative_to(HIL)))
     # A Proficio stands behind the contract by handing its start on.
-    assert callers.pop("start_up") == {"session/entry.py", "session/barrett.py"}
+    assert callers.pop("start_up") == {"session/entry.py", "barrett/kind.py"}
     assert callers == {name: {"session/entry.py"} for name in callers}
 
 

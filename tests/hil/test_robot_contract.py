@@ -9,15 +9,15 @@ import pytest
 
 from fmus.errors import MisfitError
 from hil.bus.wire import Wire
+from hil.control.pilot import Pilot
 from hil.errors import BusError
 from hil.recording.identify import write_identification
 from hil.recording.recorder import Recorder
 from hil.robots.base import RobotKind
 from hil.robots.known import robot_kind
 from hil.session.loop import Loop, Wishes
-from hil.session.pilot import Pilot
 from hil.session.recorded import ROBOT, SETTINGS, finish_session, pilot_of, recorded_pilot, replay_session
-from hil.session.settings import default_settings, read_settings, settings_of_json, virtual_settings
+from hil.settings import default_settings, read_settings, settings_of_json, virtual_settings
 from hil.virtual.bus import DirectBus
 from hil.virtual.faults import Faults
 from tests.hil.bench import Beats

@@ -11,23 +11,23 @@ import numpy as np
 import pytest
 
 from fmus.errors import MisfitError
+from hil.barrett.start_up import scan
 from hil.bus.gate import TORQUES
 from hil.bus.wire import Wire, open_wire
 from hil.codecs.barrett.safety_module import Button, Mode
 from hil.codecs.barrett.torques import pack_torques, unpack_torques
 from hil.codecs.frame import Frame, Timed, parse_frame
+from hil.control.controllers import Observed, Passive
+from hil.control.pilot import Pilot
 from hil.errors import BusError
 from hil.recording.recorder import Recorder
 from hil.recording.records import MAGIC, RECORD, Flag
 from hil.recording.replay import Replayed, read_records, replay
 from hil.robots import proficio
 from hil.session.check import check
-from hil.session.controllers import Observed, Passive
 from hil.session.loop import Loop, Wishes
-from hil.session.pilot import Pilot
 from hil.session.recorded import recorded_pilot
-from hil.session.settings import default_settings, virtual_settings
-from hil.session.start_up import scan
+from hil.settings import default_settings, virtual_settings
 from hil.terminal import stopped_by
 from hil.virtual.control import Control
 from hil.virtual.motor import IDLE, TORQUE

@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hil.session.controllers import Observed
+from hil.control.controllers import Observed
+from hil.control.pilot import Decision, Pilot
 from hil.session.loop import Loop, Wishes
-from hil.session.pilot import Decision, Pilot
-from hil.session.settings import Settings
+from hil.settings import Settings
 from tests.hil.bench import SETTINGS, Beats, Bench
 
 ASKED, RATE = 2.0, 500

@@ -14,6 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fmus.errors import MisfitError
+from hil.barrett.start_up import start_up
 from hil.bus.gate import TORQUE_IDENTIFIERS, let_go
 from hil.bus.joined import JoinedBus, Part, join
 from hil.bus.messages import NO_HANDLE
@@ -22,8 +23,7 @@ from hil.bus.wire import Wire, open_wire
 from hil.codecs.frame import Frame
 from hil.errors import BusError
 from hil.robots import proficio
-from hil.session.settings import read_settings
-from hil.session.start_up import start_up
+from hil.settings import read_settings
 from hil.virtual.any_bus import BusServer
 from hil.virtual.plant import FreeJoints
 from hil.virtual.robot import VirtualRobot
@@ -85,7 +85,7 @@ def test_what_either_bus_says_is_heard_and_a_busy_one_does_not_hide_the_other(tm
 def test_a_robot_whose_force_sensor_is_on_a_bus_of_its_own_starts_up(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("hil.session.start_up.SCAN_S", (0.01, 0.04))  # robot and session share a process here
+    monkeypatch.setattr("hil.barrett.start_up.SCAN_S", (0.01, 0.04))  # robot and session share a process here
     done, threads = threading.Event(), []
     with ends("whole") as buses:
         for bus, numbers in zip(buses, ((1, 2, 3, 10), (8,)), strict=True):

@@ -4,6 +4,7 @@ import math
 
 import pytest
 
+from hil.barrett.start_up import ask, start_up
 from hil.bus.gate import TORQUE_IDENTIFIERS, TORQUES
 from hil.bus.wire import Wire
 from hil.codecs.barrett.identifiers import Group, to_group, to_node
@@ -12,7 +13,6 @@ from hil.codecs.barrett.safety_module import Button
 from hil.codecs.barrett.tables import ABSOLUTE_ENCODER, Kind, properties
 from hil.codecs.barrett.torques import pack_torques
 from hil.codecs.frame import Frame
-from hil.session.start_up import ask, start_up
 from hil.virtual.bus import DirectBus
 from hil.virtual.made import Made
 from hil.virtual.robot import VirtualRobot

@@ -9,11 +9,11 @@ import numpy as np
 
 from hil.codecs.frame import Frame, Timed
 from hil.errors import BusError
+from hil.robots.answers import Answers, listen_ns
 from hil.robots.base import Gains, Line, Reading, Sleep
+from hil.robots.defaults import limits_of
 from hil.safety.cycle import Module, Outcome
 from hil.safety.limits import JointLimits, Limits
-from hil.session.answers import Answers, listen_ns
-from hil.session.defaults import limits_of
 from hil.virtual.plant import FreeJoints
 from hil.virtual.robot import RealTime
 

@@ -6,15 +6,15 @@ from pathlib import Path
 
 import numpy as np
 
+from hil.barrett.kind import Proficio
+from hil.control.pilot import Decision, Pilot
 from hil.emulation.planar import Placement
 from hil.recording.recorder import Recorder
 from hil.recording.signals import write_signals
 from hil.robots import proficio
-from hil.session.barrett import Proficio
 from hil.session.loop import Loop, Summary, Wishes
-from hil.session.pilot import Decision, Pilot
 from hil.session.recorded import ROBOT, SETTINGS, recorded_pilot
-from hil.session.settings import Settings, default_settings
+from hil.settings import Settings, default_settings
 from hil.trials.controller import Trials
 from hil.trials.phases import Phase
 from hil.trials.protocol import Protocol, read_protocol

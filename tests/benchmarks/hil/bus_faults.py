@@ -13,12 +13,12 @@ from hil.codecs.barrett.positions import pack_positions, unpack_positions
 from hil.codecs.barrett.safety_module import Button
 from hil.codecs.barrett.torques import pack_torques
 from hil.codecs.frame import Frame, Timed
+from hil.control.controllers import Observed
+from hil.control.pilot import Decision
+from hil.robots.absent import refusals
 from hil.safety.cycle import Reaction
-from hil.session.absent import refusals
-from hil.session.controllers import Observed
 from hil.session.loop import Loop, Wishes
-from hil.session.pilot import Decision
-from hil.session.settings import Settings, default_settings
+from hil.settings import Settings, default_settings
 from tests.hil.bench import Beats, Bench
 
 POSITIONS = frozenset(answer_of(k, Group.POSITIONS) for k in (1, 2, 3))

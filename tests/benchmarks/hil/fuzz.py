@@ -24,7 +24,7 @@ from hil.codecs.database import JOINT_ARM, Database
 from hil.codecs.frame import Frame, Timed, parse_frame
 from hil.codecs.slcan import SLCAN
 from hil.codecs.socketcand import SOCKETCAND
-from hil.session.pilot import CycleInput
+from hil.control.pilot import CycleInput
 from tests.hil.bench import Bench
 
 _BLOCK = 100_000

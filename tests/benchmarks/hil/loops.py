@@ -10,10 +10,10 @@ from pathlib import Path
 
 import numpy as np
 
+from hil.control.timing import Metronome, real_time_priority
 from hil.recording.records import Kind
 from hil.recording.replay import read_records
 from hil.session.recorded import replay_session
-from hil.session.timing import Metronome, real_time_priority
 from tests.benchmarks.hil.burners import burning
 
 

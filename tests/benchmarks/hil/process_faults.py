@@ -12,7 +12,7 @@ from pathlib import Path
 from hil.bus.gate import TORQUE_IDENTIFIERS, let_go
 from hil.bus.wire import Wire, open_wire
 from hil.codecs.frame import Frame
-from hil.session.timing import real_time_priority
+from hil.control.timing import real_time_priority
 from hil.virtual.process import virtual_robot
 
 # What is done to which process of a session.
@@ -33,7 +33,7 @@ from dataclasses import replace
 from pathlib import Path
 from hil.session.entry import Operator
 from hil.session.session import run_session
-from hil.session.settings import virtual_settings
+from hil.settings import virtual_settings
 settings = replace(virtual_settings(rate_hz=float(sys.argv[2])), bus=json.loads(sys.argv[1]))
 document = run_session(settings, 600.0, Operator(lambda: True, lambda robot: True), Path(sys.argv[3]))
 print(json.dumps(document["faults"]))

@@ -13,12 +13,12 @@ from hil.bus.gate import TORQUES
 from hil.codecs.barrett.safety_module import Button
 from hil.codecs.barrett.torques import pack_torques
 from hil.codecs.frame import Frame
+from hil.control.controllers import Observed, Passive
+from hil.control.pilot import Decision
+from hil.control.timing import real_time_priority
 from hil.safety.cycle import Reaction
-from hil.session.controllers import Observed, Passive
 from hil.session.heart import Heart
 from hil.session.loop import Loop, Wishes
-from hil.session.pilot import Decision
-from hil.session.timing import real_time_priority
 from hil.session.watchdog import watchdog
 from hil.virtual.process import virtual_robot
 from tests.hil.bench import Beats, Bench

@@ -12,11 +12,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hil.codecs.frame import Frame, Timed
+from hil.control.timing import real_time_priority
 from hil.recording.frames import write_frames
 from hil.recording.recorder import FRAMES
 from hil.recording.records import MAGIC, Kind, pack_frame
 from hil.recording.ring import Ring
-from hil.session.timing import real_time_priority
 
 # No call may take longer.
 LIMIT_NS = 50_000

@@ -22,11 +22,11 @@ from pathlib import Path
 
 import numpy as np
 
+from hil.control.timing import real_time_priority
 from hil.robots import proficio
 from hil.session.entry import Operator
 from hil.session.session import run_session
-from hil.session.settings import virtual_settings
-from hil.session.timing import real_time_priority
+from hil.settings import virtual_settings
 from hil.virtual.process import virtual_robot
 from tests.benchmarks.hil.burners import burning
 

@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 
+from hil.barrett.start_up import start_up
 from hil.bus.gate import TORQUE_IDENTIFIERS, let_go
 from hil.bus.wire import Wire, open_wire
 from hil.codecs.frame import parse_frame
-from hil.session.start_up import start_up
-from hil.session.timing import real_time_priority
+from hil.control.timing import real_time_priority
 from hil.virtual.process import virtual_robot
 from hil.virtual.remote import Remote
 

@@ -21,7 +21,7 @@ from hil.recording.records import Kind
 from hil.recording.replay import read_records
 from hil.session.entry import Operator
 from hil.session.session import run_session
-from hil.session.settings import default_settings
+from hil.settings import default_settings
 from hil.virtual.process import virtual_robot
 
 RATE_HZ = 500

@@ -11,15 +11,15 @@ from typing import Any
 import numpy as np
 
 from fmus.errors import MisfitError
+from hil.control.controllers import Asked, Controller, Hold, Passive
+from hil.control.proof import Proof
 from hil.emulation.planar import Placement
 from hil.emulation.settings import Learning
+from hil.robots.absent import KEYS
 from hil.robots.base import RobotKind
 from hil.robots.known import PROFICIO, robot_kind
 from hil.robots.proficio import Side
 from hil.safety.limits import JointLimits, Limits, Zone, lowered
-from hil.session.absent import KEYS
-from hil.session.controllers import Asked, Controller, Hold, Passive
-from hil.session.proof import Proof
 from hil.trials.protocol import Protocol as ProtocolOfTrials
 from hil.trials.protocol import protocol_of_json
 
@@ -44,7 +44,7 @@ class Settings:
     rad says how the emulated arm lies on the robot, `learning` how what its model lacks is learned. With `proof` an armed arm
     first shows that it stands still and that each joint turns its way, under `proof_torque` N.m at most. `force_axes` (3, 3) turns
     what the force sensor shows into the wrist's axes, since how it is mounted, its signs and its scale are nowhere published. `waived` are safeguards that the bench
-    may do without (see `hil.session.absent`); its limits are lowered already. `robot` is the kind of robot, `options` the keys of `[robot]` that are its own.
+    may do without (see `hil.robots.absent`); its limits are lowered already. `robot` is the kind of robot, `options` the keys of `[robot]` that are its own.
     """
 
     bus: Mapping[str, Any]

@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 
 from fmus.errors import MisfitError
+from hil.barrett.link import BarrettLink
+from hil.barrett.module_limits import looser_than
 from hil.bus.gate import TORQUES
 from hil.codecs.barrett.identifiers import LAST_NODE, SENDER_MASK, Group, Node, answer_of, to_group, to_node
 from hil.codecs.barrett.properties import decode_value, encode_request, encode_value
@@ -16,12 +18,10 @@ from hil.codecs.barrett.torques import unpack_torques
 from hil.codecs.frame import Frame
 from hil.errors import BusError, FrameError
 from hil.robots import proficio
+from hil.robots.absent import MODULE, SENSOR
 from hil.robots.base import Line, Link, Sleep
 from hil.robots.proficio import Side
 from hil.safety.limits import Limits
-from hil.session.absent import MODULE, SENSOR
-from hil.session.barrett_link import BarrettLink
-from hil.session.module_limits import looser_than
 
 # Waits of the protocol, in s.
 ANSWER_S, WAKING_S, SETTLE_S = 1.0, 0.010, 1.0

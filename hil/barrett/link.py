@@ -15,11 +15,11 @@ from hil.codecs.barrett.safety_module import Level, decode_mode, decode_pendant
 from hil.codecs.frame import Frame, Timed
 from hil.errors import FrameError
 from hil.robots import proficio
+from hil.robots.absent import MODULE, SENSOR
+from hil.robots.answers import Answers, listen_ns
 from hil.robots.base import Reading
 from hil.safety.cycle import Module, Outcome
 from hil.safety.limits import Limits
-from hil.session.absent import MODULE, SENSOR
-from hil.session.answers import Answers, listen_ns
 
 # The safety module is asked for its mode and its pendant in turn, each in this time if a cycle is shorter; it is lost after so long.
 MODULE_EVERY_S = 0.01

@@ -1,18 +1,18 @@
-"""Barrett's Proficio behind the contract of robots; what it is and how it starts up is in `hil.robots.proficio` and `hil.session.start_up`."""
+"""Barrett's Proficio behind the contract of robots; what it is and how it starts up is in `hil.robots.proficio` and `hil.barrett.start_up`."""
 
 from collections.abc import Callable, Mapping
 from typing import Any
 
 from fmus.errors import MisfitError
+from hil.barrett.start_up import NODES, TRIES, Robot, ask, company, scan, start_up
 from hil.bus.gate import TORQUE_IDENTIFIERS, let_go
 from hil.codecs.barrett.identifiers import SENDER_MASK, SENDER_SHIFT
 from hil.codecs.barrett.tables import MONITOR
 from hil.codecs.frame import Frame
 from hil.robots import proficio
 from hil.robots.base import Gains, Line, Sleep
+from hil.robots.defaults import limits_of
 from hil.safety.limits import JointLimits, Limits
-from hil.session.defaults import limits_of
-from hil.session.start_up import NODES, TRIES, Robot, ask, company, scan, start_up
 
 # Ranges are those in which examples move a Proficio; torques are below the controllers' own limits of 31, 17, 31 N.m.
 _RANGES = {

@@ -6,15 +6,15 @@ from typing import NamedTuple
 import numpy as np
 
 from hil.codecs.frame import Frame, Timed
+from hil.control.controllers import Controller, Modelling, Observed, Showing
+from hil.control.proof import Proof
+from hil.control.timing import Lateness
 from hil.robots.base import Reading, Robot
 from hil.safety.core import begin, step
 from hil.safety.cycle import Outcome, Reaction, Seen, State, Trip
 from hil.safety.limits import Limits
 from hil.safety.motion import follow
 from hil.safety.rules import SLOW_SHARE
-from hil.session.controllers import Controller, Modelling, Observed, Showing
-from hil.session.proof import Proof
-from hil.session.timing import Lateness
 
 
 class CycleInput(NamedTuple):
@@ -59,7 +59,7 @@ class Pilot:
     Args:
         gravity: whether the arm's weight is held; a robot whose joints are vertical has none to hold.
         proof: what an armed arm has to prove before the controller gets it.
-        waived: safeguards that this bench may do without, see `hil.session.absent`.
+        waived: safeguards that this bench may do without, see `hil.robots.absent`.
         force_axes: (3, 3), turns what the force sensor shows into the wrist's axes and N; as it is without them.
     """
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from fmus.errors import MisfitError
-from hil.session.controllers import Observed
+from hil.control.controllers import Observed
 
 # rad that a joint must turn, rad/s at which an arm drifts, and the longest test of a joint in s.
 TURN, DRIFT, PATIENCE_S = 0.01, 0.05, 1.0

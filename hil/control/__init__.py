@@ -1,0 +1,1 @@
+"""What decides in a cycle of a session: controllers, the pilot that asks them and the safety core, and its clock."""
