@@ -1,7 +1,7 @@
 """The way in for the command `misfit` and for pytest: no file of the user's is taken for one of ours.
 
-The packages `orchestrator`, `hil` and `fmus` have names that a user's own files may have, too. They are imported here from beside
-this file, and found there from then on, whatever the search path holds before it.
+The packages `orchestrator`, `hil` and `fmus` have names that a user's own files may have, too. They are imported here
+from beside this file, and found there from then on, whatever the search path holds before it.
 """
 
 import sys

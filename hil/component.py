@@ -205,10 +205,11 @@ def _body(given: Any, virtual: bool) -> Body | None:
 def open_robot(spec: ComponentSpec, folder: Path) -> Component:
     """Make the component of a system file: `kind = "robot"` with `virtual = true`, or `source` a bench file.
 
-    `body` says what a virtual one is burdened with: `friction` N.m.s/rad, `dry` N.m, `payload` kg, `delay` s, `noise` rad, or an arm by its
-    `model`. `record` names the folder to record in, next to the system file; without it a new one in ./recordings is made. A virtual
-    robot gets a process of its own unless `isolate = false`: whatever else Python does would stop its cycle for too long. To
-    ask an operator, as a real robot does, it needs the terminal, and so `isolate = false`.
+    `body` says what a virtual one is burdened with: `friction` N.m.s/rad, `dry` N.m, `payload` kg, `delay` s, `noise`
+    rad, or an arm by its `model`. `record` names the folder to record in, next to the system file; without it a new one
+    in ./recordings is made. A virtual robot gets a process of its own unless `isolate = false`: whatever else Python
+    does would stop its cycle for too long. To ask an operator, as a real robot does, it needs the terminal, and so
+    `isolate = false`.
 
     Raises:
         MisfitError: if neither or both are given, or the bench file is wrong.

@@ -28,8 +28,8 @@ _LEARNING = 2 / 3
 class Written:
     """What came of a log: rows, columns, the message whose times the rows have, and frames that say nothing here.
 
-    `others` counts by identifier the frames that the database does not know or cannot decode; `units` are signals whose unit
-    is not known here, which are written without one.
+    `others` counts by identifier the frames that the database does not know or cannot decode; `units` are signals whose
+    unit is not known here, which are written without one.
     """
 
     at: str = ""

@@ -40,11 +40,13 @@ class Settings:
     """A session's settings.
 
     `bus` is what python-can takes; `gravity` whether the arm's weight must be held; stiffness in N.m/rad and damping in
-    N.m.s/rad by joint are those of the posture that `hold` keeps, `source` the model of a controller `fmu`. With a `protocol` the session runs its trials, from number `first_trial` on: `shoulder`
-    rad says how the emulated arm lies on the robot, `learning` how what its model lacks is learned. With `proof` an armed arm
-    first shows that it stands still and that each joint turns its way, under `proof_torque` N.m at most. `force_axes` (3, 3) turns
-    what the force sensor shows into the wrist's axes, since how it is mounted, its signs and its scale are nowhere published. `waived` are safeguards that the bench
-    may do without (see `hil.robots.absent`); its limits are lowered already. `robot` is the kind of robot, `options` the keys of `[robot]` that are its own.
+    N.m.s/rad by joint are those of the posture that `hold` keeps, `source` the model of a controller `fmu`. With a
+    `protocol` the session runs its trials, from number `first_trial` on: `shoulder` rad says how the emulated arm lies
+    on the robot, `learning` how what its model lacks is learned. With `proof` an armed arm first shows that it stands
+    still and that each joint turns its way, under `proof_torque` N.m at most. `force_axes` (3, 3) turns what the force
+    sensor shows into the wrist's axes, since how it is mounted, its signs and its scale are nowhere published. `waived`
+    are safeguards that the bench may do without (see `hil.robots.absent`); its limits are lowered already. `robot` is
+    the kind of robot, `options` the keys of `[robot]` that are its own.
     """
 
     bus: Mapping[str, Any]

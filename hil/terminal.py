@@ -25,7 +25,8 @@ def robot_of(
     body: "Body | None" = None,
     kind: str = "proficio",
 ) -> "Settings":
-    """Settings of the robot that the options mean; a virtual one lives as long as the stack, and proves itself with a body on it."""
+    """Settings of the robot that the options mean; a virtual one lives as long as the stack, and proves itself with a
+    body on it."""
     from dataclasses import replace
 
     from hil.settings import read_settings, virtual_settings

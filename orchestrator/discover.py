@@ -64,8 +64,8 @@ def discover(
 ) -> Discovery:
     """Diagnose a model, add the named effects one after another, and record every version in the folder's ledger.
 
-    Where the library leaves something open, formulas are looked for, and their cards written to the folder; `laws` says so of
-    every answer, or of none. `own_laws` are formulas beside the shipped ones.
+    Where the library leaves something open, formulas are looked for, and their cards written to the folder; `laws` says
+    so of every answer, or of none. `own_laws` are formulas beside the shipped ones.
 
     Forces that no effect explains are written to the folder as drafts of effect cards, the inputs of the next experiment as
     `next_experiment.csv`.

@@ -41,8 +41,9 @@ def add_effects(
 ) -> Version:
     """Write `NAME.mo` and `NAME.fmu` to a folder, with NAME the base's name and the next free number; of an FMU a system.
 
-    The same effects with the same values give the same name again. `cards` are the effects known, by default the shipped
-    ones, `laws` those of the user's own. `adjusted` are parameters of the base that get the values that were fitted within their tolerances.
+    The same effects with the same values give the same name again. `cards` are the effects known, by default the
+    shipped ones, `laws` those of the user's own. `adjusted` are parameters of the base that get the values that were
+    fitted within their tolerances.
 
     Raises:
         MisfitError: if an effect is unknown or the model has no slot for it.

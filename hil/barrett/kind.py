@@ -1,4 +1,5 @@
-"""Barrett's Proficio behind the contract of robots; what it is and how it starts up is in `hil.robots.proficio` and `hil.barrett.start_up`."""
+"""Barrett's Proficio behind the contract of robots; what it is and how it starts up is in `hil.robots.proficio` and
+`hil.barrett.start_up`."""
 
 from collections.abc import Callable, Mapping
 from typing import Any

@@ -21,7 +21,8 @@ from hil.robots.base import Reading
 from hil.safety.cycle import Module, Outcome
 from hil.safety.limits import Limits
 
-# The safety module is asked for its mode and its pendant in turn, each in this time if a cycle is shorter; it is lost after so long.
+# The safety module is asked for its mode and its pendant in turn, each in this time if a cycle is shorter; it is lost
+# after so long.
 MODULE_EVERY_S = 0.01
 MODULE_LOST_NS = 250_000_000
 # The motors are asked in turn for their temperature, one every so many cycles.
@@ -148,7 +149,8 @@ class BarrettLink:
         )
 
     def _take(self, start_ns: int, frames: Sequence[Timed]) -> tuple[set[int], int]:
-        """The motors whose position answers this cycle's question, and in time; and how old (ns) the oldest of those answers is."""
+        """The motors whose position answers this cycle's question, and in time; and how old (ns) the oldest of those
+        answers is."""
         before: dict[int, list[Timed]] = {}
         since: dict[int, list[Timed]] = {}
         for timed in frames:

@@ -64,8 +64,9 @@ class SerialLine:
 
 
 class SlcanVoice(TextBus):
-    """Sends through an adapter that another program has opened or will open, and hears nothing: two readers would take each
-    other's frames. A watchdog's way to the bus: it works after that program has closed the bus, or was killed within a line.
+    """Sends through an adapter that another program has opened or will open, and hears nothing: two readers would take
+    each other's frames. A watchdog's way to the bus: it works after that program has closed the bus, or was killed
+    within a line.
     """
 
     def __init__(self, channel: str) -> None:

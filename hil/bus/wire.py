@@ -96,7 +96,8 @@ class Wire:
         return found
 
     def listen_to(self, nodes: Iterable[int]) -> None:
-        """Have the kernel leave out what comes from other nodes, on buses of which it can; hosts, number 0, are always heard."""
+        """Have the kernel leave out what comes from other nodes, on buses of which it can; hosts, number 0, are always
+        heard."""
         self.hear_only([(k << SENDER_SHIFT, SENDER_MASK) for k in sorted({0, *nodes})])
 
     def hear_only(self, heard: Iterable[tuple[int, int]]) -> None:
@@ -118,9 +119,9 @@ def open_wire(settings: Mapping[str, Any], torque_identifiers: frozenset[int], *
     """Open a bus.
 
     Args:
-        settings: what python-can takes, such as `{"interface": "socketcan", "channel": "can0"}`; `client = "python-can"`
-            takes its own clients also for the interfaces that have one here. `also` is a list of further buses, each with the
-            `nodes` that are on it.
+        settings: what python-can takes, such as `{"interface": "socketcan", "channel": "can0"}`; `client =
+            "python-can"` takes its own clients also for the interfaces that have one here. `also` is a list of further
+            buses, each with the `nodes` that are on it.
         beside: for a second wire to the same bus that need not hear anything; serial adapters have one reader only.
 
     Raises:

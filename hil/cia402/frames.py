@@ -1,4 +1,5 @@
-"""Frames of a cycle with CiA 402 drives: SYNC asks, each drive answers its status and position, and takes a command of its own."""
+"""Frames of a cycle with CiA 402 drives: SYNC asks, each drive answers its status and position, and takes a command of
+its own."""
 
 from struct import Struct
 from typing import NamedTuple
@@ -30,7 +31,8 @@ _NEARER = {"SWITCH ON DISABLED": SHUTDOWN, "READY TO SWITCH ON": SWITCH_ON, "SWI
 
 
 class Status(NamedTuple):
-    """What a drive says in each cycle: its state by name, its position in counts, its torque in thousandths of the rated one."""
+    """What a drive says in each cycle: its state by name, its position in counts, its torque in thousandths of the
+    rated one."""
 
     state: str
     position: int

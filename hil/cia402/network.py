@@ -1,4 +1,5 @@
-"""The `canopen` library on a wire of ours: it asks, and what comes until the answer is handed to it at once, without a thread."""
+"""The `canopen` library on a wire of ours: it asks, and what comes until the answer is handed to it at once, without a
+thread."""
 
 from canopen import Network, RemoteNode
 from canopen.sdo.base import SdoVariable

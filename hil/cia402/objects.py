@@ -1,4 +1,5 @@
-"""The objects of a drive that a session uses, by the profile CiA 402 (and CiA 301 for how it talks), as the `canopen` library takes them."""
+"""The objects of a drive that a session uses, by the profile CiA 402 (and CiA 301 for how it talks), as the `canopen`
+library takes them."""
 
 from canopen import ObjectDictionary
 from canopen.objectdictionary import ODRecord, ODVariable, datatypes

@@ -56,7 +56,8 @@ class DrivesRobot:
         return np.asarray(np.array(self.home) + turned / np.array(self.gear))
 
     def permille(self, torques: np.ndarray) -> np.ndarray:
-        """Thousandths of the rated torques, towards zero, that make joint torques (n,) in N.m: power is the same on both sides."""
+        """Thousandths of the rated torques, towards zero, that make joint torques (n,) in N.m: power is the same on
+        both sides."""
         return np.trunc(PERMILLE * torques / (np.array(self.gear) * np.array(self.rated)))
 
     def link(self, limits: Limits, waived: Collection[str], force_axes: np.ndarray) -> Link:
@@ -68,7 +69,8 @@ class DrivesRobot:
         return [Frame(SYNC, b"")], frozenset(map(status_of, self.nodes))
 
     def holding_torques(self, angles: np.ndarray) -> np.ndarray:
-        """None: what hangs on the drives is not known here, so a robot with a weight needs `gravity = false` and a brake or balance."""
+        """None: what hangs on the drives is not known here, so a robot with a weight needs `gravity = false` and a
+        brake or balance."""
         return np.zeros(len(self.nodes))
 
     def looser_limits(self, line: Line, limits: Limits) -> list[str]:

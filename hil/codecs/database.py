@@ -14,7 +14,8 @@ from hil.errors import FrameError, ValueRangeError
 if TYPE_CHECKING:
     from cantools.database.can import Message
 
-# A database that is shipped as a file, beside those of Barrett's robots: an arm with three joints that are commanded by torque.
+# A database that is shipped as a file, beside those of Barrett's robots: an arm with three joints that are commanded by
+# torque.
 JOINT_ARM = "joint_arm"
 
 

@@ -9,11 +9,12 @@ _NOTHING = np.zeros(3)
 
 
 class Observed(NamedTuple):
-    """What a controller sees: time since it took over in s (negative before the arm is armed), joint angles rad, speeds rad/s, wrist force N.
+    """What a controller sees: time since it took over in s (negative before the arm is armed), joint angles rad, speeds
+    rad/s, wrist force N.
 
-    `sent` N.m is what the core let pass in the last cycle, without the part that holds the weight; `confirm` whether the
-    operator has just confirmed; `fresh` whether all angles were measured in this cycle; `asked` N.m what a program beside the session asks
-    for, None while it does not.
+    `sent` N.m is what the core let pass in the last cycle, without the part that holds the weight; `confirm` whether
+    the operator has just confirmed; `fresh` whether all angles were measured in this cycle; `asked` N.m what a program
+    beside the session asks for, None while it does not.
     """
 
     seconds: float
@@ -92,7 +93,8 @@ class Showing(Protocol):
 
 @runtime_checkable
 class Modelling(Protocol):
-    """A controller that knows the arm: `unmodelled` N.m of each joint are what it cannot explain of the last motion, None if it cannot tell."""
+    """A controller that knows the arm: `unmodelled` N.m of each joint are what it cannot explain of the last motion,
+    None if it cannot tell."""
 
     unmodelled: tuple[float, ...] | None
 

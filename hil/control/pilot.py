@@ -20,9 +20,9 @@ from hil.safety.rules import SLOW_SHARE
 class CycleInput(NamedTuple):
     """All that a decision depends on; a recording holds exactly this.
 
-    `start_ns` is when the cycle asked for positions (monotonic), `frames` what came since the last cycle listened, `computing_ns` what the controller took
-    in the cycle before, `asked` N.m what somebody outside asks for, None while nobody does; the rest are wishes of the operator,
-    and whether recorder and watchdog are content.
+    `start_ns` is when the cycle asked for positions (monotonic), `frames` what came since the last cycle listened,
+    `computing_ns` what the controller took in the cycle before, `asked` N.m what somebody outside asks for, None while
+    nobody does; the rest are wishes of the operator, and whether recorder and watchdog are content.
     """
 
     start_ns: int
@@ -41,8 +41,8 @@ class CycleInput(NamedTuple):
 class Decision(NamedTuple):
     """What a cycle sends, and what was known when that was decided.
 
-    `passed` (3,) N.m is what the core let pass of the torque `asked` for, without the part that holds the weight; `shown` are
-    the controller's own signals.
+    `passed` (3,) N.m is what the core let pass of the torque `asked` for, without the part that holds the weight;
+    `shown` are the controller's own signals.
     """
 
     frames: list[Frame]

@@ -21,8 +21,8 @@ class Metronome:
     """Beats at absolute times; a beat that is late by more than a period is skipped and counted.
 
     Args:
-        sign: told the time (ns) again and again while the next beat is waited for: a sign of life in long periods, too. Where it says
-            True, something cannot wait that long: there is a beat at once, one until it says False again.
+        sign: told the time (ns) again and again while the next beat is waited for: a sign of life in long periods, too.
+            Where it says True, something cannot wait that long: there is a beat at once, one until it says False again.
     """
 
     def __init__(self, period_ns: int, sign: Callable[[int], bool] = lambda now_ns: False) -> None:

@@ -58,7 +58,8 @@ class Anatomy:
         return np.array([0.0, slope * w[0] * (w[0] + w[1])])
 
     def expected_rate(self, q: np.ndarray, w: np.ndarray, torque: np.ndarray) -> np.ndarray:
-        """Rate of momentum M w (2,) in N.m that the model expects under torques (2,) in N.m at the joints, whatever makes them."""
+        """Rate of momentum M w (2,) in N.m that the model expects under torques (2,) in N.m at the joints, whatever
+        makes them."""
         return np.asarray(torque + self.momentum_rate(q, w) - self.damping * w)
 
 

@@ -22,9 +22,10 @@ _TORQUES, _RATES_TO_TORQUES, _TORQUES_TO_RATES, _RATES = (np.kron(each, _BOTH) f
 class Residual:
     """The torque (2,) in N.m that links feel beside what is known, by a Kalman filter on the arm's own equations.
 
-    As in `orchestrator.models.missing_force` the torque is a Gaussian process in time of the Matern 3/2 kind. The states are q, p = M w,
-    the torque and its rate: q' = M^-1 p, p' = what the model expects + torque; M is that of the measured angles, so the filter is linear. A mark
-    keeps a moment's torque as a state of its own, which what comes later makes better (fixed-point smoothing); memory is constant.
+    As in `orchestrator.models.missing_force` the torque is a Gaussian process in time of the Matern 3/2 kind. The
+    states are q, p = M w, the torque and its rate: q' = M^-1 p, p' = what the model expects + torque; M is that of the
+    measured angles, so the filter is linear. A mark keeps a moment's torque as a state of its own, which what comes
+    later makes better (fixed-point smoothing); memory is constant.
     """
 
     def __init__(self, anatomy: Anatomy, learning: Learning | None = None) -> None:
@@ -123,7 +124,8 @@ class Residual:
 
 
 def _process(size: float, duration: float, seconds: float) -> tuple[np.ndarray, np.ndarray]:
-    """What Matern 3/2 processes of both joints and their rates keep of themselves in a time (4, 4), and the covariance of what is new (4, 4).
+    """What Matern 3/2 processes of both joints and their rates keep of themselves in a time (4, 4), and the covariance
+    of what is new (4, 4).
 
     Closed form of Hartikainen and Saerkkae (MLSP 2010).
     """

@@ -13,10 +13,11 @@ MUSCLES, JOINTS = 6, 2
 class Learning:
     """How corrections are learned.
 
-    A datum is the missing torque at one moment, each `window_s`, as the same time after it shows it. `budget` data are kept. `deviation` N.m is
-    how large the missing torque may be, `duration` s how long it stays alike; `encoder` rad and `sensor` N are the noise of angles
-    and forces. `noise` N.m is added to what these leave open: a part that does not follow from angles and speeds. It changes over `angle` rad
-    and `speed` rad/s. `share` of it is taken off the torque that is asked for (0: it is only watched).
+    A datum is the missing torque at one moment, each `window_s`, as the same time after it shows it. `budget` data are
+    kept. `deviation` N.m is how large the missing torque may be, `duration` s how long it stays alike; `encoder` rad
+    and `sensor` N are the noise of angles and forces. `noise` N.m is added to what these leave open: a part that does
+    not follow from angles and speeds. It changes over `angle` rad and `speed` rad/s. `share` of it is taken off the
+    torque that is asked for (0: it is only watched).
     """
 
     window_s: float = 0.1

@@ -1,7 +1,7 @@
 """A session as a measurement set of one joint, with a nominal model beside it: what `misfit discover` needs, and nothing else.
 
-The model has inertia and nothing more, so friction, a spring, a weak motor or a delay is what it lacks. Its input is the torque
-that acted: what the safety core let pass, without the part that holds the arm's weight.
+The model has inertia and nothing more, so friction, a spring, a weak motor or a delay is what it lacks. Its input is
+the torque that acted: what the safety core let pass, without the part that holds the arm's weight.
 """
 
 import json

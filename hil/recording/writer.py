@@ -1,7 +1,7 @@
 """The recorder, a process of its own: `python -m hil.recording.writer RING FILE`.
 
-It ends when the ring is closed, or when the process that began it is gone; in both cases after the last record. Where the disk
-takes no more it says so and ends, which the session notices.
+It ends when the ring is closed, or when the process that began it is gone; in both cases after the last record. Where
+the disk takes no more it says so and ends, which the session notices.
 """
 
 import os

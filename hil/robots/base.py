@@ -1,9 +1,9 @@
 """What a session needs of a robot, whatever protocol it speaks: the contract that every kind of robot meets.
 
-A `RobotKind` is made from the `[robot]` table of a bench file and knows the bus: who is there, how they are woken and zeroed, which
-frames carry torque, and which ones stop everything. Its `start_up` gives a `Robot`: what its nodes said of themselves. A `Robot` gives
-each session a `Link`, which turns frames into what the safety core sees, and the core's outcome into frames; it has no
-clock and no bus, so that a recording goes through the same code again.
+A `RobotKind` is made from the `[robot]` table of a bench file and knows the bus: who is there, how they are woken and
+zeroed, which frames carry torque, and which ones stop everything. Its `start_up` gives a `Robot`: what its nodes said
+of themselves. A `Robot` gives each session a `Link`, which turns frames into what the safety core sees, and the core's
+outcome into frames; it has no clock and no bus, so that a recording goes through the same code again.
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -38,7 +38,8 @@ class Line(Protocol):
 
 
 class Gains(NamedTuple):
-    """By joint: stiffness N.m/rad and damping N.m.s/rad of the posture that is held, N.m at most with which a joint proves its way."""
+    """By joint: stiffness N.m/rad and damping N.m.s/rad of the posture that is held, N.m at most with which a joint
+    proves its way."""
 
     stiffness: Vector
     damping: Vector
@@ -48,10 +49,11 @@ class Gains(NamedTuple):
 class Reading(NamedTuple):
     """What the frames of a cycle say.
 
-    `positions` rad by joint, None where no answer to this cycle's question came in time; `age_ns` how old the oldest of them was, None if
-    one is missing. `force` N at the wrist as it was last told, None without a sensor; `sensor` whether there is one or the bench may do
-    without. `module` is what the robot's own safety module says, None if it is lost; `trouble` why the drives cannot make what
-    is asked for, "" if they can. The rest is as in `hil.safety.cycle.Seen`.
+    `positions` rad by joint, None where no answer to this cycle's question came in time; `age_ns` how old the oldest of
+    them was, None if one is missing. `force` N at the wrist as it was last told, None without a sensor; `sensor`
+    whether there is one or the bench may do without. `module` is what the robot's own safety module says, None if it is
+    lost; `trouble` why the drives cannot make what is asked for, "" if they can. The rest is as in
+    `hil.safety.cycle.Seen`.
     """
 
     positions: tuple[float | None, ...]
@@ -69,7 +71,8 @@ class Reading(NamedTuple):
 
 
 class Link(Protocol):
-    """The frames of one session; `awaited` are the identifiers that a decision needs, `listen_ns` how long they are waited for."""
+    """The frames of one session; `awaited` are the identifiers that a decision needs, `listen_ns` how long they are
+    waited for."""
 
     listen_ns: int
     strange_frames: int
@@ -86,7 +89,8 @@ class Link(Protocol):
     def late_answers(self) -> int: ...
 
     def requests(self, arrived: Sequence[Timed]) -> list[Frame]:
-        """What a cycle asks for at its beginning; changes nothing. `arrived` are the frames that have come since the last one."""
+        """What a cycle asks for at its beginning; changes nothing. `arrived` are the frames that have come since the
+        last one."""
         ...
 
     def read(self, start_ns: int, frames: Sequence[Timed]) -> Reading:
@@ -149,8 +153,9 @@ class Robot(Protocol):
 class RobotKind(Protocol):
     """A kind of robot on its bus.
 
-    `frame` says whose joints the angles belong to, so that nobody takes them for another's; `torque_identifiers` are those of frames
-    that only the safety core's gate may send, `heard` pairs of identifier and mask of what a session hears (all if there is none).
+    `frame` says whose joints the angles belong to, so that nobody takes them for another's; `torque_identifiers` are
+    those of frames that only the safety core's gate may send, `heard` pairs of identifier and mask of what a session
+    hears (all if there is none).
     """
 
     name: str

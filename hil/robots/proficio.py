@@ -87,8 +87,8 @@ def tool_position(angles: np.ndarray, side: Side) -> np.ndarray:
 def holding_torques(angles: np.ndarray, side: Side) -> np.ndarray:
     """Joint torques (3,) in N.m that hold the arm against its weight at joint angles (3,) in rad.
 
-    From the base outwards the weight is turned into each link's frame, and from the tip inwards moments are summed. In plain
-    numbers: a session needs it in every cycle, and NumPy takes ten times as long for three of them.
+    From the base outwards the weight is turned into each link's frame, and from the tip inwards moments are summed. In
+    plain numbers: a session needs it in every cycle, and NumPy takes ten times as long for three of them.
     """
     turns = [
         (math.cos(angle), math.sin(angle), math.cos(twist), math.sin(twist))

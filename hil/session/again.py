@@ -1,4 +1,5 @@
-"""A session whose bus broke can be taken up again, never by itself: the arm is looked at anew, and has to be armed once more."""
+"""A session whose bus broke can be taken up again, never by itself: the arm is looked at anew, and has to be armed once
+more."""
 
 import time
 from collections.abc import Callable, Mapping
@@ -67,8 +68,9 @@ def wait_for_arm(
 ) -> None:
     """Wait until a bus that broke can be opened and all motors answer on it.
 
-    Nobody knows what torque they made last: the first that they hear is no torque, and idle. Only where another host talks to
-    them by now nothing is said; the start-up of a session refuses to go on there. Nothing is said in a dry run either.
+    Nobody knows what torque they made last: the first that they hear is no torque, and idle. Only where another host
+    talks to them by now nothing is said; the start-up of a session refuses to go on there. Nothing is said in a dry run
+    either.
 
     Raises:
         BusError: if that takes too long.

@@ -38,8 +38,8 @@ PATIENCE_S = 60.0
 class Operator:
     """Who is asked: whether the arm is on its stops, whether it may be armed.
 
-    `abort` and `confirm` are looked at in every cycle; `watch` is told of every decision and must not take long; `tell` says
-    words on the screen.
+    `abort` and `confirm` are looked at in every cycle; `watch` is told of every decision and must not take long; `tell`
+    says words on the screen.
     """
 
     at_home: Callable[[], bool]
@@ -83,7 +83,8 @@ class Opened:
             raise MisfitError(f"{wire.name}: {slow}")
 
     def wishes(self, seconds: float) -> Callable[[], Wishes]:
-        """Arm as soon as the safety module is active and all is well; abort when told; end when done, or so long after arming."""
+        """Arm as soon as the safety module is active and all is well; abort when told; end when done, or so long after
+        arming."""
         began = time.monotonic()
         armed: float | None = None if self.armed else began
         pilot, operator, stop = self.pilot, self.operator, self.stop

@@ -9,8 +9,8 @@ from pathlib import Path
 from hil.processes import shared_folder
 
 _SIZE = 64
-# Loop and watchdog let the arm go after so long without a sign of each other. On a machine without a real-time kernel gaps of
-# 28 ms were measured in loops that were well, but rarely.
+# Loop and watchdog let the arm go after so long without a sign of each other. On a machine without a real-time kernel
+# gaps of 28 ms were measured in loops that were well, but rarely.
 LIMIT_NS = 25_000_000
 # Places of eight-byte numbers. Elements of a memoryview are stored at once; `Struct.pack_into` writes zeros first, which
 # the watchdog would take for a loop that has not begun.
@@ -19,7 +19,8 @@ _IN_GOOD_ORDER, _ABANDONED = 1, 2
 
 
 class Heart:
-    """One file in shared memory that loop and watchdog both open; times are monotonic ns, 0 before the first one. Each watches the other."""
+    """One file in shared memory that loop and watchdog both open; times are monotonic ns, 0 before the first one. Each
+    watches the other."""
 
     def __init__(self, path: Path) -> None:
         self.path = path

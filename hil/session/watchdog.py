@@ -1,8 +1,8 @@
 """The watchdog, a process of its own: `python -m hil.session.watchdog HEART SETTINGS LIMIT_NS FRAMES [dry]`.
 
-If the loop has given no sign for too long (it hangs, was stopped or killed), or has ended by an error, it sends zero torques
-and switches the motors to idle, on a connection to the bus of its own, and tells the loop, which then stops for good. So it does
-when that connection breaks, or one of two: a bus that still works hears it.
+If the loop has given no sign for too long (it hangs, was stopped or killed), or has ended by an error, it sends zero
+torques and switches the motors to idle, on a connection to the bus of its own, and tells the loop, which then stops for
+good. So it does when that connection breaks, or one of two: a bus that still works hears it.
 """
 
 import json

@@ -11,7 +11,8 @@ from fmus.errors import MisfitError
 from hil.processes import of_living, shared_folder
 
 PREFIX = "misfit-stop-"
-# Places of eight-byte numbers: times are monotonic ns, 0 before they come; behind them the token, and what it stops in words.
+# Places of eight-byte numbers: times are monotonic ns, 0 before they come; behind them the token, and what it stops in
+# words.
 _PRESSED, _SEEN, _PORT, _ALIVE, _OVER = range(5)
 _TOKEN, _WORDS, _SIZE = 64, 128, 512
 

@@ -42,9 +42,10 @@ LEAST_SHARE = 0.5
 class TrialFiles:
     """Takes the rows of a session and writes each trial to a file of its own, with time from its beginning.
 
-    Where the robot made other torques than those of the muscles, because they act a cycle late, the safety core cut them, or
-    something learned was added, the difference is written as the push at the wrist that does the same to the arm (`pushes`):
-    `fx`, `fy` are all that the emulated arm felt there. Angles that were not measured in a cycle are those of a cubic spline through all others.
+    Where the robot made other torques than those of the muscles, because they act a cycle late, the safety core cut
+    them, or something learned was added, the difference is written as the push at the wrist that does the same to the
+    arm (`pushes`): `fx`, `fy` are all that the emulated arm felt there. Angles that were not measured in a cycle are
+    those of a cubic spline through all others.
     """
 
     def __init__(self, folder: Path, columns: Sequence[Column], protocol: Protocol, placement: Placement) -> None:
@@ -132,7 +133,8 @@ def in_effect(times: np.ndarray, torques: np.ndarray, took: np.ndarray) -> np.nd
 
 
 def _filled(times: np.ndarray, angles: np.ndarray, fresh: np.ndarray) -> np.ndarray:
-    """The angles (n, 2) in rad, with others where they were not measured: before the first that was they are as that, as after the last."""
+    """The angles (n, 2) in rad, with others where they were not measured: before the first that was they are as that,
+    as after the last."""
     within = np.clip(times[~fresh], times[fresh][0], times[fresh][-1])
     angles[~fresh] = CubicSpline(times[fresh], angles[fresh])(within)
     return angles

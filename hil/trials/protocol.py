@@ -45,7 +45,8 @@ class Protocol:
         stimulate_s: time with activations, of which `rise_s` s each for them to come and go.
         confirm: whether somebody has to confirm each trial.
         held_out: share of the trials, the last ones, that a measurement set keeps for the final score.
-        strength: share (6,) of its nominal force that each emulated muscle has; below 1 a weak one, of which the recording does not tell.
+        strength: share (6,) of its nominal force that each emulated muscle has; below 1 a weak one, of which the
+            recording does not tell.
     """
 
     trials: tuple[Trial, ...]

@@ -1,4 +1,5 @@
-"""The virtual robot as a process: `python -m hil.virtual [--port N] [--side S] [--pendant P]`; says its port on the first line."""
+"""The virtual robot as a process: `python -m hil.virtual [--port N] [--side S] [--pendant P]`; says its port on the
+first line."""
 
 import argparse
 import os

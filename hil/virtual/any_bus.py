@@ -1,4 +1,5 @@
-"""The virtual robot at the other end of any bus of python-can: a virtual one of the kernel, a second adapter, a pair of wires."""
+"""The virtual robot at the other end of any bus of python-can: a virtual one of the kernel, a second adapter, a pair of
+wires."""
 
 import heapq
 import itertools

@@ -53,8 +53,8 @@ class ArmPlant:
     def step(self, torques: np.ndarray, seconds: float) -> None:
         """Move on by a time, under constant joint torques (3,) in N.m.
 
-        The caregiver's force of a step is that of its middle, as far as it can be told before; `force` is that at its end. A
-        force that lagged half a step behind would look like negative friction to whoever has the recording.
+        The caregiver's force of a step is that of its middle, as far as it can be told before; `force` is that at its
+        end. A force that lagged half a step behind would look like negative friction to whoever has the recording.
         """
         self._lift.step(torques[:1], seconds)
         self.caregiver.advance(self._wrist, self._velocity, seconds)

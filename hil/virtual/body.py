@@ -12,8 +12,8 @@ from hil.emulation.planar import Placement
 
 @dataclass(frozen=True)
 class Burden:
-    """What joints without an arm on them have: viscous `friction` N.m.s/rad, `dry` friction N.m, a `payload` kg at the robot's end, a
-    `delay` s of torques, `noise` rad of the encoders.
+    """What joints without an arm on them have: viscous `friction` N.m.s/rad, `dry` friction N.m, a `payload` kg at the
+    robot's end, a `delay` s of torques, `noise` rad of the encoders.
 
     Raises:
         MisfitError: if one of them is negative or no number, or there is no friction at all.
@@ -56,8 +56,8 @@ class Burden:
 class Body:
     """An arm by its model (built-in, or `FILE.mo:Class` with the ports of `arm`), its parameters, and how it lies.
 
-    What the model has beyond the nominal arm, such as friction in a slot, is what a session should find out. With a `burden` there is no
-    arm: the robot's own joints have it.
+    What the model has beyond the nominal arm, such as friction in a slot, is what a session should find out. With a
+    `burden` there is no arm: the robot's own joints have it.
     """
 
     model: str = "arm"

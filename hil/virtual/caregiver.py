@@ -10,9 +10,9 @@ import numpy as np
 class Person:
     """How somebody holds: values are general knowledge about people, not measurements of this project.
 
-    `stiffness` N/m and `damping` N.s/m act at once; what is done on purpose follows after `reaction_s`, with `effort` N/(m.s)
-    of the displacement's integral and `brake` N.s/m, smoothed over `lag_s`. `strength` N is the most he pushes, and `grip_s`
-    the time to take hold or let go.
+    `stiffness` N/m and `damping` N.s/m act at once; what is done on purpose follows after `reaction_s`, with `effort`
+    N/(m.s) of the displacement's integral and `brake` N.s/m, smoothed over `lag_s`. `strength` N is the most he pushes,
+    and `grip_s` the time to take hold or let go.
     """
 
     stiffness: float = 900.0

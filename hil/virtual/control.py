@@ -26,10 +26,9 @@ class Control:
 
         hold, relax: the caregiver takes hold of the wrist, or lets go.
         press BUTTON: estop, activate, idle or none on the pendant.
-        lose|late|double|corrupt|freeze [N]: the next N position answers (all without a number) do not come, come 3 ms late, twice,
-        with a bit flipped, or repeat the first one.
-        silence N: node N answers no longer. fail N: drive N has a fault. drift NEWTON, saturate: of the force sensor. warn: the safety module warns.
-        heal: all faults end.
+        lose|late|double|corrupt|freeze [N]: the next N position answers (all without a number) do not come, come 3 ms
+        late, twice, with a bit flipped, or repeat the first one. silence N: node N answers no longer. fail N: drive N
+        has a fault. drift NEWTON, saturate: of the force sensor. warn: the safety module warns. heal: all faults end.
         """
         verb, rest = (words[0], words[1:]) if words else ("", [])
         try:

@@ -7,7 +7,8 @@ import numpy as np
 from hil.virtual.body import Burden
 from hil.virtual.plant import FreeJoints
 
-# m from the axes of a Proficio's joints to its end with a straight elbow: a payload there is seen by each joint as inertia m r^2.
+# m from the axes of a Proficio's joints to its end with a straight elbow: a payload there is seen by each joint as
+# inertia m r^2.
 REACH = np.array([1.085, 1.085, 0.435])
 # Below this speed (rad/s) dry friction grows with speed instead of jumping.
 STICKING = 1e-3
@@ -50,7 +51,8 @@ class LoadedJoints(FreeJoints):
         return self.angles + self.burden.noise * self._random.standard_normal(len(self.angles))
 
     def _under(self, torques: np.ndarray, seconds: float) -> None:
-        """Move on by a time under those torques and dry friction, which opposes the motion, or the torque where a joint stands."""
+        """Move on by a time under those torques and dry friction, which opposes the motion, or the torque where a joint
+        stands."""
         dry = self.burden.dry
         if dry:
             driven = torques + self.outside

@@ -31,9 +31,10 @@ MOST_TORQUE_UNITS, MOST_COUNTS = 32767, 2**21 - 1
 class Made:
     """Settings of a virtual robot.
 
-    `eager` presses Activate once the arm is zeroed; `body` is the arm strapped to it, joints that do not feel each other without
-    one. `controllers` are those of the motors; `heartbeat_s` is after how long without a word to the motors an active arm is let go,
-    `version` the firmware of the motors; `kind` "cia402" is a robot of three CiA 402 drives, of which only the body counts. A Proficio's own values of these are nowhere published.
+    `eager` presses Activate once the arm is zeroed; `body` is the arm strapped to it, joints that do not feel each
+    other without one. `controllers` are those of the motors; `heartbeat_s` is after how long without a word to the
+    motors an active arm is let go, `version` the firmware of the motors; `kind` "cia402" is a robot of three CiA 402
+    drives, of which only the body counts. A Proficio's own values of these are nowhere published.
     """
 
     side: Side = "right"

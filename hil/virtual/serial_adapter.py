@@ -1,7 +1,7 @@
 """A serial CAN adapter (slcan, after LAWICEL) on a pseudo-terminal, with the virtual robot behind it.
 
-Each line ends with a carriage return: `t` and three hexadecimal digits of the identifier, one of the length, two for each byte.
-`S8`, `O` and `C` set the bit rate, open and close; all else is answered with a bell, as an adapter does.
+Each line ends with a carriage return: `t` and three hexadecimal digits of the identifier, one of the length, two for
+each byte. `S8`, `O` and `C` set the bit rate, open and close; all else is answered with a bell, as an adapter does.
 """
 
 import os

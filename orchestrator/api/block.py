@@ -39,16 +39,16 @@ class Block:
     ) -> "Block":
         """Learn each output as a smooth function of the inputs.
 
-        The kernel is a squared exponential with a length for each input; size, lengths and unknown noise are those that make
-        the data most probable (exact marginal likelihood).
+        The kernel is a squared exponential with a length for each input; size, lengths and unknown noise are those that
+        make the data most probable (exact marginal likelihood).
 
         Args:
             inputs: (n,) arrays by name.
             outputs: (n,) arrays by name.
             units: by name of inputs and outputs; "1" where one is missing.
             noise: standard deviation of the measurement of an output, in its unit; learned where it is not given.
-            outliers: whether some data may be far worse than that: what contradicts the others is given the noise that it shows
-                (errors of Student's distribution).
+            outliers: whether some data may be far worse than that: what contradicts the others is given the noise that
+                it shows (errors of Student's distribution).
             seed: of the random starts of the search.
 
         Raises:

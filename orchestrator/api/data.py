@@ -62,11 +62,11 @@ class Data:
         """Make measurements of arrays.
 
         Args:
-            arrays: a mapping from column to array (n,), a pandas or polars data frame, or a list of these, one for each trial.
-                One column is `time` (or `t`, `time_s`) in s, strictly increasing.
+            arrays: a mapping from column to array (n,), a pandas or polars data frame, or a list of these, one for each
+                trial. One column is `time` (or `t`, `time_s`) in s, strictly increasing.
             units: unit of each column, such as `{"q": "rad"}`; without one a column is taken in the model's unit.
-            inputs: which columns drive the model, so that a misspelt input is an error and is not held at zero; or the driving
-                columns themselves, by name, sampled at the same times (for one trial).
+            inputs: which columns drive the model, so that a misspelt input is an error and is not held at zero; or the
+                driving columns themselves, by name, sampled at the same times (for one trial).
             names: the model variable that a column is, where names differ.
             noise: standard deviation of the noise of a column, in its unit, where it is known.
 

@@ -111,8 +111,8 @@ class Model:
                 refitted together with the effects. The name `default` stands for all others.
             cards: folders with effect cards of your own, law cards among them.
             workers: fits that run at a time; the result does not depend on it.
-            laws: whether to look for a formula (`laws` of the result) where no card fits; by default where the answer leaves
-                something open.
+            laws: whether to look for a formula (`laws` of the result) where no card fits; by default where the answer
+                leaves something open.
 
         Raises:
             MisfitError: if the data do not fit the model, or an id is unknown.
@@ -136,8 +136,9 @@ class Model:
         """Give the model with effects in it.
 
         Args:
-            effects: the `effects` of a diagnosis, one of them, one of its `laws`, an effect id such as `"coulomb_friction"` (with the values that
-                its card guesses), a list of these, or a whole diagnosis, whose refitted parameters are then taken over, too.
+            effects: the `effects` of a diagnosis, one of them, one of its `laws`, an effect id such as
+                `"coulomb_friction"` (with the values that its card guesses), a list of these, or a whole diagnosis,
+                whose refitted parameters are then taken over, too.
             cards: folders with effect cards of your own.
 
         Raises:
@@ -199,8 +200,8 @@ class Model:
             most: data for each output; longer records are taken at longer intervals.
 
         Raises:
-            MisfitError: if there is no learning trial, the model does not show which force it lacks, or a block does not make free
-                runs along the held-out trials better; the message says why.
+            MisfitError: if there is no learning trial, the model does not show which force it lacks, or a block does
+                not make free runs along the held-out trials better; the message says why.
         """
         from orchestrator.api.block import Block
         from orchestrator.gp.from_trials import learn_missing

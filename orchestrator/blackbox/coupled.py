@@ -24,12 +24,12 @@ class Mounted:
 class CoupledSystem(SymbolicSystem):
     """An FMU with effects, as far as a fit needs to know it.
 
-    States are those of the FMU whose start can be chosen, then those of the effects; parameters are those of the effects.
-    `rhs` is `inner`: (t, xe, u, s, d, p) -> v gives the FMU's inputs; `outer`: (t, xe, u, s, y, d, p) -> (dxe, z) the rates
-    of the effects' states and the outputs. `delayed` pairs an input with the parameter that delays it. `follows` tells
-    for each effect state what it follows, so where it starts: ("input", i), ("output", k) or None. `values` are values of the
-    FMU's parameters that differ from its own, by value reference. Behind the inputs, `rhs` may give what is added to the rates
-    of the FMU's states.
+    States are those of the FMU whose start can be chosen, then those of the effects; parameters are those of the
+    effects. `rhs` is `inner`: (t, xe, u, s, d, p) -> v gives the FMU's inputs; `outer`: (t, xe, u, s, y, d, p) -> (dxe,
+    z) the rates of the effects' states and the outputs. `delayed` pairs an input with the parameter that delays it.
+    `follows` tells for each effect state what it follows, so where it starts: ("input", i), ("output", k) or None.
+    `values` are values of the FMU's parameters that differ from its own, by value reference. Behind the inputs, `rhs`
+    may give what is added to the rates of the FMU's states.
     """
 
     outer: ca.Function | None = None

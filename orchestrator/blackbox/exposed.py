@@ -30,7 +30,8 @@ class Exposed:
     """A system with all free inputs as its own, and its description.
 
     `inputs` are names of the system's inputs in the order of the description's references; `outputs` and `starts` are
-    addresses of components' outputs and of states whose start values can be set, in the order of the references that follow.
+    addresses of components' outputs and of states whose start values can be set, in the order of the references that
+    follow.
     """
 
     system: System

@@ -32,9 +32,9 @@ class Port:
 class Description:
     """The parts of a model description that matter here; `states` and `rates` belong together, in the FMU's order.
 
-    `settable` are the states whose start values can be set before the run. `speed_of` maps an output's name to a variable
-    that is declared as its derivative. `directional` tells whether directional derivatives can be asked for. `parameters` are
-    scalars with a start value that can be set before a run.
+    `settable` are the states whose start values can be set before the run. `speed_of` maps an output's name to a
+    variable that is declared as its derivative. `directional` tells whether directional derivatives can be asked for.
+    `parameters` are scalars with a start value that can be set before a run.
     """
 
     name: str

@@ -47,8 +47,8 @@ class Variant:
 
 @dataclass(frozen=True)
 class RunRequest:
-    """Free runs with effects: `library` is the compiled runner, `n_results` its number of outputs, `n_states` those of the FMU,
-    `n_added` the number of rates to which effects add."""
+    """Free runs with effects: `library` is the compiled runner, `n_results` its number of outputs, `n_states` those of
+    the FMU, `n_added` the number of rates to which effects add."""
 
     library: Path
     wiring: Wiring
@@ -99,8 +99,8 @@ class PathRequest:
 
 @dataclass(frozen=True)
 class SlopesRequest:
-    """Ask for rates and outputs with their Jacobians at given times (n,), states (n, nx) and inputs (n, nu), with values set
-    before the run by value reference; model exchange only."""
+    """Ask for rates and outputs with their Jacobians at given times (n,), states (n, nx) and inputs (n, nu), with
+    values set before the run by value reference; model exchange only."""
 
     wiring: Wiring
     states: tuple[int, ...]

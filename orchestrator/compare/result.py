@@ -49,8 +49,8 @@ class Comparison:
     """Free runs of a model against measured trials.
 
     `where` tells where the error is: lists of plain mappings under "signal", "time", "state" and "frequency".
-    `findings` says the same in sentences. `curves` is not part of the JSON result. `data_checks` says what is wrong with the
-    record, `mended` what was mended before.
+    `findings` says the same in sentences. `curves` is not part of the JSON result. `data_checks` says what is wrong
+    with the record, `mended` what was mended before.
     """
 
     model: str

@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[Any]
-# Torque that is lacking counts so much more than activation (per (N.m)^2) that it is lacking only where no activations make it.
+# Torque that is lacking counts so much more than activation (per (N.m)^2) that it is lacking only where no activations
+# make it.
 _LACKING = 1e4
 
 
@@ -25,7 +26,8 @@ class Allocation:
         self._high = np.concatenate([np.ones(muscles), np.full(joints, np.inf)])
 
     def __call__(self, torque: Array, capability: Array) -> Array:
-        """Activations (m,) for a torque (p,) with C = `capability` (p, m), N.m at full activation; the closest torque if none is enough."""
+        """Activations (m,) for a torque (p,) with C = `capability` (p, m), N.m at full activation; the closest torque
+        if none is enough."""
         balance = np.hstack([capability, np.eye(self._joints)])
         found = self._solve(
             h=ca.diag(ca.DM(self._weights)), a=balance, lba=torque, uba=torque, lbx=self._low, ubx=self._high

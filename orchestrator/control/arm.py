@@ -31,8 +31,8 @@ STATICS = "statics"
 POSTURES = tuple(
     np.array(each) for each in ((0.3, 1.0), (0.3, 1.7), (0.75, 0.8), (0.75, 1.35), (0.75, 1.9), (1.2, 1.0), (1.2, 1.7))
 )
-# An arm that the nominal model does not know: weaker shoulder and brachialis, a stronger biceps, stiffer passive tissue, and a
-# force of 14 N that pulls at the wrist.
+# An arm that the nominal model does not know: weaker shoulder and brachialis, a stronger biceps, stiffer passive
+# tissue, and a force of 14 N that pulls at the wrist.
 PERSON = {
     "Fmax[1]": 560.0,
     "Fmax[2]": 640.0,
@@ -50,7 +50,8 @@ BUDGET = 100
 
 
 def nominal_limb() -> Limb:
-    """The arm as the physics model expects it, before anything is learned; states are angles and speeds of shoulder and elbow."""
+    """The arm as the physics model expects it, before anything is learned; states are angles and speeds of shoulder and
+    elbow."""
     system = find_modelica_model("arm").compile()
     statics, muscles = prior_means(system, ("tauMuscle[1]", "tauMuscle[2]"), PORTS.states, PORTS.activations)
     latents = {STATICS: _doubted(statics, DOUBT_STATICS)}
@@ -103,7 +104,8 @@ class Round:
 def rounds(
     parameters: Mapping[str, float], count: int, postures: Sequence[Array] = POSTURES, task: Task | None = None
 ) -> list[Round]:
-    """Reach and hold all postures with an arm of these parameters, `count` times; what each round showed is learned for the next."""
+    """Reach and hold all postures with an arm of these parameters, `count` times; what each round showed is learned for
+    the next."""
     task = task or Task()
     middle = np.mean(postures, axis=0)
     controller = Controller(nominal_limb(), feedback_at(middle), len(MUSCLES))

@@ -25,9 +25,10 @@ class Wanted:
 class Margins:
     """How far a loop is from instability, broken at its torques.
 
-    `modulus` is the least distance from -1 over all directions and frequencies (the least singular value of I + L). `gain` and `phase`
-    (joints,) are factor and rad that the loop of one joint bears while the others are closed, a factor below 1 if less gain is what
-    it does not bear; `delay` is the time in s that the worst of these phases stands for. `decay` is the slowest rate of the closed loop in 1/s, negative if it is unstable.
+    `modulus` is the least distance from -1 over all directions and frequencies (the least singular value of I + L).
+    `gain` and `phase` (joints,) are factor and rad that the loop of one joint bears while the others are closed, a
+    factor below 1 if less gain is what it does not bear; `delay` is the time in s that the worst of these phases stands
+    for. `decay` is the slowest rate of the closed loop in 1/s, negative if it is unstable.
     """
 
     modulus: float

@@ -32,7 +32,8 @@ class Ports:
 
 @dataclass(frozen=True)
 class Task:
-    """Each target is reached in `reach` s along a smooth path and held for `hold` s; what counts is the mean of the last `judged` s.
+    """Each target is reached in `reach` s along a smooth path and held for `hold` s; what counts is the mean of the
+    last `judged` s.
 
     Activations change every `step` s, and a step after the state that they follow from was seen.
     """
@@ -45,7 +46,8 @@ class Task:
 
 @dataclass(frozen=True, eq=False)
 class Held:
-    """A posture as it was held: the target and the mean state, rad and rad/s, the distance between their angles, activations and their sum of squares.
+    """A posture as it was held: the target and the mean state, rad and rad/s, the distance between their angles,
+    activations and their sum of squares.
 
     `unrest` is the largest speed of the judged time in rad/s.
     """

@@ -13,8 +13,8 @@ Way = Literal["scale", "shift", "swap", "delay", "clock"]
 class Change:
     """A change of the columns of some model variables.
 
-    `scale` multiplies them by `value`, `shift` adds it, `swap` exchanges two of them, `delay` reads them `value` s later than
-    recorded, and `clock` multiplies the time. `meaning` says what would be wrong with the record as it is.
+    `scale` multiplies them by `value`, `shift` adds it, `swap` exchanges two of them, `delay` reads them `value` s
+    later than recorded, and `clock` multiplies the time. `meaning` says what would be wrong with the record as it is.
     """
 
     way: Way

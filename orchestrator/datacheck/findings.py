@@ -12,9 +12,9 @@ Kind = Literal["unit", "time_unit", "offset", "sign", "swap", "delay", "stuck", 
 class Finding:
     """One thing that is wrong, or may be, with a column or a trial.
 
-    `evidence` says why in numbers, `proposal` what to do. A `strong` finding forbids to name physics. `change` is the mend of
-    the columns, in the units of the model, `keep` one that leaves these seconds alone, and `trials` names those it concerns, none
-    for all.
+    `evidence` says why in numbers, `proposal` what to do. A `strong` finding forbids to name physics. `change` is the
+    mend of the columns, in the units of the model, `keep` one that leaves these seconds alone, and `trials` names those
+    it concerns, none for all.
     """
 
     kind: Kind

@@ -15,8 +15,8 @@ from orchestrator.models.contract import Model, with_held_inputs
 def with_interpolation(model: Model, measurements: MeasurementSet) -> MeasurementSet:
     """Return the set with `interpolation` for inputs of which case.toml says nothing, and a note for each that is held.
 
-    An input is held if its record stays and jumps and the model predicts no worse with it held, or if the model predicts far
-    better so. Learning trials alone are looked at. What case.toml says of a column stays.
+    An input is held if its record stays and jumps and the model predicts no worse with it held, or if the model
+    predicts far better so. Learning trials alone are looked at. What case.toml says of a column stays.
 
     Raises:
         MisfitError: if columns and variables do not fit each other.

@@ -28,18 +28,18 @@ AS_GOOD = 1.5
 NEAR_ONE, LOOSE = 30.0, 0.25
 # How far, in rad, a freely fitted zero may be from a quarter or half turn.
 CLOSE_ANGLE = 0.05
-# A delay counts if it leaves this much less, is longer than so many samples, and differs by less than a share of itself, or a
-# sample, between trials: missing friction makes outputs lead, too, by more at low frequencies.
+# A delay counts if it leaves this much less, is longer than so many samples, and differs by less than a share of
+# itself, or a sample, between trials: missing friction makes outputs lead, too, by more at low frequencies.
 DELAY_DROP, DELAY_SAMPLES, DELAY_SPREAD = 10.0, 1.5, 0.2
 # A trial stands out if the model leaves this many times more of it than of the others, and errs by so many times more.
 STANDS_OUT, LARGER = 30.0, 5.0
 # Below this, a model is too good for a lag to be looked for.
 EXACT = 1e-4
-# A sensor is stuck if it repeats a value for this share of a trial, at least so many samples, and came to it with steps of this
-# many usual ones, or left it with one of so many of its largest.
+# A sensor is stuck if it repeats a value for this share of a trial, at least so many samples, and came to it with steps
+# of this many usual ones, or left it with one of so many of its largest.
 STUCK_SHARE, STUCK_SAMPLES, STUCK_STOP, STUCK_JUMP = 0.05, 25, 0.5, 3.0
-# It is saturated if it is at its greatest or least value in this share of the samples, with two flat stretches at least that it
-# runs into and leaves with steps of so many digits, of which the smaller is at least this share of the larger.
+# It is saturated if it is at its greatest or least value in this share of the samples, with two flat stretches at least
+# that it runs into and leaves with steps of so many digits, of which the smaller is at least this share of the larger.
 SATURATED_SHARE, SATURATED_SPEED, SATURATED_ALIKE = 0.01, 3.0, 0.2
 # An input whose record does not tell is held if holding it leaves this much less.
 HELD_DROP = 4.0

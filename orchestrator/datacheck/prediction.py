@@ -1,8 +1,8 @@
 """How much of what a record shows a model predicts over short stretches, from free start values in each of them.
 
-Free runs over whole trials would not do: plants integrate, are unstable or chaotic, and models lack effects. Over the time in
-which a signal swings once, a right model with a missing effect still predicts most of what there is; one that is fed a wrong
-column predicts next to nothing.
+Free runs over whole trials would not do: plants integrate, are unstable or chaotic, and models lack effects. Over the
+time in which a signal swings once, a right model with a missing effect still predicts most of what there is; one that
+is fed a wrong column predicts next to nothing.
 """
 
 from collections.abc import Sequence
@@ -19,8 +19,8 @@ from orchestrator.measurements import BoundSet, BoundTrial
 from orchestrator.models.contract import Model
 from orchestrator.models.symbolic import SymbolicModel
 
-# Stretches that are looked at, and samples that each has at least and at most; the first look at a change is at the first ones
-# of the first stretch.
+# Stretches that are looked at, and samples that each has at least and at most; the first look at a change is at the
+# first ones of the first stretch.
 MANY, SHORTEST, LONGEST, FIRST_LOOK = 4, 24, 400, 150
 # Less than this is rounding.
 LEAST = 1e-12

@@ -1,9 +1,9 @@
 """A model with free forces of the common kinds, so that a wrong column can be told from missing friction, springs and loads.
 
-Where a machine's friction eats most of its motor's force, its model predicts nothing, whatever is done to the columns. So every
-state that is driven by something gets a push: a constant and, where it is a speed, parts in proportion to the speeds and to their signs.
-Their sizes are fitted by linear least squares along the model's run. A part in proportion to positions is left out: where a
-machine swings, it would explain every motion, whatever its unit.
+Where a machine's friction eats most of its motor's force, its model predicts nothing, whatever is done to the columns.
+So every state that is driven by something gets a push: a constant and, where it is a speed, parts in proportion to the
+speeds and to their signs. Their sizes are fitted by linear least squares along the model's run. A part in proportion to
+positions is left out: where a machine swings, it would explain every motion, whatever its unit.
 """
 
 from collections.abc import Sequence

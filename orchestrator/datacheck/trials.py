@@ -52,8 +52,8 @@ def odd_trials(model: Model, data: BoundSet, units: Mapping[str, str]) -> Iterat
 def clock_lags(model: Model, data: BoundSet) -> Iterator[Finding]:
     """Inputs that are recorded late or early against the outputs, in all learning trials or in single ones.
 
-    Outputs that answer before their input are a clock's fault. Outputs that answer late may be a plant with a delay, so that
-    this is told but forbids nothing, unless one trial differs from the others.
+    Outputs that answer before their input are a clock's fault. Outputs that answer late may be a plant with a delay, so
+    that this is told but forbids nothing, unless one trial differs from the others.
     """
     whole = Predictor(model, data, data.learning)
     inputs = tuple(name for name in whole.moving if name in data.input_names)

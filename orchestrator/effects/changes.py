@@ -27,9 +27,9 @@ class AddedState:
 class Term:
     """A law added to the balance equation of a state.
 
-    `state` is its name in the flat model, such as `body.v`. `place` is `file.mo:12` as the front end reports the equation; empty
-    if it is not known. `expression` is Modelica in names of the flat model and of the own parameters and states; a positive value
-    adds to der(state), in the unit of the equation as it is written.
+    `state` is its name in the flat model, such as `body.v`. `place` is `file.mo:12` as the front end reports the
+    equation; empty if it is not known. `expression` is Modelica in names of the flat model and of the own parameters
+    and states; a positive value adds to der(state), in the unit of the equation as it is written.
     """
 
     state: str

@@ -19,8 +19,8 @@ TOLERANCE = 1e-8
 class Written:
     """A change with the names that it has in the flat model now.
 
-    `names` are those of its parameters and states. A term has a `balance`; `inner` is what the plant calls a changed input or
-    output.
+    `names` are those of its parameters and states. A term has a `balance`; `inner` is what the plant calls a changed
+    input or output.
     """
 
     change: Change

@@ -14,7 +14,8 @@ Path = tuple[str, ...]
 
 @dataclass(frozen=True, eq=False)
 class Home:
-    """A class of the part `path` (empty: the model itself); `deriving` extends it by `clause`, None if it is the part's type."""
+    """A class of the part `path` (empty: the model itself); `deriving` extends it by `clause`, None if it is the part's
+    type."""
 
     path: Path
     view: View

@@ -38,9 +38,9 @@ def write_back(
 ) -> ModelicaModel:
     """Write a class `name` that is `base` with changes, and compile it.
 
-    Where an equation, an input or an output changes, the class is a copy of the user's with the changed lines marked; classes
-    of parts that change are copied, too. Where only parameters change, it extends the user's class. The file begins with the
-    user's own text, which stays as it is.
+    Where an equation, an input or an output changes, the class is a copy of the user's with the changed lines marked;
+    classes of parts that change are copied, too. Where only parameters change, it extends the user's class. The file
+    begins with the user's own text, which stays as it is.
 
     Args:
         base: the model.

@@ -12,7 +12,8 @@ Z90 = 1.6448536269514722
 
 @dataclass(frozen=True)
 class Agreement:
-    """Of an output that two blocks have: rms of their difference, of each mean (in `unit`), and the share of points at which it is inside 90 %.
+    """Of an output that two blocks have: rms of their difference, of each mean (in `unit`), and the share of points at
+    which it is inside 90 %.
 
     The interval is that of the difference of two independent estimates.
     """

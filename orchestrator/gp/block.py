@@ -43,8 +43,9 @@ class Output:
 class Block:
     """A posterior with names: `inputs` are names and units of the points' columns, in order.
 
-    Inputs that only terms name come behind them and bear no unit. `observations` are those of the posterior. `about` says where the block comes
-    from: the model and its version, the data and their hash, free-run errors along held-out trials.
+    Inputs that only terms name come behind them and bear no unit. `observations` are those of the posterior. `about`
+    says where the block comes from: the model and its version, the data and their hash, free-run errors along held-out
+    trials.
 
     Raises:
         MisfitError: if names repeat, or a term or component is not there.

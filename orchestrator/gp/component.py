@@ -16,9 +16,10 @@ _OPTIONS = ("inputs", "outputs", "kernel", "noise", "learn")
 def open_gp(spec: ComponentSpec, folder: Path) -> Component:
     """Make a component of a saved block (`.json`), or of one learned from a file of measurements.
 
-    A saved block has all it needs; with `learn = { budget = 200, noise = 0.1 }` it learns during the run, see `LearningGp`. Measurements need the options `inputs` and `outputs`, names of columns; `kernel` is
-    squared_exponential, matern32 or matern52 (the default), `noise` the standard deviation of the outputs if known. Each
-    output `tau` comes with `tau_sd`, how well it is known.
+    A saved block has all it needs; with `learn = { budget = 200, noise = 0.1 }` it learns during the run, see
+    `LearningGp`. Measurements need the options `inputs` and `outputs`, names of columns; `kernel` is
+    squared_exponential, matern32 or matern52 (the default), `noise` the standard deviation of the outputs if known.
+    Each output `tau` comes with `tau_sd`, how well it is known.
 
     Raises:
         MisfitError: if the file or an option is not what is expected.

@@ -1,8 +1,8 @@
 """A posterior over a few rows that holds the information of many data: sparse online learning by projection.
 
-Csato and Opper, Sparse on-line Gaussian processes (2002), in whitened form: the values of the rows kept are L v with L L' their prior
-covariance, and v is normal with mean m and covariance S, which data only shrink from I. A new datum adds a row; where there are too many, one
-is told by the others alone, so that what it was told stays with them.
+Csato and Opper, Sparse on-line Gaussian processes (2002), in whitened form: the values of the rows kept are L v with L
+L' their prior covariance, and v is normal with mean m and covariance S, which data only shrink from I. A new datum adds
+a row; where there are too many, one is told by the others alone, so that what it was told stays with them.
 """
 
 from typing import Any
@@ -18,7 +18,8 @@ from orchestrator.gp.posterior import Posterior
 from orchestrator.gp.threads import one_thread
 
 Array = NDArray[Any]
-# A row of which less than this share of the noise, or of its own variance, is new is not kept: what is new in it counts as noise.
+# A row of which less than this share of the noise, or of its own variance, is new is not kept: what is new in it counts
+# as noise.
 _SHARE_OF_NOISE, _SHARE_OF_VARIANCE = 0.1, 1e-8
 # Below this share of its prior variance nobody knows a direction better or worse: rounding.
 _ROUNDING = 1e-12
@@ -79,7 +80,8 @@ class Compressed:
 
     def _posterior(self) -> Posterior:
         n = self.count
-        # I - S = U U' with U upper triangular, from a factor of the matrix with rows and columns reversed; lower = L inv(U)'.
+        # I - S = U U' with U upper triangular, from a factor of the matrix with rows and columns reversed; lower = L
+        # inv(U)'.
         known = (np.eye(n) * (1.0 + _ROUNDING) - self._whole())[::-1, ::-1]
         half, failed = dpotrf(known, lower=1, clean=1)
         if failed:
@@ -114,7 +116,8 @@ class Compressed:
         return int(np.argmin(loss))
 
     def _leave_out(self, place: int) -> None:
-        """Without a row of L its columns from there on are turned to be triangular again, and v with them; its last entry goes."""
+        """Without a row of L its columns from there on are turned to be triangular again, and v with them; its last
+        entry goes."""
         n, last = self.count, self.count - 1
         if place < last:
             turned, tau, _, _ = dgeqrf(self._lower[place + 1 : n, place:n].T)

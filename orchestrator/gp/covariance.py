@@ -20,7 +20,8 @@ Array = NDArray[Any]
 class Latent:
     """A function that nobody sees directly: its kernel, and what is expected of it before any datum (0 if absent).
 
-    `mean` maps inputs (n, d) to (n,) or (n, p), such as the prediction of the current physics model; `mean_gradient` to (n, p, d).
+    `mean` maps inputs (n, d) to (n,) or (n, p), such as the prediction of the current physics model; `mean_gradient` to
+    (n, p, d).
     """
 
     kernel: Kernel

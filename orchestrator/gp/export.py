@@ -13,9 +13,11 @@ from orchestrator.gp.symbolic import deviation_of, mean_of
 
 
 def block_fmu(block: Block, path: Path, fmi_version: str = "2.0", platforms: Sequence[Platform] = ()) -> Path:
-    """Write the FMU of a block and give its path back: the block's inputs, outputs and standard deviations, as functions of the inputs.
+    """Write the FMU of a block and give its path back: the block's inputs, outputs and standard deviations, as
+    functions of the inputs.
 
-    It has no states. Slopes are exact, by its directional derivatives. The square of the number of data is the size of the library.
+    It has no states. Slopes are exact, by its directional derivatives. The square of the number of data is the size of
+    the library.
 
     Raises:
         MisfitError: if a latent function has a prior mean, or there is no C compiler.

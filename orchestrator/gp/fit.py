@@ -18,7 +18,8 @@ from orchestrator.models.minimise import PROMISE, Found, minimise
 
 Array = NDArray[Any]
 _AT_BOUND = 1e-3
-# An evaluation takes time in the cube of the number of data and memory in its square; more data than these are represented by a random share.
+# An evaluation takes time in the cube of the number of data and memory in its square; more data than these are
+# represented by a random share.
 MOST = 2000
 # From so many observations on, a share of them shows the way first: an evaluation costs the cube of their number.
 _MANY, _SHARE = 200, 1.0 / 3.0
@@ -30,9 +31,9 @@ _SAME = 0.05
 class Fit:
     """Latent functions and observations with the best hyperparameters found, and how they were found.
 
-    `value` is the negative log marginal likelihood, without priors. `values` are those of all starts, `evaluations` how often
-    each computed it on all data (0 where a start joined an earlier one). `at_bounds` names parameters at a bound that came from the
-    data or the user; `held` those about which the data say nothing.
+    `value` is the negative log marginal likelihood, without priors. `values` are those of all starts, `evaluations` how
+    often each computed it on all data (0 where a start joined an earlier one). `at_bounds` names parameters at a bound
+    that came from the data or the user; `held` those about which the data say nothing.
     """
 
     latents: Latents
@@ -66,7 +67,8 @@ def fit(
         limits: bounds and priors by name of a parameter, such as `strong.length_scales[3]`.
         units: units of the data, for limits that have one.
         promise: nats; a search ends where a step would gain less.
-        seed: of the other starts, which lie within a factor of 10 of the first, and of the share of many data that is used first.
+        seed: of the other starts, which lie within a factor of 10 of the first, and of the share of many data that is
+            used first.
 
     Raises:
         MisfitError: if a limit is wrong, or no start leads anywhere.

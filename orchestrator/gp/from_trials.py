@@ -24,7 +24,8 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Shortfall:
-    """RMS of the force that is missing on an output along held-out trials, in `unit`: of the model, and with the block beside it."""
+    """RMS of the force that is missing on an output along held-out trials, in `unit`: of the model, and with the block
+    beside it."""
 
     output: str
     unit: str
@@ -36,8 +37,8 @@ class Shortfall:
 class Learned:
     """A block with outputs `<signal>_missing`, the number of data it holds, and how it does on trials that it has not seen.
 
-    `block` is None where it was refused, and holds shares of what was learned where it was shrunk (see `judgement`, None without held-out
-    trials). `functions` says of each latent function whether the data need it.
+    `block` is None where it was refused, and holds shares of what was learned where it was shrunk (see `judgement`,
+    None without held-out trials). `functions` says of each latent function whether the data need it.
     """
 
     block: Block | None
@@ -50,7 +51,8 @@ class Learned:
 def learn_missing(
     model: SymbolicModel, data: BoundSet, most: int = 300, factors: Sequence[str] | None = None
 ) -> Learned:
-    """Learn the force that a model lacks on each measured output: f(positions, speeds) + sum of factor times a function of them.
+    """Learn the force that a model lacks on each measured output: f(positions, speeds) + sum of factor times a function
+    of them.
 
     Data are the missing forces along the learning trials (`missing_forces`); hyperparameters are those that make them most
     probable; functions that the data do not need are left out; the block is judged by free runs along the held-out trials.

@@ -1,8 +1,9 @@
 """What is known of latent functions when their hyperparameters are not known either: a mixture of posteriors.
 
-At one best set of hyperparameters intervals are too narrow where data are few. Here the sets themselves are drawn from their posterior:
-Laplace's approximation at each mode (its curvature by differences of the exact gradient), corrected by importance weights in two rounds, of which
-the second draws from what the first one found (Cappe et al., Population Monte Carlo, 2004).
+At one best set of hyperparameters intervals are too narrow where data are few. Here the sets themselves are drawn from
+their posterior: Laplace's approximation at each mode (its curvature by differences of the exact gradient), corrected by
+importance weights in two rounds, of which the second draws from what the first one found (Cappe et al., Population
+Monte Carlo, 2004).
 """
 
 from collections.abc import Mapping, Sequence
@@ -46,7 +47,8 @@ class Mixture:
         return np.tensordot(self.weights, [each.mean(of, inputs) for each in self.posteriors], axes=1)
 
     def variance(self, of: Of, inputs: ArrayLike) -> Array:
-        """Variance of each component about its mean, (m, p), without noise of a new observation: of each set, and between them."""
+        """Variance of each component about its mean, (m, p), without noise of a new observation: of each set, and
+        between them."""
         means = np.array([each.mean(of, inputs) for each in self.posteriors])
         inside = np.array([each.variance(of, inputs) for each in self.posteriors])
         middle = np.tensordot(self.weights, means, axes=1)
@@ -68,11 +70,13 @@ def integrate(
     seed: int = 0,
     draws: int = 60,
 ) -> Mixture:
-    """Condition on all observations with hyperparameters integrated over their posterior, under weak priors (`limits.weak_priors`).
+    """Condition on all observations with hyperparameters integrated over their posterior, under weak priors
+    (`limits.weak_priors`).
 
     Args:
         limits, units, starts: as for `fit`.
-        draws: sets of hyperparameters in each of two rounds; each costs one evaluation of the likelihood, those that count a factorisation.
+        draws: sets of hyperparameters in each of two rounds; each costs one evaluation of the likelihood, those that
+            count a factorisation.
 
     Raises:
         MisfitError: if a limit is wrong, or no start leads anywhere.

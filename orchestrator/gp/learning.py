@@ -23,10 +23,11 @@ GATE = 6.0
 class LearningGp(GpComponent):
     """Predicts as a block does and learns at each of its steps, from inputs `tau_seen` beside the outputs `tau`.
 
-    What is learned are the inputs at the begin of the step. A step of the component's own, such as 10 ms, keeps data apart. Data are
-    kept on not more than `budget` rows, `noise` is the standard deviation of what is seen, in the unit of the outputs. Without `forget` rows hold the
-    information of all data; with "least informative" or "oldest" whole data are forgotten. What is off by more than `gate` standard deviations
-    (6 if absent) is doubted, see `Learner`. It does not go back in time.
+    What is learned are the inputs at the begin of the step. A step of the component's own, such as 10 ms, keeps data
+    apart. Data are kept on not more than `budget` rows, `noise` is the standard deviation of what is seen, in the unit
+    of the outputs. Without `forget` rows hold the information of all data; with "least informative" or "oldest" whole
+    data are forgotten. What is off by more than `gate` standard deviations (6 if absent) is doubted, see `Learner`. It
+    does not go back in time.
     """
 
     can_save = False

@@ -23,8 +23,8 @@ Contract = Callable[[Array], Array]
 class Likelihood:
     """The negative logarithm of the marginal likelihood of all observations together, subsystem data and combinations.
 
-    Its argument is `start`-like, (k,): the logarithms of the kernels' values by latent function, then the weights of noise to
-    be learnt, in the order of `names`. `logarithmic` says which entries are logarithms.
+    Its argument is `start`-like, (k,): the logarithms of the kernels' values by latent function, then the weights of
+    noise to be learnt, in the order of `names`. `logarithmic` says which entries are logarithms.
     """
 
     def __init__(self, latents: Latents, observations: Sequence[Observation]) -> None:
@@ -73,15 +73,16 @@ class Likelihood:
         residuals, noise = residuals_and_noise(latents, self._rows, observations)
         n, p = residuals.shape
         matrix, slopes = self._covariance(latents)
-        # What the last evaluation took is kept until here: memory that goes back to the system is handed out again page by page,
-        # which takes as long as the arithmetic.
+        # What the last evaluation took is kept until here: memory that goes back to the system is handed out again page
+        # by page, which takes as long as the arithmetic.
         self._kept = slopes
         matrix[np.diag_indices(n)] += noise
         factor_in_place(matrix)
         weights = solve_lower(matrix, residuals)
         logarithm = 2.0 * p * np.log(np.diagonal(matrix)).sum() + n * p * np.log(2.0 * np.pi)
         value = 0.5 * (float(np.vdot(residuals, weights)) + logarithm)
-        # d value = sum_ij slope_ij d matrix_ij / 2 with slope = p matrix^-1 - weights weights', of which the lower triangle is made.
+        # d value = sum_ij slope_ij d matrix_ij / 2 with slope = p matrix^-1 - weights weights', of which the lower
+        # triangle is made.
         slope = dsyrk(-1.0, weights, beta=p, c=inverse_from_factor(matrix), lower=1, overwrite_c=1)
         slope[np.diag_indices(n)] *= 0.5
         entries = slope.ravel(order="K")
@@ -104,7 +105,8 @@ class Likelihood:
 class _Part:
     """The pairs of observations that a latent function connects.
 
-    `places` are those of the pairs in the covariance, column after column, `factors` the products of their coefficients, None if all are 1.
+    `places` are those of the pairs in the covariance, column after column, `factors` the products of their
+    coefficients, None if all are 1.
     """
 
     pairs: Pairs

@@ -101,8 +101,8 @@ def box(likelihood: Likelihood, observations: Sequence[Observation], limits: Map
 def begun(likelihood: Likelihood, observations: Sequence[Observation]) -> Array:
     """The parameters given, (k,), those of them moved to the scale of the data that are farther than a factor from it.
 
-    A search from a variance of 1 for values of 1e4 ends in an optimum where all is noise. Variances and deviations of noise begin within
-    `FAR` of what the values show, length scales within `FAR` of the range of their input.
+    A search from a variance of 1 for values of 1e4 ends in an optimum where all is noise. Variances and deviations of
+    noise begin within `FAR` of what the values show, length scales within `FAR` of the range of their input.
     """
     start, rows = likelihood.start.copy(), stacked(observations)
     for k, name in enumerate(likelihood.names):
@@ -120,8 +120,9 @@ def begun(likelihood: Likelihood, observations: Sequence[Observation]) -> Array:
 def weak_priors(likelihood: Likelihood, observations: Sequence[Observation], given: Box) -> Box:
     """The box with priors for parameters that have none: what is expected of a function before its size and shape are known.
 
-    Log-normal: a variance about the mean square of the values, by a factor of 10; noise about a tenth of their root mean square, by a factor of
-    10; a length scale about half the range of its input, by a factor of 4. Each factor is one standard deviation.
+    Log-normal: a variance about the mean square of the values, by a factor of 10; noise about a tenth of their root
+    mean square, by a factor of 10; a length scale about half the range of its input, by a factor of 4. Each factor is
+    one standard deviation.
     """
     mean, precision, rows = given.mean.copy(), given.precision.copy(), stacked(observations)
     for k, name in enumerate(likelihood.names):

@@ -17,9 +17,9 @@ Array = NDArray[Any]
 class Observation:
     """values_i = sum over latent functions f of coefficients[f]_i f(inputs_i) + noise_i.
 
-    `inputs` is (n, d). `values` is (n,) or (n, p): p components, independent functions with the same kernel. A coefficient is
-    a number or (n,), and holds for all components; where components mix, give each a latent function of its own.
-    `noise` is the standard deviation in the unit of the values, a number or (n,), or noise to be learnt.
+    `inputs` is (n, d). `values` is (n,) or (n, p): p components, independent functions with the same kernel. A
+    coefficient is a number or (n,), and holds for all components; where components mix, give each a latent function of
+    its own. `noise` is the standard deviation in the unit of the values, a number or (n,), or noise to be learnt.
     """
 
     name: str

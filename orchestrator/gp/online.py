@@ -14,8 +14,8 @@ from orchestrator.gp.posterior import Posterior
 from orchestrator.gp.removal import remove
 
 Array = NDArray[Any]
-# Standard deviations beyond which a datum is wild. It is far out, since kernels are guesses, and data that contradict each other are
-# learned as they are; what learns in a loop, with fitted kernels, takes less.
+# Standard deviations beyond which a datum is wild. It is far out, since kernels are guesses, and data that contradict
+# each other are learned as they are; what learns in a loop, with fitted kernels, takes less.
 GATE = 50.0
 _ROUNDING = 1e-12
 # Nats; a datum that says less has said nothing.
@@ -28,9 +28,9 @@ class Learner:
     With `compresses=False` a full learner forgets the least informative datum instead and stays exact for those kept; if it
     `forgets_oldest`, the oldest: for functions that change with time, of which old data say what is no longer so.
 
-    A datum that is off by more than `gate` standard deviations of what is expected of it is taken as noisy as it shows itself:
-    its noise grows until it is off by `gate`, so that one wild value moves nothing, and many that agree are learned in the end. `doubted`
-    counts them.
+    A datum that is off by more than `gate` standard deviations of what is expected of it is taken as noisy as it shows
+    itself: its noise grows until it is off by `gate`, so that one wild value moves nothing, and many that agree are
+    learned in the end. `doubted` counts them.
 
     Everything is allocated at once. The factor is kept at full size, with ones on the diagonal where there are no data yet,
     so that BLAS works in place on it.
@@ -119,8 +119,8 @@ class Learner:
     def information(self) -> Array:
         """What each datum says about the functions beyond the others, (n,), in nats; inf without noise.
 
-        It is log(v / s^2) / 2, with s^2 the variance of its noise and v the variance of its value given all others, 1 / v being
-        its diagonal element of the inverse covariance. Values do not count, so outliers are not preferred.
+        It is log(v / s^2) / 2, with s^2 the variance of its noise and v the variance of its value given all others, 1 /
+        v being its diagonal element of the inverse covariance. Values do not count, so outliers are not preferred.
         """
         self._exactly("information")
         n = self.count

@@ -21,7 +21,8 @@ Of = str | Mapping[str, ArrayLike]
 class Posterior:
     """The joint posterior of all latent functions, as the factor of the observations' covariance.
 
-    `lower` is (n, n) with lower lower' = K + noise, `weights` is (n, p), the inverse of that times the residuals of the prior mean.
+    `lower` is (n, n) with lower lower' = K + noise, `weights` is (n, p), the inverse of that times the residuals of the
+    prior mean.
     """
 
     latents: Latents
@@ -101,8 +102,8 @@ def condition(latents: Latents, observations: Sequence[Observation]) -> Posterio
     """The exact joint posterior of all latent functions after all observations.
 
     Raises:
-        MisfitError: if an observation names an unknown latent function, follows from the others up to rounding, or there are more than
-            fit into memory.
+        MisfitError: if an observation names an unknown latent function, follows from the others up to rounding, or
+            there are more than fit into memory.
     """
     rows = stacked(observations)
     known(latents, rows.coefficients)

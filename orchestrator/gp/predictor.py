@@ -17,7 +17,8 @@ Array = NDArray[Any]
 
 @dataclass(frozen=True, eq=False)
 class _Part:
-    """What is prepared of a latent function: the kernel towards the data that see it (s,), their places, what it counts there, weights (s, p)."""
+    """What is prepared of a latent function: the kernel towards the data that see it (s,), their places, what it counts
+    there, weights (s, p)."""
 
     latent: Latent
     kernel: Callable[[Array], Array]
@@ -54,7 +55,8 @@ class Predictor:
         return found
 
     def combined(self, coefficients: Mapping[str, float], x: Array) -> tuple[Array, float]:
-        """Expected value (p,) and variance of each component of a combination of the functions at x, without noise of an observation."""
+        """Expected value (p,) and variance of each component of a combination of the functions at x, without noise of
+        an observation."""
         kernels = self._kernels(x)
         key = tuple(coefficients.items())
         if key not in self._combined:  # components and deviations of one combination are asked for one after the other

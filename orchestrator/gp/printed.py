@@ -1,7 +1,7 @@
 """The single-muscle form that the study prints, with the readings of its damaged block, as variants of the observations.
 
-The exact joint posterior takes all observations as they are. The printed form keeps, for one latent function, only its own data
-and the observations of combinations that it takes part in; its block of the latter is read in three ways.
+The exact joint posterior takes all observations as they are. The printed form keeps, for one latent function, only its
+own data and the observations of combinations that it takes part in; its block of the latter is read in three ways.
 """
 
 from collections.abc import Sequence
@@ -21,8 +21,9 @@ def condition_printed(
 ) -> Posterior:
     """The posterior of one latent function in the printed form.
 
-    `raw`: the block is a_i^2 k_i, combinations taken as if the latent function alone made them. `residual`: the same, of
-    combinations less what the data of the other functions alone say about these. `sum`: the block is the sum over all functions.
+    `raw`: the block is a_i^2 k_i, combinations taken as if the latent function alone made them. `residual`: the same,
+    of combinations less what the data of the other functions alone say about these. `sum`: the block is the sum over
+    all functions.
 
     Raises:
         MisfitError: if the latent function is in no observation or the reading is none of these.

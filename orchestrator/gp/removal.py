@@ -46,7 +46,8 @@ def remove_by_numpy(lower: Array, half: Array, count: int, place: int) -> None:
         s = np.concatenate([[1.0], 1.0 + np.cumsum(v * v)])
         on, below = np.sqrt(s[1:] / s[:-1]), v / np.sqrt(s[1:] * s[:-1])
         block = np.tril(block * on + _behind(block * v) * below)
-        # A row of residuals h with the entry t in the column that goes: h M + (t - h v) v' M / s, where v' M = s v / sqrt(s_j s_{j-1}).
+        # A row of residuals h with the entry t in the column that goes: h M + (t - h v) v' M / s, where v' M = s v /
+        # sqrt(s_j s_{j-1}).
         rows = rows * on + (_behind(rows * v) + (half[:, [place]] - (rows @ v)[:, None])) * below
     lower[place : n - 1, :place] = lower[place + 1 : n, :place]
     lower[place : n - 1, place : n - 1] = block

@@ -14,7 +14,8 @@ def corrections(name: str, force: Force, inputs: ArrayLike, spacing: float | Non
     Args:
         name: of the trial, for messages.
         inputs: (n, d) what the functions depend on, at the times of the force, such as positions and speeds from its `states`.
-        spacing: s from one datum to the next, at most once in the duration of the force by itself: errors of neighbours are alike.
+        spacing: s from one datum to the next, at most once in the duration of the force by itself: errors of neighbours
+            are alike.
 
     Raises:
         MisfitError: if inputs do not fit the times, or spacing is not positive.

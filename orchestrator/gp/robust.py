@@ -23,9 +23,9 @@ def trusted(
 ) -> tuple[Observation, ...]:
     """The observations with the noise that their own errors show, where errors of some have Student's distribution.
 
-    A datum that contradicts the others gets a larger standard deviation, so that it moves no function much; for a weak function
-    beside strong ones that is the difference between learning and harm. Expectation maximisation (Lange, Little and Taylor 1989) for
-    errors of the stated deviation times one factor, at least 1, which is found too.
+    A datum that contradicts the others gets a larger standard deviation, so that it moves no function much; for a weak
+    function beside strong ones that is the difference between learning and harm. Expectation maximisation (Lange,
+    Little and Taylor 1989) for errors of the stated deviation times one factor, at least 1, which is found too.
 
     Args:
         names: observations whose errors may be larger than stated; others are believed.

@@ -20,9 +20,10 @@ def informative(
 ) -> Array:
     """Numbers of the `count` candidates that say most about latent functions, the first the most, each beyond those before it.
 
-    A candidate says log((v + s^2) / (w + s^2)) / 2 nats, with s its noise, v the variance of its value given the base and those chosen, and
-    w the same if the functions in question were known (0 if all are). Measured values do not count, so outliers are not preferred;
-    noisy data say little and come late. Memory and time of a partial Cholesky factorisation with pivots.
+    A candidate says log((v + s^2) / (w + s^2)) / 2 nats, with s its noise, v the variance of its value given the base
+    and those chosen, and w the same if the functions in question were known (0 if all are). Measured values do not
+    count, so outliers are not preferred; noisy data say little and come late. Memory and time of a partial Cholesky
+    factorisation with pivots.
 
     Args:
         about: functions that count, such as those of weak muscles; all if empty.

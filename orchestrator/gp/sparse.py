@@ -1,7 +1,8 @@
 """Posteriors of many data on few of their rows (inducing points), with a bound on what that costs.
 
-Titsias, Variational Learning of Inducing Variables in Sparse Gaussian Processes (2009): the best posterior that knows the functions by the values of
-m rows alone. Data are read in parts, so that memory is that of m rows and a part, and time grows with their number.
+Titsias, Variational Learning of Inducing Variables in Sparse Gaussian Processes (2009): the best posterior that knows
+the functions by the values of m rows alone. Data are read in parts, so that memory is that of m rows and a part, and
+time grows with their number.
 """
 
 from collections.abc import Sequence
@@ -30,9 +31,10 @@ _NEW, _ROUNDING = 1e-8, 1e-12
 class Sparse:
     """A posterior on chosen rows, to be used as any other, and what the choice may cost.
 
-    `evidence` is a lower bound on the logarithm of the marginal likelihood; what it lacks is the divergence from the exact posterior. `lost`
-    bounds that, in nats, on average over data that the functions with their noise make (Burt, Rasmussen and van der Wilk 2019: between half of it and
-    it). With `lost` far below 1 the posterior is as good as exact; more rows make it smaller.
+    `evidence` is a lower bound on the logarithm of the marginal likelihood; what it lacks is the divergence from the
+    exact posterior. `lost` bounds that, in nats, on average over data that the functions with their noise make (Burt,
+    Rasmussen and van der Wilk 2019: between half of it and it). With `lost` far below 1 the posterior is as good as
+    exact; more rows make it smaller.
     """
 
     posterior: Posterior
@@ -43,7 +45,8 @@ class Sparse:
 def condition_sparse(latents: Latents, observations: Sequence[Observation], count: int = 300, seed: int = 0) -> Sparse:
     """Condition on all observations, on at most `count` of their rows.
 
-    Rows are chosen greedily: each time the one of which the others leave most open, in standard deviations of its noise, among 4000 drawn at random.
+    Rows are chosen greedily: each time the one of which the others leave most open, in standard deviations of its
+    noise, among 4000 drawn at random.
 
     Raises:
         MisfitError: if an observation names an unknown latent function or has no noise.
@@ -65,7 +68,8 @@ def condition_sparse(latents: Latents, observations: Sequence[Observation], coun
 def _summed(
     latents: Latents, rows: Rows, residuals: Array, noise: Array, kept: Rows, lower: Array
 ) -> tuple[Array, Array, float, float, float]:
-    """Sums over all data: phi phi'/s^2 (m, m), phi r'/s^2 (m, p), what the rows leave open by s^2, log s^2, and r^2/s^2; phi whitened."""
+    """Sums over all data: phi phi'/s^2 (m, m), phi r'/s^2 (m, p), what the rows leave open by s^2, log s^2, and
+    r^2/s^2; phi whitened."""
     m, p = len(lower), residuals.shape[1]
     told, right, left = np.zeros((m, m)), np.zeros((m, p)), 0.0
     for begin in range(0, len(noise), _PART):

@@ -63,7 +63,8 @@ class CardParameter:
 
     @property
     def zero(self) -> float:
-        """The value from which departures count against standard deviations: of T, infinite at absence, 1/T has as many as T."""
+        """The value from which departures count against standard deviations: of T, infinite at absence, 1/T has as many
+        as T."""
         return self.absent if math.isfinite(self.absent) else 0.0
 
     def matters(self, value: float) -> bool:
@@ -82,14 +83,14 @@ class CardParameter:
 class EffectCard:
     """One effect of the library.
 
-    `slots` are the replaceable parts of a model that can hold it, in order of preference. `elements` tells whether
-    the elements of its parameter arrays (joints, muscles) are fitted together, stand for one site each, or are the
-    entries of a matrix off its diagonal, one site each ("pairs"; `site` is then a pattern such as
-    `channel{0}->muscle{1}`). Cards of one id with different laws differ in `variant`. `needs` is the
-    excitation without which the effect does not show. An effect with `contacts` makes and breaks them, so that a run which is
-    off by a little goes another way: its fits begin with the first stretches of the trials. An effect is `imperfect` by the share
-    (rms) of what it does that its class, whose equations must be solved, leaves of the law. `card_file` is where the card
-    stands; `class_file` is the Modelica file of its class, None for a class of the shipped library.
+    `slots` are the replaceable parts of a model that can hold it, in order of preference. `elements` tells whether the
+    elements of its parameter arrays (joints, muscles) are fitted together, stand for one site each, or are the entries
+    of a matrix off its diagonal, one site each ("pairs"; `site` is then a pattern such as `channel{0}->muscle{1}`).
+    Cards of one id with different laws differ in `variant`. `needs` is the excitation without which the effect does not
+    show. An effect with `contacts` makes and breaks them, so that a run which is off by a little goes another way: its
+    fits begin with the first stretches of the trials. An effect is `imperfect` by the share (rms) of what it does that
+    its class, whose equations must be solved, leaves of the law. `card_file` is where the card stands; `class_file` is
+    the Modelica file of its class, None for a class of the shipped library.
     """
 
     id: str

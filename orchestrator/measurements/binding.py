@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from fmus.symbolic.system import Variable
 
 
-# Joints of a robot have names like those of the arm that is strapped to it and mean others: such columns are not matched by name.
+# Joints of a robot have names like those of the arm that is strapped to it and mean others: such columns are not
+# matched by name.
 ROBOT = "robot"
 
 

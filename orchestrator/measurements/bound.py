@@ -12,10 +12,10 @@ from orchestrator.measurements.trial import Array, Subset
 class BoundTrial:
     """One trial for one model.
 
-    `time` has shape (n,), s. `inputs` has shape (n, n_inputs), all inputs of the model in its order;
-    an input without a column holds its start value, or 0. `outputs` has shape (n, n_outputs), only
-    the outputs that were measured. Both are in the units of the model. `held` names the inputs that stay at a sample's value
-    until the next sample; the others run in straight lines.
+    `time` has shape (n,), s. `inputs` has shape (n, n_inputs), all inputs of the model in its order; an input without a
+    column holds its start value, or 0. `outputs` has shape (n, n_outputs), only the outputs that were measured. Both
+    are in the units of the model. `held` names the inputs that stay at a sample's value until the next sample; the
+    others run in straight lines.
     """
 
     name: str

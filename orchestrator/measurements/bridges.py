@@ -1,4 +1,5 @@
-"""Inputs across gaps of a record, so that a model that joins samples by straight lines is pushed by as much as the machine was."""
+"""Inputs across gaps of a record, so that a model that joins samples by straight lines is pushed by as much as the
+machine was."""
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -10,9 +11,9 @@ from orchestrator.measurements.trial import Array
 def bridged(time: Array, values: Array) -> Array:
     """Move the two samples at each gap so that the straight line between them has the mean of a smooth curve.
 
-    The curve is the cubic spline through all samples. Both move by the same, and by so little less that the line over the gap
-    and the two steps beside it together gain what the curve has above the line. Pieces of a signal with steps, such as a
-    command, are left as they are: a curve through them means nothing.
+    The curve is the cubic spline through all samples. Both move by the same, and by so little less that the line over
+    the gap and the two steps beside it together gain what the curve has above the line. Pieces of a signal with steps,
+    such as a command, are left as they are: a curve through them means nothing.
     """
     steps = np.diff(time)
     usual = float(np.median(steps))

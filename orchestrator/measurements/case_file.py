@@ -40,10 +40,11 @@ _REMARK_KEYS = ("note", "notes", "name", "title", "description", "source", "lice
 class CaseFile:
     """A measurement set as described, before any data file is read.
 
-    `units` maps a column to its unit, `variables` a column to a model variable, `sensors` a key of
-    [sensors] to its number, `tolerances` a model parameter to its relative standard deviation. `rate_hz` is None when no rate was
-    given. `interpolation` says of columns whether they run in straight lines between samples ("linear") or stay ("hold").
-    `frame` names the joints that columns belong to where those are not simply the model's; see `bind`. `reading` says how files of another make are read (None: as plain csv), `readings` how single ones that differ.
+    `units` maps a column to its unit, `variables` a column to a model variable, `sensors` a key of [sensors] to its
+    number, `tolerances` a model parameter to its relative standard deviation. `rate_hz` is None when no rate was given.
+    `interpolation` says of columns whether they run in straight lines between samples ("linear") or stay ("hold").
+    `frame` names the joints that columns belong to where those are not simply the model's; see `bind`. `reading` says
+    how files of another make are read (None: as plain csv), `readings` how single ones that differ.
     """
 
     files: tuple[str, ...]

@@ -32,9 +32,10 @@ class Cleaned:
 def cleaned(time: Array, values: Array) -> Cleaned:
     """Replace outliers and held samples of a measured signal by the cubic through their neighbours.
 
-    An outlier is far from the cubic through two samples on either side (Hampel's identifier on that distance), and without
-    it the samples around it agree, and neither side runs into it; else the signal has a step or an impact, which stays. Held
-    samples repeat one before them while the signal was moving as fast before and after as it must have moved meanwhile.
+    An outlier is far from the cubic through two samples on either side (Hampel's identifier on that distance), and
+    without it the samples around it agree, and neither side runs into it; else the signal has a step or an impact,
+    which stays. Held samples repeat one before them while the signal was moving as fast before and after as it must
+    have moved meanwhile.
     """
     nothing = np.zeros(len(values), bool)
     if len(values) < 20:

@@ -14,7 +14,8 @@ ORDER = 6
 BINS = 12
 # A bin needs as many samples for the spread in it to be known.
 FEWEST = 40
-# The clock must explain as much of the misfit as one in ten thousand steady records would show, and this share of the noise.
+# The clock must explain as much of the misfit as one in ten thousand steady records would show, and this share of the
+# noise.
 SHOWN = 18.0
 MATTERS = 0.2
 # No clock is as bad as this, in samples; corners of a signal look like that.

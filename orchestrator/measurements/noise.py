@@ -129,8 +129,8 @@ def measurement_noise(
 
     Returns:
         A level above 0, but for exact commands. A declared resolution without a declared noise is a lower limit of the
-        record's. An output that never changes, or only in steps of any size, is given 0.1 % of its value (or 0.001), and the
-        note asks for a declaration.
+        record's. An output that never changes, or only in steps of any size, is given 0.1 % of its value (or 0.001),
+        and the note asks for a declaration.
     """
     stated = declared_noise(sensors, unit, column) or None
     record = recorded_noise([r for r in records if not (drives and _switches(r))])
@@ -168,7 +168,8 @@ def _coloured(records: Sequence[Array], record: Noise, stated: float) -> Noise:
         return Noise(stated)
     found = noise_of_records(records, stated)
     level = float(np.median([level for level in map(estimated_noise, records) if level > 0.0]))
-    # Steps and bends of the signal fill the spectrum of each window, and few of the differences, which show no less than noise.
+    # Steps and bends of the signal fill the spectrum of each window, and few of the differences, which show no less
+    # than noise.
     if (
         found is not None
         and not _is_too_slow(found, records)
@@ -244,11 +245,11 @@ def _switches(values: Array) -> bool:
 
 
 def _finest_step(*records: Array) -> float:
-    """The resolution of records of one column, 0 if they show none: the smallest step, or difference of neighbouring steps, of
-    which nearly all steps are multiples.
+    """The resolution of records of one column, 0 if they show none: the smallest step, or difference of neighbouring
+    steps, of which nearly all steps are multiples.
 
-    Whatever moves almost evenly makes steps of three counts, say, and now and then one of four: the difference is one count.
-    A square wave has steps of one size, of which those of another record are no multiples.
+    Whatever moves almost evenly makes steps of three counts, say, and now and then one of four: the difference is one
+    count. A square wave has steps of one size, of which those of another record are no multiples.
     """
     changes = np.concatenate([np.diff(values) for values in records])
     steps, both = np.abs(changes), np.abs(np.concatenate([changes, *(np.diff(values, n=2) for values in records)]))

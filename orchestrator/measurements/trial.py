@@ -60,10 +60,11 @@ class Record:
 class MeasurementSet:
     """The trials of one case and what its case.toml says about them.
 
-    `sensors` holds the numbers of [sensors], `tolerances` the relative standard deviations of
-    [tolerances] by parameter, `variables` maps a column to a model variable where the names differ. `notes` lists what was assumed. `content_hash` is the sha256 of case.toml and all
-    data files, in hex: equal hashes mean equal data. `interpolation` maps a column to "linear" or "hold" (default: linear).
-    `frame` names what the columns' joints belong to, "" where nobody said.
+    `sensors` holds the numbers of [sensors], `tolerances` the relative standard deviations of [tolerances] by
+    parameter, `variables` maps a column to a model variable where the names differ. `notes` lists what was assumed.
+    `content_hash` is the sha256 of case.toml and all data files, in hex: equal hashes mean equal data. `interpolation`
+    maps a column to "linear" or "hold" (default: linear). `frame` names what the columns' joints belong to, "" where
+    nobody said.
     """
 
     path: Path

@@ -26,7 +26,8 @@ SIMULATOR = Path(__file__).with_name("simulator.c")
 FLAGS = ("-fPIC", "-shared", "-std=c99", "-ffp-contract=off")
 # Generated code is long and runs once for each stage of a step; what loops over sensitivities is short and must be fast.
 FOR_MODELS, FOR_LOOPS = "-O1", "-O3"
-# A model with long sums in it, such as a Gaussian process, whose exponentials are evaluated several at a time; the last bits differ.
+# A model with long sums in it, such as a Gaussian process, whose exponentials are evaluated several at a time; the last
+# bits differ.
 FOR_LONG_SUMS = "-O2 -ftree-vectorize -ffast-math -nostartfiles"
 # Trials of which a model with delays remembers what it delays.
 KEPT_TRIALS = 8
@@ -108,7 +109,8 @@ class CompiledModel:
         sensitivities: bool = False,
         before: np.ndarray = NOTHING_BEFORE,
     ) -> FreeRun:
-        """Simulate from `start` along inputs that are linear between samples, or stay at each sample's value if they are `held`.
+        """Simulate from `start` along inputs that are linear between samples, or stay at each sample's value if they
+        are `held`.
 
         Args:
             time: (n,) s, increasing, at least two samples.

@@ -21,7 +21,8 @@ class Position:
     """A signal that reads a state: signal = scale * state + offset.
 
     Of a position, der(state) is the state `speed`. Of a state of first order, `speed` is None: its correction acts on
-    der(state) itself. `scale` and `offset` are functions of all parameters; they differ from 1 and 0 if a sensor error is in the model.
+    der(state) itself. `scale` and `offset` are functions of all parameters; they differ from 1 and 0 if a sensor error
+    is in the model.
     """
 
     state: str
@@ -36,7 +37,8 @@ class ResidualSystem:
 
     Its inputs are the model's, without corrections; then `measured:<signal>` of each signal that reads a state, and
     `speed:<signal>` (first derivative) if that is a position; then `target:<signal>`: the measured second derivative of
-    a position, the first derivative of a state of first order, the measured value of another signal. Its states are the model's states that are not measured; its outputs are `residual:<signal>`.
+    a position, the first derivative of a state of first order, the measured value of another signal. Its states are the
+    model's states that are not measured; its outputs are `residual:<signal>`.
     """
 
     system: SymbolicSystem
@@ -53,8 +55,8 @@ def residual_system(system: SymbolicSystem, signals: Sequence[str]) -> ResidualS
     residual is the difference itself, an acceleration for positions.
 
     Returns:
-        None if some signal is neither a position nor directly under a correction, itself or its rate, or if equations of the model are
-        solved by iteration, whose results have no formula to read positions and forces from.
+        None if some signal is neither a position nor directly under a correction, itself or its rate, or if equations
+        of the model are solved by iteration, whose results have no formula to read positions and forces from.
     """
     if not system.rhs.is_a("SXFunction"):
         return None

@@ -1,7 +1,7 @@
 """What a delay holds back when a record begins: how the inputs were before it, which nobody has recorded.
 
-A model with a delay holds the first sample instead (Modelica, `delay`). How far an input goes in as long a time shows in its
-record.
+A model with a delay holds the first sample instead (Modelica, `delay`). How far an input goes in as long a time shows
+in its record.
 """
 
 import numpy as np
@@ -17,8 +17,8 @@ AT_REST = 18
 def ways_before(model: CompiledModel, time: np.ndarray, inputs: np.ndarray, parameters: np.ndarray) -> np.ndarray:
     """Ways (q, nd, NODES) in which delayed quantities may have been off their first samples, in the form that runs take.
 
-    Each is off at one of the times before, by as much as it changes in so long (root mean square): one standard deviation. What
-    is at rest when the record begins was at rest before.
+    Each is off at one of the times before, by as much as it changes in so long (root mean square): one standard
+    deviation. What is at rest when the record begins was at rest before.
     """
     sources, delays = model.delayed(time, inputs, parameters)
     ways = []
@@ -59,8 +59,8 @@ def answers_to(
 
 
 def whitened(series: np.ndarray, disturbances: np.ndarray) -> np.ndarray:
-    """White noise with disturbances, made white: (1 + C C')^(-1/2) times series (n, k), C (n, q) being what one of unit normal
-    size does.
+    """White noise with disturbances, made white: (1 + C C')^(-1/2) times series (n, k), C (n, q) being what one of unit
+    normal size does.
 
     Least squares of the result are those in which the sizes of disturbances are fitted, too.
     """

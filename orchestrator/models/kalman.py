@@ -18,8 +18,9 @@ _SOURCE = Path(__file__).with_name("kalman.c")
 class LinearSystem:
     """x(k+1) = step(k) x(k) + offset(k) + v(k), y(k) = show(k) x(k) + shift(k) + e(k), both noises white and normal.
 
-    `step` is (n - 1, m, m), `offset` (n - 1, m), `disturbance` the covariance of v, (n - 1, m, m); `show` is (n, ny, m), `shift` (n, ny),
-    `noise` the variance of e, (ny,), channels independent. The first state has `mean` (m,) and `covariance` (m, m).
+    `step` is (n - 1, m, m), `offset` (n - 1, m), `disturbance` the covariance of v, (n - 1, m, m); `show` is (n, ny,
+    m), `shift` (n, ny), `noise` the variance of e, (ny,), channels independent. The first state has `mean` (m,) and
+    `covariance` (m, m).
     """
 
     step: np.ndarray

@@ -11,8 +11,9 @@ from orchestrator.models.symbolic import SymbolicModel
 
 @dataclass(frozen=True, eq=False)
 class Along:
-    """A model along a reference of states and forces (n, nx + k): slopes of the rates `flow` (n - 1, nx, nx + k) in them and `push`
-    (n - 1, nx, nu) in inputs, where a step leads to, `reached` (n - 1, nx), what is `shown` (n, ny) there, its slopes.
+    """A model along a reference of states and forces (n, nx + k): slopes of the rates `flow` (n - 1, nx, nx + k) in
+    them and `push` (n - 1, nx, nu) in inputs, where a step leads to, `reached` (n - 1, nx), what is `shown` (n, ny)
+    there, its slopes.
     """
 
     reference: np.ndarray

@@ -20,7 +20,8 @@ _MOST_CUTS = 12
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """Where a search ended: the point (k,), the value there (inf if it has none anywhere), the curvature (k, k), evaluations."""
+    """Where a search ended: the point (k,), the value there (inf if it has none anywhere), the curvature (k, k),
+    evaluations."""
 
     point: Array
     value: float
@@ -38,9 +39,9 @@ def minimise(
 ) -> Found:
     """Search from `begin` within bounds (k,); the objective gives value and gradient, NaN where it has none.
 
-    Each step solves a quadratic program with bounds (CasADi, DAQP) whose matrix learns from the gradients (BFGS, damped as
-    Powell 1978); a step that does not gain enough is cut. `curvature` is the matrix to begin with, where one is known. It ends where a
-    step would gain less than `promise`.
+    Each step solves a quadratic program with bounds (CasADi, DAQP) whose matrix learns from the gradients (BFGS, damped
+    as Powell 1978); a step that does not gain enough is cut. `curvature` is the matrix to begin with, where one is
+    known. It ends where a step would gain less than `promise`.
     """
     here = _Point(begin, *objective(begin))
     if not np.isfinite(here.value) or not np.any(high > low):
@@ -103,7 +104,8 @@ def _cut(objective: Objective, here: _Point, step: Array, low: Array, high: Arra
 
 
 def _updated(matrix: Array, moved: Array, change: Array) -> Array:
-    """BFGS; where the change of slope shows too little curvature it is mixed with what was expected, so that the matrix stays positive."""
+    """BFGS; where the change of slope shows too little curvature it is mixed with what was expected, so that the matrix
+    stays positive."""
     expected = matrix @ moved
     seen, before = float(moved @ change), float(moved @ expected)
     if seen < 0.2 * before:

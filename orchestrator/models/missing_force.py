@@ -1,8 +1,9 @@
 """The force that a model lacks along measured trials, with how well the measurement shows it.
 
-The force on each correction input (see `correction`) is an unknown smooth function of time, a Gaussian process of the Matern 3/2
-kind; it joins the model's states, and a Kalman smoother finds both from noisy measurements. What the force can be like, its size
-and how fast it changes, is what makes the measurements most probable; second differences of encoders serve as a first guess alone.
+The force on each correction input (see `correction`) is an unknown smooth function of time, a Gaussian process of the
+Matern 3/2 kind; it joins the model's states, and a Kalman smoother finds both from noisy measurements. What the force
+can be like, its size and how fast it changes, is what makes the measurements most probable; second differences of
+encoders serve as a first guess alone.
 """
 
 from collections.abc import Sequence
@@ -28,8 +29,8 @@ PASSES = 2
 CHANGE, ENOUGH = 1e-3, 0.01
 # What a first state without bounds may be off by, in its unit.
 UNKNOWN = 1e3
-# Size and duration lie within these factors of the first guess, a duration is at least so many samples, and measurements are that much
-# noisier than they are said to be.
+# Size and duration lie within these factors of the first guess, a duration is at least so many samples, and
+# measurements are that much noisier than they are said to be.
 REACH, SHORTEST, NOISIER = np.log(1e4), 5, (0.5, 100.0)
 
 
@@ -37,9 +38,9 @@ REACH, SHORTEST, NOISIER = np.log(1e4), 5, (0.5, 100.0)
 class Force:
     """The missing force on each output along a trial: `mean` and `std` (n, k) in `units`, at `time` (n,) s.
 
-    Errors of neighbours are alike over about `duration` (k,) s, in which the force changes; so many samples are one datum. `size` (k,)
-    is how large it is, in its unit, `noise` (k,) by which factor the measurements are noisier than they are said to be. `states` (n, nx)
-    and `states_std` are the model's states in the order of its system.
+    Errors of neighbours are alike over about `duration` (k,) s, in which the force changes; so many samples are one
+    datum. `size` (k,) is how large it is, in its unit, `noise` (k,) by which factor the measurements are noisier than
+    they are said to be. `states` (n, nx) and `states_std` are the model's states in the order of its system.
     """
 
     names: tuple[str, ...]
@@ -66,8 +67,8 @@ def missing_forces(
         parameters: all of the model's, in its order; its own if they are left out.
 
     Raises:
-        MisfitError: if the model has no correction inputs for its signals, its equations do not show what they act on, or numbers overflow
-            along a trial.
+        MisfitError: if the model has no correction inputs for its signals, its equations do not show what they act on,
+            or numbers overflow along a trial.
     """
     values = model.compiled.parameters if parameters is None else parameters
     try:
@@ -184,7 +185,8 @@ class _Follower:
         return trial.smoother(compiled.run(trial.time, model.residual_inputs(trial), self._parameters, start).outputs)
 
     def _first_guess(self, crude: np.ndarray) -> np.ndarray:
-        """Logarithms of sizes and durations, from the crude force and the band of the signals, and of noise as it is said to be."""
+        """Logarithms of sizes and durations, from the crude force and the band of the signals, and of noise as it is
+        said to be."""
         edge = len(crude) // 20
         size = np.maximum(crude[edge : len(crude) - edge].std(axis=0), 1e-9)
         duration = np.full(len(size), 0.5 / self.trial.smoother.cutoff_hz)

@@ -265,8 +265,8 @@ def enough_substeps(
     """Integration steps in a sample interval at which halving them hardly changes the outputs, `MOST_SUBSTEPS` at most.
 
     They change by less than `share` of their range and `UNSEEN` of their noise, or, as a root mean square, by less than
-    `NEGLIGIBLE` of their distance from what was `measured`. Steps at which a run leaves the finite numbers are too long. One
-    is enough with contacts, where steps are as short as they must be.
+    `NEGLIGIBLE` of their distance from what was `measured`. Steps at which a run leaves the finite numbers are too
+    long. One is enough with contacts, where steps are as short as they must be.
     """
     if not model.system.states or model.system.contacts:
         return 1

@@ -83,8 +83,8 @@ def numbered(name: str) -> tuple[tuple[int, int, str], ...]:
 def bisect(case: Case, versions: Sequence[Path], run: Callable[[Case], Outcome]) -> Bisection:
     """Look for the first version that differs, halving the distance each time.
 
-    Where it differs on and off, the one that is found differs and the one before it does not. A case without a reference that
-    all versions share is compared with the oldest version.
+    Where it differs on and off, the one that is found differs and the one before it does not. A case without a
+    reference that all versions share is compared with the oldest version.
 
     Args:
         case: what to run.

@@ -44,7 +44,8 @@ class Reference:
 
 @dataclass(frozen=True)
 class Limits:
-    """What a case may use: `seconds` in all, `patience_s` s of silence in one call, `memory_gib` GiB; `retries` after a failure."""
+    """What a case may use: `seconds` in all, `patience_s` s of silence in one call, `memory_gib` GiB; `retries` after a
+    failure."""
 
     seconds: float = 300.0
     patience_s: float = 60.0

@@ -42,10 +42,10 @@ class Curve:
 class Outcome:
     """What became of a case.
 
-    `reason` is one line for people, "" for a case that passed; `problem` is "component" where a component failed and "input"
-    where the case cannot be run as it is written. `seconds` are CPU seconds of the run, `took_s` s of the clock for all.
-    `attempts` counts runs; a case that passed only on a later one is `flaky`, which is a failure. `signals_kept` is what ran,
-    for who asked for it.
+    `reason` is one line for people, "" for a case that passed; `problem` is "component" where a component failed and
+    "input" where the case cannot be run as it is written. `seconds` are CPU seconds of the run, `took_s` s of the clock
+    for all. `attempts` counts runs; a case that passed only on a later one is `flaky`, which is a failure.
+    `signals_kept` is what ran, for who asked for it.
     """
 
     name: str

@@ -49,9 +49,10 @@ class Wave:
 def generated(given: Mapping[str, Any], start: float, stop: float, step: float) -> Wave:
     """The wave that `{ kind = "step", at = 1.0, to = 2.0 }` and its like describe, sampled where it is curved.
 
-    Kinds, with times in s, frequencies in Hz and phases in rad: `constant` (value), `step` (at, from, to), `ramp` (at, until,
-    from, to), `pulse` (at, width, from, to), `sine` (amplitude, frequency, phase, offset, at), `chirp` (amplitude, from_hz, to_hz,
-    offset), `random` (low, high, hold_s, seed: a new level every so often), `table` (times, values, hold).
+    Kinds, with times in s, frequencies in Hz and phases in rad: `constant` (value), `step` (at, from, to), `ramp` (at,
+    until, from, to), `pulse` (at, width, from, to), `sine` (amplitude, frequency, phase, offset, at), `chirp`
+    (amplitude, from_hz, to_hz, offset), `random` (low, high, hold_s, seed: a new level every so often), `table` (times,
+    values, hold).
 
     Raises:
         MisfitError: if the kind or one of its keys is unknown or missing.

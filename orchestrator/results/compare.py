@@ -20,8 +20,9 @@ class SignalDifference:
     """What a signal of the second result differs by from the first, in the first one's unit.
 
     `largest` is the largest absolute difference, at `largest_at` s; `rms` its root mean square over time, `spread` the
-    distance from the smallest to the largest value of the first, `parted_at` the first time in s with a difference beyond the
-    tolerance, None if there is none. A value that is not a number in one of the two counts as an infinite difference.
+    distance from the smallest to the largest value of the first, `parted_at` the first time in s with a difference
+    beyond the tolerance, None if there is none. A value that is not a number in one of the two counts as an infinite
+    difference.
     """
 
     name: str

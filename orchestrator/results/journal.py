@@ -65,7 +65,8 @@ class Journal:
         self.rows += len(times)
 
     def close(self) -> None:
-        """Complete the stream; the lock stays until `remove`. A full disk only takes its last mark, which readers can do without."""
+        """Complete the stream; the lock stays until `remove`. A full disk only takes its last mark, which readers can
+        do without."""
         with suppress(OSError):
             self._stream.close()
             self._file.flush()

@@ -18,8 +18,8 @@ from orchestrator.shown import Shown, drawing_of
 class Result:
     """What a run recorded: `time` (n,) in s, and one array (n,) for each of the `columns`, in the column's unit.
 
-    `provenance` is what `Simulation` wrote at the start (components with hashes, versions, settings, seed); `failure` says why a
-    run ended early, "" if it did not; `complete` is False for a run that is still going on or was killed.
+    `provenance` is what `Simulation` wrote at the start (components with hashes, versions, settings, seed); `failure`
+    says why a run ended early, "" if it did not; `complete` is False for a run that is still going on or was killed.
     """
 
     time: NDArray[np.float64]

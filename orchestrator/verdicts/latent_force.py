@@ -11,9 +11,9 @@ class LatentForce:
     """A force curve for one signal, with its 90 % band.
 
     `coordinates` are the two coordinates, the more informative first; `explained` is the share of the residual's square
-    that the curve explains on blocks of time left out, with the first coordinate alone and with both. `at` are values of
-    the first coordinate; `force`, `low` and `high` the curve there, the second coordinate at its median. `surface` holds the
-    curve over both: `surface_at` are values of the second, rows belong to the first.
+    that the curve explains on blocks of time left out, with the first coordinate alone and with both. `at` are values
+    of the first coordinate; `force`, `low` and `high` the curve there, the second coordinate at its median. `surface`
+    holds the curve over both: `surface_at` are values of the second, rows belong to the first.
     """
 
     signal: str

@@ -129,15 +129,15 @@ class Law(Protocol):
 class Diagnosis:
     """Verdict and evidence of `misfit diagnose`. `steps` begins with the model as given.
 
-    `latent_forces` are curves of what no effect explains, for the verdict "unknown". `experiment_csv` is the table of inputs
-    of the next experiment. `where` maps the force that the model as given lacks (rows as in a comparison's "state"),
-    `findings` says the same. `tried` tells what became of each set of the ranking. `adjusted` are the parameters fitted
-    within their tolerances and `clock_shift_s` by how much outputs were late; errors count with both, the patched model
-    has neither. `data_checks` says what is wrong with the record, `mended` what was mended before;
-    `libraries` are the folders in which Modelica classes were looked for.
-    `incomplete` says that `unexplained_share` of the missing force's power is left, `best` is the best set of an answer that is
-    not proven, `witness` the missing force over its best coordinate with the fitted law. `laws` are formulas proposed where no card
-    fits; `search` is what a further search can go on from, and stands in no document.
+    `latent_forces` are curves of what no effect explains, for the verdict "unknown". `experiment_csv` is the table of
+    inputs of the next experiment. `where` maps the force that the model as given lacks (rows as in a comparison's
+    "state"), `findings` says the same. `tried` tells what became of each set of the ranking. `adjusted` are the
+    parameters fitted within their tolerances and `clock_shift_s` by how much outputs were late; errors count with both,
+    the patched model has neither. `data_checks` says what is wrong with the record, `mended` what was mended before;
+    `libraries` are the folders in which Modelica classes were looked for. `incomplete` says that `unexplained_share` of
+    the missing force's power is left, `best` is the best set of an answer that is not proven, `witness` the missing
+    force over its best coordinate with the fitted law. `laws` are formulas proposed where no card fits; `search` is
+    what a further search can go on from, and stands in no document.
     """
 
     model: str

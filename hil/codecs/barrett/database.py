@@ -32,7 +32,8 @@ _HOST = "Host"
 
 @dataclass(frozen=True)
 class _Signal:
-    """A line `SG_`: `start` as a DBC counts bits, `order` 1 for little-endian; `choice` of a multiplexer's value, or "M" for it."""
+    """A line `SG_`: `start` as a DBC counts bits, `order` 1 for little-endian; `choice` of a multiplexer's value, or
+    "M" for it."""
 
     name: str
     start: int

@@ -18,9 +18,9 @@ ACCESS = ("OF_INPUT", "OF_OUTPUT", "OF_SYSTEM_OUTPUT", "OF_COMPONENT", "OF_TIME"
 class Exposed:
     """One scalar variable of a container.
 
-    `port` holds its type, unit, start, range and description, `place` its number among the signals, `element` its place in
-    the port. `links` are those that an input is passed on by, or the one that gives an output of the system. `knowns` are the
-    names of the inputs that an output depends on at the same instant.
+    `port` holds its type, unit, start, range and description, `place` its number among the signals, `element` its place
+    in the port. `links` are those that an input is passed on by, or the one that gives an output of the system.
+    `knowns` are the names of the inputs that an output depends on at the same instant.
     """
 
     name: str

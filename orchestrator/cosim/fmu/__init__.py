@@ -12,9 +12,9 @@ __all__ = ["FmuDescription", "open_fmu", "read_description"]
 def open_fmu(spec: ComponentSpec, folder: Path) -> Component:
     """Load and instantiate the FMU of a component.
 
-    `spec.options`: `interface` ("CoSimulation", "ModelExchange" or "ScheduledExecution"; co-simulation where there is a choice),
-    `early_return` (whether an FMI 3 FMU may end a step at an event, which masters with rollback make use of) and `ticks` (of
-    scheduled execution: times in s of each input clock that somebody has to trigger).
+    `spec.options`: `interface` ("CoSimulation", "ModelExchange" or "ScheduledExecution"; co-simulation where there is a
+    choice), `early_return` (whether an FMI 3 FMU may end a step at an event, which masters with rollback make use of)
+    and `ticks` (of scheduled execution: times in s of each input clock that somebody has to trigger).
 
     Raises:
         FmuError: if the file is no FMU or has no binary that can be loaded here.

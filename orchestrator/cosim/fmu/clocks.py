@@ -10,8 +10,8 @@ from pathlib import Path
 class Clock:
     """A clock: `variability` is that of its interval (constant, fixed, calculated, tunable, changing, countdown, triggered).
 
-    `interval` and `shift` are in s, None and 0 where the description does not say. Of two that tick at one instant, the one with
-    the lower `priority` is served first.
+    `interval` and `shift` are in s, None and 0 where the description does not say. Of two that tick at one instant, the
+    one with the lower `priority` is served first.
     """
 
     name: str

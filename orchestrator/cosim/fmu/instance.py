@@ -85,7 +85,8 @@ class Instance(ABC):
         return ctypes.cast(self.function(name), ctypes.c_void_p).value or 0  # type: ignore[arg-type]
 
     def call(self, name: str, *arguments: Any, what: Callable[[], str] | None = None, allowed: int = WARNING) -> int:
-        """Call a function of the instance; `what` gives the words behind its name in an error, `allowed` is the worst status."""
+        """Call a function of the instance; `what` gives the words behind its name in an error, `allowed` is the worst
+        status."""
         if self._dead:
             raise ComponentError(
                 f"FMU '{self.name}' cannot be used any more at t = {self.time:.9g} s: it failed fatally before"

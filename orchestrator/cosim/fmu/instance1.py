@@ -20,8 +20,8 @@ class _Callbacks(ctypes.Structure):
 class Instance1(Instance2):
     """An instance of an FMU of version 1.
 
-    It has no initialisation mode: it is initialised when that begins, and outputs may follow inputs in a step only. Its logger
-    is not told whose message it gets, so the last message may be that of another FMU of version 1.
+    It has no initialisation mode: it is initialised when that begins, and outputs may follow inputs in a step only. Its
+    logger is not told whose message it gets, so the last message may be that of another FMU of version 1.
     """
 
     prefix = "fmi"

@@ -1,4 +1,5 @@
-"""An FMU for scheduled execution as a component: its clocks tick when they are due, and each tick activates a model partition."""
+"""An FMU for scheduled execution as a component: its clocks tick when they are due, and each tick activates a model
+partition."""
 
 import ctypes
 import heapq

@@ -76,7 +76,8 @@ class Child:
         theirs.close()
         self._output = Connection(reading, writable=False)
         self._said = b""
-        # One object for all waits: `multiprocessing.connection.wait` makes a new one each time, which takes longer than a call.
+        # One object for all waits: `multiprocessing.connection.wait` makes a new one each time, which takes longer than
+        # a call.
         self._ready = select.poll()
         for source in (self._connection, self._output):
             self._ready.register(source.fileno(), select.POLLIN)
@@ -103,8 +104,8 @@ class Child:
 
         Raises:
             MisfitError: the error that the child reports, of the same class.
-            ComponentError: if it ended, was silent for too long or took too much memory; names the component, the call and the
-                simulated time.
+            ComponentError: if it ended, was silent for too long or took too much memory; names the component, the call
+                and the simulated time.
         """
         calls, since = self.memory.word.calls, time.monotonic()
         while True:

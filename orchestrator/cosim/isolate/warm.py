@@ -1,7 +1,7 @@
 """Children that have run a simulation and wait for the next one of the same FMUs: starting one costs more than a short run.
 
-Only a child whose runs all ended well is kept, and it only gets FMUs that it has loaded already, so that no FMU ever runs in a
-process in which another one has been.
+Only a child whose runs all ended well is kept, and it only gets FMUs that it has loaded already, so that no FMU ever
+runs in a process in which another one has been.
 """
 
 import atexit

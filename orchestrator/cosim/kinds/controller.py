@@ -24,8 +24,9 @@ def open_controller(spec: ComponentSpec, folder: Path) -> Component:
     """Make a controller of matrices in the options, or of the object that `source` names.
 
     `source` is `file.py:NAME` or `module:NAME` of a `control.StateSpace` or `TransferFunction`, or of a function that
-    returns one. Options: `a`, `b`, `c`, `d`, lists of rows; `sample_time` in s, 0 or absent for a continuous one; `inputs`
-    and `outputs`, names or a table of names and units (by default those of the object, else `u` and `y`, or `u1`, `u2`, ...).
+    returns one. Options: `a`, `b`, `c`, `d`, lists of rows; `sample_time` in s, 0 or absent for a continuous one;
+    `inputs` and `outputs`, names or a table of names and units (by default those of the object, else `u` and `y`, or
+    `u1`, `u2`, ...).
 
     Raises:
         MisfitError: if the matrices do not fit each other, or the object is no linear system.

@@ -21,9 +21,9 @@ _SAME = 1e-6
 def open_player(spec: ComponentSpec, folder: Path) -> Component:
     """Play a file of the measurement set (or the single file) that `source` names, as a whole.
 
-    Options: `trial`, the file's number from 1 or its name (needed where there are several); `columns` to play (all); `interpolation`,
-    "linear" (the default) or "hold" for the last sample; `start`, the time in s of the run at which the record begins (its
-    own time otherwise).
+    Options: `trial`, the file's number from 1 or its name (needed where there are several); `columns` to play (all);
+    `interpolation`, "linear" (the default) or "hold" for the last sample; `start`, the time in s of the run at which
+    the record begins (its own time otherwise).
 
     Raises:
         MisfitError: if the measurements cannot be read or an option does not fit them.

@@ -33,8 +33,8 @@ class Noted:
 class NotFinite:
     """The policy of each value by its place among those of the system, and what happened.
 
-    `noted` goes by the names of variables. An input that takes its value from an output with the policy `warn` takes whatever
-    comes.
+    `noted` goes by the names of variables. An input that takes its value from an output with the policy `warn` takes
+    whatever comes.
     """
 
     def __init__(self, wiring: Wiring, wanted: Mapping[str, str]) -> None:

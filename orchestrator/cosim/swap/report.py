@@ -11,8 +11,8 @@ SCHEMA = "misfit.swap/1"
 class Match:
     """A variable of the old component and what takes its place.
 
-    `how` is "same name", "mapping" or "similar"; the last needs the user's word. `conversion` says what happens to the value.
-    `use` says what the system needs the variable for, "" where it does not.
+    `how` is "same name", "mapping" or "similar"; the last needs the user's word. `conversion` says what happens to the
+    value. `use` says what the system needs the variable for, "" where it does not.
     """
 
     old: str

@@ -145,8 +145,8 @@ def _idle(low: np.ndarray, high: np.ndarray) -> np.ndarray:
 
 
 def _part(low: float, high: float, idle: float, share: float, *, one_way: bool = False) -> tuple[float, float]:
-    """A share of a range: as far to one side of idle as to the other, so that a torque drives nothing away; from its lower end
-    if idle is no point inside; on idle's side of zero if that is the `one_way` that the input goes.
+    """A share of a range: as far to one side of idle as to the other, so that a torque drives nothing away; from its
+    lower end if idle is no point inside; on idle's side of zero if that is the `one_way` that the input goes.
 
     >>> _part(-0.3, 0.2, 0.0, 0.5), _part(0.1, 0.9, 0.1, 0.5), _part(0.0, 0.5, 0.25, 2.0, one_way=True)
     ((-0.1, 0.1), (0.1, 0.5), (0.0, 0.75))

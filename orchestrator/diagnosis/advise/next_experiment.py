@@ -1,12 +1,12 @@
 """The next experiment: the one of the menu that best separates the explanations that remain.
 
-For two explanations i and j the separation is the mean square of y_i - y_j in the metric, where noise is white with unit
-variance, after j has been refitted to what i predicts, so that only what refitting cannot imitate counts (T-optimality:
-Atkinson and Fedorov 1975; Hunter and Reiner 1965). It is refitted as in a diagnosis of that record: start values, what a
-delay held back and a shift of the clock are free as far as they are there. Over N rows the log-likelihood ratio then has mean
-N separation/2 and variance N separation, and a diagnosis names the right one where that is above the odds that it asks for,
-L = log(20): with the probability Phi((N separation/2 - L)/sqrt(N separation)). The noise of the inputs is taken to be carried
-to the outputs as in the first trial.
+For two explanations i and j the separation is the mean square of y_i - y_j in the metric, where noise is white with
+unit variance, after j has been refitted to what i predicts, so that only what refitting cannot imitate counts
+(T-optimality: Atkinson and Fedorov 1975; Hunter and Reiner 1965). It is refitted as in a diagnosis of that record:
+start values, what a delay held back and a shift of the clock are free as far as they are there. Over N rows the
+log-likelihood ratio then has mean N separation/2 and variance N separation, and a diagnosis names the right one where
+that is above the odds that it asks for, L = log(20): with the probability Phi((N separation/2 - L)/sqrt(N separation)).
+The noise of the inputs is taken to be carried to the outputs as in the first trial.
 """
 
 import csv
@@ -66,9 +66,10 @@ class Explanation:
 class Plan:
     """The experiment to do next, and what is expected of it.
 
-    `separation` and `probability` are those of the pair that is told apart worst, without those (`alike`) that no experiment
-    is likely to tell apart; `repeat` the same for a repetition of the first trial. `records` of the experiment name the right
-    one with near certainty. `considered` lists every experiment of the menu with its separation to first order.
+    `separation` and `probability` are those of the pair that is told apart worst, without those (`alike`) that no
+    experiment is likely to tell apart; `repeat` the same for a repetition of the first trial. `records` of the
+    experiment name the right one with near certainty. `considered` lists every experiment of the menu with its
+    separation to first order.
     """
 
     experiment: Experiment
@@ -130,8 +131,8 @@ def plan(explanations: Sequence[Explanation], learning: LearningData, scale: flo
     """Choose the experiment that tells the explanations apart; the noise has the power `scale` in the metric.
 
     Experiments in which some explanation leaves the range of the recorded outputs by more than half of it, or cannot be
-    simulated, are left out. All explanations of a machine that only rested rank the experiments to first order, those that are
-    told apart worst are refitted.
+    simulated, are left out. All explanations of a machine that only rested rank the experiments to first order, those
+    that are told apart worst are refitted.
 
     Returns:
         None for fewer than two explanations, or if no experiment can be simulated.

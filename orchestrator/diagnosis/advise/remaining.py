@@ -24,10 +24,10 @@ def remaining(
 ) -> list[Explanation]:
     """Return the explanations to tell apart.
 
-    With effects that cannot be told apart: the best set, and the best set for each of the others; a law that holds one of the
-    best set and more, with as much of that as would matter. Without (the data show no effect, or too little): the model as given,
-    and effects that would not show (`unseen`) at their typical sizes, else the sets that fit best with each of their effects at
-    least of the size that matters.
+    With effects that cannot be told apart: the best set, and the best set for each of the others; a law that holds one
+    of the best set and more, with as much of that as would matter. Without (the data show no effect, or too little):
+    the model as given, and effects that would not show (`unseen`) at their typical sizes, else the sets that fit best
+    with each of their effects at least of the size that matters.
     """
     others = {name for group in confusable for name in group[1:]}
     if best is not None and others:

@@ -32,8 +32,8 @@ USUAL_S = 10.0
 # Shares of their range by which inputs are moved beside what the first trial does: an arm without a controller falls out of
 # the postures that were recorded when all its muscles are driven alike.
 BESIDE = (0.5, 0.2, 0.05)
-# Shares of their range by which inputs are driven: of one that acts to both sides also small ones, as a machine that nothing
-# holds runs away under a torque that is large for long.
+# Shares of their range by which inputs are driven: of one that acts to both sides also small ones, as a machine that
+# nothing holds runs away under a torque that is large for long.
 ONE_SIDED, TWO_SIDED = (1.0, 0.5), (1.0, 0.5, 0.2, 0.05)
 # Inputs that were never driven may also go beyond what a slow sine lets them, as a fast one moves a machine less.
 BEYOND_SLOW = (100.0, 30.0, 10.0, 3.0)

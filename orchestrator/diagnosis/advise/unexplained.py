@@ -95,7 +95,8 @@ def _residuals(
 def _along(
     model: SymbolicModel, parameters: np.ndarray, trials: Sequence[SmoothedTrial], hidden: Sequence[str]
 ) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Missing forces (n, ny) and hidden states (n, h) along each trial, by a smoother; by second differences where that cannot be."""
+    """Missing forces (n, ny) and hidden states (n, h) along each trial, by a smoother; by second differences where that
+    cannot be."""
     names = [v.name for v in model.system.states]
     places = [names.index(name) for name in hidden]
     if knows_its_forces(model):

@@ -45,12 +45,13 @@ def rivals(
     """Sets of equal size that differ from the best one in one effect and that the data do not rule out.
 
     The odds are exp(difference of BIC / 2), the misfit counted in units of `scale`, by which what is left differs from
-    white noise of the declared level, times the odds that held-out trials give, whose logarithm `held_out` returns for a
-    set. Several sites of one effect count once. A law that holds the one in its place, and more, is at most as likely as the
-    simpler law, and none of its own where the rest is too small to matter. It pays nothing for parameters that the data leave
-    free, as they take no noise away. Where `room_for` tells how likely it is with all that its rest may be, that alone counts: a
-    fit of it is but the nearest of several minima. Where a rest that acts next to rest only follows the trials better, the
-    simpler law is preferred if it leaves no more than a right set may of what is `missing`, the mean square without effects.
+    white noise of the declared level, times the odds that held-out trials give, whose logarithm `held_out` returns for
+    a set. Several sites of one effect count once. A law that holds the one in its place, and more, is at most as likely
+    as the simpler law, and none of its own where the rest is too small to matter. It pays nothing for parameters that
+    the data leave free, as they take no noise away. Where `room_for` tells how likely it is with all that its rest may
+    be, that alone counts: a fit of it is but the nearest of several minima. Where a rest that acts next to rest only
+    follows the trials better, the simpler law is preferred if it leaves no more than a right set may of what is
+    `missing`, the mean square without effects.
     """
     found: dict[tuple[str, str], Rival] = {}
     own = {c.label: c for c in best.effects.candidates}
@@ -97,8 +98,8 @@ def _only_hinders_creeping(
 
 
 def least_odds(best: Refit, tried: Sequence[Refit], like: Sequence[Rival]) -> dict[frozenset[str], float]:
-    """Odds of the best set against sets with a law in place of a simpler one that it holds, whatever more those explain: those
-    of a rival, or decisive ones, by the labels of the set."""
+    """Odds of the best set against sets with a law in place of a simpler one that it holds, whatever more those
+    explain: those of a rival, or decisive ones, by the labels of the set."""
     listed, found = {rival.refit.labels: rival.odds for rival in like}, dict[frozenset[str], float]()
     for other in tried:
         gone = [c for c in best.effects.candidates if c.label not in other.labels]
@@ -120,14 +121,14 @@ def disguise(best: Refit, tried: Sequence[Refit], scale: float, choices: int) ->
 
 
 def reach(best: Refit, scale: float) -> float:
-    """How far a set that was fitted roughly may fall behind the best one, in half BIC, and be its rival once it is fitted to
-    the end."""
+    """How far a set that was fitted roughly may fall behind the best one, in half BIC, and be its rival once it is
+    fitted to the end."""
     return float(np.log(HOPELESS)) + 0.5 * ROUGHLY * best.fit.misfit / scale
 
 
 def near_in_either(best: Refit, same: Refit, tried: Sequence[Refit], noise: float, choices: int) -> list[int]:
-    """Places of the sets that may be rivals of the best one in another metric, in which that is `same`; the likeliest first,
-    at most `MOST_RIVALS` of them.
+    """Places of the sets that may be rivals of the best one in another metric, in which that is `same`; the likeliest
+    first, at most `MOST_RIVALS` of them.
 
     What the metric changes for one set, it may change for another one the other way.
     """

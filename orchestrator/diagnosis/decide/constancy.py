@@ -1,9 +1,9 @@
 """Whether each effect of a fitted set is the same in every trial, as a law of the machine is.
 
-A wrong law follows each trial with other values of its parameters, which a common fit hides: what is left may be no more than
-noise beside its scatter. So an effect's parameters are set free in each trial, to first order, with all else common as it was. If
-the law is right, that takes off the misfit what noise lets so many unknowns explain (a score test of constant parameters: Andrews
-and Fair, Review of Economic Studies 55, 1988).
+A wrong law follows each trial with other values of its parameters, which a common fit hides: what is left may be no
+more than noise beside its scatter. So an effect's parameters are set free in each trial, to first order, with all else
+common as it was. If the law is right, that takes off the misfit what noise lets so many unknowns explain (a score test
+of constant parameters: Andrews and Fair, Review of Economic Studies 55, 1988).
 """
 
 from collections.abc import Callable, Sequence
@@ -22,7 +22,8 @@ from orchestrator.library.candidate import Candidate
 
 @dataclass(frozen=True)
 class Change:
-    """An effect whose parameters change between trials: by which `share` of what it does (rms), and the chance of noise alone."""
+    """An effect whose parameters change between trials: by which `share` of what it does (rms), and the chance of noise
+    alone."""
 
     effect: Candidate
     share: float
@@ -73,8 +74,8 @@ def each_for_itself(columns: np.ndarray, rows: Sequence[int]) -> np.ndarray:
 
 
 def beyond_noise(basis: np.ndarray, error: np.ndarray, scale: float) -> tuple[float, float]:
-    """What an orthonormal basis (m, k) takes off the square of an error (m,) beyond noise and its scatter, and the chance that
-    noise of power `scale` takes off as much as it does."""
+    """What an orthonormal basis (m, k) takes off the square of an error (m,) beyond noise and its scatter, and the
+    chance that noise of power `scale` takes off as much as it does."""
     freedom = basis.shape[1]
     if not freedom:
         return 0.0, 1.0

@@ -90,8 +90,8 @@ def with_simpler(best: Refit, other: Refit, old: Candidate, by: Candidate) -> tu
 def acts_near_rest_only(found: Refit, larger: Candidate, smaller: EffectCard) -> bool:
     """Whether what a fitted law has beyond a simpler one acts at the slowest speeds only that it may act at.
 
-    There laws of dry friction are smooth, so that machines creep which stand still: a rest that hinders creeping follows them
-    better, whatever their friction.
+    There laws of dry friction are smooth, so that machines creep which stand still: a rest that hinders creeping
+    follows them better, whatever their friction.
     """
     _, shapes = rest_parts(found, larger, smaller)
     low, high = found.effects.bounds()

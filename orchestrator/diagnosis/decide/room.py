@@ -1,8 +1,9 @@
 """How much room data leave for what a law has beyond a simpler one: the odds between the two, whatever a fit has found.
 
-Friction that is larger near rest is dry friction and a rest of some size that acts below some speed. Such a law says nothing
-of either, so its likelihood is the mean over what they may be: the rest as large as matters and up to the simpler law itself,
-and the speed any that the record has. A rest that could hide only at speeds where the machine hardly ever is has no room.
+Friction that is larger near rest is dry friction and a rest of some size that acts below some speed. Such a law says
+nothing of either, so its likelihood is the mean over what they may be: the rest as large as matters and up to the
+simpler law itself, and the speed any that the record has. A rest that could hide only at speeds where the machine
+hardly ever is has no room.
 """
 
 from collections.abc import Collection

@@ -27,9 +27,9 @@ APART = 1e-3
 FOUND = 36.0
 # A site is blind if the data would show no more than this share of its effects.
 SHOWN = 0.5
-# An effect that does this share (of power) of what it does at another site is excited; noise that hides it hides it everywhere.
-# A muscle that is never stimulated does nothing at all; what leaks out of the upper of two tanks does 0.002 to 0.005 of what
-# leaks out of the lower one, however they are driven.
+# An effect that does this share (of power) of what it does at another site is excited; noise that hides it hides it
+# everywhere. A muscle that is never stimulated does nothing at all; what leaks out of the upper of two tanks does 0.002
+# to 0.005 of what leaks out of the lower one, however they are driven.
 AS_ELSEWHERE = 0.001
 # Effects of a blind site that the next experiment should show, and of a machine that only rested.
 MOST_UNSEEN, MOST_AT_REST = 2, 12
@@ -47,8 +47,8 @@ SIZES, SHAPES = (0.3, 1.0), (0.3, 1.0, 3.0)
 
 # `room.py`
 
-# Shares of the record's samples up to which the rest acts, dense where little of the record tells: near rest, and at the top
-# speeds, which a machine may have for a moment only; and sizes of the rest, as shares of the simpler law.
+# Shares of the record's samples up to which the rest acts, dense where little of the record tells: near rest, and at
+# the top speeds, which a machine may have for a moment only; and sizes of the rest, as shares of the simpler law.
 ACTS_IN = (0.01, 0.02, 0.04, 0.07, 0.12, 0.2, 0.35, 0.6, 0.8, 0.9, 0.95, 1.0)
 # Likelihoods that are no less than this, and no more than its inverse.
 LEAST = 1e-20

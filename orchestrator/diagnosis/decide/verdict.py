@@ -24,10 +24,10 @@ def reducible_removed(before: float, after: float) -> float:
 class Left:
     """What a set of effects leaves of all trials, in the metric, where noise has the mean square `noise`.
 
-    `learning` and `held_out` are mean squares (before, after) and numbers of rows; `structured` tells whether the effects
-    of the library or flexible forces explain more of the learning trials than noise would let them; `within` is by how much the
-    learning errors of a right set may exceed `noise` if that is read from the same rows, which scatter together; `imperfect` is the
-    share that its effects leave though they are there.
+    `learning` and `held_out` are mean squares (before, after) and numbers of rows; `structured` tells whether the
+    effects of the library or flexible forces explain more of the learning trials than noise would let them; `within` is
+    by how much the learning errors of a right set may exceed `noise` if that is read from the same rows, which scatter
+    together; `imperfect` is the share that its effects leave though they are there.
     """
 
     learning: tuple[float, float, int]

@@ -162,7 +162,8 @@ class Refit:
         """Parameters that the data pin, and pin at the limit of what their effect can be.
 
         A law that explains the data best beyond its limits is another one in disguise: few waves of cogging are a hardening
-        spring. A limit at zero or at absence is none of this kind: nothing lies beyond. So is a law of which the data pin neither
+        spring. A limit at zero or at absence is none of this kind: nothing lies beyond. So is a law of which the data
+            pin neither
         the shape nor any size, and which shows all the same: then any other smooth force would do.
         """
         if not self.size:
@@ -215,9 +216,9 @@ def refit(
 ) -> Refit:
     """Fit a set's parameters, the nuisances, and the start values of all trials, by free runs.
 
-    The first values whose runs are the best may be those that do the least, as a ceiling above all commands or a stiff shaft: no
-    slope leads from there to a low ceiling or a soft shaft. So a fit in which an effect is not told from its absence is
-    made again from the next best ones.
+    The first values whose runs are the best may be those that do the least, as a ceiling above all commands or a stiff
+    shaft: no slope leads from there to a low ceiling or a soft shaft. So a fit in which an effect is not told from its
+    absence is made again from the next best ones.
 
     Args:
         first: first values of the effects' parameters (k,), or several rows of them: that with the best free runs is taken.
@@ -346,8 +347,8 @@ def fit_nominal(effects: EffectSet, model: SymbolicModel, learning: LearningData
 
 
 def follow(found: Refit, learning: LearningData, earlier: Fit | None = None) -> Refit:
-    """The model with the values that a fit found, along other trials: only start values and clocks are fitted, from those of
-    an `earlier` fit of these trials if there is one."""
+    """The model with the values that a fit found, along other trials: only start values and clocks are fitted, from
+    those of an `earlier` fit of these trials if there is one."""
     begun, alone, nothing = as_found(found), _without_parameters(learning), np.zeros(0)
     if earlier is None and oscillates(found.effects):
         earlier = _phased(found.effects, begun.model, alone, nothing, found.values)[1]

@@ -163,8 +163,9 @@ class Stage:
 
     @property
     def scatter(self) -> float:
-        """By how much the mean square of a right model's error may exceed that of its noise, which is read from the same rows: as
-        much as noise of this colour lets candidates and flexible forces explain, and two deviations of it."""
+        """By how much the mean square of a right model's error may exceed that of its noise, which is read from the
+        same rows: as much as noise of this colour lets candidates and flexible forces explain, and two deviations of
+        it."""
         freedom = self._saturated.shape[1]
         return (self.colour.scale * most_by_chance(freedom) - self.colour.level**2 * freedom) / self.tangent.data_rows
 
@@ -172,8 +173,8 @@ class Stage:
     def is_structured(self) -> bool:
         """Whether more is left than noise, and a share of the error worth mentioning.
 
-        Either candidates or a flexible force explain part of it; or neither does, and what happens between samples explains it
-        but cannot be so large, or it exceeds the noise of the sensors several times.
+        Either candidates or a flexible force explain part of it; or neither does, and what happens between samples
+        explains it but cannot be so large, or it exceeds the noise of the sensors several times.
         """
         shows = min(self.p_value, self.p_of_flexible) <= SIGNIFICANT or not self.tangent.is_between_samples
         return (shows and self.structured_share > PRACTICAL) or self.colour.level > BEYOND_NOISE

@@ -17,11 +17,11 @@ from orchestrator.measurements import Noise
 def metrics_of(response: Response, outputs: Sequence[Noise], inputs: Sequence[Noise], seed: int = 0) -> list[Metric]:
     """The metric of each trial of a response, for the noise of its outputs (ny of them) and inputs (nu).
 
-    Slow noise of inputs is carried as waves of time, the rest counts as white: what no waves can follow, in the noise and
-    in what it does. (The power of all that noise does, less that of the waves, would be no measure of it: where a model
-    integrates its inputs, both are large and hardly differ, and by chance their difference is none.) Where the record of an
-    input has gaps, what it did meanwhile is noise, too. A model that neither is a formula nor shows its Jacobians, such as an
-    FMU that is stepped, takes a run for each of them, so they are few.
+    Slow noise of inputs is carried as waves of time, the rest counts as white: what no waves can follow, in the noise
+    and in what it does. (The power of all that noise does, less that of the waves, would be no measure of it: where a
+    model integrates its inputs, both are large and hardly differ, and by chance their difference is none.) Where the
+    record of an input has gaps, what it did meanwhile is noise, too. A model that neither is a formula nor shows its
+    Jacobians, such as an FMU that is stepped, takes a run for each of them, so they are few.
     """
     std = np.array([noise.steady.std for noise in outputs])
     random, found = np.random.default_rng(seed), []

@@ -1,8 +1,8 @@
 """Does a set explain an error, or does it take noise of measured inputs away?
 
-A ceiling just below the highest command cuts the noise of its record there, and the free run errs less, though nothing is cut
-off in truth: what drives the model is the record, noise and all. So a set that explains less than there is noise is judged
-by what it does along inputs without their noise.
+A ceiling just below the highest command cuts the noise of its record there, and the free run errs less, though nothing
+is cut off in truth: what drives the model is the record, noise and all. So a set that explains less than there is noise
+is judged by what it does along inputs without their noise.
 """
 
 from fmus.errors import ComponentError
@@ -15,10 +15,10 @@ from orchestrator.diagnosis.linear.thresholds import MOSTLY
 def misfit_by_quiet_inputs(tangent: Tangent, found: Refit) -> float:
     """Misfit of a set, were the noise of the inputs carried as in the smaller set that `tangent` tests.
 
-    That is the smaller set's error along the recorded inputs, changed by what the larger one changes along quiet ones. Where
-    noise acts alike in both, as in any linear model, it is the misfit of the fit. What the larger set leaves says which noise
-    there was: to the smaller one, an effect is noise of the inputs as far as that can imitate it, and a motion that both
-    move, the noise and the effect, is out of step with waves of cogging.
+    That is the smaller set's error along the recorded inputs, changed by what the larger one changes along quiet ones.
+    Where noise acts alike in both, as in any linear model, it is the misfit of the fit. What the larger set leaves says
+    which noise there was: to the smaller one, an effect is noise of the inputs as far as that can imitate it, and a
+    motion that both move, the noise and the effect, is out of step with waves of cogging.
     """
     base, learning, rows = tangent.base, tangent.learning, tangent.base.fit.rows
     left, _ = linearised(found, learning)
@@ -35,8 +35,8 @@ def carries_noise(learning: LearningData) -> bool:
 
 
 def explained_by_noise(tangent: Tangent, found: Refit, noise: float, charge: float) -> bool:
-    """Whether a set is no better than the smaller one that `tangent` tests, once noise of inputs is left to both, or by less
-    than half of what it seems: quiet inputs still hold some noise.
+    """Whether a set is no better than the smaller one that `tangent` tests, once noise of inputs is left to both, or by
+    less than half of what it seems: quiet inputs still hold some noise.
 
     Args:
         noise: power of the noise in the metric.

@@ -1,8 +1,8 @@
 """The motion of a fitted model along inputs without their noise, near the motion that was recorded.
 
 A low pass takes the noise of an input away, and with it some of the impulse with which a record begins. A machine that
-integrates its inputs drifts from then on, by several waves of a cogging torque, say. Such a drift is what other start values
-do, so these are moved until the run is again where the inputs take it without the filter.
+integrates its inputs drifts from then on, by several waves of a cogging torque, say. Such a drift is what other start
+values do, so these are moved until the run is again where the inputs take it without the filter.
 """
 
 from collections.abc import Collection

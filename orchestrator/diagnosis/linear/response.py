@@ -84,8 +84,8 @@ class Response:
         return self._answer(trial, forces, self._forces)
 
     def to_input(self, trial: int, column: int, changes: np.ndarray) -> np.ndarray:
-        """Change of the outputs (n, ny, k) by k small histories (n, k) of one input; each takes a run where nothing is known
-        of the model's slopes."""
+        """Change of the outputs (n, ny, k) by k small histories (n, k) of one input; each takes a run where nothing is
+        known of the model's slopes."""
         if self.answers_inputs:
             return self._answer(trial, changes[:, None, :], [column])
         record = self.base.records[trial]
@@ -191,7 +191,8 @@ class Response:
         return np.array(found).reshape(len(delays), len(record.time))
 
     def _run(self, trial: int, inputs: np.ndarray | None = None) -> np.ndarray:
-        """Outputs of a free run, then states if the model is a formula: (n, ny + nx); by the recorded inputs if none are given."""
+        """Outputs of a free run, then states if the model is a formula: (n, ny + nx); by the recorded inputs if none
+        are given."""
         record, start = self.base.records[trial], self.base.fit.starts[trial]
         run = (self._observed if self.is_formula else self.model.compiled).run(
             record.time,

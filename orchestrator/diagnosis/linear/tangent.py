@@ -63,8 +63,8 @@ class Block:
 class Tangent:
     """A fitted model, linearised: its error (m,), an orthonormal basis of its nuisances, and blocks of candidates.
 
-    `recorded_error` is the error along the recorded inputs, before nuisances are taken away; `slopes` (m, k) are those of the
-    error in the parameters of the effects that are in the model.
+    `recorded_error` is the error along the recorded inputs, before nuisances are taken away; `slopes` (m, k) are those
+    of the error in the parameters of the effects that are in the model.
 
     Rows are the samples of all trials in the metric, then one row for each prior. Nuisances are start values, clocks,
     parameters with tolerances and the parameters of effects that are in the model already.
@@ -301,7 +301,8 @@ class Tangent:
 
 
 def split_by_trials(values: np.ndarray, rows: Sequence[int]) -> list[np.ndarray]:
-    """The parts of values (m, ...) that belong to trials of so many `rows` one after the other; those of priors are left out."""
+    """The parts of values (m, ...) that belong to trials of so many `rows` one after the other; those of priors are
+    left out."""
     edges = np.cumsum(rows)
     return np.split(values[: edges[-1]], edges[:-1])
 

@@ -79,8 +79,8 @@ HIDDEN = 2.0
 SHAPES = (0.3, 1.0, 3.0)
 # Standard deviation of how much of its second difference is added to an input; a hold for half a sample is a quarter.
 BETWEEN_STD = 0.25
-# No hold, no straight line and no mean over a sample needs so many of these deviations: half of a second difference is a delay
-# of a whole sample.
+# No hold, no straight line and no mean over a sample needs so many of these deviations: half of a second difference is
+# a delay of a whole sample.
 BEYOND_SAMPLES = 2.0
 # A shift of the clock beyond this share of the most that it can be is at its end.
 AT_END = 0.999

@@ -62,8 +62,8 @@ def _place(error: np.ndarray, row: int, size: int) -> int:
 def _alone(series: np.ndarray, place: int) -> float:
     """By how much a sample of a series (n,) is off by itself.
 
-    A sample that is off by `a` is off from the middle of its neighbours by `a`, and puts each of them off by half of that to the
-    other side; where a series bends, the neighbours are not.
+    A sample that is off by `a` is off from the middle of its neighbours by `a`, and puts each of them off by half of
+    that to the other side; where a series bends, the neighbours are not.
     """
     around = series[np.clip(np.arange(place - 2, place + 3), 0, len(series) - 1)]
     before, here, after = around[1:-1] - 0.5 * (around[:-2] + around[2:])

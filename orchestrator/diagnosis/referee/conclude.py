@@ -20,7 +20,8 @@ from orchestrator.diagnosis.search.search import Searcher
 from orchestrator.library.candidate import Candidate
 from orchestrator.verdicts.result import Diagnosis, HeldOut, Odds, Verdict
 
-# How likely the truth is among the sets tried, by verdict: a judgement, to be replaced by the rates of `make bench-diagnosis`.
+# How likely the truth is among the sets tried, by verdict: a judgement, to be replaced by the rates of `make
+# bench-diagnosis`.
 TRUST: dict[Verdict, float] = {"adequate": 1.0, "cannot_tell": 1.0, "named": 0.9, "ambiguous": 0.9, "unknown": 0.1}
 
 

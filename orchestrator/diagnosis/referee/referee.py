@@ -83,8 +83,8 @@ class Referee:
     ) -> Refereed:
         """The same, or with the first of the sets `tied` with a refused one that held-out trials confirm.
 
-        They must hold the confirmed effects. The more of them are asked, the likelier it is that held-out trials speak for one
-        by chance: the second pays odds of 2 to 1 for that, the third 3 to 1.
+        They must hold the confirmed effects. The more of them are asked, the likelier it is that held-out trials speak
+        for one by chance: the second pays odds of 2 to 1 for that, the third 3 to 1.
         """
         kept, found = refereed.accepted[-1].refit.labels if refereed.accepted else frozenset[str](), refereed
         able = [entry for entry in tied if kept < entry.refit.labels and entry.refit.labels not in refereed.refused]

@@ -1,8 +1,8 @@
 """Trials cut into stretches, where contacts let a free run follow no whole trial.
 
-Play that rattles takes apart what differs by next to nothing: of two masses that chatter, free runs from starts that differ by
-1e-16 part within a few seconds, those of the true parameters, too. What they do until then tells as much of the play, and any
-part of a record is as good as its first.
+Play that rattles takes apart what differs by next to nothing: of two masses that chatter, free runs from starts that
+differ by 1e-16 part within a few seconds, those of the true parameters, too. What they do until then tells as much of
+the play, and any part of a record is as good as its first.
 """
 
 from collections.abc import Iterator

@@ -40,9 +40,9 @@ def first_values(stage: Stage, chosen: Sequence[Candidate], nearer: Sequence[Ref
 def elsewhere(stage: Stage, found: Refit) -> list[np.ndarray]:
     """Rows of parameters (k,) of a fitted set in which a new effect starts at another point of its grid.
 
-    A frequency or a number of periods has many values that explain part of an error, and a fit ends at the nearest. Each peak
-    of what the points explain to first order is a start, the highest first; the one that the fit is at, too, as the fit may
-    have come there with other sizes and stay half a wave off.
+    A frequency or a number of periods has many values that explain part of an error, and a fit ends at the nearest.
+    Each peak of what the points explain to first order is a start, the highest first; the one that the fit is at, too,
+    as the fit may have come there with other sizes and stay half a wave off.
     """
     rows, owners = [], np.array(found.effects.owners())
     for k, candidate in enumerate(found.effects.candidates):

@@ -110,10 +110,12 @@ class Fitter:
         return self.setting.side_by_side(lambda each: self.from_first_stretch(*each), found)
 
     def from_first_stretch(self, found: Refit, first: np.ndarray) -> Refit:
-        """A fitted set, or the same from first values (k,) over stretches of growing length, if it follows the trials to their end.
+        """A fitted set, or the same from first values (k,) over stretches of growing length, if it follows the trials
+        to their end.
 
-        Along whole trials a large effect makes another motion of slightly other values, and a fit ends at the nearest of many
-        minima: over a first stretch there is but one. Sets with contacts are followed `in_stretches`, from their fit.
+        Along whole trials a large effect makes another motion of slightly other values, and a fit ends at the nearest
+        of many minima: over a first stretch there is but one. Sets with contacts are followed `in_stretches`, from
+        their fit.
         """
         if self.setting.nominal.residual is None or found.effects.contacts:
             return found
@@ -158,8 +160,8 @@ class Fitter:
         return self.setting.side_by_side(finished, followed)
 
     def in_stretches(self, found: Refit) -> Refit:
-        """A set with contacts, fitted to the end over stretches of growing length if it leaves much more than noise and that
-        less.
+        """A set with contacts, fitted to the end over stretches of growing length if it leaves much more than noise and
+        that less.
 
         Raises:
             TooLong: if it is lost on the way, and yet follows the trials for twice as long as the model does without effects.
@@ -280,8 +282,8 @@ class Fitter:
 
 
 def lost_contacts(rough: Sequence[Refit]) -> list[Refit]:
-    """The smallest of the sets with contacts, the likeliest of several, if all sets leave much more than noise and none of the first
-    has any.
+    """The smallest of the sets with contacts, the likeliest of several, if all sets leave much more than noise and none
+    of the first has any.
 
     Runs that lose a rattling play part from the measurement whatever its size is: what it leaves says nothing of it.
     """

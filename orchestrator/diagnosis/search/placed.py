@@ -1,10 +1,10 @@
 """First guesses where a record has been: levels beyond which an effect begins to act lie within what was seen.
 
-A card cannot know how far a user's machine moves, nor about which angle: a pole hangs at pi. Where it declares that its effect
-acts above, below or beyond a level that is one of its parameters, that parameter starts from the range of the quantity in the
-nominal runs. A level above or below which an effect acts stays near that range: an end stop far from all that was seen is
-a spring, or a constant force, in disguise. Waves over the position of a joint get out of step the sooner the farther it moves: the
-grid of their number is as fine as that range asks for.
+A card cannot know how far a user's machine moves, nor about which angle: a pole hangs at pi. Where it declares that its
+effect acts above, below or beyond a level that is one of its parameters, that parameter starts from the range of the
+quantity in the nominal runs. A level above or below which an effect acts stays near that range: an end stop far from
+all that was seen is a spring, or a constant force, in disguise. Waves over the position of a joint get out of step the
+sooner the farther it moves: the grid of their number is as fine as that range asks for.
 """
 
 import math
@@ -63,7 +63,8 @@ def _parameter(parameter: CardParameter, need: Need, parts: Sequence[Sequence[np
 
 
 def in_step(grid: Sequence[float], span: float) -> tuple[float, ...]:
-    """An ascending grid of numbers of waves over 2 pi of a variable, so fine that neighbours part by at most half a wave over its `span`.
+    """An ascending grid of numbers of waves over 2 pi of a variable, so fine that neighbours part by at most half a
+    wave over its `span`.
 
     As fine as at most `MOST_POINTS` points make it.
 

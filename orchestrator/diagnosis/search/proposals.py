@@ -37,7 +37,8 @@ class Proposer:
     def chosen(
         self, screened: Sequence[Screened], stage: Stage, beam: Sequence[Refit]
     ) -> tuple[list[Screened], list[Screened]]:
-        """The most promising sets, by the correction residual, by free runs and put together; and others to be refitted as a whole.
+        """The most promising sets, by the correction residual, by free runs and put together; and others to be refitted
+        as a whole.
 
         Those are pairs and triples that explain more than all their parts let expect.
         """

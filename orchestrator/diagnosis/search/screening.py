@@ -187,7 +187,8 @@ class Screener:
 
     @cached_property
     def _peaks_hz(self) -> tuple[float, ...]:
-        """Frequencies above `CORNER_HZ`/4 at which the nominal model's residual is large, over trials and signals, the largest first."""
+        """Frequencies above `CORNER_HZ`/4 at which the nominal model's residual is large, over trials and signals, the
+        largest first."""
         compiled, step = self.nominal.compiled_residual, self._smoother.step * self._smoother.stride
         powers, lines = [], []
         records, substeps = self._records(self.nominal, compiled.parameters)
@@ -216,7 +217,8 @@ class Screener:
         return Regressors(np.concatenate(residuals), np.concatenate(slopes))
 
     def _records(self, model: SymbolicModel, parameters: np.ndarray) -> tuple[list[Record], int]:
-        """The learning trials as the residual system sees them: its outputs should be zero; and integration steps in a sample."""
+        """The learning trials as the residual system sees them: its outputs should be zero; and integration steps in a
+        sample."""
         assert model.residual is not None
         names = [v.name for v in model.system.states]
         hidden = [names.index(v.name) for v in model.residual.system.states]

@@ -120,8 +120,8 @@ class Searcher:
         return found
 
     def _best(self, found: Sequence[Refit], base: Refit, stage: Stage) -> Refit | None:
-        """The likeliest set that is better than the tested one, and against which nothing speaks, nor against what it is at last:
-        without an effect that it does not need, cogging may be a hardening spring in disguise."""
+        """The likeliest set that is better than the tested one, and against which nothing speaks, nor against what it
+        is at last: without an effect that it does not need, cogging may be a hardening spring in disguise."""
         noise = stage.colour.level**2
         bound = half_bic(base, noise, self.trace.choices)
         for r in found:
@@ -184,8 +184,8 @@ class Searcher:
     def try_kin(self, best: Refit) -> None:
         """Refit what acts like an effect of a set and was not tried in its place, so that the odds are those of fits.
 
-        So is a simpler effect that its card calls confusable, of which it may be no more than a special case, and a law that
-        holds it. Rivals that were fitted roughly are fitted to the end.
+        So is a simpler effect that its card calls confusable, of which it may be no more than a special case, and a law
+        that holds it. Rivals that were fitted roughly are fitted to the end.
         """
         self._finish_rivals(best)
         tried = {r.labels: r for r in sorted(self.trace.refitted, key=lambda r: -r.fit.misfit)}
@@ -195,7 +195,8 @@ class Searcher:
             others = [c for c in best.effects.candidates if c.label != effect.label]
             twin = can_join(others, other, self.slots)
             known = None if twin is None else tried.get(frozenset(c.label for c in (*others, twin)))
-            # A law that holds another one explains no less, and one that it holds may explain as much: or a fit went astray.
+            # A law that holds another one explains no less, and one that it holds may explain as much: or a fit went
+            # astray.
             nested = holds(other.card, effect.card) or holds(effect.card, other.card)
             astray = known is not None and nested and known.fit.misfit > best.fit.misfit
             if twin is None or (known is not None and not astray):

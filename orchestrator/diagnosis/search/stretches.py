@@ -1,9 +1,9 @@
 """Fits over first stretches of the trials, each longer than the one before: for effects that make and break contact.
 
-A contact that a free run makes too late turns what follows into another motion, so that a fit over whole trials ends at the
-nearest of many minima: play of two masses was 2 % off, or ended anywhere, when 84 times the noise was left. Over a stretch of
-few contacts there is but one, and from there the next stretch holds few more (Gauss-Newton on growing horizons, as in
-multiple shooting: Bock, in Modelling of Chemical Reaction Systems, Springer 1981).
+A contact that a free run makes too late turns what follows into another motion, so that a fit over whole trials ends at
+the nearest of many minima: play of two masses was 2 % off, or ended anywhere, when 84 times the noise was left. Over a
+stretch of few contacts there is but one, and from there the next stretch holds few more (Gauss-Newton on growing
+horizons, as in multiple shooting: Bock, in Modelling of Chemical Reaction Systems, Springer 1981).
 """
 
 from collections.abc import Sequence
@@ -62,8 +62,8 @@ def lost_after(found: Refit, trials: LearningData) -> int | None:
 
 
 def _closely(found: Refit, trials: LearningData) -> tuple[list[Refit], Followed | None, ComponentError]:
-    """The model along other trials at once and, if that leaves more than noise, over growing stretches, as far as runs did not
-    fail; how far it follows them so; and the last failure."""
+    """The model along other trials at once and, if that leaves more than noise, over growing stretches, as far as runs
+    did not fail; how far it follows them so; and the last failure."""
     able, failed = list[Refit](), ComponentError("no stretch can be followed")
     try:
         able.append(follow(found, trials))

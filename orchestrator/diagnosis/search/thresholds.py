@@ -53,8 +53,8 @@ BY_FREE_RUNS = 3
 # `screening.py`
 
 CORNER_HZ = 2.0
-# Peaks of a residual's spectrum at which an oscillation may be, and how high they are at least beside the highest: an error of
-# another kind swings with the commands, ten times as wide.
+# Peaks of a residual's spectrum at which an oscillation may be, and how high they are at least beside the highest: an
+# error of another kind swings with the commands, ten times as wide.
 MOST_PEAKS = 5
 WORTH_A_PEAK = 0.01
 

@@ -59,8 +59,8 @@ class Trace:
         return half_bic(found, 1.0, self.choices) - 0.5 * found.fit.misfit
 
     def objection(self, found: Refit) -> str:
-        """What speaks against a set that fits best: that it is another law in disguise, that noise would do as well, or that
-        it is too small to matter."""
+        """What speaks against a set that fits best: that it is another law in disguise, that noise would do as well, or
+        that it is too small to matter."""
         if pressed := found.pressed():
             return f"fits best with {' and '.join(pressed)} at the limit of what it can be, or unknown with all sizes: another law in disguise"
         p = self.p_value(found)

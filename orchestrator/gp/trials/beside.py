@@ -30,8 +30,8 @@ _ROOM = 1e-12
 class ModelBeside(SymbolicModel):
     """A model whose correction inputs get what a block expects at every instant, times a share of each output.
 
-    Shares are inputs behind those of the model: 0 is the model alone. First states are estimated as those of the model alone, so that
-    both follow a trial on equal terms.
+    Shares are inputs behind those of the model: 0 is the model alone. First states are estimated as those of the model
+    alone, so that both follow a trial on equal terms.
     """
 
     def __init__(self, model: SymbolicModel, block: Block) -> None:
@@ -58,7 +58,8 @@ class ModelBeside(SymbolicModel):
     def _followed(self, trial: SmoothedTrial) -> FittedTrial:
         """The free run whose first states fit a trial best, by Gauss and Newton with the slopes of the first run.
 
-        Slopes of a block take six times as long as its values, and change little over the few deviations that first states may move.
+        Slopes of a block take six times as long as its values, and change little over the few deviations that first
+        states may move.
         """
         record = self.record(trial)
         steps, p = self.substeps(record, self.compiled.parameters, trial.noise), self.compiled.parameters

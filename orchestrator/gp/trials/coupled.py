@@ -26,8 +26,9 @@ def write_coupled(
 ) -> None:
     """Write `model.fmu`, `block.fmu`, `system.toml`, and for each trial its samples and a system that plays them.
 
-    The model's FMU shows the states that the block needs (positions, speeds) as outputs beside its own. Inputs that both need, such as
-    activations, are inputs of the system once. Along a trial the run begins where the free run did by which the block was judged.
+    The model's FMU shows the states that the block needs (positions, speeds) as outputs beside its own. Inputs that
+    both need, such as activations, are inputs of the system once. Along a trial the run begins where the free run did
+    by which the block was judged.
 
     Raises:
         MisfitError: without a C compiler.

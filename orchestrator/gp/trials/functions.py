@@ -11,11 +11,11 @@ from orchestrator.gp.kernels import SquaredExponential
 from orchestrator.gp.limits import Limits
 from orchestrator.gp.observations import Observation
 
-# A length scale is expected about twice the deviation of its input, by a factor of 3: functions of muscles and joints bend once or
-# twice over a range of motion, and a bound that is reached says that an input does not count.
+# A length scale is expected about twice the deviation of its input, by a factor of 3: functions of muscles and joints
+# bend once or twice over a range of motion, and a bound that is reached says that an input does not count.
 _SCALE, _SPREAD, _REACH = 2.0, 3.0, (0.05, 30.0)
-# Of the mean square of what is missing, how much the variance of one function may be: functions that are much larger than their sum cancel
-# each other along the learning trials, and nowhere else.
+# Of the mean square of what is missing, how much the variance of one function may be: functions that are much larger
+# than their sum cancel each other along the learning trials, and nowhere else.
 _VARIANCE = (1e-8, 4.0)
 # A function that contributes less than this share of what is missing is left out before the others are judged.
 _NEGLIGIBLE = 0.02
@@ -29,8 +29,9 @@ _ENOUGH = 0.01
 class Verdict:
     """What is said of a latent function: `factor` it is multiplied by ("": none), and whether the data need it.
 
-    `size` is the root mean square of what it contributes, in the unit of the output, `gain` by how many nats the data are more probable with it,
-    `price` how many its hyperparameters must gain (half the logarithm of the number of data for each).
+    `size` is the root mean square of what it contributes, in the unit of the output, `gain` by how many nats the data
+    are more probable with it, `price` how many its hyperparameters must gain (half the logarithm of the number of data
+    for each).
     """
 
     function: str

@@ -52,7 +52,8 @@ class Errors:
 class Judgement:
     """What became of a block: `shares` of its outputs that are used, and free-run errors without it and with these shares.
 
-    `refused` are those of the block as it was learned, where it was not used as such; `reason` says in words what was decided and why.
+    `refused` are those of the block as it was learned, where it was not used as such; `reason` says in words what was
+    decided and why.
     """
 
     verdict: Literal["kept", "shrunk", "refused"]

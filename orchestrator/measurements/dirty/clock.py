@@ -56,8 +56,8 @@ def with_clock(
 ) -> tuple[Reading, tuple[str, ...]]:
     """Complete a reading by its time.
 
-    A column named as time goes first, then stamps (a date and a time of the day are joined), then a column in a unit of time,
-    then a first column that grows from row to row; at last the samples are counted, if a rate is known.
+    A column named as time goes first, then stamps (a date and a time of the day are joined), then a column in a unit of
+    time, then a first column that grows from row to row; at last the samples are counted, if a rate is known.
 
     Args:
         reading: how the file is read so far.

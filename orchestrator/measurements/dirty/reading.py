@@ -17,10 +17,11 @@ TIME_KINDS = ("number", "epoch", "stamps", "counted")
 class Reading:
     """How one file is read. Lines are counted from 1 as an editor shows them; 0 stands for "there is none".
 
-    `names` stands for the names where no line holds them. `time` names the columns that hold time, which are joined (a date and
-    a time of the day) and become the one column `time` in s; `time_kind` says what they hold: numbers in `time_unit`, such
-    numbers since an epoch (only differences count), stamps, or nothing ("counted": at the rate of [sampling]). Samples without a value are bridged over up to
-    `bridge_up_to_s`, longer stretches are cut out. `missing` lists numbers that stand for "no value".
+    `names` stands for the names where no line holds them. `time` names the columns that hold time, which are joined (a
+    date and a time of the day) and become the one column `time` in s; `time_kind` says what they hold: numbers in
+    `time_unit`, such numbers since an epoch (only differences count), stamps, or nothing ("counted": at the rate of
+    [sampling]). Samples without a value are bridged over up to `bridge_up_to_s`, longer stretches are cut out.
+    `missing` lists numbers that stand for "no value".
     """
 
     encoding: str = "utf-8"

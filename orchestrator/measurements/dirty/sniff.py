@@ -45,8 +45,8 @@ class Sniffed:
 def sniff(path: Path, content: bytes) -> Sniffed:
     """Find out how a text file is made.
 
-    The separator and the decimal sign are those with which most cells are numbers and the rows have one width. The table starts
-    at the first such row; names and units stand in the lines right above it.
+    The separator and the decimal sign are those with which most cells are numbers and the rows have one width. The
+    table starts at the first such row; names and units stand in the lines right above it.
 
     Raises:
         MisfitError: there is no table of numbers in the file.

@@ -21,8 +21,8 @@ _PACKED = re.compile(r"T(\d{2})(\d{2})(\d{2}(?:[.,]\d+)?)")
 def seconds_of(stamps: Sequence[str]) -> tuple[Array, str]:
     """Read dates, times of the day, or both, as seconds from the first one that is readable.
 
-    Days may stand first or months (`3/4/2024`): a number above 12 decides, else the day. A time of the day without a date that
-    falls back by half a day has passed midnight. Time zones are not looked at: a record stays in one.
+    Days may stand first or months (`3/4/2024`): a number above 12 decides, else the day. A time of the day without a
+    date that falls back by half a day has passed midnight. Time zones are not looked at: a record stays in one.
 
     Returns:
         Seconds (n,), NaN where a stamp is not readable, and what had to be assumed ("" if nothing).
