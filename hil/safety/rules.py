@@ -243,7 +243,7 @@ def follows_model(limits: Limits, state: State, motion: Motion, seen: Seen) -> T
 
 def model_explains(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip | None:
     """A model that no longer explains how the arm moves shows what is too small for `torque_acts` and `encoder_alive`."""
-    worst = max(state.disagreed, default=0)
+    worst = max(state.disagreed)
     if worst < limits.effect_s * SECOND_NS:
         return None
     words = (

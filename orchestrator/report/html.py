@@ -24,7 +24,7 @@ from orchestrator.report.page import (
     tried_table,
     versions_table,
 )
-from orchestrator.report.palette import css_variables
+from orchestrator.report.palette import css_variables, dark_css
 from orchestrator.report.pictures import (
     falling,
     latent,
@@ -43,6 +43,9 @@ from orchestrator.verdicts.result import Diagnosis
 
 if TYPE_CHECKING:
     from jinja2 import Environment
+
+# Pictures and drawings of fixed colours stay on white in dark pages.
+DRAWN = "figure img, .arm-replay svg, svg.curves"
 
 
 def comparison_report(comparison: Comparison, replay: Replay | None = None) -> str:
@@ -158,15 +161,15 @@ def _short(path: str) -> str:
 
 def render(page: Page) -> str:
     """Return a page as one HTML file; a browser runs no script on it but that of the replay, if there is one."""
-    return _filled("report.html.j2", page, ":root")
+    return _filled("report.html.j2", page, ":root", dark_css(DRAWN))
 
 
 def render_part(page: Page) -> str:
     """Return a page as a part of another, such as the output of a cell: its title and headings are left out."""
-    return _filled("notebook.html.j2", page, ".misfit-report")
+    return _filled("notebook.html.j2", page, ".misfit-report", "")
 
 
-def _filled(template: str, page: Page, selector: str) -> str:
+def _filled(template: str, page: Page, selector: str, dark: str) -> str:
     script = replay_script() if page.replay else ""
     return (
         _templates()
@@ -174,7 +177,7 @@ def _filled(template: str, page: Page, selector: str) -> str:
         .render(
             page=page,
             shown=[(f"part-{number}", part) for number, part in enumerate(page.sections) if not part.is_empty],
-            colours=css_variables(selector),
+            colours=css_variables(selector) + dark,
             style=(replay_style() if page.replay else "") + (answer_style() if page.answer else ""),
             script=script,
             policy=f"; script-src {script_source()}" if script else "",

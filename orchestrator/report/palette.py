@@ -4,6 +4,7 @@ Okabe and Ito's colour-blind-safe hues (2008), darkened where needed so that eac
 white (WCAG 2.1, 1.4.3). Meanings that share a value never stand in one figure; the test says which ones must differ.
 """
 
+from collections.abc import Mapping
 from enum import StrEnum
 
 
@@ -38,6 +39,23 @@ SURFACES = {"paper": "#FFFFFF", "tint": "#F1F6FA", "rule": "#D5D5D5", "rule-stro
 SERIES = (Colour.IMPROVED, Colour.MODEL, Colour.GOOD, Colour.MEASURED, Colour.RESIDUAL, "#0B3C6F")
 
 
+# The same meanings on a dark page, each at least 4.5:1 on its paper and tint, too.
+DARK = {
+    Colour.MEASURED: "#F4F4F4",
+    Colour.MODEL: "#FF9A52",
+    Colour.IMPROVED: "#62B5F0",
+    Colour.RESIDUAL: "#E07FC2",
+    Colour.FLOOR: "#DCDCDC",
+    Colour.FORCE: "#45C79C",
+    Colour.MUSCLE: "#F09090",
+    Colour.WARNING: "#E2B84D",
+    Colour.INK: "#E8E8E8",
+    Colour.QUIET: "#B2B8BE",
+    Colour.OTHER: "#9AA0A6",
+}
+DARK_SURFACES = {"paper": "#15191E", "tint": "#1F262E", "rule": "#3D464F", "rule-strong": "#8B939B"}
+
+
 def css_variables(selector: str = ":root") -> str:
     """Return a CSS rule with each colour as a variable of the same name, such as `--held-out` and `--series-1`.
 
@@ -47,4 +65,26 @@ def css_variables(selector: str = ":root") -> str:
     """
     named: dict[str, str] = {name.lower().replace("_", "-"): colour for name, colour in Colour.__members__.items()}
     named |= SURFACES | {f"series-{place}": colour for place, colour in enumerate(SERIES, start=1)}
+    return _rule(selector, named)
+
+
+def dark_css(on_white: str) -> str:
+    """Return CSS for readers whose system asks for dark pages; what is selected by `on_white` stays as it was drawn, on white.
+
+    Print stays white on paper.
+
+    Example:
+        >>> "prefers-color-scheme: dark" in dark_css("figure img"), "--ink: #E8E8E8;" in dark_css("figure img")
+        (True, True)
+    """
+    named = {name.lower().replace("_", "-"): DARK[colour] for name, colour in Colour.__members__.items()}
+    # Wins over `:root`, wherever that stands.
+    page = _rule("html:root", named | DARK_SURFACES) + " html:root { color-scheme: dark; }"
+    kept = (
+        f"{css_variables(on_white)} {on_white} {{ background: var(--paper); color: var(--ink); color-scheme: light; }}"
+    )
+    return f"@media screen and (prefers-color-scheme: dark) {{ {page} {kept} }}"
+
+
+def _rule(selector: str, named: Mapping[str, str]) -> str:
     return f"{selector} {{ {' '.join(f'--{name}: {colour};' for name, colour in named.items())} }}"

@@ -10,18 +10,20 @@ from nicegui import app, ui
 
 from orchestrator.report.answer.markup import answer_style
 from orchestrator.report.arm_drawing import replay_script, replay_style
-from orchestrator.report.palette import Colour, css_variables
+from orchestrator.report.palette import Colour, css_variables, dark_css
 from orchestrator.studio.pages import Page
 from orchestrator.studio.views.parts import STYLE as VIEWS_STYLE
 
 STYLE = Path(__file__).with_name("studio.css")
 STATIC = Path(__file__).with_name("static")
+# Plots and drawings of fixed colours stay on white in dark pages, and so do the colours of a running session.
+DRAWN = ".nicegui-echart, .steps-drawing, .arm-replay svg, .bench-state, .bench-part"
 
 
 def mount(pages: Sequence[Page]) -> None:
     """Give every page its route."""
     ui.add_css(css_variables() + VIEWS_STYLE.read_text() + STYLE.read_text() + answer_style(), shared=True)
-    ui.add_css(replay_style(), shared=True)
+    ui.add_css(replay_style() + dark_css(DRAWN), shared=True)
     ui.add_head_html(f"<script>{replay_script()}</script>", shared=True)
     app.add_static_files("/studio", STATIC)
     for script in ("upload.js", "lost.js"):
@@ -31,7 +33,7 @@ def mount(pages: Sequence[Page]) -> None:
 
 
 def _mount(page: Page, pages: Sequence[Page]) -> None:
-    @ui.page(page.path, title=f"{page.title} · misfit studio")
+    @ui.page(page.path, title=f"{page.title} · misfit studio", dark=None)
     async def show(request: Request) -> None:
         ui.colors(primary=Colour.ACCENT, negative=Colour.BAD, positive=Colour.GOOD, warning=Colour.WARNING)
         _header(page, pages)

@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from orchestrator.report.palette import SERIES, SURFACES, Colour, css_variables
+from orchestrator.report.palette import DARK, DARK_SURFACES, SERIES, SURFACES, Colour, css_variables, dark_css
 
 # Simulated dichromacy in linear RGB: Machado, Oliveira and Fernandes (2009), severity 1.
 SIGHT = {
@@ -69,6 +69,28 @@ def test_colours_of_one_figure_differ_to_the_eye(names: tuple[str, ...] | str, s
     # Two patches side by side differ clearly from about 10 on; thin lines need twice that.
     for first, second in itertools.combinations(colours, 2):
         assert np.linalg.norm(lab(first, sight) - lab(second, sight)) >= 20, (first, second)
+
+
+@pytest.mark.parametrize("surface", ["paper", "tint"])
+@pytest.mark.parametrize("colour", [*DARK.values()])
+def test_every_colour_can_carry_text_on_a_dark_page(colour: str, surface: str) -> None:
+    assert contrast(colour, DARK_SURFACES[surface]) >= 4.5
+
+
+@pytest.mark.parametrize("sight", SIGHT)
+@pytest.mark.parametrize("names", TOGETHER)
+def test_colours_of_one_figure_differ_on_a_dark_page(names: tuple[str, ...], sight: str) -> None:
+    for first, second in itertools.combinations([DARK[Colour[name]] for name in names], 2):
+        assert np.linalg.norm(lab(first, sight) - lab(second, sight)) >= 20, (first, second)
+
+
+def test_dark_pages_are_for_screens_and_what_was_drawn_on_white_stays_so() -> None:
+    css = dark_css(".drawn")
+    assert css.startswith("@media screen and (prefers-color-scheme: dark) {")
+    page, drawn = re.findall(r"(?::root|\.drawn) \{ --[^}]*\}", css)
+    assert f"--ink: {DARK[Colour.INK]};" in page and f"--paper: {DARK_SURFACES['paper']};" in page
+    assert f"--ink: {Colour.INK};" in drawn and f"--paper: {SURFACES['paper']};" in drawn
+    assert css.count("{") == css.count("}")
 
 
 def test_each_meaning_is_a_css_variable() -> None:

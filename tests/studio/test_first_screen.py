@@ -129,12 +129,19 @@ def test_wrong_units_are_told_on_the_first_screen_with_what_to_do(tab: Page, stu
     expect(tab.get_by_role("button", name="Diagnose")).to_be_disabled()
 
 
-def test_why_opens_the_evidence_and_axe_finds_nothing_serious(tab: Page, studio: Studio) -> None:
+def test_why_opens_the_evidence_and_axe_finds_nothing_serious_in_light_or_dark(
+    tab: Page, studio: Studio, screenshot: Callable[[Page, str], Path]
+) -> None:
     project = project_of(studio, document_of("arm"))
     tab.goto(f"{studio.url}/project/{project.id}")
     tab.get_by_role("button", name="Why do you think so?").click()
 
     expect(tab.get_by_text("What was found")).to_be_visible()
+    assert grave_violations(tab) == []
+    tab.emulate_media(color_scheme="dark")
+    expect(tab.locator("body")).to_have_css("background-color", "rgb(21, 25, 30)")
+    screenshot(tab, "dark_answer")
+    expect(tab.locator(".q-loading-bar[role=progressbar]")).to_have_count(0)  # has no name while something is loading
     assert grave_violations(tab) == []
 
 

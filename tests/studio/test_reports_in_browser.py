@@ -3,12 +3,13 @@
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, Page
-from studio_process import Studio
+from studio_process import ROOT, Studio
 
 from orchestrator.report.arm_drawing import Line, Panel, Replay, replay_html
 from orchestrator.report.html import discovery_report, render
@@ -51,8 +52,15 @@ def test_a_report_asks_nothing_of_the_network_and_its_replay_works(report: tuple
     assert page.get_by_role("slider", name="Time").get_attribute("aria-valuetext") is not None
 
 
-def test_axe_finds_nothing_serious_in_a_report(report: tuple[Page, list[str]]) -> None:
+@pytest.mark.parametrize(("scheme", "paper"), [("light", "rgb(255, 255, 255)"), ("dark", "rgb(21, 25, 30)")])
+def test_axe_finds_nothing_serious_in_a_report(
+    report: tuple[Page, list[str]], scheme: Literal["light", "dark"], paper: str
+) -> None:
     page, _ = report
+    page.emulate_media(color_scheme=scheme)
+    assert page.evaluate("getComputedStyle(document.body).backgroundColor") == paper
+    if scheme == "dark":
+        page.screenshot(path=ROOT / "build" / "screenshots" / "dark_report.png", full_page=True)
     # The report's own policy forbids scripts, as it should; axe comes in through the developer's door.
     answer = Axe().run(page).response
     found = [v for v in answer["violations"] if v["impact"] in ("serious", "critical")]

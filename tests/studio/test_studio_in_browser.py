@@ -154,6 +154,21 @@ def test_every_page_of_the_navigation_is_accessible_and_fits(
         screenshot(tab, f"page_{(path or '/').strip('/').partition('/')[0] or 'start'}_{size[0]}")
 
 
+def test_pages_are_dark_where_the_readers_system_is(tab: Page, studio: Studio, screenshot: Screenshot) -> None:
+    tab.emulate_media(color_scheme="dark")
+    tab.goto(studio.url)
+    links = [link.get_attribute("href") for link in tab.get_by_role("navigation").get_by_role("link").all()]
+    new_project(tab, studio)
+
+    for path in [*links, tab.url.removeprefix(studio.url)]:
+        tab.goto(f"{studio.url}{path}")
+        expect(tab.get_by_role("main").get_by_role("heading", level=1)).to_be_visible()
+        expect(tab.locator("body")).to_have_css("background-color", "rgb(21, 25, 30)")
+        tab.wait_for_timeout(300)
+        screenshot(tab, f"dark_{(path or '/').strip('/').partition('/')[0] or 'start'}")
+        assert grave_violations(tab) == [], path
+
+
 def test_first_page_paints_within_a_second_and_does_not_jump(tab: Page, studio: Studio) -> None:
     tab.goto(studio.url)
     tab.wait_for_selector("h1")
