@@ -30,7 +30,7 @@ from orchestrator.work import Work
 MUCH_LEFT = 2.0
 # What removes less of the error along held-out trials, although much is left, is doubted.
 LEAST_REMOVED = 0.5
-NAMES = ("named", "ambiguous")
+SURE, NAMES = ("named", "adequate"), ("named", "ambiguous")
 
 
 def diagnose(
@@ -81,9 +81,11 @@ def _by_greybox(
 
 
 def _asks_for_more(found: Diagnosis, is_fmu: bool) -> bool:
-    """Whether free runs with effects in slots, or at an FMU's inputs and outputs, leave much, or name nothing for sure."""
-    unsure = ("unknown", "cannot_tell", "ambiguous") if is_fmu else ("unknown", "cannot_tell")
-    return found.verdict in unsure or _left(found) >= MUCH_LEFT
+    """Whether free runs with effects in slots, or at an FMU's inputs and outputs, name nothing for sure, or leave much."""
+    left = _left(found) >= MUCH_LEFT
+    if is_fmu:
+        return found.verdict not in SURE or left
+    return found.verdict not in (*NAMES, "adequate") or (left and found.held_out.reducible_removed < LEAST_REMOVED)
 
 
 def _better_of(found: Diagnosis, second: Diagnosis) -> Diagnosis:

@@ -150,7 +150,7 @@ def decided(
         search.fit,
         search.simpler,
         adequate,
-        lambda chosen, judge: unnamed_force(chosen, setting, judge),
+        lambda chosen, judge: unnamed_force(chosen, [c.place for c in candidates], setting, judge),
     )
     return Outcome(case, setting, nominal, decision)
 

@@ -7,20 +7,26 @@ from dataclasses import dataclass
 class Thresholds:
     """Limits of search and decision.
 
-    Search: sets of up to `largest_set` effects are proposed at once about the model as given, `shortlist` of them are
-    fitted, and the best `singles` of one effect; about the best set `additions` further effects are tried, in at most `rounds`, the `refined` best are fitted to the end, up to `most_effects`. What makes
-    left-out blocks less probable by more than `hopeless` nats is not fitted.
+    Search: sets of up to `largest_set` effects are proposed at once about the model as given; `shortlist` of them are fitted, and
+    the best `singles` of one effect, among all sets and among those of forces alone. About the best set `additions` further
+    effects are tried, in at most `rounds`, up to `most_effects`. The `refined` best are fitted to the end. What makes left-out
+    blocks less probable by more than `hopeless` nats is not fitted.
 
     Decision: a set is better than another beyond doubt if its log likelihood, less the price of its parameters, is higher by
     `standard_errors` of the sum of differences over stretches and by `nats`. An effect earns its place if predictions over the
-    horizon are `least_improvement` better with it, or if it brings `least_share` of what the whole set gains; never
-    if they are `worse` by more than that share, nor if it takes away less than `least_power` of the disturbing forces' power. What explains less than `least_explained` of the disturbing forces' power, or
-    improves predictions by less than `least_improvement`, is not named. Predictions are alike within `alike`, and then fewer parameters are chosen. An answer is incomplete if more than `complete_share` is unexplained.
-    The horizon is an eighth of a trial, a quarter of that or a sixteenth: the longest over which some likely set errs by less
-    than `predictable` times the signals' spread.
-    Process noise that makes the record more probable by less than `quiet` nats for each balance is none,
-    and so is one without which sensors seem no `louder` than by this factor; the model is adequate then if its free runs stay
-    within `agrees` times the noise floor, too.
+    horizon are `least_improvement` better with it, or if it brings `least_share` of what the whole set gains; never if they are
+    `worse` by more than that share, nor if it takes away less than `least_power` of the disturbing forces' power. A set is out if
+    one with as few parameters predicts `least_improvement` better, and not named if a smooth force does. What explains less
+    than `least_explained` of the disturbing forces' power, or improves predictions by less than `least_improvement`, is not
+    named. Predictions are alike within `alike`, and then fewer parameters are chosen. An answer is incomplete if more than
+    `complete_share` is unexplained.
+
+    The horizon is an eighth of a trial, a quarter of that or a sixteenth: the longest over which some likely set errs by less than
+    `predictable` times the signals' spread.
+
+    Process noise that makes the record more probable by less than `quiet` nats for each balance is none, and so is one without
+    which sensors seem no `louder` than by this factor; the model is adequate then if its free runs stay within `agrees` times the
+    noise floor, too.
     """
 
     largest_set: int = 3

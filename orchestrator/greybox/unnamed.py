@@ -5,7 +5,7 @@ function of the coordinate on which these effects depend than by them.
 """
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -20,10 +20,16 @@ from orchestrator.greybox.search import FittedSet, Setting, fit_set
 HUMPS, REACH = 12, 2.0
 
 
-def unnamed_force(chosen: FittedSet, setting: Setting, judge: Judge) -> str:
-    """Where a smooth force predicts far better than named effects in its place, as a reason for doubt; empty if nowhere."""
+def unnamed_force(chosen: FittedSet, places: Sequence[Place], setting: Setting, judge: Judge) -> str:
+    """Where a smooth force predicts far better than named effects, as a reason for doubt; empty if nowhere.
+
+    It stands alone, or in place of those effects that depend on its coordinate only.
+
+    Args:
+        places: where such a force can act; balances count.
+    """
     limits = judge.limits
-    for candidates, coordinate in _alternatives(chosen):
+    for candidates, coordinate in _alternatives(chosen, places):
         try:
             other = fit_set(setting, candidates, chosen.fit.noise, rough=True)
         except (ComponentError, np.linalg.LinAlgError):
@@ -34,19 +40,16 @@ def unnamed_force(chosen: FittedSet, setting: Setting, judge: Judge) -> str:
     return ""
 
 
-def _alternatives(chosen: FittedSet) -> Iterator[tuple[tuple[Candidate, ...], str]]:
-    """Sets with a smooth force in place of effects that depend on its coordinate alone, or of all, and the coordinate."""
-    seen = set()
-    for place in (c.place for c in chosen.candidates if c.place.kind in ("motion", "storage")):
+def _alternatives(chosen: FittedSet, places: Sequence[Place]) -> Iterator[tuple[tuple[Candidate, ...], str]]:
+    """Sets with a smooth force, and its coordinate."""
+    for place in {p.site: p for p in places if p.balance is not None}.values():
         for coordinate in sorted({"q", "v", "x"} & set(place.coordinates)):
+            force, variable = Candidate(_smooth(place, coordinate), place), place.coordinates[coordinate]
+            yield (force,), variable
             here = [c for c in chosen.candidates if c.place.site == place.site and _depends_on(c) <= {coordinate}]
-            if not any(_depends_on(c) for c in here) or (place.site, coordinate) in seen:
-                continue
-            seen.add((place.site, coordinate))
-            force = Candidate(_smooth(place, coordinate), place)
             rest = tuple(c for c in chosen.candidates if c not in here)
-            for others in (rest, ()) if rest else (rest,):
-                yield (*others, force), place.coordinates[coordinate]
+            if rest and any(_depends_on(c) for c in here):
+                yield (*rest, force), variable
 
 
 def _depends_on(candidate: Candidate) -> set[str]:

@@ -24,19 +24,21 @@ def _answer(verdict: Verdict, left: float, removed: float = 0.9) -> Diagnosis:
 
 
 @pytest.mark.parametrize(
-    ("verdict", "left", "is_fmu", "asks"),
+    ("verdict", "left", "removed", "is_fmu", "asks"),
     [
-        ("named", 1.1, False, False),
-        ("named", 100.0, False, True),
-        ("ambiguous", 1.1, False, False),
-        ("ambiguous", 1.1, True, True),
-        ("unknown", 1.1, False, True),
+        ("named", 1.1, 0.9, False, False),
+        ("named", 100.0, 0.1, False, True),
+        ("named", 100.0, 0.9, False, False),
+        ("named", 100.0, 0.9, True, True),
+        ("ambiguous", 1.1, 0.9, False, False),
+        ("ambiguous", 1.1, 0.9, True, True),
+        ("unknown", 1.1, 0.9, False, True),
     ],
 )
 def test_balance_equations_are_looked_at_where_much_is_left_or_nothing_is_sure(
-    verdict: Verdict, left: float, is_fmu: bool, asks: bool
+    verdict: Verdict, left: float, removed: float, is_fmu: bool, asks: bool
 ) -> None:
-    assert diagnose._asks_for_more(_answer(verdict, left), is_fmu) is asks
+    assert diagnose._asks_for_more(_answer(verdict, left, removed), is_fmu) is asks
 
 
 def test_what_leaves_less_is_the_answer() -> None:
