@@ -28,17 +28,10 @@ MISTAKES = {
     "too many equations": (f"{START}equation\n  der(x) = -x;\n  x = 1;\nend My;\n", 1, "remove 1"),
     "wrong type": (f"{START}equation\n  der(x) = -x + true;\nend My;\n", 5, "`Boolean`"),
     "undeclared variable": (f"{START}equation\n  der(x) =\n    -xx;\nend My;\n", 6, "'xx'"),
-    "when equation": (
-        f"{START}  discrete Real n(start=0, fixed=true);\nequation\n  der(x) = -x;\n"
-        "  when x < 0.5 then\n    n = pre(n) + 1;\n  end when;\nend My;\n",
-        8,
-        "when",
-    ),
-    "sampled equation": (
-        f"{START}  discrete Real n(start=0, fixed=true);\nequation\n  der(x) = -x;\n"
-        "  when sample(0, 0.1) then\n    n = x;\n  end when;\nend My;\n",
-        7,
-        "when",
+    "end of a run in an equation": (
+        f'{START}equation\n  der(x) = -x;\n  when x < 0.5 then\n    terminate("done");\n  end when;\nend My;\n',
+        6,
+        "terminate() is not supported",
     ),
     "modifiers of a redeclared class": (
         f"model My\n  extends FESArm.Arms.Arm(\n    redeclare model JointTorque1 = {LAW}(b={{0.2, 0.3}}));\nend My;\n",

@@ -89,14 +89,17 @@ def children() -> set[str]:
 
 
 def held() -> set[str]:
-    """Open files and child processes of this process, without what waits to be collected or used."""
+    """Open files and child processes of this process, without what waits to be collected or used.
+
+    A studio of another test in this process may look at sessions of further ones, through their files of shared memory.
+    """
     end_waiting()
     gc.collect()
     files = set()
     for number in os.listdir("/proc/self/fd"):
         with suppress(OSError):  # closed since it was listed, as the list itself is
             files.add(f"{number} {os.readlink(f'/proc/self/fd/{number}')}")
-    return files | children()
+    return {each for each in files if "/dev/shm/misfit-" not in each} | children()
 
 
 def left_behind(before: set[str], patience: float = 5.0) -> set[str]:
