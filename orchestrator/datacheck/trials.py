@@ -90,11 +90,13 @@ def clock_lags(model: Model, data: BoundSet) -> Iterator[Finding]:
             change=change,
         )
     for trial in data.trials:
-        lag, before, after = found.get(trial.name, (common, 0.0, 0.0))
+        lag, _, after = found.get(trial.name, (common, 0.0, 0.0))
         if len(lags) < SEVERAL or abs(lag - common) <= limits.DELAY_SAMPLES + spread:
             continue
-        if before < limits.LARGER * float(np.median([found[name][2] for name in known if name != trial.name])):
-            continue  # it is no worse than the others are at their best
+        as_others = Change("delay", inputs, common * steps[trial.name], "")
+        before = Predictor(model, data, (trial,), FOR_LAGS).left(as_others)
+        if before < limits.DELAY_DROP * after:
+            continue  # the lag of the others does nearly as well
         seconds = (lag - common) * steps[trial.name]
         yield Finding(
             "delay",

@@ -93,6 +93,13 @@ def test_one_file_whose_clocks_differ_from_the_others_is_named(tmp_path: Path) -
     assert (finding.kind, finding.trial, finding.strong) == ("delay", "trial_2.csv", True)
 
 
+def test_a_lag_that_not_every_trial_shows_clearly_is_no_clock_of_single_trials() -> None:
+    """Muscles that answer late: in two of six trials inputs moved as a whole explain less than ten times more."""
+    case = Path(__file__).parents[1] / "cases" / "arm" / "case_008"
+    (finding,) = check_data(load_model("arm"), load_measurements(case))
+    assert (finding.kind, finding.trial, finding.strong) == ("delay", "", False)
+
+
 def test_held_out_trials_forbid_nothing(tmp_path: Path) -> None:
     def spoil(columns: Columns, number: int) -> Columns:
         return {**columns, "phi": columns["phi"] * (180 / math.pi if number == 5 else 1.0)}
