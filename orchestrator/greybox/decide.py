@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 
 from orchestrator.greybox.candidates import Candidate
-from orchestrator.greybox.prediction import HORIZONS, Prediction, predicted
+from orchestrator.greybox.prediction import HORIZONS, squared_errors
 from orchestrator.greybox.search import FittedSet
 from orchestrator.greybox.thresholds import Thresholds
 
@@ -28,7 +28,7 @@ class Judge:
     def __init__(self, nominal: FittedSet, limits: Thresholds, scale: np.ndarray, windows: int = HORIZONS[0]) -> None:
         """`scale` (ny,) is the spread of each signal; a trial has so many `windows`."""
         self.nominal, self.limits, self.scale, self.windows = nominal, limits, scale, windows
-        self._predictions: dict[int, tuple[FittedSet, Prediction]] = {}
+        self._squares: dict[tuple[int, int], tuple[FittedSet, np.ndarray]] = {}
 
     @classmethod
     def of(cls, nominal: FittedSet, sets: Sequence[FittedSet], limits: Thresholds, scale: np.ndarray) -> "Judge":
@@ -39,16 +39,18 @@ class Judge:
         judge.windows = next(far, HORIZONS[-1])
         return judge
 
-    def prediction(self, found: FittedSet) -> Prediction:
-        """Free runs over windows of the learning trials."""
-        if id(found) not in self._predictions:
+    def squares(self, found: FittedSet, windows: int = 0) -> np.ndarray:
+        """Mean squared errors of free runs over windows of the learning trials, (windows, ny)."""
+        key = id(found), windows or self.windows
+        if key not in self._squares:
             fit = found.fit
-            self._predictions[id(found)] = found, predicted(fit.box, fit.theta, fit.trials, fit.runs, fit.substeps)
-        return self._predictions[id(found)][1]
+            runs = squared_errors(fit.box, fit.theta, fit.trials, fit.runs, fit.substeps, key[1])
+            self._squares[key] = found, runs  # the set is kept, so that no other one gets its number
+        return self._squares[key][1]
 
     def error(self, found: FittedSet, windows: int = 0) -> float:
         """Root mean square over signals of the errors of free runs in units of the scale."""
-        return float(np.sqrt(np.mean((self.prediction(found).rms(windows or self.windows) / self.scale) ** 2)))
+        return float(np.sqrt(np.mean(np.mean(self.squares(found, windows), axis=0) / self.scale**2)))
 
     def ratio(self, found: FittedSet, other: FittedSet) -> float:
         """Error of a set over that of another."""
@@ -61,7 +63,7 @@ class Judge:
 
     def foretells(self, best: FittedSet, less: FittedSet) -> bool:
         """Whether predictions are better in so many windows, and by so much, that scatter does not explain it."""
-        one, other = (self.prediction(s).squares[self.windows] for s in (best, less))
+        one, other = (self.squares(s) for s in (best, less))
         ratio = np.log(np.maximum(other, 1e-300) / np.maximum(one, 1e-300)).mean(axis=1)
         ratio = ratio[np.isfinite(ratio)]
         if len(ratio) < 3:
@@ -77,7 +79,7 @@ class Judge:
         before, after = (np.sum([n.intensity**2 for n in s.fit.noise], axis=0) for s in (self.nominal, chosen))
         left = float(np.min(after / np.maximum(before, 1e-300), initial=1.0))
         before, after = (np.mean([n.sensors**2 for n in s.fit.noise], axis=0) for s in (self.nominal, chosen))
-        errors = self.prediction(self.nominal).rms(self.windows) ** 2
+        errors = np.mean(self.squares(self.nominal), axis=0)
         moved = float(np.max((after - before) / np.maximum(errors, 1e-300), initial=0.0))
         return float(np.clip(1.0 - left - max(moved, 0.0), 0.0, 1.0))
 
@@ -121,7 +123,7 @@ class Decision:
     rivals: tuple[FittedSet, ...]
     ranked: tuple[FittedSet, ...]
     explained: float
-    windows: int = 8
+    windows: int = HORIZONS[0]
     reasons: tuple[str, ...] = ()
 
 

@@ -26,7 +26,7 @@ from orchestrator.greybox.evidence import Case, all_candidates, case_of, held_ou
 from orchestrator.greybox.extended import OUTPUT, extend
 from orchestrator.greybox.fit import Fitter, Noise
 from orchestrator.greybox.laws import Law, laws
-from orchestrator.greybox.prediction import predicted
+from orchestrator.greybox.prediction import squared_errors
 from orchestrator.greybox.prepare import first_noise, least_noise
 from orchestrator.greybox.search import FittedSet, Search, Setting
 from orchestrator.greybox.tape import force_input, taped_case
@@ -290,8 +290,9 @@ def _held_out_error(outcome: Outcome, found: FittedSet, scale: np.ndarray) -> fl
         again = fitter.fit(fit.box, fit.theta, held, rough=True)
     except ComponentError:
         return np.inf
-    prediction = predicted(fit.box, fit.theta, trials, again.runs, again.substeps)
-    return float(np.sqrt(np.mean((prediction.rms(outcome.decision.windows) / scale) ** 2)))
+    windows = outcome.decision.windows
+    squares = squared_errors(fit.box, fit.theta, trials, again.runs, again.substeps, windows)
+    return float(np.sqrt(np.mean(np.mean(squares, axis=0) / scale**2)))
 
 
 def _removed(given: Comparison, after: Comparison) -> float:

@@ -1,49 +1,37 @@
 """Free runs over windows: how well a fitted set predicts several horizons ahead, without seeing what it predicts."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from fmus.errors import ComponentError
 from orchestrator.greybox.filtering import Filtered, GreyBox, Trial
 
-# Windows in a trial: one is a free run over nearly all of it.
-WINDOWS = (1, 8, 32, 128)
-# Those over which sets are compared.
-HORIZONS = WINDOWS[1:]
+# Numbers of windows in a trial over which sets can be compared, the longest windows first.
+HORIZONS = (8, 32, 128)
 # A window has at least so many samples, as far as a trial is long enough for eight of them.
 LEAST_SAMPLES = 8
 # A run begins when the filter has found the states.
 SETTLING = 0.03
 
 
-@dataclass(frozen=True, eq=False)
-class Prediction:
-    """Mean squared errors of free runs over windows, (windows, ny), for each number of windows in a trial."""
+def squared_errors(
+    box: GreyBox, theta: np.ndarray, trials: Sequence[Trial], runs: Sequence[Filtered], substeps: int, count: int
+) -> np.ndarray:
+    """Mean squared errors of free runs over `count` windows of each trial, (windows, ny).
 
-    squares: dict[int, np.ndarray]
-
-    def rms(self, windows: int) -> np.ndarray:
-        """Root mean square error by signal, (ny,)."""
-        return np.sqrt(np.mean(self.squares[windows], axis=0))
-
-
-def predicted(
-    box: GreyBox, theta: np.ndarray, trials: Sequence[Trial], runs: Sequence[Filtered], substeps: int
-) -> Prediction:
-    """Free runs from the filtered states at the beginning of each window; a run that fails counts as infinitely wrong."""
-    found: dict[int, list[np.ndarray]] = {count: [] for count in WINDOWS}
+    Runs begin from the filtered states at the beginning of each window; one that fails counts as infinitely wrong.
+    """
+    found = []
     values = box.compiled.with_values([*np.zeros(len(box.balances)), *theta])
     for trial, run in zip(trials, runs, strict=True):
         first = max(1, int(SETTLING * len(trial.time)))
-        for count in WINDOWS:
-            shown = min(count, max((len(trial.time) - first) // LEAST_SAMPLES, 8))
-            edges = np.linspace(first, len(trial.time) - 1, shown + 1).astype(int)
-            for begin, end in zip(edges[:-1], edges[1:], strict=True):
-                if end - begin > 2:
-                    found[count].append(_square(box, values, trial, run, begin, end, substeps))
-    return Prediction({count: np.array(squares) for count, squares in found.items()})
+        shown = min(count, max((len(trial.time) - first) // LEAST_SAMPLES, 8))
+        edges = np.linspace(first, len(trial.time) - 1, shown + 1).astype(int)
+        for begin, end in zip(edges[:-1], edges[1:], strict=True):
+            if end - begin > 2:
+                found.append(_square(box, values, trial, run, begin, end, substeps))
+    return np.array(found)
 
 
 def _square(

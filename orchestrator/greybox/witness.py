@@ -97,7 +97,7 @@ def _forces(
     series = {v.name: middle[:, i] for i, v in enumerate(case.base.states)}
     series |= {v.name: trial.inputs[1:, i] for i, v in enumerate(case.inputs) if np.ptp(trial.inputs[:, i]) > 0}
     series["time"] = trial.time[1:]
-    return force, _law(chosen, number, middle, case, balance, _rates(fit.box, trial, middle)), series
+    return force, _law(chosen, trial, middle, case, balance, _rates(fit.box, trial, middle)), series
 
 
 def _push(box: GreyBox, trial: Trial, states: np.ndarray, balance: Balance) -> np.ndarray:
@@ -121,11 +121,9 @@ def _rates(box: GreyBox, trial: Trial, states: np.ndarray) -> np.ndarray:
 
 
 def _law(
-    chosen: FittedSet, number: int, states: np.ndarray, case: Case, balance: Balance, rates: np.ndarray
+    chosen: FittedSet, trial: Trial, states: np.ndarray, case: Case, balance: Balance, rates: np.ndarray
 ) -> np.ndarray:
-    """What the chosen set adds to a balance along the states (n - 1, nx) of a trial, at which the model has these rates."""
-    trial, run = chosen.fit.trials[number], chosen.fit.runs[number]
-    inner = {v.name: run.mean[1:, i] for i, v in enumerate(chosen.fit.box.system.states)}
+    """What the chosen set adds to a balance along states (n - 1, nx), at which the model has these rates."""
     own = [v.name for v in case.base.states].index(balance.state)
     known = {v.name: states[:, i] for i, v in enumerate(case.base.states)}
     known |= {v.name: trial.inputs[1:, i] for i, v in enumerate(case.inputs)} | {"time": trial.time[1:]}
@@ -135,7 +133,6 @@ def _law(
         if factor is not None:
             names: dict[str, Any] = {k: coordinate(text, known) for k, text in candidate.place.coordinates.items()}
             names |= {p.name: chosen.value(candidate, p.name)[0] for p in candidate.law.parameters}
-            names |= {state: inner[candidate.state_symbol(state)] for state in candidate.law.states}
             names["net"] = (candidate.place.storage or 0.0) * rates[:, own]
             for state, rate in candidate.law.states.items():
                 names[state] = remembered(rate, state, names, trial.time[1:])
