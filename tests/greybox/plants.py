@@ -5,6 +5,11 @@ from pathlib import Path
 
 import numpy as np
 
+from fmus.catalogue import find_modelica_model
+from orchestrator.diagnose import diagnose
+from orchestrator.measurements import load_measurements
+from orchestrator.verdicts.result import Diagnosis
+
 SLIDE = """model Slide "A mass on a spring under a force"
   parameter Real m(unit="kg") = 2.0;
   parameter Real k(unit="N/m") = 30.0;
@@ -66,6 +71,11 @@ def slide_record(
         rows = np.column_stack([t, force, sensor(np.array(x)) + noise * random.standard_normal(len(t))])
         np.savetxt(folder / f"trial_{trial}.csv", rows, delimiter=",", header="t,F,x", comments="", fmt="%.9g")
     return folder
+
+
+def diagnosed(folder: Path) -> Diagnosis:
+    """The diagnosis of the slide in a folder, along its records."""
+    return diagnose(find_modelica_model(f"{folder / 'Slide.mo'}:Slide"), load_measurements(str(folder)), workers=1)
 
 
 def _heun(rate: Callable[[float, np.ndarray], np.ndarray], at: float, state: np.ndarray, step: float) -> np.ndarray:

@@ -5,21 +5,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from plants import slide_record
+from plants import diagnosed, slide_record
 
 from fmus.catalogue import find_modelica_model
-from orchestrator.diagnose import diagnose
 from orchestrator.discover import discover
 from orchestrator.measurements import load_measurements
-from orchestrator.verdicts.result import Diagnosis
-
-
-def _diagnosed(folder: Path) -> Diagnosis:
-    return diagnose(find_modelica_model(f"{folder / 'Slide.mo'}:Slide"), load_measurements(str(folder)), workers=1)
 
 
 def test_dry_and_viscous_friction_are_named_with_their_values(tmp_path: Path) -> None:
-    found = _diagnosed(slide_record(tmp_path, lambda x, v: -1.5 * v - 0.8 * np.tanh(v / 1e-3), seed=3))
+    found = diagnosed(slide_record(tmp_path, lambda x, v: -1.5 * v - 0.8 * np.tanh(v / 1e-3), seed=3))
     assert found.verdict == "named"
     values = {effect.id: effect.parameters for effect in found.effects}
     assert set(values) == {"viscous_friction", "coulomb_friction"}
@@ -28,7 +22,7 @@ def test_dry_and_viscous_friction_are_named_with_their_values(tmp_path: Path) ->
 
 
 def test_nothing_is_missing_where_nothing_is(tmp_path: Path) -> None:
-    found = _diagnosed(slide_record(tmp_path, lambda x, v: 0.0, seed=4))
+    found = diagnosed(slide_record(tmp_path, lambda x, v: 0.0, seed=4))
     assert found.verdict == "adequate" and not found.effects and not found.best
 
 
@@ -44,7 +38,7 @@ def test_a_discovery_writes_the_users_own_equation_with_the_effect_and_the_error
 
 
 def test_the_witness_is_the_missing_force_with_the_law_through_it(tmp_path: Path) -> None:
-    found = _diagnosed(slide_record(tmp_path, lambda x, v: -2.5 * v, seed=6))
+    found = diagnosed(slide_record(tmp_path, lambda x, v: -2.5 * v, seed=6))
     picture = found.to_json()["witness"][0]
     x, force, law = (np.array(picture[key]) for key in ("x", "force", "law"))
     assert picture["coordinate"] == "v" and picture["unit"] == "N"
@@ -54,10 +48,10 @@ def test_the_witness_is_the_missing_force_with_the_law_through_it(tmp_path: Path
 
 def test_held_out_trials_choose_nothing(tmp_path: Path) -> None:
     one = slide_record(tmp_path / "one", lambda x, v: -1.5 * v, seed=7)
-    first = _diagnosed(one)
+    first = diagnosed(one)
     table = np.loadtxt(one / "trial_3.csv", delimiter=",", skiprows=1)
     table[:, 2] *= 3.0  # a held-out record that contradicts everything
     np.savetxt(one / "trial_3.csv", table, delimiter=",", header="t,F,x", comments="", fmt="%.9g")
-    second = _diagnosed(one)
+    second = diagnosed(one)
     assert first.effects[0].parameters == (second.effects or second.best)[0].parameters
     assert [entry.score for entry in first.ranking] == [entry.score for entry in second.ranking]

@@ -3,11 +3,7 @@
 from pathlib import Path
 
 import pytest
-from plants import slide_record
-
-from fmus.catalogue import find_modelica_model
-from orchestrator.greybox.diagnose import diagnose_greybox
-from orchestrator.measurements import load_measurements
+from plants import diagnosed, slide_record
 
 
 @pytest.mark.parametrize(("law", "coordinate"), [("quintic", "x"), ("one-way", "v")])
@@ -15,9 +11,6 @@ def test_laws_that_come_near_a_force_of_no_library_are_the_best_set_and_not_name
     law: str, coordinate: str, tmp_path: Path
 ) -> None:
     force = {"quintic": lambda x, v: -3e4 * x**5, "one-way": lambda x, v: -2.0 * max(v, 0.0) ** 2}[law]
-    folder = slide_record(tmp_path, force, seed=21)
-    found = diagnose_greybox(
-        find_modelica_model(f"{folder / 'Slide.mo'}:Slide"), load_measurements(str(folder)), workers=1
-    )
+    found = diagnosed(slide_record(tmp_path, force, seed=21))
     assert found.verdict == "unknown" and found.best
     assert f"some other force over {coordinate} predicts" in " ".join(found.warnings)
