@@ -6,11 +6,13 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from tests.chromium import FLAGS, program
+from tests.chromium import FLAGS, children_killed_after, program
 from tests.slow import is_slow
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
+
+CLOSING_S = 30.0
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -35,4 +37,6 @@ def browser() -> "Iterator[Browser]":
     with sync_playwright() as playwright:
         chromium = playwright.chromium.launch(executable_path=found, args=FLAGS)
         yield chromium
-        chromium.close()
+        with children_killed_after(CLOSING_S):
+            chromium.close()
+            playwright.stop()
