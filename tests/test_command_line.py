@@ -241,7 +241,7 @@ def test_results_survive_kill_9_in_the_middle(tmp_path: Path) -> None:
         process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         time.sleep(delay)  # let it get somewhere; any moment will do
         process.kill()
-        process.wait()
+        process.wait(timeout=60)
 
     after = {path.name: path.read_bytes() for path in out.iterdir() if not path.name.startswith(".")}
     assert after == before

@@ -12,6 +12,8 @@ from typing import Any
 
 from fmus.children.lifeline import kill_when_closed
 
+ENDING_S = 10.0
+
 
 def start_child(
     command: Sequence[str], *, environment: Mapping[str, str], pass_fds: Sequence[int] = (), **options: Any
@@ -47,12 +49,20 @@ def start_child(
     return process
 
 
+def exit_code(process: "subprocess.Popen[Any]") -> int | None:
+    """That of a child which has hung up and so is about to end; None if it does not."""
+    with suppress(subprocess.TimeoutExpired):
+        return process.wait(timeout=ENDING_S)
+    return None
+
+
 def end_child(process: "subprocess.Popen[Any]") -> None:
-    """Kill a child with its group, and wait for its end."""
+    """Kill a child with its group, and wait for its end, unless it hangs in the kernel."""
     with suppress(ProcessLookupError, PermissionError):
         os.killpg(process.pid, signal.SIGKILL)
     process.kill()
-    process.wait()
+    with suppress(subprocess.TimeoutExpired):
+        process.wait(timeout=ENDING_S)
 
 
 def run_child(

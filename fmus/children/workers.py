@@ -11,7 +11,7 @@ from types import TracebackType
 from typing import Any, TypeVar
 
 from fmus.children.command import child_environment, python_command
-from fmus.children.start import end_child, start_child
+from fmus.children.start import end_child, exit_code, start_child
 
 Result = TypeVar("Result")
 
@@ -99,7 +99,7 @@ class _Worker:
             self._connection.send_bytes(pickle.dumps((function, arguments), pickle.HIGHEST_PROTOCOL))
             return pickle.loads(self._connection.recv_bytes())
         except (EOFError, OSError) as error:
-            code = self._process.wait()
+            code = exit_code(self._process)
             raise BrokenWorker(f"a worker process ended in the middle of its work (exit code {code})") from error
 
     def end(self) -> None:

@@ -9,7 +9,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
-from fmus.children import child_environment, end_child, python_command, start_child
+from fmus.children import child_environment, end_child, exit_code, python_command, start_child
 from fmus.errors import ComponentError
 from orchestrator.blackbox.worker import PathRequest, ProbeRequest, RatesRequest, RunRequest, SlopesRequest
 
@@ -80,7 +80,7 @@ class _Child:
                 raise ComponentError(f"FMU {self.name} gave no answer for {TIME_LIMIT_S:.0f} s and was stopped")
             kind, answer = self._connection.recv()
         except (EOFError, ConnectionError):
-            code = self._process.wait()
+            code = exit_code(self._process)
             raise ComponentError(f"FMU {self.name} crashed its process (exit code {code})") from None
         if kind == "error":
             raise ComponentError(f"FMU {self.name} failed: {answer}")

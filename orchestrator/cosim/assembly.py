@@ -12,8 +12,9 @@ from orchestrator.cosim.connections import wire
 from orchestrator.cosim.graph import Loop, Read, forced_delay, plan, without_feedthrough
 from orchestrator.cosim.joined import join_equations
 from orchestrator.cosim.kinds import describe, open_component
-from orchestrator.cosim.masters import Master, MasterSettings, find_master
+from orchestrator.cosim.masters import Master, MasterSettings, TableMaster, find_master
 from orchestrator.cosim.masters.coupling import Coupling
+from orchestrator.cosim.masters.events import Ticks
 from orchestrator.cosim.masters.not_finite import Noted, NotFinite
 from orchestrator.cosim.masters.operations import Schedule
 from orchestrator.cosim.progress import Progress
@@ -28,7 +29,8 @@ _UNRECORDED = ("String", "Binary", "Clock")
 class Report:
     """What a user should know before trusting a run, in lines; `engine` is why the loop in C is not used, if it is not.
 
-    `not_finite` grows during the run: values that were not finite numbers and did not end it, by name.
+    `not_finite` and `ticks` grow during the run: values that were not finite numbers and did not end it, and clocks that
+    ticked, by name.
     """
 
     conversions: tuple[str, ...] = ()
@@ -38,6 +40,7 @@ class Report:
     together: tuple[str, ...] = ()
     engine: str = ""
     not_finite: Mapping[str, Noted] = field(default_factory=dict)
+    ticks: Mapping[str, Ticks] = field(default_factory=dict)
 
     @property
     def lines(self) -> list[str]:
@@ -47,6 +50,7 @@ class Report:
         found += [f"algebraic loop, solved at every step: {line}" for line in self.loops]
         found += [f"integrated as one system of equations: {line}" for line in self.together]
         found += [f"{name} was {noted}" for name, noted in self.not_finite.items()]
+        found += [f"clock {name} {ticks}" for name, ticks in self.ticks.items()]
         return [*self.conversions, *found]
 
 
@@ -132,13 +136,14 @@ def assemble(
     try:
         feedthrough = _feedthrough(wiring, components)
         recorded, columns = recorded_values(wiring, record)
-        wanted = dict.fromkeys((s.component, s.port.name) for s, _ in recorded if s.port.causality == "output")
+        wanted = _wanted(wiring, recorded)
         together = join_equations(wiring, components, feedthrough, system, progress)
         order = plan(wiring, feedthrough, wanted)
         start = system.run.start or 0.0
         own_steps = {name: component.own_step for name, component in components.items()}
         settings = settings_of(system, described, own_steps, step, tolerance)
         made = kind(wiring, order, list(system.components), settings)
+        _check_clocks(made, wiring)
         _check_rollback(made, components)
         not_finite = NotFinite(wiring, system.run.nan)
         coupling = Coupling(wiring, components, progress, made.shaper, not_finite)
@@ -153,7 +158,7 @@ def assemble(
             initial=Schedule(wiring).evaluation(initial_order(wiring, described, feedthrough, wanted)),
             recorded=recorded,
             columns=columns,
-            report=_report(wiring, components, order, together, not_finite),
+            report=_report(wiring, components, order, together, coupling),
             provenance=lambda: _provenance(system, described, settings, made),
             start=start,
             stop=told_stop,
@@ -164,6 +169,16 @@ def assemble(
         for component in components.values():
             component.terminate()
         raise
+
+
+def _wanted(wiring: Wiring, recorded: Sequence[tuple[Slot, int]]) -> dict[tuple[str, str], None]:
+    """Outputs to be read at every point; those of clocks are read when these tick."""
+    outputs = (slot for slot, _ in recorded if slot.port.causality == "output")
+    return dict.fromkeys(
+        (slot.component, slot.port.name)
+        for slot in outputs
+        if not (slot.port.clocks and slot.component in wiring.ticking)
+    )
 
 
 def _load(system: System, described: Mapping[str, Any], progress: Progress) -> dict[str, Component]:
@@ -254,12 +269,20 @@ def _check_rollback(master: Master, components: Mapping[str, Component]) -> None
         )
 
 
+def _check_clocks(master: Master, wiring: Wiring) -> None:
+    if wiring.ticking and not isinstance(master, TableMaster):
+        raise MisfitError(
+            f"clocks tick in {', '.join(wiring.ticking)}, for which master {master.name!r} makes no room between its steps; "
+            "choose ordered, jacobi or gauss_seidel, or say event_mode = false of the component"
+        )
+
+
 def _report(
     wiring: Wiring,
     components: Mapping[str, Component],
     order: Sequence[Read | Loop],
     together: Sequence[str],
-    not_finite: NotFinite,
+    coupling: Coupling,
 ) -> Report:
     late = (
         forced_delay(wiring, name, component.feedthrough)
@@ -272,7 +295,8 @@ def _report(
         delays=tuple(str(each) for each in late if each is not None),
         loops=tuple(str(part) for part in order if isinstance(part, Loop)),
         together=tuple(together),
-        not_finite=not_finite.noted,
+        not_finite=coupling.not_finite.noted,
+        ticks=coupling.events.ticks,
     )
 
 

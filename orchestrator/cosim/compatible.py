@@ -33,7 +33,8 @@ def transfer(source: Port, target: Port, connection: Connection) -> Transfer:
         MisfitError: if the value of the source cannot be given to the target; the message does not name the ports.
     """
     if "Clock" in (source.type, target.type):
-        raise MisfitError("clocks cannot be connected; connect the variables that they trigger")
+        _clocks(source, target)
+        return Transfer()
     if connection.mapping:
         return Transfer(mapping=_mapping(source, target, connection))
     limits, mapping, notes = _type(source, target)
@@ -56,6 +57,16 @@ def transfer(source: Port, target: Port, connection: Connection) -> Transfer:
     if _numeric(source):
         _check_ranges(source, target, factor, offset)
     return Transfer(factor, offset, limits=limits, notes=tuple(notes))
+
+
+def _clocks(source: Port, target: Port) -> None:
+    for one, other in ((source, target), (target, source)):
+        if one.type != "Clock":
+            raise MisfitError(f"the type {one.type} does not fit a clock, {other.name}; connect a clock to it")
+    if target.variability != "triggered":
+        raise MisfitError(
+            f"{target.name} is a {target.variability} clock, which ticks by itself; expected a triggered one"
+        )
 
 
 def unit_of(port: Port) -> SiUnit | None:

@@ -23,7 +23,8 @@ class Port:
     `type` is one of `TYPES` (Real of FMI 2 is Float64, Integer is Int32). `shape` is () for a scalar, else the sizes of
     an array at the start values of structural parameters. `unit` is a name such as `N.m`, "" where nobody said; `si` is
     what the component itself defines the name to mean. `initial` is exact, approx, calculated or "". `items` are the
-    (name, value) pairs of an enumeration.
+    (name, value) pairs of an enumeration. The `variability` of a clock is that of its interval, such as triggered or countdown;
+    `clocks` are those whose ticks a variable belongs to, without which it neither changes nor has a meaning.
     """
 
     name: str
@@ -40,6 +41,7 @@ class Port:
     initial: str = ""
     si: SiUnit | None = None
     items: tuple[tuple[str, int], ...] = ()
+    clocks: tuple[str, ...] = ()
 
     @property
     def size(self) -> int:

@@ -1,6 +1,6 @@
 """The check of a system before anything is loaded: names, causality, types, shapes, units, ranges, start values."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import groupby
 from typing import Any, Protocol
@@ -11,7 +11,9 @@ from fmus.errors import MisfitError
 from orchestrator.cosim.addresses import Element, resolve
 from orchestrator.cosim.compatible import Transfer, transfer, unit_scaling
 from orchestrator.cosim.component import Port
+from orchestrator.cosim.fmu import has_events
 from orchestrator.cosim.system import Connection, System, Value, split_address
+from orchestrator.cosim.terminals import Terminal, between
 from orchestrator.cosim.unconnected import unconnected_inputs
 from orchestrator.cosim.values import port_value
 from orchestrator.cosim.wiring import OUTSIDE, Link, Slot, Wiring
@@ -61,9 +63,11 @@ class _Checker:
         self.slots, self.size = _numbered(self.ports)
         self.by_address = {(slot.component, slot.port.name): slot for slot in self.slots}
         self.driven: dict[int, str] = {}
+        specs = self.system.components
+        self.ticking = tuple(name for name, spec in specs.items() if has_events(spec, self.interfaces[name]))
 
     def wiring(self) -> Wiring:
-        for connection in self.system.connections:
+        for connection in self._of_variables():
             self._connect(split_address(connection.source), split_address(connection.target), connection)
         for name, targets in self.system.inputs.items():
             for target in targets:
@@ -76,7 +80,35 @@ class _Checker:
             raise MisfitError("; ".join(self.problems[:_MOST_PROBLEMS]) + (f"; and {more} more" if more > 0 else ""))
         self.slots, self.links = self._started(starts)
         unconnected = tuple(unconnected_inputs(self.system, self.slots, starts, self.driven))
-        return Wiring(self.slots, self.size, tuple(self.links), starts, unconnected, (*self.system.notes, *self.notes))
+        notes = (*self.system.notes, *self.notes)
+        clocked = tuple(link for link in self.links if self._is_clocked(link))
+        links = tuple(link for link in self.links if link not in clocked)
+        return Wiring(self.slots, self.size, links, starts, unconnected, notes, clocked, self.ticking)
+
+    def _of_variables(self) -> Iterator[Connection]:
+        """All connections, those of terminals as the variables that they stand for."""
+        for connection in self.system.connections:
+            ends = [split_address(address) for address in (connection.source, connection.target)]
+            one, other = (self._terminal(*end) for end in ends)
+            if one is None or other is None:
+                yield connection
+                continue
+            try:
+                yield from between(connection, one, other, self.ports[ends[0][0]], self.ports[ends[1][0]])
+            except MisfitError as error:
+                self.problems.append(f"connection {connection.source} -> {connection.target}: {error}")
+
+    def _terminal(self, component: str, name: str) -> Terminal | None:
+        """The terminal of that name, unless it is that of a variable, too."""
+        if component not in self.ports or name in self.ports[component]:
+            return None
+        found: Mapping[str, Terminal] = getattr(self.interfaces.get(component), "terminals", {})
+        return found.get(name)
+
+    def _is_clocked(self, link: Link) -> bool:
+        """Whether it is followed at ticks only; without event mode on either side there are none."""
+        ends = [slot for slot in (link.source, link.target) if slot.component in self.ticking]
+        return any(slot.port.type == "Clock" or slot.port.clocks for slot in ends)
 
     def _started(self, starts: Mapping[str, Mapping[str, Any]]) -> tuple[tuple[Slot, ...], list[Link]]:
         outside = {id(slot): self._outside_start(slot, starts) for slot in self.slots if slot.component == OUTSIDE}
@@ -163,7 +195,10 @@ class _Checker:
 
     def _link(self, source: tuple[str, str], target: tuple[str, str], connection: Connection, label: str) -> None:
         ones, others = self._elements(source), self._elements(target)
-        _check_causality(source[0], ones, "output")
+        if ones[0].port.type != "Clock" or ones[0].port.variability == "triggered":
+            _check_causality(
+                source[0], ones, "output"
+            )  # a clock that ticks by itself is an input, whose ticks are passed on
         _check_causality(target[0], others, "input")
         if len(ones) != len(others):
             raise MisfitError(
@@ -175,7 +210,16 @@ class _Checker:
         for _, group in groupby(both, key=lambda pair: (pair[0].port.name, pair[1].port.name)):
             pairs = list(group)
             found = transfer(pairs[0][0].port, pairs[0][1].port, connection)
+            self._refuse_still_clocks(source[0], target[0], pairs[0])
             self._add(source[0], target[0], pairs, found, label)
+
+    def _refuse_still_clocks(self, source: str, target: str, pair: tuple[Element, Element]) -> None:
+        for component, element in zip((source, target), pair, strict=True):
+            if element.port.type == "Clock" and component not in self.ticking:
+                raise MisfitError(
+                    f"the clocks of {component or 'the system'} do not tick: that takes an FMU for co-simulation with event mode, "
+                    "in the process of the others (isolate = false)"
+                )
 
     def _add(self, source: str, target: str, pairs: list[tuple[Element, Element]], found: Transfer, label: str) -> None:
         one, other = self.by_address[source, pairs[0][0].port.name], self.by_address[target, pairs[0][1].port.name]

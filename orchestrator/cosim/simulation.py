@@ -125,6 +125,7 @@ class Simulation:
             self.report.engine = f"master {master.name} runs in Python"
             return
         reason = why_not(self.coupling) if self._engine else "it is switched off"
+        reason = "clocks tick, between steps" if master.events and not reason else reason
         self.report.engine = reason or left_to_python(self.coupling, master.operations)
         if not reason:
             self._table = Table(self.coupling, master.operations, [place for _, place in self._parts.recorded])

@@ -106,6 +106,8 @@ class Wiring:
     starts: Mapping[str, Mapping[str, Any]]
     unconnected: tuple[Unconnected, ...]
     notes: tuple[str, ...]
+    clocked: tuple[Link, ...] = ()
+    ticking: tuple[str, ...] = ()
 
     @cached_property
     def by_address(self) -> Mapping[tuple[str, str], Slot]:

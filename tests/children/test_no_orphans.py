@@ -28,11 +28,11 @@ def test_a_command_that_is_killed_leaves_nothing_behind(command: str, tmp_path: 
     with start([*arguments, *more], working) as process:
         wanted = {"sweep": 4, "hold": 4, "study": 2}.get(command, 1)
         wait_for(lambda: len(descendants(process.pid)) >= wanted or process.poll() is not None)
-        assert process.poll() is None, process.communicate()
+        assert process.poll() is None, process.communicate(timeout=60)
         children = descendants(process.pid)
 
         process.send_signal(signal.SIGKILL)
-        process.wait()
+        process.wait(timeout=60)
 
         wait_for(lambda: not any(map(is_running, children)))
 

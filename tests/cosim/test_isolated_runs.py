@@ -119,7 +119,7 @@ def test_the_child_ends_when_its_host_is_killed(tmp_path: Path) -> None:
     while host.poll() is None and not children:
         children = Path(f"/proc/{host.pid}/task/{host.pid}/children").read_text().split()
     host.send_signal(signal.SIGKILL)
-    host.wait()
+    host.wait(timeout=60)
     child = Path(f"/proc/{children[0]}")
     # It looks every second whether its host is there, also in the endless loop of the FMU.
     deadline = os.times().elapsed + 60.0

@@ -165,7 +165,7 @@ def test_a_killed_run_leaves_its_rows(pair: Path, tmp_path: Path) -> None:
     while process.poll() is None and rows_so_far(tmp_path / "run.h5") <= 100:
         time.sleep(0.02)
     process.send_signal(signal.SIGKILL)
-    assert process.wait() == -signal.SIGKILL
+    assert process.wait(timeout=60) == -signal.SIGKILL
     result = read_result(tmp_path / "run.h5")
     assert len(result.time) > 100 and not result.complete
     assert result["mass.x"][0] == 1.0

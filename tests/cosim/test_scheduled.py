@@ -91,11 +91,11 @@ def test_a_partition_that_fails_is_named(clocks: Path) -> None:
             run.run(1.0)
 
 
-def test_clocks_cannot_be_connected_nor_scheduled_in_one_fmu(clocks: Path, tmp_path: Path) -> None:
+def test_clocks_cannot_be_connected_to_numbers_nor_scheduled_in_one_fmu(clocks: Path, tmp_path: Path) -> None:
     what = ticking(clocks, {})
     wrong = System("wrong", what.components, (Connection("gain.y", "c.told"),), run=what.run, folder=what.folder)
 
-    with pytest.raises(MisfitError, match="clocks cannot be connected"):
+    with pytest.raises(MisfitError, match="Float64 does not fit a clock, told"):
         Simulation(wrong)
     with pytest.raises(MisfitError, match="component 'c': clocks.fmu offers scheduled execution only"):
         container_of(what, "coupled", tmp_path)

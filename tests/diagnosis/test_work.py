@@ -84,7 +84,7 @@ def test_diagnosis_that_was_killed_goes_on_and_ends_the_same(swings: Measurement
     while process.poll() is None and not list(kept.glob("*/*.pickle")):
         time.sleep(0.02)
     process.send_signal(signal.SIGKILL)
-    process.wait()
+    process.wait(timeout=60)
     assert process.returncode == -signal.SIGKILL
     assert list(kept.glob("*/*.pickle"))
 

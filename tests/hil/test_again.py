@@ -266,7 +266,7 @@ def test_after_a_restart_of_the_server_all_is_asked_again_and_an_arm_that_nobody
     finally:
         for robot in robots:
             robot.kill()
-            robot.communicate()
+            robot.communicate(timeout=60)
     assert asked == ["stops", "arm"] * 2
     (broken,) = document["breaks"]
     (latched,) = json.loads((tmp_path / "arm" / "summary.json").read_text())["faults"]

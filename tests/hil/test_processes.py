@@ -94,7 +94,7 @@ def test_after_kill_9_everything_up_to_then_is_on_disk_and_replays(tmp_path: Pat
     process = hold(folder, 600)
     wait_for_cycles(folder, 100, process)
     process.kill()
-    process.communicate()
+    process.communicate(timeout=60)
     deadline = time.monotonic() + PATIENCE_S
     size = -1
     while (now := (folder / "frames.bin").stat().st_size) != size and time.monotonic() < deadline:
@@ -188,7 +188,7 @@ def test_a_session_whose_watchdog_was_killed_lets_the_arm_go() -> None:
         assert heart.watchdog is not None
         if pilot.cycle == 600:
             heart.watchdog.kill()
-            heart.watchdog.communicate()
+            heart.watchdog.communicate(timeout=60)
         return Wishes(arm=pilot.cycle < 50, over=pilot.cycle > 1000)
 
     summary = Loop(bench.wire, pilot, Beats(bench), None, heart).run(wishes)

@@ -31,7 +31,7 @@ def test_a_reader_in_a_hurry_takes_every_record_once_and_in_order() -> None:
         parts = []
         while not ring.is_closed and writer.poll() is None:
             parts.append(ring.take())
-        writer.wait()
+        writer.wait(timeout=60)
     parts.append(ring.take())
     ring.remove()
     assert writer.returncode == 0

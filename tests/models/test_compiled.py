@@ -186,7 +186,7 @@ def test_answer_of_a_linear_system_equals_the_recurrence_written_out() -> None:
 
 def test_threads_that_share_a_model_not_yet_compiled_get_the_same_run() -> None:
     model = CompiledModel(lag(), ["y"], ["tau"])
-    everybody = Barrier(8)
+    everybody = Barrier(8, timeout=60)
 
     def run(_: int) -> tuple[np.ndarray, np.ndarray | None]:
         everybody.wait()

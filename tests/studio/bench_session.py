@@ -6,6 +6,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
@@ -64,7 +65,9 @@ class Session:
         if self.process.poll() is None:
             self.process.send_signal(signal.SIGCONT)
             self.process.kill()
-        self.process.communicate()
+        # What it started holds its pipes for as long as it takes to notice.
+        with suppress(subprocess.TimeoutExpired):
+            self.process.communicate(timeout=PATIENCE_S)
 
 
 def hold(folder: Path) -> Session:
@@ -77,7 +80,7 @@ def hold(folder: Path) -> Session:
         wait_until(partial(_is_on_its_way_or_over, session))
         if session.process.poll() is None:
             return session
-        print(*session.process.communicate(), sep="\n")
+        print(*session.process.communicate(timeout=PATIENCE_S), sep="\n")
     raise AssertionError("this machine is too busy for a session")
 
 

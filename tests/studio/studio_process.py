@@ -4,11 +4,13 @@ import http.cookiejar
 import os
 import subprocess
 import sys
+import threading
 import urllib.request
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+PATIENCE_S = 60.0
 ROOT = Path(__file__).parents[2]
 
 
@@ -30,13 +32,13 @@ class Studio:
             self.process.wait(timeout=10)
         except subprocess.TimeoutExpired:
             self.process.kill()
-            self.process.wait()
+            self.process.wait(timeout=10)
         assert self.process.stdout is not None
         self.process.stdout.close()
 
 
 def start(workspace: Path, **environment: str) -> Studio:
-    """Start `misfit studio` on a free port."""
+    """Start `misfit studio` on a free port; one that says nothing for so long is ended, and its link is empty."""
     command = [sys.executable, "-m", "orchestrator.cli", "studio", "--no-browser", "--port", "0"]
     process = subprocess.Popen(
         [*command, "--workspace", str(workspace)],
@@ -46,7 +48,11 @@ def start(workspace: Path, **environment: str) -> Studio:
         text=True,
     )
     assert process.stdout is not None
-    return Studio(process.stdout.readline().strip(), workspace, process)
+    impatience = threading.Timer(PATIENCE_S, process.kill)
+    impatience.start()
+    link = process.stdout.readline().strip()
+    impatience.cancel()
+    return Studio(link, workspace, process)
 
 
 def sign_in(studio: Studio) -> dict[str, Any]:

@@ -60,7 +60,7 @@ def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     assert server.stdout is not None
     yield server.stdout.readline().strip()
     server.kill()
-    server.wait()
+    server.wait(timeout=10)
     server.stdout.close()
 
 

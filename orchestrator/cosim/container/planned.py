@@ -67,6 +67,11 @@ def plan_system(system: System, parts: Mapping[str, ContainedPart]) -> PlannedSy
 
 
 def _refuse_connections(wiring: Wiring) -> None:
+    if wiring.ticking:
+        raise MisfitError(
+            f"{', '.join(wiring.ticking)}: clocks tick in misfit run, but not in one FMU of the system; say event_mode = false "
+            "of the component if it runs without them"
+        )
     for link in wiring.links:
         for slot in (link.source, link.target):
             if slot.port.type not in NUMBERS:

@@ -14,7 +14,7 @@ from orchestrator.cosim.container.parts import ContainedPart
 from orchestrator.cosim.container.planned import KINDS, NUMBERS, PlannedSystem
 from orchestrator.cosim.container.variables import Exposed
 from orchestrator.cosim.masters.checks import limits
-from orchestrator.cosim.masters.operations import Get, Operation, Set, Shape, Solve, Step
+from orchestrator.cosim.masters.operations import Get, Operation, Set, Settle, Shape, Solve, Step
 from orchestrator.cosim.wiring import Link, Slot
 
 _OPERATIONS = {Get: "OP_READ", Set: "OP_WRITE", Step: "OP_STEP", Solve: "OP_SOLVE", Shape: "OP_SHAPE"}
@@ -125,6 +125,7 @@ class _Table:
         fields: dict[str, Any] = {"kind": _OPERATIONS[type(operation)]}
         if isinstance(operation, Solve):
             return _initialiser(fields | {"loop": self._loop(operation)})
+        assert not isinstance(operation, Settle)  # `plan_system` refuses clocks that tick
         fields["part"] = self.numbers[operation.component]
         if isinstance(operation, Step):
             return _initialiser(fields | {"every": operation.every, "pieces": operation.pieces})

@@ -12,7 +12,7 @@ from orchestrator.cosim.fmu.description import CO_SIMULATION, SCHEDULED
 from orchestrator.cosim.fmu.instance import Instance
 from orchestrator.cosim.masters.checks import limits
 from orchestrator.cosim.masters.not_finite import NotFinite
-from orchestrator.cosim.masters.operations import Get, Operation, Set, Shape, Solve, Step
+from orchestrator.cosim.masters.operations import Get, Operation, Set, Settle, Shape, Solve, Step
 from orchestrator.cosim.wiring import Link, Slot
 
 _GET, _SET, _STEP, _HOST = range(4)
@@ -37,6 +37,8 @@ def why_in_python(operation: Operation, instances: Mapping[str, Instance], not_f
             return f"{lenient[0].address}, which need not be finite"
     if isinstance(operation, Solve):
         return f"the algebraic loop {operation.loop}"
+    if isinstance(operation, Settle):
+        return "events of clocks"
     if operation.component not in instances:
         return operation.component
     if isinstance(operation, Shape):

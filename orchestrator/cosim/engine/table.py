@@ -15,7 +15,7 @@ from orchestrator.cosim.engine.rows import Pointer, Rows, can_carry, why_in_pyth
 from orchestrator.cosim.fmu.instance import DISCARD, Instance
 from orchestrator.cosim.masters.checks import outside
 from orchestrator.cosim.masters.coupling import Coupling
-from orchestrator.cosim.masters.operations import Get, Operation, Set, Solve, Step
+from orchestrator.cosim.masters.operations import Get, Operation, Set, Settle, Solve, Step
 
 # What C's doubles become in Python; integers without a mention.
 _PYTHON_TYPES: dict[str, Callable[[float], Any]] = {"Float64": float, "Float32": float, "Boolean": bool}
@@ -180,7 +180,7 @@ class Table:
 
 def _exchanged(operation: Operation) -> tuple[list[tuple[int, Callable[[float], Any]]], list[int]]:
     """Places of the values that an operation takes, with their types, and of those that it gives; texts stay in Python."""
-    if isinstance(operation, Step):
+    if isinstance(operation, Step | Settle):  # with events everything is Python's, see `Simulation`
         return [], []
     parts = (*operation.torn, *operation.inside) if isinstance(operation, Solve) else (operation,)
     reads: dict[int, Callable[[float], Any]] = {}

@@ -15,8 +15,14 @@ from orchestrator.cosim.fmu.instance3 import Instance3
 _alive: weakref.WeakValueDictionary[str, Instance] = weakref.WeakValueDictionary()
 
 
-def instantiate(name: str, description: FmuDescription, interface: Interface, early_return: bool = False) -> Instance:
-    """Instantiate an FMU.
+def instantiate(
+    name: str,
+    description: FmuDescription,
+    interface: Interface,
+    early_return: bool = False,
+    kind: type[Instance] | None = None,
+) -> Instance:
+    """Instantiate an FMU, as the `kind` of instance that its version has, or another one.
 
     Raises:
         ComponentError: if it refuses, or if it may only be there once in a process and already is.
@@ -27,8 +33,8 @@ def instantiate(name: str, description: FmuDescription, interface: Interface, ea
         raise ComponentError(
             f"FMU '{name}' can be instantiated only once per process and is already there as '{other.name}'; isolate one of them"
         )
-    kind = {1: Instance1, 2: Instance2, 3: Instance3}[description.version]
-    instance = kind(name, description, interface, early_return)
+    kinds: dict[int, type[Instance]] = {1: Instance1, 2: Instance2, 3: Instance3}
+    instance = (kind or kinds[description.version])(name, description, interface, early_return)
     _alive[key] = instance
     return instance
 

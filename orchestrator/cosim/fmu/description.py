@@ -16,6 +16,7 @@ from fmus.files import cache_folder, write_atomically
 from fmus.sources import SourceSet, check_identifier, sources_of
 from fmus.units import SiUnit
 from orchestrator.cosim.component import FLOATS, INTEGERS, Port
+from orchestrator.cosim.terminals import Terminal, read_terminals
 
 CO_SIMULATION, MODEL_EXCHANGE, SCHEDULED = "CoSimulation", "ModelExchange", "ScheduledExecution"
 _TYPES2 = {"Real": "Float64", "Integer": "Int32"}
@@ -78,6 +79,11 @@ class FmuDescription:
     def by_name(self) -> Mapping[str, tuple[Port, int]]:
         """Port and value reference of each variable."""
         return {port.name: (port, vr) for port, vr in zip(self.ports, self.references, strict=True)}
+
+    @cached_property
+    def terminals(self) -> Mapping[str, Terminal]:
+        """Terminals by name, which only FMI 3.0 has."""
+        return read_terminals(self.path) if self.version == 3 else {}
 
     @cached_property
     def feedthrough(self) -> Mapping[str, Sequence[str]]:
@@ -268,7 +274,7 @@ def _port(variable: Any, units: Mapping[str, SiUnit]) -> Port:
         type=kind,
         shape=shape,
         unit=unit,
-        variability=variable.variability,
+        variability=variable.variability if kind != "Clock" else variable.intervalVariability or "",
         start=_start(variable.start, kind, shape),
         minimum=_number(attribute("min")),
         maximum=_number(attribute("max")),
@@ -277,6 +283,7 @@ def _port(variable: Any, units: Mapping[str, SiUnit]) -> Port:
         initial=variable.initial or "",
         si=units.get(unit),
         items=items,
+        clocks=tuple(clock.name for clock in variable.clocks or ()),
     )
 
 

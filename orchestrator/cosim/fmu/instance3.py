@@ -3,12 +3,13 @@
 import ctypes
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from fmus.errors import ComponentError
 from orchestrator.cosim.component import StepEnd
+from orchestrator.cosim.fmu.clocks import Clock
 from orchestrator.cosim.fmu.description import CO_SIMULATION
 from orchestrator.cosim.fmu.instance import DISCARD, ERROR, Access, Double, Event, Instance, named
 from orchestrator.cosim.fmu.messages import logger3
@@ -24,6 +25,7 @@ class Instance3(Instance):
     """An instance of an FMU of version 3."""
 
     prefix = "fmi3"
+    uses_event_mode: ClassVar[bool] = False
     kinds = {
         "Float64": ("Float64", ctypes.c_double),
         "Float32": ("Float32", ctypes.c_float),
@@ -46,10 +48,14 @@ class Instance3(Instance):
         folder = f"{resources}/".encode() if resources.is_dir() else None
         head = (self.name.encode(), self.description.token.encode(), folder, ctypes.c_bool(False), ctypes.c_bool(False))
         # Without event mode the FMU handles its events itself.
-        options = (ctypes.c_bool(False), ctypes.c_bool(self.early_return), None, Size(0)) if stepping else ()
+        options = (
+            (ctypes.c_bool(self.uses_event_mode), ctypes.c_bool(self.early_return), None, Size(0)) if stepping else ()
+        )
         tail = (self.messages.environment, logger3(), *((None,) if stepping else ()))
         address = self.function(f"Instantiate{self.interface.kind}", ctypes.c_void_p)(*head, *options, *tail)
         return address if address is None else int(address)
+
+    wants_event = False
 
     def configure(self, names: Sequence[str], values: Sequence[int]) -> None:
         """Set structural parameters, before initialisation; arrays change their sizes."""
@@ -139,9 +145,17 @@ class Instance3(Instance):
         status = self.call("DoStep", Double(time), Double(size), forward, *results, allowed=ERROR)
         if status >= DISCARD and not (status == DISCARD and terminate.value):
             raise self.refused_step(status, time, size)
+        self.wants_event = event.value
         short = early.value and last.value < time + size
         self.time = last.value if short or terminate.value else time + size
         return StepEnd(self.time, early=short, terminated=terminate.value)
+
+    def interval(self, clock: Clock) -> tuple[float, int]:
+        """Interval of a clock in s and its qualifier: not yet known, unchanged or changed."""
+        reference, found, qualifier = ctypes.c_uint32(clock.reference), Double(), ctypes.c_int()
+        places = ctypes.byref(reference), Size(1), ctypes.byref(found), ctypes.byref(qualifier)
+        self.call("GetIntervalDecimal", *places, what=lambda: f"'{clock.name}'")
+        return found.value, qualifier.value
 
     def update_discrete_states(self) -> Event:
         flags = [ctypes.c_bool() for _ in range(5)]

@@ -6,6 +6,7 @@ from typing import Any
 from orchestrator.cosim.component import Component, StepEnd
 from orchestrator.cosim.fmu.base import Values, instantiate
 from orchestrator.cosim.fmu.description import FmuDescription, Interface
+from orchestrator.cosim.fmu.instance import Instance
 from orchestrator.cosim.fmu.instance2 import Instance2
 from orchestrator.cosim.fmu.states import SavedState
 
@@ -16,9 +17,14 @@ class SteppingFmu(Component):
     kind = "fmu"
 
     def __init__(
-        self, name: str, description: FmuDescription, interface: Interface, early_return: bool = False
+        self,
+        name: str,
+        description: FmuDescription,
+        interface: Interface,
+        early_return: bool = False,
+        kind: type[Instance] | None = None,
     ) -> None:
-        self.instance = instantiate(name, description, interface, early_return)
+        self.instance = instantiate(name, description, interface, early_return, kind)
         self.ports, self.feedthrough = description.ports, description.feedthrough
         # Before FMI 2.0, outputs are said to be those of the last step.
         self.follows_inputs = description.version > 1

@@ -28,7 +28,7 @@ _OURS = {
 }
 # Keys of a component's table that belong to its kind.
 OPTIONS = {
-    "fmu": ("interface", "early_return", "ticks"),
+    "fmu": ("interface", "early_return", "event_mode", "ticks"),
     "player": ("trial", "columns", "interpolation", "start"),
     "function": ("inputs", "outputs", "constants"),
     "controller": ("a", "b", "c", "d", "sample_time", "inputs", "outputs"),
@@ -46,7 +46,9 @@ def open_component(spec: ComponentSpec, folder: Path) -> Component:
     if spec.isolate:
         from orchestrator.cosim.isolate.component import IsolatedComponent
 
-        return IsolatedComponent(replace(spec, isolate=False), folder)
+        # Events are between components, which the contract with a process of its own does not know.
+        alone = {"event_mode": False} if spec.kind == "fmu" else {}
+        return IsolatedComponent(replace(spec, isolate=False, options={**spec.options, **alone}), folder)
     try:
         return _opener(spec.kind)(spec, folder)
     except MisfitError as error:

@@ -9,9 +9,10 @@ import numpy as np
 from fmus.errors import ComponentError
 from orchestrator.cosim.component import Component, StepEnd
 from orchestrator.cosim.masters.checks import fits, limits, outside
+from orchestrator.cosim.masters.events import Events
 from orchestrator.cosim.masters.loops import solve_loop
 from orchestrator.cosim.masters.not_finite import NotFinite
-from orchestrator.cosim.masters.operations import Get, Operation, Set, Shape, Solve, Step
+from orchestrator.cosim.masters.operations import Get, Operation, Set, Settle, Shape, Solve, Step
 from orchestrator.cosim.masters.shaping import Shaper
 from orchestrator.cosim.progress import Progress
 from orchestrator.cosim.wiring import OUTSIDE, Link, Slot, Wiring
@@ -49,6 +50,7 @@ class Coupling:
         self.wiring, self.components, self.progress = wiring, components, progress
         self.not_finite = not_finite or NotFinite(wiring, {})
         self.shaper = shaper
+        self.events = Events(wiring, wiring.ticking)
         self.number = {name: k for k, name in enumerate(components)}
         self.values: list[Any] = [0.0] * wiring.size
         self.time = self.last_good = 0.0
@@ -97,9 +99,21 @@ class Coupling:
         elif isinstance(operation, Shape):
             assert self.shaper is not None
             self.shaper.apply(self, operation, start + k * size, size)
+        elif isinstance(operation, Settle):
+            self.settle(operation, time)
         else:
             return self.step(operation, k, start, size)
         return True
+
+    def settle(self, operation: Settle, time: float) -> None:
+        """Deal with all events of an instant, with everything that follows from them; then all components step again."""
+        for _ in range(_MOST_PARTS):
+            if not self.events.wanted(self, time):
+                break
+            self.events.turn(self, time)
+            for each in operation.evaluation:
+                self.carry_out_one(each, -1, time, 0.0)
+        self.events.leave(self, time)
 
     def evaluate(self, operations: Iterable[Operation], time: float) -> None:
         """Carry out operations at one instant."""
@@ -204,7 +218,8 @@ class Coupling:
     def show(self, name: str) -> Any:
         """Value of an output of the system."""
         slot = self.wiring.by_address[OUTSIDE, name]
-        self.copy(link for link in self.wiring.to_component(OUTSIDE) if link.target is slot)
+        links = (*self.wiring.to_component(OUTSIDE), *self.wiring.clocked)
+        self.copy(link for link in links if link.target is slot)
         return self.fetch(slot)
 
 

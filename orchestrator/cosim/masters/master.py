@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 from fmus.errors import MisfitError
 from orchestrator.cosim.graph import Loop, Read
 from orchestrator.cosim.masters.coupling import Coupling
-from orchestrator.cosim.masters.operations import Operation, Schedule, Step
+from orchestrator.cosim.masters.operations import Operation, Schedule, Settle, Step
 from orchestrator.cosim.masters.shaping import Shaper
 from orchestrator.cosim.wiring import Wiring
 
@@ -51,7 +51,9 @@ class Master(ABC):
         self.check_options()
         self.reads = tuple(part for part in order_of_reading if isinstance(part, Read))
         self.loops = tuple(part for part in order_of_reading if isinstance(part, Loop))
-        self.evaluation = Schedule(wiring).evaluation(order_of_reading)
+        evaluation = Schedule(wiring).evaluation(order_of_reading)
+        self.events = (Settle(evaluation),) if wiring.ticking else ()
+        self.evaluation: tuple[Operation, ...] = (*evaluation, *self.events)
         self.steps = tuple(self._step(name) for name in self.components)
 
     def check_options(self) -> None:
@@ -99,5 +101,21 @@ class TableMaster(Master):
         """From one communication point to the next."""
 
     def advance(self, coupling: Coupling, k: int, start: float, size: float) -> bool:
-        """Carry out the table."""
-        return coupling.carry_out(self.operations, k, start, size)
+        """Carry out the table; where clocks tick within the step, all components meet at each tick."""
+        if not self.events:
+            return coupling.carry_out(self.operations, k, start, size)
+        time, end = coupling.not_past_stop(start + k * size, size), coupling.not_past_stop(start + (k + 1) * size, size)
+        coupling.carry_out_one(self.events[0], -1, time, 0.0)  # what was set since the last step
+        if any(
+            (step.every, step.pieces) != (1, 1) or not coupling.components[step.component].variable_step
+            for step in self.steps
+        ):
+            return coupling.carry_out(self.operations, k, start, size)
+        while end - time > 1e-12 * max(1.0, abs(end)):
+            due = coupling.events.next(coupling)
+            part = due - time if time < due < end else end - time
+            if not coupling.carry_out(self.operations, 0, time, part):
+                return False
+            time = coupling.time
+        coupling.time = coupling.last_good = end
+        return True

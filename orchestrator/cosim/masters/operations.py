@@ -50,7 +50,14 @@ class Shape:
     slots: tuple[Slot, ...]
 
 
-Operation = Get | Set | Solve | Step | Shape
+@dataclass(frozen=True)
+class Settle:
+    """Deal with the events of components with an event mode, if there are any; `evaluation` follows each of their turns."""
+
+    evaluation: tuple["Get | Set | Solve", ...]
+
+
+Operation = Get | Set | Solve | Step | Shape | Settle
 
 
 class Schedule:
@@ -90,9 +97,9 @@ class Schedule:
         """Write all that still waits."""
         return [operation for component in list(self.waiting) for operation in self.set(component)]
 
-    def evaluation(self, order: Iterable[Read | Loop]) -> tuple[Operation, ...]:
+    def evaluation(self, order: Iterable[Read | Loop]) -> tuple[Get | Set | Solve, ...]:
         """Everything at one instant, without a delay."""
-        operations: list[Operation] = []
+        operations: list[Get | Set | Solve] = []
         for part in order:
             if isinstance(part, Loop):
                 operations += self._loop(part)
@@ -101,9 +108,9 @@ class Schedule:
                 operations.append(self.get(part.component, part.outputs))
         return (*operations, *self.rest())
 
-    def _loop(self, loop: Loop) -> list[Operation]:
+    def _loop(self, loop: Loop) -> list[Get | Set | Solve]:
         # What comes from outside the loop is written before, once.
-        before: list[Operation] = []
+        before: list[Get | Set | Solve] = []
         for component in {read.component: None for read in loop.reads}:
             before += self.set(component)
         tears = set(loop.tears)

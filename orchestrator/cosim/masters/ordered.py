@@ -61,7 +61,7 @@ class Jacobi(TableMaster):
         """Steps, reads, writes."""
         schedule = Schedule(self.wiring)
         reads = [schedule.get(read.component, read.outputs) for read in self.reads]
-        return (*self.steps, *reads, *schedule.rest(), *schedule.evaluation(self.loops))
+        return (*self.steps, *reads, *schedule.rest(), *schedule.evaluation(self.loops), *self.events)
 
 
 class GaussSeidel(TableMaster):
@@ -101,4 +101,4 @@ class GaussSeidel(TableMaster):
             found.append(step)
             if step.component in reads:
                 found.append(schedule.get(step.component, reads[step.component]))
-        return (*found, *schedule.evaluation(self.loops)) if self.loops else tuple(found)
+        return (*found, *schedule.evaluation(self.loops), *self.events) if self.loops else (*found, *self.events)
