@@ -37,6 +37,7 @@ FAULTS = [
     "close_all",
     "past_stop",
     "fork",
+    "apart",
 ]
 HERE = Path(__file__).parent
 BINARY = "binaries/linux64/faulty.so"

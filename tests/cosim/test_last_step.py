@@ -1,4 +1,4 @@
-"""No communication point passes the stop time, not even by a rounding error: some FMUs refuse such a step."""
+"""No communication point passes the stop time, and each step begins where the last one ended, both to the last bit."""
 
 from pathlib import Path
 
@@ -28,3 +28,13 @@ def test_a_strict_fmu_reaches_its_stop_time_exactly(
     result = recorder.result()
     assert result.time[-1] == stop
     assert result["tank.y"][-1] == pytest.approx(stop, rel=1e-12)
+
+
+@pytest.mark.parametrize("engine", [True, False])
+@pytest.mark.parametrize(("step", "own"), [(0.01, None), (0.1, 0.02), (0.01, 0.05)])
+def test_a_step_begins_where_the_last_one_ended(tmp_path: Path, step: float, own: float | None, engine: bool) -> None:
+    """The FMU refuses others. One that counts its own steps up to there took two at once, or none, before."""
+    part = ComponentSpec("tank", source=faulty_fmu(tmp_path, "apart").name, step=own)
+    system = System("tank", {"tank": part}, run=RunSettings(stop=7.0, step=step), folder=tmp_path)
+    with Simulation(system, engine=engine) as simulation:
+        assert simulation.run()

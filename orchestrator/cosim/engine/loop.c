@@ -153,9 +153,12 @@ static LoopOutcome step(Loop *loop, const Operation *op, const Part *part)
         return LOOP_DONE;
     /* A component with longer steps of its own is late rather than ahead: it steps when the others have arrived. */
     double first = loop->start + (double)(loop->k + 1 - op->every) * loop->size;
-    double size = (double)op->every * loop->size / op->pieces;
+    double last = loop->start + (double)(loop->k + 1) * loop->size, piece = (double)op->every * loop->size / op->pieces;
     for (; loop->piece < op->pieces; loop->piece++) {
-        LoopOutcome outcome = step_once(loop, op, part, first + loop->piece * size, size);
+        /* Where a step ends the next one begins, to the last bit: some FMUs count their own steps up to there. */
+        double from = first + loop->piece * piece;
+        double to = loop->piece + 1 == op->pieces ? last : first + (loop->piece + 1) * piece;
+        LoopOutcome outcome = step_once(loop, op, part, from, to - from);
         if (outcome != LOOP_DONE)
             return outcome;
     }

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -154,7 +155,9 @@ class Coupling:
         # A component with longer steps of its own is late rather than ahead: it steps when the others have arrived.
         first = start + (k + 1 - operation.every) * size
         piece = operation.every * size / operation.pieces
-        return all(self._advance(operation.component, first + n * piece, piece) for n in range(operation.pieces))
+        # Where a step ends the next one begins, to the last bit: some FMUs count their own steps up to there.
+        points = (*(first + n * piece for n in range(operation.pieces)), start + (k + 1) * size)
+        return all(self._advance(operation.component, one, other - one) for one, other in pairwise(points))
 
     def finish_step(self, component: str, end: StepEnd, planned: float) -> bool:
         """Go on where a step ended early; whether the run goes on."""

@@ -8,7 +8,7 @@
 #include "fmi2Functions.h"
 
 enum { NONE, SEGFAULT, ABORT, HANG, EXIT, STACK, MEMORY, NAN_OUTPUT, DISCARD, INITIALISE, OPEN_FILE, ERROR_STATUS, FATAL_STATUS,
-       BIG_OUTPUT, INITIALISE_SEGFAULT, INSTANTIATE_NULL, DIVIDE, CHATTER, CLOSE_ALL, PAST_STOP, FORK };
+       BIG_OUTPUT, INITIALISE_SEGFAULT, INSTANTIATE_NULL, DIVIDE, CHATTER, CLOSE_ALL, PAST_STOP, FORK, APART };
 
 typedef struct {
     double u, y, t, stop;
@@ -102,6 +102,7 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
 fmi2Status fmi2DoStep(fmi2Component v, fmi2Real t, fmi2Real h, fmi2Boolean no) {
     Instance *c = v;
     if (FAULT == PAST_STOP && t + h > c->stop) return fmi2Error;
+    if (FAULT == APART && c->t != 0.0 && t != c->t) return fmi2Error;
     /* The call that begins at 0.5 s; communication points may be off by rounding. */
     if (t > 0.5 - 1e-9) {
         fmi2Status status = misbehave(c);

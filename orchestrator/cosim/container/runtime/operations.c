@@ -125,9 +125,11 @@ static int step_part(Container *self, const OpData *op)
         return 0;
     /* A component with longer steps of its own is late rather than ahead: it steps when the others have arrived. */
     double first = clock->start + (double)(clock->k + 1 - op->every) * clock->step;
-    double piece = (double)op->every * clock->step / op->pieces;
+    double last = clock->start + (double)(clock->k + 1) * clock->step, piece = (double)op->every * clock->step / op->pieces;
     for (int32_t n = 0; n < op->pieces; n++) {
-        double from = first + n * piece, size = within_stop(clock, from, piece);
+        /* Where a step ends the next one begins, to the last bit: some FMUs count their own steps up to there. */
+        double from = first + n * piece, to = n + 1 == op->pieces ? last : first + (n + 1) * piece;
+        double size = within_stop(clock, from, to - from);
         PartStep end;
         if (part_step(part, from, size, &end) != 0)
             return container_fail(self, "%s", part->problem);
