@@ -44,6 +44,8 @@ def why_in_python(operation: Operation, instances: Mapping[str, Instance], not_f
     if isinstance(operation, Shape):
         return f"inputs of {operation.component} that are not held"
     stepping = instances[operation.component].interface.kind == CO_SIMULATION
+    if isinstance(operation, Step) and instances[operation.component].asks_within_steps:
+        return f"inputs of {operation.component} within steps"
     if isinstance(operation, Step):
         what = "ticks" if instances[operation.component].interface.kind == SCHEDULED else "integration"
         return "" if stepping else f"{what} of {operation.component}"

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from fmus.errors import MisfitError
 from orchestrator.cosim.component import Component
-from orchestrator.cosim.fmu.description import CO_SIMULATION, SCHEDULED, FmuDescription, read_description
+from orchestrator.cosim.fmu.description import CO_SIMULATION, SCHEDULED, FmuDescription, Interface, read_description
 from orchestrator.cosim.system import ComponentSpec
 
 __all__ = ["FmuDescription", "has_events", "open_fmu", "read_description"]
@@ -27,8 +27,9 @@ def open_fmu(spec: ComponentSpec, folder: Path) -> Component:
 
     `spec.options`: `interface` ("CoSimulation", "ModelExchange" or "ScheduledExecution"; co-simulation where there is a
     choice), `early_return` (whether an FMI 3 FMU may end a step at an event, which masters with rollback make use of),
-    `ticks` (times in s of each input clock that somebody has to trigger) and `event_mode` (whether events of an FMU of FMI 3
-    are handled between its steps; where nobody says, those of an FMU with clocks are).
+    `ticks` (times in s of each input clock that somebody has to trigger), `event_mode` (whether events of an FMU of FMI 3
+    are handled between its steps; where nobody says, those of an FMU with clocks are) and `intermediate_update` (whether an
+    FMU of FMI 3 that asks for its inputs within a step gets them along the lines of a master that extrapolates).
 
     Raises:
         FmuError: if the file is no FMU or has no binary that can be loaded here.
@@ -36,20 +37,11 @@ def open_fmu(spec: ComponentSpec, folder: Path) -> Component:
     """
     description = read_description(folder / spec.source)
     interface = description.interface(spec.options.get("interface"))
-    if has_events(spec, description):
-        if spec.options.get("early_return"):
-            raise MisfitError(
-                "early_return and event mode do not go together; leave one out, or say event_mode = false"
-            )
-        from orchestrator.cosim.fmu.clocked import ClockedFmu
-
-        return ClockedFmu(spec.name, description, interface, ticks=spec.options.get("ticks"))
-    if spec.options.get("event_mode"):
-        raise MisfitError(f"event_mode: {description.path.name} has no event mode in {interface.kind}; leave it out")
     if interface.kind == CO_SIMULATION:
-        from orchestrator.cosim.fmu.stepping import SteppingFmu
-
-        return SteppingFmu(spec.name, description, interface, early_return=bool(spec.options.get("early_return")))
+        return _stepping(spec, description, interface)
+    for option in ("event_mode", "intermediate_update", "early_return"):
+        if spec.options.get(option):
+            raise MisfitError(f"{option} belongs to co-simulation, not to {interface.kind}; leave it out")
     if interface.kind == SCHEDULED:
         from orchestrator.cosim.fmu.scheduled import ScheduledFmu
 
@@ -57,3 +49,28 @@ def open_fmu(spec: ComponentSpec, folder: Path) -> Component:
     from orchestrator.cosim.fmu.exchange import ExchangeFmu
 
     return ExchangeFmu(spec.name, description, interface)
+
+
+def _stepping(spec: ComponentSpec, description: FmuDescription, interface: Interface) -> Component:
+    events = has_events(spec, description)
+    wanted = [name for name in ("early_return", "intermediate_update") if spec.options.get(name)]
+    if len(wanted) + events > 1:
+        both = " and ".join([*(["event mode"] if events else []), *wanted])
+        raise MisfitError(f"{both} do not go together; leave one out, event mode by event_mode = false")
+    if spec.options.get("event_mode") and not events:
+        raise MisfitError(f"event_mode: {description.path.name} has no event mode; leave it out")
+    if events:
+        from orchestrator.cosim.fmu.clocked import ClockedFmu
+
+        return ClockedFmu(spec.name, description, interface, ticks=spec.options.get("ticks"))
+    if "intermediate_update" in wanted:
+        if not interface.asks_within_steps:
+            raise MisfitError(
+                f"intermediate_update: {description.path.name} never asks for inputs within a step; leave it out"
+            )
+        from orchestrator.cosim.fmu.intermediate import AskingFmu
+
+        return AskingFmu(spec.name, description, interface)
+    from orchestrator.cosim.fmu.stepping import SteppingFmu
+
+    return SteppingFmu(spec.name, description, interface, early_return="early_return" in wanted)

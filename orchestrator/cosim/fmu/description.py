@@ -38,6 +38,7 @@ class Interface:
     fixed_step: float | None = None  # of the FMU's own solver, in s
     interpolates_inputs: bool = False
     has_event_mode: bool = False
+    asks_within_steps: bool = False
     needs_completed_step: bool = False
     sources: tuple[SourceSet, ...] = ()
 
@@ -251,6 +252,7 @@ def _interfaces(path: Path, parsed: Any) -> Iterator[Interface]:
             else not stepping or _flag(found.canHandleVariableCommunicationStepSize),
             fixed_step=_number(found.fixedInternalStepSize) if stepping else None,
             interpolates_inputs=stepping and second and _flag(found.canInterpolateInputs),
+            asks_within_steps=stepping and _flag(getattr(found, "providesIntermediateUpdate", False)),
             has_event_mode=stepping and _flag(found.hasEventMode),
             needs_completed_step=kind == MODEL_EXCHANGE and _flag(found.needsCompletedIntegratorStep),
             sources=sources_of(parsed, found.modelIdentifier),

@@ -44,6 +44,7 @@ class Instance(ABC):
 
     prefix: ClassVar[str]
     kinds: ClassVar[dict[str, tuple[str, Any]]]  # type -> ending of get and set, C type
+    asks_within_steps: ClassVar[bool] = False
 
     def __init__(
         self, name: str, description: FmuDescription, interface: Interface, early_return: bool = False

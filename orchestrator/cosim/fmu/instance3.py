@@ -26,6 +26,7 @@ class Instance3(Instance):
 
     prefix = "fmi3"
     uses_event_mode: ClassVar[bool] = False
+    wants_event = False
     kinds = {
         "Float64": ("Float64", ctypes.c_double),
         "Float32": ("Float32", ctypes.c_float),
@@ -48,14 +49,15 @@ class Instance3(Instance):
         folder = f"{resources}/".encode() if resources.is_dir() else None
         head = (self.name.encode(), self.description.token.encode(), folder, ctypes.c_bool(False), ctypes.c_bool(False))
         # Without event mode the FMU handles its events itself.
-        options = (
-            (ctypes.c_bool(self.uses_event_mode), ctypes.c_bool(self.early_return), None, Size(0)) if stepping else ()
-        )
-        tail = (self.messages.environment, logger3(), *((None,) if stepping else ()))
-        address = self.function(f"Instantiate{self.interface.kind}", ctypes.c_void_p)(*head, *options, *tail)
+        flags = (ctypes.c_bool(self.uses_event_mode), ctypes.c_bool(self.early_return)) if stepping else ()
+        *wanted, asked = self._intermediate() if stepping else (None,)
+        tail = (self.messages.environment, logger3(), *((asked,) if stepping else ()))
+        address = self.function(f"Instantiate{self.interface.kind}", ctypes.c_void_p)(*head, *flags, *wanted, *tail)
         return address if address is None else int(address)
 
-    wants_event = False
+    def _intermediate(self) -> tuple[Any, Any, Any]:
+        """Variables that are wanted within steps, how many, and what the FMU calls there: nothing."""
+        return None, Size(0), None
 
     def configure(self, names: Sequence[str], values: Sequence[int]) -> None:
         """Set structural parameters, before initialisation; arrays change their sizes."""

@@ -28,7 +28,7 @@ _OURS = {
 }
 # Keys of a component's table that belong to its kind.
 OPTIONS = {
-    "fmu": ("interface", "early_return", "event_mode", "ticks"),
+    "fmu": ("interface", "early_return", "event_mode", "intermediate_update", "ticks"),
     "player": ("trial", "columns", "interpolation", "start"),
     "function": ("inputs", "outputs", "constants"),
     "controller": ("a", "b", "c", "d", "sample_time", "inputs", "outputs"),
