@@ -86,17 +86,6 @@ def test_refused_step_says_what_the_fmu_says(first: Path) -> None:
         run.run(0.5)
 
 
-def test_its_model_exchange_is_refused_by_name(first: Path, tmp_path: Path) -> None:
-    path = tmp_path / "exchange.fmu"
-    with zipfile.ZipFile(path, "w") as archive:
-        archive.writestr("modelDescription.xml", DESCRIPTION.replace("IMPLEMENTATION", ""))
-
-    with pytest.raises(
-        MisfitError, match=r"exchange.fmu is an FMU of FMI 1.0 for model exchange; of FMI 1.0 only co-simulation"
-    ):
-        load_system(path)
-
-
 def test_it_is_refused_inside_one_fmu_by_name(first: Path, tmp_path: Path) -> None:
     with pytest.raises(
         MisfitError, match=r"component 'one': first.fmu is of FMI 1.0; one FMU can hold those of FMI 2.0"

@@ -6,9 +6,9 @@ from typing import Any
 
 from fmus.errors import ComponentError
 from orchestrator.cosim.component import Port
-from orchestrator.cosim.fmu.description import FmuDescription, Interface
+from orchestrator.cosim.fmu.description import MODEL_EXCHANGE, FmuDescription, Interface
 from orchestrator.cosim.fmu.instance import Access, Instance
-from orchestrator.cosim.fmu.instance1 import Instance1
+from orchestrator.cosim.fmu.instance1 import ExchangeInstance1, Instance1
 from orchestrator.cosim.fmu.instance2 import Instance2
 from orchestrator.cosim.fmu.instance3 import Instance3
 
@@ -33,7 +33,8 @@ def instantiate(
         raise ComponentError(
             f"FMU '{name}' can be instantiated only once per process and is already there as '{other.name}'; isolate one of them"
         )
-    kinds: dict[int, type[Instance]] = {1: Instance1, 2: Instance2, 3: Instance3}
+    first = ExchangeInstance1 if interface.kind == MODEL_EXCHANGE else Instance1
+    kinds: dict[int, type[Instance]] = {1: first, 2: Instance2, 3: Instance3}
     instance = (kind or kinds[description.version])(name, description, interface, early_return)
     _alive[key] = instance
     return instance

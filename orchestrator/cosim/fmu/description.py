@@ -175,8 +175,6 @@ def _parse(path: Path) -> dict[str, Any]:
     version = int(str(parsed.fmiVersion).split(".")[0])
     if version not in (1, 2, 3):
         raise FmuError(f"{path} is an FMU of FMI {parsed.fmiVersion}; FMI 1.0, 2.0 and 3.0 can be run")
-    if version == 1 and parsed.coSimulation is None:
-        raise FmuError(f"{path} is an FMU of FMI 1.0 for model exchange; of FMI 1.0 only co-simulation can be run")
     experiment = parsed.defaultExperiment
     units = {unit.name: _si(unit.baseUnit) for unit in parsed.unitDefinitions if unit.baseUnit is not None}
     return {
@@ -247,14 +245,14 @@ def _interfaces(path: Path, parsed: Any) -> Iterator[Interface]:
             can_save=_flag(found.canGetAndSetFMUstate),
             can_serialize=_flag(found.canSerializeFMUstate),
             can_differentiate=differentiable.get(kind, False),
-            variable_step=_variable_step1(path)
-            if first
-            else not stepping or _flag(found.canHandleVariableCommunicationStepSize),
+            variable_step=not stepping
+            or (_variable_step1(path) if first else _flag(found.canHandleVariableCommunicationStepSize)),
             fixed_step=_number(found.fixedInternalStepSize) if stepping else None,
             interpolates_inputs=stepping and second and _flag(found.canInterpolateInputs),
             asks_within_steps=stepping and _flag(getattr(found, "providesIntermediateUpdate", False)),
             has_event_mode=stepping and _flag(found.hasEventMode),
-            needs_completed_step=kind == MODEL_EXCHANGE and _flag(found.needsCompletedIntegratorStep),
+            # FMI 1.0 has no word for that it is not needed.
+            needs_completed_step=kind == MODEL_EXCHANGE and (first or _flag(found.needsCompletedIntegratorStep)),
             sources=sources_of(parsed, found.modelIdentifier),
         )
 

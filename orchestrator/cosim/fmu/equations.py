@@ -163,7 +163,7 @@ class Equations:
         )
 
     def _member(self, name: str, instance: Instance, n_states: int, n_indicators: int) -> _Member:
-        rates = "GetDerivatives" if instance.description.version == 2 else "GetContinuousStateDerivatives"
+        rates = "GetDerivatives" if instance.description.version <= 2 else "GetContinuousStateDerivatives"
         states = (instance.address("SetContinuousStates"), instance.address(rates)) if n_states else (None, None)
         return _Member(
             instance.component.value,
