@@ -9,6 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
+from fmpy.model_description import ValidationError
 
 from fmus.archive import read_archive
 from fmus.catalogue import find_modelica_model
@@ -59,14 +60,14 @@ def test_json_holds_the_findings_of_every_file(fmus: tuple[Path, Path]) -> None:
 def test_threads_read_schemas_one_after_another(fmus: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch) -> None:
     reading: list[str] = []
 
-    def overlapping(folder: str) -> list[str]:
+    def overlapping(folder: str, **_: object) -> None:
         reading.append(folder)
         time.sleep(0.02)
         others = len(reading) - 1
         reading.remove(folder)
-        return [f"{others} others read a schema meanwhile"]
+        raise ValidationError([f"{others} others read a schema meanwhile"])
 
-    monkeypatch.setattr("fmpy.validation.validate_fmu", overlapping)
+    monkeypatch.setattr("fmpy.read_model_description", overlapping)
     with ThreadPoolExecutor(4) as pool:
         findings = list(pool.map(validate_fmu, [fmus[0]] * 4))
     assert findings == [["0 others read a schema meanwhile"]] * 4
