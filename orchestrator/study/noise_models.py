@@ -1,20 +1,16 @@
 """How far corrections may be off, learnt from what a bench can see of them: force, motion, stops."""
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dpotri
-from scipy.optimize import minimize
 
 from fmus.errors import MisfitError
-from orchestrator.gp.covariance import factor
 from orchestrator.gp.fit import Fit, fit
 from orchestrator.gp.limits import Limits
-from orchestrator.gp.noise import LearntNoise
+from orchestrator.gp.noise import AddedNoise, LearntNoise
+from orchestrator.gp.noise_fit import FittedNoise, fit_noise
 from orchestrator.gp.observations import observe
-from orchestrator.gp.triangle import solve_lower
 from orchestrator.study.conditioned import Conditioned, coefficients
 from orchestrator.study.corrections import SENSOR_N, Corrections
 from orchestrator.study.initial import Initial, expected
@@ -25,24 +21,11 @@ _FEATURES = ("log deviation", "force", "motion", "stop")
 KINDS = {"constant": 1, "force": 2, "observed": 4}
 # A muscle of less force on the bench, rms of a component: what others leave unexplained would count as its own.
 _WEAK_N = 10.0
-_WIDEST = 8.0  # of a weight
 _STARTS = ((0.0, 0.0, 0.0, 3.0), (2.0, 0.5, 0.0, 1.0))
 
 
-@dataclass(frozen=True, eq=False)
-class Learnt:
-    """Noise that makes all corrections most probable: standard deviation of each, (n,) N, beside that of the force sensor.
-
-    `weights` by name say how its logarithm grows; `value` is the negative logarithm of the probability.
-    """
-
-    deviation: Array
-    weights: dict[str, float]
-    value: float
-
-
-def learn(kind: str, given: Conditioned, corrections: Corrections) -> Learnt:
-    """Learn the weights of a kind of noise by joint marginal likelihood with the models' hyperparameters held.
+def learn(kind: str, given: Conditioned, corrections: Corrections) -> FittedNoise:
+    """Learn the noise of all corrections by joint marginal likelihood with the models' hyperparameters held.
 
     Kinds: `constant` is one deviation for all; `force` lets it grow with the predicted force; `observed` also with the way that
     a joint went within the window, and by a factor where a joint touched an end.
@@ -50,18 +33,9 @@ def learn(kind: str, given: Conditioned, corrections: Corrections) -> Learnt:
     if kind not in KINDS:
         raise MisfitError(f"noise of kind {kind!r}; expected one of {', '.join(KINDS)}")
     count = KINDS[kind]
-    features = _features(given, corrections)[:, :count]
-    bounds = [(-_WIDEST, _WIDEST)] * count
-    runs = [
-        minimize(_value, np.array(start[:count]), (features, given), jac=True, method="L-BFGS-B", bounds=bounds)
-        for start in _STARTS
-    ]
-    best = min(runs, key=lambda run: run.fun)
-    return Learnt(
-        deviation=np.sqrt(_variance(best.x, features)),
-        weights={name: float(weight) for name, weight in zip(_FEATURES[:count], best.x, strict=True)},
-        value=float(best.fun),
-    )
+    known = np.full(len(given.residuals), SENSOR_N)
+    noise = AddedNoise(_features(given, corrections)[:, :count], np.zeros(count), _FEATURES[:count], known)
+    return fit_noise(given.residuals, given.covariance, noise, [start[:count] for start in _STARTS])
 
 
 def refit(initial: Initial, corrections: Corrections, given: Conditioned) -> Fit:
@@ -84,11 +58,6 @@ def refit(initial: Initial, corrections: Corrections, given: Conditioned) -> Fit
     return fit(initial.latents, [*initial.observations, seen], limits, units, starts=1)
 
 
-def _variance(weights: Array, features: Array) -> Array:
-    """What the sensor has at least, which is known, and what is learnt."""
-    return SENSOR_N**2 + np.exp(2.0 * features @ weights)
-
-
 def _features(given: Conditioned, corrections: Corrections) -> Array:
     force = np.linalg.norm(given.predicted, axis=1)
     return np.column_stack(
@@ -99,18 +68,3 @@ def _features(given: Conditioned, corrections: Corrections) -> Array:
             corrections.at_stop,
         ]
     )
-
-
-def _value(weights: Array, features: Array, given: Conditioned) -> tuple[float, Array]:
-    """Negative log likelihood of the corrections given the bench data, and its gradient by the weights."""
-    variance = _variance(weights, features)
-    matrix = given.covariance.copy()
-    matrix[np.diag_indices_from(matrix)] += variance
-    lower = factor(matrix)
-    solved = solve_lower(lower, given.residuals)
-    n, p = solved.shape
-    logarithm = p * (2.0 * np.log(np.diagonal(lower)).sum() + n * np.log(2.0 * np.pi))
-    value = 0.5 * (float(np.vdot(given.residuals, solved)) + logarithm)
-    inverse = np.diagonal(dpotri(lower, lower=1)[0])
-    # d value / d variance is half of this, d variance / d weights twice the learnt part times the features.
-    return value, ((p * inverse - (solved**2).sum(axis=1)) * (variance - SENSOR_N**2)) @ features

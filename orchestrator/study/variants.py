@@ -8,15 +8,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from orchestrator.gp.observations import observe
+from orchestrator.gp.observations import Observation, observe
 from orchestrator.gp.printed import Reading, condition_printed
+from orchestrator.gp.robust import trusted
+from orchestrator.gp.selection import informative
 from orchestrator.study.conditioned import GRID, Conditioned, coefficients, given_bench, size_over_grid
-from orchestrator.study.corrections import Corrections
+from orchestrator.study.corrections import SENSOR_N, Corrections
 from orchestrator.study.draws import Problem
 from orchestrator.study.initial import Initial
 from orchestrator.study.muscles import MUSCLES, capabilities
 from orchestrator.study.noise_models import learn, refit
-from orchestrator.study.selection import EXCLUDED_N, clear_of_stops, informative, only, robust, settled
+from orchestrator.study.selection import EXCLUDED_N, clear_of_stops, only, settled
 
 Array = NDArray[Any]
 INFORMATIVE = 200
@@ -117,15 +119,17 @@ def shared(setting: Setting) -> tuple[Problem, float]:
 
 def without_outliers(setting: Setting) -> tuple[Problem, float | None]:
     """All corrections, errors with Student's distribution; nothing else is looked at."""
-    return Problem(setting.initial, setting.corrections, robust(setting.given)), None
+    initial, seen = setting.initial, _observed(setting.corrections, np.full(len(setting.corrections), SENSOR_N))
+    *_, believed = trusted(initial.latents, [*initial.observations, seen], [seen.name])
+    return Problem(initial, setting.corrections, believed.deviation), None
 
 
 def most_informative(setting: Setting) -> tuple[Problem, float]:
     """Of the compensated ones the 200 that say most."""
     problem, value = setting.freed
-    given = given_bench(problem.initial, problem.corrections)
     usable = np.flatnonzero(problem.deviation < EXCLUDED_N)
-    chosen = informative(given.rows(usable), problem.deviation[usable], min(INFORMATIVE, len(usable)))
+    seen, initial = _observed(problem.corrections.rows(usable), problem.deviation[usable]), problem.initial
+    chosen = informative(initial.latents, initial.observations, seen, min(INFORMATIVE, len(usable)))
     kept = np.isin(np.arange(len(problem.deviation)), usable[chosen])
     return Problem(problem.initial, problem.corrections, only(problem.deviation[kept], kept)), value
 
@@ -173,25 +177,24 @@ def outcome(name: str, setting: Setting) -> Outcome:
 
 def _with_noise(kind: str, initial: Initial, corrections: Corrections, given: Conditioned) -> tuple[Problem, float]:
     found = learn(kind, given, corrections)
-    return Problem(initial, corrections, found.deviation), found.value
+    return Problem(initial, corrections, found.noise.deviation), found.value
 
 
 def _learnt(initial: Initial, corrections: Corrections, kept: Array) -> tuple[Problem, float]:
     chosen = corrections.rows(kept)
     found = learn("observed", given_bench(initial, chosen), chosen)
-    return Problem(initial, corrections, only(found.deviation, kept)), found.value
+    return Problem(initial, corrections, only(found.noise.deviation, kept)), found.value
+
+
+def _observed(corrections: Corrections, deviation: Array) -> Observation:
+    """Corrections as data of all subsystems."""
+    return observe("corrections", corrections.state, coefficients(corrections), corrections.force, deviation)
 
 
 def _printed(setting: Setting, reading: Reading) -> Outcome:
     """The single-muscle form as printed, muscle by muscle, with the noise of the joint posterior."""
     problem, _ = setting.learnt
-    corrections = observe(
-        "corrections",
-        setting.corrections.state,
-        coefficients(setting.corrections),
-        setting.corrections.force,
-        problem.deviation,
-    )
+    corrections = _observed(setting.corrections, problem.deviation)
     true = capabilities(GRID)
     before = given_bench(setting.initial, setting.corrections.rows(np.arange(1))).before
     after = []

@@ -8,18 +8,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 from learning_cases import corrections, models
-from scipy.optimize import approx_fprime
 
 from fmus.errors import MisfitError
 from orchestrator.gp.observations import observe
 from orchestrator.gp.posterior import condition
-from orchestrator.study import noise_models
 from orchestrator.study.conditioned import GRID, coefficients, given_bench, size_over_grid
 from orchestrator.study.contents import digest
 from orchestrator.study.draws import DrawTask, Problem, tasks
 from orchestrator.study.muscles import MUSCLES, capabilities
 from orchestrator.study.noise_models import learn
-from orchestrator.study.selection import EXCLUDED_N, clear_of_stops, informative, only, robust, settled
+from orchestrator.study.selection import EXCLUDED_N, clear_of_stops, only, settled
 from orchestrator.study.variants import VARIANTS, Setting, outcome
 from orchestrator.study.work import Processes, alone, do_all
 from orchestrator.work import Resumable
@@ -142,23 +140,12 @@ def test_another_number_anywhere_is_another_task() -> None:
     assert digest(problem()) == digest(case)
 
 
-@pytest.mark.parametrize("kind", ["constant", "force", "observed"])
-def test_slope_of_the_noise_likelihood_is_its_difference_quotient(kind: str) -> None:
-    given, seen = given_bench(models(), corrections()), corrections()
-    features = noise_models._features(given, seen)[:, : noise_models.KINDS[kind]]
-    weights = np.linspace(0.3, 0.6, features.shape[1])
-
-    numeric = approx_fprime(weights, lambda w: noise_models._value(w, features, given)[0], 1e-6)
-
-    assert noise_models._value(weights, features, given)[1] == pytest.approx(numeric, rel=1e-4)
-
-
 def test_noise_that_is_learnt_tells_stops_from_the_rest() -> None:
     seen = corrections(150)
     found = learn("observed", given_bench(models(), seen), seen)
 
-    assert np.median(found.deviation[seen.at_stop]) == pytest.approx(50.0, rel=0.3)
-    assert np.median(found.deviation[~seen.at_stop]) < 3.0
+    assert np.median(found.noise.deviation[seen.at_stop]) == pytest.approx(50.0, rel=0.3)
+    assert np.median(found.noise.deviation[~seen.at_stop]) < 3.0
     assert found.value < learn("constant", given_bench(models(), seen), seen).value - 50.0
 
 
@@ -197,24 +184,11 @@ def test_an_unknown_kind_of_noise_is_refused_by_name() -> None:
 
 def test_students_errors_trust_stops_less_without_being_told_of_them() -> None:
     seen = corrections(90)
-    deviation = robust(given_bench(models(), seen))
+    found = outcome("no outliers", Setting(models(), models(False), seen)).problem
+    assert found is not None
+    deviation = found.deviation
 
     assert np.median(deviation[seen.at_stop]) > 2.0 * np.median(deviation[~seen.at_stop])
-
-
-def test_informative_corrections_are_the_greedy_choice_by_determinants() -> None:
-    given = given_bench(models(), corrections(12))
-    deviation = np.linspace(1.0, 3.0, 12)
-
-    def says(rows: list[int]) -> float:
-        scaled = given.covariance[np.ix_(rows, rows)] / np.outer(deviation[rows], deviation[rows])
-        return float(np.linalg.slogdet(np.eye(len(rows)) + scaled)[1])
-
-    greedy: list[int] = []
-    for _ in range(5):
-        greedy.append(max(set(range(12)) - set(greedy), key=lambda k: says([*greedy, k])))
-
-    assert informative(given, deviation, 5).tolist() == greedy
 
 
 def test_settled_corrections_are_clear_of_stops_too() -> None:

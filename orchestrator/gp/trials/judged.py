@@ -73,7 +73,7 @@ def judge(model: SymbolicModel, block: Block | None, trials: Sequence[BoundTrial
         block: None if the data need no function.
         noise: (signals,) standard deviation of the measurements.
     """
-    alone = _errors(trials, model.signals, lambda t: model.follow(t.time, t.inputs, t.outputs, model.signals, noise))
+    alone = free_run_errors(model, None, trials, noise)
     if block is None:
         return Judgement("refused", "the learning trials need none of the functions", {}, alone, alone)
     if all(alone.signals[name] < NOTHING_LACKS * s for name, s in zip(model.signals, noise, strict=True)):
@@ -94,6 +94,18 @@ def judge(model: SymbolicModel, block: Block | None, trials: Sequence[BoundTrial
     shares, best = min(winners, key=lambda run: run[1].all)
     used = ", ".join(f"{share:g} of {name}" for name, share in shares.items())
     return Judgement("shrunk", f"{_why(alone, whole)}; {used} helps", shares, alone, best, whole)
+
+
+def free_run_errors(model: SymbolicModel, block: Block | None, trials: Sequence[BoundTrial], noise: Array) -> Errors:
+    """Errors of free runs along trials, from estimated first states: of a model alone (None), or with a block beside it.
+
+    Args:
+        noise: (signals,) standard deviation of the measurements.
+    """
+    if block is None:
+        return _errors(trials, model.signals, lambda t: model.follow(t.time, t.inputs, t.outputs, model.signals, noise))
+    beside, whole = ModelBeside(model, block), dict.fromkeys((output.name for output in block.outputs), 1.0)
+    return _errors(trials, model.signals, lambda t: beside.along(t, whole, noise))
 
 
 def _ways(names: Sequence[str]) -> list[dict[str, float]]:
