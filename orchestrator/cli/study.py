@@ -20,6 +20,9 @@ def study() -> None:
 @click.option(
     "--caregivers", "people", type=click.IntRange(1, 100), default=8, show_default=True, help="How many caregivers."
 )
+@click.option("--recorded", metavar="DIR", multiple=True, type=click.Path(exists=True, file_okay=False),
+              help="Corrections of a session of misfit hil record, through the bus, instead of simulated ones; "
+              "repeat for more caregivers.")  # fmt: skip
 @scheduler_option
 @result_options()
 def caregivers(
@@ -27,6 +30,7 @@ def caregivers(
     seed: int,
     seeds: int,
     people: int,
+    recorded: tuple[str, ...],
     scheduler: str | None,
     workers: int,
     quiet: bool,
@@ -38,6 +42,9 @@ def caregivers(
     from orchestrator.study.study import run_study
     from orchestrator.study.work import working
 
+    if recorded:
+        _recorded(recorded, seed, quiet, json_file, html_file)
+        return
     began = time.perf_counter()
     chosen = tuple(range(seed, seed + seeds))
     name = f"study caregivers {draws} {people} {chosen}"
@@ -53,12 +60,40 @@ def caregivers(
         _print(found, quiet)
 
 
-def _print(found: Any, quiet: bool) -> None:
-    if quiet:
+def _recorded(folders: tuple[str, ...], seed: int, quiet: bool, json_file: str | None, html_file: str | None) -> None:
+    """The same from recorded sessions: one table."""
+    from orchestrator.study.muscles import MUSCLES
+    from orchestrator.study.recorded import rows_of, study_of
+
+    if html_file is not None:
+        raise click.UsageError("--html draws the simulated study; with --recorded use --json")
+    with progress(quiet) as say:
+        found = study_of(folders, seed, say)
+    write_json(json_file, found)
+    if json_file == "-" or quiet:
         return
+    show(
+        f"{found['corrections']} corrections of {len(folders)} recorded sessions; improvement in % of the error of each muscle's model:",
+        quiet,
+    )
+    _show_table(None, ("way to learn", "used", *MUSCLES, "inside 90 %, %"), rows_of(found), quiet)
+
+
+def _show_table(caption: str | None, headings: tuple[str, ...], rows: Any, quiet: bool) -> None:
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
 
+    table = Table(title=caption, box=SIMPLE_HEAD, title_justify="left", title_style="bold", padding=(0, 1, 0, 0))
+    for place, heading in enumerate(headings):
+        table.add_column(heading, no_wrap=place > 0 or len(headings) > 5)
+    for row in rows:
+        table.add_row(*row)
+    show(table, quiet)
+
+
+def _print(found: Any, quiet: bool) -> None:
+    if quiet:
+        return
     from orchestrator.study.study import GROWTHS, LIMITS
     from orchestrator.study.tables import bars_table, growth_table, regression_table, sentence, variants_table
 
@@ -70,11 +105,4 @@ def _print(found: Any, quiet: bool) -> None:
         bars_table(found),
     ]
     for part in parts:
-        table = Table(
-            title=part.caption, box=SIMPLE_HEAD, title_justify="left", title_style="bold", padding=(0, 1, 0, 0)
-        )
-        for place, heading in enumerate(part.headings):
-            table.add_column(heading, no_wrap=place > 0 or len(part.headings) > 5)
-        for row in part.rows:
-            table.add_row(*row)
-        show(table, quiet)
+        _show_table(part.caption, part.headings, part.rows, quiet)

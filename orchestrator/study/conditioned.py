@@ -98,7 +98,7 @@ def given_bench(initial: Initial, corrections: Corrections) -> Conditioned:
     count = len(states)
     predicted, covariance = np.zeros((count, 2)), np.zeros((count, count))
     reach, off = [], []
-    true = capabilities(GRID)
+    true = capabilities(GRID, initial.limb)
     for place, (name, a) in enumerate(coefficients(corrections).items()):
         known = condition({name: initial.latents[name]}, [initial.observations[place]])
         predicted += a[:, None] * known.mean(name, states)

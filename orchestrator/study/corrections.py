@@ -84,10 +84,14 @@ def _steady(windows: Array, before: Array, state: Array) -> Array:
     """The mean joint torque of the hand less that of motion, as a force at the mean posture, (windows, 2)."""
     middle = 0.5 * (windows + before)
     acceleration = (windows[:, :, 2:4] - before[:, :, 2:4]) / STEP_S
-    flat = middle.reshape(-1, middle.shape[2])
-    hand = np.einsum("nij,ni->nj", jacobian(flat[:, :2]), flat[:, 4:])
-    torque = hand - moving_torques(flat[:, :4], acceleration.reshape(-1, 2))
+    torque = still_torques(middle.reshape(-1, middle.shape[2]), acceleration.reshape(-1, 2))
     return at_wrist(state[:, :2], torque.reshape(*middle.shape[:2], 2).mean(axis=1))
+
+
+def still_torques(record: Array, acceleration: Array) -> Array:
+    """Joint torques of the hand less those of motion, (n, 2), of rows q1, q2, w1, w2, fx, fy and accelerations (n, 2)."""
+    hand = np.einsum("nij,ni->nj", jacobian(record[:, :2]), record[:, 4:])
+    return hand - moving_torques(record[:, :4], acceleration)
 
 
 def joined(parts: Sequence[Corrections]) -> Corrections:

@@ -14,6 +14,7 @@ from orchestrator.gp.limits import Limits, Units
 from orchestrator.gp.noise import constant_noise
 from orchestrator.gp.observations import Observation, observe
 from orchestrator.gp.posterior import condition
+from orchestrator.study.muscles import PAPER, Limb
 from orchestrator.study.researcher import Bench
 
 Array = NDArray[Any]
@@ -25,10 +26,11 @@ POSTURE, SPEED = Limits(0.2, 5.0, "rad", median=1.0), Limits(0.1, 30.0, "rad/s",
 
 @dataclass(frozen=True, eq=False)
 class Initial:
-    """Latent functions with their hyperparameters and the bench data as observations of them, in the same order."""
+    """Latent functions with their hyperparameters and the bench data as observations of them, in the same order; whose they are."""
 
     latents: Mapping[str, Latent]
     observations: tuple[Observation, ...]
+    limb: Limb = PAPER
 
     @property
     def inputs(self) -> int:
@@ -36,7 +38,7 @@ class Initial:
         return int(self.observations[0].inputs.shape[1])
 
 
-def initial_models(bench: Mapping[str, Bench]) -> Initial:
+def initial_models(bench: Mapping[str, Bench], limb: Limb = PAPER) -> Initial:
     """Fit each subsystem on its own data by marginal likelihood, fx and fy with one kernel and one noise.
 
     A muscle's data are the force at full activation less what the model of the statics says for the measured state.
@@ -56,7 +58,7 @@ def initial_models(bench: Mapping[str, Bench]) -> Initial:
         latents[name] = found.latents[name]
         deviation = found.observations[0].deviation
         observations.append(observe(name, data.state, name, force, deviation))
-    return Initial(latents, tuple(observations))
+    return Initial(latents, tuple(observations), limb)
 
 
 def expected(names: Iterable[str], inputs: int) -> tuple[dict[str, Limits], Units]:

@@ -3,6 +3,7 @@
 States are (n, 4): q1, q2 in rad and their speeds in rad/s. Forces are (n, 2): world x and y in N.
 """
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -19,8 +20,34 @@ _SLACK = np.array([0.0538, 0.0538, 0.2298, 0.1905, 0.1905, 0.0175])
 _OPTIMUM = np.array([0.1280, 0.1280, 0.1422, 0.0877, 0.0877, 0.1028])
 _VMAX = np.array([1.280, 1.280, 1.422, 0.877, 0.877, 1.028])
 _A0 = np.array([0.1840, 0.1055, 0.4283, 0.1916, 0.2387, 0.1681])
-_ARMS = np.array([[0.05, 0.05, 0.03, 0.03, 0.0, 0.0], [0.0, 0.0, 0.03, 0.03, 0.03, 0.03]])
+_SIZES = np.array([[0.05, 0.05, 0.03, 0.03, 0.0, 0.0], [0.0, 0.0, 0.03, 0.03, 0.03, 0.03]])
 _KP = 7500.0
+
+
+@dataclass(frozen=True, eq=False)
+class Limb:
+    """What two parameter sets of the arm differ in: moment arms (2, 6) in m, tendons that take their slack length of a muscle's
+    length, and the length (6,) in m from which on a muscle pulls without activation, in both directions or by stretch alone."""
+
+    name: str
+    arms: Array
+    tendon: Array
+    rest: Array
+    by_stretch: bool
+
+    def fibres(self, q: Array) -> Array:
+        """Lengths of the muscles without their tendons at angles (n, 2), (n, 6), m."""
+        return _A0 - q @ self.arms - self.tendon
+
+    def passive(self, length: Array) -> Array:
+        """Forces without activation, (n, 6), N."""
+        stretch = length - self.rest
+        return _KP * (np.maximum(stretch, 0.0) if self.by_stretch else stretch) ** 2
+
+
+# As the paper prints it, for the study; and with extensors that extend, which the bench emulates.
+PAPER = Limb("arm-paper", _SIZES, np.zeros(6), _SLACK, False)
+PHYSIOLOGICAL = Limb("arm", _SIZES * np.array([1.0, -1.0, 1.0, -1.0, -1.0, 1.0]), _SLACK, _OPTIMUM, True)
 
 
 def wrist(q: Array) -> Array:
@@ -47,29 +74,27 @@ def at_wrist(q: Array, torque: Array) -> Array:
     return np.linalg.solve(jacobian(q).transpose(0, 2, 1), torque[:, :, None])[:, :, 0]
 
 
-def torques(state: Array) -> tuple[Array, Array]:
+def torques(state: Array, limb: Limb = PAPER) -> tuple[Array, Array]:
     """Joint torques without activation, (n, 2), and of each muscle beyond that at full activation, (n, 6, 2), N m."""
-    length = _A0 - state[:, :2] @ _ARMS
-    speed = -state[:, 2:] @ _ARMS
-    passive = _KP * (length - _SLACK) ** 2
+    length, speed = limb.fibres(state[:, :2]), -state[:, 2:] @ limb.arms
     active = _FMAX * np.exp(-(((length - _OPTIMUM) / (0.65 * _OPTIMUM)) ** 2)) * _speed_factor(speed)
-    return passive @ _ARMS.T, active[:, :, None] * _ARMS.T
+    return limb.passive(length) @ limb.arms.T, active[:, :, None] * limb.arms.T
 
 
-def statics(state: Array) -> Array:
+def statics(state: Array, limb: Limb = PAPER) -> Array:
     """Force of the passive muscles at the wrist, (n, 2); holding the arm without activation takes its opposite."""
-    return at_wrist(state[:, :2], torques(state)[0])
+    return at_wrist(state[:, :2], torques(state, limb)[0])
 
 
-def capabilities(state: Array) -> Array:
+def capabilities(state: Array, limb: Limb = PAPER) -> Array:
     """Force that each muscle adds at the wrist at full activation, (n, 6, 2)."""
-    active = torques(state)[1]
+    active = torques(state, limb)[1]
     return np.stack([at_wrist(state[:, :2], active[:, k]) for k in range(len(MUSCLES))], axis=1)
 
 
-def perfect(state: Array, activation: Array) -> Array:
+def perfect(state: Array, activation: Array, limb: Limb = PAPER) -> Array:
     """The force that holds the arm at a state against activations (n, 6): minus the sum of all subsystems, (n, 2)."""
-    return -statics(state) - np.einsum("nm,nmk->nk", activation, capabilities(state))
+    return -statics(state, limb) - np.einsum("nm,nmk->nk", activation, capabilities(state, limb))
 
 
 def moving_torques(state: Array, acceleration: Array) -> Array:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orchestrator.study.design import POSITIONS
-from orchestrator.study.muscles import MUSCLES, capabilities, statics
+from orchestrator.study.muscles import MUSCLES, PAPER, Limb, capabilities, statics
 
 Array = NDArray[Any]
 SUBSYSTEMS = ("statics", *MUSCLES)
@@ -32,17 +32,19 @@ class Bench:
         return Bench(self.state[:, :2], self.force)
 
 
-def measure(seed: int, holds: int) -> dict[str, Bench]:
+def measure(seed: int, holds: int, limb: Limb = PAPER) -> dict[str, Bench]:
     """Bench data by subsystem: 7 positions, `holds` at each, 4 points a hold, each with noise of posture and sensor."""
     rng = np.random.default_rng([seed, 4])
-    return {name: _subsystem(rng, place - 1, holds) for place, name in enumerate(SUBSYSTEMS)}
+    return {name: _subsystem(rng, place - 1, holds, limb) for place, name in enumerate(SUBSYSTEMS)}
 
 
-def _subsystem(rng: np.random.Generator, muscle: int, holds: int) -> Bench:
+def _subsystem(rng: np.random.Generator, muscle: int, holds: int, limb: Limb) -> Bench:
     postures = np.repeat(POSITIONS, holds, axis=0)
     held = postures + ANGLE_RAD * rng.standard_normal(postures.shape)
     angles = np.repeat(held, POINTS, axis=0)
     state = np.hstack([angles, SPEED_RAD_S * rng.standard_normal(angles.shape)])
-    force = statics(state) if muscle < 0 else statics(state) + capabilities(state)[:, muscle]
+    force = statics(state, limb)
+    if muscle >= 0:
+        force = force + capabilities(state, limb)[:, muscle]
     size = np.linalg.norm(force, axis=1, keepdims=True)
     return Bench(state, force + (SENSOR_N + SENSOR_SHARE * size) * rng.standard_normal(force.shape))

@@ -113,7 +113,7 @@ def shared(setting: Setting) -> tuple[Problem, float]:
         name: replace(each, kernel=each.kernel.with_values(values)) if name in MUSCLES else each
         for name, each in setting.initial.latents.items()
     }
-    initial = Initial(latents, setting.initial.observations)
+    initial = replace(setting.initial, latents=latents)
     return _with_noise("observed", initial, setting.corrections, given_bench(initial, setting.corrections))
 
 
@@ -141,7 +141,7 @@ def refitted(setting: Setting) -> tuple[Problem, float]:
     chosen = corrections.rows(kept)
     found = refit(setting.initial, chosen, given_bench(setting.initial, chosen))
     deviation = found.observations[-1].deviation
-    initial = Initial(found.latents, setting.initial.observations)
+    initial = replace(setting.initial, latents=found.latents)
     return Problem(initial, corrections, only(deviation, kept)), found.value
 
 
@@ -195,7 +195,7 @@ def _printed(setting: Setting, reading: Reading) -> Outcome:
     """The single-muscle form as printed, muscle by muscle, with the noise of the joint posterior."""
     problem, _ = setting.learnt
     corrections = _observed(setting.corrections, problem.deviation)
-    true = capabilities(GRID)
+    true = capabilities(GRID, setting.initial.limb)
     before = given_bench(setting.initial, setting.corrections.rows(np.arange(1))).before
     after = []
     for place, muscle in enumerate(MUSCLES):

@@ -19,6 +19,7 @@ from hil.trials.controller import Trials
 from hil.trials.phases import Phase
 from hil.trials.protocol import Protocol, read_protocol
 from hil.virtual.arm_plant import ArmPlant
+from hil.virtual.caregiver import Caregiver, Person
 from hil.virtual.faults import Faults
 from tests.hil import bench
 from tests.hil.bench import Beats, Bench
@@ -56,13 +57,19 @@ def run_trials(
     share: float = 0.0,
     keep: bool = False,
     faults: Faults | None = None,
+    body: str | None = None,
+    person: Person | None = None,
 ) -> Session:
-    """Run and record a session; `share` of what is learned is compensated; decisions are kept if asked for."""
-    model = folder.parent / "HiddenFriction.mo"
-    model.write_text(HIDDEN)
+    """Run and record a session; `share` of what is learned is compensated; decisions are kept if asked for.
+
+    The virtual arm is `body`, by default one with hidden friction, held by `person`.
+    """
+    if body is None:
+        (model := folder.parent / "HiddenFriction.mo").write_text(HIDDEN)
+        body = f"{model}:HiddenFriction"
     settings = _settings(protocol, rate_hz, share)
     there = Bench(settings=settings, faults=faults)
-    plant = ArmPlant(proficio.HOME["right"], Placement(), f"{model}:HiddenFriction")
+    plant = ArmPlant(proficio.HOME["right"], Placement(), body, caregiver=Caregiver(person))
     there.plant = there.robot.plant = plant  # type: ignore[assignment]
     robot = there.started()
     controller = settings.make_controller()
