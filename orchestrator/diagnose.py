@@ -15,12 +15,14 @@ from orchestrator.datacheck.holding import with_interpolation
 from orchestrator.diagnosis.fit.candidates import as_fmu, model_of
 from orchestrator.diagnosis.free_runs import search_slots
 from orchestrator.diagnosis.search.search import Progress
+from orchestrator.gp.trials.witness import document, sentences, witness_functions
 from orchestrator.greybox.diagnose import diagnose_greybox
 from orchestrator.greybox.laws import Law
 from orchestrator.greybox.tape import can_be_taped
 from orchestrator.library.cards import EffectCard, effect_library
 from orchestrator.measurements import MeasurementSet
 from orchestrator.models.patch import free_slots
+from orchestrator.models.symbolic import SymbolicModel
 from orchestrator.verdicts.cannot_tell import first_mend
 from orchestrator.verdicts.gate import doubted, without_harm
 from orchestrator.verdicts.result import Diagnosis
@@ -68,6 +70,11 @@ def diagnose(
         if _asks_for_more(found, fmu is not None) and (fmu is None or can_be_taped(fmu)):
             progress("looking at every balance equation")
             found = _better_of(found, _by_greybox(source, measurements, workers, progress, laws))
+        if isinstance(model, SymbolicModel) and found.verdict != "adequate":
+            progress("asking which inputs what is missing goes with")
+            functions = witness_functions(model, measurements)
+            findings = (*found.findings, *sentences(functions))
+            found = replace(found, functions=document(functions), findings=findings)
     warnings = (*map(str, checks), *found.warnings)
     return replace(
         found, warnings=warnings, data_checks=checks, mended=measurements.mended, libraries=library_folders()

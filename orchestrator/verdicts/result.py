@@ -173,6 +173,7 @@ class Diagnosis:
     best: tuple[NamedEffect, ...] = ()
     witness: tuple[Mapping[str, Any], ...] = ()
     laws: tuple["Law", ...] = ()
+    functions: tuple[Mapping[str, Any], ...] = ()
     search: Any = field(default=None, repr=False, compare=False)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -226,6 +227,7 @@ class Diagnosis:
             "mended": list(self.mended),
             "laws": [law.to_json() for law in self.laws],
             "libraries": list(self.libraries),
+            "functions": [dict(row) for row in self.functions],
         }
 
 
