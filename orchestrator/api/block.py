@@ -40,7 +40,8 @@ class Block:
         """Learn each output as a smooth function of the inputs.
 
         The kernel is a squared exponential with a length for each input; size, lengths and unknown noise are those that
-        make the data most probable (exact marginal likelihood).
+        make the data most probable (exact marginal likelihood). Up to 200 data, which leave them open, they are those
+        that come nearest to all sets that the data allow, so that 90 % intervals hold about 90 %.
 
         Args:
             inputs: (n,) arrays by name.
@@ -57,7 +58,7 @@ class Block:
         from orchestrator.gp.block import Block as Learned
         from orchestrator.gp.block import Output, Term
         from orchestrator.gp.covariance import Latent
-        from orchestrator.gp.fit import fit
+        from orchestrator.gp.integrated import fit_for_intervals
         from orchestrator.gp.kernels import SquaredExponential
         from orchestrator.gp.noise import constant_noise
         from orchestrator.gp.observations import observe
@@ -75,13 +76,16 @@ class Block:
             observations.append(observe(name, x, name, y, deviation))
         if not observations:
             raise MisfitError("Block.fit: there are no outputs to learn")
-        best = fit(latents, observations, seed=seed)
+        best = [
+            fit_for_intervals(name, latents[name], each, seed) for name, each in zip(latents, observations, strict=True)
+        ]
+        latents = {name: latent for name, (latent, _) in zip(latents, best, strict=True)}
         blocks = [Output(name, named.get(name, "1"), (Term(name),)) for name in outputs]
         columns = {name: named.get(name, "1") for name in inputs}
-        seen = tuple(best.observations)
+        seen = tuple(each for _, each in best)
         if outliers:
-            seen = trusted(best.latents, seen, list(latents))
-        return Block(Learned(condition(best.latents, seen), columns, blocks, seen))
+            seen = trusted(latents, seen, list(latents))
+        return Block(Learned(condition(latents, seen), columns, blocks, seen))
 
     @staticmethod
     def read(path: "str | Path") -> "Block":

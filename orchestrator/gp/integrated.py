@@ -16,8 +16,8 @@ from scipy.special import logsumexp
 from scipy.stats import multivariate_t
 
 from fmus.errors import MisfitError
-from orchestrator.gp.covariance import Latents
-from orchestrator.gp.fit import Objective
+from orchestrator.gp.covariance import Latent, Latents
+from orchestrator.gp.fit import Objective, fit
 from orchestrator.gp.likelihood import Likelihood
 from orchestrator.gp.limits import Limits, Units, begun, box, weak_priors
 from orchestrator.gp.observations import Observation
@@ -31,16 +31,25 @@ _FREEDOM = 5.0
 _CHANGE = 1e-4
 # A direction in which the data say less than this about a logarithm is left to the bounds.
 _LEAST_PRECISION = 0.05
+# Draws in a round by the number of data: with few data more is open, and an evaluation costs next to nothing.
+_MANY_DRAWS, _FEW_DATA, _FEW_DRAWS = 200, 120, 60
+# Beyond so many data one set of hyperparameters says what all of them say.
+OPEN = 200
+_POINTS = 100
 # Weights below this share of the largest count for nothing.
 _NEGLIGIBLE = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
 class Mixture:
-    """Posteriors with weights that sum to 1, one for each set of hyperparameters that the data leave open."""
+    """Posteriors with weights that sum to 1, one for each set of hyperparameters that the data leave open.
+
+    `observations` are the data with the noise of each set.
+    """
 
     posteriors: tuple[Posterior, ...]
     weights: Array
+    observations: tuple[tuple[Observation, ...], ...]
 
     def mean(self, of: Of, inputs: ArrayLike) -> Array:
         """Expected value, (m, p), of a latent function or of a combination of them."""
@@ -49,11 +58,29 @@ class Mixture:
     def variance(self, of: Of, inputs: ArrayLike) -> Array:
         """Variance of each component about its mean, (m, p), without noise of a new observation: of each set, and
         between them."""
+        return self._moments(*self._each(of, inputs))[1]
+
+    def _each(self, of: Of, inputs: ArrayLike) -> tuple[Array, Array]:
+        """Mean (k, m, p) and variance (k, m, 1) of each posterior."""
         means = np.array([each.mean(of, inputs) for each in self.posteriors])
-        inside = np.array([each.variance(of, inputs) for each in self.posteriors])
+        return means, np.array([each.variance(of, inputs) for each in self.posteriors])[:, :, None]
+
+    def _moments(self, means: Array, inside: Array) -> tuple[Array, Array]:
         middle = np.tensordot(self.weights, means, axes=1)
         between = np.tensordot(self.weights, (means - middle) ** 2, axes=1)
-        return np.tensordot(self.weights, inside, axes=1)[:, None] + between
+        return middle, np.tensordot(self.weights, inside, axes=1) + between
+
+    def representative(self, of: Of, inputs: ArrayLike) -> int:
+        """The number of the one posterior that says most nearly what all of them say at some inputs, (m, d).
+
+        For what can hold one set of hyperparameters only, such as an exported block. It is the set with the least mean
+        Kullback-Leibler divergence from the normal distributions with the mixture's mean and variance.
+        """
+        means, inside = self._each(of, inputs)
+        middle, variance = self._moments(means, inside)
+        own = np.maximum(inside, np.finfo(float).tiny)
+        lost = np.log(own) + (variance + (means - middle) ** 2) / own
+        return int(np.argmin(lost.mean(axis=(1, 2))))
 
     @property
     def effective(self) -> float:
@@ -68,27 +95,29 @@ def integrate(
     units: Units | None = None,
     starts: int = 3,
     seed: int = 0,
-    draws: int = 60,
+    draws: int | None = None,
 ) -> Mixture:
     """Condition on all observations with hyperparameters integrated over their posterior, under weak priors
     (`limits.weak_priors`).
 
     Args:
         limits, units, starts: as for `fit`.
-        draws: sets of hyperparameters in each of two rounds; each costs one evaluation of the likelihood, those that
-            count a factorisation.
+        draws: sets of hyperparameters in each of two rounds, 200 up to 120 data and 60 beyond if left out; each costs
+            one evaluation of the likelihood, those that count a factorisation.
 
     Raises:
         MisfitError: if a limit is wrong, or no start leads anywhere.
     """
     likelihood = Likelihood(latents, observations)
     limit = weak_priors(likelihood, observations, box(likelihood, observations, limits or {}, units or Units()))
+    if draws is None:
+        draws = _MANY_DRAWS if likelihood.count <= _FEW_DATA else _FEW_DRAWS
     objective, rng = Objective(likelihood, limit, PROMISE), np.random.default_rng(seed)
     first = begun(likelihood, observations)
     with one_thread():
         modes = _modes(objective, [first, *(first + rng.uniform(-2.3, 2.3, len(first)) for _ in range(starts - 1))])
         if not np.any(limit.high > limit.low):
-            return Mixture((condition(*likelihood.at(modes[0][0])),), np.ones(1))
+            return _mixture(likelihood, [modes[0][0]], np.ones(1))
         centres = [(point, _spread(objective, point)) for point, _ in modes]
         share = np.exp(-np.array([value for _, value in modes]) + min(value for _, value in modes))
         points, weights = _weighted(objective, centres, share / share.sum(), draws, rng)
@@ -97,8 +126,31 @@ def integrate(
         wide = (off.T * weights) @ off + 1e-6 * np.eye(len(first))
         points, weights = _weighted(objective, [(middle, wide), *centres], np.full(1 + len(modes), 1.0), draws, rng)
         counts = np.flatnonzero(weights > _NEGLIGIBLE * weights.max())
-        posteriors = tuple(condition(*likelihood.at(points[k])) for k in counts)
-    return Mixture(posteriors, weights[counts] / weights[counts].sum())
+        return _mixture(likelihood, points[counts], weights[counts] / weights[counts].sum())
+
+
+def fit_for_intervals(name: str, latent: Latent, data: Observation, seed: int = 0) -> tuple[Latent, Observation]:
+    """One function and the noise of its data with one set of hyperparameters, chosen so that intervals hold.
+
+    Up to `OPEN` data it is that of `Mixture.representative` over the range of the inputs; more data leave nothing open,
+    and it is the most probable one.
+
+    Raises:
+        MisfitError: as `fit`.
+    """
+    if len(data.inputs) > OPEN:
+        best = fit({name: latent}, [data], seed=seed)
+        return best.latents[name], best.observations[0]
+    whole = integrate({name: latent}, [data], seed=seed)
+    low, high = data.inputs.min(axis=0), data.inputs.max(axis=0)
+    points = np.random.default_rng(seed).uniform(low, high, (_POINTS, data.inputs.shape[1]))
+    chosen = whole.representative(name, points)
+    return whole.posteriors[chosen].latents[name], whole.observations[chosen][0]
+
+
+def _mixture(likelihood: Likelihood, points: Sequence[Array], weights: Array) -> Mixture:
+    sets = [likelihood.at(point) for point in points]
+    return Mixture(tuple(condition(*each) for each in sets), weights, tuple(seen for _, seen in sets))
 
 
 def _modes(objective: Objective, begins: Sequence[Array]) -> list[tuple[Array, float]]:

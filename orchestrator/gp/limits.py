@@ -23,6 +23,8 @@ _WEIGHT = 10.0
 # A start farther than this factor from the scale of the data (its square for a variance) is a number in other units.
 FAR = 30.0
 _NOISE_SHARE = 0.1
+# What is expected of a length scale, as a share of the range, and by what factor.
+_LENGTH, _LENGTH_BY = 0.3, 3.0
 _LENGTH_SCALE = re.compile(r"^(.*?)\.(?:.*\.)?length_scales\[(\d+)\]$")
 
 
@@ -121,8 +123,8 @@ def weak_priors(likelihood: Likelihood, observations: Sequence[Observation], giv
     """The box with priors for parameters that have none: what is expected of a function before its size and shape are known.
 
     Log-normal: a variance about the mean square of the values, by a factor of 10; noise about a tenth of their root
-    mean square, by a factor of 10; a length scale about half the range of its input, by a factor of 4. Each factor is
-    one standard deviation.
+    mean square, by a factor of 10; a length scale about three tenths of the range of its input (about three turns of the
+    function within it), by a factor of 3. Each factor is one standard deviation.
     """
     mean, precision, rows = given.mean.copy(), given.precision.copy(), stacked(observations)
     for k, name in enumerate(likelihood.names):
@@ -131,7 +133,7 @@ def weak_priors(likelihood: Likelihood, observations: Sequence[Observation], giv
         scale, shown = _LENGTH_SCALE.search(name), _shown(name, observations)
         if scale is not None:
             seen = rows.inputs[rows.coefficients[scale[1]] != 0.0, int(scale[2]) - 1]
-            mean[k], precision[k] = np.log(0.5 * np.ptp(seen)), np.log(4.0) ** -2
+            mean[k], precision[k] = np.log(_LENGTH * np.ptp(seen)), np.log(_LENGTH_BY) ** -2
         elif shown:
             share = np.log(_NOISE_SHARE) if name.endswith(".log deviation") else 0.0
             mean[k], precision[k] = np.mean(shown) + share, np.log(10.0) ** -2

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from misfit import Block
 from orchestrator.gp.covariance import Latent
 from orchestrator.gp.fit import fit
 from orchestrator.gp.integrated import integrate
@@ -76,3 +77,32 @@ def test_a_mixture_of_one_set_of_hyperparameters_is_its_posterior():
     many, one = integrate(LATENTS, [data], fixed), condition(LATENTS, [data])
     assert many.mean("f", at) == pytest.approx(one.mean("f", at))
     assert many.variance("f", at)[:, 0] == pytest.approx(one.variance("f", at))
+
+
+def test_intervals_of_a_block_hold_with_a_dozen_data_where_those_of_the_best_fit_do_not():
+    plugged, found = [], []
+    for seed in range(100, 124):
+        data, at, truth = drawn(seed, 12)
+        best = fit(LATENTS, [data])
+        one = condition(best.latents, best.observations)
+        columns = {"a": data.inputs[:, 0], "b": data.inputs[:, 1]}
+        block = Block.fit(columns, {"f": data.values[:, 0]}).learned.posterior
+        plugged.append(inside(one.mean("f", at), one.variance("f", at), truth))
+        found.append(inside(block.mean("f", at), block.variance("f", at), truth))
+    assert 0.81 < np.mean(found) < 0.97
+    assert np.mean(plugged) < np.mean(found) - 0.1
+
+
+def test_the_representative_of_a_mixture_is_the_set_that_is_nearest_to_all_of_them():
+    data, at, _ = drawn(3, 12)
+    whole = integrate(LATENTS, [data])
+    means, variance = whole.mean("f", at), whole.variance("f", at)
+
+    def lost(k: int) -> float:
+        """Kullback-Leibler divergence, but for what all sets share."""
+        own = whole.posteriors[k].variance("f", at)[:, None]
+        off = (whole.posteriors[k].mean("f", at) - means) ** 2
+        return float(np.mean(np.log(own) + (variance + off) / own))
+
+    chosen = whole.representative("f", at)
+    assert all(lost(chosen) <= lost(k) for k in range(len(whole.posteriors)))
