@@ -126,7 +126,7 @@ def integrate(
         wide = (off.T * weights) @ off + 1e-6 * np.eye(len(first))
         points, weights = _weighted(objective, [(middle, wide), *centres], np.full(1 + len(modes), 1.0), draws, rng)
         counts = np.flatnonzero(weights > _NEGLIGIBLE * weights.max())
-        return _mixture(likelihood, points[counts], weights[counts] / weights[counts].sum())
+        return _mixture(likelihood, list(points[counts]), weights[counts] / weights[counts].sum())
 
 
 def fit_for_intervals(name: str, latent: Latent, data: Observation, seed: int = 0) -> tuple[Latent, Observation]:
