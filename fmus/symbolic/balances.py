@@ -5,7 +5,7 @@ equations: one that holds the derivative of a state and is not merely der(q) = w
 enters there, so that a diagnosis needs no preparation of the model.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -13,7 +13,7 @@ import casadi as ca
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from fmus.errors import ModelicaError
+from fmus.errors import MisfitError, ModelicaError
 from fmus.frontend.lint.dimensions import UNKNOWN, Dimension, Known, of_unit
 from fmus.frontend.lint.unit_check import dimension_of
 from fmus.symbolic.arena import Arena
@@ -24,6 +24,7 @@ from fmus.symbolic.system import SymbolicSystem, Variable
 # Units that engineers write, by their SI exponents; `rad` in the state's unit tells a torque from a work.
 _FLOWS = ("N", "N.m", "W", "A", "V", "m3/s", "kg/s", "mol/s", "Pa")
 _RATES = ("1", "Pa/s", "K/s", "m/s2", "m/s", "1/s", "A/s", "V/s", "mol/(m3.s)")
+_FILLING = tuple(map(of_unit, ("W", "A", "m3/s", "kg/s", "mol/s")))
 # An equation of accelerations that belong to a linkage holds rates, too; a balance of forces is preferred to it.
 UNLIKELY = 0.1
 
@@ -53,6 +54,12 @@ def with_balances(
     """
     builder = _BalancedBuilder(Arena(dae), {**dae, "flat": None}, name, description)
     system = builder.build()
+    states = {v.name for v in system.states}
+    if any(balance.state not in states for balance in builder.balances):
+        # Of what is rigidly coupled, the speed that stays a state stands for all: a force elsewhere moves it, too.
+        builder = _BalancedBuilder(Arena(dae), {**dae, "flat": None}, name, description)
+        builder.only = states
+        system = builder.build()
     if builder.declared.memory:
         raise ModelicaError(f"{name} keeps values from event to event, so its balances cannot be told")
     return system, tuple(_with_position(balance, system) for balance in builder.balances)
@@ -67,7 +74,7 @@ def _with_position(balance: Balance, system: SymbolicSystem) -> Balance:
     if balance.state not in names:
         return balance
     own = x[names.index(balance.state)]
-    found = [name for k, name in enumerate(names) if ca.is_equal(rates[k], own)]
+    found = [v.name for k, v in enumerate(system.states) if ca.is_equal(rates[k], own) and not is_store(v.unit)]
     return replace(balance, position=found[0]) if found else balance
 
 
@@ -75,6 +82,7 @@ class _BalancedBuilder(SystemBuilder):
     """Builds a system whose balance equations have inputs."""
 
     balances: tuple[Balance, ...] = ()
+    only: Collection[str] | None = None  # states that have a balance; None: all
 
     def _equations(self, section: str) -> list[Equation]:
         found = super()._equations(section)
@@ -94,8 +102,9 @@ class _BalancedBuilder(SystemBuilder):
 
     def _dae(self) -> Dae:
         dae = super()._dae()
-        rates = _rates(dae)
-        rows = _balance_rows(dae.equations, rates)
+        units_of = {q.name: self.declared.records[q.name].unit for q in dae.quantities if q.derivative is not None}
+        rates = {k: own for k, own in _rates(dae, units_of).items() if self.only is None or k in self.only}
+        rows = _balance_rows(dae.equations, rates, [s for k in rates if is_store(units_of[k]) for s in rates[k]])
         if not rows:
             return dae
         values = self._values(dae, *self._defaults(dae.knowns)[::2])
@@ -120,10 +129,19 @@ class _BalancedBuilder(SystemBuilder):
         return replace(dae, knowns=knowns, equations=equations)
 
 
-def _rates(dae: Dae) -> dict[str, list[ca.SX]]:
+def is_store(unit: str) -> bool:
+    """Whether a state of this unit is what a flow fills: a charge, a heat, a mass, a volume; a length is none."""
+    try:
+        return bool(unit) and of_unit(f"{unit}/s" if "/" not in unit else f"{unit}.s-1") in _FILLING
+    except MisfitError:
+        return False
+
+
+def _rates(dae: Dae, units: Mapping[str, str]) -> dict[str, list[ca.SX]]:
     """By state, the symbols that stand for its derivative in balance equations: der(x) and the variables that equal it.
 
-    A state whose derivative is itself a state, as that of a position is, has no balance.
+    A state whose derivative is itself a state, or a state times a ratio, as that of a position is, has no balance. What a flow
+    fills has one, although the flow may be a state: the charge behind an inductor.
     """
     states = {q.symbol.element_hash() for q in dae.quantities if q.derivative is not None}
     names = _names(dae.equations)
@@ -132,9 +150,32 @@ def _rates(dae: Dae) -> dict[str, list[ca.SX]]:
         if quantity.derivative is None:
             continue
         equal = _closure(quantity.derivative, names)
-        if not any(s.element_hash() in states for s in equal):
+        own = [s for s in equal if s.element_hash() not in states]
+        if is_store(units[quantity.name]):
+            found[quantity.name] = own
+        elif len(own) == len(equal) and not _is_geared(quantity.symbol, equal, units[quantity.name], states, dae):
             found[quantity.name] = equal
     return found
+
+
+def _is_geared(own: ca.SX, rates: Sequence[ca.SX], unit: str, states: Collection[int], dae: Dae) -> bool:
+    """Whether a length or an angle changes with another state times a ratio, as a load behind a gear does."""
+    if of_unit(unit) not in (of_unit("m"), of_unit("rad")):
+        return False
+    given = {s.element_hash() for s in ca.symvar(dae.knowns.parameters)}
+    mine = {s.element_hash() for s in rates}
+    for equation in dae.equations:
+        free = [s for s in ca.symvar(equation.residual) if s.element_hash() not in given]
+        if len(free) == 2 and len({s.element_hash() for s in free} & mine) == 1:
+            other = next(s for s in free if s.element_hash() not in mine)
+            slopes = ca.jacobian(equation.residual, ca.vertcat(*free))
+            if (
+                other.element_hash() in states
+                and other.element_hash() != own.element_hash()
+                and not ca.depends_on(slopes, ca.vertcat(*free))
+            ):
+                return True
+    return False
 
 
 def _names(equations: Sequence[Equation]) -> list[tuple[ca.SX, ca.SX]]:
@@ -166,8 +207,11 @@ def _only_a_name(residual: ca.SX, free: Sequence[ca.SX]) -> bool:
     return bool(numbers.sum() == 0.0 and ca.simplify(at_zero).is_zero())
 
 
-def _balance_rows(equations: Sequence[Equation], rates: Mapping[str, Sequence[ca.SX]]) -> list[int]:
-    """Equations that hold a rate and are not merely its name for another one."""
+def _balance_rows(
+    equations: Sequence[Equation], rates: Mapping[str, Sequence[ca.SX]], stored: Sequence[ca.SX]
+) -> list[int]:
+    """Equations that hold a rate and are not merely its name for another one; those of what is `stored` may be."""
+    fills = {s.element_hash() for s in stored}
     if not rates:
         return []
     every = ca.vertcat(*(symbol for equal in rates.values() for symbol in equal))
@@ -175,7 +219,8 @@ def _balance_rows(equations: Sequence[Equation], rates: Mapping[str, Sequence[ca
     for index, equation in enumerate(equations):
         if ca.depends_on(equation.residual, every):
             free = ca.symvar(equation.residual)
-            if len(free) != 2 or not _only_a_name(equation.residual, free):
+            is_name = len(free) == 2 and _only_a_name(equation.residual, free)
+            if not is_name or any(s.element_hash() in fills for s in free):
                 found.append(index)
     return found
 

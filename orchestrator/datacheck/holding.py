@@ -15,8 +15,8 @@ from orchestrator.models.contract import Model, with_held_inputs
 def with_interpolation(model: Model, measurements: MeasurementSet) -> MeasurementSet:
     """Return the set with `interpolation` for inputs of which case.toml says nothing, and a note for each that is held.
 
-    An input is held if its record stays and jumps and the model predicts no worse with it held, or if the model
-    predicts far better so. Learning trials alone are looked at. What case.toml says of a column stays.
+    An input is held if its record stays and jumps along most trials, unless the model predicts clearly worse so: a model that
+    lacks something predicts a few percent worse or better by chance. Any other is held if the model predicts far better so. Learning trials alone are looked at. What case.toml says of a column stays.
 
     Raises:
         MisfitError: if columns and variables do not fit each other.
@@ -32,10 +32,8 @@ def with_interpolation(model: Model, measurements: MeasurementSet) -> Measuremen
         name for name in linear.moving if name in data.input_names and column_of[name] not in measurements.interpolation
     ]
     for name in open_ones:
-        stays = all(
-            proposed_interpolation(np.asarray(trial.columns[column_of[name]])) == "hold"
-            for trial in measurements.learning
-        )
+        records = [np.asarray(trial.columns[column_of[name]]) for trial in measurements.learning]
+        stays = 2 * sum(proposed_interpolation(record) == "hold" for record in records) > len(records)
         already = [
             other for other in data.input_names if measurements.interpolation.get(column_of.get(other, "")) == "hold"
         ]
@@ -43,7 +41,7 @@ def with_interpolation(model: Model, measurements: MeasurementSet) -> Measuremen
             Predictor(with_held_inputs(model, held), data, data.learning).left() for held in (already, [*already, name])
         )
         better = before > limits.HELD_DROP * after and after < limits.WELL_PREDICTED
-        if (stays and after <= before) or better:
+        if (stays and after <= limits.HELD_WORSE * before) or better:
             note = (
                 f"{name} is held from sample to sample: {'its record stays and jumps, and ' if stays else ''}over short stretches"
                 f" the model leaves {after:.2g} so, and {before:.2g} with straight lines; [interpolation] of case.toml can say so"

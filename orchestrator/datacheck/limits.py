@@ -43,3 +43,5 @@ STUCK_SHARE, STUCK_SAMPLES, STUCK_STOP, STUCK_JUMP = 0.05, 25, 0.5, 3.0
 SATURATED_SHARE, SATURATED_SPEED, SATURATED_ALIKE = 0.01, 3.0, 0.2
 # An input whose record does not tell is held if holding it leaves this much less.
 HELD_DROP = 4.0
+# One whose record stays and jumps is held unless this leaves more by this factor.
+HELD_WORSE = 1.3

@@ -15,12 +15,13 @@ class Parameter:
 
 @dataclass(frozen=True)
 class AddedState:
-    """A state that a change brings with it; its start is fixed."""
+    """A state that a change brings with it. It starts with a value, or with `begins`, an expression."""
 
     name: str
     unit: str
     start: float
     derivative_expression: str
+    begins: str = ""
 
 
 @dataclass(frozen=True)

@@ -80,7 +80,8 @@ class Copy:
         return max((c.clause[1] for c in public), default=self.definition.header)
 
     def _new_equations(self) -> tuple[int, int, str]:
-        lines = "".join(f"{self.indent}  {line}\n" for line in self.equations)
+        keywords = ("equation", "initial equation")
+        lines = "".join(f"{self.indent}{'' if line in keywords else '  '}{line}\n" for line in self.equations)
         if self.definition.equations:
             last = self.definition.equations[-1].span[1]
             ends = [t for t in tokens_of(self.text[last:], self.definition.file) if t.text == ";"]

@@ -216,11 +216,13 @@ class _Writer:
             copy.declarations.append(f"{text}{description};")
         for state in change.states:
             unit = f'unit="{state.unit}", ' if state.unit else ""
-            copy.declarations.append(
-                f'Real {state.name}({unit}start={literal(state.start)}, fixed=true) "{_comment(change.title)}";'
-            )
+            start = f"start={literal(state.start)}, fixed={'false' if state.begins else 'true'}"
+            copy.declarations.append(f'Real {state.name}({unit}{start}) "{_comment(change.title)}";')
             rate = self._local(state.derivative_expression, prefix, renames, own)
             copy.equations.append(f"der({state.name}) = {rate};  // {change.title} {MARK}")
+            if state.begins:
+                begins = self._local(state.begins, prefix, renames, own)
+                copy.equations += ["initial equation", f"{state.name} = {begins};  // {MARK}", "equation"]
         return {name: prefix + name for name in own}
 
     def _change_values(self) -> None:

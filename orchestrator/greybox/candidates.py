@@ -68,11 +68,11 @@ class Candidate:
 
 def candidates_at(places: Sequence[Place], laws: Sequence[Law]) -> list[Candidate]:
     """Every law at every place that it fits, once for each point of its grid of shapes."""
-    # What changes an input that is itself a flow into a balance is, in other words, an effect at that balance.
-    flows = {place.unit for place in places if place.balance is not None}
+    # What changes an input that is itself a force on something that moves is, in other words, an effect there.
+    forces = {place.unit for place in places if place.balance is not None and place.kind == "motion"}
     stores = any(place.kind == "storage" for place in places)
     laws = [law for law in laws if stores or not law.slow]
-    shown = [place for place in places if place.kind != "input" or place.unit not in flows]
+    shown = [place for place in places if place.kind != "input" or place.unit not in forces]
     return [c for place in shown for law in laws if fits(law, place) for c in _variants(law, place.widened(law.also))]
 
 
@@ -81,6 +81,8 @@ def fits(law: Law, place: Place) -> bool:
     if law.bounded and place.turns:  # a shaft that turns freely has no spring and no stop
         return False
     if any(name not in place.others for name in law.also.values()):
+        return False
+    if not law.asks_for <= {*place.coordinates, *place.units}:  # of a speed alone there is no position
         return False
     between = place.balance is None and place.kind in ("motion", "storage")
     if between and (law.single or law.needs_net) or law.needs_net and place.storage is None:

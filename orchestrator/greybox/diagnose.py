@@ -245,19 +245,19 @@ def fixed_system(outcome: Outcome, chosen: FittedSet) -> SymbolicSystem:
     values = dict(zip(chosen.fit.box.theta, map(float, chosen.fit.theta), strict=True))
     system = extended.system
     plain = {OUTPUT.format(name): name for name in case.signals}
+    # Of a state that is measured there are two: itself, and its reading, which an effect at the sensor changes.
+    changed = {c.place.coordinates["y"] for c in chosen.candidates if c.place.kind in ("output", "response")}
+    hidden = {v.name for v in case.base.states if v.name not in changed}
     return replace(
         system,
+        states=tuple(replace(v, name=f"{v.name} ") if v.name in changed else v for v in system.states),
         parameters=tuple(replace(v, start=values.get(v.name, v.start)) for v in system.parameters),
         algebraics=tuple(
-            replace(v, name=f"{plain[v.name]} ") if _is_state(case, plain[v.name]) else replace(v, name=plain[v.name])
+            replace(v, name=f"{plain[v.name]} " if plain[v.name] in hidden else plain[v.name])
             for v in system.algebraics
         ),
         outputs=case.signals,
     )
-
-
-def _is_state(case: Case, name: str) -> bool:
-    return any(v.name == name for v in case.base.states)
 
 
 def worse_on_held_out(

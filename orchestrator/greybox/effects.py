@@ -135,7 +135,8 @@ def _changes(
     names |= {k: v for k, v in place.coordinates.items()} | {"t": "time"}
     names |= {state: f"{_plain(effect.id)}{number + 1}_{state}" for state in law.states}
     expression = renamed(expression, names)
-    states = [AddedState(names[k], "", 0.0, renamed(rate, names)) for k, rate in law.states.items()]
+    begins = {k: renamed(text, names) for k, text in law.starts.items()}
+    states = [AddedState(names[k], "", 0.0, renamed(rate, names), begins.get(k, "")) for k, rate in law.states.items()]
     if place.kind in ("input", "parameter"):
         return [InputChange(place.site, expression, parameters, title, states)]
     if place.kind in ("output", "response"):

@@ -18,11 +18,13 @@ OUTPUT = "reading({})"
 
 @dataclass(frozen=True, eq=False)
 class Extended:
-    """A system with candidates; `outputs` are what is compared, `gains` and `shapes` names of parameters."""
+    """A system with candidates; `outputs` are what is compared. `begin(t, x, u, d, p)` is what the states that candidates
+    bring with them start with, at the first instant of a trial with states x of the model."""
 
     system: SymbolicSystem
     outputs: tuple[str, ...]
     balances: tuple[str, ...]
+    begin: ca.Function
 
 
 def own_inputs(system: SymbolicSystem, balances: Sequence[Balance]) -> tuple[Variable, ...]:
@@ -67,6 +69,7 @@ class _Extension:
         self.d = symbol("d", base.n_delays)
         self.own: list[tuple[Variable, Any]] = []
         self.states: list[tuple[Variable, Any, Any]] = []
+        self.starts: list[Any] = []
         self.symbol = symbol
 
     def build(self) -> Extended:
@@ -125,6 +128,11 @@ class _Extension:
         for state, rate in candidate.law.states.items():
             record = Variable(candidate.state_symbol(state), "", "", 0.0)
             self.states.append((record, names[state], evaluate(rate, names)))
+            start = self.zero(evaluate(candidate.law.starts.get(state, "0"), names))
+            earlier = [symbol for _, symbol, _ in self.states[: len(self.starts)]]
+            if earlier:  # what a law sees may hold the state of another one before it
+                start = ca.substitute(start, ca.vertcat(*earlier), ca.vertcat(*self.starts))
+            self.starts.append(start)
         return evaluate(candidate.law.expression, names)
 
     def _assembled(self, dx: Any, readings: Mapping[str, Any], given: Any, p: Any) -> Extended:
@@ -162,4 +170,6 @@ class _Extension:
             consistent=None,
             relations=None,
         )
-        return Extended(system, outputs, balances)
+        start_of_terms = ca.densify(column(self.starts))
+        begin = ca.Function("begin", [self.t, column(self.x), u, self.d, every], [start_of_terms])
+        return Extended(system, outputs, balances, begin)

@@ -5,10 +5,11 @@ theta, S and the sensors' noise (Schweppe 1965; Kristensen, Madsen, Jorgensen, A
 """
 
 import ctypes
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -87,7 +88,10 @@ class Filtered:
 
 
 class GreyBox:
-    """A model with its balance inputs and free parameters, compiled for the filter."""
+    """A model with its balance inputs and free parameters, compiled for the filter.
+
+    `begin(t, x, u, d, p)` says what the states start with that candidates bring with them, zero without it.
+    """
 
     def __init__(
         self,
@@ -96,8 +100,10 @@ class GreyBox:
         balances: Sequence[str],
         theta: Sequence[str],
         held: Sequence[str] = (),
+        begin: Callable[..., Any] | None = None,
     ):
         self.system, self.outputs, self.balances, self.theta = system, tuple(outputs), tuple(balances), tuple(theta)
+        self.begin = begin
         self.compiled = CompiledModel(system, outputs, (*balances, *theta), held=held)
 
     def run(
@@ -135,8 +141,8 @@ class GreyBox:
         sizes = (n, nx, len(system.inputs), system.n_delays, ny, len(compiled.free), substeps, 1, 0)
         code = compiled._machine_code
         problem = _Problem(*sizes, *(part.ctypes.data for part in (*keep, compiled._held)), 0.0, *code.with_slopes)
-        more = nx - len(trial.start)  # states that candidates bring with them begin at 0
-        start, spread = (np.concatenate([part, np.zeros(more)]) for part in (trial.start, trial.spread))
+        start = np.concatenate([trial.start, self._begun(trial, values)])
+        spread = np.concatenate([trial.spread, np.zeros(nx - len(trial.start))])
         parts = (trial.measured, start, spread, intensity, noise)
         own = [np.ascontiguousarray(part, dtype=float) for part in parts]
         result = [np.empty((n, ny)), np.empty((n, ny)), np.empty((n, ny, nt)), np.empty((n, nx)), np.empty((n, nx))]
@@ -147,6 +153,15 @@ class GreyBox:
         if reached != n:
             raise ComponentError(f"{system.name} left the finite numbers at t = {trial.time[max(reached, 0)]:.4g} s")
         return Filtered(*result, *matrices)
+
+    def _begun(self, trial: Trial, values: np.ndarray) -> np.ndarray:
+        """States that candidates bring with them, at the first sample."""
+        more = len(self.system.states) - len(trial.start)
+        if not more or self.begin is None:
+            return np.zeros(more)
+        time, given = trial.time[0], trial.inputs[0]
+        delayed = self.system.history(time, given, values)[0]
+        return np.array(self.begin(time, trial.start, given, delayed, values)).ravel()
 
 
 @cache

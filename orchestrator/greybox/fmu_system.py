@@ -224,9 +224,11 @@ def law_class(law: Law, place: Place, effect: NamedEffect) -> str:
         lines.append(f'  parameter Real {parameter.name}(unit="{unit}") = {value!r} "{parameter.description}";')
     inputs = [names[k] for k in place.coordinates if k != "t" and re.search(rf"\b{k}\b", _texts(law))]
     lines += [f"  input Real {name};" for name in dict.fromkeys(inputs)]
-    lines += [f"  Real {state}(start=0, fixed=true);" for state in law.states]
+    lines += [f"  Real {state}{'' if state in law.starts else '(start=0, fixed=true)'};" for state in law.states]
     lines += ["  output Real y;", "equation", f"  y = {renamed(law.expression, names)};"]
     lines += [f"  der({state}) = {renamed(rate, names)};" for state, rate in law.states.items()]
+    if law.starts:
+        lines += ["initial equation", *(f"  {state} = {renamed(text, names)};" for state, text in law.starts.items())]
     return "\n".join([*lines, "end Law;", ""])
 
 

@@ -60,7 +60,8 @@ class Law:
     """A formula at a kind of place.
 
     `expression` is Modelica text in the place's coordinates and the law's parameters: what it adds to a balance, what an
-    input becomes (in `u`), or what an output becomes (in `y`). `states` are hidden states with their derivatives. `units`
+    input becomes (in `u`), or what an output becomes (in `y`). `states` are hidden states with their derivatives, `starts` what they
+    begin with, else 0. `units`
     restricts the law to balances of these units; `names` and `titles` are its id and words where a unit has its own.
     `written` is how a law is written back if an equation of the model holds what the law changes: `net` is all else that flows
     into a balance, which Modelica cannot name, `storage` what its equation multiplies der(x) with. A `single` law acts at one
@@ -80,6 +81,7 @@ class Law:
     titles: Mapping[str, str] = field(default_factory=dict)
     renamed: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     states: Mapping[str, str] = field(default_factory=dict)
+    starts: Mapping[str, str] = field(default_factory=dict)
     contains: tuple[str, ...] = ()
     bounded: bool = False
     slow: bool = False
@@ -95,6 +97,13 @@ class Law:
     def needs_net(self) -> bool:
         """Whether the law depends on all else that flows into its balance."""
         return re.search(r"\bnet\b", self.expression) is not None
+
+    @property
+    def asks_for(self) -> set[str]:
+        """What a law needs to know of the motion that it acts on: the position, in its formula or as a scale."""
+        formulas = " ".join((self.expression, *self.states.values()))
+        scales = {name for parameter in self.parameters for name, _ in parameter._factors()}
+        return ({"q"} if re.search(r"\bq\b", formulas) else set()) | ({"position"} & scales)
 
     def id_at(self, unit: str) -> str:
         """The id at a balance of this unit."""

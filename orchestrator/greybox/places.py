@@ -7,11 +7,15 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from fmus.errors import MisfitError
+from fmus.frontend.lint.dimensions import of_unit
 from fmus.symbolic.balances import Balance
 from fmus.symbolic.system import SymbolicSystem, Variable
 
 # Between two stores of these anything can flow, whether the model has a way or not.
 FLOWS = ("W", "m3/s", "kg/s", "A", "mol/s")
+# What drives a speed, and speeds, by dimension: a model may leave the position out.
+PUSHES, SPEEDS = (tuple(map(of_unit, units)) for units in (("N", "N.m", "m/s2", "rad/s2"), ("m/s", "rad/s")))
 
 
 @dataclass(frozen=True)
@@ -172,11 +176,23 @@ def _own(balance: Balance, units: Mapping[str, str], seen: Seen) -> Place:
         names = {"q": q, "v": state, "t": "time"}
         return Place("motion", q, balance.unit, names, {balance.input: 1.0}, own, scales, centre, balance)
     centre = _middle(seen.values[state])
+    if _is_speed(balance, units):
+        scales, own = scales | {"speed": _rms(seen.values[state])}, own | {"speed": units[state]}
+        names = {"v": state, "t": "time"}
+        return Place("motion", state, balance.unit, names, {balance.input: 1.0}, own, scales, centre, balance)
     scales |= {"state": centre[1], "centre": 1.0}
     own |= {"state": units[state], "centre": units[state]}
     return Place(
         "storage", state, balance.unit, {"x": state, "t": "time"}, {balance.input: 1.0}, own, scales, centre, balance
     )
+
+
+def _is_speed(balance: Balance, units: Mapping[str, str]) -> bool:
+    """Whether a state is a speed that a force drives, although the model has no position of it."""
+    try:
+        return of_unit(balance.unit) in PUSHES and of_unit(units[balance.state]) in SPEEDS
+    except MisfitError:  # a unit that nobody knows, of an FMU
+        return False
 
 
 def _between(one: Balance, other: Balance, units: Mapping[str, str], seen: Seen) -> Place:
@@ -197,6 +213,11 @@ def _between(one: Balance, other: Balance, units: Mapping[str, str], seen: Seen)
         names = {"q": f"({one.position} - {other.position})", "v": f"({one.state} - {other.state})", "t": "time"}
         return Place("motion", f"{one.position}-{other.position}", one.unit, names, adds, own, scales, centre)
     centre = _middle(difference(one.state, other.state))
+    if _is_speed(one, units):
+        scales |= {"speed": _rms(difference(one.state, other.state))}
+        names = {"v": f"({one.state} - {other.state})", "t": "time"}
+        own |= {"speed": units[one.state]}
+        return Place("motion", f"{one.state}-{other.state}", one.unit, names, adds, own, scales, centre)
     scales |= {"state": centre[1], "centre": 1.0}
     own |= {"state": units[one.state], "centre": units[one.state]}
     names = {"x": f"({one.state} - {other.state})", "t": "time"}

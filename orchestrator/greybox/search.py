@@ -127,7 +127,7 @@ class Search:
         extended = extend(self.setting.base, self.setting.balances, self.setting.signals, everyone)
         columns = [(c, p) for c in everyone for p in c.gains]
         names = [c.symbol(p) for c, p in columns]
-        box = GreyBox(extended.system, extended.outputs, extended.balances, names, self.setting.held)
+        box = GreyBox(extended.system, extended.outputs, extended.balances, names, self.setting.held, extended.begin)
         known = dict(zip(about.fit.box.theta, about.fit.theta, strict=True))
         theta = np.array([known.get(name, 0.0) for name in names])
         n = len(names)
@@ -236,7 +236,7 @@ def fit_set(
     extended = extend(setting.base, setting.balances, setting.signals, everyone)
     free = [(c, p) for c in everyone for p in (*c.gains, *c.fitted_shapes)]
     names = [c.symbol(p) for c, p in free]
-    box = GreyBox(extended.system, extended.outputs, extended.balances, names, setting.held)
+    box = GreyBox(extended.system, extended.outputs, extended.balances, names, setting.held, extended.begin)
     start = np.array([0.0 if p.gain else c.shapes[p.name] for c, p in free])
     spread = np.array([c.spread(p) for c, p in free])
     low = np.array([0.0 if p.positive else -np.inf for _, p in free])

@@ -18,7 +18,7 @@ import casadi as ca
 import numpy as np
 
 from fmus.errors import ComponentError, MisfitError
-from fmus.symbolic.balances import Balance
+from fmus.symbolic.balances import Balance, is_store
 from fmus.symbolic.system import SymbolicSystem, Variable
 from orchestrator.blackbox.ports import Description, Port
 from orchestrator.blackbox.sites import plain_sites
@@ -35,9 +35,9 @@ ROUNDS, STAYS = 5, 1e-3
 DRIVES = {
     "N": ("m/s",),
     "N.m": ("rad/s",),
-    "W": ("K", "degC"),
+    "W": ("K", "degC", "J"),
     "V": ("A",),
-    "A": ("V",),
+    "A": ("V", "C"),
     "m3/s": ("Pa", "bar", "m", "m3"),
     "kg/s": ("Pa", "bar", "kg", "m"),
     "mol/s": ("mol", "mol/m3"),
@@ -144,8 +144,14 @@ def _case(
     own = _own_inputs(description)
     lines = _Lines(source.name, description, tapes, parameters)
     base, balances = lines.system()
+    further = tuple(v.name for v in base.inputs if v.name.startswith("tape["))
     trials = tuple(
-        replace(trial, inputs=np.column_stack([trial.inputs[:, own], *lines.columns(tape)]))
+        replace(
+            trial,
+            inputs=np.column_stack([trial.inputs[:, own], *lines.columns(tape)]),
+            # Where an input is held, lines between samples would lead through rates of inputs that never were.
+            held=(*trial.held, *further) if trial.held else (),
+        )
         for trial, tape in zip(data.trials, tapes, strict=True)
     )
     inputs = tuple(description.inputs[k].variable for k in own)
@@ -266,7 +272,8 @@ class _Lines:
             entries = np.flatnonzero(self.middle[q, : self.nx + self.nu])
             if not self.straight[q] or self.rest[q] != 0.0 or len(entries) != 1 or entries[0] >= self.nx:
                 continue
-            if entries[0] != q and self.middle[q, entries[0]] == 1.0:
+            kept = is_store(self.description.states[q].variable.unit)
+            if entries[0] != q and self.middle[q, entries[0]] == 1.0 and not kept:
                 found[q] = int(entries[0])
         return found
 

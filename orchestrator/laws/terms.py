@@ -45,7 +45,8 @@ class Term:
 def terms_at(place: Place, further: Sequence[str]) -> list[Term]:
     """Every term of the vocabulary at a place, with further variables by their coordinates."""
     moves = place.kind == "motion"
-    own = [*factors("speed"), *([] if place.turns else factors("position"))] if moves else list(factors("state"))
+    positioned = moves and not place.turns and "q" in place.coordinates
+    own = [*factors("speed"), *(factors("position") if positioned else [])] if moves else list(factors("state"))
     found = [Term(f) for f in (*own, *factors("free"))]
     found += [Term(f, None, of) for f in factors("further") for of in further]
     found += [Term(f, m) for f in (*own, *factors("free")) if f.weighs for m in factors("by_time")]
@@ -53,7 +54,7 @@ def terms_at(place: Place, further: Sequence[str]) -> list[Term]:
     found += [Term(f, m, of) for f in own if f.weighs for m in factors("by_further") for of in further]
     if moves:
         speeds = [f for f in factors("speed") if f.weighs]
-        if not place.turns:
+        if positioned:
             found += [Term(f, m) for f in speeds for m in factors("by_position")]
             found += [
                 Term(f, m, of) for f in factors("further") if f.weighs for m in factors("by_position") for of in further

@@ -1,0 +1,199 @@
+"""Plants that were in nobody's view when laws and limits were written: what they lack is named, by data of a second program."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from fmus.catalogue import ModelicaModel
+from orchestrator.diagnose import diagnose
+from orchestrator.measurements import load_measurements
+from orchestrator.verdicts.result import Diagnosis, NamedEffect
+
+FILTER = """model Filter "LC filter with the winding of its coil"
+  parameter Real R(unit="Ohm") = 0.8, L(unit="H") = 1.2e-3, C(unit="F") = 47e-6;
+  input Real vin(unit="V");
+  Real q(unit="C", start=0) "charge";
+  output Real il(unit="A", start=0);
+  output Real vout(unit="V");
+equation
+  vin = R*il + L*der(il) + vout;
+  der(q) = il;
+  vout = q/C;
+end Filter;
+"""
+OVEN = """model Oven "wall and air"
+  parameter Real Cw(unit="J/K") = 9000, Ca(unit="J/K") = 1500;
+  parameter Real hA(unit="W/K") = 12, G(unit="W/K") = 3.2, Troom(unit="K") = 294;
+  input Real P(unit="W");
+  Real Tw(unit="K", start=294);
+  output Real T(unit="K", start=294);
+equation
+  Cw*der(Tw) = P - hA*(Tw - T) - G*(Tw - Troom);
+  Ca*der(T) = hA*(Tw - T);
+end Oven;
+"""
+CART = """model Cart "Delivery robot, whose position is of no interest"
+  parameter Real m(unit="kg") = 95, roll(unit="N") = 11;
+  input Real F(unit="N");
+  output Real v(unit="m/s", start=4);
+equation
+  m*der(v) = F - roll;
+end Cart;
+"""
+FAN = """package Drive
+  connector Flange
+    Real phi(unit="rad");
+    flow Real tau(unit="N.m");
+  end Flange;
+  model Inertia
+    parameter Real J(unit="kg.m2");
+    Flange a, b;
+    Real phi(unit="rad", start=0), w(unit="rad/s", start=0);
+  equation
+    phi = a.phi;
+    phi = b.phi;
+    w = der(phi);
+    J*der(w) = a.tau + b.tau;
+  end Inertia;
+  model Gear
+    parameter Real ratio;
+    Flange a, b;
+  equation
+    a.phi = ratio*b.phi;
+    0 = ratio*a.tau + b.tau;
+  end Gear;
+  model Source
+    input Real tau(unit="N.m");
+    Flange a;
+  equation
+    a.tau = -tau;
+  end Source;
+  model Fan
+    Source source(tau=tau);
+    Inertia motor(J=2e-3), wheel(J=0.15);
+    Gear gear(ratio=4);
+    input Real tau(unit="N.m");
+    output Real w(unit="rad/s");
+  equation
+    connect(source.a, motor.a);
+    connect(motor.b, gear.a);
+    connect(gear.b, wheel.a);
+    w = wheel.w;
+  end Fan;
+end Drive;
+"""
+WINCH = """model Winch "load on a rope"
+  parameter Real J(unit="kg.m2") = 0.02, r(unit="m") = 0.09, ratio = 18;
+  input Real tau(unit="N.m");
+  output Real h(unit="m", start=0);
+  Real w(unit="rad/s", start=0);
+equation
+  der(h) = r/ratio*w;
+  J*der(w) = tau;
+end Winch;
+"""
+Rates = Callable[[np.ndarray, float], list[float]]
+
+
+def written(folder: Path, text: str) -> ModelicaModel:
+    """A model in a file of its own; the class is named as the file's last line ends it."""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "Plant.mo").write_text(text)
+    inner = {"Drive": "Drive.Fan"}
+    name = text.rstrip().rsplit(" ", 1)[1].rstrip(";")
+    return ModelicaModel(name, inner.get(name, name), folder / "Plant.mo")
+
+
+def record(
+    folder: Path,
+    rates: Rates,
+    start: list[float],
+    levels: tuple[float, float],
+    step: float,
+    samples: int,
+    shown: dict[str, tuple[str, Callable[[np.ndarray], np.ndarray], float]],
+    given: tuple[str, str],
+) -> Path:
+    """Three trials of a plant whose input jumps between held levels; `shown` has unit, reading and noise of each column."""
+    random = np.random.default_rng(5)
+    for trial in (1, 2, 3):
+        u = np.repeat(random.uniform(*levels, samples // 30 + 1), 30)[:samples]
+        states = [np.array(start)]
+        for value in u[:-1]:
+            done = solve_ivp(
+                lambda _, x, value=value: rates(x, value), (0, step), states[-1], "LSODA", rtol=1e-9, atol=1e-10
+            )
+            states.append(done.y[:, -1])
+        x = np.array(states).T
+        columns = [read(x) + noise * random.standard_normal(samples) for _, read, noise in shown.values()]
+        rows = np.column_stack([np.arange(samples) * step, u, *columns])
+        header = ",".join(["time", given[0], *shown])
+        np.savetxt(folder / f"trial_{trial}.csv", rows, delimiter=",", header=header, comments="", fmt="%.9g")
+    units = {"time": "s", given[0]: given[1], **{name: unit for name, (unit, _, _) in shown.items()}}
+    lines = [
+        'files = ["trial_1.csv", "trial_2.csv", "trial_3.csv"]',
+        "learning = [1, 2]",
+        "held_out = [3]",
+        "[columns]",
+    ]
+    (folder / "case.toml").write_text("\n".join([*lines, *(f'{k} = "{v}"' for k, v in units.items())]) + "\n")
+    return folder
+
+
+def the_one(found: Diagnosis) -> NamedEffect:
+    """The only effect of a diagnosis that names one."""
+    assert found.verdict == "named", found.warnings
+    (effect,) = found.effects
+    return effect
+
+
+def test_a_leak_of_charge_is_named_although_the_charge_changes_with_a_state(tmp_path: Path) -> None:
+    model = written(tmp_path, FILTER)
+    shown = {"il": ("A", lambda x: x[0], 2e-3), "vout": ("V", lambda x: x[1], 5e-3)}
+
+    def rates(x: np.ndarray, u: float) -> list[float]:
+        return [(u - 0.8 * x[0] - x[1]) / 1.2e-3, (x[0] - x[1] / 60) / 47e-6]
+
+    data = record(tmp_path, rates, [0, 0], (-12, 12), 4e-5, 400, shown, ("vin", "V"))
+    effect = the_one(diagnose(model, load_measurements(str(data)), workers=1))
+    assert (effect.id, effect.site) == ("leakage", "q")
+    assert effect.parameters["G"].value == pytest.approx(1 / 60 / 47e-6, rel=0.02)
+
+
+def test_a_slow_thermocouple_is_named_far_from_zero_kelvin(tmp_path: Path) -> None:
+    model = written(tmp_path, OVEN)
+    shown = {"T": ("K", lambda x: x[2], 0.05)}
+
+    def rates(x: np.ndarray, u: float) -> list[float]:
+        return [(u - 12 * (x[0] - x[1]) - 3.2 * (x[0] - 294)) / 9000, 12 * (x[0] - x[1]) / 1500, (x[1] - x[2]) / 60]
+
+    data = record(tmp_path, rates, [294, 294, 294], (0, 600), 6.0, 450, shown, ("P", "W"))
+    found = diagnose(model, load_measurements(str(data)), workers=1)
+    effect = the_one(found)
+    assert (effect.id, effect.site) == ("sensor_lag", "sensor:T")
+    assert effect.parameters["T"].value == pytest.approx(60, rel=0.05)
+    assert found.held_out.reducible_removed > 0.9
+
+
+def test_drag_is_named_in_a_model_that_has_a_speed_and_no_position(tmp_path: Path) -> None:
+    model = written(tmp_path, CART)
+    shown = {"v": ("m/s", lambda x: x[0], 0.01)}
+    data = record(
+        tmp_path, lambda x, u: [(u - 11 - 1.1 * x[0] * abs(x[0])) / 95], [4], (0, 70), 0.4, 400, shown, ("F", "N")
+    )
+    effect = the_one(diagnose(model, load_measurements(str(data)), workers=1))
+    assert (effect.id, effect.site) == ("quadratic_drag", "v")
+    assert effect.parameters["c"].value == pytest.approx(1.1, rel=0.05)
+
+
+def test_rigidly_coupled_inertias_have_one_balance(tmp_path: Path) -> None:
+    system, balances = written(tmp_path, FAN).balanced()
+    assert [(b.state, b.unit) for b in balances] == [("motor.w", "N.m")]
+    assert {b.state for b in balances} <= {v.name for v in system.states}
+
+
+def test_a_height_behind_a_gear_has_no_balance(tmp_path: Path) -> None:
+    assert [b.state for b in written(tmp_path, WINCH).balanced()[1]] == ["w"]
