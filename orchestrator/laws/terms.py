@@ -45,7 +45,7 @@ class Term:
 def terms_at(place: Place, further: Sequence[str]) -> list[Term]:
     """Every term of the vocabulary at a place, with further variables by their coordinates."""
     moves = place.kind == "motion"
-    positioned = moves and not place.turns and "q" in place.coordinates
+    positioned = moves and not place.turns and "position" in place.units
     own = [*factors("speed"), *(factors("position") if positioned else [])] if moves else list(factors("state"))
     found = [Term(f) for f in (*own, *factors("free"))]
     found += [Term(f, None, of) for f in factors("further") for of in further]
