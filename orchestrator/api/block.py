@@ -155,11 +155,7 @@ class Block:
             raise MisfitError(f"the block has no output {wanted!r}; it has {', '.join(self.outputs)}")
         names = [*self.learned.inputs, *self.learned.factors]
         columns = [np.atleast_1d(np.asarray(_named(inputs, name), dtype=float)) for name in names]
-        rows = [
-            dict(zip(names, map(float, row), strict=True)) for row in np.column_stack(np.broadcast_arrays(*columns))
-        ]
-        mean = [self.learned.mean(found, row) for row in rows]
-        return np.array(mean), np.array([self.learned.deviation(found, row) for row in rows])
+        return self.learned.predict(found, dict(zip(names, np.broadcast_arrays(*columns), strict=True)))
 
     def coverage(
         self, inputs: Mapping[str, Any], outputs: Mapping[str, Any], noise: Mapping[str, float]

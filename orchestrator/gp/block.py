@@ -97,6 +97,18 @@ class Block:
         _, variance = self.predictor.combined(self.coefficients(output, values), self.point(values)[0])
         return float(np.sqrt(variance))
 
+    def predict(self, output: Output, columns: Mapping[str, Array]) -> tuple[Array, Array]:
+        """Expected values and standard deviations, (n,) each, at (n,) values of all inputs."""
+        of: dict[str, Array] = {}
+        for term in output.terms:
+            factor = term.factor * (
+                columns[term.input] if term.input else np.ones(len(columns[next(iter(self.inputs))]))
+            )
+            of[term.latent] = of.get(term.latent, 0.0) + factor
+        points = np.column_stack([columns[name] for name in self.inputs])
+        mean, variance = self.posterior.predict(of, points)
+        return mean[:, output.component], np.sqrt(variance)
+
     def slope(self, output: Output, values: Mapping[str, float], direction: Mapping[str, float]) -> float:
         """Directional derivative of the mean; inputs that the direction does not name do not move."""
         point, k = self.point(values), output.component

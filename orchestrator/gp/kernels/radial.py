@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial.distance import cdist
 
 from orchestrator.gp.kernels.base import Array
 from orchestrator.gp.kernels.leaf import Leaf, check_inputs
@@ -33,14 +34,12 @@ class _Radial(Leaf):
 
     def _squared_distance(self, x: Array, y: Array) -> Array:
         check_inputs(self, x, len(self.length_scales))
-        # Differences column by column: exact for points close to each other, and no array of n m d numbers.
-        total: Array | None = None
-        for k, scale in enumerate(self.length_scales):
-            difference = np.subtract.outer(x[:, k] / scale, y[:, k] / scale)
-            difference *= difference
-            total = difference if total is None else total + difference
-        assert total is not None
-        return total
+        # By differences: exact for points close to each other, and no array of n m d numbers.
+        scales = np.array(self.length_scales)
+        one, other = x / scales, y / scales
+        if np.iscomplexobj(one) or np.iscomplexobj(other):  # derivatives by complex steps
+            return np.asarray(sum(np.subtract.outer(a, b) ** 2 for a, b in zip(one.T, other.T, strict=True)))
+        return np.asarray(cdist(one, other, "sqeuclidean"))
 
     def diagonal(self, x: Array) -> Array:
         check_inputs(self, x, len(self.length_scales))
@@ -95,7 +94,8 @@ class SquaredExponential(_Radial):
     """variance * exp(-r2 / 2): smooth functions."""
 
     def _shape(self, r2: Array) -> Array:
-        return np.exp(-0.5 * r2)
+        half = -0.5 * r2
+        return np.exp(half, out=half) if isinstance(half, np.ndarray) else np.exp(half)
 
     def _slope(self, r2: Array, shape: Array) -> Array:
         return -0.5 * shape

@@ -3,11 +3,11 @@
 import sys
 from typing import Any
 
-from peer_timing import Objective, report
+from peer_timing import Objective, Predict, report
 
 
-def objective_of(x: Any, y: Any) -> Objective:
-    """Its marginal likelihood; parameters are logarithms by its own constraints."""
+def process_of(x: Any, y: Any) -> Any:
+    """Its process and likelihood; parameters are logarithms by its own constraints."""
     import gpytorch
     import torch
     from gpytorch.constraints import Positive
@@ -28,7 +28,16 @@ def objective_of(x: Any, y: Any) -> Objective:
             return gpytorch.distributions.MultivariateNormal(torch.zeros(len(inputs)), self.kernel(inputs))
 
     likelihood = gpytorch.likelihoods.GaussianLikelihood(noise_constraint=logarithm())
-    process = Process(likelihood).train()
+    return Process(likelihood), likelihood
+
+
+def objective_of(x: Any, y: Any) -> Objective:
+    """Its marginal likelihood."""
+    import gpytorch
+    import torch
+
+    process, likelihood = process_of(x, y)
+    process.train()
     marginal = gpytorch.mlls.ExactMarginalLogLikelihood(likelihood, process)
     scales, variance = process.kernel.base_kernel.raw_lengthscale, process.kernel.raw_outputscale
     noise, d = likelihood.raw_noise, x.shape[1]
@@ -45,5 +54,27 @@ def objective_of(x: Any, y: Any) -> Objective:
     return objective
 
 
+def predict_of(x: Any, y: Any, theta: Any, points: Any) -> Predict:
+    """Mean and deviation, with its caches of the mean and of the factor warm."""
+    import gpytorch
+    import torch
+
+    process, likelihood = process_of(x, y)
+    d, at = x.shape[1], torch.tensor(points)
+    with torch.no_grad():
+        process.kernel.base_kernel.raw_lengthscale[0] = torch.tensor(theta[:d])
+        process.kernel.raw_outputscale.fill_(theta[d])
+        likelihood.raw_noise[0] = theta[d + 1]
+    process.eval()
+
+    def predict() -> tuple[Any, Any]:
+        with torch.no_grad(), gpytorch.settings.fast_computations(False, False, False):
+            found = process(at)
+            return found.mean.numpy(), found.variance.sqrt().numpy()
+
+    predict()
+    return predict
+
+
 if __name__ == "__main__":
-    report("GPyTorch", objective_of, [int(each) for each in sys.argv[1:]])
+    report("GPyTorch", objective_of, predict_of, [int(each) for each in sys.argv[1:]])

@@ -12,6 +12,7 @@ from orchestrator.gp.likelihood import Likelihood
 from orchestrator.gp.limits import Limits
 from orchestrator.gp.noise import constant_noise
 from orchestrator.gp.observations import observe
+from orchestrator.gp.posterior import condition
 
 # value, evaluations
 Outcome = tuple[float, int]
@@ -44,6 +45,35 @@ def misfit_fit(x: np.ndarray, y: np.ndarray, begin: np.ndarray) -> Outcome:
     latents, data, limits = misfit_problem(x, y, begin)
     found = fit(latents, data, limits, starts=1)
     return found.value, found.evaluations[0]
+
+
+Predict = Callable[[], tuple[np.ndarray, np.ndarray]]
+
+
+def misfit_predict(x: np.ndarray, y: np.ndarray, points: np.ndarray) -> Predict:
+    """Mean and deviation at points, from a posterior that is there."""
+    latents, data, _ = misfit_problem(x, y, begins(x.shape[1])[0])
+    posterior = condition(latents, data)
+
+    def predict() -> tuple[np.ndarray, np.ndarray]:
+        mean, variance = posterior.predict("f", points)
+        return mean[:, 0], np.sqrt(variance)
+
+    return predict
+
+
+def sklearn_predict(x: np.ndarray, y: np.ndarray, points: np.ndarray) -> Predict:
+    """The same of scikit-learn, whose deviation holds the noise: it is taken off."""
+    begin = begins(x.shape[1])[0]
+    process = sklearn_process(x, y, begin)
+    process.optimizer = None
+    process.fit(x, y)
+
+    def predict() -> tuple[np.ndarray, np.ndarray]:
+        mean, deviation = process.predict(points, return_std=True)
+        return mean, np.sqrt(deviation**2 - np.exp(begin[-1]))
+
+    return predict
 
 
 def reference_likelihood(x: np.ndarray, y: np.ndarray) -> Callable[[], object]:

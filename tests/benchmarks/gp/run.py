@@ -17,7 +17,8 @@ from pathlib import Path
 import numpy as np
 from lapack_reference import STARTS, begins, problem
 from online_cost import exchange, predictions
-from peers import PEERS, misfit_fit, misfit_likelihood, misfit_mixed
+from peer_timing import POINTS, points_of
+from peers import PEERS, misfit_fit, misfit_likelihood, misfit_mixed, misfit_predict, sklearn_predict
 from threadpoolctl import threadpool_limits
 
 SIZES = (84, 336, 756)
@@ -30,6 +31,9 @@ WORSE = 1e-6
 # A likelihood may cost this share of one written by hand for one kernel, a fit this share of the fastest other.
 LIMITS_MIXED = {2: 1.3, 3: 1.5, 7: 2.8}
 LIMITS_LIKELIHOOD, LIMITS_FIT = (2.0, 1.2, 1.2), (1.2, 1.0, 1.0)
+# A prediction may cost this share of the fastest other.
+LIMITS_PREDICT = (1.2, 1.2, 1.2)
+SAME = 1e-9
 
 
 def main() -> None:
@@ -39,7 +43,7 @@ def main() -> None:
     pythons = parser.parse_args().peers
     OTHERS.extend(found for name, script in ALONE.items() if (found := _alone(name, script, pythons)))
     with threadpool_limits(1, "blas"):
-        kept = all([_likelihoods(), _mixed(), _fits(), exchange(), predictions()])
+        kept = all([_likelihoods(), _mixed(), _fits(), _predictions_at_many(), exchange(), predictions()])
     sys.exit(0 if kept else 1)
 
 
@@ -129,6 +133,28 @@ def _fits() -> bool:
         print(f"{name:38s}" + "".join(f"{each:18.8f}" for each in row))
     best = [min(row[k] for row in values.values()) for k in range(len(SIZES))]
     return kept and all(value <= least + WORSE for value, least in zip(values["misfit"], best, strict=True))
+
+
+def _predictions_at_many() -> bool:
+    """Mean and deviation at many points, and whether all say the same."""
+    print(f"\n{f'mean and deviation at {POINTS} points, CPU ms':38s}" + "".join(f"{f'n = {n}':>12s}" for n in SIZES))
+    table: dict[str, list[float]] = {}
+    same = True
+    for k, n in enumerate(SIZES):
+        x, y = problem(n)
+        work = {"misfit": misfit_predict(x, y, points_of(x)), "scikit-learn": sklearn_predict(x, y, points_of(x))}
+        for name, figure in _least(work).items():
+            table.setdefault(name, []).append(figure)
+        ours = np.array([part[:5] for part in work["misfit"]()])
+        others = [other["predicted"][k] for other in OTHERS] + [[part[:5] for part in work["scikit-learn"]()]]
+        same = same and all(np.allclose(ours, other, atol=SAME) for other in others)
+    table |= {other["name"]: other["predict_ms"] for other in OTHERS}
+    for name, row in table.items():
+        print(f"{name:38s}" + "".join(f"{each:12.3f}" for each in row))
+    print(f"all say the same: {same}")
+    fastest = [min(row[k] for name, row in table.items() if name != "misfit") for k in range(len(SIZES))]
+    ratios = [a / b for a, b in zip(table["misfit"], fastest, strict=True)]
+    return _judge("misfit / fastest other", ratios, LIMITS_PREDICT) and same
 
 
 def _starts(each: Callable, x: np.ndarray, y: np.ndarray) -> tuple[float, float]:
