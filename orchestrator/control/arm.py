@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 
-from fmus.catalogue import find_modelica_model
 from orchestrator.control.design import Margins, Wanted, gains, margins
 from orchestrator.control.hold import Array, Controller, Held, Ports, Task, hold
 from orchestrator.control.limb import Limb
@@ -17,7 +16,7 @@ from orchestrator.cosim.kinds import open_component
 from orchestrator.cosim.system import ComponentSpec
 from orchestrator.gp.covariance import Latent
 from orchestrator.gp.kernels import OnInputs, SquaredExponential
-from orchestrator.gp.physics import PriorMean, prior_means
+from orchestrator.gp.physics import PriorMean, prior_means_of
 
 PORTS = Ports(
     ("linkage.q[1]", "linkage.q[2]"),
@@ -52,8 +51,7 @@ BUDGET = 100
 def nominal_limb() -> Limb:
     """The arm as the physics model expects it, before anything is learned; states are angles and speeds of shoulder and
     elbow."""
-    system = find_modelica_model("arm").compile()
-    statics, muscles = prior_means(system, ("tauMuscle[1]", "tauMuscle[2]"), PORTS.states, PORTS.activations)
+    statics, muscles = prior_means_of("arm", ("tauMuscle[1]", "tauMuscle[2]"), PORTS.states, PORTS.activations)
     latents = {STATICS: _doubted(statics, DOUBT_STATICS)}
     latents |= {name: _doubted(mean, DOUBT_MUSCLE) for name, mean in zip(MUSCLES, muscles, strict=True)}
     return Limb(latents, STATICS, MUSCLES, inputs=4, joints=2, budget=BUDGET)

@@ -1,26 +1,85 @@
 """What a physics model expects of learned functions, as their prior means."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from fmus.catalogue import find_modelica_model
 from fmus.errors import MisfitError
 from fmus.symbolic.system import SymbolicSystem
+from orchestrator.gp.covariance import Latent
 from orchestrator.measurements.wording import nearest
 
 Array = NDArray[Any]
 
 
+@dataclass(frozen=True)
+class Origin:
+    """Where a prior mean comes from, so that a file can name it: `model` is a built-in name or FILE.mo:Class.
+
+    It is what the model says of `values` at `states`: at rest of all factors (`factor` ""), or what a factor adds at 1.
+    """
+
+    model: str
+    values: tuple[str, ...]
+    states: tuple[str, ...]
+    factor: str = ""
+
+
 @dataclass(frozen=True, eq=False)
 class PriorMean:
-    """A prior mean with its exact gradient: `mean` maps points (n, d) to (n, p), `gradient` to (n, p, d)."""
+    """A prior mean with its exact gradient: `formula` maps a point (d, 1) to (p, 1); `origin` is None where nobody named the model."""
 
-    mean: Callable[[Array], Array]
-    gradient: Callable[[Array], Array]
+    formula: ca.Function
+    slope: ca.Function
+    origin: Origin | None = None
+
+    def mean(self, points: Array) -> Array:
+        """Expected values at points (n, d), (n, p)."""
+        return np.array(self.formula(points.T)).T
+
+    def gradient(self, points: Array) -> Array:
+        """Their derivatives by the points, (n, p, d)."""
+        p, d = self.formula.size1_out(0), self.formula.size1_in(0)
+        return np.array(self.slope.map(len(points))(points.T)).reshape(p, len(points), d).transpose(1, 0, 2)
+
+
+def physics_of(latent: Latent) -> PriorMean | None:
+    """The physics model that is a latent function's prior mean, if its mean is one's method."""
+    owner = getattr(latent.mean, "__self__", None)
+    return owner if isinstance(owner, PriorMean) else None
+
+
+def prior_means_of(
+    model: str, values: Sequence[str], states: Sequence[str], factors: Sequence[str]
+) -> tuple[PriorMean, tuple[PriorMean, ...]]:
+    """`prior_means` of a built-in model or FILE.mo:Class, which blocks can be saved with: their files name the model.
+
+    Raises:
+        MisfitError: as `prior_means`, or if there is no such model.
+    """
+    rest, parts = prior_means(find_modelica_model(model).compile(), values, states, factors)
+    origin = Origin(model, tuple(values), tuple(states))
+    named = tuple(
+        replace(part, origin=replace(origin, factor=factor)) for part, factor in zip(parts, factors, strict=True)
+    )
+    return replace(rest, origin=origin), named
+
+
+def prior_from(given: Mapping[str, Any]) -> PriorMean:
+    """The prior mean that a file names.
+
+    Raises:
+        MisfitError: if there is no such model, or it lacks a name.
+    """
+    origin = Origin(str(given["model"]), tuple(given["values"]), tuple(given["states"]), str(given["factor"]))
+    factors = [origin.factor] if origin.factor else []
+    rest, parts = prior_means_of(origin.model, origin.values, origin.states, factors)
+    return parts[0] if parts else rest
 
 
 def prior_means(
@@ -68,13 +127,7 @@ def _symbols(system: SymbolicSystem, states: Sequence[str]) -> tuple[ca.SX, ca.S
 
 def _prior(x: ca.SX, value: ca.SX) -> PriorMean:
     mean = ca.Function("mean", [x], [ca.densify(value)])
-    slope = ca.Function("slope", [x], [ca.densify(ca.jacobian(value, x))])
-    p, d = value.numel(), x.numel()
-
-    def gradient(points: Array) -> Array:
-        return np.array(slope.map(len(points))(points.T)).reshape(p, len(points), d).transpose(1, 0, 2)
-
-    return PriorMean(lambda points: np.array(mean(points.T)).T, gradient)
+    return PriorMean(mean, ca.Function("slope", [x], [ca.densify(ca.jacobian(value, x))]))
 
 
 def _found(names: dict[str, Any], name: str, model: str) -> Any:

@@ -1,9 +1,9 @@
-"""Blocks as JSON files: kernels, the data they were conditioned on, names and units; read without running anything."""
+"""Blocks as JSON files: kernels, the data they were conditioned on, names and units, the models that are expected."""
 
 import json
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import fields
+from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +14,7 @@ from orchestrator.gp.block import Block, Output, Term
 from orchestrator.gp.covariance import Latent
 from orchestrator.gp.kernels import Kernel
 from orchestrator.gp.observations import observe
+from orchestrator.gp.physics import physics_of, prior_from
 from orchestrator.gp.posterior import condition
 from orchestrator.measurements.wording import listed, shown
 
@@ -39,11 +40,16 @@ def write_block(block: Block, path: Path) -> Path:
     """Write a block with the observations that its posterior is conditioned on; numbers come back as the same bits.
 
     Raises:
-        MisfitError: if a latent function has a prior mean, which is code and no data.
+        MisfitError: if a latent function has a prior mean that is code; a physics model is named instead
+            (`physics.prior_means_of`).
     """
-    for name, latent in block.posterior.latents.items():
-        if latent.mean is not None:
-            raise MisfitError(f"{name} has a prior mean, which cannot be saved; let another component add it")
+    priors = {
+        name: _origin(name, latent) for name, latent in block.posterior.latents.items() if latent.mean is not None
+    }
+    if (rows := sum(len(each.inputs) for each in block.observations)) > MOST_ROWS:
+        raise MisfitError(
+            f"{rows} data; a file holds at most {MOST_ROWS}: export the block as an FMU, or learn from fewer"
+        )
     content = {
         "schema": SCHEMA,
         "about": dict(block.about),
@@ -53,6 +59,7 @@ def write_block(block: Block, path: Path) -> Path:
             for o in block.outputs
         ],
         "latents": {name: _kernel_out(latent.kernel) for name, latent in block.posterior.latents.items()},
+        "priors": priors,
         "observations": [
             {
                 "name": each.name,
@@ -79,6 +86,9 @@ def read_block(path: Path) -> Block:
         if content["schema"] != SCHEMA:
             raise MisfitError(f"schema = {shown(content['schema'])}; expected {SCHEMA!r}")
         latents = {name: Latent(_kernel_in(each)) for name, each in content["latents"].items()}
+        for name, each in content.get("priors", {}).items():
+            prior = prior_from(each)
+            latents[name] = Latent(latents[name].kernel, prior.mean, prior.gradient)
         observations = tuple(
             observe(each["name"], each["inputs"], each["coefficients"], each["values"], each["noise"])
             for each in content["observations"]
@@ -97,6 +107,16 @@ def read_block(path: Path) -> Block:
         raise MisfitError(f"{path}: {error}") from error
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
         raise MisfitError(f"{path} is not a saved block: {type(error).__name__} {error}; write it again") from error
+
+
+def _origin(name: str, latent: Latent) -> dict[str, Any]:
+    physics = physics_of(latent)
+    if physics is None or physics.origin is None:
+        raise MisfitError(
+            f"{name} has a prior mean that names no model and cannot be saved; make it by prior_means_of, or let another "
+            "component add it"
+        )
+    return asdict(physics.origin)
 
 
 def _about(given: Mapping[str, Any]) -> dict[str, str | float]:

@@ -20,6 +20,7 @@ from orchestrator.gp.kernels import (
     SquaredExponential,
     Sum,
 )
+from orchestrator.gp.physics import physics_of
 from orchestrator.gp.posterior import Posterior
 from orchestrator.gp.triangle import solve_half
 
@@ -32,15 +33,19 @@ def mean_of(posterior: Posterior, latent: str, x: ca.MX) -> ca.MX:
     """Expected values (p, 1) of a latent function at a point (d, 1).
 
     Raises:
-        MisfitError: if it has a prior mean, which is Python code.
+        MisfitError: if it has a prior mean that is Python code; that of a physics model is a formula.
     """
+    expected = ca.MX.zeros(posterior.weights.shape[1], 1)
     if posterior.latents[latent].mean is not None:
-        raise MisfitError(f"{latent} has a prior mean, which is no formula; let another component add it")
+        physics = physics_of(posterior.latents[latent])
+        if physics is None:
+            raise MisfitError(f"{latent} has a prior mean that is no formula; let another component add it")
+        expected = physics.formula(x)
     seen, a = _seen(posterior, latent)
     if not seen.size:
-        return ca.MX.zeros(posterior.weights.shape[1], 1)
+        return expected
     values = kernel_at(posterior.latents[latent].kernel, posterior.rows.inputs[seen], x)
-    return ca.mtimes(ca.DM((a[:, None] * posterior.weights[seen]).T), values)
+    return expected + ca.mtimes(ca.DM((a[:, None] * posterior.weights[seen]).T), values)
 
 
 def deviation_of(posterior: Posterior, coefficients: dict[str, ca.MX], x: ca.MX) -> ca.MX:

@@ -49,3 +49,18 @@ def test_outliers_move_a_block_little_where_it_expects_them() -> None:
 def test_noise_that_is_missing_is_named(sound: misfit.Block) -> None:
     with pytest.raises(misfit.MisfitError, match="noise of y is missing; expected its standard deviation"):
         sound.coverage({"x": [0.0]}, {"y": [0.0]}, {})
+
+
+def test_many_data_are_taken_in_through_few_rows_and_intervals_hold(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("orchestrator.api.block.EXACT", 100)
+    monkeypatch.setattr("orchestrator.api.block.ROWS", 40)
+    x, y = record(1, 400)
+    block = misfit.Block.fit({"x": x}, {"y": y}, noise={"y": NOISE})
+    assert len(block.learned.posterior.lower) <= 40
+
+    at = np.linspace(-1.9, 1.9, 50)
+    mean, deviation = block.predict({"x": at})
+    assert np.sqrt(np.mean((mean - np.sin(2 * at)) ** 2)) < 0.02
+    assert np.mean(np.abs(mean - np.sin(2 * at)) < 3 * deviation + 1e-3) > 0.9
+    with pytest.raises(misfit.MisfitError, match="400 data were taken in through fewer rows"):
+        block.left_out()

@@ -233,7 +233,7 @@ def test_a_prior_mean_cannot_be_saved(tmp_path):
     latents = {"f": Latent(SquaredExponential(1.0, (1.0,)), lambda x: x)}
     seen = (observe("d", [[1.0]], "f", [1.0], 0.1),)
     block = Block(condition(latents, seen), {"x": ""}, [Output("y", "", (Term("f"),))], seen)
-    with pytest.raises(MisfitError, match="f has a prior mean, which cannot be saved"):
+    with pytest.raises(MisfitError, match="f has a prior mean that names no model and cannot be saved"):
         write_block(block, tmp_path / "b.json")
 
 

@@ -99,7 +99,7 @@ def test_a_prior_mean_cannot_be_exported():
     latents = {"f": Latent(SquaredExponential(1.0, (1.0,)), lambda x: x)}
     seen = (observe("d", [[1.0]], "f", [1.0], 0.1),)
     block = Block(condition(latents, seen), {"x": ""}, [Output("y", "", (Term("f"),))], seen)
-    with pytest.raises(MisfitError, match="f has a prior mean, which is no formula"):
+    with pytest.raises(MisfitError, match="f has a prior mean that is no formula"):
         block_system(block, "b")
 
 

@@ -5,11 +5,14 @@ import pytest
 
 from fmus.catalogue import find_modelica_model
 from fmus.errors import MisfitError
+from orchestrator.gp.block import Block, Output, Term
 from orchestrator.gp.covariance import Latent
+from orchestrator.gp.export import block_system
 from orchestrator.gp.kernels import SquaredExponential
 from orchestrator.gp.observations import observe
-from orchestrator.gp.physics import prior_means
+from orchestrator.gp.physics import prior_means, prior_means_of
 from orchestrator.gp.posterior import condition
+from orchestrator.gp.saved import read_block, write_block
 from orchestrator.models.symbolic import SymbolicModel
 
 STATES = ("linkage.q[1]", "linkage.q[2]", "linkage.w[1]", "linkage.w[2]")
@@ -67,3 +70,45 @@ def test_without_data_the_posterior_is_the_physics_model_and_far_from_data_it_re
 def test_a_name_that_the_model_lacks_is_refused(system):
     with pytest.raises(MisfitError, match="Arm has no 'alpha_7'"):
         prior_means(system, TORQUES, STATES, ("alpha_7",))
+
+
+@pytest.fixture(scope="module")
+def block():
+    """What is expected of the arm's passive torques, and of its biceps, with a few data beside."""
+    rest, (biceps,) = prior_means_of("arm", TORQUES, STATES, ["alpha_3"])
+    kernel = SquaredExponential(1.0, (0.5,) * 4)
+    latents = {
+        "rest": Latent(kernel, rest.mean, rest.gradient),
+        "biceps": Latent(kernel, biceps.mean, biceps.gradient),
+    }
+    seen = observe("d", POINTS, {"rest": 1.0, "biceps": 0.5}, np.ones((5, 2)), 0.05)
+    outputs = [Output(f"tau{k + 1}", "N.m", (Term("rest"), Term("biceps", 1.0, "alpha")), k) for k in range(2)]
+    inputs = {"q1": "rad", "q2": "rad", "w1": "rad/s", "w2": "rad/s"}
+    return Block(condition(latents, [seen]), inputs, outputs, (seen,))
+
+
+HERE = {"q1": 0.6, "q2": 1.4, "w1": 0.1, "w2": -0.2, "alpha": 0.7}
+
+
+def test_a_block_with_a_physics_prior_comes_back_from_its_file(block, tmp_path):
+    again = read_block(write_block(block, tmp_path / "block.json"))
+    for mine, theirs in zip(block.outputs, again.outputs, strict=True):
+        assert again.mean(theirs, HERE) == block.mean(mine, HERE)
+        assert again.deviation(theirs, HERE) == block.deviation(mine, HERE)
+
+
+def test_a_block_with_a_physics_prior_is_a_formula_that_fmus_can_hold(block):
+    system = block_system(block, "arm_and_more")
+    point = [HERE[v.name] for v in system.inputs]
+    _, found = system.rhs(0, [], point, [], [])
+    expected = [block.mean(o, HERE) for o in block.outputs] + [block.deviation(o, HERE) for o in block.outputs]
+    assert np.array(found)[:, 0] == pytest.approx(expected, rel=1e-9)
+
+
+def test_a_prior_mean_that_names_no_model_is_not_saved(means, tmp_path):
+    statics, _ = means
+    latents = {"rest": Latent(SquaredExponential(1.0, (1.0,) * 4), statics.mean, statics.gradient)}
+    seen = observe("d", POINTS, "rest", np.ones((5, 2)), 0.05)
+    alone = Block(condition(latents, [seen]), dict.fromkeys("abcd", "1"), [Output("t", "1", (Term("rest"),))], (seen,))
+    with pytest.raises(MisfitError, match="rest has a prior mean that names no model"):
+        write_block(alone, tmp_path / "block.json")

@@ -13,8 +13,8 @@ from tests.benchmarks.diagnosis.truth.write import _on_grid, _true_error, write_
 
 ROOT = Path(__file__).parents[3]
 SHIPPED = ROOT / "tests/cases/arm"
-# Families of fresh cases and how many of each 8: one effect, one that is in no library, nothing.
-SHARES = {"S": 6, "O": 1, "N1": 1}
+# Families of fresh cases and how many of each 12: one effect, one that is in no library, nothing.
+SHARES = {"S": 10, "O": 1, "N1": 1}
 UNSEEN = 2
 
 

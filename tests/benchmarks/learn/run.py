@@ -1,6 +1,6 @@
 """What blocks of `misfit learn` are worth: free-run errors along trials without them, with them, and of the true model.
 
-    python -m tests.benchmarks.learn.run --fresh 32 --seed 2311 --out build/bench-learn --report docs/benchmarks/learn.md
+    python -m tests.benchmarks.learn.run --fresh 24 --seed 2311 --out build/bench-learn --report docs/benchmarks/learn.md
 
 A run that was stopped goes on where it was. Exit code 1 if a block that was written makes a case worse.
 """
@@ -47,7 +47,7 @@ class Row:
 def main() -> None:
     """Do the cases that are not done, print the table, write the page."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--fresh", type=int, default=32, help="how many fresh cases")
+    parser.add_argument("--fresh", type=int, default=24, help="how many fresh cases")
     parser.add_argument("--seed", type=int, default=2311)
     parser.add_argument("--out", type=Path, default=Path("build/bench-learn"))
     parser.add_argument("--report", type=Path, help="Markdown page to write")
