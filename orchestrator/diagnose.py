@@ -20,7 +20,8 @@ from orchestrator.greybox.diagnose import diagnose_greybox
 from orchestrator.greybox.laws import Law
 from orchestrator.greybox.tape import can_be_taped
 from orchestrator.library.cards import EffectCard, effect_library
-from orchestrator.measurements import MeasurementSet
+from orchestrator.measurements import MeasurementSet, bind
+from orchestrator.models.contract import Model
 from orchestrator.models.patch import free_slots
 from orchestrator.models.symbolic import SymbolicModel
 from orchestrator.verdicts.cannot_tell import first_mend
@@ -58,6 +59,7 @@ def diagnose(
     progress("checking the record")
     model = model_of(source, source.compile())
     measurements = with_interpolation(model, measurements)
+    source = _holding(source, model, measurements)
     checks = check_data(model, measurements)
     if forbids_physics(checks):
         return replace(first_mend(model, measurements, checks, workers), mended=measurements.mended)
@@ -79,6 +81,14 @@ def diagnose(
     return replace(
         found, warnings=warnings, data_checks=checks, mended=measurements.mended, libraries=library_folders()
     )
+
+
+def _holding(source: ModelicaModel, model: Model, measurements: MeasurementSet) -> ModelicaModel:
+    """An FMU whose runs hold the inputs that were held; equations are told so wherever they are run."""
+    fmu = as_fmu(source)
+    if fmu is None:
+        return source
+    return replace(fmu, held=bind(measurements, model.inputs, model.outputs).trials[0].held)
 
 
 def _by_greybox(

@@ -31,8 +31,9 @@ class CoupledRuns(CompiledModel):
         processes: FmuProcesses,
         outputs: Sequence[str],
         free: Sequence[str] = (),
+        held: Sequence[str] = (),
     ) -> None:
-        super().__init__(system, outputs, free)
+        super().__init__(system, outputs, free, held=held)
         self.coupled, self.sites, self.settable, self.processes = system, sites, tuple(settable), processes
         self._columns = [list(system.outputs).index(name) for name in outputs]
         self._n_states = 0 if processes.cosimulation else len(sites.states)
@@ -73,6 +74,7 @@ class CoupledRuns(CompiledModel):
             substeps=substeps,
             variants=tuple(variants),
             n_added=int(self.coupled.rhs.numel_out(0)) - self.sites.wiring.n_inputs,
+            held=tuple(v.name in self.held for v in self.coupled.inputs),
         )
         answers = self.processes.ask(request)
         reached, first = answers[0]

@@ -2,7 +2,7 @@
 
 import hashlib
 import xml.etree.ElementTree as ET
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -103,7 +103,9 @@ class FmuFile:
         )
         return self.processes.ask(request)  # type: ignore[no-any-return]
 
-    def jacobians(self, time: np.ndarray, inputs: np.ndarray, start: np.ndarray, substeps: int) -> np.ndarray:
+    def jacobians(
+        self, time: np.ndarray, inputs: np.ndarray, start: np.ndarray, substeps: int, held: Sequence[str] = ()
+    ) -> np.ndarray:
         """Jacobians (n, nx + outputs, nx + inputs) of rates and outputs along a free run; model exchange only.
 
         Raises:
@@ -118,6 +120,7 @@ class FmuFile:
             start,
             substeps,
             self._asks_directions,
+            tuple(port.name in held for port in self.description.inputs),
         )
         return np.asarray(self.processes.ask(request))
 

@@ -32,12 +32,13 @@ class CoupledModel(SymbolicModel):
         sites: Sites,
         signals: Sequence[str] | None = None,
         free: Sequence[str] = (),
+        held: Sequence[str] = (),
     ) -> None:
         self.name, self.system, self.coupled = name, system, system
         self.signals = tuple(signals if signals is not None else system.outputs)
         self.file, self.sites = file, sites
         settable = file.description.settable
-        self.compiled = CoupledRuns(system, sites, settable, file.processes, self.signals, free)
+        self.compiled = CoupledRuns(system, sites, settable, file.processes, self.signals, free, held)
 
     @property
     def outputs(self) -> Sequence[Variable]:
@@ -91,7 +92,7 @@ class CoupledModel(SymbolicModel):
 
     def jacobians(self, record: Record, start: np.ndarray, substeps: int) -> tuple[np.ndarray, ...]:
         """Along a free run, d rates/d states, d rates/d inputs, d signals/d states, d signals/d inputs, each (n, ., .)."""
-        full = self.file.jacobians(record.time, record.inputs, start, substeps)
+        full = self.file.jacobians(record.time, record.inputs, start, substeps, self.compiled.held)
         nx, names = len(start), [v.name for v in self.sites.outputs]
         rows = [nx + names.index(name) for name in self.signals]
         return full[:, :nx, :nx], full[:, :nx, nx:], full[:, rows, :nx], full[:, rows, nx:]
@@ -99,10 +100,13 @@ class CoupledModel(SymbolicModel):
     def restricted(self, signals: Sequence[str], free: Sequence[str] = ()) -> "CoupledModel":
         if tuple(signals) == self.signals and tuple(free) == self.compiled.free:
             return self
-        return CoupledModel(self.name, self.coupled, self.file, self.sites, signals, free)
+        return CoupledModel(self.name, self.coupled, self.file, self.sites, signals, free, self.compiled.held)
 
     def with_held(self, held: Sequence[str]) -> "CoupledModel":
-        return self  # an FMU's inputs run in lines
+        """The same model whose inputs `held` stay until the next sample; inputs of a coupled system run in lines."""
+        if self.file.has_own_steps or tuple(held) == self.compiled.held:
+            return self
+        return CoupledModel(self.name, self.coupled, self.file, self.sites, self.signals, self.compiled.free, held)
 
     def record(self, trial: SmoothedTrial, parameters: np.ndarray | None = None) -> Record:
         """A trial with first guesses of the start values: measured states from the smoothed record, lags where their

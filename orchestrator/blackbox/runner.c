@@ -3,7 +3,7 @@
  *   effects_in   (t, xe, u, s, d, p) -> v           inputs of the FMU, from the given inputs u and the sensed values s;
  *                                                   behind them, if there are such, what is added to the rate of each state
  *   effects_out  (t, xe, u, s, y, d, p) -> dxe, z   rates of the effects' states, and the outputs after sensor effects
- * s are positions and speeds that the FMU shows, y its outputs, d delayed inputs. Inputs are linear between samples.
+ * s are positions and speeds that the FMU shows, y its outputs, d delayed inputs. Inputs are linear between samples, or held.
  * Model exchange: fourth-order Runge-Kutta with fixed substeps. Co-simulation: in a substep the FMU's inputs run along a line
  * if it can do that, else they are held at the value they are expected to have in its middle. */
 #include <math.h>
@@ -25,6 +25,7 @@ typedef struct {
   const int *differenced;    /* for each sensed value beyond the n_read that the FMU gives: the one whose rate it is */
   const double *t, *u, *d;   /* n times; n rows of nu inputs; n rows of nd delayed inputs */
   const double *p;
+  const int *held;           /* for each of the nu inputs, whether it stays at a sample's value until the next one */
 } problem;
 
 typedef struct {
@@ -54,7 +55,10 @@ static int get_real(const problem *m, const unsigned *refs, int count, double *v
 static void read_rows(const problem *m, int k, double t, double *u, double *d) {
   int next = k + 1 < m->n ? k + 1 : k;
   double width = m->t[next] - m->t[k], share = width > 0 ? (t - m->t[k]) / width : 0.0;
-  for (int i = 0; i < m->nu; i++) u[i] = m->u[k * m->nu + i] + share * (m->u[next * m->nu + i] - m->u[k * m->nu + i]);
+  for (int i = 0; i < m->nu; i++) {
+    double here = m->u[k * m->nu + i];
+    u[i] = m->held[i] ? here : here + share * (m->u[next * m->nu + i] - here);
+  }
   for (int i = 0; i < m->nd; i++) d[i] = m->d[k * m->nd + i] + share * (m->d[next * m->nd + i] - m->d[k * m->nd + i]);
 }
 

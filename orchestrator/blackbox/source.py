@@ -23,10 +23,14 @@ PULSE_SAMPLES = 24
 
 @dataclass(frozen=True)
 class FmuSource(ModelicaModel):
-    """A black-box FMU with the sites that it offers for one set of data, in the place of a Modelica class."""
+    """A black-box FMU with the sites that it offers for one set of data, in the place of a Modelica class.
+
+    `held` names inputs that stay at a sample's value until the next one.
+    """
 
     fmu: FmuFile | None = None
     sites: Sites | None = None
+    held: tuple[str, ...] = ()
 
     @staticmethod
     def prepare(path: Path, measurements: MeasurementSet, *, stepped: bool = False) -> "FmuSource":
@@ -56,7 +60,7 @@ class FmuSource(ModelicaModel):
     ) -> CoupledModel:
         """A coupled system of this FMU as a model."""
         assert self.fmu is not None and self.sites is not None and isinstance(system, CoupledSystem)
-        return CoupledModel(self.name, system, self.fmu, self.sites, signals, free)
+        return CoupledModel(self.name, system, self.fmu, self.sites, signals, free, self.held)
 
     def candidates(self) -> list[Candidate]:
         """Every effect at every site where it can be attached, with its card in the FMU's units."""

@@ -48,7 +48,7 @@ class Variant:
 @dataclass(frozen=True)
 class RunRequest:
     """Free runs with effects: `library` is the compiled runner, `n_results` its number of outputs, `n_states` those of
-    the FMU, `n_added` the number of rates to which effects add."""
+    the FMU, `n_added` the number of rates to which effects add; `held` tells which inputs stay until the next sample."""
 
     library: Path
     wiring: Wiring
@@ -59,6 +59,7 @@ class RunRequest:
     substeps: int
     variants: tuple[Variant, ...]
     n_added: int = 0
+    held: tuple[bool, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -95,6 +96,7 @@ class PathRequest:
     start: np.ndarray
     substeps: int
     directional: bool
+    held: tuple[bool, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -153,6 +155,7 @@ class _Problem(ctypes.Structure):
                     "u",
                     "d",
                     "p",
+                    "held",
                 ),
             )
         ),
@@ -234,6 +237,7 @@ def _run(instance: _Instance, request: RunRequest) -> list[tuple[int, np.ndarray
     kept: list[Any] = [
         *((ctypes.c_uint * max(len(r), 1))(*r) for r in (wiring.inputs, wiring.sensed, wiring.outputs)),
         (ctypes.c_int * max(len(wiring.differenced), 1))(*wiring.differenced),
+        (ctypes.c_int * max(request.inputs.shape[1], 1))(*request.held),
     ]
     time, inputs = (np.ascontiguousarray(part, dtype=float) for part in (request.time, request.inputs))
     stepped = instance.cosimulation
@@ -267,8 +271,9 @@ def _run(instance: _Instance, request: RunRequest) -> list[tuple[int, np.ndarray
             ),
             instance.fmu.component,
             *functions,
-            *(ctypes.addressof(part) for part in kept),
+            *(ctypes.addressof(part) for part in kept[:-1]),
             *(part.ctypes.data for part in (time, inputs, d, p)),
+            ctypes.addressof(kept[-1]),
         )
         outputs = np.zeros((n, request.n_results))
         reached = library.run_with_effects(
@@ -324,14 +329,16 @@ def _jacobian(
 
 
 def _path(instance: _Instance, request: PathRequest) -> np.ndarray:
-    """Jacobians (n, nx + outputs, nx + inputs) at the samples of a free run (Runge-Kutta, inputs linear between samples)."""
+    """Jacobians (n, nx + outputs, nx + inputs) at the samples of a free run (Runge-Kutta, inputs linear between samples, or held)."""
     time, inputs, x = request.time, request.inputs, request.start
+    held = np.array(request.held or [False] * inputs.shape[1])
     instance.begin(float(time[0]), {})
 
-    def rate(at: float, x: np.ndarray) -> np.ndarray:
+    def rate(k: int, at: float, x: np.ndarray) -> np.ndarray:
         instance.fmu.setTime(at)
         instance.set_states(x)
-        instance.set(request.wiring.inputs, [float(np.interp(at, time, column)) for column in inputs.T])
+        lines = np.array([np.interp(at, time, column) for column in inputs.T])
+        instance.set(request.wiring.inputs, np.where(held, inputs[k], lines).tolist())
         return instance.rates(len(x))
 
     found = []
@@ -341,10 +348,10 @@ def _path(instance: _Instance, request: PathRequest) -> np.ndarray:
         h = (time[min(k + 1, len(time) - 1)] - at) / request.substeps
         for j in range(request.substeps if h > 0 else 0):
             t = float(at + j * h)
-            k1 = rate(t, x)
-            k2 = rate(t + h / 2, x + h / 2 * k1)
-            k3 = rate(t + h / 2, x + h / 2 * k2)
-            k4 = rate(t + h, x + h * k3)
+            k1 = rate(k, t, x)
+            k2 = rate(k, t + h / 2, x + h / 2 * k1)
+            k3 = rate(k, t + h / 2, x + h / 2 * k2)
+            k4 = rate(k, t + h, x + h * k3)
             x = x + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
     return np.array(found)
 

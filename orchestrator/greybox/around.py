@@ -51,7 +51,7 @@ def fmu_with(
     description = source.fmu.started
     sites = _all_states_sensed(description, source.fmu.positions())
     system = _Around(source.name, effects, acting, states, description, sites).system()
-    return CoupledModel(source.name, system, source.fmu, sites, signals)
+    return CoupledModel(source.name, system, source.fmu, sites, signals, held=source.held)
 
 
 def _all_states_sensed(description: Description, positions: Mapping[int, Any]) -> Sites:
