@@ -241,7 +241,7 @@ class SystemBuilder:
             place = self.arena.where(entry["provenance"])
             raise ModelicaError(
                 f"{place}: delay() of a quantity that depends on states or on another delay ({others[0]}) is not "
-                "supported; delay an input"
+                "supported; delay an input, or write lags in a row, n equations such as T/n*der(z[k]) = z[k-1] - z[k]"
             )
 
     def _defaults(self, knowns: Knowns) -> list[list[float]]:

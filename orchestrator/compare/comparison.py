@@ -71,7 +71,7 @@ def summarise(
     curves = tuple(_curves(trial, run, data.output_names, moving) for trial, run in followed)
     learning = [c for c in curves if c.set == "learning"]
     held_out = [c for c in curves if c.set == "held_out"]
-    where = where_it_fails(learning or curves, units, floor)
+    where = where_it_fails(learning or curves, units, floor, {v.name: v.unit for v in model.inputs})
     return Comparison(
         model=model.name,
         data=str(measurements.path),

@@ -1,6 +1,7 @@
 """Where a model fails: by signal, in time, against the measured state, and in frequency."""
 
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -9,18 +10,22 @@ from scipy import signal
 from orchestrator.compare.maps import Coordinate, ErrorMap, coordinates_of, error_map, error_maps, sentence
 from orchestrator.compare.result import TrialCurves
 
+NO_UNITS: Mapping[str, str] = MappingProxyType({})
 WINDOWS = 10
 SHUFFLES = 39
 
 
 def where_it_fails(
-    curves: Sequence[TrialCurves], units: Mapping[str, str], floor: Mapping[str, float]
+    curves: Sequence[TrialCurves],
+    units: Mapping[str, str],
+    floor: Mapping[str, float],
+    input_units: Mapping[str, str] = NO_UNITS,
 ) -> dict[str, list[dict[str, Any]]]:
     """Return the error of each signal by signal, time window, bin of the measured state, and frequency band.
 
-    Residuals are measured minus modelled. Speeds are central differences of the measured signals.
+    `units` are those of the signals. Residuals are measured minus modelled. Speeds are central differences of the measured signals.
     """
-    maps = {name: state_maps(curves, units, name) for name in units}
+    maps = {name: state_maps(curves, units, name, input_units) for name in units}
     return {
         "signal": [{**_by_signal(curves, name, units, floor), "depends": sentence(name, maps[name])} for name in units],
         "time": [row for name in units for row in _by_time(curves, name)],
@@ -46,7 +51,8 @@ def findings(where: Mapping[str, list[dict[str, Any]]], floor: Mapping[str, floa
         if biased:
             most = max(biased, key=lambda r: abs(r["bias"]))
             text += f"; biased by {most['bias']:.2g} {row['unit']} where {most['against']} is "
-            text += f"{most['from']:.3g} to {most['to']:.3g} {most['unit']}"
+            unit = "" if most["unit"] == "1" else f" {most['unit']}"
+            text += f"{most['from']:.3g} to {most['to']:.3g}{unit}".rstrip()
         sentences.append(text)
         if "depends" in row:
             sentences.append(row["depends"])
@@ -99,13 +105,15 @@ def _step(curves: Sequence[TrialCurves]) -> float:
     return float(np.median(np.diff(curves[0].time))) if len(curves[0].time) > 1 else 1.0
 
 
-def state_maps(curves: Sequence[TrialCurves], units: Mapping[str, str], name: str) -> list[ErrorMap]:
+def state_maps(
+    curves: Sequence[TrialCurves], units: Mapping[str, str], name: str, input_units: Mapping[str, str]
+) -> list[ErrorMap]:
     """The residual of a signal over everything that was recorded, each with its permutation band."""
     times = [c.time for c in curves]
     signals = {other: [c.measured[other] for c in curves] for other in units}
     inputs = {other: [c.inputs[other] for c in curves] for other in curves[0].inputs}
     residual = [_residual(c, name) for c in curves]
-    found = coordinates_of(signals, units, inputs, {}, times)
+    found = coordinates_of(signals, units, inputs, input_units, times)
     return [m for m in error_maps(residual, found, _step(curves)) if m is not None]
 
 
