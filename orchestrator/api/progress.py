@@ -7,6 +7,8 @@ from html import escape
 from importlib import import_module
 from typing import Any
 
+from orchestrator.elapsed import Elapsed, columns
+
 Say = Callable[[str], None]
 
 
@@ -47,9 +49,14 @@ def _in_notebook() -> Iterator[Say]:
 
 def _on_terminal() -> Iterator[Say]:
     from rich.console import Console
-    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import Progress
 
-    columns = (SpinnerColumn(), TimeElapsedColumn(), TextColumn("{task.description}"))
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+    gone = Elapsed()
+    with Progress(*columns(gone), console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("starting")
-        yield lambda message: bar.update(task, description=message)
+
+        def say(message: str) -> None:
+            gone.said(message)
+            bar.update(task, description=message)
+
+        yield say

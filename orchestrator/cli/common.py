@@ -13,6 +13,7 @@ import click
 
 from fmus.errors import MisfitError
 from fmus.files import write_atomically
+from orchestrator.elapsed import Elapsed, columns
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -173,12 +174,17 @@ def progress(quiet: bool) -> Iterator[Say]:
         yield _now_and_then(time.monotonic)
         return
     from rich.console import Console
-    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import Progress
 
-    columns = (SpinnerColumn(), TimeElapsedColumn(), TextColumn("{task.description}"))
-    with on_screen(Progress(*columns, console=Console(stderr=True), transient=True)) as bar:
+    gone = Elapsed()
+    with on_screen(Progress(*columns(gone), console=Console(stderr=True), transient=True)) as bar:
         task = bar.add_task("starting")
-        yield lambda message: bar.update(task, description=message)
+
+        def say(message: str) -> None:
+            gone.said(message)
+            bar.update(task, description=message)
+
+        yield say
 
 
 _ON_SCREEN: list["Progress"] = []
@@ -210,14 +216,17 @@ def screen_paused() -> Iterator[None]:
 
 def _now_and_then(clock: Callable[[], float]) -> Say:
     """Say a line on stderr at most every `LINE_EVERY_S`, the first one no sooner than that."""
-    began = last = clock()
+    began = last = now = clock()
+    gone = Elapsed(lambda: now)
 
     def say(message: str) -> None:
-        nonlocal last
+        nonlocal last, now
         now = clock()
+        gone.said(message)
         if now - last >= LINE_EVERY_S:
             last = now
-            print(f"misfit: {now - began:.0f} s: {message}", file=sys.stderr, flush=True)
+            words = ", ".join(filter(None, (f"{now - began:.0f} s", gone.words)))
+            print(f"misfit: {words}: {message}", file=sys.stderr, flush=True)
 
     return say
 

@@ -35,7 +35,7 @@ def main() -> None:
 
 def _say(message: str) -> None:
     with (FOLDER / "progress.txt").open("a") as stream:
-        stream.write(" ".join(message.split()) + "\n")
+        stream.write(f"{time.time():.3f} {' '.join(message.split())}\n")
 
 
 if __name__ == "__main__":

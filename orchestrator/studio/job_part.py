@@ -102,7 +102,7 @@ def _state(job: Job, matched: dict[str, Any] | None) -> str:
         case "none":
             return "Nothing has been done yet."
         case "running":
-            return f"{DOING[job.kind]} · {seconds} · {job.message}"
+            return " · ".join(filter(None, (DOING[job.kind], job.gone, seconds, job.message)))
         case "done" if job.kind == "match":
             return _matched_words(matched)
         case "done":

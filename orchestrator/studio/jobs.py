@@ -7,6 +7,7 @@ import signal
 import subprocess
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -16,6 +17,7 @@ from fmus.errors import MisfitError
 from fmus.files import write_atomically
 from fmus.locks import lock as take_lock
 from fmus.locks import try_lock
+from orchestrator.elapsed import Elapsed
 from orchestrator.studio.project import Project
 
 State = Literal["none", "running", "done", "failed", "cancelled"]
@@ -26,12 +28,13 @@ _children: list["subprocess.Popen[bytes]"] = []
 
 @dataclass(frozen=True)
 class Job:
-    """The present or last job of a project: its kind, state, newest message, and seconds since it began."""
+    """The present or last job of a project: its kind, state, newest message, seconds since it began, and how far it has gone."""
 
     kind: str
     state: State
     message: str
     seconds: float
+    gone: str = ""
 
     @property
     def running(self) -> bool:
@@ -78,7 +81,7 @@ def look(project: Project) -> Job:
         return Job("", "none", "", 0.0)
     kind, seconds = str(begun["kind"]), time.time() - float(str(begun["begun"]))
     if _locked(folder):
-        return Job(kind, "running", _last_line(folder / "progress.txt"), seconds)
+        return Job(kind, "running", *_progress(folder / "progress.txt", time.time() - seconds, seconds))
     end = _read(folder / "end.json")
     if not end:
         return Job(kind, "failed", "the work ended without a result; perhaps memory ran out: start it again", seconds)
@@ -149,8 +152,20 @@ def _read(path: Path) -> dict[str, object]:
         return {}
 
 
-def _last_line(path: Path) -> str:
+def _progress(path: Path, began: float, seconds: float) -> tuple[str, float, str]:
+    """The newest message, the seconds since the beginning, and how far the work has gone."""
+    now = began
+    gone = Elapsed(lambda: now)
+    message = "starting"
     try:
-        return path.read_text().rstrip("\n").rpartition("\n")[2]
+        lines = path.read_text().splitlines()
     except OSError:
-        return "starting"
+        lines = []
+    for line in lines:
+        at, _, rest = line.partition(" ")
+        message = rest or line
+        with suppress(ValueError):  # a line that is being written
+            now = float(at)
+        gone.said(message)
+    now = began + seconds
+    return message, seconds, gone.words

@@ -33,6 +33,7 @@ def serve(listener: socket.socket, keys: Keys, folder: Path) -> None:
     os.environ["NICEGUI_STORAGE_PATH"] = str(folder / ".nicegui")
     import uvicorn
     from fastapi import FastAPI
+    from nicegui import app as nicegui_app
     from nicegui import ui
 
     from orchestrator.studio import jobs, routes, workspace
@@ -52,6 +53,8 @@ def serve(listener: socket.socket, keys: Keys, folder: Path) -> None:
         show_welcome_message=False,
         gzip_middleware_factory=None,
     )
+    # The bar that Quasar draws over the page during requests has no name that a screen reader could say.
+    nicegui_app.config.quasar_config = {**nicegui_app.config.quasar_config, "loadingBar": {"skipHijack": True}}
     gate = Gate(app, listener.getsockname()[1], keys, most_bytes=upload_limit() + SLACK)
     config = uvicorn.Config(gate, log_level="warning", server_header=False, timeout_graceful_shutdown=1)
     try:

@@ -20,7 +20,7 @@ from orchestrator.cosim.run import RunOptions, run_system
 from orchestrator.cosim.swap import swap
 from orchestrator.cosim.system import RunSettings
 from orchestrator.regress.case_file import read_cases
-from orchestrator.regress.execute import execute
+from orchestrator.regress.pool import run_cases
 from orchestrator.regress.update import update_references
 from orchestrator.results import MemoryRecorder, Result, read_result
 
@@ -115,8 +115,8 @@ def _regressed(path: Path, system: System) -> str:
         if not any(port.causality == "output" and port.type in NUMBERS for port in read_description(path).ports):
             return "no outputs to compare"
         cases = read_cases(file)
-        update_references(cases, [execute(case, want="signals") for case in cases])
-        outcome = execute(cases[0])
+        update_references(cases, run_cases(cases, 1, lambda _: None, "signals"))
+        (outcome,) = run_cases(cases, 1, lambda _: None, "verdict")
         return "ok" if outcome.verdict == "passed" else outcome.reason
 
 

@@ -16,7 +16,7 @@ from typing import Any
 
 from fmus.children import child_environment, python_command, run_child
 from fmus.errors import MisfitError
-from tests.benchmarks.fmus.page import page
+from tests.benchmarks.fmus.page import TRIED, page
 
 ONE_S = 150.0
 
@@ -56,19 +56,20 @@ def gate(path: Path, folder: Path) -> dict[str, Any]:
     """What became of an FMU."""
     row: dict[str, Any] = {"source": path.relative_to(folder).parts[0], "file": path.name}
     command = python_command("tests.benchmarks.fmus.one:main", str(path.resolve()))
+    ended = ""
     try:
         done = run_child(command, environment=child_environment(), timeout_s=ONE_S)
-    except subprocess.TimeoutExpired:
-        return row | {"run": f"the gate took more than {ONE_S:g} s"}
-    said = done.stdout.decode(errors="replace").replace(
-        f"{folder.resolve()}/", ""
-    )  # no page names a place of this machine
+        output = done.stdout
+        if done.returncode != 0:  # where the gate does not set an FMU apart, it can end the process
+            words = done.stderr.decode(errors="replace").strip().splitlines() or [f"exit code {done.returncode}"]
+            ended = f"it ended the process: {words[-1]}"
+    except subprocess.TimeoutExpired as error:
+        output, ended = error.stdout or b"", f"no end within the {ONE_S:g} s of the gate"
+    said = output.decode(errors="replace").replace(f"{folder.resolve()}/", "")  # no page names a place of this machine
     answers = [line for line in said.splitlines() if line.startswith("{")]
     found = dict(json.loads(answers[-1])) if answers else {}
-    if done.returncode != 0:  # an FMU of which this was told ended the process of the gate, where it is not set apart
-        last = next((name for name in ("validate", "run", "repeat", "swap", "regress") if name not in found), "run")
-        words = done.stderr.decode(errors="replace").strip().splitlines() or [f"exit code {done.returncode}"]
-        found = {last: f"it ended the process: {words[-1]}", **found}
+    if ended:
+        found[next((name for name in TRIED if name not in found), TRIED[-1])] = ended
     return row | found
 
 

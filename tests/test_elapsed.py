@@ -1,0 +1,78 @@
+"""How far long work has gone, and about how long it still takes, by a clock of the test."""
+
+import pytest
+
+from orchestrator.elapsed import Elapsed
+
+
+class Work:
+    """Work that says something at times in s."""
+
+    def __init__(self) -> None:
+        self.now = 0.0
+        self.gone = Elapsed(lambda: self.now)
+
+    def says(self, seconds: float, message: str) -> "Work":
+        self.now = seconds
+        self.gone.said(message)
+        return self
+
+
+def test_counted_work_is_as_far_as_it_says() -> None:
+    work = Work().says(0.0, "checking 1 of 40: a passed").says(20.0, "checking 20 of 40: b passed")
+    assert work.gone.words == "50 %, about 20 s left"
+    work.says(39.0, "checking 40 of 40: c passed")
+    assert work.gone.share is not None and work.gone.share < 1.0
+
+
+def test_what_is_counted_anew_begins_at_its_own_beginning() -> None:
+    work = Work().says(0.0, "trials: 1 of 2").says(10.0, "trials: 2 of 2").says(20.0, "draws: 1 of 4")
+    assert work.gone.share == pytest.approx(0.25)
+
+
+def test_a_diagnosis_goes_on_from_stage_to_stage_and_never_back() -> None:
+    work, shares = Work(), []
+    stages = [
+        "reading x",
+        "checking the record",
+        "comparing the model with the measurement",
+        "compiling the model with each effect",
+    ]
+    stages += [
+        "testing what the model leaves",
+        "screening cogging",
+        "refitting tremor",
+        "following tremor",
+        "screening payload",
+    ]
+    stages += ["testing what tremor leaves", "checking tremor on held-out trials"]
+    for second, stage in enumerate(stages):
+        work.says(10.0 * second, stage)
+        for after in (0.0, 3.0, 9.9):
+            work.now = 10.0 * second + after
+            shares.append(work.gone.share)
+    assert all(share is not None for share in shares) and shares == sorted(shares)
+    assert 0.94 <= shares[-1] < 1.0
+    assert work.gone.words.startswith("9") and work.gone.words.endswith("s left")
+
+
+def test_the_search_of_balances_has_stages_of_its_own() -> None:
+    work = (
+        Work()
+        .says(0.0, "reading x")
+        .says(10.0, "75 candidates at 11 places")
+        .says(70.0, "best so far: nothing missing")
+    )
+    assert work.gone.share == pytest.approx(0.7)
+
+
+def test_work_that_tells_of_no_known_stage_gets_no_number() -> None:
+    assert Work().gone.words == ""
+    assert Work().says(5.0, "thinking").gone.words == ""
+
+
+@pytest.mark.parametrize(
+    ("seconds", "words"), [(2.0, "50 %"), (30.0, "50 %, about 30 s left"), (300.0, "50 %, about 5 min left")]
+)
+def test_times_are_rounded_and_told_only_after_a_while(seconds: float, words: str) -> None:
+    assert Work().says(0.0, "case 1 of 10").says(seconds, "case 5 of 10").gone.words == words
