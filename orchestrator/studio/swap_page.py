@@ -19,13 +19,14 @@ from orchestrator.studio.names import safe_name
 from orchestrator.studio.pages import Page
 from orchestrator.studio.project import Project, file_stamp
 from orchestrator.studio.receive import checked, keep
-from orchestrator.studio.swap_drive import DRIVES
+from orchestrator.studio.swap_drive import CHOICES, RECORDED
 from orchestrator.studio.swap_result import swap_result, verdict
-from orchestrator.studio.swap_task import DEFAULT_TOLERANCE, RESULT, SIDES, file_of
+from orchestrator.studio.swap_task import DEFAULT_TOLERANCE, RECORDING, RESULT, SIDES, file_of
 from orchestrator.studio.tell import telling
 from orchestrator.studio.text import heading, paragraph
 
 EVERY_S = 0.5
+ENDINGS = (".csv", ".parquet", ".h5", ".mf4")
 # Comparisons are cheap to repeat; the oldest make room.
 MOST_KEPT = 20
 _ID = re.compile(r"[a-z0-9]{10}")
@@ -39,7 +40,7 @@ def register() -> Page:
     async def upload(id: str, side: str, name: str, request: Request) -> Response:
         try:
             project = _opened(id)
-            if side not in SIDES:
+            if side not in (*SIDES, RECORDING):
                 raise MisfitError(f"an FMU is {' or '.join(SIDES)}, not {safe_name(side)!r}")
             return PlainTextResponse(await keep(project, name, request.stream(), _taker(side)))
         except MisfitError as error:
@@ -73,6 +74,10 @@ def build(swap: str = "") -> None:
                 heading(_TITLES[side])
                 parts.append(Live(partial(_name, project, side), partial(_named, project, side)))
                 drop_zone(project, side, "Drop an FMU here, or choose one:", ".fmu", multiple=False, home="swap")
+    with ui.element("section").props('aria-label="Recorded inputs"'):
+        drop_zone(
+            project, RECORDING, "Recorded inputs, if there are some:", ",".join(ENDINGS), multiple=False, home="swap"
+        )
     work = _Work(project)
     parts.append(Live(lambda: file_stamp(project.results / RESULT) if project.exists else None, _shower(project)))
 
@@ -99,7 +104,7 @@ class _Work:
                 tolerance = settings.get("tolerance") or DEFAULT_TOLERANCE
                 self.tolerance = ui.number("Equal within this share of the range", value=tolerance, min=0, step=1e-4)
                 self.tolerance.props("dense").style("width: 19rem")
-                names = list(DRIVES)
+                names = list(CHOICES)
                 self.drive = ui.select(names, label="Inputs", value=settings.get("drive", names[0])).props("dense")
                 self.drive.style("width: 20rem")
                 self.compare = ui.button("Compare", on_click=self._compare).props("no-caps unelevated")
@@ -199,6 +204,8 @@ def _make_room() -> None:
 
 def _taker(side: str) -> Callable[[Project, str, Path], str]:
     def take(project: Project, name: str, file: Path) -> str:
+        if side == RECORDING:
+            return _recording(project, name, file)
         if not name.lower().endswith(".fmu"):
             raise MisfitError(f"{name} was not taken: expected a file that ends with .fmu")
         checked(file, name, "modelDescription.xml")
@@ -211,6 +218,17 @@ def _taker(side: str) -> Callable[[Project, str, Path], str]:
         return f"{name} was taken."
 
     return take
+
+
+def _recording(project: Project, name: str, file: Path) -> str:
+    ending = Path(name).suffix.lower()
+    if ending not in ENDINGS:
+        raise MisfitError(f"{name} was not taken: expected a file that ends with {', '.join(ENDINGS)}")
+    folder = project.folder / RECORDING
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir()
+    file.replace(folder / f"recorded{ending}")
+    return f'{name} was taken. Choose "{RECORDED}" under Inputs and press Compare.'
 
 
 def _forget(project: Project) -> None:

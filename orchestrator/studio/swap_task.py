@@ -11,6 +11,7 @@ import numpy as np
 from fmus.errors import MisfitError
 from fmus.files import write_atomically
 from fmus.units import conversion
+from orchestrator.cosim.compatible import unit_scaling
 from orchestrator.cosim.component import FLOATS, Port
 from orchestrator.cosim.fmu import FmuDescription, read_description
 from orchestrator.cosim.run import RunOptions, RunOutcome, run_system
@@ -24,12 +25,13 @@ from orchestrator.report.thinning import extremes
 from orchestrator.results import MemoryRecorder, compare_results
 from orchestrator.results.result import Result
 from orchestrator.studio.project import Project
-from orchestrator.studio.swap_drive import DRIVES, Waves
+from orchestrator.studio.swap_drive import DRIVES, RECORDED, Waves, converted, recorded
 from orchestrator.studio.swap_interface import interface_rows
 
 Say = Callable[[str], None]
 
 SIDES = ("old", "new")
+RECORDING = "recording"
 RESULT = "swap.json"
 DEFAULT_STOP_S = 10.0
 # Solvers of different makes differ by less of a signal's range; who wants more says so.
@@ -48,8 +50,8 @@ class SideRun:
 
 
 def file_of(project: Project, side: str) -> Path | None:
-    """The FMU of a side; None while there is none."""
-    return next(iter(sorted((project.folder / side).glob("*.fmu"))), None)
+    """The FMU of a side, or the file of recorded inputs; None while there is none."""
+    return next(iter(sorted((project.folder / side).glob("*.*" if side == RECORDING else "*.fmu"))), None)
 
 
 def swap(project: Project, say: Say) -> None:
@@ -61,13 +63,24 @@ def swap(project: Project, say: Say) -> None:
     old, new = (read_description(Path(str(file)).resolve()) for file in files)
     report, change = interface_report(old, new), interface_change(old, new)
     settings = project.settings
-    stop = float(settings.get("stop") or old.stop_time or DEFAULT_STOP_S)
     chosen = settings.get("drive", next(iter(DRIVES)))
-    waves = DRIVES[chosen](_common_inputs(old, report), stop)
+    inputs, recording = _common_inputs(old, report), file_of(project, RECORDING)
+    waves: Waves = {}
+    if chosen == RECORDED:
+        if recording is None:
+            raise MisfitError(
+                "no recorded inputs are there; drop in a file with a column time and columns named like inputs"
+            )
+        waves = recorded(inputs, recording)
+    length = max((wave["times"][-1] for wave in waves.values()), default=None)
+    stop = float(settings.get("stop") or length or old.stop_time or DEFAULT_STOP_S)
+    waves = waves or DRIVES[chosen](inputs, stop)
     runs = []
     for side, description in zip(SIDES, (old, new), strict=True):
         say(f"running {description.path.name}")
-        runs.append(_run(side, description, report, stop, waves))
+        runs.append(
+            _run(side, description, report, stop, waves if side == "old" else _for_new(waves, report, old, new))
+        )
     document = {
         "files": [old.path.name, new.path.name],
         "matched": sum(not match.conversion for match in report.matches),
@@ -90,8 +103,20 @@ def _common_inputs(old: FmuDescription, report: SwapReport) -> list[Port]:
     return [port for port in old.ports if port.name in common and port.type in FLOATS and not port.shape]
 
 
+def _for_new(waves: Waves, report: SwapReport, old: FmuDescription, new: FmuDescription) -> Waves:
+    """The same movements in the units that the new one has for these inputs."""
+    names = {match.old: match.new for match in report.matches}
+    found: Waves = {}
+    for name, wave in waves.items():
+        one, other = old.by_name[name][0], new.by_name[names[name]][0] if names[name] in new.by_name else None
+        known = other is not None and one.unit and other.unit
+        factor, offset = unit_scaling(one, other) if other is not None and known else (1.0, 0.0)
+        found[name] = wave if (factor, offset) == (1.0, 0.0) else converted(wave, factor, offset)
+    return found
+
+
 def _run(side: str, description: FmuDescription, report: SwapReport, stop: float, waves: Waves) -> SideRun:
-    """Run one side; `waves` drive inputs under the old one's names."""
+    """Run one side; `waves` drive inputs under the old one's names, in its own units."""
     renamed = {match.new: match.old for match in report.matches} if side == "new" else {}
     known = {p.name for p in description.ports if p.type in FLOATS and not p.shape}
     names = {match.old: match.new if side == "new" else match.old for match in report.matches}
