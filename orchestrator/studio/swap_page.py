@@ -74,9 +74,14 @@ def build(swap: str = "") -> None:
                 heading(_TITLES[side])
                 parts.append(Live(partial(_name, project, side), partial(_named, project, side)))
                 drop_zone(project, side, "Drop an FMU here, or choose one:", ".fmu", multiple=False, home="swap")
-    with ui.element("section").props('aria-label="Recorded inputs"'):
+    with ui.element("section").props('aria-label="A recording"'):
         drop_zone(
-            project, RECORDING, "Recorded inputs, if there are some:", ",".join(ENDINGS), multiple=False, home="swap"
+            project,
+            RECORDING,
+            "A recording that moves them, if there is one:",
+            ",".join(ENDINGS),
+            multiple=False,
+            home="swap",
         )
     work = _Work(project)
     parts.append(Live(lambda: file_stamp(project.results / RESULT) if project.exists else None, _shower(project)))

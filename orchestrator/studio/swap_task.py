@@ -18,7 +18,7 @@ from orchestrator.cosim.run import RunOptions, RunOutcome, run_system
 from orchestrator.cosim.swap import SwapReport
 from orchestrator.regress.one_run import case_of
 from orchestrator.regress.outcome import plain
-from orchestrator.regress.prepare import system_of
+from orchestrator.regress.prepare import DRIVE, system_of
 from orchestrator.regress.whole.release import interface_change, interface_report
 from orchestrator.report.arm_drawing.curves import MOST_POINTS
 from orchestrator.report.thinning import extremes
@@ -125,7 +125,6 @@ def _run(side: str, description: FmuDescription, report: SwapReport, stop: float
     recorder = MemoryRecorder()
     try:
         system = system_of(case_of(side, description.path.parent / "case.toml", description.path.name, options))
-        # Recorded are outputs only, those of what drives the inputs not being any.
         outcome = run_system(system, recorder, RunOptions(isolate=True))
     except MisfitError as error:
         return SideRun(None, None, str(error))
@@ -136,7 +135,10 @@ def _under_names(result: Result, renamed: dict[str, str]) -> Result:
     """A result whose columns are named by variable, without the component, as the old FMU names them."""
     columns, arrays = [], {}
     for column in result.columns:
-        variable = column.name.partition(".")[2] or column.name
+        component, _, variable = column.name.partition(".")
+        if component == DRIVE:
+            continue  # what drives the inputs proves nothing
+        variable = variable or column.name
         name = renamed.get(variable, variable)
         columns.append(replace(column, name=name))
         arrays[name] = result[column.name]

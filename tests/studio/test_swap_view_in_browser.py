@@ -96,7 +96,7 @@ def _rows(tab: Page, caption: str, count: int) -> list[list[str]]:
     return [[cell.inner_text() for cell in row.locator("th, td").all()] for row in rows.all()]
 
 
-def test_same_fmu_twice_does_not_part(tab: Page, studio: Studio, fmus: list[Path]) -> None:
+def test_same_fmu_twice_does_not_part(tab: Page, studio: Studio, fmus: list[Path], tmp_path: Path) -> None:
     tab.goto(f"{studio.url}/swap")
     drop(tab, [Path(fmus[0]), Path(fmus[0])])
 
@@ -106,6 +106,16 @@ def test_same_fmu_twice_does_not_part(tab: Page, studio: Studio, fmus: list[Path
     expect(tab.get_by_text(re.compile("that moved agrees? within 0.1 % of"))).to_be_visible()
     expect(tab.get_by_text("They do not differ")).to_be_visible()
     assert tab.locator("table", has_text="Signals that both have").locator("td").first.inner_text() == "never"
+
+    recording = tmp_path / "drive.csv"
+    recording.write_text("time,u\n0,0\n1,2\n3,1\n")
+    expect(tab.get_by_text(re.compile("^Compared in"))).to_be_visible(timeout=PATIENCE_MS)
+    tab.locator("#choose-recording").set_input_files(recording)
+    expect(tab.get_by_text('drive.csv was taken. Choose "as recorded in the file" under Inputs')).to_be_visible()
+    tab.get_by_label("Inputs").click()
+    tab.get_by_role("option", name="as recorded in the file").click()
+    tab.get_by_role("button", name="Compare", exact=True).click()
+    expect(tab.get_by_text("run to 3 s")).to_be_visible(timeout=PATIENCE_MS)
 
 
 def test_a_file_that_is_no_fmu_is_refused_in_one_line(tab: Page, studio: Studio, tmp_path: Path) -> None:
