@@ -45,6 +45,9 @@ def balance_of(term: Term, flat: FlatPoints, states: Sequence[str], values: Sequ
         raise ModelicaError(f"'{term.state}' is no state of the model; its states are {', '.join(states)}")
     table = [_slopes(state, states, flat, values) for state in states]
     found = _candidates(term.state, states, table, flat)
+    if not found:  # the charge behind an inductor: der(q) = i
+        table[list(states).index(term.state)] = _slopes(term.state, states, flat, values, names=True)
+        found = _candidates(term.state, states, table, flat)
     if not found:
         raise ModelicaError(
             f"no equation of the model determines der({term.state}); name a state with a balance equation"
@@ -69,16 +72,19 @@ class _Slope:
 
 
 def _slopes(
-    state: str, states: Sequence[str], flat: FlatPoints, points: Sequence[Mapping[str, float]]
+    state: str, states: Sequence[str], flat: FlatPoints, points: Sequence[Mapping[str, float]], names: bool = False
 ) -> dict[int, _Slope]:
-    """By the number of the flat equation, where it changes with der(state), and with the variables that equal it."""
+    """By the number of the flat equation, where it changes with der(state), and with the variables that equal it.
+
+    Equations that say that two variables are equal are left out, unless `names`.
+    """
     rate, values = f"der({state})", points[0]
     step = max(abs(values[rate]), 1.0)
     moved = {**values, **{name: values[name] + step for name in _equal(rate, points) if name not in states}}
     found = {}
     pairs = zip(flat.residuals(values), flat.residuals(moved), strict=True)
     for number, ((equation, before, size), (_, after, _)) in enumerate(pairs):
-        if before is None or after is None or before.shape != after.shape or _is_name(equation):
+        if before is None or after is None or before.shape != after.shape or (_is_name(equation) and not names):
             continue
         slope = (after - before) / step
         if np.any(np.abs(slope) > SMALL * max(size / step, 1e-12)):

@@ -279,8 +279,11 @@ class _Lines:
 
     def _force_on(self, j: int, state: Variable, inputs: Sequence[Variable]) -> int:
         """The input that is a flow into the balance of a state, and moves this state most; -1 without one."""
-        size = np.abs(self.middle[: self.nx, self.nx : self.nx + self.nu])
+        slopes = self.middle[: self.nx, self.nx : self.nx + self.nu]
+        size = np.abs(slopes)
         for i in np.argsort(-size[j]) if self.nu else ():
+            if slopes[j, i] < 0:  # a law's force acts in the direction of its state, and this input against it
+                continue
             fitting = state.unit in DRIVES.get(inputs[i].unit, ()) or not state.unit and inputs[i].unit in DRIVES
             if size[j, i] > 0 and fitting and size[j, i] >= size[:, i].max():
                 return int(i)

@@ -136,6 +136,18 @@ def test_an_fmu_with_damping_around_it_moves_as_one_with_damping_inside(
     np.testing.assert_allclose(runs[0], runs[1], atol=1e-9)
 
 
+def test_a_force_input_against_the_direction_of_a_state_is_no_force_on_it(tmp_path: Path) -> None:
+    """Friction through it would push: a Dymola FMU counts the speed of a damper from the other side."""
+    (tmp_path / "Swing.mo").write_text(SWING.format(b=0.02, unit="N.m").replace("= k*tau", "= -k*tau"))
+    fmu = build_fmu(ModelicaModel("Swing", "Swing", tmp_path / "Swing.mo").compile(), tmp_path / "Swing.fmu")
+    source = FmuSource.prepare(fmu, load_measurements(_record(tmp_path / "data", samples=60)))
+    seen = outline(source)
+    assert [(b.state, b.unit) for b in seen.balances] == [("w", "rad/s2")]
+    assert list(seen.acting.values()) == [""]
+    assert source.fmu is not None
+    source.fmu.close()
+
+
 def test_a_version_of_an_fmu_is_a_system_of_fmus_with_its_new_parameters(
     friction: tuple[Path, Path], tmp_path: Path
 ) -> None:

@@ -9,6 +9,7 @@ from scipy.integrate import solve_ivp
 
 from fmus.catalogue import ModelicaModel
 from orchestrator.diagnose import diagnose
+from orchestrator.greybox.effects import with_effects
 from orchestrator.measurements import load_measurements
 from orchestrator.verdicts.result import Diagnosis, NamedEffect
 
@@ -161,6 +162,8 @@ def test_a_leak_of_charge_is_named_although_the_charge_changes_with_a_state(tmp_
     effect = the_one(diagnose(model, load_measurements(str(data)), workers=1))
     assert (effect.id, effect.site) == ("leakage", "q")
     assert effect.parameters["G"].value == pytest.approx(1 / 60 / 47e-6, rel=0.02)
+    file = with_effects(model, [effect], "Filter_1", tmp_path / "added").file
+    assert file is not None and "der(q) = il - leakage1_G*q + leakage1_f0;" in file.read_text()
 
 
 def test_a_slow_thermocouple_is_named_far_from_zero_kelvin(tmp_path: Path) -> None:
