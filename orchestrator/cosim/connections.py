@@ -13,7 +13,7 @@ from orchestrator.cosim.compatible import Transfer, transfer, unit_scaling
 from orchestrator.cosim.component import Port
 from orchestrator.cosim.fmu import has_events
 from orchestrator.cosim.system import Connection, System, Value, split_address
-from orchestrator.cosim.terminals import Terminal, between
+from orchestrator.cosim.terminals import variables_of
 from orchestrator.cosim.unconnected import unconnected_inputs
 from orchestrator.cosim.values import port_value
 from orchestrator.cosim.wiring import OUTSIDE, Link, Slot, Wiring
@@ -86,24 +86,11 @@ class _Checker:
         return Wiring(self.slots, self.size, links, starts, unconnected, notes, clocked, self.ticking)
 
     def _of_variables(self) -> Iterator[Connection]:
-        """All connections, those of terminals as the variables that they stand for."""
         for connection in self.system.connections:
-            ends = [split_address(address) for address in (connection.source, connection.target)]
-            one, other = (self._terminal(*end) for end in ends)
-            if one is None or other is None:
-                yield connection
-                continue
             try:
-                yield from between(connection, one, other, self.ports[ends[0][0]], self.ports[ends[1][0]])
+                yield from variables_of(connection, self.interfaces.get)
             except MisfitError as error:
                 self.problems.append(f"connection {connection.source} -> {connection.target}: {error}")
-
-    def _terminal(self, component: str, name: str) -> Terminal | None:
-        """The terminal of that name, unless it is that of a variable, too."""
-        if component not in self.ports or name in self.ports[component]:
-            return None
-        found: Mapping[str, Terminal] = getattr(self.interfaces.get(component), "terminals", {})
-        return found.get(name)
 
     def _is_clocked(self, link: Link) -> bool:
         """Whether it is followed at ticks only; without event mode on either side there are none."""

@@ -1,11 +1,12 @@
 """Find the system that a SYSTEM argument names: TOML, SSP, one FMU, or a Modelica class that becomes one."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 from fmus.errors import MisfitError
 from orchestrator.cosim.built import built_fmu
-from orchestrator.cosim.system import ComponentSpec, RunSettings, System
+from orchestrator.cosim.system import ComponentSpec, Connection, RunSettings, System
 
 ENDINGS = (".toml", ".ssd", ".ssp", ".fmu")
 
@@ -29,12 +30,35 @@ def load_system(model: str | Path) -> System:
     if ending == ".toml":
         from orchestrator.cosim.toml_file import read_toml
 
-        return read_toml(path)
+        return _written_out(read_toml(path))
     if ending == ".fmu":
         return _single(path)
     from orchestrator.cosim.ssp import read_ssp
 
     return read_ssp(path)
+
+
+def _written_out(system: System) -> System:
+    """The same system, connections of terminals as those of their variables, which whoever reads it can deal with."""
+    from orchestrator.cosim.fmu import read_description
+    from orchestrator.cosim.terminals import variables_of
+
+    def described(name: str) -> object:
+        spec = system.components.get(name)
+        if spec is None or spec.kind != "fmu":
+            return None
+        try:
+            return read_description(system.folder / spec.source)
+        except MisfitError:  # told when the system is checked
+            return None
+
+    found: list[Connection] = []
+    for connection in system.connections:
+        try:
+            found += variables_of(connection, described)
+        except MisfitError as error:
+            raise MisfitError(f"connection {connection.source} -> {connection.target}: {error}") from error
+    return replace(system, connections=tuple(found))
 
 
 def _single(path: Path) -> System:

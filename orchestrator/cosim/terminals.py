@@ -2,9 +2,10 @@
 
 import xml.etree.ElementTree as ET
 import zipfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from fmus.errors import MisfitError
 from orchestrator.cosim.component import Port
@@ -48,6 +49,28 @@ def _terminals(parent: ET.Element, before: str) -> Iterator[Terminal]:
         flows = tuple(each.get("variableName", "") for each in members if each.get("variableKind") != "signal")
         yield Terminal(name, element.get("matchingRule", ""), names, flows)
         yield from _terminals(element, f"{name}.")
+
+
+def variables_of(connection: Connection, described: Callable[[str], Any]) -> list[Connection]:
+    """A connection of variables as it is; one of terminals as those of the variables that it stands for.
+
+    Args:
+        connection: as the user wrote it.
+        described: gives the description of a component by its name; only FMUs have terminals.
+
+    Raises:
+        MisfitError: if two terminals do not fit together; the message does not name the connection.
+    """
+    found = []
+    for address in (connection.source, connection.target):
+        component, name = split_address(address)
+        description = described(component)
+        terminals = getattr(description, "terminals", {})
+        if name not in terminals or name in description.by_name:
+            return [connection]
+        found.append((terminals[name], {each: port for each, (port, _) in description.by_name.items()}))
+    (one, ports), (other, others) = found
+    return between(connection, one, other, ports, others)
 
 
 def between(

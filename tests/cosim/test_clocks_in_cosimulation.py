@@ -12,6 +12,8 @@ from fmus.errors import MisfitError
 from fmus.runtime.compiler import find_compiler
 from orchestrator.cosim import ComponentSpec, Connection, RunSettings, Simulation, System
 from orchestrator.cosim.container import container_of
+from orchestrator.cosim.load import load_system
+from orchestrator.cosim.ssp import write_ssp
 
 SOURCE = Path(__file__).parent / "fmus" / "station.c"
 DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
@@ -99,6 +101,18 @@ def test_terminals_of_a_network_are_joined_by_one_connection(station: Path) -> N
         assert (run.get("a.heard"), run.get("b.heard")) == (6, 6)
 
 
+def test_a_system_with_terminals_goes_through_ssp(station: Path, tmp_path: Path) -> None:
+    file = tmp_path / "two.toml"
+    parts = "".join(f'[components.{name}]\nfmu = "{station}"\n' for name in "ab")
+    file.write_text(f'[run]\nstep = 0.05\n{parts}[[connections]]\nfrom = "a.Port"\nto = "b.Port"\n')
+
+    write_ssp(load_system(file), tmp_path / "two.ssp")
+
+    with Simulation(load_system(tmp_path / "two.ssp"), stop=0.25) as run:
+        run.run(0.25)
+        assert (run.get("a.heard"), run.get("b.heard")) == (6, 6)
+
+
 def test_a_discrete_input_that_changes_is_an_event_of_its_own(station: Path) -> None:
     with Simulation(two(station, *SENDS, step=0.05), stop=0.1) as run:
         run.step()
@@ -119,7 +133,7 @@ def test_what_cannot_tick_is_refused_in_a_line(station: Path, tmp_path: Path) ->
         container_of(two(station, *SENDS), "coupled", tmp_path)
     with pytest.raises(MisfitError, match="b.beat.*constant clock, which ticks by itself; expected a triggered one"):
         Simulation(two(station, Connection("a.Port.Tx_Clock", "b.beat")))
-    with pytest.raises(MisfitError, match="early_return and event mode do not go together"):
+    with pytest.raises(MisfitError, match="event mode and early_return do not go together"):
         Simulation(two(station, *SENDS, options={"early_return": True}))
     gain = spec("gain", "gain")
     with pytest.raises(MisfitError, match="Float64 does not fit a clock"):
