@@ -285,7 +285,7 @@ class _Lines:
             if slopes[j, i] < 0:  # a law's force acts in the direction of its state, and this input against it
                 continue
             fitting = state.unit in DRIVES.get(inputs[i].unit, ()) or not state.unit and inputs[i].unit in DRIVES
-            if size[j, i] > 0 and fitting and size[j, i] >= size[:, i].max():
+            if size[j, i] > 0 and fitting and size[j, i] >= (1 - EXACT) * size[:, i].max():
                 return int(i)
         return -1
 
