@@ -62,8 +62,8 @@ def caregivers(
 
 def _recorded(folders: tuple[str, ...], seed: int, quiet: bool, json_file: str | None, html_file: str | None) -> None:
     """The same from recorded sessions: one table."""
-    from orchestrator.study.muscles import MUSCLES
     from orchestrator.study.recorded import rows_of, study_of
+    from orchestrator.study.tables import SHORT
 
     if html_file is not None:
         raise click.UsageError("--html draws the simulated study; with --recorded use --json")
@@ -73,10 +73,11 @@ def _recorded(folders: tuple[str, ...], seed: int, quiet: bool, json_file: str |
     if json_file == "-" or quiet:
         return
     show(
-        f"{found['corrections']} corrections of {len(folders)} recorded sessions; improvement in % of the error of each muscle's model:",
+        f"{found['corrections']} corrections of {len(folders)} recorded sessions; improvement in % of the error of each muscle's "
+        "model; inside: share in % of forces inside 90 % intervals predicted without their trial",
         quiet,
     )
-    _show_table(None, ("way to learn", "used", *MUSCLES, "inside 90 %, %"), rows_of(found), quiet)
+    _show_table(None, ("way to learn", "used", *SHORT, "inside"), rows_of(found), quiet)
 
 
 def _show_table(caption: str | None, headings: tuple[str, ...], rows: Any, quiet: bool) -> None:

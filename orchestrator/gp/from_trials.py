@@ -85,7 +85,7 @@ def learn_missing(
     count = sum(len(each.inputs) for each in kept)
     if not data.held_out:
         return Learned(block, count, (), tuple(verdicts), None)
-    judgement = judge(model, block, data.held_out, noise)
+    judgement = judge(model, block, data.held_out, noise, data.learning)
     used = _shared(block, judgement) if block is not None else None
     left = missing_forces(model, smoothed(data.held_out, noise))
     return Learned(used, count, _shortfalls(used, left, data, points, chosen), tuple(verdicts), judgement)

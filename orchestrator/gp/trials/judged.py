@@ -64,13 +64,21 @@ class Judgement:
     refused: Errors | None = None
 
 
-def judge(model: SymbolicModel, block: Block | None, trials: Sequence[BoundTrial], noise: Array) -> Judgement:
+def judge(
+    model: SymbolicModel,
+    block: Block | None,
+    trials: Sequence[BoundTrial],
+    noise: Array,
+    learning: Sequence[BoundTrial] = (),
+) -> Judgement:
     """Judge a block by free runs along trials that it has not seen, against the model without it.
 
-    If it does not win as a whole, outputs alone and smaller shares of all are tried, and the best that wins is used.
+    If it does not win as a whole, outputs alone and smaller shares of all are tried, and the best that wins is used. What
+    wins along two trials may do so by chance: it must win along the learning trials, too.
 
     Args:
         block: None if the data need no function.
+        learning: trials that the block was learned from.
         noise: (signals,) standard deviation of the measurements.
     """
     alone = free_run_errors(model, None, trials, noise)
@@ -83,15 +91,27 @@ def judge(model: SymbolicModel, block: Block | None, trials: Sequence[BoundTrial
     beside, level = ModelBeside(model, block), dict(zip(model.signals, map(float, noise), strict=True))
     all_of_it, *others = _ways([output.name for output in block.outputs])
     whole = _errors(trials, model.signals, lambda t: beside.along(t, all_of_it, noise))
-    if _wins(alone, whole, level):
+    alone_learning = free_run_errors(model, None, learning, noise) if learning else None
+
+    def confirmed(shares: Mapping[str, float]) -> bool:
+        if alone_learning is None:
+            return True
+        return _winner(alone_learning, learning, level, lambda t: beside.along(t, shares, noise)) is not None
+
+    if _wins(alone, whole, level) and confirmed(all_of_it):
         return Judgement("kept", "free runs along the held-out trials are closer with it", all_of_it, alone, whole)
     winners = []
     for shares in others:
         found = _winner(alone, trials, level, lambda t, use=shares: beside.along(t, use, noise))  # type: ignore[misc]
         winners += [] if found is None else [(shares, found)]
-    if not winners:
-        return Judgement("refused", _why(alone, whole), {}, alone, alone, whole)
-    shares, best = min(winners, key=lambda run: run[1].all)
+    winner = next((run for run in sorted(winners, key=lambda run: run[1].all) if confirmed(run[0])), None)
+    if winner is None:
+        chance = bool(winners) or _wins(alone, whole, level)
+        why = (
+            "what helps along the held-out trials does not along the learning trials" if chance else _why(alone, whole)
+        )
+        return Judgement("refused", why, {}, alone, alone, whole)
+    shares, best = winner
     used = ", ".join(f"{share:g} of {name}" for name, share in shares.items())
     return Judgement("shrunk", f"{_why(alone, whole)}; {used} helps", shares, alone, best, whole)
 

@@ -17,7 +17,7 @@ def worse(row: Mapping[str, Any]) -> bool:
     )
 
 
-def page(rows: Sequence[Mapping[str, Any]], seed: int) -> str:
+def page(rows: Sequence[Mapping[str, Any]], seed: int, asked: int) -> str:
     """The page as Markdown."""
     shipped = [row for row in rows if row["without_unseen"] is None]
     fresh = [row for row in rows if row["without_unseen"] is not None]
@@ -38,7 +38,7 @@ def page(rows: Sequence[Mapping[str, Any]], seed: int) -> str:
                 + (f"worse with the block: {', '.join(bad)}.**" if bad else "no case is worse with what is written.**"),
                 "## Shipped cases",
                 _table(shipped, False),
-                f"## Fresh cases, seed {seed}",
+                f"## Fresh cases, seed {seed}: {len(fresh)} of {asked} done",
                 _table(fresh, True),
                 "## Why blocks were shrunk or refused",
                 "\n".join(f"* {row['name']}: {row['reason']}" for row in rows if row["verdict"] != "kept"),

@@ -51,6 +51,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=2311)
     parser.add_argument("--out", type=Path, default=Path("build/bench-learn"))
     parser.add_argument("--report", type=Path, help="Markdown page to write")
+    parser.add_argument("--no-more", action="store_true", help="begin no case; the page of what is done")
     args = parser.parse_args()
     args.out.mkdir(parents=True, exist_ok=True)
     rows = []
@@ -58,9 +59,11 @@ def main() -> None:
         rows += [_done(args.out / f"{case.name}.json", case) for case in shipped()]
         for wish in wishes(args.fresh, args.seed):
             file = args.out / f"{wish.name}.{args.seed}.json"
+            if args.no_more and not file.exists():
+                continue
             rows.append(Row(**json.loads(file.read_text())) if file.exists() else _done(file, fresh(wish, args.out)))
     if args.report:
-        args.report.write_text(page([asdict(row) for row in rows], args.seed))
+        args.report.write_text(page([asdict(row) for row in rows], args.seed, args.fresh))
     sys.exit(1 if any(worse(asdict(row)) for row in rows) else 0)
 
 
