@@ -147,7 +147,9 @@ def test_a_muscle_without_positions_is_learned_over_the_length_that_drives_it(
     assert np.sqrt(np.mean(left**2)) < alone["before"]
 
 
-def test_a_block_that_is_more_than_twice_too_strong_is_shrunk(trials: Path) -> None:
+def test_a_block_that_is_twice_too_strong_is_shrunk_and_one_that_wins_on_held_out_trials_alone_refused(
+    trials: Path,
+) -> None:
     model = SymbolicModel("arm", find_modelica_model("arm").compile())
     bound = bind(load_measurements(trials), model.inputs, model.outputs)
     learned = learn_missing(model.restricted(bound.output_names), bound, 60, [])
@@ -164,6 +166,14 @@ def test_a_block_that_is_more_than_twice_too_strong_is_shrunk(trials: Path) -> N
     assert found.refused is not None
     assert found.refused.all > 0.5 * found.before.all
     assert found.after.all < 0.4 * found.before.all
+
+    # A learning trial of an arm that lacks nothing, which the block can only make worse.
+    (held,) = bound.held_out
+    alone = model.restricted(bound.output_names)
+    right = replace(held, outputs=alone.follow(held.time, held.inputs, held.outputs, alone.signals, noise).outputs)
+    chance = judge(alone, learned.block, bound.held_out, noise, [right])
+    assert chance.verdict == "refused"
+    assert "does not along the learning trials" in chance.reason
 
 
 @pytest.mark.parametrize(
