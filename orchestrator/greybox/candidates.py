@@ -11,12 +11,16 @@ from orchestrator.greybox.places import Place
 
 @dataclass(frozen=True)
 class Candidate:
-    """A law at a place; `shapes` are first values of its shape parameters, `number` tells its grid variants apart."""
+    """A law at a place; `shapes` are first values of its shape parameters, `number` tells its grid variants apart.
+
+    A `rare` one is tried only where the others do not explain the record.
+    """
 
     law: Law
     place: Place
     shapes: Mapping[str, float] = field(default_factory=dict)
     number: int = 0
+    rare: bool = False
 
     @property
     def id(self) -> str:
@@ -67,13 +71,23 @@ class Candidate:
 
 
 def candidates_at(places: Sequence[Place], laws: Sequence[Law]) -> list[Candidate]:
-    """Every law at every place that it fits, once for each point of its grid of shapes."""
-    # What changes an input that is itself a force on something that moves is, in other words, an effect there.
+    """Every law at every place that it fits, once for each point of its grid of shapes.
+
+    What changes a force before it acts is rare: a dead zone of a motor looks like the dry friction that every motor has.
+    """
+    # A wrong gain or zero of an input that is itself a force on something that moves is, in other words, an effect there.
     forces = {place.unit for place in places if place.balance is not None and place.kind == "motion"}
     stores = any(place.kind == "storage" for place in places)
     laws = [law for law in laws if stores or not law.slow]
-    shown = [place for place in places if place.kind != "input" or place.unit not in forces]
-    return [c for place in shown for law in laws if fits(law, place) for c in _variants(law, place.widened(law.also))]
+    pairs = [(place, law) for place in places for law in laws if fits(law, place)]
+    return [
+        candidate
+        for place, law in pairs
+        if not (law.id in ("input_offset", "input_gain") and place.unit in forces)
+        for candidate in _variants(
+            law, place.widened(law.also), law.rare or (place.kind == "input" and place.unit in forces)
+        )
+    ]
 
 
 def fits(law: Law, place: Place) -> bool:
@@ -84,6 +98,8 @@ def fits(law: Law, place: Place) -> bool:
         return False
     if not law.asks_for <= {*place.coordinates, *place.units}:  # of a speed alone there is no position
         return False
+    if law.needs_load and "load" not in place.coordinates:
+        return False
     between = place.balance is None and place.kind in ("motion", "storage")
     if between and (law.single or law.needs_net) or law.needs_net and place.storage is None:
         return False
@@ -92,14 +108,14 @@ def fits(law: Law, place: Place) -> bool:
     )
 
 
-def _variants(law: Law, place: Place) -> Iterator[Candidate]:
+def _variants(law: Law, place: Place, rare: bool) -> Iterator[Candidate]:
     shaped = [p for p in law.parameters if not p.gain]
     for number, factors in enumerate(product(*(p.grid or (1.0,) for p in shaped))):
         values = {p.name: _value(p, factor, place) for p, factor in zip(shaped, factors, strict=True)}
         values |= {p.name: p.value for p in shaped if math.isfinite(p.value)}
         if any(values[p.name] * place.range[1] < math.pi * p.waves for p in shaped):
             continue  # less than a few waves are like a spring
-        yield Candidate(law, place, values, number)
+        yield Candidate(law, place, values, number, rare)
 
 
 def _value(parameter: LawParameter, factor: float, place: Place) -> float:

@@ -20,7 +20,7 @@ from orchestrator.blackbox.source import FmuSource
 from orchestrator.compare.comparison import compare
 from orchestrator.compare.result import Comparison
 from orchestrator.greybox.around import fmu_with, placed
-from orchestrator.greybox.decide import Decision, decide, scatter_between
+from orchestrator.greybox.decide import Decision, Judge, decide, scatter_between
 from orchestrator.greybox.effects import named_effects
 from orchestrator.greybox.evidence import Case, all_candidates, case_of, held_out_trials, nominal_set
 from orchestrator.greybox.extended import OUTPUT, extend
@@ -138,21 +138,40 @@ def decided(
     # A loop holds the outputs of a wrong model where they should be, sample by sample, and its free runs go astray.
     adequate = quiet and agrees
     candidates = () if adequate else all_candidates(case, nominal, (*laws(), *more))
-    progress(f"{len(candidates)} candidates at {len({c.place.site for c in candidates})} places")
-    search = Search(setting, candidates, nominal, progress)
-    sets = search.run() if candidates else [nominal]
-    scale = _scale(setting)
-    decision = decide(
-        sets,
-        nominal,
-        limits,
-        scale,
-        search.fit,
-        search.simpler,
-        adequate,
-        lambda chosen, judge: unnamed_force(chosen, [c.place for c in candidates], setting, judge),
-    )
+    common = [c for c in candidates if not c.rare]
+    progress(f"{len(common)} candidates at {len({c.place.site for c in common})} places")
+    search = Search(setting, common, nominal, progress)
+
+    def decided_among(sets: Sequence[FittedSet]) -> Decision:
+        return decide(
+            sets,
+            nominal,
+            limits,
+            _scale(setting),
+            search.fit,
+            search.simpler,
+            adequate,
+            lambda chosen, judge: unnamed_force(chosen, [c.place for c in candidates], setting, judge),
+        )
+
+    decision = decided_among(search.run() if common else [nominal])
+    if len(candidates) > len(common) and not _is_complete(decision, limits):
+        progress(f"{len(candidates) - len(common)} rare candidates beside them")
+        decision = _better(decision, decided_among(search.widen(candidates)), Judge(nominal, limits, _scale(setting)))
     return Outcome(case, setting, nominal, decision)
+
+
+def _is_complete(decision: Decision, limits: Thresholds) -> bool:
+    return decision.grade in ("named", "ambiguous") and decision.explained >= 1 - limits.complete_share
+
+
+def _better(common: Decision, wider: Decision, judge: Judge) -> Decision:
+    """The decision among all candidates, unless common ones alone predict about as well and were named."""
+    if common.grade not in ("named", "ambiguous"):
+        return wider
+    judge.windows = common.windows
+    far = judge.ratio(wider.chosen, common.chosen) < 1 - judge.limits.least_improvement
+    return wider if far and wider.grade in ("named", "ambiguous") else common
 
 
 def _scale(setting: Setting) -> np.ndarray:
@@ -239,7 +258,10 @@ def compared(
 
 
 def fixed_system(outcome: Outcome, chosen: FittedSet) -> SymbolicSystem:
-    """The model with a set in it as a system with the model's own outputs, parameters at their fitted values."""
+    """The model with a set in it as a system with the model's own outputs, parameters at their fitted values.
+
+    An output that is a state is the sensor's reading; the state itself has another name then.
+    """
     case = outcome.case
     extended = extend(case.base, case.balances, case.signals, chosen.candidates)
     values = dict(zip(chosen.fit.box.theta, map(float, chosen.fit.theta), strict=True))

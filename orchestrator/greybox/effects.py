@@ -35,6 +35,7 @@ def _named(found: FittedSet, candidate: Candidate) -> NamedEffect:
         low, high = value - Z90 * std, value + Z90 * std
         if parameter.positive:
             low = max(low, 0.0)
+        high = min(high, parameter.most)
         name = candidate.law.public(parameter.name, place.unit)
         estimates[name] = Estimate(value, parameter.unit(place.units), (low, high))
     return NamedEffect(candidate.id, place.site, estimates)
@@ -137,8 +138,8 @@ def _changes(
     expression = renamed(expression, names)
     begins = {k: renamed(text, names) for k, text in law.starts.items()}
     states = [AddedState(names[k], "", 0.0, renamed(rate, names), begins.get(k, "")) for k, rate in law.states.items()]
-    if place.kind in ("input", "parameter"):
-        return [InputChange(place.site, expression, parameters, title, states)]
+    if place.kind in ("input", "between_inputs", "parameter"):
+        return [InputChange(place.coordinates.get("u", place.site), expression, parameters, title, states)]
     if place.kind in ("output", "response"):
         return [OutputChange(place.coordinates["y"], expression, parameters, title, states)]
     by_input = {b.input: b for b in balances}

@@ -17,10 +17,12 @@ from orchestrator.greybox.laws import Law, laws
 from orchestrator.greybox.places import (
     Place,
     balance_places,
+    crosstalk_places,
     input_places,
     output_places,
     parameter_places,
     response_places,
+    with_loads,
     with_others,
 )
 from orchestrator.greybox.prepare import first_noise, least_noise, seen_by, trials_of
@@ -65,7 +67,7 @@ def nominal_set(case: Case, thresholds: Thresholds) -> tuple[Setting, FittedSet]
     setting = Setting(
         case.base, case.balances, case.signals, tuple(trials), fitter, thresholds, case.data.trials[0].held
     )
-    return setting, with_losses((), fitter.fit(box, none, Priors(none, none, none)))
+    return setting, with_losses((), fitter.fit(box, none, Priors(none, none, none, none)))
 
 
 def places_of(case: Case, nominal: FittedSet) -> list[Place]:
@@ -75,9 +77,11 @@ def places_of(case: Case, nominal: FittedSet) -> list[Place]:
     outputs = {v.name: v for v in (*case.base.states, *case.base.algebraics)}
     measured = [outputs[name] for name in case.signals]
     duration = float(np.ptp(seen.values["time"])) or 1.0
+    given = input_places(case.inputs, seen)
     found = [
-        *balance_places(case.base, case.balances, seen),
-        *input_places(case.inputs, seen),
+        *with_loads(balance_places(case.base, case.balances, seen), given),
+        *given,
+        *crosstalk_places(given),
         *output_places(measured, seen),
         *response_places(case.inputs, measured, seen),
         *parameter_places(case.base, duration),
@@ -89,7 +93,8 @@ def all_candidates(case: Case, nominal: FittedSet, library: Sequence[Law] | None
     """Every law at every place that it fits."""
     library = laws() if library is None else library
     if isinstance(case.source, FmuSource):  # its equations are closed, and its parameters hold still
-        library = [law for law in library if not law.needs_net and (law.place != "parameter" or not law.slow)]
+        closed = [law for law in library if not law.needs_net and not law.needs_load and law.place != "between_inputs"]
+        library = [law for law in closed if law.place != "parameter" or not law.slow]
     return numbered(candidates_at(places_of(case, nominal), library))
 
 

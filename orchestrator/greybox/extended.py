@@ -78,6 +78,10 @@ class _Extension:
         states = {v.name: s for v, s in zip(self.base.states, self.x, strict=True)}
         for c in self._at("parameter"):
             parameters[c.place.site] = self._law(c, {"p": parameters[c.place.site], "t": self.t})
+        given = dict(inputs)
+        for c in self._at("between_inputs"):
+            acts = c.place.coordinates["u"]
+            inputs[acts] = self._law(c, {"u": inputs[acts], "other": given[c.place.coordinates["other"]], "t": self.t})
         for c in self._at("input"):
             inputs[c.place.site] = self._law(c, {"u": inputs[c.place.site], "t": self.t})
         forces = {b.input: s for b, s in zip(self.balances, self.c, strict=True)}

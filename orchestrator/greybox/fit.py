@@ -45,11 +45,12 @@ class Noise:
 
 @dataclass(frozen=True, eq=False)
 class Priors:
-    """Normal priors and lower limits of the free parameters, (ntheta,) each; a std of infinity is none."""
+    """Normal priors and limits of the free parameters, (ntheta,) each; a std of infinity is none."""
 
     mean: np.ndarray
     std: np.ndarray
     low: np.ndarray
+    high: np.ndarray
 
     def cost(self, theta: np.ndarray) -> float:
         """Minus the logarithm of the prior, up to a constant."""
@@ -145,7 +146,7 @@ class Fitter:
 
     def _substeps(self, box: GreyBox, theta: np.ndarray, noise: Sequence[Noise]) -> int:
         """Steps in a sample interval at which halving them hardly changes the likelihood."""
-        priors = Priors(theta, np.full(len(theta), np.inf), theta)
+        priors = Priors(theta, np.full(len(theta), np.inf), theta, theta)
         # What was enough for one set is a good guess for the next.
         count = max(1, self._enough // 2)
         before = Work(box, self.trials, priors, count).value(theta, noise)
@@ -166,7 +167,8 @@ class Fitter:
         damping = 1e-4
         for _ in range(STEPS):
             gradient, curvature = work.normal(theta, noise)
-            free = ~((theta <= work.priors.low) & (gradient > 0))
+            held_low = (theta <= work.priors.low) & (gradient > 0)
+            free = ~(held_low | ((theta >= work.priors.high) & (gradient < 0)))
             if not free.any():
                 break
             gained = 0.0
@@ -176,7 +178,7 @@ class Fitter:
                 scale = np.sqrt(np.maximum(np.diag(matrix), 1e-300))
                 scaled = matrix / scale[:, None] / scale + damping * np.eye(len(scale))
                 step[free] = -np.linalg.solve(scaled, gradient[free] / scale) / scale
-                proposed = np.maximum(theta + step, work.priors.low)
+                proposed = np.clip(theta + step, work.priors.low, work.priors.high)
                 after = work.value(proposed, noise)
                 if after < value:
                     gained, theta, value = value - after, proposed, after

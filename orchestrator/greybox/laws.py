@@ -13,7 +13,17 @@ from fmus.errors import MisfitError
 from orchestrator.greybox.unit_algebra import combined
 
 FOLDER = Path(__file__).parent / "laws"
-Place = Literal["motion", "storage", "between_motions", "between_storages", "input", "output", "response", "parameter"]
+Place = Literal[
+    "motion",
+    "storage",
+    "between_motions",
+    "between_storages",
+    "input",
+    "between_inputs",
+    "output",
+    "response",
+    "parameter",
+]
 
 
 @dataclass(frozen=True)
@@ -21,7 +31,7 @@ class LawParameter:
     """A parameter of a law.
 
     `kind` is its unit in terms of the place, such as "force/speed^2". A `gain` enters linearly and is 0 where the effect is
-    absent; `positive` says that physics allows no negative value. Any other parameter is a shape: `grid` holds values in
+    absent; `positive` says that physics allows no negative value, `most` the largest that it allows. Any other parameter is a shape: `grid` holds values in
     multiples of the record's own scale of that kind, `fitted` says whether it is estimated. `prior` is the standard deviation of a
     gain's prior. A shape with `waves` counts waves per turn; values of which the record shows fewer waves are left out.
     `value` is what was fitted where the law was found; a shape starts there.
@@ -31,6 +41,7 @@ class LawParameter:
     kind: str
     gain: bool = False
     positive: bool = False
+    most: float = math.inf
     grid: tuple[float, ...] = ()
     fitted: bool = True
     prior: float = 0.0
@@ -65,7 +76,7 @@ class Law:
     restricts the law to balances of these units; `names` and `titles` are its id and words where a unit has its own.
     `written` is how a law is written back if an equation of the model holds what the law changes: `net` is all else that flows
     into a balance, which Modelica cannot name, `storage` what its equation multiplies der(x) with. A `single` law acts at one
-    balance, never between two. The gain of a `curved` law enters linearly near zero only. A `bounded` law depends on a position that comes back; a `slow` one belongs to stores of heat, charge and the like, not to motion. `contains` lists ids of simpler laws that it becomes at the limit of a parameter.
+    balance, never between two. The gain of a `curved` law enters linearly near zero only. A `bounded` law depends on a position that comes back; a `slow` one belongs to stores of heat, charge and the like, not to motion. A `rare` law is tried only where the others do not explain the record. `contains` lists ids of simpler laws that it becomes at the limit of a parameter.
     `also` names further variables of a model by the coordinates that
     the law uses for them. `site` is where a law of the user's own was found, `seen` the range of each coordinate there, `beside` the effects
     that were in the model with it, as JSON names them.
@@ -87,6 +98,7 @@ class Law:
     slow: bool = False
     single: bool = False
     curved: bool = False
+    rare: bool = False
     written: str = ""
     also: Mapping[str, str] = field(default_factory=dict)
     site: str = ""
@@ -104,6 +116,11 @@ class Law:
         formulas = " ".join((self.expression, *self.states.values()))
         scales = {name for parameter in self.parameters for name, _ in parameter._factors()}
         return ({"q"} if re.search(r"\bq\b", formulas) else set()) | ({"position"} & scales)
+
+    @property
+    def needs_load(self) -> bool:
+        """Whether the law depends on the input that drives its balance."""
+        return re.search(r"\bload\b", self.expression) is not None
 
     def id_at(self, unit: str) -> str:
         """The id at a balance of this unit."""

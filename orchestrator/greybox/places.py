@@ -224,6 +224,27 @@ def _between(one: Balance, other: Balance, units: Mapping[str, str], seen: Seen)
     return Place("storage", f"{one.state}-{other.state}", one.unit, names, adds, own, scales, centre)
 
 
+def with_loads(places: Sequence[Place], inputs: Sequence[Place]) -> list[Place]:
+    """Places, those at a balance that one input alone drives by its unit with this input as its load."""
+    found = []
+    for place in places:
+        drives = [each.site for each in inputs if each.unit == place.unit]
+        alone = place.balance is not None and len(drives) == 1
+        found.append(replace(place, coordinates={**place.coordinates, "load": drives[0]}) if alone else place)
+    return found
+
+
+def crosstalk_places(inputs: Sequence[Place]) -> list[Place]:
+    """Each pair of inputs of one unit, as a way from one to the other."""
+    return [
+        replace(place, kind="between_inputs", site=f"{other.site}->{place.site}", coordinates=names)
+        for place in inputs
+        for other in inputs
+        if other is not place and other.unit == place.unit
+        for names in [{**place.coordinates, "other": other.site}]
+    ]
+
+
 def _rms(values: np.ndarray) -> float:
     return float(np.sqrt(np.mean(values**2))) or 1.0
 
@@ -303,9 +324,10 @@ def unscaled_places(system: SymbolicSystem, balances: Sequence[Balance], inputs:
             if one.unit == other.unit and bool(one.position) == bool(other.position):
                 found.append(_between(one, other, units, seen))
     variables = {v.name: v for v in (*system.states, *system.algebraics)}
-    found += input_places([v for v in system.inputs if v.name in inputs], seen)
-    outputs = [variables[name] for name in system.outputs]
     moving = [v for v in system.inputs if v.name in inputs]
+    given = input_places(moving, seen)
+    found = [*with_loads(found, given), *given, *crosstalk_places(given)]
+    outputs = [variables[name] for name in system.outputs]
     found += [*output_places(outputs, seen), *response_places(moving, outputs, seen)]
     return with_others([*found, *parameter_places(system)], [*system.states, *moving], seen)
 

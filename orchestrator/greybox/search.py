@@ -101,6 +101,11 @@ class Search:
         self._refine()
         return sorted(self.fitted.values(), key=lambda s: s.loss)
 
+    def widen(self, candidates: Sequence[Candidate]) -> list[FittedSet]:
+        """Search on among more candidates; what was fitted stays."""
+        self.candidates = tuple(candidates)
+        return self.run()
+
     @property
     def best(self) -> FittedSet:
         """The set with the least cross-validated loss."""
@@ -131,7 +136,8 @@ class Search:
         known = dict(zip(about.fit.box.theta, about.fit.theta, strict=True))
         theta = np.array([known.get(name, 0.0) for name in names])
         n = len(names)
-        priors = Priors(theta, np.full(n, np.inf), np.full(n, -np.inf))
+        endless = np.full(n, np.inf)
+        priors = Priors(theta, endless, -endless, endless)
         # Shapes that were fitted hold for the members of the set.
         shaped = [c.symbol(p) for c in mine for p in c.fitted_shapes]
         box.compiled.parameters[[box_index(box, s) for s in shaped]] = [known[s] for s in shaped]
@@ -240,11 +246,12 @@ def fit_set(
     start = np.array([0.0 if p.gain else c.shapes[p.name] for c, p in free])
     spread = np.array([c.spread(p) for c, p in free])
     low = np.array([0.0 if p.positive else -np.inf for _, p in free])
-    priors = Priors(start, spread, low)
+    high = np.array([p.most for _, p in free])
+    priors = Priors(start, spread, low, high)
     held = np.array([not p.gain for _, p in free], dtype=bool)
     first = start
     if held.any():  # gains first, since a shape does nothing while its gain is zero
-        tight = Priors(start, np.where(held, 1e-9 * np.maximum(np.abs(start), 1e-9), spread), low)
+        tight = replace(priors, std=np.where(held, 1e-9 * np.maximum(np.abs(start), 1e-9), spread))
         first = setting.fitter.fit(box, start, tight, noise, rough=True).theta
     return with_losses(candidates, setting.fitter.fit(box, first, priors, noise, rough=rough))
 

@@ -5,7 +5,20 @@ import pytest
 from orchestrator.greybox.expression import evaluate_numbers
 from orchestrator.greybox.laws import Law, laws
 
-NAMES = {"q": 0.3, "v": 0.7, "x": 1.2, "u": 0.9, "y": 1.1, "p": 2.0, "t": 4.0, "z": 0.4, "net": 0.8}
+NAMES = {
+    "q": 0.3,
+    "v": 0.7,
+    "x": 1.2,
+    "u": 0.9,
+    "y": 1.1,
+    "p": 2.0,
+    "t": 4.0,
+    "z": 0.4,
+    "w": 0.2,
+    "net": 0.8,
+    "load": 0.6,
+    "other": 0.5,
+}
 UNITS = {
     "force": "N",
     "speed": "m/s",
@@ -21,7 +34,13 @@ UNITS = {
 @pytest.mark.parametrize("law", laws(), ids=lambda law: f"{law.id}-{law.place}")
 def test_a_law_changes_nothing_while_its_gains_are_zero(law: Law) -> None:
     values = NAMES | {p.name: 0.0 if p.gain else 0.5 for p in law.parameters}
-    unchanged = {"input": NAMES["u"], "output": NAMES["y"], "response": NAMES["y"], "parameter": NAMES["p"]}
+    unchanged = {
+        "input": NAMES["u"],
+        "between_inputs": NAMES["u"],
+        "output": NAMES["y"],
+        "response": NAMES["y"],
+        "parameter": NAMES["p"],
+    }
     assert evaluate_numbers(law.expression, values) == pytest.approx(unchanged.get(law.place, 0.0))
 
 
