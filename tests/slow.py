@@ -5,6 +5,13 @@ Each entry says which quicker test guards the same promise; docs/decisions/019 h
 
 # Beginning of a node id -> what guards the promise in `make test`.
 SLOW = {
+    **{
+        f"tests/greybox/test_rare_laws.py::test_{name}": "the same file on a delay and a dead zone, test_laws.py on every law"
+        for name in (
+            *(f"a_rare_law_is_named_with_its_values[{law}]" for law in ("lag", "rate", "saturation", "load", "moment")),
+            "friction_that_grows_with_the_position",
+        )
+    },
     # Diagnoses of shipped cases, 28 to 56 s each; case_003 stays.
     **{
         f"tests/diagnosis/test_shipped_cases.py::test_hidden_effects_of_the_arm_are_named_sized_within_three_percent_and_the_error_falls[{case}]": "the same test on case_003, and test_pendulum.py on a real machine"

@@ -1,0 +1,136 @@
+"""Inputs that act late or not at all, friction with position and load, changes at a moment: found where nothing common explains
+the record, with their values. The records come from an integrator of their own."""
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+import numpy as np
+import pytest
+from plants import CASE, SLIDE, diagnosed
+
+from fmus.catalogue import find_modelica_model
+from orchestrator.greybox.effects import with_effects
+from orchestrator.verdicts.result import Estimate, NamedEffect
+
+STEP, PARTS, SAMPLES = 0.01, 20, 500
+TIME = np.arange(SAMPLES * PARTS) * STEP / PARTS
+Act = Callable[[np.ndarray], np.ndarray]
+Extra = Callable[[float, float, float, float], float]
+
+
+def _as_given(force: np.ndarray) -> np.ndarray:
+    return force
+
+
+def _nothing(t: float, x: float, v: float, force: float) -> float:
+    return 0.0
+
+
+def record(folder: Path, act: Act = _as_given, extra: Extra = _nothing) -> Path:
+    """Three records of the slide; what acts is `act` of the force, and a further force of time, position, speed and force."""
+    random = np.random.default_rng(3)
+    (folder / "Slide.mo").write_text(SLIDE)
+    (folder / "case.toml").write_text(CASE)
+    for trial in (1, 2, 3):
+        waves = zip(random.uniform(0.2, 3.0, 4), random.uniform(0.0, 6.28, 4), strict=True)
+        force = sum(3.0 * np.sin(2 * np.pi * f * TIME[::PARTS] + p) for f, p in waves)
+        acting = act(np.interp(TIME, TIME[::PARTS], force))
+        x = v = 0.0
+        shown = []
+        for k, pushed in enumerate(acting):
+            if k % PARTS == 0:
+                shown.append(x)
+            v += STEP / PARTS * (pushed - 30.0 * x + extra(TIME[k], x, v, pushed)) / 2.0
+            x += STEP / PARTS * v
+        rows = np.column_stack([TIME[::PARTS], force, np.array(shown) + 2e-5 * random.standard_normal(SAMPLES)])
+        np.savetxt(folder / f"trial_{trial}.csv", rows, delimiter=",", header="t,F,x", comments="", fmt="%.9g")
+    return folder
+
+
+def late(force: np.ndarray, time_constant: float = 0.05) -> np.ndarray:
+    """A lag of first order, begun at rest with what the force was."""
+    found, z = np.empty_like(force), force[0]
+    for k, value in enumerate(force):
+        z += STEP / PARTS * (value - z) / time_constant
+        found[k] = z
+    return found
+
+
+def delayed(force: np.ndarray) -> np.ndarray:
+    """40 ms later."""
+    return np.interp(TIME - 0.04, TIME, force)
+
+
+def slow(force: np.ndarray) -> np.ndarray:
+    """No faster than 20 N/s."""
+    found, z = np.empty_like(force), force[0]
+    for k, value in enumerate(force):
+        z += float(np.clip(value - z, -20.0 * STEP / PARTS, 20.0 * STEP / PARTS))
+        found[k] = z
+    return found
+
+
+def sign(v: float) -> float:
+    return float(np.tanh(v / 1e-3))
+
+
+CASES: dict[str, tuple[Act, Extra, str, Mapping[str, float]]] = {
+    "lag": (late, _nothing, "input_lag", {"T": 0.05, "share": 1.0}),
+    "delay": (delayed, _nothing, "input_delay", {"T": 0.04, "share": 1.0}),
+    "rate": (slow, _nothing, "rate_limit", {"rate": 20.0, "share": 1.0}),
+    "dead_zone": (
+        lambda f: np.sign(f) * np.maximum(np.abs(f) - 0.8, 0.0),
+        _nothing,
+        "dead_zone",
+        {"width": 0.8, "share": 1.0},
+    ),
+    "saturation": (lambda f: np.clip(f, -4.0, 4.0), _nothing, "saturation", {"limit": 4.0, "share": 1.0}),
+    "load": (_as_given, lambda t, x, v, f: -0.15 * abs(f) * sign(v), "load_dependent_friction", {"mu": 0.15}),
+    "moment": (_as_given, lambda t, x, v, f: 0.4 * (t > 2.0), "step_force", {"f0": 0.4, "tBegin": 2.0}),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_a_rare_law_is_named_with_its_values(case: str, tmp_path: Path) -> None:
+    act, extra, expected, values = CASES[case]
+    found = diagnosed(record(tmp_path, act, extra))
+    assert (found.verdict, found.incomplete) == ("named", False)
+    (effect,) = found.effects
+    assert effect.id == expected
+    assert {name: effect.parameters[name].value for name in values} == pytest.approx(values, rel=0.03)
+    assert found.held_out.reducible_removed > 0.95
+
+
+def test_friction_that_grows_with_the_position_is_named_beside_dry_friction(tmp_path: Path) -> None:
+    found = diagnosed(record(tmp_path, extra=lambda t, x, v, f: -(0.5 + 2.0 * x) * sign(v)))
+    values = {e.id: next(iter(e.parameters.values())).value for e in found.effects}
+    assert found.verdict == "named"
+    assert values == pytest.approx({"coulomb_friction": 0.5, "position_dependent_friction": 2.0}, rel=0.03)
+
+
+def test_common_friction_is_not_taken_for_a_dead_zone(tmp_path: Path) -> None:
+    found = diagnosed(record(tmp_path, extra=lambda t, x, v, f: -0.4 * sign(v)))
+    assert [effect.id for effect in found.effects] == ["coulomb_friction"]
+
+
+def test_a_delay_is_written_into_the_users_own_equation(tmp_path: Path) -> None:
+    (tmp_path / "Slide.mo").write_text(SLIDE)
+    base = find_modelica_model(f"{tmp_path / 'Slide.mo'}:Slide")
+    values = {"share": Estimate(1.0, "1", (1.0, 1.0)), "T": Estimate(0.04, "s", (0.04, 0.04))}
+    added = with_effects(base, [NamedEffect("input_delay", "F", values)], "Late")
+    system = added.compile()
+    assert len(system.states) == 4 and [v.name for v in system.inputs] == ["F"]
+
+
+def test_crosstalk_is_written_from_one_input_to_the_other(tmp_path: Path) -> None:
+    text = SLIDE.replace("input Real F", 'input Real G(unit="N");\n  input Real F').replace(
+        "= F - k*x", "= F + G - k*x"
+    )
+    (tmp_path / "Slide.mo").write_text(text)
+    base = find_modelica_model(f"{tmp_path / 'Slide.mo'}:Slide")
+    effect = NamedEffect("crosstalk", "G->F", {"k": Estimate(0.25, "1", (0.2, 0.3))})
+    system = with_effects(base, [effect], "Mixed").compile()
+    p = [v.start for v in system.parameters]
+    rate = [float(system.rhs(0.0, [0.0, 0.0], u, [], p)[0][1]) for u in ([1.0, 0.0], [0.0, 1.0])]
+    names = [v.name for v in system.inputs]
+    assert dict(zip(names, rate, strict=True)) == pytest.approx({"F": 0.5, "G": 0.5 * 1.25})
