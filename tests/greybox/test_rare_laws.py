@@ -75,7 +75,6 @@ def sign(v: float) -> float:
 
 
 CASES: dict[str, tuple[Act, Extra, str, Mapping[str, float]]] = {
-    "lag": (late, _nothing, "input_lag", {"T": 0.05, "share": 1.0}),
     "delay": (delayed, _nothing, "input_delay", {"T": 0.04, "share": 1.0}),
     "rate": (slow, _nothing, "rate_limit", {"rate": 20.0, "share": 1.0}),
     "dead_zone": (
@@ -99,6 +98,14 @@ def test_a_rare_law_is_named_with_its_values(case: str, tmp_path: Path) -> None:
     assert effect.id == expected
     assert {name: effect.parameters[name].value for name in values} == pytest.approx(values, rel=0.03)
     assert found.held_out.reducible_removed > 0.95
+
+
+def test_a_lag_of_a_linear_plants_input_is_called_like_one_of_its_sensor(tmp_path: Path) -> None:
+    found = diagnosed(record(tmp_path, late))
+    assert found.verdict == "ambiguous"
+    assert {"input_lag", "sensor_lag"} <= {name for group in found.confusable for name in group}
+    (effect,) = found.effects
+    assert effect.parameters["T"].value == pytest.approx(0.05, rel=0.03)
 
 
 def test_friction_that_grows_with_the_position_is_named_beside_dry_friction(tmp_path: Path) -> None:
