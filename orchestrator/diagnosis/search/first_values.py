@@ -121,6 +121,7 @@ def _values(block: Block, change: np.ndarray) -> np.ndarray:
     moved = finite + share * (block.point - finite) + slopes
     # Of what is infinite at absence, the inverse is a size.
     inverse = np.maximum(share * block.point - slopes, FAINTEST * block.point)
-    with np.errstate(divide="ignore", invalid="ignore"):  # a parameter that is finite at absence may be zero at the point
+    # A parameter that is finite at absence may be zero at the point.
+    with np.errstate(divide="ignore", invalid="ignore"):
         moved = np.where(np.isfinite(absent), moved, block.point**2 / inverse)
     return np.where(np.isfinite(block.meaningful[1:]), moved, block.point)
