@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 
 from orchestrator.greybox.candidates import Candidate
-from orchestrator.greybox.prediction import HORIZONS, squared_errors
+from orchestrator.greybox.prediction import HORIZONS, WHOLE, squared_errors
 from orchestrator.greybox.search import FittedSet
 from orchestrator.greybox.thresholds import Thresholds
 
@@ -55,6 +55,13 @@ class Judge:
     def ratio(self, found: FittedSet, other: FittedSet) -> float:
         """Error of a set over that of another."""
         return self.error(found) / max(self.error(other), 1e-300)
+
+    def best_ratio(self, found: FittedSet, other: FittedSet) -> float:
+        """The least error of a set over that of another, over the horizon or over whole trials where these can be predicted: what
+        is slow, a charge that adds up, hardly shows in less."""
+        whole = self.error(found, WHOLE)
+        far = whole / max(self.error(other, WHOLE), 1e-300) if whole < self.limits.predictable else np.inf
+        return min(self.ratio(found, other), far)
 
     def beyond_doubt(self, better: FittedSet, other: FittedSet) -> bool:
         """Whether a set is more probable than another by more than the scatter of the difference over the record allows."""
@@ -170,12 +177,13 @@ def decide(
 def _doubts(chosen: FittedSet, judge: Judge, explained: float) -> Iterator[str]:
     """Why a set is not proven."""
     limits, ratio = judge.limits, judge.ratio(chosen, judge.nominal)
+    better = 1 - judge.best_ratio(chosen, judge.nominal)
     if not judge.beyond_doubt(chosen, judge.nominal) and not judge.foretells(chosen, judge.nominal):
         yield "it is not more probable than the model as given beyond doubt"
     if explained < limits.least_explained:
         yield f"it explains {explained:.0%} of what the model lacks"
-    if 1 - limits.least_improvement < ratio <= 1 + limits.worse:
-        yield f"predictions become {1 - ratio:.0%} better only"
+    if better < limits.least_improvement and ratio <= 1 + limits.worse:
+        yield f"predictions become {better:.0%} better only"
     if ratio > 1 + limits.worse:
         yield f"predictions of learning trials become {ratio - 1:.0%} worse"
 

@@ -9,6 +9,8 @@ from orchestrator.greybox.filtering import Filtered, GreyBox, Trial
 
 # Numbers of windows in a trial over which sets can be compared, the longest windows first.
 HORIZONS = (8, 32, 128)
+# One window is a whole trial.
+WHOLE = 1
 # A window has at least so many samples, as far as a trial is long enough for eight of them.
 LEAST_SAMPLES = 8
 # A run begins when the filter has found the states.

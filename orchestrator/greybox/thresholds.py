@@ -17,8 +17,8 @@ class Thresholds:
     horizon are `least_improvement` better with it, or if it brings `least_share` of what the whole set gains; never if they are
     `worse` by more than that share, nor if it takes away less than `least_power` of the disturbing forces' power. A set is out if
     one with as few parameters predicts `least_improvement` better, and not named if a smooth force does. What explains less
-    than `least_explained` of the disturbing forces' power, or improves predictions by less than `least_improvement`, is not
-    named. Predictions are alike within `alike`, and then fewer parameters are chosen. An answer is incomplete if more than
+    than `least_explained` of the disturbing forces' power, or improves predictions by less than `least_improvement` over the
+    horizon and over whole trials, is not named. Predictions are alike within `alike`, and then fewer parameters are chosen. An answer is incomplete if more than
     `complete_share` is unexplained.
 
     The horizon is an eighth of a trial, a quarter of that or a sixteenth: the longest over which some likely set errs by less than
