@@ -78,8 +78,14 @@ def diagnose(
             findings = (*found.findings, *sentences(functions))
             found = replace(found, functions=document(functions), findings=findings)
     warnings = (*map(str, checks), *found.warnings)
+    own = "" if fmu is not None or source.file is None else f"{source.file}:{source.class_name}"
     return replace(
-        found, warnings=warnings, data_checks=checks, mended=measurements.mended, libraries=library_folders()
+        found,
+        warnings=warnings,
+        data_checks=checks,
+        mended=measurements.mended,
+        libraries=library_folders(),
+        model_file=own,
     )
 
 

@@ -65,7 +65,7 @@ def add(diagnosis_or_effect: str, model: str | None, folder: str, card_folders: 
     if diagnosis_or_effect.endswith(".json"):
         document = _read_diagnosis(Path(diagnosis_or_effect))
         _with_libraries(document, diagnosis_or_effect)
-        base = _base(model or document["model"], document["data"])
+        base = _base(model or _model_of(document, diagnosis_or_effect), document["data"])
         effects = effects_of(document)
         if not effects and document.get("laws"):
             laws = (read_law(Path(document["laws"][0]["card"])),)
@@ -96,6 +96,16 @@ def _base(model: str, data: str) -> Any:
     from orchestrator.model_argument import is_closed, load_modelica, load_source
 
     return load_source(model, load_measurements(data)) if is_closed(model) else load_modelica(model)
+
+
+def _model_of(document: dict[str, Any], path: str) -> str:
+    """The model that a diagnosis was made for, as an argument."""
+    own = str(document.get("model_file", ""))
+    if own and not Path(own.rpartition(":")[0]).is_file():
+        raise MisfitError(
+            f"{path} was made for {own}, which is not there; name the model where it is now with --to FILE.mo:CLASS"
+        )
+    return own or str(document["model"])
 
 
 def _with_libraries(document: dict[str, Any], path: str) -> None:

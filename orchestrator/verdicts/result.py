@@ -134,8 +134,8 @@ class Diagnosis:
     "state"), `findings` says the same. `tried` tells what became of each set of the ranking. `adjusted` are the
     parameters fitted within their tolerances and `clock_shift_s` by how much outputs were late; errors count with both,
     the patched model has neither. `data_checks` says what is wrong with the record, `mended` what was mended before;
-    `libraries` are the folders in which Modelica classes were looked for. `incomplete` says that `unexplained_share` of
-    the missing force's power is left, `best` is the best set of an answer that is not proven, `witness` the missing
+    `libraries` are the folders in which Modelica classes were looked for, `model_file` is a model of the user's own as
+    FILE.mo:CLASS. `incomplete` says that `unexplained_share` of the missing force's power is left, `best` is the best set of an answer that is not proven, `witness` the missing
     force over its best coordinate with the fitted law. `laws` are formulas proposed where no card fits; `search` is
     what a further search can go on from, and stands in no document.
     """
@@ -174,6 +174,7 @@ class Diagnosis:
     witness: tuple[Mapping[str, Any], ...] = ()
     laws: tuple["Law", ...] = ()
     functions: tuple[Mapping[str, Any], ...] = ()
+    model_file: str = ""
     search: Any = field(default=None, repr=False, compare=False)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -228,6 +229,7 @@ class Diagnosis:
             "laws": [law.to_json() for law in self.laws],
             "libraries": list(self.libraries),
             "functions": [dict(row) for row in self.functions],
+            "model_file": self.model_file,
         }
 
 

@@ -1,4 +1,4 @@
-"""A diagnosis remembers where the classes of its model were found, so that `misfit add` needs no `--library`."""
+"""A diagnosis remembers its model and where classes were found, so that `misfit add` needs neither `--to` nor `--library`."""
 
 import json
 from pathlib import Path
@@ -58,3 +58,24 @@ def test_a_library_that_is_gone_is_named(diagnosis: Path) -> None:
     (diagnosis.parent / "libs").rename(diagnosis.parent / "elsewhere")
     done = CliRunner().invoke(add, [str(diagnosis), "--out", str(diagnosis.parent / "out")])
     assert f"was made with the library folder {diagnosis.parent / 'libs'}, which is not there" in str(done.exception)
+
+
+@pytest.fixture
+def own_model(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A diagnosis of a model in the working folder, named there by its class alone."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "Slide.mo").write_text(SLIDE)
+    (tmp_path / "found.json").write_text(json.dumps(DOCUMENT | {"model": "Slide", "model_file": "Slide.mo:Slide"}))
+    return tmp_path
+
+
+def test_an_effect_is_added_to_the_users_own_file_without_naming_it_again(own_model: Path) -> None:
+    done = CliRunner().invoke(add, ["found.json", "--out", "out"], catch_exceptions=False)
+    assert done.exit_code == 0, done.output
+    assert "m=3)" in (own_model / "out" / "Slide_1.mo").read_text().replace(" ", "")
+
+
+def test_a_model_file_that_is_gone_is_named(own_model: Path) -> None:
+    (own_model / "Slide.mo").unlink()
+    done = CliRunner().invoke(add, ["found.json", "--out", "out"])
+    assert "found.json was made for Slide.mo:Slide, which is not there" in str(done.exception)
