@@ -1,6 +1,7 @@
 """The documentation site: complete, without a dead link, without the network, and readable for everybody."""
 
 import fcntl
+import html
 import json
 import os
 import re
@@ -18,6 +19,7 @@ import pytest
 
 from docs.generator.effect_pages import by_id
 from docs.generator.toml_pages import TOML_FILES
+from orchestrator.greybox.laws import laws
 from orchestrator.library.cards import effect_library
 from orchestrator.report.palette import SURFACES, Colour
 
@@ -307,3 +309,9 @@ def test_the_first_key_leads_past_the_navigation_to_the_text(site: Path, tab: An
     tab.keyboard.press("Enter")
 
     assert tab.evaluate("location.hash") == "#coulomb-friction"
+
+
+def test_every_law_for_own_models_is_on_its_page(site: Path) -> None:
+    text = (site / "reference" / "laws_of_own_models.html").read_text()
+    missing = [law.id for law in laws() if f"<code>{law.id}</code>" not in text or law.title not in html.unescape(text)]
+    assert not missing

@@ -10,7 +10,7 @@ from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
 from mkdocs.utils import get_relative_url
 
-from docs.generator import effect_pages, json_pages, toml_pages
+from docs.generator import effect_pages, json_pages, law_page, toml_pages
 from docs.generator.signature_cache import shown_effects
 
 ASSETS = Path(__file__).parents[1] / "assets"
@@ -42,6 +42,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     pages = {"effects/index.md": effect_pages.index_page()}
     pages |= {f"effects/{e}.md": effect_pages.effect_page(e, cards, shown) for e, cards in effect_pages.by_id().items()}
     pages |= {"reference/toml_files.md": toml_pages.toml_page(), "reference/json_documents.md": json_pages.json_page()}
+    pages |= {"reference/laws_of_own_models.md": law_page.law_page()}
     for path, text in pages.items():
         files.append(File.generated(config, path, content=text))
     for name, effect in shown.items():
