@@ -94,6 +94,9 @@ def _likeliest(good: Sequence[Tried]) -> Tried:
 def is_sharp(tried: Tried, left: Left, limit: limits.Limit) -> bool:
     """Whether the amount of a change, if it were free, would be the well-known one; a gain of physics is anything."""
     change = tried.change
+    if change.way == "clock":  # a time in which nothing moves predicts whatever is slow, and half of it as well
+        halves = [change.with_value(change.value * factor) for factor in (0.5, 2.0)]
+        return all(left(each) > limits.AS_GOOD * tried.left for each in halves)
     if change.way not in ("scale", "shift") or change.value == -1.0:
         return True
     if change.way == "shift":
