@@ -58,3 +58,8 @@ def test_a_set_that_removes_little_is_doubted_where_nothing_helps_at_the_balance
     assert found.verdict == "unknown" and found.best and not found.effects
     assert "removes 11% of the error along held-out trials" in found.warnings[0]
     assert diagnose._better_of(_answer("named", 3.0, removed=0.9), _answer("unknown", 100.0)).verdict == "named"
+
+
+def test_one_of_several_that_all_leave_much_is_doubted_where_nothing_helps_at_the_balance_equations() -> None:
+    assert diagnose._better_of(_answer("ambiguous", 50.0), _answer("unknown", 50.0)).verdict == "unknown"
+    assert diagnose._better_of(_answer("ambiguous", 1.1), _answer("unknown", 50.0)).verdict == "ambiguous"
