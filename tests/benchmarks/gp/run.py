@@ -142,18 +142,24 @@ def _predictions_at_many() -> bool:
     same = True
     for k, n in enumerate(SIZES):
         x, y = problem(n)
-        work = {"misfit": misfit_predict(x, y, points_of(x)), "scikit-learn": sklearn_predict(x, y, points_of(x))}
+        work = {"misfit": misfit_predict(x, y, points_of(x))}
+        try:
+            work["scikit-learn"] = sklearn_predict(x, y, points_of(x))
+        except ImportError:
+            print("scikit-learn: not installed")
         for name, figure in _least(work).items():
             table.setdefault(name, []).append(figure)
-        ours = np.array([part[:5] for part in work["misfit"]()])
-        others = [other["predicted"][k] for other in OTHERS] + [[part[:5] for part in work["scikit-learn"]()]]
+        ours, *here = ([part[:5] for part in each()] for each in work.values())
+        others = [*(other["predicted"][k] for other in OTHERS), *here]
         same = same and all(np.allclose(ours, other, atol=SAME) for other in others)
     table |= {other["name"]: other["predict_ms"] for other in OTHERS}
     for name, row in table.items():
         print(f"{name:38s}" + "".join(f"{each:12.3f}" for each in row))
     print(f"all say the same: {same}")
-    fastest = [min(row[k] for name, row in table.items() if name != "misfit") for k in range(len(SIZES))]
-    ratios = [a / b for a, b in zip(table["misfit"], fastest, strict=True)]
+    rivals = [row for name, row in table.items() if name != "misfit"]
+    if not rivals:
+        return same
+    ratios = [own / min(row[k] for row in rivals) for k, own in enumerate(table["misfit"])]
     return _judge("misfit / fastest other", ratios, LIMITS_PREDICT) and same
 
 
