@@ -189,14 +189,14 @@ def _doubts(chosen: FittedSet, judge: Judge, explained: float) -> Iterator[str]:
 
 
 def _undefeated(ranked: Sequence[FittedSet], judge: Judge) -> FittedSet:
-    """The likeliest set than which no set with as few parameters predicts far better.
+    """The likeliest set than which no set with as few parameters predicts better.
 
     What filters say of the next sample favours wrong sensors where a model is far off; free runs do not.
     """
 
     def beaten(one: FittedSet) -> bool:
         rest = (s for s in ranked if s is not one and len(s.fit.theta) <= len(one.fit.theta))
-        return any(judge.ratio(other, one) < 1 - judge.limits.least_improvement for other in rest)
+        return any(judge.ratio(other, one) < 1 - judge.limits.defeated for other in rest)
 
     return next((s for s in ranked if not beaten(s)), ranked[0])
 
