@@ -31,8 +31,8 @@ class LawParameter:
     """A parameter of a law.
 
     `kind` is its unit in terms of the place, such as "force/speed^2". A `gain` enters linearly and is 0 where the effect is
-    absent; `positive` says that physics allows no negative value, `most` the largest that it allows. Any other parameter is a shape: `grid` holds values in
-    multiples of the record's own scale of that kind, `fitted` says whether it is estimated. `prior` is the standard deviation of a
+    absent; `positive` says that physics allows no negative value, `most` is the largest that it allows. Any other parameter is a
+    shape: `grid` holds values in multiples of the record's own scale of that kind, `fitted` says whether it is estimated. `prior` is the standard deviation of a
     gain's prior. A shape with `waves` counts waves per turn; values of which the record shows fewer waves are left out.
     `value` is what was fitted where the law was found; a shape starts there.
     """
@@ -71,12 +71,13 @@ class Law:
     """A formula at a kind of place.
 
     `expression` is Modelica text in the place's coordinates and the law's parameters: what it adds to a balance, what an
-    input becomes (in `u`), or what an output becomes (in `y`). `states` are hidden states with their derivatives, `starts` what they
-    begin with, else 0. `units`
-    restricts the law to balances of these units; `names` and `titles` are its id and words where a unit has its own.
+    input becomes (in `u`), or what an output becomes (in `y`). `states` are hidden states with their derivatives, `starts` is what
+    they begin with, else 0. `units` restricts the law to balances of these units; `names` and `titles` are its id and words where a unit has its own.
     `written` is how a law is written back if an equation of the model holds what the law changes: `net` is all else that flows
     into a balance, which Modelica cannot name, `storage` what its equation multiplies der(x) with. A `single` law acts at one
-    balance, never between two. The gain of a `curved` law enters linearly near zero only. A `bounded` law depends on a position that comes back; a `slow` one belongs to stores of heat, charge and the like, not to motion. A `rare` law is tried only where the others do not explain the record. `contains` lists ids of simpler laws that it becomes at the limit of a parameter.
+    balance, never between two. The gain of a `curved` law enters linearly near zero only. A `bounded` law depends on a position that
+    comes back; a `slow` one belongs to stores of heat, charge and the like, not to motion. A `rare` law is tried only where the
+    others do not explain the record. `contains` lists ids of simpler laws that it becomes at the limit of a parameter.
     `also` names further variables of a model by the coordinates that
     the law uses for them. `site` is where a law of the user's own was found, `seen` the range of each coordinate there, `beside` the effects
     that were in the model with it, as JSON names them.
