@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from fmus.errors import MisfitError
+from hil.bench_values import GAINS, JOINTS, LIMITS, check_effect_is_seen, check_numbers, check_proof, table_of
 from hil.control.controllers import Asked, Controller, Hold, Passive
 from hil.control.proof import Proof
 from hil.emulation.planar import Placement
@@ -25,6 +26,8 @@ from hil.trials.protocol import protocol_of_json
 
 # Until the kind of robot has said its own.
 _NO_LIMITS = Limits((JointLimits(1.0, 1.0, 1.0, -1.0, 1.0),))
+# A force sensor in pounds or grams-force is not off by more than this.
+_MOST_STRETCH = 10.0
 _AS_IT_IS = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 # A virtual robot shares the machine with the session, and stands still whenever the machine lets it: for so long it is
 # waited for, and let go after three times that.
@@ -81,6 +84,12 @@ class Settings:
         axes = np.array(self.force_axes, dtype=float) if {len(row) for row in self.force_axes} == {3} else np.zeros(3)
         if axes.shape != (3, 3) or not np.all(np.isfinite(axes)) or abs(np.linalg.det(axes)) < 1e-6:
             raise MisfitError("force_axes need three rows of three numbers that do not lie in a plane")
+        stretched = np.linalg.svd(axes, compute_uv=False)
+        if stretched[0] > _MOST_STRETCH or stretched[-1] < 1 / _MOST_STRETCH:
+            raise MisfitError(
+                f"force_axes make a force {stretched[-1]:.3g} to {stretched[0]:.3g} times as large; {1 / _MOST_STRETCH:g} to"
+                f" {_MOST_STRETCH:g} was expected, as the limit of the force would mean little"
+            )
         if self.protocol is not None and not 1 <= self.first_trial <= len(self.protocol.trials):
             trials = len(self.protocol.trials)
             raise MisfitError(f"there is no trial {self.first_trial} to begin with; the protocol has 1 to {trials}")
@@ -196,7 +205,11 @@ def settings_of_json(text: str) -> Settings:
 
 def _settings(document: dict[str, Any], name: str, rate_hz: float) -> Settings:
     _known(document, ("bus", "robot", "limits", "joints", "controller", "learning"), name)
-    robot, controller = document.get("robot", {}), document.get("controller", {})
+    try:
+        robot, controller = table_of(document, "robot"), table_of(document, "controller")
+        bus, wanted, learning = (table_of(document, key) for key in ("bus", "limits", "learning"))
+    except MisfitError as error:
+        raise MisfitError(f"{name}: {error}") from error
     _known(controller, ("kind", "source", "stiffness", "damping"), f"{name} [controller]")
     side, kind = robot.get("side", "right"), str(robot.get("kind", PROFICIO))
     options = {key: value for key, value in robot.items() if key not in _OF_ALL_ROBOTS}
@@ -206,25 +219,30 @@ def _settings(document: dict[str, Any], name: str, rate_hz: float) -> Settings:
         found = default_settings(side, rate_hz, kind, options)
         limits = found.limits
         limits = replace(limits, joints=_joints(document.get("joints", []), limits.joints, name))
-        wanted = document.get("limits", {})
         _known(wanted, [f.name for f in fields(Limits)[2:]], f"{name} [limits]")
+        check_numbers(wanted, LIMITS)
         limits = replace(limits, **wanted)
         waived = tuple(words for key, words in KEYS.items() if _switch(robot, key, False))
         limits = lowered(limits) if waived else limits
+        for number, joint in enumerate(limits.joints, start=1):
+            if math.isfinite(joint.breakaway):  # a kind of robot that does not know it is told of on the screen
+                check_effect_is_seen(number, joint)
         gravity = _switch(robot, "gravity", True)
-        found = replace(found, bus=document.get("bus", {}), limits=limits, gravity=gravity, waived=waived)
+        found = replace(found, bus=bus, limits=limits, gravity=gravity, waived=waived)
         given = {**controller, **robot}
+        check_numbers(given, GAINS)
         lists: dict[str, Any] = {
             key: tuple(map(float, given[key])) for key in ("stiffness", "damping", "proof_torque") if key in given
         }
         if any(len(values) != len(limits.joints) for values in lists.values()):
             raise MisfitError(f"stiffness, damping and proof_torque need {len(limits.joints)} numbers each")
         found = replace(found, proof=_switch(robot, "proof", True))
-        wanted = document.get("learning", {})
-        _known(wanted, [f.name for f in fields(Learning)], f"{name} [learning]")
-        found = replace(found, learning=Learning(**wanted), shoulder=float(robot.get("shoulder", found.shoulder)))
+        _known(learning, [f.name for f in fields(Learning)], f"{name} [learning]")
+        found = replace(found, learning=Learning(**learning), shoulder=float(robot.get("shoulder", found.shoulder)))
         rows = tuple(tuple(map(float, row)) for row in robot.get("force_axes", _AS_IT_IS))
         kind, source = str(controller.get("kind", "hold")), str(controller.get("source", ""))
+        if found.proof:
+            check_proof(lists.get("proof_torque", ()), limits.joints)
         return replace(found, controller=kind, source=source, force_axes=rows, **lists)
     except MisfitError as error:
         raise MisfitError(f"{name}: {error}") from error
@@ -235,9 +253,11 @@ def _settings(document: dict[str, Any], name: str, rate_hz: float) -> Settings:
 def _joints(tables: Sequence[Mapping[str, Any]], usual: Sequence[JointLimits], name: str) -> tuple[JointLimits, ...]:
     """Limits of all joints: the usual ones with what the tables say, one table a joint, or by its number `joint`."""
     joints, seen = list(usual), set[int]()
+    if not isinstance(tables, list) or not all(isinstance(table, Mapping) for table in tables):
+        raise MisfitError("[joints]: write one table [[joints]] for each joint, with two brackets on each side")
     for place, table in enumerate(tables, start=1):
         number = table.get("joint", place)
-        if not isinstance(number, int) or not 1 <= number <= len(joints):
+        if isinstance(number, bool) or not isinstance(number, int) or not 1 <= number <= len(joints):
             raise MisfitError(f"[[joints]]: joint = {number!r}; a robot with {len(joints)} joints was expected")
         if number in seen:
             raise MisfitError(f"[[joints]] has two tables for joint {number}; merge them")
@@ -245,7 +265,10 @@ def _joints(tables: Sequence[Mapping[str, Any]], usual: Sequence[JointLimits], n
         given = {key: value for key, value in table.items() if key != "joint"}
         _known(given, [f.name for f in fields(JointLimits)], f"{name} [[joints]]")
         try:
+            check_numbers(given, JOINTS)
             joints[number - 1] = replace(joints[number - 1], **_with_zones(given))
+            if "breakaway" in given:
+                check_effect_is_seen(number, joints[number - 1])
         except MisfitError as error:
             raise MisfitError(f"[[joints]] of joint {number}: {error}") from error
     return tuple(joints)

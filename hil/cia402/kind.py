@@ -1,5 +1,6 @@
 """Robots of CiA 402 drives behind the contract of robots: `kind = "cia402"` in `[robot]` of a bench file."""
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -29,6 +30,8 @@ from hil.safety.limits import JointLimits, Limits
 COMPANY_S, SETTLE_S = 0.15, 0.02
 # Nothing is known of what hangs on the drives: these move little, and are to be set in the bench file.
 _TORQUE, _RATE, _SPEED, _RANGE, _UNEXPLAINED = 2.0, 200.0, 1.0, 1.0, 0.5
+# Less than what is left of the torque without a safety module, which drives do not have.
+_BREAKAWAY = 0.4 * _TORQUE
 # Commands of the network's master.
 _OPERATIONAL, _PRE_OPERATIONAL = 0x01, 0x80
 # ms without a command after which a drive switches itself off.
@@ -68,14 +71,20 @@ class Drives:
         self.home = tuple(map(float, home if home is not None else [0.0] * self.joints))
         self.offset = tuple(offset if offset is not None else [0] * self.joints)
         self.absolute, self.without_drive_watchdog = absolute, without_drive_watchdog
+        for key, switch in (("absolute", absolute), ("without_drive_watchdog", without_drive_watchdog)):
+            if not isinstance(switch, bool):
+                raise MisfitError(f"{key} = {switch!r}; true or false was expected")
         if (
             not self.nodes
+            or any(isinstance(node, bool) or not isinstance(node, int) for node in self.nodes)
             or any(not 1 <= node <= LAST_NODE for node in self.nodes)
             or len(set(self.nodes)) < self.joints
         ):
             raise MisfitError(f"nodes = {list(nodes)}; different numbers from 1 to {LAST_NODE} were expected")
         if {len(self.gear), len(self.home), len(self.offset)} != {self.joints} or 0.0 in self.gear:
             raise MisfitError(f"gear, home and offset need {self.joints} numbers each, as many as nodes; no gear is 0")
+        if not all(map(math.isfinite, (*self.gear, *self.home))):
+            raise MisfitError(f"gear = {list(self.gear)}, home = {list(self.home)}; finite numbers were expected")
         self.frame = f"robot: CiA 402 drives {', '.join(map(str, self.nodes))}, a joint each"
 
     @property
@@ -92,7 +101,7 @@ class Drives:
     def limits(self, rate_hz: float) -> Limits:
         """Little, as nothing is known of what hangs on the drives."""
         joints = tuple(
-            JointLimits(_TORQUE, _RATE, _SPEED, home - _RANGE, home + _RANGE, breakaway=0.5 * _TORQUE)
+            JointLimits(_TORQUE, _RATE, _SPEED, home - _RANGE, home + _RANGE, breakaway=_BREAKAWAY)
             for home in self.home
         )
         return limits_of(joints, rate_hz, _UNEXPLAINED)

@@ -3,6 +3,7 @@
 from collections.abc import Collection
 
 from hil.robots.base import Robot
+from hil.safety.limits import Limits
 
 MODULE, SENSOR = "safety module", "force sensor"
 # What a bench file calls them.
@@ -32,3 +33,14 @@ def refusals(robot: Robot, waived: Collection[str]) -> list[str]:
 def warning(waived: Collection[str]) -> str:
     """What a screen says all the time in a session that may do without safeguards; "" if it may not."""
     return f"WITHOUT {' AND WITHOUT '.join(sorted(waived)).upper()}: limits are halved" if waived else ""
+
+
+def unchecked(limits: Limits) -> str:
+    """What a screen says of joints of which nobody knows what torque moves them; "" if that is known of all."""
+    joints = [str(k) for k, joint in enumerate(limits.joints, start=1) if not joint.breakaway < joint.torque]
+    if not joints:
+        return ""
+    return (
+        f"NOT NOTICED at joint {', '.join(joints)}: torques that do not arrive, and an encoder that freezes at rest; say in"
+        " [[joints]] of the bench file which torque moves it for certain (breakaway)"
+    )

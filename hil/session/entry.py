@@ -19,7 +19,7 @@ from hil.control.controllers import Ending
 from hil.control.pilot import Decision, Pilot
 from hil.control.timing import Metronome
 from hil.recording.recorder import Recorder
-from hil.robots.absent import refusals, warning
+from hil.robots.absent import refusals, unchecked, warning
 from hil.robots.base import Robot
 from hil.session.loop import Loop, Summary, Wishes
 from hil.session.recorded import ROBOT, SETTINGS, pilot_of
@@ -176,8 +176,9 @@ def open_robot_session(
         robot = kind.start_up(wire, time.sleep, operator.at_home)
         _refuse(wire, robot, settings)
         wire.hear_only(kind.heard)
-        if words := warning(settings.waived):
-            operator.tell(words)
+        for words in (warning(settings.waived), unchecked(settings.limits)):
+            if words:
+                operator.tell(words)
         armed = operator.may_arm(robot)
         if recorder is not None:
             (recorder.folder / ROBOT).write_text(json.dumps(robot.to_json(), indent=2) + "\n")

@@ -1,14 +1,15 @@
 """A robot without its safety module or its force sensor is not armed, unless the bench file says in so many words that it may."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 
 import pytest
 
 from fmus.errors import MisfitError
-from hil.robots.absent import MODULE, SENSOR, absent, refusals, warning
+from hil.robots.absent import MODULE, SENSOR, absent, refusals, unchecked, warning
+from hil.safety.limits import JointLimits, Limits
 from hil.session.recorded import pilot_of
-from hil.settings import Settings, read_settings
+from hil.settings import Settings, default_settings, read_settings, virtual_settings
 from hil.terminal import gaps
 from tests.hil.bench import SETTINGS, Bench
 
@@ -78,6 +79,29 @@ def test_a_bench_file_that_waives_a_safeguard_halves_the_limits_and_says_so_ever
         ("[[joints]]\n[[joints]]\n[[joints]]\n[[joints]]", "joint = 4; a robot with 3 joints"),
         ("[[joints]]\njoint = 2\n[[joints]]\njoint = 2", "two tables for joint 2"),
         ("[[joints]]\n[[joints]]\njoint = 1", "two tables for joint 1"),
+        ("[limits]\nstall_s = 25", r"stall_s = 25 s is outside \[0, 0.2\] s; times are in seconds"),
+        ("[limits]\nmissing_comply_s = 5\nmissing_release_s = 29", "missing_comply_s = 5 s is outside"),
+        ("[limits]\nforce_missing_s = 50", "force_missing_s = 50 s is outside"),
+        ("[limits]\nbandwidth = 1e-6", "bandwidth = 1e-06 rad/s is outside"),
+        ("[limits]\nreach = 1e9", "reach = 1e[+]09 m is outside"),
+        ("[limits]\ndamping = 1e6", "damping = 1e[+]06 N.m.s/rad is outside"),
+        ("[limits]\noscillation = 2.5", "oscillation = 2.5; a whole number"),
+        ("[limits]\nramp_s = true", "ramp_s = True; a number in s was expected"),
+        ("[controller]\nstiffness = [1e9, 40, 20]", "stiffness = 1e[+]09 N.m/rad is outside"),
+        ("[robot]\nproof_torque = [400, 4, 3]", "proof_torque = 400 N.m of joint 1 is above its torque, 20 N.m"),
+        (
+            "[robot]\nforce_axes = [[0.02, 0, 0], [0, 0.02, 0], [0, 0, 0.02]]",
+            "force_axes make a force 0.02 to 0.02 times",
+        ),
+        ("[[joints]]\ntorque = true", "torque = True; a number in N.m was expected"),
+        ("[[joints]]\njoint = true", "joint = True; a robot with 3 joints"),
+        ("[[joints]]\nmargin = 10", "margin = 10 rad is outside"),
+        ("[[joints]]\nbreakaway = inf", "breakaway = inf N.m is not below torque = 20 N.m"),
+        (
+            "[robot]\nwithout_safety_module = true\n[[joints]]\ntorque = 6\nbreakaway = 4",
+            "breakaway = 4 N.m is not below torque = 3",
+        ),
+        ("[joints]\ntorque = 2", r"one table \[\[joints\]\] for each joint"),
         ("[[joints]]\ntorque = nan", r"\[\[joints\]\] of joint 1: limit torque = nan"),
     ],
 )
@@ -88,3 +112,33 @@ def test_a_bench_file_that_would_drive_the_arm_is_refused_with_file_and_key(
     path.write_text(f'[bus]\ninterface = "virtual"\n{lines}\n')
     with pytest.raises(MisfitError, match=rf"bench\.toml.*{words}"):
         read_settings(path)
+
+
+@pytest.mark.parametrize("lines", ["limits = 3", "robot = [1]", "controller = 'hold'", "bus = 'can0'", "learning = 1"])
+def test_what_is_no_table_is_refused_by_its_name(tmp_path: Path, lines: str) -> None:
+    path = tmp_path / "bench.toml"
+    path.write_text(lines + "\n")
+    with pytest.raises(MisfitError, match=f"bench.toml: .* a table .{lines.split()[0]}. was expected"):
+        read_settings(path)
+
+
+@pytest.mark.parametrize("rate_hz", [10.0, 100.0, 1000.0])
+@pytest.mark.parametrize("kind", ["proficio", "cia402"])
+def test_what_holds_without_a_word_in_the_file_may_also_be_said_in_it(
+    tmp_path: Path, kind: str, rate_hz: float
+) -> None:
+    path = tmp_path / "bench.toml"
+    usual = default_settings(robot=kind, rate_hz=rate_hz).limits
+    said = "".join(f"{f.name} = {getattr(usual, f.name)!r}\n" for f in fields(Limits)[2:])
+    path.write_text(f"[robot]\nkind = '{kind}'\n[limits]\n{said}")
+    assert read_settings(path, rate_hz).limits == usual
+
+
+def test_a_robot_of_which_nobody_knows_what_moves_it_is_said_to_go_unchecked() -> None:
+    joint = JointLimits(5.0, 10.0, 1.0, -1.0, 1.0)
+    assert unchecked(Limits((replace(joint, breakaway=2.0), joint))).startswith("NOT NOTICED at joint 2:")
+    assert not unchecked(Limits((replace(joint, breakaway=2.0),)))
+
+
+def test_virtual_drives_have_torque_left_to_show_that_it_acts_though_their_limits_are_halved() -> None:
+    assert not unchecked(virtual_settings(robot="cia402").limits)
