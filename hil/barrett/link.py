@@ -132,10 +132,12 @@ class BarrettLink:
         self._before_ns = start_ns
         self.cycle += 1
         angles = self._angles()
+        doubted = {motor for motor in fresh if self._position_answers[motor].is_doubtful}
         lost = self.robot.module is not None and self._module_silent_ns > MODULE_LOST_NS
         foreign, self._foreign = self._foreign, False
         return Reading(
             positions=tuple(angles[k] if _NEEDED[k] <= fresh else None for k in range(proficio.JOINTS)),
+            doubted=tuple(bool(_NEEDED[k] & doubted) for k in range(proficio.JOINTS)) if doubted else (),
             age_ns=age if len(fresh) == proficio.JOINTS else None,
             force=tuple(self._force.tolist()) if self.robot.sensor is not None else None,
             force_saturated=self._force_saturated,

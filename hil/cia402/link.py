@@ -112,6 +112,7 @@ class DrivesLink:
         angles = self.robot.joint_angles(counts).tolist()
         return Reading(
             positions=tuple(angle if is_fresh else None for angle, is_fresh in zip(angles, fresh, strict=True)),
+            doubted=tuple(answers.is_doubtful for answers in self._answers),
             age_ns=max(ages) if all(fresh) else None,
             sensor=self._has_sensor,
             module=self._module,

@@ -210,6 +210,7 @@ def _seen(given: CycleInput, reading: Reading) -> Seen:
     return Seen(
         time_ns=given.start_ns,
         positions=reading.positions,
+        doubted=reading.doubted,
         asked=(),
         support=(),
         computing_ns=given.computing_ns,

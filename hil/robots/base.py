@@ -50,13 +50,14 @@ class Reading(NamedTuple):
     """What the frames of a cycle say.
 
     `positions` rad by joint, None where no answer to this cycle's question came in time; `age_ns` how old the oldest of
-    them was, None if one is missing. `force` N at the wrist as it was last told, None without a sensor; `sensor`
+    them was, None if one is missing; `doubted` says by joint whether its answer may be that to an older question. `force` N at the wrist as it was last told, None without a sensor; `sensor`
     whether there is one or the bench may do without. `module` is what the robot's own safety module says, None if it is
     lost; `trouble` why the drives cannot make what is asked for, "" if they can. The rest is as in
     `hil.safety.cycle.Seen`.
     """
 
     positions: tuple[float | None, ...]
+    doubted: tuple[bool, ...] = ()
     age_ns: int | None = None
     force: Vector | None = None
     force_saturated: bool = False

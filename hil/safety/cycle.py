@@ -42,6 +42,7 @@ class Seen(NamedTuple):
     Args:
         time_ns: monotonic time at which the cycle began.
         positions: rad of each joint; None where no answer came in this cycle.
+        doubted: whether that of each joint may be older than the cycle; it is believed if the next one is not missing.
         asked: N.m that the controller asks for, without the arm's weight.
         support: N.m that hold the arm's weight where it is.
         computing_ns: time that the controller took.
@@ -68,6 +69,7 @@ class Seen(NamedTuple):
     positions: tuple[float | None, ...]
     asked: Vector
     support: Vector
+    doubted: tuple[bool, ...] = ()
     computing_ns: int = 0
     force: Vector | None = None
     force_saturated: bool = False
@@ -95,7 +97,8 @@ class Motion(NamedTuple):
 
     `seconds` since the last cycle (0 if time did not pass), `positions` rad and `speeds` rad/s by joint; by joint `missing` is
     the time (ns) since a position could be believed, 0 if this cycle's can, `still` the time (ns) for which it has been exactly
-    the same, from a speed of `halted` rad/s on, `jumps` the cycles in a row with an answer too far away, `jumped` rad how far the last of them was.
+    the same, from a speed of `halted` rad/s on, `jumps` the cycles in a row with an answer too far away, `jumped` rad how far the last of them was,
+    `owed` the time (ns) before a position that was doubted, which counts as missing too if none comes after it (empty if there is none).
     """
 
     seconds: float
@@ -106,6 +109,14 @@ class Motion(NamedTuple):
     jumps: tuple[int, ...] = ()
     jumped: Vector = ()
     halted: Vector = ()
+    owed: tuple[int, ...] = ()
+
+    @property
+    def unknown(self) -> tuple[int, ...]:
+        """Time (ns) since a position of each joint was certain; 0 if there is one in this cycle."""
+        if not self.owed:
+            return self.missing
+        return tuple(gap + owed if gap else 0 for gap, owed in zip(self.missing, self.owed, strict=True))
 
 
 @dataclass(frozen=True, slots=True)

@@ -58,7 +58,21 @@ def follow(limits: Limits, state: State, seen: Seen) -> Motion:
         tuple(jumps),
         tuple(jumped),
         tuple(halted),
+        _owed(before, seen, tuple(missing), passed_ns),
     )
+
+
+def _owed(before: Motion, seen: Seen, missing: tuple[int, ...], passed_ns: int) -> tuple[int, ...]:
+    """Time (ns) by joint that a doubted position has not made good yet; a certain one does."""
+    if not before.owed and not any(seen.doubted):
+        return ()
+    owed = before.owed or (0,) * len(missing)
+    doubted = (*seen.doubted, *(False for _ in missing))
+    found = tuple(
+        owed[k] if missing[k] else owed[k] + before.missing[k] + passed_ns if doubted[k] else 0
+        for k in range(len(missing))
+    )
+    return found if any(found) else ()
 
 
 def at_rest(positions: Vector) -> Motion:

@@ -54,7 +54,8 @@ def pushing(limits: Limits, seen: Seen) -> float:
 
 def positions_answered(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip | None:
     """Joints whose position does not come, or cannot be believed, are steered blindly."""
-    worst, unsure = max(motion.missing), max(state.unsure)
+    unknown = motion.unknown
+    worst, unsure = max(unknown), max(state.unsure)
     if unsure > UNSURE * limits.missing_comply_s * SECOND_NS:
         joint = state.unsure.index(unsure) + 1
         words = (
@@ -70,7 +71,10 @@ def positions_answered(limits: Limits, state: State, motion: Motion, seen: Seen)
         reaction = Reaction.RELEASE
     elif worst >= limits.missing_comply_s * SECOND_NS:
         reaction = Reaction.COMPLY
-    words = f"no believable position of joint {motion.missing.index(worst) + 1} for {worst * 1e-6:.3g} ms"
+    joint = unknown.index(worst)
+    words = f"no believable position of joint {joint + 1} for {worst * 1e-6:.3g} ms"
+    if motion.missing[joint] < worst:
+        words = f"positions of joint {joint + 1} come too late or not at all: none is certain for {worst * 1e-6:.3g} ms"
     return Trip("positions_answered", reaction, words)
 
 

@@ -12,7 +12,7 @@ BY_NAME = {fault.name: fault for fault in FAULTS}
     [
         ("the controller asks for NaN", 500.0, 6.0, "finite_command"),
         ("the watchdog falls silent", 1000.0, 3.0, "the watchdog has fallen silent"),
-        ("all positions 2.3 periods late", 500.0, 100.0, "come too late or not at all"),
+        ("all positions 2.3 periods late", 500.0, 35.0, "come too late or not at all"),
         ("all torque frames lost on the way", 500.0, 250.0, "joint 3 has not followed"),
         ("an encoder that jumps by 0.3 rad", 100.0, 60.0, "jumped by 0.3 rad"),
     ],
