@@ -129,8 +129,8 @@ class RobotComponent(Component):
             raise ComponentError(
                 f"the safety core stopped the robot: {opened.loop.summary.faults[0]}; recorded in {self.folder}"
             )
-        if self._failure:
-            raise ComponentError(self._failure)
+        if self._failure or self._ended.is_set():
+            raise ComponentError(self._failure or f"the robot's session has ended; recorded in {self.folder}")
         return StepEnd(time + size)
 
     def terminate(self) -> None:
@@ -153,6 +153,8 @@ class RobotComponent(Component):
                 self._document = opened.result(refused)
         except MisfitError as error:
             self._failure = str(error)
+        except Exception as error:  # the run must not go on with what the robot said last
+            self._failure = f"the robot's session failed: {type(error).__name__}: {error}"
         finally:
             self._ended.set()
 

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from functools import wraps
 from io import StringIO
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,7 @@ from rich.progress import Progress
 from fmus.errors import ComponentError, MisfitError
 from hil.component import RobotComponent, open_robot
 from hil.control.controllers import Asked, Observed
+from hil.session.loop import Summary, Wishes
 from hil.session.recorded import replay_session
 from hil.stop.flag import StopFlag
 from hil.view.glance import Look
@@ -138,6 +140,20 @@ def test_the_stop_button_lets_the_arm_of_a_run_down() -> None:
                 component.step(0.01 * k, 0.01)
     finally:
         component.terminate()
+
+
+@pytest.mark.parametrize("ends", ["by itself", "by an error"])
+def test_a_run_whose_session_is_over_does_not_go_on_with_what_the_robot_said_last(ends: str) -> None:
+    component = robot(virtual=True)
+    component._opened = SimpleNamespace(
+        wishes=lambda seconds: lambda: Wishes(),
+        refuse_slow=lambda: None,
+        loop=SimpleNamespace(run=lambda wishes: None if ends == "by itself" else 1 / 0, summary=Summary()),
+        result=lambda refused: {},
+    )
+    component._cycle(component._opened)
+    with pytest.raises(ComponentError, match="has ended|session failed: ZeroDivisionError"):
+        component.step(0.0, 0.01)
 
 
 def test_a_run_that_falls_silent_asks_for_nothing_and_begins_again_at_the_foot_of_the_ramp() -> None:
