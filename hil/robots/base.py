@@ -57,7 +57,6 @@ class Reading(NamedTuple):
     """
 
     positions: tuple[float | None, ...]
-    doubted: tuple[bool, ...] = ()
     age_ns: int | None = None
     force: Vector | None = None
     force_saturated: bool = False
@@ -69,6 +68,7 @@ class Reading(NamedTuple):
     fault: bool = False
     foreign_torque: bool = False
     trouble: str = ""
+    doubted: tuple[bool, ...] = ()
 
 
 class Link(Protocol):

@@ -42,7 +42,6 @@ class Seen(NamedTuple):
     Args:
         time_ns: monotonic time at which the cycle began.
         positions: rad of each joint; None where no answer came in this cycle.
-        doubted: whether that of each joint may be older than the cycle; it is believed if the next one is not missing.
         asked: N.m that the controller asks for, without the arm's weight.
         support: N.m that hold the arm's weight where it is.
         computing_ns: time that the controller took.
@@ -63,13 +62,13 @@ class Seen(NamedTuple):
         end: whether the session is over and the arm is to be let go.
         arm: whether the operator has just armed the arm, which ends a stop as well.
         controller: number of who asks for torques; another one than before has just taken over.
+        doubted: whether the position of each joint may be older than the cycle; it is believed for good if the next one is not missing.
     """
 
     time_ns: int
     positions: tuple[float | None, ...]
     asked: Vector
     support: Vector
-    doubted: tuple[bool, ...] = ()
     computing_ns: int = 0
     force: Vector | None = None
     force_saturated: bool = False
@@ -90,6 +89,7 @@ class Seen(NamedTuple):
     end: bool = False
     arm: bool = False
     controller: int = 0
+    doubted: tuple[bool, ...] = ()
 
 
 class Motion(NamedTuple):
