@@ -8,11 +8,11 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-from fmus.catalogue import ModelicaModel
 from fmus.library import library_folders
+from orchestrator.blackbox.source import FmuSource, Source
 from orchestrator.datacheck.check import check_data, forbids_physics
 from orchestrator.datacheck.holding import with_interpolation
-from orchestrator.diagnosis.fit.candidates import as_fmu, model_of
+from orchestrator.diagnosis.fit.extensible import model_of
 from orchestrator.diagnosis.free_runs import search_slots
 from orchestrator.diagnosis.search.search import Progress
 from orchestrator.gp.trials.witness import document, sentences, witness_functions
@@ -37,7 +37,7 @@ SURE, NAMES = ("named", "adequate"), ("named", "ambiguous")
 
 
 def diagnose(
-    source: ModelicaModel,
+    source: Source,
     measurements: MeasurementSet,
     *,
     cards: Sequence[EffectCard] | None = None,
@@ -64,12 +64,12 @@ def diagnose(
     if forbids_physics(checks):
         return replace(first_mend(model, measurements, checks, workers), mended=measurements.mended)
 
-    fmu = as_fmu(source)
-    if fmu is None and not free_slots(source.compile()):
+    closed = isinstance(source, FmuSource)
+    if not closed and not free_slots(source.compile()):
         found = _by_greybox(source, measurements, workers, progress, laws)
     else:
         found = without_harm(search_slots(source, measurements, library, workers, progress, work))
-        if _asks_for_more(found, fmu is not None) and (fmu is None or can_be_taped(fmu)):
+        if _asks_for_more(found, closed) and (not isinstance(source, FmuSource) or can_be_taped(source)):
             progress("looking at every balance equation")
             found = _better_of(found, _by_greybox(source, measurements, workers, progress, laws))
         if isinstance(model, SymbolicModel) and found.verdict != "adequate":
@@ -78,7 +78,7 @@ def diagnose(
             findings = (*found.findings, *sentences(functions))
             found = replace(found, functions=document(functions), findings=findings)
     warnings = (*map(str, checks), *found.warnings)
-    own = "" if fmu is not None or source.file is None else f"{source.file}:{source.class_name}"
+    own = "" if closed or source.file is None else f"{source.file}:{source.class_name}"
     return replace(
         found,
         warnings=warnings,
@@ -89,16 +89,15 @@ def diagnose(
     )
 
 
-def _holding(source: ModelicaModel, model: Model, measurements: MeasurementSet) -> ModelicaModel:
+def _holding(source: Source, model: Model, measurements: MeasurementSet) -> Source:
     """An FMU whose runs hold the inputs that were held; equations are told so wherever they are run."""
-    fmu = as_fmu(source)
-    if fmu is None:
+    if not isinstance(source, FmuSource):
         return source
-    return replace(fmu, held=bind(measurements, model.inputs, model.outputs).trials[0].held)
+    return replace(source, held=bind(measurements, model.inputs, model.outputs).trials[0].held)
 
 
 def _by_greybox(
-    source: ModelicaModel, measurements: MeasurementSet, workers: int, progress: Progress, laws: Sequence[Law]
+    source: Source, measurements: MeasurementSet, workers: int, progress: Progress, laws: Sequence[Law]
 ) -> Diagnosis:
     return diagnose_greybox(source, measurements, workers=workers, progress=progress, more=laws)
 

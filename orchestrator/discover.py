@@ -7,14 +7,14 @@ from importlib.metadata import version as package_version
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fmus.catalogue import ModelicaModel
 from fmus.errors import MisfitError
 from fmus.files import write_atomically
 from orchestrator import ledger
+from orchestrator.blackbox.source import Source
 from orchestrator.compare.comparison import compare
 from orchestrator.compare.result import Comparison
 from orchestrator.diagnose import diagnose
-from orchestrator.diagnosis.fit.candidates import model_of
+from orchestrator.diagnosis.fit.extensible import model_of
 from orchestrator.diagnosis.search.search import Progress
 from orchestrator.greybox.diagnose import Outcome
 from orchestrator.greybox.laws import Law
@@ -51,7 +51,7 @@ class Discovery:
 
 
 def discover(
-    source: ModelicaModel,
+    source: Source,
     measurements: MeasurementSet,
     folder: Path,
     *,
@@ -115,7 +115,7 @@ def discover(
 def record(
     folder: Path,
     name: str,
-    source: ModelicaModel,
+    source: Source,
     model: SymbolicModel,
     effects: Sequence[NamedEffect],
     comparison: Comparison,

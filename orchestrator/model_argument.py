@@ -1,12 +1,16 @@
 """Find the model that a MODEL argument names."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from fmus.catalogue import ModelicaModel, find_modelica_model
 from fmus.errors import MisfitError
 from fmus.files import cache_folder
 from orchestrator.measurements import MeasurementSet
 from orchestrator.models.contract import Model
+
+if TYPE_CHECKING:
+    from orchestrator.blackbox.source import Source
 
 SYSTEM_ENDINGS = (".toml", ".ssd", ".ssp")
 
@@ -39,7 +43,7 @@ def load_model(text: str) -> Model:
     return SymbolicModel(text, system)
 
 
-def load_source(text: str, measurements: MeasurementSet) -> ModelicaModel:
+def load_source(text: str, measurements: MeasurementSet) -> "Source":
     """Return what can be diagnosed and extended: a Modelica class, or an FMU or system with the sites it offers for the data.
 
     Raises:

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 
@@ -10,9 +11,10 @@ from fmus.catalogue import ModelicaModel
 from fmus.errors import MisfitError
 from fmus.package import build_fmu
 from fmus.reference_files import reference_files
-from orchestrator.blackbox.source import FmuSource
+from orchestrator.blackbox.source import FmuSource, Source
 from orchestrator.blackbox.system_file import write_system
-from orchestrator.diagnosis.fit.candidates import EffectSet, as_fmu, can_join, find_candidates
+from orchestrator.diagnosis.fit.candidates import EffectSet, can_join
+from orchestrator.diagnosis.fit.extensible import find_candidates
 from orchestrator.diagnosis.referee.adjusted import with_neighbours
 from orchestrator.greybox.laws import Law
 from orchestrator.library.candidate import Candidate
@@ -26,13 +28,19 @@ from orchestrator.verdicts.result import Adjusted, Estimate, NamedEffect
 class Version:
     """A model extended with effects: its source, its model, and the file to use: an FMU, or a system of FMUs."""
 
-    source: ModelicaModel
+    source: Source
     model: SymbolicModel
     file: Path
 
+    @property
+    def files(self) -> list[Path]:
+        """The file to use, after the Modelica class that it was built from, if there is one."""
+        of_class = isinstance(self.source, ModelicaModel) and self.source.file is not None
+        return [cast(Path, self.source.file), self.file] if of_class else [self.file]
+
 
 def add_effects(
-    base: ModelicaModel,
+    base: Source,
     effects: Sequence[NamedEffect],
     folder: Path,
     cards: Sequence[EffectCard] | None = None,
@@ -49,16 +57,11 @@ def add_effects(
         MisfitError: if an effect is unknown or the model has no slot for it.
     """
     library = effect_library() if cards is None else cards
+    if isinstance(base, FmuSource):
+        return _around(base, effects, folder, library)
     if _at_equations(base, effects, library, laws):
         return _written_back(base, effects, folder, laws)
-    fmu = as_fmu(base)
-    if fmu is not None and _are_laws(fmu, effects):
-        return _system_of_laws(fmu, effects, folder)
-    chosen = _place(base, effects, library)
-    effect_set = EffectSet(base, chosen, base.compile().outputs)
-    values = _values(effect_set, effects)
-    if fmu is not None:
-        return _system_of_fmus(fmu, effect_set, values, effects, folder)
+    effect_set, values = _placed(base, effects, library)
     attachments = effect_set.attachments(values)
     changed = with_neighbours(base.compile(), adjusted)
     comment = f"{base.class_name} with {', '.join(effect.id for effect in effects)}"
@@ -78,8 +81,6 @@ def _at_equations(
     """Whether effects belong into a model's own equations: it has no slots, or none for some of them."""
     from orchestrator.greybox.effects import knows
 
-    if as_fmu(base) is not None:
-        return False
     system = base.compile()
     if not free_slots(system):
         return True
@@ -121,23 +122,19 @@ def _built(base: ModelicaModel, source: ModelicaModel, folder: Path) -> Version:
     return Version(source, SymbolicModel(source.name, system), file)
 
 
-def _system_of_fmus(
-    base: FmuSource, effect_set: EffectSet, values: Sequence[float], effects: Sequence[NamedEffect], folder: Path
-) -> Version:
+def _around(base: FmuSource, effects: Sequence[NamedEffect], folder: Path, cards: Sequence[EffectCard]) -> Version:
     """The version of a black-box FMU: `STEM_N.toml`, N the number of effects, with the FMUs that it connects."""
+    from orchestrator.greybox.fmu_system import knows
+
+    if knows(base, effects):
+        return _system_of_laws(base, effects, folder)
+    effect_set, values = _placed(base, effects, cards)
     name = f"{base.class_name}_{len(effects)}"
     comment = f"{base.class_name} with {', '.join(f'{effect.id} at {effect.site}' for effect in effects)}"
     by_name = dict(zip([v.name for v in effect_set.variables], values, strict=True))
     file = write_system(base, base.mounted(effect_set.candidates), by_name, folder, name, comment)
     model = effect_set.fixed(np.array(values), name)
     return Version(replace(base, name=name), model, file)
-
-
-def _are_laws(base: FmuSource, effects: Sequence[NamedEffect]) -> bool:
-    """Whether all effects are laws of the grey box at places of an FMU."""
-    from orchestrator.greybox.fmu_system import knows
-
-    return knows(base, effects)
 
 
 def _system_of_laws(base: FmuSource, effects: Sequence[NamedEffect], folder: Path) -> Version:
@@ -149,7 +146,7 @@ def _system_of_laws(base: FmuSource, effects: Sequence[NamedEffect], folder: Pat
     return Version(replace(base, name=name), version_model(base, effects, base.compile().outputs), file)
 
 
-def default_effect(base: ModelicaModel, effect_id: str, cards: Sequence[EffectCard] | None = None) -> NamedEffect:
+def default_effect(base: Source, effect_id: str, cards: Sequence[EffectCard] | None = None) -> NamedEffect:
     """Return an effect of the library (or of `cards`) at its first site in a model, with the card's start values.
 
     Raises:
@@ -171,7 +168,13 @@ def default_effect(base: ModelicaModel, effect_id: str, cards: Sequence[EffectCa
     return NamedEffect(effect_id, candidate.site, parameters)
 
 
-def _place(base: ModelicaModel, effects: Sequence[NamedEffect], cards: Sequence[EffectCard]) -> list[Candidate]:
+def _placed(base: Source, effects: Sequence[NamedEffect], cards: Sequence[EffectCard]) -> tuple[EffectSet, list[float]]:
+    """The effects at their sites, and the values of their parameters."""
+    effect_set = EffectSet(base, _place(base, effects, cards), base.compile().outputs)
+    return effect_set, _values(effect_set, effects)
+
+
+def _place(base: Source, effects: Sequence[NamedEffect], cards: Sequence[EffectCard]) -> list[Candidate]:
     system = base.compile()
     wanted = {effect.id for effect in effects}
     unknown = sorted(wanted - {card.id for card in cards})

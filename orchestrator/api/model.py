@@ -6,7 +6,7 @@ import weakref
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from fmus.errors import MisfitError
 from orchestrator.api.data import Data, as_data
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from fmus.catalogue import ModelicaModel
     from orchestrator.api.block import Block
     from orchestrator.api.missing import Missing
+    from orchestrator.blackbox.source import Source
     from orchestrator.compare.result import Comparison
     from orchestrator.library.cards import EffectCard
     from orchestrator.models.contract import Model as Runnable
@@ -172,7 +173,7 @@ class Model:
 
         trials, _ = self._checked(data)
         if self._version is None and self.is_closed:
-            from orchestrator.diagnosis.fit.candidates import model_of
+            from orchestrator.diagnosis.fit.extensible import model_of
 
             source = self._source(trials)
             return missing(model_of(source, source.compile()), trials)
@@ -241,7 +242,7 @@ class Model:
             raise MisfitError(
                 f"{self.name} is a coupled system; write it with to_system(PATH) and run it with misfit run"
             )
-        source = self._source(None)
+        source = self._modelica()
         system, stop, step = source.compile(), source.stop_time_s, source.step_size_s
         extra = reference_files(system, stop, step)
         return build_fmu(system, target, stop_time=stop, step_size=step, extra_files=extra, fmi_version=fmi_version)
@@ -259,7 +260,7 @@ class Model:
             raise MisfitError(
                 f"{self.name} has no Modelica text: its equations are closed; write it with to_system(PATH)"
             )
-        return write_modelica(self._source(None), target)
+        return write_modelica(self._modelica(), target)
 
     def to_system(self, path: "str | Path") -> Path:
         """Write a coupled system, with the FMUs that it names beside it; returns the path of the TOML file.
@@ -290,7 +291,13 @@ class Model:
 
         return load_model(self.name) if self._version is None else self._version.model
 
-    def _source(self, data: Data | None) -> "ModelicaModel":
+    def _modelica(self) -> "ModelicaModel":
+        """The class of a model whose equations are open."""
+        from orchestrator.model_argument import load_modelica
+
+        return load_modelica(self.name) if self._version is None else cast("ModelicaModel", self._version.source)
+
+    def _source(self, data: Data | None) -> "Source":
         from orchestrator.model_argument import load_modelica, load_source
 
         if self._version is not None:

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 
@@ -22,14 +23,18 @@ PULSE_SAMPLES = 24
 
 
 @dataclass(frozen=True)
-class FmuSource(ModelicaModel):
-    """A black-box FMU with the sites that it offers for one set of data, in the place of a Modelica class.
+class FmuSource:
+    """A black-box FMU with the sites that it offers for one set of data: what is diagnosed where there is no Modelica class.
 
-    `held` names inputs that stay at a sample's value until the next one.
+    `name` is the path as it was given, `class_name` the stem of the file; `held` names inputs that stay at a sample's value
+    until the next one.
     """
 
-    fmu: FmuFile | None = None
-    sites: Sites | None = None
+    name: str
+    class_name: str
+    file: Path
+    fmu: FmuFile
+    sites: Sites
     held: tuple[str, ...] = ()
 
     @staticmethod
@@ -52,14 +57,13 @@ class FmuSource(ModelicaModel):
 
     def coupled(self, mounted: Sequence[Mounted]) -> CoupledSystem:
         """The FMU with effects."""
-        assert self.sites is not None
         return couple(self.name, self.sites, mounted)
 
     def model(
         self, system: SymbolicSystem, signals: Sequence[str] | None = None, free: Sequence[str] = ()
     ) -> CoupledModel:
         """A coupled system of this FMU as a model."""
-        assert self.fmu is not None and self.sites is not None and isinstance(system, CoupledSystem)
+        assert isinstance(system, CoupledSystem)
         return CoupledModel(self.name, system, self.fmu, self.sites, signals, free, self.held)
 
     def candidates(self) -> list[Candidate]:
@@ -106,7 +110,6 @@ class FmuSource(ModelicaModel):
     def _places(self, law: Law) -> tuple[tuple[str, ...], tuple[Scales, ...]]:
         """Names of the sites where a law can act, and the sizes of things there."""
         sites = self.sites
-        assert sites is not None
         slot = law.card.slots[0]
         if slot in FORCE_SLOTS:
             names = [sites.outputs[force.output].name for force in sites.forces]
@@ -118,16 +121,18 @@ class FmuSource(ModelicaModel):
         return tuple(f"sensor:{sites.outputs[k].name}" for k in sites.measured), sites.output_scales
 
     def _fit_together(self, law: Law) -> bool:
-        assert self.sites is not None
         return law.card.slots[0] not in FORCE_SLOTS or self.sites.one_force_each
 
     def _lacking(self, law: Law) -> str:
         """What is missing for a law without a site."""
-        assert self.sites is not None
         outputs = " or ".join(self.sites.outputs[k].name for k in self.sites.measured)
         if law.card.slots[0] in FORCE_SLOTS:
             return f"the FMU would have to expose an input that acts as a force (N or N.m) on {outputs}"
         return "no input of the FMU is driven by the data"
+
+
+# What can be compared, diagnosed and extended.
+Source: TypeAlias = ModelicaModel | FmuSource
 
 
 def _gains(fmu: FmuFile, data: BoundSet) -> np.ndarray:

@@ -49,7 +49,6 @@ def write_system(
     Raises:
         MisfitError: if an FMU cannot be built or written.
     """
-    assert source.sites is not None and source.file is not None and source.fmu is not None
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"{name}.toml"
     if isinstance(source.fmu, SystemFile):
@@ -80,7 +79,6 @@ def _place(
     into: dict[int, tuple[str, ...]],
 ) -> None:
     """Add the effects to a plan; `into` says which inputs of components each input drives."""
-    assert source.sites is not None
     sites, shown = source.sites, dict(plan.shown)
     forces: dict[int, list[str]] = {}
     for part, place in _each(mounted, FORCE_SLOTS):
@@ -124,7 +122,6 @@ def _join(plan: _Plan, force: str, targets: tuple[str, ...], folder: Path) -> tu
 
 def _speed(plan: _Plan, source: FmuSource, force: ForceSite, folder: Path) -> str:
     """The signal that is the speed at a force: the FMU's own, or else made from the position."""
-    assert source.sites is not None
     name = source.sites.sensed_names[force.speed]
     if name:
         return f"{PLANT}.{name}"

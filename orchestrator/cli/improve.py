@@ -50,7 +50,6 @@ def add(diagnosis_or_effect: str, model: str | None, folder: str, card_folders: 
     proposes a law, the first law is added. EFFECT is an effect id, added with its card's first guess, or the id of a law of
     --cards; CARD is a law card (*.toml). Laws are added with the values that were found with them.
     """
-    from orchestrator.diagnosis.fit.candidates import as_fmu
     from orchestrator.greybox.effects import law_effects
     from orchestrator.greybox.laws import own_laws, read_law
     from orchestrator.library.cards import effect_library
@@ -84,10 +83,7 @@ def add(diagnosis_or_effect: str, model: str | None, folder: str, card_folders: 
         law = next((law for law in laws if law.id == diagnosis_or_effect), None)
         effects = law_effects(base, law) if law else [default_effect(base, diagnosis_or_effect, cards)]
     version = add_effects(base, effects, Path(folder), cards, adjusted, laws)
-    written = (
-        [version.file] if version.source.file is None or as_fmu(version.source) else [version.source.file, version.file]
-    )
-    show("\n".join(map(str, written)), quiet)
+    show("\n".join(map(str, version.files)), quiet)
 
 
 def _base(model: str, data: str) -> Any:
@@ -199,7 +195,7 @@ def discover(
 
     Where no effect of the library explains all that is missing, formulas are proposed; their cards go to DIR/laws.
     """
-    from fmus.catalogue import ModelicaModel
+    from orchestrator.blackbox.source import FmuSource
     from orchestrator.discover import discover as run
     from orchestrator.greybox.laws import own_laws
     from orchestrator.laws.words import laws_text
@@ -219,7 +215,7 @@ def discover(
         if accept_mends:
             measurements = mended_record(load_model(model), measurements, quiet)
         source = load_source(model, measurements)
-        if type(source) is ModelicaModel:
+        if not isinstance(source, FmuSource):
             say("reading the model's equations")
             show(lines_of(understood(source, measurements)), quiet)
         with resumable(f"{model} {measurements.content_hash}", scheduler) as work:

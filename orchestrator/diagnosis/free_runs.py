@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from fmus.catalogue import ModelicaModel
 from fmus.errors import ComponentError
+from orchestrator.blackbox.source import Source
 from orchestrator.diagnosis.advise.advice import with_next_experiment
 from orchestrator.diagnosis.advise.left_open import with_open_questions
 from orchestrator.diagnosis.advise.unexplained import unexplained_forces, where_forces_lack
@@ -42,7 +42,7 @@ MOST_CUTS = 3
 
 
 def search_slots(
-    source: ModelicaModel,
+    source: Source,
     measurements: MeasurementSet,
     library: Sequence[EffectCard],
     workers: int,
@@ -89,7 +89,7 @@ def _over_stretches(
 
 
 def _diagnosed(
-    source: ModelicaModel,
+    source: Source,
     measurements: MeasurementSet,
     whole: MeasurementSet,
     cards: Sequence[EffectCard],

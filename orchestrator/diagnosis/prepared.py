@@ -6,17 +6,17 @@ from functools import cached_property
 
 import numpy as np
 
-from fmus.catalogue import ModelicaModel
 from fmus.errors import MisfitError
+from orchestrator.blackbox.source import Source
 from orchestrator.compare.comparison import compare
 from orchestrator.compare.result import Comparison
-from orchestrator.diagnosis.fit.candidates import EffectSet, find_candidates, model_of
+from orchestrator.diagnosis.fit.candidates import EffectSet
 from orchestrator.diagnosis.fit.evidence import LearningData, fit_nominal, smoothed
+from orchestrator.diagnosis.fit.extensible import extensible
 from orchestrator.diagnosis.linear.noise_model import metrics_of
 from orchestrator.diagnosis.linear.response import Response
 from orchestrator.diagnosis.noise.nuisances import Nuisances, nuisances
 from orchestrator.diagnosis.noise.outliers import without_outliers
-from orchestrator.diagnosis.search.compile_ahead import compile_ahead
 from orchestrator.diagnosis.search.search import Progress
 from orchestrator.library.candidate import Candidate
 from orchestrator.library.cards import EffectCard
@@ -36,7 +36,7 @@ class Prepared:
     `impossible` says which effects of the library cannot be attached; `extra` are parameters with tolerances, and the clock.
     """
 
-    source: ModelicaModel
+    source: Source
     nominal: Comparison
     plain: SymbolicModel
     data: BoundSet
@@ -70,7 +70,7 @@ class Prepared:
 
 
 def prepared(
-    source: ModelicaModel,
+    source: Source,
     measurements: MeasurementSet,
     whole: MeasurementSet,
     cards: Sequence[EffectCard],
@@ -84,7 +84,8 @@ def prepared(
         ComponentError: if the model itself cannot be simulated.
     """
     system = source.compile()
-    model = model_of(source, system)
+    ways = extensible(source)
+    model = ways.model(system)
     progress("comparing the model with the measurement")
     nominal = compare(model, measurements, workers=workers)
     if nominal.held_out is None or not any(trial.set == "learning" for trial in nominal.trials):
@@ -95,9 +96,9 @@ def prepared(
     if measurements is not whole:
         # Stretches show less of the noise: rattling counted as slow noise, with next to none that is white.
         data = data.with_noise_of(bind(whole, model.inputs, model.outputs))
-    candidates, impossible = find_candidates(source, system, cards)
+    candidates, impossible = ways.candidates(system, cards)
     progress("compiling the model with each effect")
-    compile_ahead(source, candidates, workers)
+    ways.compile_ahead(candidates, workers)
     extra = nuisances(system, measurements.tolerances, _clock_std(data))
     plain = model.restricted(data.output_names)
     slots = tuple(free_slots(system))
@@ -112,7 +113,7 @@ def _clock_std(data: BoundSet) -> float:
 
 
 def in_metric(
-    source: ModelicaModel,
+    source: Source,
     plain: SymbolicModel,
     data: BoundSet,
     trials: Sequence[BoundTrial],

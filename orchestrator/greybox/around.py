@@ -47,7 +47,6 @@ def fmu_with(
     Args:
         acting: by balance, the input that acts on it as a force does, empty if none does. states: by balance, its state.
     """
-    assert source.fmu is not None
     description = source.fmu.started
     sites = _all_states_sensed(description, source.fmu.positions())
     system = _Around(source.name, effects, acting, states, description, sites).system()

@@ -13,10 +13,9 @@ import numpy as np
 from scipy.stats import norm
 from threadpoolctl import threadpool_limits
 
-from fmus.catalogue import ModelicaModel
 from fmus.errors import ComponentError, MisfitError
 from fmus.symbolic.system import SymbolicSystem
-from orchestrator.blackbox.source import FmuSource
+from orchestrator.blackbox.source import FmuSource, Source
 from orchestrator.compare.comparison import compare
 from orchestrator.compare.result import Comparison
 from orchestrator.greybox.around import fmu_with, placed
@@ -65,7 +64,7 @@ class Outcome:
 
 
 def diagnose_greybox(
-    source: ModelicaModel,
+    source: Source,
     measurements: MeasurementSet,
     *,
     workers: int = 2,

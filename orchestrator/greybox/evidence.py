@@ -8,7 +8,7 @@ import numpy as np
 from fmus.catalogue import ModelicaModel
 from fmus.symbolic.balances import Balance
 from fmus.symbolic.system import SymbolicSystem, Variable
-from orchestrator.blackbox.source import FmuSource
+from orchestrator.blackbox.source import FmuSource, Source
 from orchestrator.greybox.candidates import Candidate, candidates_at, numbered
 from orchestrator.greybox.extended import extend, own_inputs
 from orchestrator.greybox.filtering import GreyBox, Trial
@@ -35,7 +35,7 @@ from orchestrator.measurements import BoundSet, MeasurementSet, bind
 class Case:
     """A model with balance inputs, the measurements in its terms, and its own inputs."""
 
-    source: ModelicaModel
+    source: Source
     base: SymbolicSystem
     balances: tuple[Balance, ...]
     inputs: tuple[Variable, ...]

@@ -65,7 +65,6 @@ def write_fmu_system(source: FmuSource, effects: Sequence[NamedEffect], folder: 
     Raises:
         MisfitError: if an effect is unknown, or acts where the FMU has no input.
     """
-    assert source.fmu is not None and source.file is not None
     folder.mkdir(parents=True, exist_ok=True)
     original = folder / source.file.name
     if original.resolve() != source.file.resolve():
@@ -94,7 +93,6 @@ def write_fmu_system(source: FmuSource, effects: Sequence[NamedEffect], folder: 
 
 def _values(source: FmuSource, effects: Sequence[NamedEffect]) -> dict[str, Value]:
     """Parameters of the FMU with their new values."""
-    assert source.fmu is not None
     start = {p.name: float(p.variable.start or 0.0) for p in source.fmu.description.parameters}
     wrong = {e.site: e.parameters["share"].value for e in effects if e.id == "parameter_error"}
     return {site: Value(start[site] * (1.0 + share)) for site, share in wrong.items()}
@@ -186,7 +184,6 @@ def _sense(plan: _Plan, source: FmuSource, text: str, target: str) -> None:
 
 def _shown(plan: _Plan, source: FmuSource, state: str) -> str:
     """The signal that shows a state: an output of the FMU, or the rate of one that shows what the state is the rate of."""
-    assert source.fmu is not None
     description = source.fmu.started
     outputs, states = ([p.name for p in part] for part in (description.outputs, description.states))
     if state in outputs:

@@ -64,7 +64,6 @@ class Tape:
 def can_be_taped(source: FmuSource) -> bool:
     """Whether an FMU tells its rates: model exchange, with states, no arrays, and not a system of FMUs."""
     fmu = source.fmu
-    assert fmu is not None
     description = fmu.description
     ports = (*description.inputs, *description.outputs, *description.states)
     return not description.cosimulation and bool(description.states) and all(p.size == 1 for p in ports)
@@ -77,7 +76,6 @@ def taped_case(source: FmuSource, measurements: MeasurementSet) -> Case:
         MisfitError: if the data do not fit the FMU.
         ComponentError: if the FMU fails, or cannot follow the record.
     """
-    assert source.fmu is not None
     description = source.fmu.started
     plain = plain_sites(description)
     data = bind(measurements, plain.inputs, plain.outputs)
@@ -114,7 +112,6 @@ def _run(box: GreyBox, trial: Any, noise: Any) -> np.ndarray:
 
 def _tapes(source: FmuSource, data: BoundSet, along: Sequence[np.ndarray], parameters: Sequence[Port]) -> list[Tape]:
     fmu = source.fmu
-    assert fmu is not None
     found = []
     for trial, states in zip(data.trials, along, strict=True):
         values, slopes = fmu.slopes(trial.time, states, trial.inputs)
@@ -307,7 +304,6 @@ def outline(source: FmuSource) -> Outline:
     Raises:
         ComponentError: if the FMU fails.
     """
-    assert source.fmu is not None
     description, random = source.fmu.started, np.random.default_rng(0)
     states, inputs = (
         np.array([v.variable.start or 0.0 for v in part]) for part in (description.states, description.inputs)

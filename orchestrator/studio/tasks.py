@@ -113,7 +113,7 @@ def compare(project: Project, say: Say) -> None:
 def diagnose(project: Project, say: Say) -> None:
     """Find the missing effects, and record the model as given in the ledger."""
     from orchestrator.diagnose import diagnose as find
-    from orchestrator.diagnosis.fit.candidates import model_of
+    from orchestrator.diagnosis.fit.extensible import model_of
     from orchestrator.discover import record
     from orchestrator.laws.propose import asks_for_laws, propose_laws
     from orchestrator.report.html import diagnosis_report

@@ -6,7 +6,7 @@ import pytest
 
 from fmus.catalogue import find_modelica_model
 from orchestrator.datacheck.check import check_data
-from orchestrator.diagnosis.fit.candidates import model_of
+from orchestrator.diagnosis.fit.extensible import model_of
 from orchestrator.measurements import load_measurements
 from tests.benchmarks.laws.cases import CASES
 from tests.benchmarks.laws.truth import record

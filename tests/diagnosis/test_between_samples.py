@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from fmus.catalogue import find_modelica_model
-from orchestrator.diagnosis.fit.candidates import EffectSet, find_candidates, model_of
+from orchestrator.diagnosis.fit.candidates import EffectSet
 from orchestrator.diagnosis.fit.evidence import fit_nominal
+from orchestrator.diagnosis.fit.extensible import find_candidates, model_of
 from orchestrator.diagnosis.linear.calibration import Stage
 from orchestrator.diagnosis.linear.tangent import Tangent
 from orchestrator.diagnosis.linear.thresholds import SIGNIFICANT

@@ -3,8 +3,9 @@
 import numpy as np
 
 from fmus.catalogue import find_modelica_model
-from orchestrator.diagnosis.fit.candidates import EffectSet, find_candidates
+from orchestrator.diagnosis.fit.candidates import EffectSet
 from orchestrator.diagnosis.fit.canonical import canonical
+from orchestrator.diagnosis.fit.extensible import find_candidates
 from orchestrator.library.cards import effect_library
 from orchestrator.models.estimation import Fit, Record
 

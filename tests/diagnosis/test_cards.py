@@ -7,7 +7,8 @@ import pytest
 
 from fmus.catalogue import ModelicaModel, find_modelica_model
 from fmus.errors import MisfitError
-from orchestrator.diagnosis.fit.candidates import EffectSet, can_join, find_candidates
+from orchestrator.diagnosis.fit.candidates import EffectSet, can_join
+from orchestrator.diagnosis.fit.extensible import find_candidates
 from orchestrator.library.cards import EffectCard, effect_library, read_card
 from orchestrator.models.patch import free_slots, patched_model
 

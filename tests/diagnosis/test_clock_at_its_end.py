@@ -5,8 +5,9 @@ from pathlib import Path
 import numpy as np
 
 from fmus.catalogue import find_modelica_model
-from orchestrator.diagnosis.fit.candidates import EffectSet, find_candidates, model_of
+from orchestrator.diagnosis.fit.candidates import EffectSet
 from orchestrator.diagnosis.fit.evidence import fit_nominal
+from orchestrator.diagnosis.fit.extensible import find_candidates, model_of
 from orchestrator.diagnosis.linear.tangent import Tangent
 from orchestrator.diagnosis.noise.nuisances import Nuisances
 from orchestrator.diagnosis.prepared import in_metric

@@ -12,8 +12,9 @@ import pytest
 from fmus.catalogue import find_modelica_model
 from orchestrator.diagnosis.decide.confusion import disguise, near_in_either, reach
 from orchestrator.diagnosis.decide.thresholds import HOPELESS, MOST_RIVALS
-from orchestrator.diagnosis.fit.candidates import EffectSet, find_candidates
+from orchestrator.diagnosis.fit.candidates import EffectSet
 from orchestrator.diagnosis.fit.evidence import Refit
+from orchestrator.diagnosis.fit.extensible import find_candidates
 from orchestrator.diagnosis.search.search import Searcher
 from orchestrator.library.cards import effect_library
 from orchestrator.models.estimation import Fit

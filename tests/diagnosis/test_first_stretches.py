@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from fmus.catalogue import find_modelica_model
-from orchestrator.diagnosis.fit.candidates import EffectSet, find_candidates
+from orchestrator.diagnosis.fit.candidates import EffectSet
 from orchestrator.diagnosis.fit.evidence import LearningData, refit
+from orchestrator.diagnosis.fit.extensible import find_candidates
 from orchestrator.diagnosis.search.fitting import Fitter, Setting
 from orchestrator.diagnosis.search.trace import Trace
 from orchestrator.library.cards import effect_library

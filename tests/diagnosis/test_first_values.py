@@ -10,8 +10,9 @@ import pytest
 from fmus.catalogue import ModelicaModel, find_modelica_model
 from fmus.errors import MisfitError
 from orchestrator.diagnosis.fit.begun import Begun
-from orchestrator.diagnosis.fit.candidates import EffectSet, find_candidates
+from orchestrator.diagnosis.fit.candidates import EffectSet
 from orchestrator.diagnosis.fit.evidence import LearningData, fit_nominal, refit
+from orchestrator.diagnosis.fit.extensible import find_candidates
 from orchestrator.diagnosis.linear.response import Response
 from orchestrator.diagnosis.search.placed import placed
 from orchestrator.diagnosis.search.screening import Screened, Screener

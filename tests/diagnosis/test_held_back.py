@@ -5,8 +5,9 @@ import pytest
 from scipy import linalg
 
 from fmus.catalogue import find_modelica_model
-from orchestrator.diagnosis.fit.candidates import EffectSet, find_candidates
+from orchestrator.diagnosis.fit.candidates import EffectSet
 from orchestrator.diagnosis.fit.evidence import LearningData, fit_nominal, refit
+from orchestrator.diagnosis.fit.extensible import find_candidates
 from orchestrator.diagnosis.linear.noise_model import metrics_of
 from orchestrator.diagnosis.linear.response import Response
 from orchestrator.library.cards import effect_library

@@ -7,8 +7,9 @@ from scipy.stats import chi2
 from fmus.catalogue import find_modelica_model
 from orchestrator.diagnosis.advise.identifiability import Fitted, doubts, doubts_of
 from orchestrator.diagnosis.advise.profile import profiles
-from orchestrator.diagnosis.fit.candidates import EffectSet, find_candidates
+from orchestrator.diagnosis.fit.candidates import EffectSet
 from orchestrator.diagnosis.fit.evidence import LearningData, Refit, fit_nominal, refit
+from orchestrator.diagnosis.fit.extensible import find_candidates
 from orchestrator.diagnosis.linear.coverage import coverage
 from orchestrator.diagnosis.linear.response import Response
 from orchestrator.diagnosis.noise.nuisances import Nuisances

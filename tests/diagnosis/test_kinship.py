@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from fmus.catalogue import find_modelica_model
-from orchestrator.diagnosis.fit.candidates import EffectSet, find_candidates, model_of
+from orchestrator.diagnosis.fit.candidates import EffectSet
 from orchestrator.diagnosis.fit.evidence import LearningData
+from orchestrator.diagnosis.fit.extensible import find_candidates, model_of
 from orchestrator.diagnosis.linear.calibration import Colour
 from orchestrator.diagnosis.linear.kinship import classes, kin, principal_cosines
 from orchestrator.diagnosis.noise.nuisances import Nuisances

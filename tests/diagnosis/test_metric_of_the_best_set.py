@@ -8,8 +8,9 @@ from scipy.linalg import cholesky, expm
 
 from fmus.catalogue import find_modelica_model
 from orchestrator.diagnosis.fit import evidence
-from orchestrator.diagnosis.fit.candidates import EffectSet, find_candidates, model_of
+from orchestrator.diagnosis.fit.candidates import EffectSet
 from orchestrator.diagnosis.fit.evidence import LearningData, fit_nominal, refit, smoothed
+from orchestrator.diagnosis.fit.extensible import find_candidates, model_of
 from orchestrator.diagnosis.linear.noise_model import metrics_of
 from orchestrator.diagnosis.linear.remetric import NoiseOfSignals, divergence
 from orchestrator.diagnosis.linear.response import Response

@@ -9,8 +9,9 @@ import pytest
 from fmus.catalogue import find_modelica_model
 from orchestrator.diagnosis.decide.confusion import least_odds, rivals
 from orchestrator.diagnosis.decide.nested import at_least, holds, rest_share, starts, unpinned, with_simpler
-from orchestrator.diagnosis.fit.candidates import EffectSet, find_candidates
+from orchestrator.diagnosis.fit.candidates import EffectSet
 from orchestrator.diagnosis.fit.evidence import Refit
+from orchestrator.diagnosis.fit.extensible import find_candidates
 from orchestrator.diagnosis.referee.ranking import rank
 from orchestrator.diagnosis.search.trace import Trace
 from orchestrator.library.cards import effect_library

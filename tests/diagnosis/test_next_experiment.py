@@ -17,8 +17,9 @@ from orchestrator.diagnosis.advise.next_experiment import INSEPARABLE, Explanati
 from orchestrator.diagnosis.advise.remaining import remaining
 from orchestrator.diagnosis.advise.thresholds import HOPELESS
 from orchestrator.diagnosis.decide.excitation import unseen
-from orchestrator.diagnosis.fit.candidates import EffectSet, find_candidates, model_of
+from orchestrator.diagnosis.fit.candidates import EffectSet
 from orchestrator.diagnosis.fit.evidence import LearningData, Refit
+from orchestrator.diagnosis.fit.extensible import find_candidates, model_of
 from orchestrator.diagnosis.noise.nuisances import Nuisances
 from orchestrator.library.cards import effect_library
 from orchestrator.models.estimation import Fit

@@ -7,8 +7,9 @@ import pytest
 from scipy.linalg import expm
 
 from fmus.catalogue import find_modelica_model
-from orchestrator.diagnosis.fit.candidates import EffectSet, model_of
+from orchestrator.diagnosis.fit.candidates import EffectSet
 from orchestrator.diagnosis.fit.evidence import LearningData, fit_nominal, smoothed
+from orchestrator.diagnosis.fit.extensible import model_of
 from orchestrator.diagnosis.linear.noise_model import metrics_of
 from orchestrator.diagnosis.linear.response import Response
 from orchestrator.measurements import bind, load_measurements

@@ -9,8 +9,9 @@ from scipy import stats
 from threadpoolctl import threadpool_limits
 
 from fmus.catalogue import find_modelica_model
-from orchestrator.diagnosis.fit.candidates import EffectSet, find_candidates, model_of
+from orchestrator.diagnosis.fit.candidates import EffectSet
 from orchestrator.diagnosis.fit.evidence import fit_nominal
+from orchestrator.diagnosis.fit.extensible import find_candidates, model_of
 from orchestrator.diagnosis.linear.calibration import Stage
 from orchestrator.diagnosis.linear.tangent import Tangent
 from orchestrator.diagnosis.linear.thresholds import SIGNIFICANT

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from fmus.catalogue import find_modelica_model
-from orchestrator.diagnosis.fit.candidates import EffectSet, can_join, find_candidates
+from orchestrator.diagnosis.fit.candidates import EffectSet, can_join
 from orchestrator.diagnosis.fit.evidence import LearningData, Refit, refit
+from orchestrator.diagnosis.fit.extensible import find_candidates
 from orchestrator.diagnosis.fit.thresholds import TOLERANCE
 from orchestrator.diagnosis.search.fitting import Fitter, Setting
 from orchestrator.diagnosis.search.tasks import Wanted

@@ -10,8 +10,9 @@ import pytest
 
 from fmus.catalogue import find_modelica_model
 from orchestrator.diagnosis.decide.confusion import half_bic
-from orchestrator.diagnosis.fit.candidates import EffectSet, find_candidates, model_of
+from orchestrator.diagnosis.fit.candidates import EffectSet
 from orchestrator.diagnosis.fit.evidence import LearningData, Refit, fit_nominal, refit, smoothed
+from orchestrator.diagnosis.fit.extensible import find_candidates, model_of
 from orchestrator.diagnosis.linear.noise_model import metrics_of
 from orchestrator.diagnosis.linear.quiet import explained_by_noise, misfit_by_quiet_inputs
 from orchestrator.diagnosis.linear.response import Response

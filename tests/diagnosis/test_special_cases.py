@@ -3,8 +3,9 @@
 import numpy as np
 
 from fmus.catalogue import find_modelica_model
-from orchestrator.diagnosis.fit.candidates import EffectSet, find_candidates, model_of
+from orchestrator.diagnosis.fit.candidates import EffectSet
 from orchestrator.diagnosis.fit.evidence import LearningData, refit
+from orchestrator.diagnosis.fit.extensible import find_candidates, model_of
 from orchestrator.diagnosis.search.search import Searcher
 from orchestrator.library.cards import effect_library
 from orchestrator.models.patch import free_slots

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from fmus.catalogue import find_modelica_model
-from orchestrator.diagnosis.fit.candidates import find_candidates
+from orchestrator.diagnosis.fit.extensible import find_candidates
 from orchestrator.diagnosis.search.proposals import unions
 from orchestrator.library.candidate import Candidate
 from orchestrator.library.cards import effect_library

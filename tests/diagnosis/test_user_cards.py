@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 
 from fmus.catalogue import find_modelica_model
 from fmus.errors import MisfitError
-from orchestrator.diagnosis.fit.candidates import find_candidates
+from orchestrator.diagnosis.fit.extensible import find_candidates
 from orchestrator.library.cards import effect_library
 
 CARD = """\
@@ -206,7 +206,7 @@ def test_a_card_of_ones_own_is_said_not_to_be_tried_on_an_fmu(tmp_path: Path) ->
 
     cards = effect_library([write_card(tmp_path / "cards")])
     drive = find_modelica_model("drive")
-    closed = Closed("drive.fmu", drive.class_name, drive.file)
+    closed = Closed("drive.fmu", drive.class_name, drive.file, None, None)
 
     _, reasons = find_candidates(closed, drive.compile(), cards)
 

@@ -7,7 +7,8 @@ from scipy.linalg import expm
 
 from fmus.catalogue import find_modelica_model
 from fmus.symbolic.system import SymbolicSystem, Variable
-from orchestrator.diagnosis.fit.candidates import EffectSet, find_candidates
+from orchestrator.diagnosis.fit.candidates import EffectSet
+from orchestrator.diagnosis.fit.extensible import find_candidates
 from orchestrator.library.cards import effect_library
 from orchestrator.models.compiled import CompiledModel
 from orchestrator.models.first_stretch import start_of_first_stretch

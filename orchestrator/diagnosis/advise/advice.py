@@ -5,8 +5,9 @@ from dataclasses import replace
 from orchestrator.diagnosis.advise.next_experiment import plan
 from orchestrator.diagnosis.advise.remaining import remaining
 from orchestrator.diagnosis.decide.excitation import blind_sites, is_at_rest, unseen
-from orchestrator.diagnosis.fit.candidates import EffectSet, as_fmu
+from orchestrator.diagnosis.fit.candidates import EffectSet
 from orchestrator.diagnosis.fit.evidence import Refit
+from orchestrator.diagnosis.fit.extensible import extensible
 from orchestrator.diagnosis.search.search import Searcher
 from orchestrator.verdicts.result import Diagnosis
 
@@ -23,7 +24,7 @@ def with_next_experiment(found: Diagnosis, searcher: Searcher, best: Refit | Non
     searcher.progress("choosing the next experiment")
     trace, learning, nominal = searcher.trace, searcher.learning, searcher.nominal
     blind = blind_sites(trace.stages[0], searcher.candidates)
-    at_rest = is_at_rest(learning) and as_fmu(searcher.base) is None  # whose runs take too long for many effects
+    at_rest = is_at_rest(learning) and not extensible(searcher.base).runs_are_slow
     hidden = unseen(searcher.candidates, blind, at_rest)
     effects = [EffectSet(searcher.base, [candidate], nominal.signals) for candidate in hidden]
     chosen = plan(remaining(best, trace.refitted, found.confusable, nominal, learning, effects), learning, scale)

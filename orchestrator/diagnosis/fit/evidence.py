@@ -10,8 +10,9 @@ from scipy import stats
 
 from fmus.errors import ComponentError
 from orchestrator.diagnosis.fit.begun import Begun, beginning_at
-from orchestrator.diagnosis.fit.candidates import EffectSet, model_of
+from orchestrator.diagnosis.fit.candidates import EffectSet
 from orchestrator.diagnosis.fit.canonical import canonical, oscillates
+from orchestrator.diagnosis.fit.extensible import model_of
 from orchestrator.diagnosis.fit.phases import phases_of_runs
 from orchestrator.diagnosis.fit.thresholds import (
     AT_BOUND,

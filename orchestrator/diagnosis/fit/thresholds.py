@@ -1,7 +1,7 @@
 """Numbers that the room `fit` decides and computes by, each with its meaning, by the file that uses it first."""
 
 
-# `candidates.py`
+# `extended_class.py`
 
 # Extended models that a process remembers.
 KEPT = 128

@@ -4,8 +4,8 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from fmus.catalogue import ModelicaModel
 from fmus.errors import MisfitError
+from orchestrator.blackbox.source import Source
 from orchestrator.compare.comparison import compare
 from orchestrator.compare.result import Comparison
 from orchestrator.diagnosis.decide.confusion import rivals
@@ -43,7 +43,7 @@ class Referee:
 
     def __init__(
         self,
-        source: ModelicaModel,
+        source: Source,
         measurements: MeasurementSet,
         nominal: Comparison,
         held_out: LearningData,
@@ -182,6 +182,6 @@ def confirmed(learned: Fit, found: Fit, held_out: Fit, now: Fit, scale: float, n
     return expected / scale >= enough / SILENT and abs(gain) < SILENT * expected
 
 
-def version_name(source: ModelicaModel, number: int) -> str:
+def version_name(source: Source, number: int) -> str:
     """Name of the class that extends a model with `number` effects: `Arm_1`, `Arm_2`, ..."""
     return f"{source.class_name.rsplit('.', 1)[-1]}_{number}"

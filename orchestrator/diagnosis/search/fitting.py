@@ -6,8 +6,8 @@ from typing import TypeVar
 
 import numpy as np
 
-from fmus.catalogue import ModelicaModel
 from fmus.errors import ComponentError, MisfitError
+from orchestrator.blackbox.source import Source
 from orchestrator.diagnosis.fit.begun import Begun
 from orchestrator.diagnosis.fit.evidence import LearningData, Refit
 from orchestrator.diagnosis.fit.thresholds import TOLERANCE
@@ -40,7 +40,7 @@ class Setting:
     `trace` keeps what was tried. With `may_cut`, trials that no run with contacts can follow to the end are `TooLong`.
     """
 
-    base: ModelicaModel
+    base: Source
     nominal: SymbolicModel
     slots: tuple[str, ...]
     learning: LearningData

@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 from scipy import signal
 
-from fmus.catalogue import ModelicaModel
+from orchestrator.blackbox.source import Source
 from orchestrator.diagnosis.fit.candidates import EffectSet
 from orchestrator.diagnosis.fit.canonical import oscillates, oscillations
 from orchestrator.diagnosis.fit.evidence import LearningData, Refit
@@ -56,7 +56,7 @@ class Explanation:
 class Screener:
     """Explains the correction residual of a model along the learning trials."""
 
-    def __init__(self, base: ModelicaModel, nominal: SymbolicModel, learning: LearningData) -> None:
+    def __init__(self, base: Source, nominal: SymbolicModel, learning: LearningData) -> None:
         assert nominal.residual is not None
         self.base, self.nominal, self.learning = base, nominal, learning
         self._smoother = learning.trials[0].smoother

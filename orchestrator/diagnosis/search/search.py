@@ -5,12 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from fmus.catalogue import ModelicaModel
+from orchestrator.blackbox.source import Source
 from orchestrator.diagnosis.decide.confusion import half_bic, near_in_either, reach
 from orchestrator.diagnosis.decide.nested import holds, starts
 from orchestrator.diagnosis.decide.thresholds import DECISIVE
-from orchestrator.diagnosis.fit.candidates import EffectSet, as_fmu, can_join
+from orchestrator.diagnosis.fit.candidates import EffectSet, can_join
 from orchestrator.diagnosis.fit.evidence import LearningData, Refit, fit_nominal
+from orchestrator.diagnosis.fit.extensible import extensible
 from orchestrator.diagnosis.linear.calibration import Stage
 from orchestrator.diagnosis.linear.kinship import kin
 from orchestrator.diagnosis.linear.quiet import carries_noise, explained_by_noise
@@ -38,7 +39,7 @@ class Searcher:
 
     def __init__(
         self,
-        base: ModelicaModel,
+        base: Source,
         nominal: SymbolicModel,
         slots: Sequence[str],
         candidates: Sequence[Candidate],
@@ -285,7 +286,7 @@ class Searcher:
         self.progress(f"testing what {' + '.join(base.ids) or 'the model'} leaves")
         tangent = Tangent(base, self.nominal, self.learning)
         # Equations that are solved by iteration take too long to run for every candidate; an FMU's fits take longer still.
-        first_order = tangent.response.is_formula or as_fmu(self.base) is not None
+        first_order = tangent.response.is_formula or extensible(self.base).runs_are_slow
         blocks = tangent.blocks(self.candidates, self.slots, self.setting.side_by_side) if first_order else []
         stages = self.trace.stages
         stage = Stage(tangent, blocks, further, len(stages), stages[0] if stages else None)

@@ -7,11 +7,11 @@ from functools import lru_cache
 
 import numpy as np
 
-from fmus.catalogue import ModelicaModel
-from fmus.frontend.compile import fingerprint
+from orchestrator.blackbox.source import Source
 from orchestrator.diagnosis.fit.begun import Begun
-from orchestrator.diagnosis.fit.candidates import EffectSet, as_fmu, model_of
+from orchestrator.diagnosis.fit.candidates import EffectSet
 from orchestrator.diagnosis.fit.evidence import LearningData, Refit, refit, with_nuisances
+from orchestrator.diagnosis.fit.extensible import extensible, model_of
 from orchestrator.diagnosis.fit.thresholds import TOLERANCE
 from orchestrator.diagnosis.search.screening import Explanation, Screener
 from orchestrator.diagnosis.search.stretches import Followed, follow_stretches
@@ -42,7 +42,7 @@ class Wanted:
 class RefitTask:
     """Fit a set of candidates by free runs."""
 
-    base: ModelicaModel
+    base: Source
     signals: tuple[str, ...]
     learning: LearningData
     wanted: Wanted
@@ -82,7 +82,7 @@ class RefitTask:
 class FollowTask:
     """Follow the trials with a fitted set over stretches of growing length."""
 
-    base: ModelicaModel
+    base: Source
     signals: tuple[str, ...]
     learning: LearningData
     candidates: tuple[Candidate, ...]
@@ -103,7 +103,7 @@ class FollowTask:
 class ScreenTask:
     """Explain the correction residual by each candidate of one card."""
 
-    base: ModelicaModel
+    base: Source
     signals: tuple[str, ...]
     learning: LearningData
     group: tuple[Candidate, ...]
@@ -139,7 +139,7 @@ def _screener(same: _Same) -> Screener:
     return Screener(task.base, model_of(task.base, task.base.compile(), task.signals), task.learning)
 
 
-def done_by(work: Work, base: ModelicaModel, signals: Sequence[str], learning: LearningData, wanted: Wanted) -> Refit:
+def done_by(work: Work, base: Source, signals: Sequence[str], learning: LearningData, wanted: Wanted) -> Refit:
     """Refit a set of candidates, wherever the work is done."""
     effects = EffectSet(base, wanted.candidates, signals)
     found, records, substeps = work.do(RefitTask(base, tuple(signals), learning, wanted))
@@ -147,11 +147,10 @@ def done_by(work: Work, base: ModelicaModel, signals: Sequence[str], learning: L
 
 
 def _digest(
-    base: ModelicaModel, candidates: Sequence[Candidate], signals: Sequence[str], learning: LearningData, rest: bytes
+    base: Source, candidates: Sequence[Candidate], signals: Sequence[str], learning: LearningData, rest: bytes
 ) -> str:
     """SHA-256 over contents, which are the same in every process; pickled objects are not."""
-    source = repr(base) if as_fmu(base) is not None else fingerprint(base.class_name, base.file)
-    digest = hashlib.sha256(program_digest() + source.encode())
+    digest = hashlib.sha256(program_digest() + extensible(base).identity.encode())
     for candidate in candidates:
         digest.update(repr(candidate).encode() + candidate.card.class_text.encode())
     digest.update(repr(signals).encode() + learning.content + rest)

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from fmus.catalogue import find_modelica_model
-from orchestrator.diagnosis.fit.candidates import EffectSet, find_candidates
+from orchestrator.diagnosis.fit.candidates import EffectSet
+from orchestrator.diagnosis.fit.extensible import find_candidates
 from orchestrator.library.cards import effect_library
 from orchestrator.models.patch import Attachment, check_attached, patched_model
 from orchestrator.models.symbolic import SymbolicModel

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fmus.catalogue import find_modelica_model
-from orchestrator.diagnosis.fit.candidates import find_candidates
+from orchestrator.diagnosis.fit.extensible import find_candidates
 from orchestrator.library.cards import effect_library
 from orchestrator.measurements import bind, load_measurements
 from orchestrator.models.compiled import CompiledModel

@@ -13,8 +13,9 @@ from scipy import signal
 
 from fmus.catalogue import find_modelica_model
 from fmus.errors import ComponentError
-from orchestrator.diagnosis.fit.candidates import EffectSet, find_candidates
+from orchestrator.diagnosis.fit.candidates import EffectSet
 from orchestrator.diagnosis.fit.evidence import smoothed
+from orchestrator.diagnosis.fit.extensible import find_candidates
 from orchestrator.diagnosis.linear.tangent import points
 from orchestrator.library.candidate import Candidate
 from orchestrator.library.cards import effect_library

@@ -9,7 +9,8 @@ import numpy as np
 
 from fmus.catalogue import find_modelica_model
 from fmus.errors import ComponentError, MisfitError
-from orchestrator.diagnosis.fit.candidates import EffectSet, find_candidates
+from orchestrator.diagnosis.fit.candidates import EffectSet
+from orchestrator.diagnosis.fit.extensible import find_candidates
 from orchestrator.library.cards import effect_library
 from orchestrator.measurements import bind, load_measurements
 from orchestrator.models.estimation import fit
