@@ -27,6 +27,10 @@ _RATES = ("1", "Pa/s", "K/s", "m/s2", "m/s", "1/s", "A/s", "V/s", "mol/(m3.s)")
 _FILLING = tuple(map(of_unit, ("W", "A", "m3/s", "kg/s", "mol/s")))
 # An equation of accelerations that belong to a linkage holds rates, too; a balance of forces is preferred to it.
 UNLIKELY = 0.1
+# Which input drives which state is asked at so many points, about so near to the start.
+POINTS, NEAR = 5, 0.1
+# Stands for a gain of zero, whose logarithm is finite then.
+NONE = 1e-200
 
 
 @dataclass(frozen=True)
@@ -60,9 +64,52 @@ def with_balances(
         builder = _BalancedBuilder(Arena(dae), {**dae, "flat": None}, name, description)
         builder.only = states
         system = builder.build()
+    settled = _settled(system, builder)
+    if settled != list(builder.settled):
+        again = _BalancedBuilder(Arena(dae), {**dae, "flat": None}, name, description)
+        again.only, again.settled = builder.only, settled
+        builder, system = again, again.build()
     if builder.declared.memory:
         raise ModelicaError(f"{name} keeps values from event to event, so its balances cannot be told")
     return system, tuple(_with_position(balance, system) for balance in builder.balances)
+
+
+def _settled(system: SymbolicSystem, builder: "_BalancedBuilder") -> list[tuple[int, str, float]]:
+    """The equations of a built system's balances with the states that they drive, and signs.
+
+    Inputs and states are paired so that the product of their gains d(rate)/d(input) is the largest. Of a linkage these are the
+    inverse of its mass matrix, which is positive definite; its product is largest on the diagonal (g_ij^2 < g_ii g_jj), in
+    whatever order the equations stand. (Pairing for a large product: Duff and Koster 2001, for sparse matrices.)
+    """
+    gains = _gains(system, builder.balances)
+    size = np.mean(np.log(np.maximum(np.abs(gains), NONE)), axis=0)
+    driven = dict(zip(*(map(int, part) for part in linear_sum_assignment(-size.T)), strict=True))
+    found = []
+    for k, (equation, _, sign) in enumerate(builder.settled):
+        turned = float(np.sign(np.mean(gains[:, driven[k], k]))) or 1.0
+        found.append((equation, builder.balances[driven[k]].state, sign * turned))
+    return found
+
+
+def _gains(system: SymbolicSystem, balances: Sequence[Balance]) -> np.ndarray:
+    """How fast the states of balances begin to change for a unit of each of their inputs, at states near the start
+    (points, states, inputs)."""
+    names, inputs = [v.name for v in system.states], [v.name for v in system.inputs]
+    own, given = [names.index(b.state) for b in balances], [inputs.index(b.input) for b in balances]
+    parameters, start = (np.array([v.start or 0.0 for v in part]) for part in (system.parameters, system.states))
+    random, found = np.random.default_rng(1), []
+    for _ in range(POINTS if balances else 0):
+        state = start + NEAR * random.standard_normal(len(start)) * np.where(start == 0.0, 1.0, np.abs(start))
+        rates = []
+        for k in (None, *given):
+            u = np.array([v.start or 0.0 for v in system.inputs])
+            if k is not None:
+                u[k] += 1.0
+            delayed = system.history(0.0, u, parameters)[0]
+            rates.append(np.array(system.rhs(0.0, state, u, delayed, parameters)[0]).ravel()[own])
+        found.append((np.array(rates[1:]) - rates[0]).T)
+    gains = np.reshape(found, (-1, len(own), len(own)))
+    return np.where(np.isfinite(gains), gains, 0.0)
 
 
 def _with_position(balance: Balance, system: SymbolicSystem) -> Balance:
@@ -83,6 +130,8 @@ class _BalancedBuilder(SystemBuilder):
 
     balances: tuple[Balance, ...] = ()
     only: Collection[str] | None = None  # states that have a balance; None: all
+    settled: Sequence[tuple[int, str, float]] = ()  # equations, states and signs of balances, where they are known
+
 
     def _equations(self, section: str) -> list[Equation]:
         found = super()._equations(section)
@@ -107,19 +156,12 @@ class _BalancedBuilder(SystemBuilder):
         rows = _balance_rows(dae.equations, rates, [s for k in rates if is_store(units_of[k]) for s in rates[k]])
         if not rows:
             return dae
-        values = self._values(dae, *self._defaults(dae.knowns)[::2])
-        units = [self._dimensions[k] if k < len(self._dimensions) else UNKNOWN for k in rows]
-        likely = np.array([1.0 if _named(unit) in _FLOWS else UNLIKELY for unit in units])
-        assigned = _assigned([dae.equations[k].residual for k in rows], list(rates.values()), values, likely)
         equations, found, added = list(dae.equations), [], []
-        states = list(rates)
-        for row, (place, sign) in assigned.items():
-            index, state = rows[row], states[place]
+        self.settled = self.settled or self._paired(dae, rates, rows)
+        for index, state, sign in self.settled:
             symbol = ca.SX.sym(f"balance({state})")
             equations[index] = replace(equations[index], residual=equations[index].residual - sign * symbol)
-            unit = _unit(
-                self._dimensions[index] if index < len(self._dimensions) else UNKNOWN, self.declared.records[state].unit
-            )
+            unit = _unit(self._dimension(index), self.declared.records[state].unit)
             found.append(Balance(state, unit, "", symbol.name(), equations[index].place))
             added.append(symbol)
             self.declared.records[symbol.name()] = Variable(symbol.name(), unit, f"adds to the balance of {state}", 0.0)
@@ -127,6 +169,17 @@ class _BalancedBuilder(SystemBuilder):
         self.balances = tuple(found)
         knowns = Knowns(dae.knowns.time, column(self.declared.inputs), dae.knowns.delays, dae.knowns.parameters)
         return replace(dae, knowns=knowns, equations=equations)
+
+    def _paired(self, dae: Dae, rates: Mapping[str, list[ca.SX]], rows: Sequence[int]) -> list[tuple[int, str, float]]:
+        """Equations, the states whose balances they seem to be, and signs, from slopes at first guesses of all variables."""
+        values = self._values(dae, *self._defaults(dae.knowns)[::2])
+        likely = np.array([1.0 if _named(self._dimension(k)) in _FLOWS else UNLIKELY for k in rows])
+        assigned = _assigned([dae.equations[k].residual for k in rows], list(rates.values()), values, likely)
+        states = list(rates)
+        return [(rows[row], states[place], sign) for row, (place, sign) in assigned.items()]
+
+    def _dimension(self, index: int) -> Known:
+        return self._dimensions[index] if index < len(self._dimensions) else UNKNOWN
 
 
 def is_store(unit: str) -> bool:
@@ -235,7 +288,7 @@ def _assigned(
     numbers = [values.get(s.element_hash(), 0.0) for s in free]
     random = np.random.default_rng(1)
     if free:
-        near = [n + 0.1 * random.standard_normal() * (abs(n) or 1.0) for n in numbers]
+        near = [n + NEAR * random.standard_normal() * (abs(n) or 1.0) for n in numbers]
         matrix = np.array(ca.Function("slopes", [ca.vertcat(*free)], [ca.densify(slopes)])(near))
     else:
         matrix = np.array(ca.DM(slopes))
