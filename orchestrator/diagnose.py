@@ -113,17 +113,17 @@ def _asks_for_more(found: Diagnosis, is_fmu: bool) -> bool:
 def _better_of(found: Diagnosis, second: Diagnosis) -> Diagnosis:
     """Of what free runs named and what balance equations named, that which leaves less of the learning trials.
 
-    What free runs named is doubted if nothing at the balance equations helps, and it leaves more than half of the error, or is
-    one of several that all leave much.
+    What free runs named and leaves more than half of the error along held-out trials gives way to what balance equations name,
+    and is doubted if nothing helps there; so is one of several answers that all leave much.
     """
     seconds = found.seconds + second.seconds
     names = found.verdict in NAMES
+    removed = found.held_out.reducible_removed
     if second.verdict == "named" or (second.verdict == "ambiguous" and not names):
-        if found.verdict != "named" or _left(second) < _left(found):
+        if found.verdict != "named" or removed < LEAST_REMOVED or _left(second) < _left(found):
             warnings = (*second.warnings, *found.warnings)
             return replace(second, where=found.where or second.where, warnings=warnings, seconds=seconds)
     elif names and second.verdict not in NAMES:
-        removed = found.held_out.reducible_removed
         if removed < LEAST_REMOVED or (found.verdict == "ambiguous" and _left(found) >= MUCH_LEFT):
             reason = f"it removes {removed:.0%} of the error along held-out trials"
             found = doubted(found, f"{reason}, and nothing helps at the balance equations")

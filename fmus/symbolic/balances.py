@@ -132,7 +132,6 @@ class _BalancedBuilder(SystemBuilder):
     only: Collection[str] | None = None  # states that have a balance; None: all
     settled: Sequence[tuple[int, str, float]] = ()  # equations, states and signs of balances, where they are known
 
-
     def _equations(self, section: str) -> list[Equation]:
         found = super()._equations(section)
         if section == "continuous_equation_operations":

@@ -63,6 +63,13 @@ class Judge:
         far = whole / max(self.error(other, WHOLE), 1e-300) if whole < self.limits.predictable else np.inf
         return min(self.ratio(found, other), far)
 
+    def defeats(self, other: FittedSet, one: FittedSet) -> bool:
+        """Whether a set with no more parameters predicts clearly better than another one, over some horizon, and worse over none."""
+        if other is one or len(other.fit.theta) > len(one.fit.theta):
+            return False
+        clearly = self.best_ratio(other, one) < 1 - self.limits.defeated
+        return clearly and self.ratio(other, one) <= 1 + self.limits.worse
+
     def beyond_doubt(self, better: FittedSet, other: FittedSet) -> bool:
         """Whether a set is more probable than another by more than the scatter of the difference over the record allows."""
         gain = other.loss - better.loss
@@ -159,7 +166,10 @@ def decide(
         return Decision("adequate", nominal, (), ranked, 1.0, judge.windows)
     first = _undefeated(ranked, judge)
     first = fit_more(first.candidates) or first if first.candidates else first
-    chosen = _simplest(_pruned(first, judge, fit_more, simpler), ranked, judge)
+    pruned = _pruned(first, judge, fit_more, simpler)
+    if pruned.candidates:  # of fewer parameters than the first choice, it has other rivals
+        pruned = _undefeated([pruned, *(s for s in ranked if s.candidates)], judge)
+    chosen = _simplest(pruned, ranked, judge)
     ranked = tuple(sorted({id(s): s for s in (*ranked, chosen)}.values(), key=lambda s: s.loss))
     explained = judge.explained(chosen)
     if not chosen.candidates:
@@ -194,11 +204,7 @@ def _undefeated(ranked: Sequence[FittedSet], judge: Judge) -> FittedSet:
     What filters say of the next sample favours wrong sensors where a model is far off; free runs do not.
     """
 
-    def beaten(one: FittedSet) -> bool:
-        rest = (s for s in ranked if s is not one and len(s.fit.theta) <= len(one.fit.theta))
-        return any(judge.ratio(other, one) < 1 - judge.limits.defeated for other in rest)
-
-    return next((s for s in ranked if not beaten(s)), ranked[0])
+    return next((s for s in ranked if not any(judge.defeats(other, s) for other in ranked)), ranked[0])
 
 
 def _simplest(chosen: FittedSet, ranked: Sequence[FittedSet], judge: Judge) -> FittedSet:

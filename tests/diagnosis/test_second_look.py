@@ -63,3 +63,8 @@ def test_a_set_that_removes_little_is_doubted_where_nothing_helps_at_the_balance
 def test_one_of_several_that_all_leave_much_is_doubted_where_nothing_helps_at_the_balance_equations() -> None:
     assert diagnose._better_of(_answer("ambiguous", 50.0), _answer("unknown", 50.0)).verdict == "unknown"
     assert diagnose._better_of(_answer("ambiguous", 1.1), _answer("unknown", 50.0)).verdict == "ambiguous"
+
+
+def test_a_set_that_removes_little_gives_way_to_what_balance_equations_name() -> None:
+    first, second = _answer("named", 3.0, removed=0.11), _answer("named", 4.0)
+    assert diagnose._better_of(first, second).steps == second.steps
