@@ -119,14 +119,14 @@ def _better_of(found: Diagnosis, second: Diagnosis) -> Diagnosis:
     seconds = found.seconds + second.seconds
     names = found.verdict in NAMES
     removed = found.held_out.reducible_removed
+    shaky = removed < LEAST_REMOVED or (found.verdict == "ambiguous" and _left(found) >= MUCH_LEFT)
     if second.verdict == "named" or (second.verdict == "ambiguous" and not names):
         if found.verdict != "named" or removed < LEAST_REMOVED or _left(second) < _left(found):
             warnings = (*second.warnings, *found.warnings)
             return replace(second, where=found.where or second.where, warnings=warnings, seconds=seconds)
-    elif names and second.verdict not in NAMES:
-        if removed < LEAST_REMOVED or (found.verdict == "ambiguous" and _left(found) >= MUCH_LEFT):
-            reason = f"it removes {removed:.0%} of the error along held-out trials"
-            found = doubted(found, f"{reason}, and nothing helps at the balance equations")
+    elif names and shaky and second.verdict not in NAMES:
+        reason = f"it removes {removed:.0%} of the error along held-out trials"
+        found = doubted(found, f"{reason}, and nothing helps at the balance equations")
     return replace(found, seconds=seconds)
 
 
