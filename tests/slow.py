@@ -6,9 +6,9 @@ Each entry says which quicker test guards the same promise; docs/decisions/019 h
 # Beginning of a node id -> what guards the promise in `make test`.
 SLOW = {
     **{
-        f"tests/greybox/test_rare_laws.py::test_{name}": "the same file on a delay and a dead zone, test_laws.py on every law"
+        f"tests/greybox/test_rare_laws.py::test_{name}": "the same file on a dead zone, test_laws.py on every law"
         for name in (
-            *(f"a_rare_law_is_named_with_its_values[{law}]" for law in ("rate", "saturation", "load", "moment")),
+            *(f"a_rare_law_is_named_with_its_values[{law}]" for law in ("rate", "saturation", "load", "moment", "delay")),
             "a_lag_of_a_linear_plants_input",
             "friction_that_grows_with_the_position",
         )
@@ -28,7 +28,8 @@ SLOW = {
     },
     "tests/diagnosis/test_shipped_cases.py::test_effect_that_no_given_card_explains": "test_latent.py: a pendulum whose law no card has; test_verdict.py: the rule",
     # Whole diagnoses through the command line and by clicks, 30 to 73 s each.
-    "tests/test_command_line.py::test_discover_then_ledger": "test_documentation.py on name_an_effect.md: the same commands on a pendulum",
+    "tests/test_command_line.py::test_discover_then_ledger": "diagnosis/test_user_cards.py: diagnosed and added through the command line; greybox/test_diagnose_plain_models.py: discovered",
+    "tests/test_command_line.py::test_fmu_and_modelica_model_show_the_same_error": "house/test_front_door.py: a model and its FMU give the same figures",
     "tests/test_command_line.py::test_add_writes": "house/test_front_door.py: an effect gives a new model",
     "tests/test_command_line.py::test_results_survive_kill_9": "diagnosis/test_work.py: a diagnosis that was killed goes on and ends the same",
     "tests/studio/test_main_job_by_clicks.py": "studio/test_first_screen.py, test_import_wizard.py and test_studio_jobs.py: each screen and the job",
@@ -49,6 +50,8 @@ SLOW = {
         )
     },
     "tests/benchmarks/diagnosis/test_fixed_cases.py": "tests/diagnosis/test_shipped_cases.py: named, nothing missing, unknown",
+    "tests/diagnosis/test_excitation.py::test_muscle_that_is_never_stimulated": "test_next_experiment.py: silent muscles and machines at rest, effect by effect",
+    "tests/greybox/test_unnamed.py::test_laws_that_come_near_a_force_of_no_library_are_the_best_set_and_not_named[quintic": "the same test on another force",
     "tests/diagnosis/test_p_values_of_right_models.py": "test_noise_floor.py and test_flexible.py: the noise that p-values rest on",
     "tests/blackbox/test_diagnosis_of_an_fmu.py::test_effect_in_the_data_is_named_from_outside_the_fmu": "test_hidden_effects_on_plants.py on tanks",
     "tests/blackbox/test_diagnosis_of_an_fmu.py::test_command_line_names_the_effect": "test_hidden_effects_on_plants.py on tanks; test_coupled_systems.py writes a system",
@@ -75,7 +78,7 @@ SLOW = {
     # Whole sites, packages, notebooks, teams.
     **{
         f"tests/test_documentation.py::test_commands_of_a_page_run_one_after_another[{page}": "the same test on the other pages; each command and option of these exists"
-        for page in ("README.md", "rat_muscle.md", "gp.md", "bench_session.md")
+        for page in ("README.md", "rat_muscle.md", "gp.md", "bench_session.md", "name_an_effect.md", "regress.md")
     },
     "tests/test_documentation_site.py": "test_documentation.py: links and commands of pages; house/test_public_list.py: the reference",
     "tests/test_wheel.py": "house/test_notebook_from_the_wheel.py::test_the_wheel_has_the_front_door",
@@ -93,10 +96,19 @@ SLOW = {
     "tests/hil/test_processes.py::test_a_polite_end_lets_the_arm_down_and_finishes_the_recording[2]": "the same test with signal 15",
     "tests/hil/test_burden.py::test_a_session_finds_out": "test_identify.py: the set obeys the robot's equation; the other tests of its file",
     "tests/hil/test_cia402.py::test_a_hold_with_virtual_drives_is_recorded_and_replays": "the other tests of its file, in virtual time",
+    "tests/hil/test_trials.py::test_a_trial_with_lost_answers": "the session without a fault in the same file; test_faults.py on lost answers",
+    "tests/regress/test_pytest_plugin.py::test_cases_and_own_tests_run_on_two": "the same file: the same cases in one process, and the last failure alone",
+    # Draws of the benchmark's cases; drive, pendulum and tanks stay.
+    **{
+        f"tests/benchmarks/diagnosis/test_truth_simulator.py::test_effect_reaches_the_wanted_size_against_the_noise[{machine}": "the same test on other machines"
+        for machine in ("arm", "double-pendulum", "two-mass", "cart")
+    },
     # 5,000 runs of a pair, 8 s each.
     "tests/cosim/test_many_runs.py::test_5000_runs_take_no_more_memory": "test_500_runs_leave_nothing_behind in the same file",
     # Browsers.
     "tests/studio/test_bench_view_in_browser.py": "studio_views: the same pages without a browser",
+    "tests/studio/test_uploaded_fmus_are_isolated.py::test_fmu_that_dies_is_told_in_one_line_and_the_studio_lives[exit": "the same test with a segmentation fault",
+    "tests/studio/test_studio_in_browser.py::test_every_page_of_the_navigation_is_accessible_and_fits[tablet": "the same test at the size of a screen",
     "tests/studio/test_linked_views_in_browser.py": "studio_views: the same pages without a browser",
     "tests/studio/test_arm_replay_in_browser.py": "report/test_arm_replay.py: the same markup",
     "tests/studio/test_reports_in_browser.py": "report/test_report_html.py: the same markup",

@@ -11,7 +11,7 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-from scipy.optimize import linear_sum_assignment
+import scipy
 
 from fmus.errors import MisfitError, ModelicaError
 from fmus.frontend.lint.dimensions import UNKNOWN, Dimension, Known, of_unit
@@ -24,7 +24,7 @@ from fmus.symbolic.system import SymbolicSystem, Variable
 # Units that engineers write, by their SI exponents; `rad` in the state's unit tells a torque from a work.
 _FLOWS = ("N", "N.m", "W", "A", "V", "m3/s", "kg/s", "mol/s", "Pa")
 _RATES = ("1", "Pa/s", "K/s", "m/s2", "m/s", "1/s", "A/s", "V/s", "mol/(m3.s)")
-_FILLING = tuple(map(of_unit, ("W", "A", "m3/s", "kg/s", "mol/s")))
+_FILLING = ("W", "A", "m3/s", "kg/s", "mol/s")
 # An equation of accelerations that belong to a linkage holds rates, too; a balance of forces is preferred to it.
 UNLIKELY = 0.1
 # Which input drives which state is asked at so many points, about so near to the start.
@@ -184,7 +184,7 @@ class _BalancedBuilder(SystemBuilder):
 def is_store(unit: str) -> bool:
     """Whether a state of this unit is what a flow fills: a charge, a heat, a mass, a volume; a length is none."""
     try:
-        return bool(unit) and of_unit(f"{unit}/s" if "/" not in unit else f"{unit}.s-1") in _FILLING
+        return bool(unit) and of_unit(f"{unit}/s" if "/" not in unit else f"{unit}.s-1") in map(of_unit, _FILLING)
     except MisfitError:
         return False
 
@@ -293,7 +293,9 @@ def _assigned(
         matrix = np.array(ca.DM(slopes))
     matrix = np.nan_to_num(matrix, posinf=0.0, neginf=0.0)
     scale = np.abs(matrix) / np.maximum(np.abs(matrix).max(axis=0, initial=0.0), 1e-300)
-    pairs = zip(*(map(int, part) for part in linear_sum_assignment(-scale * likely[:, None])), strict=True)
+    pairs = zip(
+        *(map(int, part) for part in scipy.optimize.linear_sum_assignment(-scale * likely[:, None])), strict=True
+    )
     return {r: (c, float(np.sign(matrix[r, c]))) for r, c in pairs if matrix[r, c] != 0.0}
 
 

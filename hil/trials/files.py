@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from hil.emulation.anatomy import anatomy
 from hil.emulation.planar import Placement
@@ -136,7 +136,7 @@ def _filled(times: np.ndarray, angles: np.ndarray, fresh: np.ndarray) -> np.ndar
     """The angles (n, 2) in rad, with others where they were not measured: before the first that was they are as that,
     as after the last."""
     within = np.clip(times[~fresh], times[fresh][0], times[fresh][-1])
-    angles[~fresh] = CubicSpline(times[fresh], angles[fresh])(within)
+    angles[~fresh] = scipy.interpolate.CubicSpline(times[fresh], angles[fresh])(within)
     return angles
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from scipy import optimize
+import scipy
 
 from orchestrator.measurements import BoundSet, BoundTrial
 from orchestrator.models.contract import FittedTrial, Model
@@ -44,7 +44,7 @@ def _carried_squares(
         outputs = model.simulate(trial.time, noisy, data.output_names, followed.start)
         change = ((outputs - followed.outputs) / sensor).ravel()
         if slopes.size:
-            change = change - slopes @ optimize.lsq_linear(slopes, change, (-reach, reach)).x
+            change = change - slopes @ scipy.optimize.lsq_linear(slopes, change, (-reach, reach)).x
         found.append(np.mean((change.reshape(outputs.shape) * sensor) ** 2, axis=0))
     return found
 

@@ -5,7 +5,7 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
-from scipy import signal
+import scipy
 
 from orchestrator.compare.maps import Coordinate, ErrorMap, coordinates_of, error_map, error_maps, sentence
 from orchestrator.compare.result import TrialCurves
@@ -174,5 +174,5 @@ def _by_frequency(curves: Sequence[TrialCurves], name: str) -> list[dict[str, An
 
 def _spectrum(series: Sequence[np.ndarray], step: float, length: int) -> tuple[np.ndarray, np.ndarray]:
     """Frequencies, and power (..., f) of series (..., n), averaged over them."""
-    spectra = [signal.welch(part, 1 / step, nperseg=length, detrend="constant") for part in series]
+    spectra = [scipy.signal.welch(part, 1 / step, nperseg=length, detrend="constant") for part in series]
     return spectra[0][0], np.mean([s[1] for s in spectra], axis=0)

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
+import scipy
 
 from fmus.errors import ModelicaError
 from fmus.flat.model import FlatEquation
@@ -103,7 +103,7 @@ def _candidates(
         for i, (number, row) in enumerate(rows):
             if number in column:
                 shares[i, j] = abs(float(column[number].slope[row])) / largest[j]
-    pairs = {int(j): int(i) for i, j in zip(*linear_sum_assignment(-shares), strict=True)}
+    pairs = {int(j): int(i) for i, j in zip(*scipy.optimize.linear_sum_assignment(-shares), strict=True)}
     index = list(states).index(state)
     own = rows[pairs[index]] if index in pairs else None
     found = []

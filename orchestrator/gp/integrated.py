@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import logsumexp
-from scipy.stats import multivariate_t
 
 from fmus.errors import MisfitError
 from orchestrator.gp.covariance import Latent, Latents
@@ -186,7 +186,7 @@ def _weighted(
     shares = shares / shares.sum()
     free = objective.limit.high > objective.limit.low
     laws = [
-        multivariate_t(mean[free], cov[np.ix_(free, free)], df=_FREEDOM, allow_singular=True, seed=rng)
+        scipy.stats.multivariate_t(mean[free], cov[np.ix_(free, free)], df=_FREEDOM, allow_singular=True, seed=rng)
         for mean, cov in centres
     ]
     which = rng.choice(len(laws), size=draws, p=shares)

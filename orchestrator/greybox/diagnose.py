@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 
 import numpy as np
-from scipy.stats import norm
+from scipy.special import ndtr
 from threadpoolctl import threadpool_limits
 
 from fmus.errors import ComponentError, MisfitError
@@ -350,7 +350,7 @@ def _weight(other: FittedSet, chosen: FittedSet) -> float:
     """How likely a set is beside the chosen one, 0 to 1; a set that holds the chosen one has had its chance."""
     if other is chosen or other.key > chosen.key:
         return float(other is chosen)
-    return float(2 * norm.sf(max(other.loss - chosen.loss, 0.0) / max(scatter_between(chosen, other), 1.0)))
+    return float(2 * ndtr(-max(other.loss - chosen.loss, 0.0) / max(scatter_between(chosen, other), 1.0)))
 
 
 def _confusable(decision: Decision) -> tuple[tuple[str, ...], ...]:

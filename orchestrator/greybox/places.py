@@ -15,7 +15,7 @@ from fmus.symbolic.system import SymbolicSystem, Variable
 # Between two stores of these anything can flow, whether the model has a way or not.
 FLOWS = ("W", "m3/s", "kg/s", "A", "mol/s")
 # What drives a speed, and speeds, by dimension: a model may leave the position out.
-PUSHES, SPEEDS = (tuple(map(of_unit, units)) for units in (("N", "N.m", "m/s2", "rad/s2"), ("m/s", "rad/s")))
+PUSHES, SPEEDS = ("N", "N.m", "m/s2", "rad/s2"), ("m/s", "rad/s")
 
 
 @dataclass(frozen=True)
@@ -190,7 +190,7 @@ def _own(balance: Balance, units: Mapping[str, str], seen: Seen) -> Place:
 def _is_speed(balance: Balance, units: Mapping[str, str]) -> bool:
     """Whether a state is a speed that a force drives, although the model has no position of it."""
     try:
-        return of_unit(balance.unit) in PUSHES and of_unit(units[balance.state]) in SPEEDS
+        return _is_one(balance.unit, PUSHES) and _is_one(units[balance.state], SPEEDS)
     except MisfitError:  # a unit that nobody knows, of an FMU
         return False
 
@@ -336,3 +336,8 @@ def with_others(places: Sequence[Place], variables: Sequence[Variable], seen: Se
     """Places at balances with further variables that a law there may speak of."""
     others = {v.name: (v.unit or "1", _rms(seen.values[v.name])) for v in variables if v.name in seen.values}
     return [replace(p, others=others) if p.kind in ("motion", "storage") else p for p in places]
+
+
+def _is_one(unit: str, of: Sequence[str]) -> bool:
+    """Whether a unit means the same as one of several."""
+    return of_unit(unit) in map(of_unit, of)

@@ -2,7 +2,7 @@
 machine was."""
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from orchestrator.measurements.cleaning import GAP
 from orchestrator.measurements.trial import Array
@@ -20,7 +20,7 @@ def bridged(time: Array, values: Array) -> Array:
     gaps = np.flatnonzero(steps > GAP * usual)
     if not gaps.size or len(time) < 4 or _has_steps(values):
         return values
-    curve, result = CubicSpline(time, values), values.astype(float)
+    curve, result = scipy.interpolate.CubicSpline(time, values), values.astype(float)
     for place in gaps:
         length = float(steps[place])
         excess = float(curve.integrate(time[place], time[place + 1])) - 0.5 * length * (

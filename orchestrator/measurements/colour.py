@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import optimize, signal, stats
+import scipy
 
 from orchestrator.measurements.trial import Array
 
@@ -78,7 +78,7 @@ class Noise:
         if self.slow > 0:
             drive = random.standard_normal(shape)
             drive[1:] *= np.sqrt(1 - self.memory**2)
-            series = series + self.slow * signal.lfilter([1.0], [1.0, -self.memory], drive, axis=0)
+            series = series + self.slow * scipy.signal.lfilter([1.0], [1.0, -self.memory], drive, axis=0)
         return np.asarray(series)
 
     def covariance(self, count: int, size: int) -> Array:
@@ -138,7 +138,7 @@ def _spectrum(records: Sequence[Array]) -> tuple[Array, Array, Array] | None:
         window //= 2
     else:
         return None
-    taper = signal.windows.hann(window, sym=False)
+    taper = scipy.signal.windows.hann(window, sym=False)
     pieces = [np.lib.stride_tricks.sliding_window_view(part, window)[:: window // 2] for part in whole]
     powers = np.abs(np.fft.rfft(np.concatenate(pieces) * taper, axis=1)) ** 2 / np.sum(taper**2)
     frequency = np.fft.rfftfreq(window)[1:]
@@ -173,10 +173,10 @@ def _fitted(
         if 1 - memory < lowest_corner * 2 * np.pi * frequency[0]:
             break  # what goes on below all bands is not seen
         shape = np.r_[(1 - memory**2) / (1 + memory**2 - 2 * memory * np.cos(2 * np.pi * frequency)), in_all]
-        parts, left = optimize.nnls(np.column_stack([weight, weight * shape]), weight * power)
+        parts, left = scipy.optimize.nnls(np.column_stack([weight, weight * shape]), weight * power)
         if left**2 < best:
             best, chosen = float(left**2), Noise(float(parts[0] ** 0.5), float(parts[1] ** 0.5), float(memory))
-    most = float(stats.chi2.ppf(HOLDS, max(len(power) - 2, 1)))
+    most = float(scipy.special.chdtri(max(len(power) - 2, 1), 1 - HOLDS))
     if white < min(most, best + shown):
         return Noise(float(np.sqrt(flat)))
     return chosen if best < most else None

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import optimize
+import scipy
 
 from orchestrator.measurements.trial import Array
 
@@ -61,7 +61,7 @@ def clock_jitter(records: Sequence[Array]) -> Clock | None:
         return None
     weight = np.array([(len(k) / (2 * MEDIAN_ERROR)) ** 0.5 for k in bins]) / variance
     steady = float(np.sum(weight**2 * variance) / np.sum(weight**2))
-    parts, left = optimize.nnls(np.column_stack([weight, weight * square]), weight * variance)
+    parts, left = scipy.optimize.nnls(np.column_stack([weight, weight * square]), weight * variance)
     moved = float(parts[1] * np.mean(speeds**2))
     if float(np.sum((weight * (variance - steady)) ** 2)) - left**2 < SHOWN or moved < MATTERS * parts[0]:
         return None

@@ -4,8 +4,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.optimize import least_squares
 
 from fmus.errors import ComponentError
 from orchestrator.models.compiled import NOTHING_BEFORE, CompiledModel
@@ -155,7 +155,7 @@ def fit(
         blind = np.where(np.isfinite(prior.std), prior.std, np.inf)
         return Fit(values, blind, starts, cost, np.zeros(len(values), bool), problem.data_rows)
     with np.errstate(all="ignore"):  # a step into a region where the run fails overflows and is rejected
-        found = least_squares(
+        found = scipy.optimize.least_squares(
             problem.residual,
             guess,
             problem.jacobian,

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from functools import cache, cached_property
 
 import numpy as np
-from scipy import signal
+import scipy
 
 from orchestrator.models.beginning import Beginning, beginning
 
@@ -124,16 +124,16 @@ def low_pass(series: np.ndarray, order: int, cutoff: float) -> np.ndarray:
     result = np.concatenate([first, rows, last], axis=1)
     for _ in range(2):
         state = settled[:, None, :] * result[None, :, :1]
-        result = signal.sosfilt(sections, result, axis=1, zi=state)[0][:, ::-1]
+        result = scipy.signal.sosfilt(sections, result, axis=1, zi=state)[0][:, ::-1]
     return np.ascontiguousarray(result[:, edge:-edge].T).reshape(series.shape)
 
 
 @cache
 def _sections(order: int, cutoff: float) -> tuple[np.ndarray, np.ndarray, int]:
     """A filter's sections, their states once settled at 1, and how many samples to extend a record by."""
-    sections = signal.butter(order, cutoff, output="sos")
+    sections = scipy.signal.butter(order, cutoff, output="sos")
     taps = 2 * len(sections) + 1 - min(np.count_nonzero(sections[:, k] == 0) for k in (2, 5))
-    return sections, signal.sosfilt_zi(sections), 3 * int(taps)
+    return sections, scipy.signal.sosfilt_zi(sections), 3 * int(taps)
 
 
 def second_difference(series: np.ndarray, time: np.ndarray) -> np.ndarray:
@@ -154,7 +154,7 @@ def cutoff_frequency(series: np.ndarray, noise_std: float, step: float) -> float
     noise for good, at least 2 Hz (or a fiftieth of the sampling rate, for slow plants) and at most a quarter of that rate.
     """
     window = min(len(series), max(512, round(2.0 / step)))
-    frequency, power = signal.welch(series, 1 / step, nperseg=window, detrend="linear")
+    frequency, power = scipy.signal.welch(series, 1 / step, nperseg=window, detrend="linear")
     noise = max(2 * step * noise_std**2, float(np.median(power[frequency > 0.25 / step])))
     above = np.flatnonzero(power > 4 * noise)
     highest = frequency[above[-1]] if above.size else 0.0

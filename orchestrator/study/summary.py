@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.stats import t as student
 
 from orchestrator.study.muscles import MUSCLES, STRONG, WEAK
 from orchestrator.study.regression import Line
@@ -37,7 +37,7 @@ def over(numbers: Iterable[float]) -> Over:
     found = np.array(list(numbers))
     mean, reach = float(found.mean()), 0.0
     if len(found) > 1:
-        reach = float(student.ppf(0.95, len(found) - 1) * found.std(ddof=1) / np.sqrt(len(found)))
+        reach = float(scipy.stats.t.ppf(0.95, len(found) - 1) * found.std(ddof=1) / np.sqrt(len(found)))
     return Over(float(np.median(found)), float(found.min()), float(found.max()), mean, (mean - reach, mean + reach))
 
 

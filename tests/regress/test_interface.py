@@ -1,6 +1,7 @@
 """Units, types and start values belong to a reference: the same numbers in millimetres are not the same result."""
 
 import json
+import shutil
 from pathlib import Path
 
 import pytest
@@ -31,13 +32,21 @@ def tank(folder: Path, *changed: tuple[str, str]) -> None:
     write_fmu(folder / "tank.fmu", {"modelDescription.xml": text, BINARY: binary("none")})
 
 
-@pytest.fixture
-def kept(tmp_path: Path) -> Path:
+@pytest.fixture(scope="module")
+def first(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with a case whose reference was taken from the unchanged FMU."""
-    tank(tmp_path)
-    case_file(tmp_path, "fill", CASE)
-    assert misfit("--update", "--workers", 1, folder=tmp_path).returncode == 0
-    assert misfit("--workers", 1, folder=tmp_path).returncode == 0
+    folder = tmp_path_factory.mktemp("first")
+    tank(folder)
+    case_file(folder, "fill", CASE)
+    assert misfit("--update", "--workers", 1, folder=folder).returncode == 0
+    assert misfit("--workers", 1, folder=folder).returncode == 0
+    return folder
+
+
+@pytest.fixture
+def kept(first: Path, tmp_path: Path) -> Path:
+    """A copy of that folder, to be changed."""
+    shutil.copytree(first, tmp_path, dirs_exist_ok=True)
     return tmp_path
 
 

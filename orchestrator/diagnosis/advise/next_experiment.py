@@ -18,7 +18,7 @@ from itertools import combinations
 from typing import Any
 
 import numpy as np
-from scipy.stats import norm
+from scipy.special import ndtr, ndtri
 
 from fmus.errors import MisfitError
 from orchestrator.diagnosis.advise.menu import OUT_OF_REST, Experiment, menu
@@ -371,11 +371,11 @@ def _worth(separation: float, experiment: Experiment, learning: LearningData) ->
 def _probability(separation: float, experiment: Experiment, learning: LearningData) -> float:
     """Chance that a record of the experiment gives the odds that a diagnosis asks for."""
     worth = max(_worth(separation, experiment, learning), NOTHING)
-    return float(norm.cdf((0.5 * worth - np.log(DECISIVE)) / np.sqrt(worth)))
+    return float(ndtr((0.5 * worth - np.log(DECISIVE)) / np.sqrt(worth)))
 
 
 def _records(separation: float, experiment: Experiment, learning: LearningData) -> float:
     """How many records of the experiment give those odds with near certainty: Phi^-1 of it solved for their worth."""
-    least = norm.ppf(NEARLY_CERTAIN)
+    least = ndtri(NEARLY_CERTAIN)
     needed = (least + np.sqrt(least**2 + 2 * np.log(DECISIVE))) ** 2
     return float(needed / max(_worth(separation, experiment, learning), NOTHING))

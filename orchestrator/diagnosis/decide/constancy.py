@@ -10,8 +10,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
 from scipy.linalg import block_diag
+from scipy.special import chdtrc
 
 from orchestrator.diagnosis.decide.thresholds import APART
 from orchestrator.diagnosis.fit.evidence import Refit
@@ -80,4 +80,4 @@ def beyond_noise(basis: np.ndarray, error: np.ndarray, scale: float) -> tuple[fl
     if not freedom:
         return 0.0, 1.0
     taken = float(np.sum((basis.T @ error) ** 2)) / scale
-    return max(taken - most_by_chance(freedom), 0.0) * scale, float(stats.chi2.sf(taken, freedom))
+    return max(taken - most_by_chance(freedom), 0.0) * scale, float(chdtrc(freedom, taken))

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from scipy import stats
+from scipy.special import chdtrc
 
 from fmus.errors import ComponentError
 from orchestrator.diagnosis.fit.begun import Begun, beginning_at
@@ -157,7 +157,7 @@ class Refit:
         places = np.flatnonzero(own)
         z = away[places] / self.std[places]
         inverse = np.linalg.pinv(correlation[np.ix_(places, places)], rcond=DEPENDENT, hermitian=True)
-        return bool(stats.chi2.sf(z @ inverse @ z, len(z)) < stats.chi2.sf(DEVIATIONS**2, 1))
+        return bool(chdtrc(len(z), z @ inverse @ z) < chdtrc(1, DEVIATIONS**2))
 
     def pressed(self) -> tuple[str, ...]:
         """Parameters that the data pin, and pin at the limit of what their effect can be.

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy import linalg, signal
+import scipy
+from scipy import linalg
 
 from orchestrator.diagnosis.linear.flexible import flexible_forces
 from orchestrator.diagnosis.linear.subsets import BestSet, Library, score
@@ -46,14 +47,14 @@ class Colour:
         parts = []
         for count in rows:
             white = random.standard_normal((count // signals + 50, signals))
-            series = signal.lfilter([1.0], np.r_[1.0, -self.coefficients], white, axis=0)[50:]
+            series = scipy.signal.lfilter([1.0], np.r_[1.0, -self.coefficients], white, axis=0)[50:]
             parts.append(series.ravel())
         joined = np.concatenate(parts)
         return joined * (self.level / np.sqrt(self._power))
 
     @cached_property
     def _power(self) -> float:
-        answer = signal.lfilter([1.0], np.r_[1.0, -self.coefficients], np.r_[1.0, np.zeros(2000)])
+        answer = scipy.signal.lfilter([1.0], np.r_[1.0, -self.coefficients], np.r_[1.0, np.zeros(2000)])
         return float(answer @ answer)
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.interpolate import BSpline
+import scipy
 
 from orchestrator.diagnosis.linear.response import SimulatedTrial
 from orchestrator.diagnosis.linear.thresholds import AT_REST, POSITION_KNOTS, SPEED_KNOTS, TIME_KNOTS
@@ -58,7 +58,7 @@ def _pairs(q: np.ndarray, v: np.ndarray, i: int) -> list[tuple[np.ndarray, np.nd
 def _splines(x: np.ndarray, count: int) -> list[np.ndarray]:
     """Cubic B-splines over [-1, 1]."""
     knots = np.r_[[-1.0] * 3, np.linspace(-1, 1, count - 2), [1.0] * 3]
-    return list(BSpline.design_matrix(np.clip(x, -1, 1), knots, 3).toarray().T)
+    return list(scipy.interpolate.BSpline.design_matrix(np.clip(x, -1, 1), knots, 3).toarray().T)
 
 
 def _range(per_trial: Sequence[np.ndarray]) -> np.ndarray:

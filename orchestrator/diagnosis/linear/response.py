@@ -6,7 +6,7 @@ from functools import cached_property
 
 import casadi as ca
 import numpy as np
-from scipy.interpolate import interp1d
+import scipy
 
 from orchestrator.blackbox.model import CoupledModel
 from orchestrator.diagnosis.fit.evidence import Refit
@@ -116,7 +116,7 @@ class Response:
         half, push, direct = 0.5 * np.diff(linear.time), linear.push[:, :, columns], linear.direct[:, :, columns]
         if len(linear.time) == len(time):
             return linear_answer(half, linear.step, push, linear.show, direct, changes)
-        between = interp1d(time, changes, axis=0)(linear.time)
+        between = scipy.interpolate.interp1d(time, changes, axis=0)(linear.time)
         answer = linear_answer(half, linear.step, push, linear.show, direct, between)
         return answer[np.searchsorted(linear.time, time)]
 
@@ -132,7 +132,7 @@ class Response:
         found = np.zeros((n, *sources.shape[::2]))
         for j, late in enumerate(delays):
             past = np.maximum(record.time - late, record.time[0])
-            found[:, j] = interp1d(record.time, sources[j], axis=0)(past)
+            found[:, j] = scipy.interpolate.interp1d(record.time, sources[j], axis=0)(past)
         return found
 
     def _linear(self, trial: int) -> _Linear:
@@ -140,7 +140,11 @@ class Response:
             time = self.base.records[trial].time
             fine = without_gaps(time)
             parts = self._jacobians(trial)
-            a, b, c, d = parts if len(fine) == len(time) else [interp1d(time, part, axis=0)(fine) for part in parts]
+            a, b, c, d = (
+                parts
+                if len(fine) == len(time)
+                else [scipy.interpolate.interp1d(time, part, axis=0)(fine) for part in parts]
+            )
             middle = 0.5 * (a[1:] + a[:-1]) * np.diff(fine)[:, None, None]
             self._kept[trial] = _Linear(fine, exponentials(middle), b, c, d)
         return self._kept[trial]

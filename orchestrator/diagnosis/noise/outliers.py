@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
-from scipy import ndimage
+import scipy
 
 from orchestrator.diagnosis.noise.metric import Metric
 from orchestrator.diagnosis.noise.thresholds import ALONE, ENDS, MOST_SHARE, NEIGHBOURS, STANDS_OUT
@@ -30,7 +30,7 @@ def without_outliers(trial: SmoothedTrial, error: np.ndarray, metric: Metric) ->
     found, left, smooth = set[int](), error.copy(), list[int]()
     while True:
         heights = (white if shapes is None else shapes.T @ white) / length
-        around = ndimage.median_filter(np.abs(heights.reshape(-1, signals)), size=(2 * NEIGHBOURS + 1, 1)).ravel()
+        around = scipy.ndimage.median_filter(np.abs(heights.reshape(-1, signals)), size=(2 * NEIGHBOURS + 1, 1)).ravel()
         score = np.abs(heights) / np.maximum(around / _MEDIAN_OF_UNIT_NORMAL, 1.0)
         # At either end of a record only one side tells what to expect.
         score[: ENDS * signals] = score[len(score) - ENDS * signals :] = 0.0

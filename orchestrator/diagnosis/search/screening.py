@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy import signal
+import scipy
 
 from orchestrator.blackbox.source import Source
 from orchestrator.diagnosis.fit.candidates import EffectSet
@@ -195,7 +195,7 @@ class Screener:
         for record in records:
             run = compiled.run(record.time, record.inputs, compiled.parameters, record.start, substeps=substeps)
             series = self._weigh(run.outputs / self._size)
-            frequency, power = signal.periodogram(series, 1 / step, "hann", nfft=2**14, axis=0)
+            frequency, power = scipy.signal.periodogram(series, 1 / step, "hann", nfft=2**14, axis=0)
             powers.append(power.sum(axis=1))
             lines.append(len(series) * step)
         return _peaks(frequency, np.sum(powers, axis=0), 1.0 / min(lines))
@@ -259,7 +259,7 @@ def _peaks(frequency: np.ndarray, power: np.ndarray, width: float) -> tuple[floa
     """
     above = np.where(frequency > CORNER_HZ / 4, power, 0.0)
     apart = max(1, round(2.0 * width / (frequency[1] - frequency[0])))
-    places, _ = signal.find_peaks(above, height=WORTH_A_PEAK * above.max(), distance=apart)
+    places, _ = scipy.signal.find_peaks(above, height=WORTH_A_PEAK * above.max(), distance=apart)
     ordered = sorted({*places, int(np.argmax(above))}, key=lambda i: -above[i])
     return tuple(float(frequency[i]) for i in ordered[:MOST_PEAKS])
 

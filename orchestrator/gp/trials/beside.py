@@ -6,8 +6,8 @@ from functools import cached_property
 
 import casadi as ca
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import lsq_linear
 
 from fmus.errors import MisfitError
 from fmus.symbolic.system import SymbolicSystem, Variable
@@ -71,7 +71,7 @@ class ModelBeside(SymbolicModel):
         slopes = (run.sensitivities / trial.noise[:, None]).reshape(-1, len(start))
         best, left = run.outputs, (run.outputs - trial.measured) / trial.noise
         for _ in range(_MOST_STEPS):
-            move = lsq_linear(
+            move = scipy.optimize.lsq_linear(
                 slopes, -left.ravel(), (record.start_low - start - _ROOM, record.start_high - start + _ROOM)
             ).x
             outputs = self.compiled.run(trial.time, trial.inputs, p, start + move, substeps=steps).outputs
