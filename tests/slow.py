@@ -8,7 +8,10 @@ SLOW = {
     **{
         f"tests/greybox/test_rare_laws.py::test_{name}": "the same file on a dead zone, test_laws.py on every law"
         for name in (
-            *(f"a_rare_law_is_named_with_its_values[{law}]" for law in ("rate", "saturation", "load", "moment", "delay")),
+            *(
+                f"a_rare_law_is_named_with_its_values[{law}]"
+                for law in ("rate", "saturation", "load", "moment", "delay")
+            ),
             "a_lag_of_a_linear_plants_input",
             "friction_that_grows_with_the_position",
         )

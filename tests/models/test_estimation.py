@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import scipy
 
 from fmus.catalogue import find_modelica_model
 from orchestrator.models import estimation
@@ -55,13 +56,13 @@ def test_start_values_at_their_bounds_are_searched_from_off_them_unless_a_fit_ha
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Friction of two joints that yield both ways, -1 and 1 at first: 219 times the noise was left after five steps."""
-    model, begun, search = arm(), list[np.ndarray](), estimation.least_squares
+    model, begun, search = arm(), list[np.ndarray](), scipy.optimize.least_squares
 
     def looked_at(residual: Any, guess: np.ndarray, *rest: Any, **options: Any) -> Any:
         begun.append(guess)
         return search(residual, guess, *rest, **options)
 
-    monkeypatch.setattr(estimation, "least_squares", looked_at)
+    monkeypatch.setattr(scipy.optimize, "least_squares", looked_at)
     low, high = START - 1.0, START + np.array([1.0, 1.0, 1.0, np.inf])
     record = replace(
         trial(model, 6, 0.0), start=np.array([low[0], high[1], 0.3, low[3]]), start_low=low, start_high=high
