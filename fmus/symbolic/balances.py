@@ -83,7 +83,7 @@ def _settled(system: SymbolicSystem, builder: "_BalancedBuilder") -> list[tuple[
     """
     gains = _gains(system, builder.balances)
     size = np.mean(np.log(np.maximum(np.abs(gains), NONE)), axis=0)
-    driven = dict(zip(*(map(int, part) for part in linear_sum_assignment(-size.T)), strict=True))
+    driven = dict(zip(*(map(int, part) for part in scipy.optimize.linear_sum_assignment(-size.T)), strict=True))
     found = []
     for k, (equation, _, sign) in enumerate(builder.settled):
         turned = float(np.sign(np.mean(gains[:, driven[k], k]))) or 1.0
