@@ -89,11 +89,6 @@ class Subject:
         """The description of `CoSimulation` or `ModelExchange`, None where not offered."""
         return self.description.coSimulation if kind == "CoSimulation" else self.description.modelExchange
 
-    @property
-    def preferred(self) -> str | None:
-        """Co-simulation where offered, else model exchange."""
-        return next((kind for kind in ("CoSimulation", "ModelExchange") if self.interface(kind) is not None), None)
-
 
 def element_count(variable: Any) -> int:
     """Number of elements, with structural parameters at their start values; 1 for a scalar."""

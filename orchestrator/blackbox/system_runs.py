@@ -16,8 +16,6 @@ from orchestrator.cosim.system import Value, split_address
 from orchestrator.cosim.wiring import OUTSIDE, Link, Slot
 
 OK, ERROR = 0, 3
-# A step that ends this close to a sample has reached it.
-CLOSE = 1e-9
 _REFERENCES, _DOUBLES = ctypes.POINTER(ctypes.c_uint), ctypes.POINTER(ctypes.c_double)
 _VALUES = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, _REFERENCES, ctypes.c_size_t, _DOUBLES)
 _STEP = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_double, ctypes.c_double, ctypes.c_int)

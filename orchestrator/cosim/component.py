@@ -13,7 +13,6 @@ from fmus.units import SiUnit
 
 FLOATS = ("Float64", "Float32")
 INTEGERS = ("Int8", "UInt8", "Int16", "UInt16", "Int32", "UInt32", "Int64", "UInt64")
-TYPES = (*FLOATS, *INTEGERS, "Boolean", "String", "Binary", "Enumeration", "Clock")
 
 
 @dataclass(frozen=True)

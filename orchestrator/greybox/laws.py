@@ -142,12 +142,6 @@ def laws() -> tuple[Law, ...]:
     return tuple(read_law(path) for path in sorted(FOLDER.glob("*.toml")))
 
 
-@cache
-def parameter_law() -> Law:
-    """A parameter of the model that is wrong by a share of itself."""
-    return next(law for law in laws() if law.place == "parameter")
-
-
 def is_law_card(path: Path) -> bool:
     """Whether a card is a law, a formula at a place; a card of a class in a slot is none."""
     try:

@@ -17,8 +17,6 @@ from orchestrator.regress.tables import Table, read_table
 if TYPE_CHECKING:
     from fmus.reference_files import Replay
 
-KINDS = ("file", "own", "model", "measurement")
-
 
 @dataclass(frozen=True)
 class Expected:

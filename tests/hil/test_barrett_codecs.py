@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fmus.errors import MisfitError
-from hil.codecs.barrett import force_torque, safety_module
+from hil.codecs.barrett import force_torque
 from hil.codecs.barrett.force_torque import Reading, Status, pack_reading, unpack_reading
 from hil.codecs.barrett.identifiers import Address, Group, Node, address_of, answer_of, to_group, to_node
 from hil.codecs.barrett.positions import (
@@ -307,18 +307,6 @@ def test_a_mode_that_does_not_exist_is_refused() -> None:
     assert [decode_mode(k) for k in range(3)] == [Mode.ESTOP, Mode.IDLE, Mode.ACTIVE]
     with pytest.raises(FrameError, match="MODE 3"):
         decode_mode(3)
-
-
-def test_limits_are_cut_to_whole_counts_and_warn_at_nine_tenths() -> None:
-    assert safety_module.speed_limit_counts(1.5) == (6144, 5529)
-    assert safety_module.torque_limit_counts(2.5, 2700) == (6750, 6075)
-    assert safety_module.speed_limit_counts(1.0, 0.5) == (4096, 2048)
-
-
-@pytest.mark.parametrize(("limit", "warning"), [(-1.0, None), (1.0, 1.1), (math.nan, None), (math.inf, 0.0)])
-def test_limits_without_sense_are_refused(limit: float, warning: float | None) -> None:
-    with pytest.raises(ValueRangeError, match="speed limit"):
-        safety_module.speed_limit_counts(limit, warning)
 
 
 @pytest.mark.parametrize(

@@ -1,15 +1,12 @@
 """What the safety module says and takes: its mode, the pendant, limits of speed and torque."""
 
-import math
 from enum import IntEnum
 from typing import NamedTuple
 
 from hil.errors import FrameError, ValueRangeError
 
 # Counts per m/s.
-SPEED_COUNTS = 4096.0
 # A warning comes at this share of the limit if nothing else is said.
-WARNING_SHARE = 0.9
 
 
 class Mode(IntEnum):
@@ -104,38 +101,3 @@ def encode_pendant(pendant: Pendant) -> int:
     for name, shift in _LEVELS.items():
         value |= getattr(pendant, name) << shift
     return value
-
-
-def speed_limit_counts(limit: float, warning: float | None = None) -> tuple[int, int]:
-    """Values of VL2 (fault) and VL1 (warning) for limits in m/s; a limit of 0 never faults.
-
-    Raises:
-        ValueRangeError: if a limit is negative or not finite, or the warning above the limit.
-
-    Example:
-        >>> speed_limit_counts(1.5)
-        (6144, 5529)
-    """
-    return _counts(limit, warning, SPEED_COUNTS, "speed", "m/s")
-
-
-def torque_limit_counts(limit: float, counts_per_torque: float, warning: float | None = None) -> tuple[int, int]:
-    """Values of TL2 (fault) and TL1 (warning) for limits in N.m at the motor; `counts_per_torque` is IPNM.
-
-    Raises:
-        ValueRangeError: if a limit is negative or not finite, or the warning above the limit.
-
-    Example:
-        >>> torque_limit_counts(2.5, 2700)
-        (6750, 6075)
-    """
-    return _counts(limit, warning, counts_per_torque, "torque", "N.m")
-
-
-def _counts(limit: float, warning: float | None, scale: float, words: str, unit: str) -> tuple[int, int]:
-    warned = WARNING_SHARE * limit if warning is None else warning
-    if not (math.isfinite(limit) and 0 <= warned <= limit):
-        raise ValueRangeError(
-            f"{words} limit {limit:g} {unit} with a warning at {warned:g} {unit}: 0 <= warning <= limit"
-        )
-    return int(limit * scale), int(warned * scale)

@@ -11,8 +11,6 @@ from orchestrator.cosim.component import Port
 from orchestrator.cosim.container.planned import KINDS, NUMBERS, PlannedSystem
 from orchestrator.cosim.wiring import OUTSIDE, Link, Slot
 
-ACCESS = ("OF_INPUT", "OF_OUTPUT", "OF_SYSTEM_OUTPUT", "OF_COMPONENT", "OF_TIME")
-
 
 @dataclass(frozen=True)
 class Exposed:
