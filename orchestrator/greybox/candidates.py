@@ -96,12 +96,12 @@ def fits(law: Law, place: Place) -> bool:
         return False
     if any(name not in place.others for name in law.also.values()):
         return False
-    if not law.asks_for <= {*place.coordinates, *place.units}:  # of a speed alone there is no position
-        return False
-    if law.needs_load and "load" not in place.coordinates:
+    # Of a speed alone there is no position, and what flows into nothing that is stored is not known.
+    known = {*place.coordinates, *place.units} | ({"net"} if place.storage is not None else set())
+    if not law.asks_for <= known:
         return False
     between = place.balance is None and place.kind in ("motion", "storage")
-    if between and (law.single or law.needs_net) or law.needs_net and place.storage is None:
+    if between and (law.single or "net" in law.asks_for):
         return False
     return (law.place == place.kind or (between and law.place == f"between_{place.kind}s")) and (
         not law.units or place.unit in law.units

@@ -93,7 +93,7 @@ def all_candidates(case: Case, nominal: FittedSet, library: Sequence[Law] | None
     """Every law at every place that it fits."""
     library = laws() if library is None else library
     if isinstance(case.source, FmuSource):  # its equations are closed, and its parameters hold still
-        closed = [law for law in library if not law.needs_net and not law.needs_load and law.place != "between_inputs"]
+        closed = [law for law in library if not law.asks_for & {"net", "load"} and law.place != "between_inputs"]
         library = [law for law in closed if law.place != "parameter" or not law.slow]
     return numbered(candidates_at(places_of(case, nominal), library))
 

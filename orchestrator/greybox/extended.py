@@ -87,7 +87,7 @@ class _Extension:
         forces = {b.input: s for b, s in zip(self.balances, self.c, strict=True)}
         known = states | inputs | {"time": self.t}
         for c in (*self._at("motion"), *self._at("storage")):
-            if c.law.needs_net:
+            if "net" in c.law.asks_for:
                 continue
             coordinates = {k: coordinate(text, known) for k, text in c.place.coordinates.items()}
             value = self._law(c, coordinates)
@@ -97,7 +97,7 @@ class _Extension:
         p: Any = ca.vertcat(*parameters.values()) if parameters else self.zero(0, 1)
         column = self._given(inputs, forces)
         for c in self._at("storage"):
-            if c.law.needs_net and c.place.balance is not None:
+            if "net" in c.law.asks_for and c.place.balance is not None:
                 balance = c.place.balance
                 rates = self.base.rhs(self.t, x, column, self.d, p)[0]
                 net = c.place.storage * rates[[v.name for v in self.base.states].index(balance.state)]

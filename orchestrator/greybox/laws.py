@@ -107,21 +107,15 @@ class Law:
     beside: tuple[Mapping[str, Any], ...] = ()
 
     @property
-    def needs_net(self) -> bool:
-        """Whether the law depends on all else that flows into its balance."""
-        return re.search(r"\bnet\b", self.expression) is not None
-
-    @property
     def asks_for(self) -> set[str]:
-        """What a law needs to know of the motion that it acts on: the position, in its formula or as a scale."""
+        """What the law must know of the place that it acts at.
+
+        Names in its formulas: the position `q`, all else that flows into its balance (`net`), the input that drives its balance
+        (`load`). And `position`, if that is a scale of one of its parameters.
+        """
         formulas = " ".join((self.expression, *self.states.values()))
         scales = {name for parameter in self.parameters for name, _ in parameter._factors()}
-        return ({"q"} if re.search(r"\bq\b", formulas) else set()) | ({"position"} & scales)
-
-    @property
-    def needs_load(self) -> bool:
-        """Whether the law depends on the input that drives its balance."""
-        return re.search(r"\bload\b", self.expression) is not None
+        return set(re.findall(r"\b(?:q|net|load)\b", formulas)) | ({"position"} & scales)
 
     def id_at(self, unit: str) -> str:
         """The id at a balance of this unit."""

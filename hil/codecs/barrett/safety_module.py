@@ -1,12 +1,9 @@
-"""What the safety module says and takes: its mode, the pendant, limits of speed and torque."""
+"""What the safety module says and takes: its mode and the pendant."""
 
 from enum import IntEnum
 from typing import NamedTuple
 
 from hil.errors import FrameError, ValueRangeError
-
-# Counts per m/s.
-# A warning comes at this share of the limit if nothing else is said.
 
 
 class Mode(IntEnum):
