@@ -144,6 +144,19 @@ def check(virtual: bool, bench: Path | None, rate_hz: float, json_file: str | No
         raise SystemExit(1)
 
 
+@hil.command("compile")
+@json_option
+@quiet_option
+def compile_decisions(json_file: str | None, quiet: bool) -> None:
+    """Compile the decision of a cycle (safety core, Barrett's codecs, robot) to machine code, for sessions and replays from now on."""
+    from hil.compiled import MODULES, build
+
+    place = build()
+    write_json(json_file, {"schema": "misfit.hil-compile/1", "modules": list(MODULES), "folder": str(place)})
+    if json_file != "-":
+        show(f"{len(MODULES)} modules compiled; sessions and replays decide by them from now on\n{place}", quiet)
+
+
 @hil.command()
 @click.argument("folder", metavar="RECORDING", type=click.Path(path_type=Path))
 @json_option

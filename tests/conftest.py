@@ -6,6 +6,9 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+# A decision that was compiled on this machine is not what tests change, count and replace parts of; tests/hil/test_compiled.py is on that.
+os.environ["MISFIT_PURE"] = "1"
+
 from tests.chromium import FLAGS, children_killed_after, program
 from tests.slow import is_slow
 

@@ -1,6 +1,5 @@
 """The frames of a session with a Barrett robot: questions, what answers say, torques."""
 
-from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from typing import Protocol
 
@@ -99,10 +98,12 @@ class BarrettLink:
     def requests(self, arrived: Sequence[Timed]) -> list[Frame]:
         """What a cycle asks for at its beginning; `arrived` are the frames that have come since the last one."""
         robot, frames = self.robot, list[Frame]()
-        counts = Counter(frame.identifier for _, frame in arrived)
+        counts: dict[int, int] = {}
+        for _, frame in arrived:
+            counts[frame.identifier] = counts.get(frame.identifier, 0) + 1
         if not self._is_quiet(counts):
             frames.append(Frame(to_group(Group.ARM), encode_request(robot.motor["P"])))
-        if robot.sensor is not None and not self._force_answers.would_be_quiet(self.cycle, counts[_FORCE]):
+        if robot.sensor is not None and not self._force_answers.would_be_quiet(self.cycle, counts.get(_FORCE, 0)):
             frames.append(Frame(to_node(Node.FORCE_SENSOR), encode_request(robot.sensor["FT"])))
         if robot.module is not None and self.cycle % self._module_every in (0, self._module_every // 2):
             name = "MODE" if self.cycle % self._module_every == 0 else "PEN"
@@ -237,6 +238,8 @@ class BarrettLink:
             levels = decode_pendant(value)[4:]
             self._warning, self._fault = Level.WARNING in levels, Level.FAULT in levels
 
-    def _angles(self) -> np.ndarray:
-        counts = [0 if c is None else c for c in self._counts]
-        return self.robot.joint_angles(np.array(counts, dtype=float))
+    def _angles(self) -> list[float]:
+        """As plain numbers: the core computes several times as long with those of NumPy."""
+        counts = [0.0 if c is None else float(c) for c in self._counts]
+        angles: list[float] = self.robot.joint_angles(np.array(counts)).tolist()
+        return angles

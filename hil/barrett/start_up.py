@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -54,6 +55,12 @@ class FoundNode:
         return properties(self.kind, self.version)
 
 
+@cache
+def _radians(counts: tuple[int, ...]) -> np.ndarray:
+    """Of a count of each motor, from the counts of its turn."""
+    return 2 * math.pi / np.array(counts)
+
+
 @dataclass(frozen=True)
 class Robot:
     """A Proficio that is awake and zeroed.
@@ -70,7 +77,7 @@ class Robot:
 
     def joint_angles(self, counts: np.ndarray) -> np.ndarray:
         """Joint angles (3,) in rad from unwrapped counts (3,)."""
-        return proficio.joint_angles(counts * (2 * math.pi / np.array(self.counts)))
+        return proficio.joint_angles(counts * _radians(self.counts))
 
     @property
     def about(self) -> str:

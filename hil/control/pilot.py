@@ -80,6 +80,9 @@ class Pilot:
         self._takeovers, self._taken_ns = 0, 0
         self.robot, self.limits, self.controller, self.gravity = robot, limits, controller, gravity
         self._showing = controller if isinstance(controller, Showing) else None
+        # Whether a controller models the arm is looked at once: that takes longer than all rules of the core.
+        self._looked_at: object = None
+        self._modelling: Modelling | None = None
         self.link = robot.link(limits, waived, np.eye(3) if force_axes is None else force_axes)
         self.state: State | None = None
         self.cycle = 0
@@ -138,9 +141,13 @@ class Pilot:
         observed = Observed(seconds, angles, speeds, force, sent, given.confirm, fresh, given.asked)
         asked = self._ask(observed, given.start_ns)
         support = self.robot.holding_torques(angles) if self.gravity else np.zeros(len(angles))
-        seen = seen._replace(asked=tuple(asked.tolist()), support=tuple(support.tolist()))
-        seen = seen._replace(controller=self._takeovers, unmodelled=self._unmodelled())
-        self.state, outcome = step(self.limits, self.state, seen)
+        seen = seen._replace(
+            asked=tuple(asked.tolist()),
+            support=tuple(support.tolist()),
+            controller=self._takeovers,
+            unmodelled=self._unmodelled(),
+        )
+        self.state, outcome = step(self.limits, self.state, seen, motion=motion)
         self.cycle += 1
         passed = self.state.active
         frames = self.link.frames(outcome, self.is_armed)
@@ -194,7 +201,10 @@ class Pilot:
     def _unmodelled(self) -> tuple[float, ...] | None:
         """What the controller's model of the arm leaves unexplained; nothing is known while somebody else asks for torques."""
         controller = self.controller
-        return controller.unmodelled if isinstance(controller, Modelling) and self._asking[0] is controller else None
+        if controller is not self._looked_at:
+            self._looked_at = controller
+            self._modelling = controller if isinstance(controller, Modelling) else None
+        return self._modelling.unmodelled if self._modelling is not None and self._asking[0] is controller else None
 
     def _take_over(self, asking: object, now_ns: int) -> None:
         """Note who asks, and when somebody else begins to: its torque comes up along the ramp."""

@@ -61,6 +61,8 @@ def cycles_of(records: Iterator[Record]) -> Iterator[RecordedCycle]:
     decided: list[Timed] = []
     asked: list[float] = []
     for kind, flags, timed in records:
+        if kind is Kind.SENT:
+            continue
         if kind is Kind.CYCLE:
             if given is not None:
                 yield RecordedCycle(given, tuple(decided))

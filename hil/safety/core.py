@@ -51,6 +51,7 @@ def step(
     *,
     rules: tuple[Rule, ...] = RULES,
     limiters: tuple[Limiter, ...] = LIMITERS,
+    motion: Motion | None = None,
 ) -> tuple[State, Outcome]:
     """Decide what a cycle may send.
 
@@ -59,8 +60,10 @@ def step(
 
     Args:
         rules, limiters: all of them; tests leave one out to show that it is needed.
+        motion: what `follow` makes of the same three, if that is known already.
     """
-    motion = follow(limits, state, seen)
+    if motion is None:
+        motion = follow(limits, state, seen)
     state = _armed(limits, state, motion, seen, rules)
     if seen.controller != state.controller:
         state = state._replace(controller=seen.controller, ramp_ns=seen.time_ns)
