@@ -28,13 +28,13 @@ $(STAMP): requirements.lock pyproject.toml .ci/setup
 # A file stays with one process (`loadfile`), so what its tests share is built once; C of FMUs is compiled in half the time (`-O0`),
 # which changes no bit of what they compute. `make test-slow` compiles as users do.
 test: setup
-	@CFLAGS=-O0 $(BIN)/python -m pytest -n 2 --dist loadfile -m "not slow" tests
+	@CFLAGS=-O0 $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder -m "not slow" tests
 
 test-slow: setup
-	@$(BIN)/python -m pytest -n 2 --dist loadfile -m slow tests
+	@$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder -m slow tests
 
 test-all: setup
-	@$(BIN)/python -m pytest -n 2 --dist loadfile tests
+	@$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder tests
 
 check: setup
 	@$(BIN)/ruff format --check .

@@ -10,7 +10,7 @@ import pytest
 os.environ["MISFIT_PURE"] = "1"
 
 from tests.chromium import FLAGS, children_killed_after, program
-from tests.slow import is_slow
+from tests.slow import is_slow, turn
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -19,7 +19,8 @@ CLOSING_S = 30.0
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark what the list of slow tests names."""
+    """Mark what the list of slow tests names, and let the files that take longest begin first."""
+    items.sort(key=lambda item: turn(item.nodeid))
     for item in items:
         if is_slow(item.nodeid):
             item.add_marker(pytest.mark.slow)

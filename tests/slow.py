@@ -119,7 +119,34 @@ SLOW = {
     "tests/studio/test_swap_view_in_browser.py": "test_swap_interface.py: the same view without a browser",
 }
 
+# Files that take longest: they begin first, so that no process waits for the other one at the end.
+FIRST = (
+    "tests/test_command_line.py",
+    "tests/diagnosis/test_shipped_cases.py",
+    "tests/diagnosis/test_work.py",
+    "tests/diagnosis/test_excitation.py",
+    "tests/test_documentation.py",
+    "tests/studio/test_uploaded_fmus_are_isolated.py",
+    "tests/studio/test_studio_in_browser.py",
+    "tests/hil/test_processes.py",
+    "tests/laws/test_discovered_laws.py",
+    "tests/hil/test_trials.py",
+    "tests/diagnosis/test_cards.py",
+    "tests/regress/test_pytest_plugin.py",
+    "tests/greybox/test_diagnose_plain_models.py",
+    "tests/diagnosis/test_pendulum.py",
+    "tests/greybox/test_plants_of_users.py",
+    "tests/greybox/test_rare_laws.py",
+    "tests/test_gallery.py",
+)
+
 
 def is_slow(node: str) -> bool:
     """Whether a test is left out of `make test`."""
     return any(node.startswith(beginning) for beginning in SLOW)
+
+
+def turn(node: str) -> int:
+    """When the file of a test begins: those that take longest in their order, then all others."""
+    file = node.partition("::")[0]
+    return FIRST.index(file) if file in FIRST else len(FIRST)

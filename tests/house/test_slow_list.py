@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.slow import SLOW, is_slow
+from tests.slow import FIRST, SLOW, is_slow, turn
 
 ROOT = Path(__file__).parents[2]
 
@@ -28,3 +28,8 @@ def test_what_is_slow_runs_in_test_all_and_in_continuous_integration() -> None:
     assert "-m slow" in recipes["test-slow"]
     assert [line for line in ("make check", "make test", "make bench-smoke") if line not in pipeline.splitlines()] == []
     assert "make test-slow" in pipeline
+
+
+def test_the_files_that_take_longest_are_there_and_begin_first() -> None:
+    assert all((ROOT / file).is_file() for file in FIRST)
+    assert turn(f"{FIRST[1]}::test_one") < turn("tests/gp/test_fit.py::test_another")
