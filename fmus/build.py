@@ -34,6 +34,11 @@ class Target:
 def targets_of(models: Iterable[ModelicaModel], folder: Path, platforms: tuple[Platform, ...] = ()) -> list[Target]:
     """All versions of all models as files of a folder, for this machine and other platforms.
 
+    Args:
+        models: what is to be built.
+        folder: where the FMUs go.
+        platforms: others than this machine, for which Zig cross-compiles.
+
     Raises:
         FmuError: if two models would be written to the same file.
     """

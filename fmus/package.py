@@ -156,7 +156,12 @@ def library_files(
 ) -> dict[str, bytes]:
     """Libraries by archive path: one for this machine, made by its own compiler, and those for other platforms.
 
-    What the files `shared` are compiled to is kept, see `compile_library`.
+    Args:
+        fmi: version of FMI, which names the folders.
+        identifier: the model's, which names the files.
+        sources: C text by file name.
+        platforms: others than this machine.
+        shared: names of files that all models share; what they are compiled to is kept, see `compile_library`.
 
     Raises:
         FmuError: without a C compiler, or with the first error of one.

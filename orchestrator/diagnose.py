@@ -48,8 +48,18 @@ def diagnose(
 ) -> Diagnosis:
     """Find which effects of the library a model lacks, judged by learning trials and confirmed by held-out ones.
 
-    `work` says who screens and refits, by default this process; the result does not depend on it, nor on `workers`.
-    `laws` are formulas of the user's own, which models without slots can have.
+    Args:
+        source: the model: a Modelica class, or an FMU or system with its sites.
+        measurements: learning and held-out trials, with units and sensor noise.
+        cards: the effects to choose from, by default the shipped ones.
+        workers: fits that run at a time; the result does not depend on it.
+        progress: called with one line at each stage.
+        work: who screens and fits, by default this process; the result does not depend on it.
+        laws: formulas of the user's own, which models without slots can have.
+
+    Returns:
+        The verdict with its effects, their values in SI units with 90 % intervals, errors along held-out trials before and
+        after, and the evidence.
 
     Raises:
         MisfitError: if the data do not fit the model or hold no held-out trials.

@@ -64,11 +64,22 @@ def discover(
 ) -> Discovery:
     """Diagnose a model, add the named effects one after another, and record every version in the folder's ledger.
 
-    Where the library leaves something open, formulas are looked for, and their cards written to the folder; `laws` says
-    so of every answer, or of none. `own_laws` are formulas beside the shipped ones.
-
     Forces that no effect explains are written to the folder as drafts of effect cards, the inputs of the next experiment as
     `next_experiment.csv`.
+
+    Args:
+        source: the model to begin with.
+        measurements: learning and held-out trials.
+        folder: where versions, ledger and drafts go.
+        cards: the effects to choose from, by default the shipped ones.
+        workers: fits that run at a time.
+        progress: called with one line at each stage.
+        work: who screens and fits, by default this process.
+        laws: whether formulas are looked for and their cards written; None for only where the library leaves something open.
+        own_laws: formulas of the user's own, beside the shipped ones.
+
+    Returns:
+        The diagnosis, the versions that were made from it, their entries in the ledger, and formulas where no card fits.
 
     Raises:
         MisfitError: for input that does not fit.
@@ -121,7 +132,20 @@ def record(
     comparison: Comparison,
     measurements: MeasurementSet,
 ) -> LedgerEntry:
-    """Append a version to the ledger, unless the same model is there for the same data; return its entry."""
+    """Append a version to the ledger, unless the same model is there for the same data.
+
+    Args:
+        folder: that of the ledger.
+        name: of the version.
+        source: the model's class or FMU.
+        model: the same, ready to run; its content tells versions apart.
+        effects: all effects that it has beyond the model as given.
+        comparison: its errors along the measurements.
+        measurements: what it was compared with.
+
+    Returns:
+        The entry, new or old.
+    """
     known = ledger.read(folder) if (folder / ledger.FILE_NAME).exists() else []
     model_hash = model.content_hash
     for entry in known:

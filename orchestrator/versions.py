@@ -49,9 +49,18 @@ def add_effects(
 ) -> Version:
     """Write `NAME.mo` and `NAME.fmu` to a folder, with NAME the base's name and the next free number; of an FMU a system.
 
-    The same effects with the same values give the same name again. `cards` are the effects known, by default the
-    shipped ones, `laws` those of the user's own. `adjusted` are parameters of the base that get the values that were
-    fitted within their tolerances.
+    The same effects with the same values give the same name again.
+
+    Args:
+        base: the model to extend; it stays as it is.
+        effects: ids, sites and values in SI units, as a diagnosis names them.
+        folder: where the files go.
+        cards: the effects known, by default the shipped ones.
+        adjusted: parameters of the base that get the values that were fitted within their tolerances.
+        laws: formulas of the user's own.
+
+    Returns:
+        The extended model, and the file to use.
 
     Raises:
         MisfitError: if an effect is unknown or the model has no slot for it.
@@ -148,6 +157,11 @@ def _system_of_laws(base: FmuSource, effects: Sequence[NamedEffect], folder: Pat
 
 def default_effect(base: Source, effect_id: str, cards: Sequence[EffectCard] | None = None) -> NamedEffect:
     """Return an effect of the library (or of `cards`) at its first site in a model, with the card's start values.
+
+    Args:
+        base: the model that has the site.
+        effect_id: of the card, such as `viscous_friction`.
+        cards: the effects known, by default the shipped ones.
 
     Raises:
         MisfitError: if the id is unknown or the model has no slot for it.

@@ -72,6 +72,14 @@ def wait_for_arm(
     talks to them by now nothing is said; the start-up of a session refuses to go on there. Nothing is said in a dry run
     either.
 
+    Args:
+        bus: the settings of the bus, as in a bench file.
+        patience_s: s after which it is given up.
+        dry_run: say nothing on the bus.
+        sleep: waits so many s.
+        now: a monotonic clock, s.
+        kind: the robot; by default the Proficio.
+
     Raises:
         BusError: if that takes too long.
     """

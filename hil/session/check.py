@@ -31,6 +31,14 @@ class Finding:
 def check_any(wire: Wire, kind: RobotKind, rate_hz: float) -> Iterator[Finding]:
     """Look at a robot of any kind as far as its contract goes: who else is there, who answers. Nothing is woken.
 
+    Args:
+        wire: the bus with its filters.
+        kind: the robot by its contract.
+        rate_hz: cycles a second of the session that is planned.
+
+    Yields:
+        What is well and what is not, each with words for the user.
+
     Raises:
         BusError: if the bus breaks.
     """
@@ -42,7 +50,16 @@ def check_any(wire: Wire, kind: RobotKind, rate_hz: float) -> Iterator[Finding]:
 
 
 def check(wire: Wire, rate_hz: float, sleep: Sleep, joints: Sequence[JointLimits] = ()) -> Iterator[Finding]:
-    """Look at everything that a session needs; motors are woken for it. Limits of `joints` are compared with the module's.
+    """Look at everything that a session needs; motors are woken for it.
+
+    Args:
+        wire: the bus with its filters.
+        rate_hz: cycles a second of the session that is planned.
+        sleep: waits so many s.
+        joints: limits of the session, which are compared with those of the safety module.
+
+    Yields:
+        What is well and what is not, each with words for the user.
 
     Raises:
         BusError: if the bus breaks.

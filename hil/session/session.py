@@ -25,9 +25,19 @@ class BrokenSession(BusError):
 def run_session(
     settings: Settings, seconds: float, operator: Operator, folder: Path | None, *, dry_run: bool = False
 ) -> dict[str, Any]:
-    """Hold the arm, or what the settings' controller does, for a time; returns what `hil hold --json` says.
+    """Hold the arm, or what the settings' controller does, for a time.
 
     What was recorded until a bus broke is finished as well.
+
+    Args:
+        settings: bus, robot, limits and controller, as a bench file says them.
+        seconds: how long the session lasts from arming on, s.
+        operator: who confirms and is told.
+        folder: where the recording goes; None for no recording.
+        dry_run: do all but send torques.
+
+    Returns:
+        What `hil hold --json` says.
 
     Raises:
         MisfitError: if the bus, the robot or the settings do not fit.

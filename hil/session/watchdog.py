@@ -40,9 +40,16 @@ REPEATS = 5
 def watch(
     heart: Heart, settings: Mapping[str, Any], limit_ns: int, frames: Sequence[Frame], *, dry_run: bool = False
 ) -> None:
-    """Watch until the session ends, or the loop is dead; `frames` are what stops the robot then.
+    """Watch until the session ends, or the loop is dead, and then stop the robot.
 
     A loop that was never alive is not watched: it has sent no torque. In a dry run there is none to take back either.
+
+    Args:
+        heart: memory into which the loop writes each cycle.
+        settings: of the bus.
+        limit_ns: ns without a sign of life after which the loop is dead.
+        frames: what stops the robot.
+        dry_run: send nothing.
 
     Raises:
         BusError: if the arm had to be let go, and the bus did not take it.

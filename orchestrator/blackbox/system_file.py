@@ -46,6 +46,14 @@ def write_system(
     The system has the inputs and outputs of the original FMU. A parameter is named as in the coupled system, such as
     `force1.b[1]`.
 
+    Args:
+        source: the FMU with its sites.
+        mounted: laws in slots around it.
+        values: fitted values by parameter.
+        folder: where the files go.
+        name: of the system's file, without ending.
+        comment: first line of the file.
+
     Raises:
         MisfitError: if an FMU cannot be built or written.
     """

@@ -64,7 +64,15 @@ def summarise(
     followed: Sequence[tuple[BoundTrial, FittedTrial]],
     floor: Mapping[str, float],
 ) -> Comparison:
-    """Arrange free runs that have been made into a comparison."""
+    """Arrange free runs that have been made into a comparison.
+
+    Args:
+        model: what was run.
+        measurements: the whole record, with its notes.
+        data: the record as the model reads it.
+        followed: each trial with its free run, in the order of the record.
+        floor: rms of each signal that a right model would leave, in the signal's unit.
+    """
     declared = {variable.name: variable.unit for variable in model.outputs}
     units = {name: declared[name] for name in data.output_names}
     moving = _moving(data)

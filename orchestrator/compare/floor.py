@@ -21,6 +21,12 @@ def noise_floor(
     Two independent parts add as squares: the sensor's own noise, and the noise of measured inputs (a force, say)
     carried through the model, estimated with `DRAWS` perturbed free runs of each given trial. A fit of the start values
     takes part of what is carried away, as far as they may be moved.
+
+    Args:
+        model: the model whose inputs carry noise.
+        data: trials and the standard deviations of their columns' noise, in their units.
+        followed: each trial with its free run; all of them are perturbed.
+        seed: of the random perturbations.
     """
     sensor = np.array([data.noise_std[name] for name in data.output_names])
     carried = np.zeros(len(sensor))

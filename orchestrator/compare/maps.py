@@ -56,7 +56,14 @@ class Coordinate:
 def error_map(
     residual: Sequence[np.ndarray], coordinate: Coordinate, step: float, *, seed: int = 0, bins: int = BINS
 ) -> ErrorMap | None:
-    """Map a residual, one array for each trial sampled every `step` s, over a coordinate.
+    """Map a residual over a coordinate, with the band that chance alone would give.
+
+    Args:
+        residual: for each trial the error (n,), measured minus modelled.
+        coordinate: for each trial the values (n,) that the error may depend on.
+        step: sample interval, s.
+        seed: of the permutations of blocks.
+        bins: number of bins at most.
 
     Returns:
         None if the coordinate does not vary or there are too few samples for two bins and ten blocks.
@@ -67,7 +74,18 @@ def error_map(
 def error_maps(
     residual: Sequence[np.ndarray], coordinates: Sequence[Coordinate], step: float, *, seed: int = 0, bins: int = BINS
 ) -> list[ErrorMap | None]:
-    """The same over several coordinates: what takes long, putting the residual's blocks into random order, is done once."""
+    """The same as `error_map` over several coordinates: what takes long, permuting the residual's blocks, is done once.
+
+    Args:
+        residual: for each trial the error (n,).
+        coordinates: what the error may depend on.
+        step: sample interval, s.
+        seed: of the permutations.
+        bins: number of bins at most.
+
+    Returns:
+        A map for each coordinate, None where `error_map` gives None.
+    """
     error, length = np.concatenate(residual), max(1, round(BLOCK_S / step))
     found: list[ErrorMap | None] = [None] * len(coordinates)
     alike: dict[bytes, list[tuple[int, _Bins]]] = {}
@@ -149,7 +167,15 @@ def coordinates_of(
     input_units: Mapping[str, str],
     times: Sequence[np.ndarray],
 ) -> list[Coordinate]:
-    """What an error may depend on: positions, speeds, reversals, amplitudes, inputs, their history, and time."""
+    """What an error may depend on: positions, speeds, reversals, amplitudes, inputs, their history, and time.
+
+    Args:
+        signals: measured outputs by name, for each trial an array (n,).
+        units: of the signals.
+        inputs: measured inputs by name, likewise.
+        input_units: of the inputs.
+        times: of each trial (n,), s.
+    """
     found = []
     for name, series in signals.items():
         speeds = [np.gradient(_smooth(x, t, 0.05), t) for x, t in zip(series, times, strict=True)]

@@ -23,7 +23,16 @@ def where_it_fails(
 ) -> dict[str, list[dict[str, Any]]]:
     """Return the error of each signal by signal, time window, bin of the measured state, and frequency band.
 
-    `units` are those of the signals. Residuals are measured minus modelled. Speeds are central differences of the measured signals.
+    Residuals are measured minus modelled. Speeds are central differences of the measured signals.
+
+    Args:
+        curves: trials with measured and modelled signals.
+        units: of the signals.
+        floor: rms of each signal that a right model would leave.
+        input_units: of the inputs, for the labels.
+
+    Returns:
+        Rows by `signal`, `time`, `state` and `frequency`, as in the JSON.
     """
     maps = {name: state_maps(curves, units, name, input_units) for name in units}
     return {
@@ -108,7 +117,14 @@ def _step(curves: Sequence[TrialCurves]) -> float:
 def state_maps(
     curves: Sequence[TrialCurves], units: Mapping[str, str], name: str, input_units: Mapping[str, str]
 ) -> list[ErrorMap]:
-    """The residual of a signal over everything that was recorded, each with its permutation band."""
+    """The residual of a signal over everything that was recorded, each with its permutation band.
+
+    Args:
+        curves: trials with measured and modelled signals.
+        units: of the signals.
+        name: the signal whose residual is mapped.
+        input_units: of the inputs.
+    """
     times = [c.time for c in curves]
     signals = {other: [c.measured[other] for c in curves] for other in units}
     inputs = {other: [c.inputs[other] for c in curves] for other in curves[0].inputs}

@@ -49,7 +49,20 @@ def search_slots(
     progress: Progress,
     work: Work | None,
 ) -> Diagnosis:
-    """The diagnosis of a model with slots, or of an FMU, by free runs; over stretches of the trials if contacts ask for it."""
+    """The diagnosis of a model with slots, or of an FMU, by free runs; over stretches of the trials if contacts ask for it.
+
+    Args:
+        source: the model.
+        measurements: learning and held-out trials.
+        library: the effects to choose from.
+        workers: fits that run at a time.
+        progress: called with one line at each stage.
+        work: who screens and fits; None for this process.
+
+    Raises:
+        MisfitError: if there are no learning or no held-out trials.
+        ComponentError: if the model itself cannot be simulated.
+    """
 
     def by(shown: MeasurementSet, may_cut: bool) -> Diagnosis:
         return _diagnosed(source, shown, measurements, library, workers, progress, work, may_cut=may_cut)

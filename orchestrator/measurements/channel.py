@@ -36,10 +36,16 @@ class Channel:
 
 
 def read_channel(measurements: MeasurementSet, column: str, variable: "Variable", *, drives: bool = False) -> Channel:
-    """Read a column as a model variable, which `drives` the model if it is an input.
+    """Read a column as a model variable.
 
     An input with the range [0, 1] whose column exceeds it as a pulse train becomes the excitation
     that the pulses stand for. Any other value outside the range is kept and noted.
+
+    Args:
+        measurements: the trials.
+        column: name of the column.
+        variable: what the model calls it, with unit and range.
+        drives: whether it is an input of the model.
 
     Raises:
         MisfitError: a trial lacks the column, or its unit has another dimension.

@@ -61,6 +61,11 @@ def declared_noise(sensors: Mapping[str, float], unit: str, column: str = "") ->
     `sqrt(std^2 + resolution^2 / 12)` with `<sensor>_noise_std_<unit>` and
     `<sensor>_resolution_<unit>`; either may be absent.
 
+    Args:
+        sensors: `[sensors]` of `case.toml`.
+        unit: of the columns.
+        column: name of the column; a key named after it goes before one named after a sensor.
+
     Returns:
         Standard deviation in `unit`; None if neither is declared.
 

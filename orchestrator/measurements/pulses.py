@@ -102,7 +102,16 @@ def excitation_from_pulses(time: Array, values: Array, shape: PulseShape | None 
 
 
 def bursts(time: Array, values: Array, shape: PulseShape) -> list[tuple[float, float]]:
-    """List the onsets of the first and the last pulse of every burst, in s."""
+    """List the onsets of the first and the last pulse of every burst.
+
+    Args:
+        time: (n,) s.
+        values: (n,) the pulse train.
+        shape: threshold and period of the pulses.
+
+    Returns:
+        First and last onset of each burst, s.
+    """
     onsets = time[_onsets(values, shape.threshold)]
     pauses = np.flatnonzero(np.diff(onsets) > _LONGEST_GAP * shape.period) + 1
     groups = np.split(onsets, pauses)

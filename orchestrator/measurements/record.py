@@ -22,6 +22,11 @@ def read_record(name: str, table: Table, case: CaseFile) -> Record:
     The time column is the one that [variables] maps to `time`, else one named `time`, `t` or
     `time_s`, else it is counted from `rate_hz` of [sampling].
 
+    Args:
+        name: of the trial.
+        table: numbers as they were read, with the numbers of their lines.
+        case: units, names and sampling.
+
     Raises:
         MisfitError: a column named in case.toml is missing, there is no time, its unit is none of
             time, it does not increase from row to row, or there are fewer than two rows.

@@ -54,6 +54,12 @@ def declared(sensors: Mapping[str, float], quantity: str, unit: str, column: str
     in the same dimension the largest value counts, because nobody says which one the column is.
     rad and 1 are different here: the noise of an encoder says nothing about an activation.
 
+    Args:
+        sensors: `[sensors]` of `case.toml`: values by `<sensor>_<quantity>_<unit>`.
+        quantity: such as `noise_std` or `resolution`.
+        unit: of the column.
+        column: its name.
+
     Returns:
         The value in `unit`, None if nothing is stated or `unit` is unknown ("").
     """

@@ -50,7 +50,14 @@ class Record:
         return Trial(self.name, subset, self.time, self.columns, self.units)
 
     def window(self, subset: Subset, start: float, stop: float, rows: NDArray[np.bool_]) -> Trial:
-        """Take the given rows as a trial that is named after its limits, both in s."""
+        """Take some rows as a trial of their own, which is named after its limits.
+
+        Args:
+            subset: learning or held out.
+            start: limit, s, for the name.
+            stop: limit, s, for the name.
+            rows: (n,) which rows it has.
+        """
         columns = {name: values[rows] for name, values in self.columns.items()}
         name = f"{self.name} [{start:g}, {stop:g}] s"
         return Trial(name, subset, self.time[rows], columns, self.units)
