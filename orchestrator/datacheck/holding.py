@@ -16,7 +16,8 @@ def with_interpolation(model: Model, measurements: MeasurementSet) -> Measuremen
     """Return the set with `interpolation` for inputs of which case.toml says nothing, and a note for each that is held.
 
     An input is held if its record stays and jumps along most trials, unless the model predicts clearly worse so: a model that
-    lacks something predicts a few percent worse or better by chance. Any other is held if the model predicts far better so. Learning trials alone are looked at. What case.toml says of a column stays.
+    lacks something predicts a few percent worse or better by chance. Any other is held if the model predicts one output far better so,
+    and none worse. Learning trials alone are looked at. What case.toml says of a column stays.
 
     Raises:
         MisfitError: if columns and variables do not fit each other.
@@ -37,10 +38,12 @@ def with_interpolation(model: Model, measurements: MeasurementSet) -> Measuremen
         already = [
             other for other in data.input_names if measurements.interpolation.get(column_of.get(other, "")) == "hold"
         ]
-        before, after = (
-            Predictor(with_held_inputs(model, held), data, data.learning).left() for held in (already, [*already, name])
+        free, fixed = (
+            Predictor(with_held_inputs(model, held), data, data.learning) for held in (already, [*already, name])
         )
-        better = before > limits.HELD_DROP * after and after < limits.WELL_PREDICTED
+        before, after = free.left(), fixed.left()
+        gain = (free.errors() / np.maximum(fixed.errors(), 1e-300)) ** 2
+        better = after < limits.WELL_PREDICTED and gain.max() > limits.HELD_DROP and gain.min() > 1 / limits.HELD_WORSE
         if (stays and after <= limits.HELD_WORSE * before) or better:
             note = (
                 f"{name} is held from sample to sample: {'its record stays and jumps, and ' if stays else ''}over short stretches"

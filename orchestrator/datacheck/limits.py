@@ -41,7 +41,7 @@ STUCK_SHARE, STUCK_SAMPLES, STUCK_STOP, STUCK_JUMP = 0.05, 25, 0.5, 3.0
 # It is saturated if it is at its greatest or least value in this share of the samples, with two flat stretches at least
 # that it runs into and leaves with steps of so many digits, of which the smaller is at least this share of the larger.
 SATURATED_SHARE, SATURATED_SPEED, SATURATED_ALIKE = 0.01, 3.0, 0.2
-# An input whose record does not tell is held if holding it leaves this much less.
+# An input whose record does not tell is held if holding it leaves this much less of an output.
 HELD_DROP = 4.0
 # One whose record stays and jumps is held unless this leaves more by this factor.
 HELD_WORSE = 1.3

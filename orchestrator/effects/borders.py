@@ -8,7 +8,7 @@ from fmus.frontend.lint.tokens import tokens_of
 from fmus.frontend.lint.tree import Component
 from fmus.symbolic.system import SymbolicSystem
 from orchestrator.effects.changes import InputChange, OutputChange
-from orchestrator.effects.copies import MARK, Copies, Copy, removal
+from orchestrator.effects.copies import MARK, Copies, Copy
 from orchestrator.effects.homes import Home, homes_at
 from orchestrator.effects.names import plain, uses
 
@@ -59,13 +59,7 @@ def change_output(copies: Copies, root: View, change: OutputChange, system: Symb
     prefixes = copy.text[component.clause[0] : component.type_span[0]]
     kind = copy.text[component.type_span[0] : component.type_span[1]]
     plant = f"{re.sub(r'output *', '', prefixes)}{_plain_type(kind)} {inner}{own[len(name) :].strip()};"
-    together = [c for c in home.definition.components.values() if c.clause == component.clause]
-    if len(together) > 1:
-        copy.edits.append(removal(component, together))
-        behind = component.clause[1]
-        copy.edits.append((behind, behind, f"\n{copy.indent}  {plant}"))
-    else:
-        copy.edits.append((*component.clause, plant))
+    copy.replaced.append((component, plant))
     for user in _users(root, name, home, component):
         _rename(copies.of(user), user, name, inner, component if user.definition is home.definition else None)
     expression = re.sub(rf"(?<![\w.]){re.escape(name)}\b", inner, change.expression)

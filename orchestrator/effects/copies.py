@@ -35,6 +35,7 @@ class Copy:
     declarations: list[str] = field(default_factory=list)
     equations: list[str] = field(default_factory=list)
     inner: list["Copy"] = field(default_factory=list)
+    replaced: list[tuple[Component, str]] = field(default_factory=list)  # declarations, and what stands in their place
     names: set[str] = field(default_factory=set)  # declared by changes
 
     @property
@@ -57,6 +58,7 @@ class Copy:
             (last - name, last, self.name),
         ]
         edits += self._part_edits()
+        edits += self._replacements()
         if self.declarations:
             place = _behind_line(self.text, self._end_of_parameters())
             edits.append((place, place, "".join(f"{self.indent}  {line}\n" for line in self.declarations)))
@@ -103,6 +105,17 @@ class Copy:
         closing = any(a == "end" and b in ("if", "for", "when") for a, b in zip(words, words[1:], strict=False))
         return closing or "algorithm" in words
 
+    def _replacements(self) -> Iterable[tuple[int, int, str]]:
+        for clause in dict.fromkeys(component.clause for component, _ in self.replaced):
+            gone = [c for c, _ in self.replaced if c.clause == clause]
+            lines = [text for c, text in self.replaced if c.clause == clause]
+            together = [c for c in self.definition.components.values() if c.clause == clause]
+            if len(gone) == len(together):
+                yield (*clause, f"\n{self.indent}  ".join(lines))
+                continue
+            yield from removals(gone, together)
+            yield clause[1], clause[1], "".join(f"\n{self.indent}  {line}" for line in lines)
+
     def _part_edits(self) -> Iterable[tuple[int, int, str]]:
         for name, change in self.parts.items():
             component = self.definition.components[name]
@@ -114,20 +127,22 @@ class Copy:
                 if change.new_type is not None:
                     yield (*component.type_span, change.new_type)
                 continue
-            yield removal(component, together)
+            yield from removals([component], together)
             prefix = self.text[component.clause[0] : component.type_span[0]]
             between = self.text[component.type_span[1] : min(c.span[0] for c in together)]
             behind = _behind_line(self.text, component.clause[1])
             yield behind, behind, f"{self.indent}  {prefix}{change.new_type}{between}{text};\n"
 
 
-def removal(component: Component, together: list[Component]) -> tuple[int, int, str]:
-    """Take one component out of a declaration of several."""
+def removals(gone: list[Component], together: list[Component]) -> Iterable[tuple[int, int, str]]:
+    """Take components out of a declaration of several, of which one stays at least."""
     ordered = sorted(together, key=lambda c: c.span)
-    k = ordered.index(component)
-    if k + 1 < len(ordered):
-        return component.span[0], ordered[k + 1].span[0], ""
-    return ordered[k - 1].span[1], component.span[1], ""
+    first_kept = next(k for k, c in enumerate(ordered) if c not in gone)
+    for k, component in enumerate(ordered):
+        if component in gone and k < first_kept:
+            yield component.span[0], ordered[k + 1].span[0], ""
+        elif component in gone:
+            yield ordered[k - 1].span[1], component.span[1], ""
 
 
 def with_modifiers(text: str, component: Component, modifiers: dict[str, str]) -> str:

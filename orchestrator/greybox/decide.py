@@ -224,14 +224,25 @@ def _pruned(
     fit_more: Callable[[tuple[Candidate, ...]], FittedSet | None],
     simpler: Callable[[Candidate], Sequence[Candidate]],
 ) -> FittedSet:
-    """The set without the effects that do not earn their place, the weakest first."""
+    """The set without the effects that do not earn their place, the weakest first.
+
+    A parameter that is off by a few percent needs no such proof; wrong ones stay while predictions would become clearly worse
+    without those that go, taken together.
+    """
+    whole = best
+
+    def missed(less: FittedSet) -> bool:
+        gone = [c for c in whole.candidates if c.family not in less.key]
+        needed = judge.ratio(whole, less) < 1 - judge.limits.least_improvement
+        return needed and bool(less.candidates) and all(c.id == "parameter_error" for c in gone)
+
     while best.candidates:
         without = []
         for k in range(best.size):
             rest = (*best.candidates[:k], *best.candidates[k + 1 :])
             without.append(fit_more(rest) if rest else judge.nominal)
             without += [fit_more((*rest[:k], other, *rest[k:])) for other in simpler(best.candidates[k])]
-        idle = [s for s in without if s is not None and not judge.earned(best, s)]
+        idle = [s for s in without if s is not None and not judge.earned(best, s) and not missed(s)]
         if not idle:
             return best
         best = min(idle, key=lambda s: s.loss)

@@ -90,6 +90,8 @@ class Search:
         """All sets that were fitted, best first."""
         limits = self.setting.thresholds
         self._try(self._screened(self.nominal, limits.largest_set), limits.shortlist)
+        if len(together := wrong_together(self.candidates, limits.most_parameters)) > 1:
+            self._fit(together)
         for _ in range(limits.rounds):
             best = self.best
             self.progress(f"best so far: {', '.join(c.label for c in best.candidates) or 'nothing missing'}")
@@ -223,6 +225,16 @@ def _within(found: FittedSet, candidate: Candidate) -> bool:
     centre, half = candidate.place.range
     centres = [p.name for p in candidate.fitted_shapes if p.kind.startswith("centre")]
     return all(abs(found.value(candidate, name)[0] - centre) < half for name in centres)
+
+
+def wrong_together(candidates: Sequence[Candidate], most: int) -> tuple[Candidate, ...]:
+    """All parameters of a model as wrong at once, empty if they are more than `most`.
+
+    Data sheets err by a few percent in everything, and no two or three wrong parameters stand for that; a sensor with a wrong
+    gain and an output with a memory did.
+    """
+    wrong = {c.place.site: c for c in candidates if c.id == "parameter_error"}
+    return tuple(wrong.values()) if len(wrong) <= most else ()
 
 
 def box_index(box: GreyBox, name: str) -> int:

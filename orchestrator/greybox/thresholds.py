@@ -10,7 +10,8 @@ class Thresholds:
     Search: sets of up to `largest_set` effects are proposed at once about the model as given; `shortlist` of them are fitted, and
     the best `singles` of one effect, among all sets and among those of forces alone. About the best set `additions` further
     effects are tried, in at most `rounds`, up to `most_effects`. The `refined` best are fitted to the end. What makes left-out
-    blocks less probable by more than `hopeless` nats is not fitted.
+    blocks less probable by more than `hopeless` nats is not fitted. All parameters of a model that has no more than
+    `most_parameters` are tried as wrong together.
 
     Decision: a set is better than another beyond doubt if its log likelihood, less the price of its parameters, is higher by
     `standard_errors` of the sum of differences over stretches and by `nats`. An effect earns its place if predictions over the
@@ -36,6 +37,7 @@ class Thresholds:
     refined: int = 4
     rounds: int = 4
     most_effects: int = 4
+    most_parameters: int = 12
     hopeless: float = 5.0
     standard_errors: float = 1.64
     nats: float = 3.0

@@ -15,8 +15,9 @@ from fmus.errors import ComponentError
 from orchestrator.greybox.candidates import Candidate
 from orchestrator.greybox.decide import Judge
 from orchestrator.greybox.diagnose import Outcome
+from orchestrator.greybox.evidence import all_candidates
 from orchestrator.greybox.laws import laws
-from orchestrator.greybox.search import FittedSet, fit_set, with_losses
+from orchestrator.greybox.search import FittedSet, fit_set, with_losses, wrong_together
 from orchestrator.laws.regression import BeamSearch, all_columns, finer_columns, table_of
 from orchestrator.laws.response import responses
 from orchestrator.laws.terms import Term, joined, terms_at
@@ -144,8 +145,10 @@ def _judged(
     """Laws beyond doubt: the simplest that nothing beats first, then those that explain the record as well."""
     own = outcome.setting.thresholds
     dear = replace(own, nats=own.nats + float(np.log(max(looked_at, 1))))
-    judges = [Judge(about, dear, outcome.scale, outcome.decision.windows) for about in abouts]
     progress("judging formulas")
+    # A formula has to beat other values of the model's own parameters, too.
+    given = [*abouts, *_with_other_values(outcome, abouts)]
+    judges = [Judge(about, dear, outcome.scale, outcome.decision.windows) for about in given]
     ended = _foretelling([_to_the_end(outcome, law) for law in _promising(found, limits)], judges[0])
     ranked = sorted(ended, key=lambda law: law.fitted.loss)
     if not ranked:
@@ -158,6 +161,20 @@ def _judged(
     if all(_better(first, judge, limits) for judge in judges):
         return (first, *others[: limits.shown - 1])
     return ()
+
+
+def _with_other_values(outcome: Outcome, abouts: Sequence[FittedSet]) -> list[FittedSet]:
+    """The same sets with all parameters of the model as wrong beside them, each by a few percent."""
+    wrong = wrong_together(all_candidates(outcome.case, outcome.nominal), outcome.setting.thresholds.most_parameters)
+    found = []
+    for about in abouts:
+        beside = [c for c in wrong if all(c.is_apart_from(own) for own in about.candidates)]
+        if beside:
+            try:
+                found.append(fit_set(outcome.setting, (*about.candidates, *beside), about.fit.noise))
+            except (ComponentError, np.linalg.LinAlgError):
+                continue
+    return found
 
 
 def _promising(found: Sequence[FoundLaw], limits: Limits) -> list[FoundLaw]:

@@ -180,6 +180,18 @@ def test_a_sensor_stands_between_a_state_and_the_output_that_was_it(tmp_path: Pa
     assert np.array(z).ravel()[[v.name for v in system.algebraics].index("v")] == pytest.approx(2.2)
 
 
+@pytest.mark.parametrize("declared", ["output Real a, b \"both\";", "output Real a, c, b;", "output Real c, a, b;"])
+def test_sensors_of_two_outputs_that_one_line_declares_read_both_wrong(declared: str, tmp_path: Path) -> None:
+    more = "  c = 0;\n" if "c" in declared else ""
+    text = f"model M\n  {declared}\n  Real x(start=1);\nequation\n  der(x) = -x;\n  a = x;\n  b = 2*x;\n{more}end M;\n"
+    changes = [OutputChange(n, f"s{n}*{n}", {f"s{n}": Parameter(3.0, "1", "")}, "gain") for n in ("a", "b")]
+    _, new, _ = written(tmp_path, text, changes)
+    system = new.compile()
+    z = np.array(system.rhs(0.0, [1.5], [], [], [v.start for v in system.parameters])[1]).ravel()
+    shown = dict(zip([v.name for v in system.algebraics], z, strict=True))
+    assert (shown["a"], shown["b"]) == pytest.approx((3 * 1.5, 3 * 2 * 1.5))
+
+
 def test_a_lag_of_an_input_and_one_of_an_output_bring_states_of_their_own(tmp_path: Path) -> None:
     lag = InputChange("F", "z", {"T": Parameter(0.5, "s", "")}, "lag", [AddedState("z", "N", 0.0, "(F - z)/T")])
     slow = OutputChange(

@@ -66,3 +66,27 @@ def test_a_smooth_input_runs_in_lines(tmp_path: Path) -> None:
     np.savetxt(tmp_path / "a.csv", rows, delimiter=",", header=",".join(columns), comments="", fmt="%.12g")
     measurements = load_measurements(tmp_path)
     assert with_interpolation(load_model("drive"), measurements) is measurements
+
+
+SHAFT = """model Shaft
+  parameter Real J(unit="kg.m2") = 0.02;
+  input Real torque(unit="N.m");
+  output Real phi(unit="rad", start=0), w(unit="rad/s", start=0);
+equation
+  der(phi) = w;
+  J*der(w) = torque;
+end Shaft;
+"""
+
+
+def test_a_command_that_moves_with_each_sample_is_held_although_a_noisy_sensor_does_not_tell(tmp_path: Path) -> None:
+    (tmp_path / "Shaft.mo").write_text(SHAFT)
+    random = np.random.default_rng(4)
+    time = 0.02 * np.arange(300)
+    torque = 0.2 * np.sin(5 * time) + 0.1 * np.cos(17 * time)
+    speed = np.concatenate([[0.0], np.cumsum(torque[:-1] * np.diff(time) / J)])
+    rows = np.column_stack([time, torque, angles(time, torque), speed])
+    rows[:, 2:] += [1e-5, 0.06] * random.normal(size=(300, 2))
+    np.savetxt(tmp_path / "a.csv", rows, delimiter=",", header="time,torque,phi,w", comments="", fmt="%.12g")
+    found = with_interpolation(load_model(f"{tmp_path / 'Shaft.mo'}:Shaft"), load_measurements(tmp_path))
+    assert dict(found.interpolation) == {"torque": "hold"}
