@@ -77,7 +77,8 @@ class Law:
     into a balance, which Modelica cannot name, `storage` what its equation multiplies der(x) with. A `single` law acts at one
     balance, never between two. The gain of a `curved` law enters linearly near zero only. A `bounded` law depends on a position that
     comes back; a `slow` one belongs to stores of heat, charge and the like, not to motion. A `rare` law is tried only where the
-    others do not explain the record. `contains` lists ids of simpler laws that it becomes at the limit of a parameter.
+    others do not explain the record. `contains` lists ids of simpler laws that it becomes at the limit of a parameter, `alike`
+    ids of laws elsewhere that do the same to a linear plant: they are tried beside it.
     `also` names further variables of a model by the coordinates that
     the law uses for them. `site` is where a law of the user's own was found, `seen` the range of each coordinate there, `beside` the effects
     that were in the model with it, as JSON names them.
@@ -95,6 +96,7 @@ class Law:
     states: Mapping[str, str] = field(default_factory=dict)
     starts: Mapping[str, str] = field(default_factory=dict)
     contains: tuple[str, ...] = ()
+    alike: tuple[str, ...] = ()
     bounded: bool = False
     slow: bool = False
     single: bool = False

@@ -100,6 +100,7 @@ class Search:
                 self._try(self._screened(best, 1), limits.additions)
             if self.best is best:
                 break
+        self._try_alike(self.best)
         self._refine()
         return sorted(self.fitted.values(), key=lambda s: s.loss)
 
@@ -185,6 +186,18 @@ class Search:
             if frozenset(c.family for c in candidates) not in self.fitted:
                 self._fit(candidates)
 
+    def _try_alike(self, best: FittedSet) -> None:
+        """Fit sets in which a law gives way to one elsewhere that does the same to a linear plant, from the values that were found."""
+        for k, own in enumerate(best.candidates):
+            others = tuple(c for j, c in enumerate(best.candidates) if j != k)
+            for twin in {c.family: c for c in self.candidates if c.id in own.law.alike}.values():
+                shapes = {name: best.value(own, name)[0] for name in twin.shapes if name in own.shapes}
+                like = replace(twin, shapes={**twin.shapes, **shapes})
+                beside = tuple(c for c in others if twin.is_apart_from(c))
+                self._fit_well((like,))
+                if beside:
+                    self._fit_well((*beside, like))
+
     def _refine(self) -> None:
         """Fit the sets near the best one to the end."""
         limits = self.setting.thresholds
@@ -207,6 +220,14 @@ class Search:
         """Laws at the same place that a law becomes at a limit of its parameters."""
         same = [c for c in self.candidates if c.place.site == candidate.place.site and c.id in candidate.law.contains]
         return list({c.id: c for c in same}.values())
+
+    def _fit_well(self, candidates: tuple[Candidate, ...]) -> None:
+        """Fit a set to the end, from better first values than it may have been fitted from before."""
+        known = self.fitted.pop(frozenset(c.family for c in candidates), None)
+        self._fit(candidates)
+        found = self.fit(candidates)
+        if known is not None and (found is None or known.loss < found.loss):
+            self.fitted[known.key] = known
 
     def _fit(self, candidates: tuple[Candidate, ...]) -> None:
         key = frozenset(c.family for c in candidates)

@@ -180,7 +180,7 @@ def test_a_sensor_stands_between_a_state_and_the_output_that_was_it(tmp_path: Pa
     assert np.array(z).ravel()[[v.name for v in system.algebraics].index("v")] == pytest.approx(2.2)
 
 
-@pytest.mark.parametrize("declared", ["output Real a, b \"both\";", "output Real a, c, b;", "output Real c, a, b;"])
+@pytest.mark.parametrize("declared", ['output Real a, b "both";', "output Real a, c, b;", "output Real c, a, b;"])
 def test_sensors_of_two_outputs_that_one_line_declares_read_both_wrong(declared: str, tmp_path: Path) -> None:
     more = "  c = 0;\n" if "c" in declared else ""
     text = f"model M\n  {declared}\n  Real x(start=1);\nequation\n  der(x) = -x;\n  a = x;\n  b = 2*x;\n{more}end M;\n"

@@ -76,6 +76,7 @@ def sign(v: float) -> float:
 
 CASES: dict[str, tuple[Act, Extra, str, Mapping[str, float]]] = {
     "delay": (delayed, _nothing, "input_delay", {"T": 0.04, "share": 1.0}),
+    "square": (lambda f: 0.2 * f * np.abs(f), _nothing, "input_curve", {"a": -1.0, "b": 0.2}),
     "rate": (slow, _nothing, "rate_limit", {"rate": 20.0, "share": 1.0}),
     "dead_zone": (
         lambda f: np.sign(f) * np.maximum(np.abs(f) - 0.8, 0.0),
