@@ -69,6 +69,15 @@ SLOW = {
         f"tests/test_gallery.py::test_the_hidden_effect_is_named_and_sized_within_three_percent[{case}]": "the same test on buck, and greybox/test_gallery_effects.py"
         for case in ("quarter_car", "geared_motor", "overhead_crane", "two_rooms", "battery", "reactor", "cylinder")
     },
+    **{
+        f"tests/test_gallery.py::test_nothing_is_named_where_the_machine_moves_as_its_model_says[{case}]": "the same test on five other machines"
+        for case in ("battery", "cylinder", "geared_motor")
+    },
+    "tests/diagnosis/test_tolerances_in_the_patched_model.py::test_patched_model_errs": "the other tests of its file: the value arrives, its neighbours stay",
+    "tests/diagnosis/test_failing_candidates.py::test_a_candidate_that_breaks_is_told_with_its_reason_and_the_others_go_on[error1": "the same test on another error",
+    "tests/laws/test_discovered_laws.py::test_random_forces_give_no_formula": "the same file on noise of which a formula is asked for",
+    "tests/fmus/test_build.py::test_a_model_that_cannot_be_compiled_says_why[2": "the same test with one worker",
+    "tests/fmus/test_source_only.py::test_sources_are_compiled_and_run[3.0": "the same test in FMI 2.0",
     # FMUs in tools of others and under sanitizers and valgrind.
     "tests/fmus/test_importers.py": "test_behaviour.py and test_validate_command.py: our own checks of the same FMUs",
     "tests/fmus/test_exercise.py": "test_bad_calls.py and test_behaviour.py, without sanitizers",
@@ -114,6 +123,7 @@ SLOW = {
     "tests/studio/test_bench_view_in_browser.py": "studio_views: the same pages without a browser",
     "tests/studio/test_uploaded_fmus_are_isolated.py::test_fmu_that_dies_is_told_in_one_line_and_the_studio_lives[exit": "the same test with a segmentation fault",
     "tests/studio/test_studio_in_browser.py::test_every_page_of_the_navigation_is_accessible_and_fits[tablet": "the same test at the size of a screen",
+    "tests/studio/test_studio_in_browser.py::test_pages_are_dark": "test_first_screen.py: read in light and in dark, with axe",
     "tests/studio/test_linked_views_in_browser.py": "studio_views: the same pages without a browser",
     "tests/studio/test_arm_replay_in_browser.py": "report/test_arm_replay.py: the same markup",
     "tests/studio/test_reports_in_browser.py": "report/test_report_html.py: the same markup",
