@@ -1,18 +1,14 @@
 """Intermediate update of FMI 3.0: an FMU that asks for its inputs within a step gets them along their lines."""
 
-import subprocess
-import zipfile
 from pathlib import Path
 
-import fmpy
 import pytest
+from fmi3_sources import fmi3_of
 from systems import spec, system
 
 from fmus.errors import ComponentError, MisfitError
-from fmus.runtime.compiler import find_compiler
 from orchestrator.cosim import ComponentSpec, Simulation, System, Value
 
-SOURCE = Path(__file__).parent / "fmus" / "asking.c"
 DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="3.0" modelName="asking" instantiationToken="{asking}">
  <CoSimulation modelIdentifier="asking" providesIntermediateUpdate="true" canHandleVariableCommunicationStepSize="true"/>
@@ -29,14 +25,7 @@ DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
 @pytest.fixture(scope="module")
 def asking(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The FMU."""
-    folder = tmp_path_factory.mktemp("asking")
-    headers = Path(fmpy.__file__).parent / "c-code"
-    flags = ["-DFMI3_OVERRIDE_FUNCTION_PREFIX", f"-I{headers}", "-shared", "-fPIC", "-O1"]
-    subprocess.run([*find_compiler(), *flags, "-o", "asking.so", str(SOURCE)], cwd=folder, check=True)
-    with zipfile.ZipFile(folder / "asking.fmu", "w") as archive:
-        archive.writestr("modelDescription.xml", DESCRIPTION)
-        archive.write(folder / "asking.so", "binaries/x86_64-linux/asking.so")
-    return folder / "asking.fmu"
+    return fmi3_of("asking", DESCRIPTION, tmp_path_factory.mktemp("asking"))
 
 
 def two(asking: Path, **options: object) -> System:

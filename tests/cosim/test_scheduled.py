@@ -1,21 +1,17 @@
 """FMUs for scheduled execution: clocks tick when they are due, in the order of time and priority."""
 
-import subprocess
-import zipfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import fmpy
 import pytest
+from fmi3_sources import fmi3_of
 from systems import spec, system
 
 from fmus.errors import ComponentError, MisfitError
-from fmus.runtime.compiler import find_compiler
 from orchestrator.cosim import ComponentSpec, Connection, Simulation, System
 from orchestrator.cosim.container import container_of
 
-SOURCE = Path(__file__).parent / "fmus" / "clocks.c"
 DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="3.0" modelName="clocks" instantiationToken="{clocks}">
  <ScheduledExecution modelIdentifier="clocks"/>
@@ -38,14 +34,7 @@ DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
 @pytest.fixture(scope="module")
 def clocks(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The FMU."""
-    folder = tmp_path_factory.mktemp("clocks")
-    headers = Path(fmpy.__file__).parent / "c-code"
-    flags = ["-DFMI3_OVERRIDE_FUNCTION_PREFIX", f"-I{headers}", "-shared", "-fPIC", "-O1"]
-    subprocess.run([*find_compiler(), *flags, "-o", "clocks.so", str(SOURCE)], cwd=folder, check=True)
-    with zipfile.ZipFile(folder / "clocks.fmu", "w") as archive:
-        archive.writestr("modelDescription.xml", DESCRIPTION)
-        archive.write(folder / "clocks.so", "binaries/x86_64-linux/clocks.so")
-    return folder / "clocks.fmu"
+    return fmi3_of("clocks", DESCRIPTION, tmp_path_factory.mktemp("clocks"))
 
 
 def ticking(clocks: Path, ticks: Mapping[str, Any], step: float = 0.02) -> System:

@@ -9,6 +9,7 @@ from fmus.catalogue import find_modelica_model
 from orchestrator.diagnose import diagnose
 from orchestrator.measurements import load_measurements
 from orchestrator.verdicts.result import Diagnosis
+from tests.three_trials import three_trials
 
 SLIDE = """model Slide "A mass on a spring under a force"
   parameter Real m(unit="kg") = 2.0;
@@ -21,16 +22,7 @@ equation
   m*der(v) = F - k*x;
 end Slide;
 """
-CASE = """files = ["trial_1.csv", "trial_2.csv", "trial_3.csv"]
-learning = [1, 2]
-held_out = [3]
-[columns]
-t = "s"
-F = "N"
-x = "m"
-[variables]
-t = "time"
-"""
+CASE = three_trials({"F": "N", "x": "m"})
 
 
 def slide_record(

@@ -8,6 +8,7 @@ import pytest
 from fmus.catalogue import find_modelica_model
 from orchestrator.diagnose import diagnose
 from orchestrator.measurements import load_measurements
+from tests.three_trials import three_trials
 
 CELL = """model Cell "A cell that is charged and discharged"
   parameter Real Q(unit="A.s") = 9000 "capacity";
@@ -20,16 +21,7 @@ equation
   U = 3.2 + 0.9*soc - 0.3*soc^2 - R*I;
 end Cell;
 """
-CASE = """files = ["trial_1.csv", "trial_2.csv", "trial_3.csv"]
-learning = [1, 2]
-held_out = [3]
-[columns]
-t = "s"
-I = "A"
-U = "V"
-[variables]
-t = "time"
-"""
+CASE = three_trials({"I": "A", "U": "V"})
 TRUE = 7650.0  # 15 % less than the model says
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from fmus.catalogue import ModelicaModel, find_modelica_model
+from tests.three_trials import three_trials
 
 MODEL = """model Mass "A mass on a spring under a force"
   parameter Real m(unit="kg") = 2.0;
@@ -19,16 +20,7 @@ equation
   m*der(v) = F - k*x;
 end Mass;
 """
-CASE = """files = ["a.csv", "b.csv", "c.csv"]
-learning = [1, 2]
-held_out = [3]
-[columns]
-t = "s"
-F = "N"
-x = "m"
-[variables]
-t = "time"
-"""
+CASE = three_trials({"F": "N", "x": "m"}, "abc")
 
 
 def recorded(

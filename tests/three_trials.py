@@ -1,0 +1,10 @@
+"""The case file of records that several rooms' tests make: three trials, of which the last is held out."""
+
+from collections.abc import Mapping, Sequence
+
+
+def three_trials(units: Mapping[str, str], files: Sequence[str] = ("trial_1", "trial_2", "trial_3")) -> str:
+    """Text of `case.toml` for three CSV files with a column `t` in s and further ones with their units."""
+    names = ", ".join(f'"{name}.csv"' for name in files)
+    columns = "\n".join(f'{name} = "{unit}"' for name, unit in {"t": "s", **units}.items())
+    return f'files = [{names}]\nlearning = [1, 2]\nheld_out = [3]\n[columns]\n{columns}\n[variables]\nt = "time"\n'
