@@ -55,6 +55,7 @@ SLOW = {
     },
     "tests/benchmarks/diagnosis/test_fixed_cases.py": "tests/diagnosis/test_shipped_cases.py: named, nothing missing, unknown",
     "tests/diagnosis/test_excitation.py::test_muscle_that_is_never_stimulated": "test_next_experiment.py: silent muscles and machines at rest, effect by effect",
+    "tests/diagnosis/test_work.py::test_scheduler_that_does_not_answer": "cosim/test_run_command.py: the same line of a sweep",
     "tests/greybox/test_unnamed.py::test_laws_that_come_near_a_force_of_no_library_are_the_best_set_and_not_named[quintic": "the same test on another force",
     "tests/diagnosis/test_p_values_of_right_models.py": "test_noise_floor.py and test_flexible.py: the noise that p-values rest on",
     "tests/blackbox/test_diagnosis_of_an_fmu.py::test_effect_in_the_data_is_named_from_outside_the_fmu": "test_hidden_effects_on_plants.py on tanks",
