@@ -165,6 +165,11 @@ def test_no_rule_trips_in_a_calm_cycle(rule: str) -> None:
     ("rule", "changes", "words"),
     [
         ("positions_answered", {"m_missing": (0, 2_000_000)}, "no believable position of joint 2 for 2 ms$"),
+        (
+            "positions_answered",
+            {"s_unsure": (0, 12_000_000)},
+            r"positions of joint 2 come too late or not at all again and again \(12 ms lately\)",
+        ),
         ("positions_answered", {"m_missing": (4_000_000, 2_000_000)}, "no believable position of joint 1 for 4 ms"),
         ("on_time", {"n_time_ns": 40_000_000}, "the session stood still: 40 ms between two cycles of 2 ms"),
         ("on_time", {"n_time_ns": -3_000_000}, "the clock moved by -3 ms between two cycles"),

@@ -23,7 +23,7 @@ ROOMS = {
     "orchestrator/regress/comparison/pointwise.py": "tests/regress_comparison",
     "orchestrator/measurements/pulses.py": "tests/measurements/test_pulses.py",
     "orchestrator/cosim/masters/loops.py": "tests/cosim/test_masters.py tests/cosim/test_graph.py",
-    "fmus/units.py": "tests/fmus/test_lint_units.py tests/measurements/test_bind.py tests/cosim/test_convert.py",
+    "fmus/units.py": "tests/fmus/test_units_by_hand.py tests/fmus/test_lint_units.py tests/measurements/test_bind.py tests/cosim/test_convert.py",
 }
 TURNED: dict[type, type] = {
     ast.Lt: ast.GtE,
