@@ -111,12 +111,12 @@ def test_pulses_with_a_sample_on_each_edge_are_a_pulse_train() -> None:
     assert is_pulse_train(np.array(one * 10))
 
 
-def test_crosstalk_of_a_third_of_the_height_in_another_record_is_no_train() -> None:
-    """Two records of pulses of 8 V, one of pulses of 2.6 V at another rate: threshold and period are those of the former."""
+def test_crosstalk_of_a_third_of_the_height_in_other_records_is_no_train() -> None:
+    """One record of pulses of 8 V, two of pulses of 2.6 V at another rate: threshold and period are those of the first."""
     time, values = pulses(train(0.2, 8))
     _, other = pulses([0.2 + 0.03 * k for k in range(20)])
 
-    shape = pulse_shape([(time, values), (time, values), (time, other / 3)])
+    shape = pulse_shape([(time, values), (time, other / 3), (time, other / 3)])
 
     assert shape is not None
     assert shape.period == pytest.approx(0.01)
