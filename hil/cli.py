@@ -10,6 +10,7 @@ import click
 
 from fmus.errors import MisfitError
 from fmus.files import write_atomically
+from hil.stimulation_cli import stimulate
 from hil.terminal import ask_arm, ask_home, gaps, robot_of, stopped_by, yes
 from hil.trials_cli import record
 from hil.virtual.cli import robot, tell
@@ -245,6 +246,7 @@ def dbc(robot: str, file: Path, counts: float, torque_units: float, firmware: in
 hil.add_command(robot)
 hil.add_command(tell)
 hil.add_command(record)
+hil.add_command(stimulate)
 
 
 @hil.command()

@@ -21,6 +21,7 @@ from hil.robots.base import RobotKind
 from hil.robots.known import PROFICIO, robot_kind
 from hil.robots.proficio import Side
 from hil.safety.limits import JointLimits, Limits, Zone, lowered
+from hil.stimulation.plan import Plan, plan_of_json
 from hil.trials.protocol import Protocol as ProtocolOfTrials
 from hil.trials.protocol import protocol_of_json
 
@@ -49,7 +50,8 @@ class Settings:
     still and that each joint turns its way, under `proof_torque` N.m at most. `force_axes` (3, 3) turns what the force
     sensor shows into the wrist's axes, since how it is mounted, its signs and its scale are nowhere published. `waived`
     are safeguards that the bench may do without (see `hil.robots.absent`); its limits are lowered already. `robot` is
-    the kind of robot, `options` the keys of `[robot]` that are its own.
+    the kind of robot, `options` the keys of `[robot]` that are its own. With a `stimulation`
+    postures are held by emulated muscles.
     """
 
     bus: Mapping[str, Any]
@@ -70,6 +72,7 @@ class Settings:
     waived: tuple[str, ...] = ()
     robot: str = PROFICIO
     options: Mapping[str, Any] = field(default_factory=dict)
+    stimulation: Plan | None = None
 
     def __post_init__(self) -> None:
         """Refuse gains that drive the arm, axes of the force sensor that lose a direction, a trial that there is not."""
@@ -124,6 +127,10 @@ class Settings:
             trials = Trials(self.protocol, Placement(self.side, self.shoulder), stiffness, damping, self.learning)
             trials.course.trial = self.first_trial
             return trials
+        if self.stimulation is not None:
+            from hil.stimulation.controller import Stimulation
+
+            return Stimulation(self.stimulation, Placement(self.side, self.shoulder), stiffness, damping)
         if self.controller == "hold":
             return Hold(stiffness, damping)
         if self.controller == "asked":
@@ -200,7 +207,10 @@ def settings_of_json(text: str) -> Settings:
     protocol = document.pop("protocol", None)
     trials = protocol_of_json(protocol) if protocol is not None else None
     learning = Learning(**document.pop("learning", {}))
-    return Settings(limits=Limits(joints, **limits), protocol=trials, learning=learning, **document)
+    plan = document.pop("stimulation", None)
+    stimulation = plan_of_json(plan) if plan is not None else None
+    limits = Limits(joints, **limits)
+    return Settings(limits=limits, protocol=trials, learning=learning, stimulation=stimulation, **document)
 
 
 def _settings(document: dict[str, Any], name: str, rate_hz: float) -> Settings:

@@ -77,6 +77,10 @@ class Controller:
         statics, capability = self.limb.torques(wanted)
         return self._allocation(-self.feedback @ (state - wanted) - statics, capability)
 
+    def allocate(self, torque: Array, capability: Array) -> Array:
+        """The least activations (m,) that make a torque (p,) with muscles of that capability (p, m), or the closest one."""
+        return self._allocation(torque, capability)
+
     def slope(self, wanted: Array) -> tuple[Array, Array]:
         """Activations at the wanted state itself, (m,), and what they change by a torque, (m, p)."""
         statics, capability = self.limb.torques(wanted)
