@@ -10,7 +10,7 @@ SLOW = {
         for name in (
             *(
                 f"a_rare_law_is_named_with_its_values[{law}]"
-                for law in ("rate", "saturation", "load", "moment", "delay")
+                for law in ("rate", "saturation", "load", "moment", "delay", "square")
             ),
             "a_lag_of_a_linear_plants_input",
             "friction_that_grows_with_the_position",

@@ -10,15 +10,17 @@ Effect = Mapping[str, Any]
 # Sizes that are named; the others stand behind "Why do you think so?".
 MOST_SIZES = 4
 PARAMETER_ERROR = "parameter_error"
+# Ids that name a joint; the sensor may be one of anything.
+WORDS = {"joint_scale": "scale error", "joint_offset": "zero error"}
 
 
 def name_of(effect: str) -> str:
     """The words of an effect's id.
 
-    >>> name_of("coulomb_friction"), name_of("coulomb_friction+payload")
-    ('coulomb friction', 'coulomb friction and payload')
+    >>> name_of("coulomb_friction"), name_of("coulomb_friction+payload"), name_of("joint_scale")
+    ('coulomb friction', 'coulomb friction and payload', 'scale error')
     """
-    return joined(part.replace("_", " ").strip() for part in effect.split("+"))
+    return joined(WORDS.get(part, part.replace("_", " ").strip()) for part in effect.split("+"))
 
 
 def place_of(site: str) -> str:
