@@ -90,12 +90,25 @@ class Judge:
         By how much the power of the disturbing force falls, over all trials, at the balance where it falls most; less what
         sensors seem to be noisier by instead, as a share of the squared errors of predictions, at the output where that is most.
         """
-        before, after = (np.sum([n.intensity**2 for n in s.fit.noise], axis=0) for s in (self.nominal, chosen))
-        left = float(np.min(after / np.maximum(before, 1e-300), initial=1.0))
-        before, after = (np.mean([n.sensors**2 for n in s.fit.noise], axis=0) for s in (self.nominal, chosen))
+        left = float(np.min(self._left(chosen), initial=1.0))
+        return float(np.clip(1.0 - left - self._moved(chosen), 0.0, 1.0))
+
+    def takes_away(self, best: FittedSet, less: FittedSet) -> float:
+        """Share of the disturbing force's power that an effect takes away which a smaller set lacks, at the balance where it is
+        most: another effect may have explained all that was missing at a different one."""
+        fallen = float(np.max(self._left(less) - self._left(best), initial=0.0))
+        return fallen - (self._moved(best) - self._moved(less))
+
+    def _left(self, found: FittedSet) -> np.ndarray:
+        """Power of the disturbing force at each balance over all trials, over that of the model as given, (nb,)."""
+        before, after = (np.sum([n.intensity**2 for n in s.fit.noise], axis=0) for s in (self.nominal, found))
+        return np.asarray(np.minimum(after / np.maximum(before, 1e-300), 1.0))
+
+    def _moved(self, found: FittedSet) -> float:
+        """What sensors seem to be noisier by, as a share of the squared errors of predictions, at the output where that is most."""
+        before, after = (np.mean([n.sensors**2 for n in s.fit.noise], axis=0) for s in (self.nominal, found))
         errors = np.mean(self.squares(self.nominal), axis=0)
-        moved = float(np.max((after - before) / np.maximum(errors, 1e-300), initial=0.0))
-        return float(np.clip(1.0 - left - max(moved, 0.0), 0.0, 1.0))
+        return max(float(np.max((after - before) / np.maximum(errors, 1e-300), initial=0.0)), 0.0)
 
     def earned(self, best: FittedSet, less: FittedSet) -> bool:
         """Whether the effect that a smaller set lacks has earned its place in the larger one."""
@@ -104,7 +117,7 @@ class Judge:
             return False
         if not self.beyond_doubt(best, less) and not self.foretells(best, less):
             return False
-        if self.explained(best) - self.explained(less) < limits.least_power:
+        if self.takes_away(best, less) < limits.least_power:
             return False
         ratio = self.ratio(best, less)
         if ratio > 1 + limits.worse:

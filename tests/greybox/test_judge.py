@@ -1,5 +1,6 @@
 """How far predictions are compared: as far as the plant can be predicted at all."""
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -50,3 +51,26 @@ def test_where_nothing_predicts_windows_are_the_shortest() -> None:
 def test_a_set_that_is_far_less_likely_has_no_say() -> None:
     likely = {float(k): (9.0, 0.9, 0.1) for k in range(Thresholds().refined)}
     assert _windows({**likely, 99.0: (0.1, 0.1, 0.1)}) == HORIZONS[-1]
+
+
+class Noisy:
+    """A fitted set of which only forces at two balances and one sensor's noise are asked."""
+
+    def __init__(self, *forces: float) -> None:
+        noise = SimpleNamespace(intensity=np.array(forces), sensors=np.array([0.1]))
+        self.fit = SimpleNamespace(noise=[noise])
+
+
+class Even(Judge):
+    """A judge with errors of 1."""
+
+    def squares(self, found: FittedSet, windows: int = 0) -> np.ndarray:
+        return np.ones((3, 1))
+
+
+def test_what_an_effect_takes_away_at_one_balance_counts_though_another_is_explained_already() -> None:
+    given, one, both = (Noisy(*forces) for forces in ((2.0, 2.0), (0.0, 2.0), (0.0, 1.0)))
+    judge = Even(given, Thresholds(), np.ones(1))  # type: ignore[arg-type]
+    assert judge.explained(one) == judge.explained(both) == 1.0  # type: ignore[arg-type]
+    assert judge.takes_away(both, one) == pytest.approx(0.75)  # type: ignore[arg-type]
+    assert judge.takes_away(one, given) == pytest.approx(1.0)  # type: ignore[arg-type]
