@@ -103,7 +103,8 @@ def _missing(effects: Sequence[Mapping[str, Any]]) -> str:
     if lacking:
         parts.append(f"{joined(lacking)} {'is' if len(lacking) == 1 else 'are'} missing")
     if wrong:
-        parts.append(f"the model's value of {joined(wrong)} is wrong")
+        verb = "value of {} is wrong" if len(wrong) == 1 else "values of {} are wrong"
+        parts.append(f"the model's {verb.format(joined(wrong))}")
     return capital(" and ".join(parts)) or "An effect is missing"
 
 

@@ -52,7 +52,11 @@ def what(effect: Effect) -> str:
 
 def sizes(effects: Sequence[Effect]) -> str:
     """The fitted parameters with their 90 % intervals, such as `tauC[1] 37.3 mN·m (37.0 to 37.7)`."""
-    found = [size(name, value) for effect in effects for name, value in (effect.get("parameters") or {}).items()]
+    found = [
+        size(f"{name} of {effect['site']}" if effect["id"] == PARAMETER_ERROR else name, value)
+        for effect in effects
+        for name, value in (effect.get("parameters") or {}).items()
+    ]
     left = len(found) - MOST_SIZES
     return ", ".join(found[:MOST_SIZES]) + (f" and {left} more" if left > 0 else "")
 
