@@ -10,7 +10,6 @@ import importlib.machinery
 import importlib.util
 import os
 import shutil
-import subprocess
 import sys
 import sysconfig
 import tempfile
@@ -73,6 +72,8 @@ def build() -> Path:
     Raises:
         MisfitError: without mypyc or a C compiler, or if they fail.
     """
+    from fmus.children import child_environment, python_command, run_tool  # not needed to find what is compiled
+
     target = folder()
     if target.is_dir():
         return target
@@ -87,8 +88,8 @@ def build() -> Path:
                 _HERE / package, tree / package, ignore=shutil.ignore_patterns("__pycache__", "*.so", "build")
             )
         files = [str(source_of(module).relative_to(_HERE)) for module in MODULES]
-        command = [sys.executable, "-m", "mypyc", "--ignore-missing-imports", "--follow-imports=silent", *files]
-        done = subprocess.run(command, cwd=tree, env={**os.environ, PURE: "1"}, capture_output=True, text=True)
+        command = python_command("mypyc", "--ignore-missing-imports", "--follow-imports=silent", *files)
+        done = run_tool(command, folder=tree, environment=child_environment(**{PURE: "1"}))
         if done.returncode != 0:
             said = (done.stderr or done.stdout).strip().splitlines()
             raise MisfitError(f"the decision could not be compiled: {said[-1] if said else 'mypyc failed'}")
