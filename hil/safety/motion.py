@@ -64,8 +64,6 @@ def follow(limits: Limits, state: State, seen: Seen) -> Motion:
 
 def _owed(before: Motion, seen: Seen, missing: tuple[int, ...], passed_ns: int) -> tuple[int, ...]:
     """Time (ns) by joint that a doubted position has not made good yet; a certain one does."""
-    if not before.owed and not any(seen.doubted):
-        return ()
     owed = before.owed or (0,) * len(missing)
     doubted = (*seen.doubted, *(False for _ in missing))
     found = tuple(

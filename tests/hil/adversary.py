@@ -75,6 +75,7 @@ _CHANGES = (
     lambda r, s, t: {"support": _poisoned(r, s.support)},
     lambda r, s, t: {"positions": _poisoned(r, s.positions)},
     lambda r, s, t: {"positions": (None,) * int(r.integers(4))},
+    lambda r, s, t: {"doubted": tuple((r.random(int(r.integers(1, 4))) < 0.5).tolist())},
     lambda r, s, t: {"positions": tuple(r.uniform(-2, 2, len(s.positions)).tolist())},
     lambda r, s, t: {"asked": s.asked[: int(r.integers(3))]},
     lambda r, s, t: {"support": (*s.support, 1.0)},

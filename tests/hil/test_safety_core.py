@@ -685,6 +685,51 @@ def test_equal_positions_and_missing_ones_are_counted_and_forgotten() -> None:
     assert missing == [k * PERIOD for k in (0, 0, 0, 0, 1, 2, 0, 0)]
 
 
+MISSING = {"positions": (None, 0.0)}
+DOUBTED = {"positions": (0.0, 0.0), "doubted": (True, False)}
+CERTAIN = {"positions": (0.0, 0.0), "doubted": (False, False)}
+
+
+def doubts(*cycles: dict) -> tuple[Arm, list[tuple[int, ...]], list[int]]:
+    """What is owed (periods) after each of some cycles, and how long the first joint has been unknown."""
+    arm, owed, unknown = Arm().armed(), [], []
+    for seen in cycles:
+        arm.cycle(**seen)
+        owed.append(tuple(time // PERIOD for time in arm.state.motion.owed))
+        unknown.append(arm.state.motion.unknown[0] // PERIOD)
+    return arm, owed, unknown
+
+
+def test_a_doubted_position_counts_as_missing_if_none_comes_after_it() -> None:
+    arm, owed, unknown = doubts(MISSING, MISSING, DOUBTED, MISSING)
+    assert owed == [(), (), (3, 0), (3, 0)]
+    assert unknown == [1, 2, 0, 4]
+    assert arm.outcomes[-2].reaction is Reaction.PASS
+    [trip] = arm.outcomes[-1].trips
+    assert (trip.rule, trip.reaction) == ("positions_answered", Reaction.COMPLY)
+    assert trip.words == "positions of joint 1 come too late or not at all: none is certain for 8 ms"
+
+
+def test_a_certain_position_makes_a_doubted_one_good() -> None:
+    arm, owed, unknown = doubts(MISSING, DOUBTED, CERTAIN, MISSING)
+    assert owed == [(), (2, 0), (), ()]
+    assert unknown == [1, 0, 0, 1]
+    assert arm.outcomes[-1].trips[0].words == "no believable position of joint 1 for 2 ms"
+
+
+def test_doubted_positions_one_after_the_other_add_up() -> None:
+    _, owed, unknown = doubts(MISSING, DOUBTED, MISSING, DOUBTED, MISSING)
+    assert owed == [(), (2, 0), (2, 0), (4, 0), (4, 0)]
+    assert unknown == [1, 0, 3, 0, 5]
+
+
+def test_one_joints_doubt_is_not_anothers() -> None:
+    both = {"positions": (0.0, 0.0), "doubted": (True, True)}
+    arm, owed, _ = doubts(both, DOUBTED, {"positions": (0.0, None)})
+    assert owed == [(1, 1), (2, 0), ()]
+    assert arm.state.motion.unknown == (0, PERIOD)
+
+
 def test_the_furthest_believable_position_is_believed() -> None:
     arm = Arm()
     arm.cycle(positions=(0.008, 0.0))
