@@ -59,6 +59,12 @@ class Candidate:
             return self.place.range[1]
         return abs(self.shapes[parameter.name]) or 1.0
 
+    def limits(self, parameter: LawParameter) -> tuple[float, float]:
+        """Between which values physics allows a parameter here."""
+        if parameter.along:
+            return (0.0, math.inf) if self.place.sign > 0 else (-math.inf, 0.0)
+        return (0.0 if parameter.positive else -math.inf), parameter.most
+
     @property
     def gains(self) -> tuple[LawParameter, ...]:
         """Parameters that enter linearly."""

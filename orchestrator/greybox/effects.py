@@ -32,10 +32,8 @@ def _named(found: FittedSet, candidate: Candidate) -> NamedEffect:
     place, estimates = candidate.place, {}
     for parameter in candidate.law.parameters:
         value, std = found.value(candidate, parameter.name)
-        low, high = value - Z90 * std, value + Z90 * std
-        if parameter.positive:
-            low = max(low, 0.0)
-        high = min(high, parameter.most)
+        least, most = candidate.limits(parameter)
+        low, high = max(value - Z90 * std, least), min(value + Z90 * std, most)
         name = candidate.law.public(parameter.name, place.unit)
         estimates[name] = Estimate(value, parameter.unit(place.units), (low, high))
     return NamedEffect(candidate.id, place.site, estimates)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fmus.catalogue import ModelicaModel
+from fmus.errors import ComponentError
 from fmus.symbolic.balances import Balance
 from fmus.symbolic.system import SymbolicSystem, Variable
 from orchestrator.blackbox.source import FmuSource, Source
@@ -29,6 +30,9 @@ from orchestrator.greybox.prepare import first_noise, least_noise, seen_by, tria
 from orchestrator.greybox.search import FittedSet, Setting, with_losses
 from orchestrator.greybox.thresholds import Thresholds
 from orchestrator.measurements import BoundSet, MeasurementSet, bind
+
+# A step that asks for the sign of a response, as a share of what the input moves over.
+STEP = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,10 +87,40 @@ def places_of(case: Case, nominal: FittedSet) -> list[Place]:
         *given,
         *crosstalk_places(given),
         *output_places(measured, seen),
-        *response_places(case.inputs, measured, seen),
+        *response_places(case.inputs, measured, seen, response_signs(case, nominal)),
         *parameter_places(case.base, duration),
     ]
     return with_others(found, (*case.base.states, *case.inputs), seen)
+
+
+def response_signs(case: Case, nominal: FittedSet) -> dict[tuple[str, str], float]:
+    """The sign with which each output of the model as given answers a step of each input on the whole, 0 without an answer.
+
+    A further path to an output, a second RC element, a part of the plant that warms up by itself, stores and loses what the
+    input brings as the model's own path does; with the other sign it would be a source.
+    """
+    fit = nominal.fit
+    trial, run, box = fit.trials[0], fit.runs[0], fit.box
+    values = box.compiled.with_values(np.zeros(len(box.balances)))
+    names = [v.name for v in box.system.inputs]
+
+    def outputs(added: dict[int, float]) -> np.ndarray:
+        inputs = trial.inputs.copy()
+        for column, amount in added.items():
+            inputs[:, column] += amount
+        free = box.compiled.run(trial.time, inputs, values, run.mean[0], substeps=fit.substeps)
+        return np.asarray(free.outputs)
+
+    found = {}
+    for variable in case.inputs:
+        column = names.index(variable.name)
+        step = STEP * (float(np.ptp(trial.inputs[:, column])) or 1.0)
+        try:
+            answer = np.mean(outputs({column: step}) - outputs({}), axis=0)
+        except ComponentError:  # a free run that fails says nothing
+            answer = np.zeros(len(case.signals))
+        found |= {(variable.name, name): float(np.sign(a)) for name, a in zip(case.signals, answer, strict=True)}
+    return found
 
 
 def all_candidates(case: Case, nominal: FittedSet, library: Sequence[Law] | None = None) -> tuple[Candidate, ...]:

@@ -26,7 +26,7 @@ class Place:
     factor with which a law's value is added there. `units` and `scales` hold those of force, speed, position, state and so on;
     `range` is the centre and half width of what the position, state or input was; `storage` what a balance's equation multiplies
     the rate of its state with, None if that is no number. `others` are further variables of the model that a
-    law may speak of, each with its unit and scale.
+    law may speak of, each with its unit and scale. `sign` is that of the model's own response on a way from an input to an output.
     """
 
     kind: str
@@ -40,6 +40,7 @@ class Place:
     balance: Balance | None = None
     storage: float | None = None
     others: Mapping[str, tuple[str, float]] = field(default_factory=dict)
+    sign: float = 1.0
 
     def widened(self, also: Mapping[str, str]) -> "Place":
         """The place with further variables of the model as coordinates; `others` has their units and scales."""
@@ -281,14 +282,23 @@ def output_places(outputs: Sequence[Variable], seen: Seen) -> list[Place]:
     return found
 
 
-def response_places(inputs: Sequence[Variable], outputs: Sequence[Variable], seen: Seen) -> list[Place]:
-    """Each way from an input that moves to an output that is measured."""
+def response_places(
+    inputs: Sequence[Variable],
+    outputs: Sequence[Variable],
+    seen: Seen,
+    signs: Mapping[tuple[str, str], float] | None = None,
+) -> list[Place]:
+    """Each way from an input that moves to an output that is measured; with `signs` (by input and output) only those that the
+    model has."""
     found = []
     for one in input_places(inputs, seen):
         for other in output_places(outputs, seen):
             units, scales = {**one.units, **other.units}, {**one.scales, **other.scales}
             names = {**one.coordinates, **other.coordinates}
-            found.append(Place("response", f"{one.site}->{names['y']}", other.unit, names, {}, units, scales))
+            sign = 1.0 if signs is None else signs[names["u"], names["y"]]
+            if sign:
+                site = f"{names['u']}->{names['y']}"
+                found.append(Place("response", site, other.unit, names, {}, units, scales, sign=sign))
     return found
 
 

@@ -86,7 +86,7 @@ def best_subsets(
     """Sets of candidates that explain the innovations best, best first.
 
     Args:
-        columns: for each free parameter the candidate that it belongs to, and 1 if it must not be negative.
+        columns: for each free parameter the candidate that it belongs to, and 1 if it must not be negative, -1 if not positive.
         kept: places of parameters that take part in every set.
         spread: standard deviations of the parameters' priors.
     """

@@ -21,6 +21,8 @@ from orchestrator.greybox.thresholds import Thresholds
 
 Progress = Callable[[str], None]
 Key = frozenset[tuple[str, str]]
+# By what steps are divided, in turn, where candidates leave the range of numbers.
+SHORTER = (1, 4, 16)
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,16 +119,20 @@ class Search:
     def _screened(self, about: FittedSet, largest: int) -> list[tuple[Candidate, ...]]:
         """Sets by linear regression about a fitted one, which they contain.
 
-        Laws with states of their own may be too fast for the samples of a record; the others are tried without them then.
+        Laws with states of their own may be too fast for steps as long as the samples; steps become shorter then, and at last
+        these laws are left out.
         """
-        try:
-            return self._by_regression(about, self.candidates, largest)
-        except ComponentError as error:
-            self.progress(f"laws with states of their own are left out: {error}")
-            return self._by_regression(about, [c for c in self.candidates if not c.law.states], largest)
+        for shorter in SHORTER:
+            try:
+                return self._by_regression(about, self.candidates, largest, shorter * about.fit.substeps)
+            except ComponentError as error:
+                failed = error
+        self.progress(f"laws with states of their own are left out: {failed}")
+        stateless = [c for c in self.candidates if not c.law.states]
+        return self._by_regression(about, stateless, largest, about.fit.substeps)
 
     def _by_regression(
-        self, about: FittedSet, offered: Sequence[Candidate], largest: int
+        self, about: FittedSet, offered: Sequence[Candidate], largest: int, substeps: int
     ) -> list[tuple[Candidate, ...]]:
         mine = about.candidates
         others = [c for c in offered if all(c.is_apart_from(own) for own in mine)]
@@ -144,11 +150,12 @@ class Search:
         # Shapes that were fitted hold for the members of the set.
         shaped = [c.symbol(p) for c in mine for p in c.fitted_shapes]
         box.compiled.parameters[[box_index(box, s) for s in shaped]] = [known[s] for s in shaped]
-        work = Work(box, self.setting.trials, priors, about.fit.substeps)
+        work = Work(box, self.setting.trials, priors, substeps)
         runs = work.runs(theta, about.fit.noise, slopes=True)
         linear = replace(about.fit, box=box, theta=theta, priors=priors, runs=tuple(runs))
         kept = list(range(sum(len(c.gains) for c in mine)))
-        signs = [(c, int(p.positive)) for c, p in columns]
+        limits_of = [c.limits(p) for c, p in columns]
+        signs = [(c, int(low == 0.0) - int(high == 0.0)) for (c, _), (low, high) in zip(columns, limits_of, strict=True)]
         spread = [c.spread(p) for c, p in columns]
         found = best_subsets(normal_equations(linear), signs, kept, largest, spread)
         return [(*mine, *screened.candidates) for screened in found if screened.score > -limits.hopeless]
@@ -278,8 +285,7 @@ def fit_set(
     box = GreyBox(extended.system, extended.outputs, extended.balances, names, setting.held, extended.begin)
     start = np.array([0.0 if p.gain else c.shapes[p.name] for c, p in free])
     spread = np.array([c.spread(p) for c, p in free])
-    low = np.array([0.0 if p.positive else -np.inf for _, p in free])
-    high = np.array([p.most for _, p in free])
+    low, high = np.array([c.limits(p) for c, p in free]).reshape(-1, 2).T
     priors = Priors(start, spread, low, high)
     held = np.array([not p.gain for _, p in free], dtype=bool)
     first = start
