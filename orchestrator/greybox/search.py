@@ -87,6 +87,7 @@ class Search:
         self.fitted: dict[Key, FittedSet] = {nominal.key: nominal}
         self.nominal = nominal
         self._refined: set[Key] = set()
+        self._extended: set[Key] = set()
 
     def run(self) -> list[FittedSet]:
         """All sets that were fitted, best first."""
@@ -95,11 +96,13 @@ class Search:
         if len(together := wrong_together(self.candidates, limits.most_parameters)) > 1:
             self._fit(together)
         for _ in range(limits.rounds):
-            best = self.best
+            best = self._settled()
             self.progress(f"best so far: {', '.join(c.label for c in best.candidates) or 'nothing missing'}")
             self._try_without(best)
-            if best.size < limits.most_effects:
-                self._try(self._screened(best, 1), limits.additions)
+            for one in sorted(self.fitted.values(), key=lambda s: s.loss)[: limits.extended]:
+                if one.size < limits.most_effects and one.key not in self._extended:
+                    self._extended.add(one.key)
+                    self._try(self._screened(self.fit(one.candidates) or one, 1), limits.additions)
             if self.best is best:
                 break
         self._try_alike(self.best)
@@ -108,13 +111,20 @@ class Search:
 
     def widen(self, candidates: Sequence[Candidate]) -> list[FittedSet]:
         """Search on among more candidates; what was fitted stays."""
-        self.candidates = tuple(candidates)
+        self.candidates, self._extended = tuple(candidates), set()
         return self.run()
 
     @property
     def best(self) -> FittedSet:
         """The set with the least cross-validated loss."""
         return min(self.fitted.values(), key=lambda s: s.loss)
+
+    def _settled(self) -> FittedSet:
+        """The best set, fitted to the end: additions to it begin with its noise."""
+        while True:
+            best = self.best
+            if self.fit(best.candidates) in (best, None):
+                return best
 
     def _screened(self, about: FittedSet, largest: int) -> list[tuple[Candidate, ...]]:
         """Sets by linear regression about a fitted one, which they contain.
@@ -241,11 +251,15 @@ class Search:
         if key in self.fitted:
             return
         try:
-            found = fit_set(self.setting, candidates, self.nominal.fit.noise, rough=True)
+            found = fit_set(self.setting, candidates, self._nearest(key).fit.noise, rough=True)
         except (ComponentError, np.linalg.LinAlgError):
             return
         if np.isfinite(found.loss) and all(_within(found, c) for c in found.candidates):
             self.fitted[key] = found
+
+    def _nearest(self, key: Key) -> FittedSet:
+        """The likeliest set that a new one contains: it knows best how noisy the sensors are."""
+        return min((s for own, s in self.fitted.items() if own < key), key=lambda s: s.loss)
 
 
 def _within(found: FittedSet, candidate: Candidate) -> bool:

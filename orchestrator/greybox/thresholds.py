@@ -8,7 +8,7 @@ class Thresholds:
     """Limits of search and decision.
 
     Search: sets of up to `largest_set` effects are proposed at once about the model as given; `shortlist` of them are fitted, and
-    the best `singles` of one effect, among all sets and among those of forces alone. About the best set `additions` further
+    the best `singles` of one effect, among all sets and among those of forces alone. About the `extended` best sets `additions` further
     effects are tried, in at most `rounds`, up to `most_effects`. The `refined` best are fitted to the end. What makes left-out
     blocks less probable by more than `hopeless` nats is not fitted. All parameters of a model that has no more than
     `most_parameters` are tried as wrong together.
@@ -34,6 +34,7 @@ class Thresholds:
     shortlist: int = 8
     singles: int = 5
     additions: int = 3
+    extended: int = 2
     refined: int = 4
     rounds: int = 4
     most_effects: int = 4
