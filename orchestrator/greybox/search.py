@@ -165,7 +165,9 @@ class Search:
         linear = replace(about.fit, box=box, theta=theta, priors=priors, runs=tuple(runs))
         kept = list(range(sum(len(c.gains) for c in mine)))
         limits_of = [c.limits(p) for c, p in columns]
-        signs = [(c, int(low == 0.0) - int(high == 0.0)) for (c, _), (low, high) in zip(columns, limits_of, strict=True)]
+        signs = [
+            (c, int(low == 0.0) - int(high == 0.0)) for (c, _), (low, high) in zip(columns, limits_of, strict=True)
+        ]
         spread = [c.spread(p) for c, p in columns]
         found = best_subsets(normal_equations(linear), signs, kept, largest, spread)
         return [(*mine, *screened.candidates) for screened in found if screened.score > -limits.hopeless]

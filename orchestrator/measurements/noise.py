@@ -122,7 +122,8 @@ def measurement_noise(
 ) -> NoiseLevel:
     """Decide on the noise of a column: declared by its sensor or seen in the record, whichever is larger.
 
-    The record contradicts a declaration if it has more power above a quarter of the sampling rate, where nothing moves.
+    The record contradicts a declaration if it has more power above a quarter of the sampling rate, where nothing moves. What
+    drives the model does, so that its declared noise counts.
     Else a declared level counts, with the colour that the record shows.
 
     Args:
@@ -150,6 +151,12 @@ def measurement_noise(
             f"warning: noise of {shown(column)} is {record.std:.3g} {unit or '(unit unknown)'} as the record shows it above a"
             f" quarter of the sampling rate, but [sensors] declares {stated:.3g}; the larger is used"
         )
+        if drives:
+            # A controller answers noise and steps at once: what is fast in a command is a command.
+            moves = warning.replace("the larger is used", "it drives the model, so that the rest counts as its motion")
+            return NoiseLevel(
+                Noise(stated), _note(column, stated, unit, "declared in [sensors]"), stated, record.std, moves
+            )
         if declared(sensors, "noise_std", unit, column):
             return NoiseLevel(
                 record, _note(column, record.std, unit, "estimated from the record"), stated, record.std, warning

@@ -178,3 +178,10 @@ def test_resolution_is_that_of_the_encoder_however_evenly_it_turns(speed: float)
     angle = resolution * np.round(speed * np.arange(2000))
 
     assert estimated_noise(angle) == pytest.approx(resolution / np.sqrt(12), rel=0.5)
+
+
+def test_what_is_fast_in_a_command_is_no_noise_of_its_sensor() -> None:
+    sensors = {"torque_noise_std_N.m": 0.001, "torque_noise_std_N_m": 0.001}
+    level = measurement_noise("torque", "N.m", [white(0.2)], sensors, drives=True)
+    assert level.std == 0.001
+    assert "it drives the model" in level.warning
