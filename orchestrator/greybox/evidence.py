@@ -111,7 +111,7 @@ def response_signs(case: Case, nominal: FittedSet) -> dict[tuple[str, str], floa
         free = box.compiled.run(trial.time, inputs, values, run.mean[0], substeps=fit.substeps)
         return np.asarray(free.outputs)
 
-    found = {}
+    found: dict[tuple[str, str], float] = {}
     for variable in case.inputs:
         column = names.index(variable.name)
         step = STEP * (float(np.ptp(trial.inputs[:, column])) or 1.0)
