@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-# A decision that was compiled on this machine is not what tests change, count and replace parts of; tests/hil/test_compiled.py is on that.
+# Tests change and replace parts of the Python core; what was compiled on this machine is tested in
+# tests/hil/test_compiled_decision.py.
 os.environ["MISFIT_PURE"] = "1"
 
 from tests.chromium import FLAGS, children_killed_after, program

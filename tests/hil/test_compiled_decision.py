@@ -66,7 +66,7 @@ def test_compiled_and_as_python_the_core_decides_alike_and_it_is_the_compiled_on
     assert done.returncode == 0 and done.stdout.startswith("20000 cycles in 1 blocks: 0 differ"), (
         done.stdout + done.stderr
     )
-    program = "import sys, tests.hil.test_compiled as here; here.{}(sys.argv[1])"
+    program = "import sys, tests.hil.test_compiled_decision as here; here.{}(sys.argv[1])"
     for pure in ("1", ""):  # recorded as Python, replayed compiled, and the other way round
         folder = tmp_path / f"recording{pure}"
         for run_pure, what in ((pure, "record"), ("" if pure else "1", "replay")):
