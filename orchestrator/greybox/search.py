@@ -209,8 +209,12 @@ class Search:
         """Fit sets in which a law gives way to one elsewhere that does the same to a linear plant, from the values that were found."""
         for k, own in enumerate(best.candidates):
             others = tuple(c for j, c in enumerate(best.candidates) if j != k)
-            for twin in {c.family: c for c in self.candidates if c.id in own.law.alike}.values():
-                shapes = {name: best.value(own, name)[0] for name in twin.shapes if name in own.shapes}
+            twins = {c.family: c for c in self.candidates if c.id in own.law.alike}.values()
+            values = {name: best.value(own, name)[0] for name in own.shapes}
+            if twins and others:
+                self._fit_well((replace(own, shapes=values),))
+            for twin in twins:
+                shapes = {name: values[name] for name in twin.shapes if name in values}
                 like = replace(twin, shapes={**twin.shapes, **shapes})
                 beside = tuple(c for c in others if twin.is_apart_from(c))
                 self._fit_well((like,))
