@@ -6,6 +6,7 @@ enters there, so that a diagnosis needs no preparation of the model.
 """
 
 from collections.abc import Collection, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -81,7 +82,9 @@ def _settled(system: SymbolicSystem, builder: "_BalancedBuilder") -> list[tuple[
     inverse of its mass matrix, which is positive definite; its product is largest on the diagonal (g_ij^2 < g_ii g_jj), in
     whatever order the equations stand. (Pairing for a large product: Duff and Koster 2001, for sparse matrices.)
     """
-    gains = _gains(system, builder.balances)
+    gains = _gains(system, builder.balances) if builder.balances else np.zeros((0, 0, 0))
+    if not len(gains):
+        return list(builder.settled)
     size = np.mean(np.log(np.maximum(np.abs(gains), NONE)), axis=0)
     driven = dict(zip(*(map(int, part) for part in scipy.optimize.linear_sum_assignment(-size.T)), strict=True))
     found = []
@@ -93,22 +96,23 @@ def _settled(system: SymbolicSystem, builder: "_BalancedBuilder") -> list[tuple[
 
 def _gains(system: SymbolicSystem, balances: Sequence[Balance]) -> np.ndarray:
     """How fast the states of balances begin to change for a unit of each of their inputs, at states near the start
-    (points, states, inputs)."""
+    (points, states, inputs); points at which the equations cannot be solved are left out."""
     names, inputs = [v.name for v in system.states], [v.name for v in system.inputs]
     own, given = [names.index(b.state) for b in balances], [inputs.index(b.input) for b in balances]
     parameters, start = (np.array([v.start or 0.0 for v in part]) for part in (system.parameters, system.states))
     random, found = np.random.default_rng(1), []
-    for _ in range(POINTS if balances else 0):
+    for _ in range(POINTS):
         state = start + NEAR * random.standard_normal(len(start)) * np.where(start == 0.0, 1.0, np.abs(start))
         rates = []
-        for k in (None, *given):
-            u = np.array([v.start or 0.0 for v in system.inputs])
-            if k is not None:
-                u[k] += 1.0
-            delayed = system.history(0.0, u, parameters)[0]
-            rates.append(np.array(system.rhs(0.0, state, u, delayed, parameters)[0]).ravel()[own])
-        found.append((np.array(rates[1:]) - rates[0]).T)
-    gains = np.reshape(found, (-1, len(own), len(own)))
+        with suppress(RuntimeError):  # equations without a solution there say nothing
+            for k in (None, *given):
+                u = np.array([v.start or 0.0 for v in system.inputs])
+                if k is not None:
+                    u[k] += 1.0
+                delayed = system.history(0.0, u, parameters)[0]
+                rates.append(np.array(system.rhs(0.0, state, u, delayed, parameters)[0]).ravel()[own])
+            found.append((np.array(rates[1:]) - rates[0]).T)
+    gains = np.array(found)
     return np.where(np.isfinite(gains), gains, 0.0)
 
 

@@ -104,19 +104,17 @@ def response_signs(case: Case, nominal: FittedSet) -> dict[tuple[str, str], floa
     values = box.compiled.with_values(np.zeros(len(box.balances)))
     names = [v.name for v in box.system.inputs]
 
-    def outputs(added: dict[int, float]) -> np.ndarray:
-        inputs = trial.inputs.copy()
-        for column, amount in added.items():
-            inputs[:, column] += amount
+    def outputs(inputs: np.ndarray) -> np.ndarray:
         free = box.compiled.run(trial.time, inputs, values, run.mean[0], substeps=fit.substeps)
         return np.asarray(free.outputs)
 
     found: dict[tuple[str, str], float] = {}
     for variable in case.inputs:
+        stepped = trial.inputs.copy()
         column = names.index(variable.name)
-        step = STEP * (float(np.ptp(trial.inputs[:, column])) or 1.0)
+        stepped[:, column] += STEP * (float(np.ptp(trial.inputs[:, column])) or 1.0)
         try:
-            answer = np.mean(outputs({column: step}) - outputs({}), axis=0)
+            answer = np.mean(outputs(stepped) - outputs(trial.inputs), axis=0)
         except ComponentError:  # a free run that fails says nothing
             answer = np.zeros(len(case.signals))
         found |= {(variable.name, name): float(np.sign(a)) for name, a in zip(case.signals, answer, strict=True)}

@@ -246,11 +246,13 @@ class Search:
 
     def _fit_well(self, candidates: tuple[Candidate, ...]) -> None:
         """Fit a set to the end, from better first values than it may have been fitted from before."""
-        known = self.fitted.pop(frozenset(c.family for c in candidates), None)
+        key = frozenset(c.family for c in candidates)
+        known = self.fitted.pop(key, None)
+        self._refined.discard(key)
         self._fit(candidates)
         found = self.fit(candidates)
         if known is not None and (found is None or known.loss < found.loss):
-            self.fitted[known.key] = known
+            self.fitted[key] = known
 
     def _fit(self, candidates: tuple[Candidate, ...]) -> None:
         key = frozenset(c.family for c in candidates)

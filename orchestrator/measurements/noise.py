@@ -147,20 +147,17 @@ def measurement_noise(
         if at_rest <= CONTRADICTED * stated or clock.moved > at_rest:
             return _jittering(column, unit, stated, record, records, clock)
     if stated is not None and record.fast > CONTRADICTED * stated:
-        warning = (
+        contradiction = (
             f"warning: noise of {shown(column)} is {record.std:.3g} {unit or '(unit unknown)'} as the record shows it above a"
-            f" quarter of the sampling rate, but [sensors] declares {stated:.3g}; the larger is used"
+            f" quarter of the sampling rate, but [sensors] declares {stated:.3g}"
         )
-        if drives:
-            # A controller answers noise and steps at once: what is fast in a command is a command.
-            moves = warning.replace("the larger is used", "it drives the model, so that the rest counts as its motion")
-            return NoiseLevel(
-                Noise(stated), _note(column, stated, unit, "declared in [sensors]"), stated, record.std, moves
-            )
         if declared(sensors, "noise_std", unit, column):
-            return NoiseLevel(
-                record, _note(column, record.std, unit, "estimated from the record"), stated, record.std, warning
-            )
+            if drives:  # a controller answers noise and steps at once: what is fast in a command is a command
+                warning = f"{contradiction}; it drives the model, so that the rest counts as its motion"
+                note = _note(column, stated, unit, "declared in [sensors]")
+                return NoiseLevel(Noise(stated), note, stated, record.std, warning)
+            note = _note(column, record.std, unit, "estimated from the record")
+            return NoiseLevel(record, note, stated, record.std, f"{contradiction}; the larger is used")
     elif stated is not None:
         noise = _coloured(records, record, stated)
         return NoiseLevel(noise, _note(column, stated, unit, "declared in [sensors]"), stated, shown_std)

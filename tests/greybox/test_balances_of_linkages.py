@@ -1,9 +1,11 @@
 """Each joint of a linkage has the balance equation that it drives, whatever its mass matrix couples."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
-from fmus.catalogue import built_in_models
+from fmus.catalogue import built_in_models, find_modelica_model
 from fmus.symbolic.system import SymbolicSystem
 
 TORQUES = {"linkage.w[1]": "correction_q1", "linkage.w[2]": "correction_q2"}
@@ -24,3 +26,11 @@ def test_a_force_at_the_balance_of_a_joint_is_a_torque_at_that_joint(angle: floa
     for balance in balances:
         added = rates(system, {balance.input: 1.0}, state)
         np.testing.assert_allclose(added, rates(system, {TORQUES[balance.state]: 1.0}, state), rtol=1e-9)
+
+
+def test_a_model_without_states_has_no_balance(tmp_path: Path) -> None:
+    file = tmp_path / "Gain.mo"
+    file.write_text(
+        'model Gain\n  input Real u(unit="V");\n  output Real y(unit="V");\nequation\n  y = 2*u;\nend Gain;\n'
+    )
+    assert find_modelica_model(f"{file}:Gain").balanced()[1] == ()

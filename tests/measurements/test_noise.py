@@ -185,3 +185,8 @@ def test_what_is_fast_in_a_command_is_no_noise_of_its_sensor() -> None:
     level = measurement_noise("torque", "N.m", [white(0.2)], sensors, drives=True)
     assert level.std == 0.001
     assert "it drives the model" in level.warning
+
+
+def test_a_resolution_of_a_command_is_only_a_lower_limit_too() -> None:
+    level = measurement_noise("torque", "N.m", [white(0.2)], {"torque_resolution_N_m": 0.001}, drives=True)
+    assert level.std == pytest.approx(0.2, rel=TOLERANCE)
