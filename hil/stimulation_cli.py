@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from fmus.errors import MisfitError
+from hil.arm_options import arm_options
 from orchestrator.cli.common import json_option, quiet_option, show, write_json
 
 if TYPE_CHECKING:
@@ -32,9 +33,7 @@ LONGEST_S = 3600.0
               help="How fast (1/s) the integrator takes over what feedback holds against; 0: no integrator.")  # fmt: skip
 @click.option("--strength", type=(float,) * 6, default=(1.0,) * 6, metavar="S1 ... S6",
               help="Of the emulated muscles, which the controller does not know.")  # fmt: skip
-@click.option("--body", default="arm", show_default=True, help="Model of the virtual arm; FILE.mo:Class for your own.")
-@click.option("--set", "values", metavar="NAME=NUMBER", multiple=True, help="A parameter of the virtual arm.")
-@click.option("--out", "folder", metavar="DIR", type=click.Path(path_type=Path), required=True, help="Where to record.")
+@arm_options
 @json_option
 @quiet_option
 def stimulate(

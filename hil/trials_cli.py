@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from fmus.errors import MisfitError
+from hil.arm_options import arm_options
 from orchestrator.cli.common import json_option, quiet_option, show, write_json
 
 if TYPE_CHECKING:
@@ -45,9 +46,7 @@ LISTENER = "confirmations"
     show_default=True,
     help="Begin with trial K, where a session was broken off; its files bear the trials' numbers.",
 )
-@click.option("--body", default="arm", show_default=True, help="Model of the virtual arm; FILE.mo:Class for your own.")
-@click.option("--set", "values", metavar="NAME=NUMBER", multiple=True, help="A parameter of the virtual arm.")
-@click.option("--out", "folder", metavar="DIR", type=click.Path(path_type=Path), required=True, help="Where to record.")
+@arm_options
 @json_option
 @quiet_option
 def record(
