@@ -31,7 +31,6 @@ LIMITS: Mapping[str, tuple[float, float, str]] = {
     "unexplained": (0.0, 20.0, "rad/s"),
     "reach": (0.0, 3.0, "m"),
     "oscillation": (1, 100, "changes of sign a second"),
-    "divergence": (0.0, 3.2, "rad"),
     "disagreement": (0.0, 50.0, "N.m"),
     "force": (0.0, 500.0, "N"),
     "warm": (0.0, 120.0, "degC"),

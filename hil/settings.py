@@ -200,6 +200,7 @@ def settings_of_json(text: str) -> Settings:
     """Settings of a recording."""
     document = json.loads(text)
     limits = document.pop("limits")
+    limits.pop("divergence", None)  # of a rule that older recordings had and that never applied
     joints = tuple(JointLimits(**_with_zones(joint)) for joint in limits.pop("joints"))
     document |= {name: tuple(document[name]) for name in ("stiffness", "damping", "proof_torque")}
     document["force_axes"] = tuple(map(tuple, document.get("force_axes", _AS_IT_IS)))

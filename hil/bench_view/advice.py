@@ -65,10 +65,6 @@ ADVICE = {
     "unpinched": Advice(
         "A joint presses against something where it can pinch.", "Look between the links; free what is there."
     ),
-    "follows_model": Advice(
-        "The arm is not where the model expects it.",
-        "Is the right model set, is the arm free to move? Compare with `misfit compare`.",
-    ),
     "calm": Advice(
         "The torque swings to and fro: controller and arm excite each other.",
         "Ask for less stiffness or more damping; hold the arm less tightly.",

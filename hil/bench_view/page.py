@@ -79,13 +79,20 @@ class _View:
         seen = self.seen
         self.others.set_content(_others(seen))
         if seen is None or seen.glance is None:
-            self.state.set_content(START if seen is None else _state(state(seen)))
+            self.state.set_content(_nothing(self.wanted) if seen is None else _state(state(seen)))
             return
         self.state.set_content(_state(state(seen)))
         self.warning.set_content(_without(seen) + (_DEAD if seen.stop_is_dead else ""))
         for name, draw in _PARTS.items():
             if self.turn % MAPS_EVERY == 0 or name not in _SLOW:
                 self.parts[name].set_content(draw(seen))
+
+
+def _nothing(wanted: str | None) -> str:
+    """What is said where there is nothing to show; a page that was for one session does not turn to another by itself."""
+    if wanted is None or not SESSIONS.all():
+        return START
+    return "<h2>The session of this page is gone</h2><p>Others run or have ended on this machine; choose one above.</p>"
 
 
 def _without(seen: Watched) -> str:
@@ -115,7 +122,7 @@ def _state(said: Said) -> str:
 def _others(seen: Watched | None) -> str:
     """Links to the other sessions, if there are any."""
     found = SESSIONS.all()
-    if len(found) < 2:
+    if all(each is seen for each in found):
         return ""
     links = (
         f"<li>{_name(each)} (shown)</li>"

@@ -49,8 +49,8 @@ class Ring:
         self._written += 1
         self._counts[_WRITTEN] = self._written
 
-    def take(self) -> bytes:
-        """All records that wait, one after the other."""
+    def waiting(self) -> bytes:
+        """All records that wait, one after the other; they stay until `took` says that they are kept elsewhere."""
         taken, written = self._counts[_TAKEN], self._counts[_WRITTEN]
         if not 0 <= written - taken <= self.capacity:
             raise ComponentError(f"{self.path}: the ring of records is damaged ({written} written, {taken} taken)")
@@ -58,9 +58,32 @@ class Ring:
         until_end = min(count, self.capacity - first)
         at = _HEADER + first * RECORD.size
         data = self._memory[at : at + until_end * RECORD.size]
-        data += self._memory[_HEADER : _HEADER + (count - until_end) * RECORD.size]
-        self._counts[_TAKEN] = written
+        return data + self._memory[_HEADER : _HEADER + (count - until_end) * RECORD.size]
+
+    def took(self, count: int) -> None:
+        """Give the room of so many records back."""
+        self._counts[_TAKEN] += count
+
+    def take(self) -> bytes:
+        """All records that wait, and give their room back."""
+        data = self.waiting()
+        self.took(len(data) // RECORD.size)
         return data
+
+    @property
+    def taken(self) -> int:
+        """Records that the reader has taken so far."""
+        return self._counts[_TAKEN]
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether no record waits."""
+        return self.taken == self._counts[_WRITTEN]
+
+    def since(self, count: int) -> bytes:
+        """All records but the first `count` that were ever put, at most `capacity` back: for who goes on in the reader's place."""
+        self._counts[_TAKEN] = count
+        return self.take()
 
     def close(self) -> None:
         """Say that nothing more will come."""

@@ -61,7 +61,7 @@ def write_signals(folder: Path, pilot: Pilot, provenance: dict[str, Any], frame:
         *(Column(signal.name, signal.unit, description=signal.description) for signal in shown),
     )
     recorder = recorder_for(folder / SIGNALS)
-    recorder.begin(columns, provenance)
+    recorder.begin(columns, {**provenance, "frame": frame})
     controller = pilot.controller
     trials = None
     if isinstance(controller, Trials):

@@ -11,7 +11,7 @@ import time
 from pathlib import Path
 
 from fmus.children import parent_process
-from hil.recording.records import MAGIC
+from hil.recording.records import MAGIC, RECORD
 from hil.recording.ring import Ring
 
 # How often the ring is emptied, and the disk told to keep what it got.
@@ -38,9 +38,12 @@ def _copy(ring: Ring, file_path: Path) -> None:
         synced = time.monotonic()
         while True:
             done = ring.is_closed or os.getppid() != parent
-            data = ring.take()
+            # Their room is given back when they are in the file: what a recorder that was killed in between has not written is still there.
+            data = ring.waiting()
+            count = len(data) // RECORD.size
             while data:  # a disk that is nearly full takes a part
                 data = data[file.write(data) :]
+            ring.took(count)
             if time.monotonic() - synced > SYNC_S:
                 os.fsync(file.fileno())
                 synced = time.monotonic()

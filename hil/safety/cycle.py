@@ -49,7 +49,6 @@ class Seen(NamedTuple):
         force_missing_ns: time since the sensor last answered; 0 if it has in this cycle.
         force_saturated: whether the sensor says that it is beyond its range.
         temperatures: degC of each motor as it was last told; None where it is not known.
-        expected: rad of each joint where a model expects the arm; None without a model.
         unmodelled: N.m of each joint that neither a model of the arm nor what was learned beside it explains; None without a model.
         module: what the safety module says; None if it has not answered for too long.
         sensor: whether there is a force sensor, or the bench may do without.
@@ -74,7 +73,6 @@ class Seen(NamedTuple):
     force_saturated: bool = False
     force_missing_ns: int = 0
     temperatures: tuple[float | None, ...] = ()
-    expected: Vector | None = None
     unmodelled: Vector | None = None
     module: Module | None = Module.ACTIVE
     sensor: bool = True

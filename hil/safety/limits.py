@@ -80,7 +80,6 @@ class Limits:
         unexplained: rad/s by which a joint may speed up within 0.1 s without a torque or a force that pushes it.
         reach: m, the lever of a force at the wrist on a joint, at most.
         oscillation: changes of sign of a joint's torque in a second, each by more than half its limit.
-        divergence: rad that a model's prediction may be off.
         disagreement: N.m of a joint that a model of the arm, with what was learned beside it, may leave unexplained for `effect_s`.
         force: N at the wrist; beyond it the arm gives way to whoever pushes.
         warm, hot: degC of a motor from which on there is less torque, and the arm gives way.
@@ -108,7 +107,6 @@ class Limits:
     unexplained: float = 100.0
     reach: float = 0.8
     oscillation: int = 10
-    divergence: float = 0.3
     disagreement: float = 1.5
     force: float = 80.0
     warm: float = 60.0

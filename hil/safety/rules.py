@@ -231,20 +231,6 @@ def unpinched(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip 
     return Trip("unpinched", Reaction.COMPLY, words)
 
 
-def follows_model(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip | None:
-    """A model that expects the arm elsewhere asks for torques that do not fit."""
-    if seen.expected is None:
-        return None
-    if len(seen.expected) != len(limits.joints):
-        words = f"the model expects {len(seen.expected)} joints, the arm has {len(limits.joints)}"
-        return Trip("follows_model", Reaction.COMPLY, words)
-    for k, (expected, position) in enumerate(zip(seen.expected, motion.positions, strict=True)):
-        if not abs(expected - position) <= limits.divergence:
-            words = f"joint {k + 1} is at {position:.4g} rad, the model expects {expected:.4g} rad"
-            return Trip("follows_model", Reaction.COMPLY, words)
-    return None
-
-
 def model_explains(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip | None:
     """A model that no longer explains how the arm moves shows what is too small for `torque_acts` and `encoder_alive`."""
     worst = max(state.disagreed)
@@ -337,7 +323,6 @@ RULES: tuple[Rule, ...] = (
     force_bounded,
     cool,
     unpinched,
-    follows_model,
     model_explains,
     calm,
     module_agrees,

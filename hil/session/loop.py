@@ -9,7 +9,7 @@ from hil.codecs.frame import Frame, Timed
 from hil.control.pilot import CycleInput, Decision, Pilot
 from hil.control.timing import Lateness
 from hil.recording.recorder import Recorder
-from hil.safety.rules import not_aborted
+from hil.safety.rules import not_aborted, recorded
 from hil.session.heart import Heart
 from hil.view.window import Window
 
@@ -107,7 +107,10 @@ class Loop:
         trip = self.pilot.stopped
         if trip is None or not self.pilot.is_armed or (self._letting_down and trip.rule == not_aborted.__name__):
             return
-        words = f"{trip} ({self.pilot.controller_error})" if self.pilot.controller_error else str(trip)
+        why = self.pilot.controller_error
+        if trip.rule == recorded.__name__ and self.recorder is not None:
+            why = self.recorder.trouble
+        words = f"{trip} ({why})" if why else str(trip)
         if words not in self.summary.faults:
             self.summary.faults.append(words)
 
@@ -137,7 +140,7 @@ class Loop:
         self._last_cycle_ns = start_ns
         self.wire.send(*self.pilot.requests(frames))
         frames += self._answers(start_ns)
-        recording = self.recorder is None or self.recorder.is_alive
+        recording = self.recorder is None or self.recorder.keeps_up(self.wire.now())
         silent = self.heart is not None and self.heart.is_watchdog_silent(self.wire.now())
         watched = self.heart is None or (self.heart.is_watched and not silent)
         wishes = (wish.arm, wish.abort, recording, wish.over, watched, wish.confirm, silent, self.asked())

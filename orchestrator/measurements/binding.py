@@ -109,7 +109,7 @@ def _same_frame(trial_set: MeasurementSet, column_of: Mapping[str, str]) -> None
     by_name = [column for column in column_of.values() if column not in trial_set.variables]
     if by_name:
         raise MisfitError(
-            f"{trial_set.path}: columns {listed(by_name)} belong to another frame (case.toml: frame = {trial_set.frame!r}), and have the"
-            " names of variables of the model by chance; say in [variables] which column is which variable, such as"
+            f"{trial_set.path}: columns {listed(by_name)} belong to another frame (frame = {trial_set.frame!r}), and have the"
+            " names of variables of the model by chance; say in [variables] of case.toml which column is which variable, such as"
             f' {by_name[0]} = "{next(iter(column_of))}"'
         )

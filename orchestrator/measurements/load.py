@@ -36,6 +36,7 @@ def load_measurements(path: str | Path) -> MeasurementSet:
     folder, case, digest = _described(path)
     records: list[Record] = []
     repairs: list[str] = []
+    frames: list[str] = []
     for name in case.files:
         if case.reading_of(name) is None:
             _require_known_ending(folder / name)
@@ -45,6 +46,7 @@ def load_measurements(path: str | Path) -> MeasurementSet:
         table = _table(folder / name, content, case, name)
         records.append(read_record(name, table, case))
         repairs.extend(table.notes)
+        frames.append(table.frame)
     notes = [*case.notes, *repairs, *case.split.notes(records)]
     for record in records:
         notes.extend(rate_notes(record, case.rate_hz))
@@ -56,7 +58,7 @@ def load_measurements(path: str | Path) -> MeasurementSet:
         initial_conditions_given=case.initial_conditions_given,
         tolerances=case.tolerances,
         interpolation=case.interpolation,
-        frame=case.frame,
+        frame=case.frame or next(filter(None, frames), ""),
         notes=tuple(notes),
         content_hash=digest.hexdigest(),
     )

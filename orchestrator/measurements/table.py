@@ -19,7 +19,7 @@ _LARGEST = 1e100
 class Table:
     """Cells of a file: `values` has shape (n_rows, n_names); row i stands on line `lines[i]`.
 
-    `units` holds what the file itself says, which a csv file does not; `notes` what was changed in reading it.
+    `units` and `frame` hold what the file itself says, which a csv file does not; `notes` what was changed in reading it.
     """
 
     path: Path
@@ -28,6 +28,7 @@ class Table:
     lines: tuple[int, ...]
     units: Mapping[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    frame: str = ""
 
 
 def read_table(path: Path, content: bytes) -> Table:

@@ -33,4 +33,5 @@ def read_typed_table(path: Path, *, holes: bool = False) -> Table:
     else:
         require_finite(path, names, lines, values)
     units = {column.name: column.unit for column in content.header.columns if column.unit}
-    return Table(path, names, values, lines, units)
+    said = content.header.provenance
+    return Table(path, names, values, lines, units, frame=str(said.get("frame", "")) if isinstance(said, dict) else "")

@@ -269,6 +269,8 @@ def test_a_page_and_its_button_stay_with_one_session_and_name_it(
         chosen = page.SESSIONS.chosen(name)
         assert chosen is not None and chosen.look.path == window.path != other.path
         assert len(page.SESSIONS.all()) == 2
+        # A page whose session is gone names the others, and does not say that there are none.
+        assert "colleague" in page._others(None) and "choose one above" in page._nothing("gone")
     finally:
         other.remove()
     assert seen is not None

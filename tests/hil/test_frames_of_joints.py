@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
@@ -12,6 +13,7 @@ from hil.barrett.kind import Proficio
 from hil.recording.signals import SIGNALS, _case, columns_of
 from orchestrator.measurements import load_measurements
 from orchestrator.measurements.binding import bind
+from orchestrator.results import recorder_for
 
 COLUMNS, FRAME = columns_of(Proficio.joints), Proficio.frame
 # Angles of the planar arm that a robot emulates.
@@ -44,3 +46,15 @@ def test_columns_that_are_mapped_may_be_compared(session: Path) -> None:
     head = case.read_text().split("[columns]")[0]
     case.write_text(head + units + '[variables]\nq2 = "q1"\nq3 = "q2"\n')
     assert bind(load_measurements(session), (), ARM).output_names == ("q1", "q2")
+
+
+def test_a_file_of_a_session_says_so_itself_where_its_case_file_is_gone(session: Path) -> None:
+    path = session / SIGNALS
+    recorder = recorder_for(path)
+    recorder.begin(COLUMNS, {"frame": FRAME})
+    recorder.rows(np.array([0.0, 0.1, 0.2]), np.zeros((3, len(COLUMNS))))
+    recorder.finish()
+    (session / "case.toml").unlink()
+    for named in (session, path):
+        with pytest.raises(MisfitError, match=r"columns .*q1.* belong to another frame .*robot: Proficio"):
+            bind(load_measurements(named), (), ARM)

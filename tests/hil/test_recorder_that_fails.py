@@ -1,0 +1,91 @@
+"""A recorder that is killed or stands still: the session notices, and nothing that was to be recorded is lost."""
+
+import os
+import signal
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from fmus.errors import ComponentError
+from hil.codecs.frame import Frame, Timed
+from hil.recording import recorder as module
+from hil.recording.recorder import FRAMES, SILENT_NS, Recorder
+from hil.recording.replay import read_records
+
+PATIENCE_S = 60.0
+
+
+@pytest.fixture
+def recorder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Recorder]:
+    monkeypatch.setattr(module, "IMPATIENCE_S", 0.05)
+    found = Recorder(tmp_path / "session")
+    yield found
+    if found._process.poll() is None:
+        found._process.kill()
+        found._process.wait()
+
+
+def put(recorder: Recorder, first: int, last: int) -> None:
+    for k in range(first, last):
+        recorder.frame(Timed(k, Frame(k % 2000, k.to_bytes(4, "little"))), sent=False)
+
+
+def wait_until_written(recorder: Recorder) -> None:
+    deadline = time.monotonic() + PATIENCE_S
+    while not recorder.ring.is_empty and time.monotonic() < deadline:
+        time.sleep(0.001)
+    assert recorder.ring.is_empty
+
+
+def recorded(recorder: Recorder) -> list[int]:
+    return [timed.time_ns for _, _, timed in read_records(recorder.folder)]
+
+
+@pytest.mark.parametrize("number", [signal.SIGSTOP, signal.SIGKILL])
+def test_what_a_recorder_that_fails_has_not_written_is_written_all_the_same(recorder: Recorder, number: int) -> None:
+    put(recorder, 0, 500)
+    wait_until_written(recorder)
+    os.kill(recorder._process.pid, number)
+    if number == signal.SIGKILL:
+        recorder._process.wait()
+    put(recorder, 500, 1500)
+    assert recorder.keeps_up(1) == (number == signal.SIGSTOP)
+    assert not recorder.keeps_up(1 + SILENT_NS + 1)
+    assert recorder.trouble == (
+        "the recorder has stood still for 3 s"
+        if number == signal.SIGSTOP
+        else "the recorder has ended; the disk may be full"
+    )
+    recorder.finish()
+    assert recorded(recorder) == list(range(1500))
+    assert not recorder.ring.path.exists()
+
+
+def test_a_recorder_that_died_while_it_wrote_leaves_no_record_cut_off_and_none_twice(recorder: Recorder) -> None:
+    os.kill(recorder._process.pid, signal.SIGSTOP)
+    put(recorder, 0, 40)
+    data = recorder.ring.waiting()
+    (recorder.folder / FRAMES).write_bytes(module.MAGIC + data[: 24 * 7 + 5])
+    recorder._process.kill()
+    recorder.finish()
+    assert recorded(recorder) == list(range(40))
+
+
+def test_a_recorder_that_rests_because_nothing_happens_is_well(recorder: Recorder) -> None:
+    put(recorder, 0, 10)
+    wait_until_written(recorder)
+    assert recorder.keeps_up(1) and recorder.keeps_up(100 * SILENT_NS)
+    recorder.finish()
+
+
+def test_records_that_cannot_be_written_at_all_are_said_to_be_lost(
+    recorder: Recorder, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    recorder._process.kill()
+    recorder._process.wait()
+    (recorder.folder / FRAMES).unlink()
+    (recorder.folder / FRAMES).mkdir()
+    with pytest.raises(ComponentError, match=r"records were lost: frames\.bin cannot be written"):
+        recorder.finish()
