@@ -42,10 +42,30 @@ def _lines(name: str, block: "Block") -> list[str]:
     count = len(block.posterior.rows.inputs)
     line = f"{name}: {', '.join(o.name for o in block.outputs)} over {', '.join((*block.inputs, *block.factors))}, {count} data"
     if "model" in about:
-        line += f"; {about['model']} {str(about['model_version'])[:8]}, {about['data']} {str(about['data_hash'])[:8]}"
+        line += f"; {about['model']} {str(about.get('model_version', ''))[:8]}"
+    if "data_hash" in about:
+        line += f", {about.get('data', 'data')} {str(about['data_hash'])[:8]}"
     if "held_out_after" in about:
         line += f"; held-out free run {float(about['held_out_before']):.3g} to {float(about['held_out_after']):.3g}"
+    if "left_out_inside_90" in about:
+        line += (
+            f"; {100 * float(about['left_out_inside_90']):.0f} % of the data inside the 90 % intervals of all others"
+        )
+    if priors := _priors(block):
+        line += f"; expects what {', '.join(dict.fromkeys(each['model'] for each in priors.values()))} says"
     return [line]
+
+
+def _priors(block: "Block") -> dict[str, dict[str, str]]:
+    """Models that latent functions are expected to follow, with their versions."""
+    from orchestrator.gp.physics import physics_of
+
+    found = {name: physics_of(latent) for name, latent in block.posterior.latents.items()}
+    return {
+        name: {"model": physics.origin.model, "version": physics.origin.version}
+        for name, physics in found.items()
+        if physics is not None and physics.origin is not None
+    }
 
 
 def _document(read: list[tuple[str, "Block"]], compared: list[Any]) -> dict[str, Any]:
@@ -59,6 +79,7 @@ def _document(read: list[tuple[str, "Block"]], compared: list[Any]) -> dict[str,
                 "outputs": {output.name: output.unit for output in block.outputs},
                 "count": len(block.posterior.rows.inputs),
                 "about": dict(block.about),
+                "priors": _priors(block),
             }
             for name, block in read
         ],

@@ -11,15 +11,17 @@ from orchestrator.gp.block import Block, Output, Term
 from orchestrator.gp.covariance import Latents
 from orchestrator.gp.observations import Observation
 from orchestrator.gp.posterior import condition
-from orchestrator.gp.trials.data import observation, smoothed, table
+from orchestrator.gp.trials.data import observation, smoothed, table, trials_of
 from orchestrator.gp.trials.functions import Verdict, needed_functions
-from orchestrator.gp.trials.judged import Judgement, judge
+from orchestrator.gp.trials.judged import Fold, Judgement, judge
 from orchestrator.gp.trials.places import MISSING, Place, coordinates, drives, places_of
-from orchestrator.measurements import BoundSet
+from orchestrator.measurements import BoundSet, BoundTrial
 from orchestrator.models.missing_force import Force, missing_forces
 from orchestrator.models.symbolic import SymbolicModel
 
 Array = NDArray[np.float64]
+# Cross-validation leaves out every learning trial once, together with others where there are more than so many.
+MOST_FOLDS = 4
 
 
 @dataclass(frozen=True)
@@ -85,7 +87,8 @@ def learn_missing(
     count = sum(len(each.inputs) for each in kept)
     if not data.held_out:
         return Learned(block, count, (), tuple(verdicts), None)
-    judgement = judge(model, block, data.held_out, noise, data.learning)
+    folds = cross_validation(block, data.learning, trials_of(forces, most)) if block is not None else ()
+    judgement = judge(model, block, data.held_out, noise, folds)
     used = _shared(block, judgement) if block is not None else None
     left = missing_forces(model, smoothed(data.held_out, noise))
     return Learned(used, count, _shortfalls(used, left, data, points, chosen), tuple(verdicts), judgement)
@@ -97,6 +100,22 @@ def _block(latents: Latents, kept: Sequence[Observation], inputs: dict[str, str]
         for each in kept
     ]
     return Block(condition(latents, kept), inputs, outputs, tuple(kept))
+
+
+def cross_validation(block: Block, trials: Sequence[BoundTrial], of_row: NDArray[np.int64]) -> list[Fold]:
+    """Blocks with the same hyperparameters, each without the data of some trials, and these trials.
+
+    One trial alone leaves nothing to learn from without it: there the block is asked about what it has seen.
+    """
+    if len(trials) < 2:
+        return [(block, trials)]
+    groups = [np.arange(len(trials))[k :: min(MOST_FOLDS, len(trials))] for k in range(min(MOST_FOLDS, len(trials)))]
+    found: list[Fold] = []
+    for left_out in groups:
+        rest = tuple(each.rows(~np.isin(of_row, left_out)) for each in block.observations)
+        made = replace(block, posterior=condition(block.posterior.latents, rest), observations=rest)
+        found.append((made, [trials[k] for k in left_out]))
+    return found
 
 
 def _term(output: str, function: str) -> Term:

@@ -1,5 +1,6 @@
 """What a physics model expects of learned functions, as their prior means."""
 
+import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -22,12 +23,14 @@ class Origin:
     """Where a prior mean comes from, so that a file can name it: `model` is a built-in name or FILE.mo:Class.
 
     It is what the model says of `values` at `states`: at rest of all factors (`factor` ""), or what a factor adds at 1.
+    `version` is the SHA-256 of the formula with the numbers of the model in it, "" in files of before.
     """
 
     model: str
     values: tuple[str, ...]
     states: tuple[str, ...]
     factor: str = ""
+    version: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +40,11 @@ class PriorMean:
     formula: ca.Function
     slope: ca.Function
     origin: Origin | None = None
+
+    @property
+    def version(self) -> str:
+        """SHA-256 of the formula, in hex: equal ones expect the same."""
+        return hashlib.sha256(self.formula.serialize().encode()).hexdigest()
 
     def mean(self, points: Array) -> Array:
         """Expected values at points (n, d), (n, p)."""
@@ -65,9 +73,10 @@ def prior_means_of(
     rest, parts = prior_means(find_modelica_model(model).compile(), values, states, factors)
     origin = Origin(model, tuple(values), tuple(states))
     named = tuple(
-        replace(part, origin=replace(origin, factor=factor)) for part, factor in zip(parts, factors, strict=True)
+        replace(part, origin=replace(origin, factor=factor, version=part.version))
+        for part, factor in zip(parts, factors, strict=True)
     )
-    return replace(rest, origin=origin), named
+    return replace(rest, origin=replace(origin, version=rest.version)), named
 
 
 def prior_from(given: Mapping[str, Any]) -> PriorMean:

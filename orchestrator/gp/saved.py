@@ -1,9 +1,10 @@
 """Blocks as JSON files: kernels, the data they were conditioned on, names and units, the models that are expected."""
 
+import hashlib
 import json
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, fields
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -11,15 +12,18 @@ from fmus.errors import MisfitError
 from fmus.files import write_atomically
 from orchestrator.gp import kernels
 from orchestrator.gp.block import Block, Output, Term
+from orchestrator.gp.check import coverage, left_out
 from orchestrator.gp.covariance import Latent
 from orchestrator.gp.kernels import Kernel
 from orchestrator.gp.observations import observe
-from orchestrator.gp.physics import physics_of, prior_from
 from orchestrator.gp.posterior import condition
+from orchestrator.gp.saved_prior import expected_of, same_as_saved
 from orchestrator.measurements.wording import listed, shown
 
 SCHEMA = "misfit.gp/1"
 MOST_ROWS = 5000
+# Beyond so many rows the inverse of the covariance takes too long for a file.
+_MOST_SCORED = 1500
 _KINDS: dict[str, Callable[..., Kernel]] = {
     kind.__name__: kind
     for kind in (
@@ -44,15 +48,27 @@ def write_block(block: Block, path: Path) -> Path:
             (`physics.prior_means_of`).
     """
     priors = {
-        name: _origin(name, latent) for name, latent in block.posterior.latents.items() if latent.mean is not None
+        name: expected_of(name, latent, block.observations)
+        for name, latent in block.posterior.latents.items()
+        if latent.mean is not None
     }
     if (rows := sum(len(each.inputs) for each in block.observations)) > MOST_ROWS:
         raise MisfitError(
             f"{rows} data; a file holds at most {MOST_ROWS}: export the block as an FMU, or learn from fewer"
         )
+    seen = [
+        {
+            "name": each.name,
+            "inputs": each.inputs.tolist(),
+            "coefficients": {name: parts.tolist() for name, parts in each.coefficients.items()},
+            "values": each.values.tolist(),
+            "noise": each.deviation.tolist(),
+        }
+        for each in block.observations
+    ]
     content = {
         "schema": SCHEMA,
-        "about": dict(block.about),
+        "about": {"data_hash": hashlib.sha256(json.dumps(seen).encode()).hexdigest(), **_score(block), **block.about},
         "inputs": dict(block.inputs),
         "outputs": [
             {"name": o.name, "unit": o.unit, "component": o.component, "terms": [vars(term) for term in o.terms]}
@@ -60,16 +76,7 @@ def write_block(block: Block, path: Path) -> Path:
         ],
         "latents": {name: _kernel_out(latent.kernel) for name, latent in block.posterior.latents.items()},
         "priors": priors,
-        "observations": [
-            {
-                "name": each.name,
-                "inputs": each.inputs.tolist(),
-                "coefficients": {name: parts.tolist() for name, parts in each.coefficients.items()},
-                "values": each.values.tolist(),
-                "noise": each.deviation.tolist(),
-            }
-            for each in block.observations
-        ],
+        "observations": seen,
     }
     write_atomically(path, (json.dumps(content, indent=1) + "\n").encode())
     return path
@@ -86,13 +93,13 @@ def read_block(path: Path) -> Block:
         if content["schema"] != SCHEMA:
             raise MisfitError(f"schema = {shown(content['schema'])}; expected {SCHEMA!r}")
         latents = {name: Latent(_kernel_in(each)) for name, each in content["latents"].items()}
-        for name, each in content.get("priors", {}).items():
-            prior = prior_from(each)
-            latents[name] = Latent(latents[name].kernel, prior.mean, prior.gradient)
         observations = tuple(
             observe(each["name"], each["inputs"], each["coefficients"], each["values"], each["noise"])
             for each in content["observations"]
         )
+        for name, each in content.get("priors", {}).items():
+            prior = same_as_saved(name, each, observations)
+            latents[name] = Latent(latents[name].kernel, prior.mean, prior.gradient)
         outputs = [
             Output(str(each["name"]), str(each["unit"]), tuple(map(_term, each["terms"])), int(each["component"]))
             for each in content["outputs"]
@@ -109,14 +116,13 @@ def read_block(path: Path) -> Block:
         raise MisfitError(f"{path} is not a saved block: {type(error).__name__} {error}; write it again") from error
 
 
-def _origin(name: str, latent: Latent) -> dict[str, Any]:
-    physics = physics_of(latent)
-    if physics is None or physics.origin is None:
-        raise MisfitError(
-            f"{name} has a prior mean that names no model and cannot be saved; make it by prior_means_of, or let another "
-            "component add it"
-        )
-    return asdict(physics.origin)
+def _score(block: Block) -> dict[str, float]:
+    """How a block does on data that it has not seen, where no trials were held out: each datum against all others."""
+    if "held_out_after" in block.about or len(block.posterior.lower) > _MOST_SCORED:
+        return {}
+    if len(block.posterior.lower) < sum(len(each.inputs) for each in block.observations):
+        return {}
+    return {"left_out_inside_90": coverage(left_out(block.posterior))}
 
 
 def _about(given: Mapping[str, Any]) -> dict[str, str | float]:

@@ -13,10 +13,13 @@ from fmus.catalogue import find_modelica_model
 from orchestrator.cli.main import main
 from orchestrator.cosim.load import load_system
 from orchestrator.cosim.whole_run import simulate
-from orchestrator.gp.from_trials import learn_missing
+from orchestrator.gp.from_trials import Learned, cross_validation, learn_missing
+from orchestrator.gp.noise import added_noise
+from orchestrator.gp.observations import observe
 from orchestrator.gp.saved import read_block
-from orchestrator.gp.trials.judged import judge
-from orchestrator.measurements import bind, load_measurements
+from orchestrator.gp.trials.functions import needed_functions
+from orchestrator.gp.trials.judged import Errors, judge, will_not_lose
+from orchestrator.measurements import BoundSet, bind, load_measurements
 from orchestrator.models.compiled import CompiledModel
 from orchestrator.models.symbolic import SymbolicModel
 
@@ -48,6 +51,22 @@ def trials(tmp_path_factory: pytest.TempPathFactory) -> Path:
         f"[sensors]\nencoder_noise_std_rad = {NOISE}\n"
     )
     return folder
+
+
+@pytest.fixture(scope="module")
+def arm() -> SymbolicModel:
+    return SymbolicModel("arm", find_modelica_model("arm").compile())
+
+
+@pytest.fixture(scope="module")
+def bound(trials: Path, arm: SymbolicModel) -> BoundSet:
+    return bind(load_measurements(trials), arm.inputs, arm.outputs)
+
+
+@pytest.fixture(scope="module")
+def learned(arm: SymbolicModel, bound: BoundSet) -> Learned:
+    """What 60 data for each joint teach."""
+    return learn_missing(arm.restricted(bound.output_names), bound, 60, [])
 
 
 @pytest.fixture
@@ -130,7 +149,7 @@ def test_a_muscle_without_positions_is_learned_over_the_length_that_drives_it(
     tmp_path: Path, learn: Callable[..., tuple[int, str, str]]
 ) -> None:
     code, out, _ = learn(
-        "rat-muscle", CASES.parent / "rat_muscle", "--out", tmp_path / "b.json", "--most", "60", "--json", "-"
+        "rat-muscle", CASES.parent / "rat_muscle", "--out", tmp_path / "b.json", "--most", "150", "--json", "-"
     )
 
     found = json.loads(out)
@@ -148,11 +167,8 @@ def test_a_muscle_without_positions_is_learned_over_the_length_that_drives_it(
 
 
 def test_a_block_that_is_twice_too_strong_is_shrunk_and_one_that_wins_on_held_out_trials_alone_refused(
-    trials: Path,
+    arm: SymbolicModel, bound: BoundSet, learned: Learned
 ) -> None:
-    model = SymbolicModel("arm", find_modelica_model("arm").compile())
-    bound = bind(load_measurements(trials), model.inputs, model.outputs)
-    learned = learn_missing(model.restricted(bound.output_names), bound, 60, [])
     assert learned.block is not None
     assert learned.judgement is not None
     twice = [
@@ -160,7 +176,7 @@ def test_a_block_that_is_twice_too_strong_is_shrunk_and_one_that_wins_on_held_ou
     ]
     noise = np.full(2, NOISE)
 
-    found = judge(model, replace(learned.block, outputs=twice), bound.held_out, noise)
+    found = judge(arm, replace(learned.block, outputs=twice), bound.held_out, noise)
 
     assert found.verdict == "shrunk"
     assert found.refused is not None
@@ -169,11 +185,48 @@ def test_a_block_that_is_twice_too_strong_is_shrunk_and_one_that_wins_on_held_ou
 
     # A learning trial of an arm that lacks nothing, which the block can only make worse.
     (held,) = bound.held_out
-    alone = model.restricted(bound.output_names)
+    alone = arm.restricted(bound.output_names)
     right = replace(held, outputs=alone.follow(held.time, held.inputs, held.outputs, alone.signals, noise).outputs)
-    chance = judge(alone, learned.block, bound.held_out, noise, [right])
+    chance = judge(alone, learned.block, bound.held_out, noise, [(learned.block, [right])])
     assert chance.verdict == "refused"
-    assert "does not along the learning trials" in chance.reason
+    assert "may not along others" in chance.reason
+
+
+def test_an_input_that_is_zero_at_all_data_taken_is_not_needed() -> None:
+    rng = np.random.default_rng(3)
+    x = rng.uniform(-1.0, 1.0, (40, 1))
+    seen = observe("q", x, {"q": 1.0, "q:pulse": 0.0}, np.sin(2.0 * x[:, 0]), added_noise(np.full(40, 0.01), 0.01))
+    _, verdicts = needed_functions(seen, "q")
+    assert [(each.factor, each.needed, each.size > 0.0) for each in verdicts] == [
+        ("", True, True),
+        ("pulse", False, False),
+    ]
+
+
+def test_each_learning_trial_judges_a_block_that_was_made_without_it(bound: BoundSet, learned: Learned) -> None:
+    block = learned.block
+    assert block is not None
+    (seen,) = [each for each in block.observations if each.name == "q2"]
+    of_row = np.repeat([0, 1, 2], [21, 20, len(seen.inputs) - 41])
+    folds = cross_validation(replace(block, observations=(seen,)), bound.learning, of_row)
+
+    assert [[trial.name for trial in left_out] for _, left_out in folds] == [[t.name] for t in bound.learning]
+    for k, (made, _) in enumerate(folds):
+        np.testing.assert_array_equal(made.observations[0].inputs, seen.inputs[of_row != k])
+        assert made.posterior.latents == block.posterior.latents
+    ((alone, asked),) = cross_validation(block, bound.learning[:1], of_row)
+    assert alone is block
+    assert list(asked) == list(bound.learning[:1])
+
+
+@pytest.mark.parametrize(
+    ("ratios", "kept"), [((0.5, 0.6, 0.5, 0.6), True), ((0.2, 0.9, 0.3, 0.95), False), ((0.9, 0.2), True)]
+)
+def test_a_further_trial_must_be_expected_not_to_lose(ratios: tuple[float, ...], kept: bool) -> None:
+    """ln 0.5 and ln 0.6, twice each: mean -0.602, sd 0.105, t(3) = 2.353: limit -0.325. ln 0.2, 0.9, 0.3, 0.95: 1.32."""
+    before = Errors({f"trial {k}": {"q": 1.0} for k in range(len(ratios))}, {})
+    after = Errors({f"trial {k}": {"q": ratio} for k, ratio in enumerate(ratios)}, {})
+    assert will_not_lose((before, after), noise={"q": 0.01}) is kept
 
 
 @pytest.mark.parametrize(

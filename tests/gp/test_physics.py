@@ -87,6 +87,17 @@ def block():
     return Block(condition(latents, [seen]), inputs, outputs, (seen,))
 
 
+DRIVE = """model Drive "a drive"
+  parameter Real d(unit = "N.m.s/rad") = 0.5;
+  parameter Real J(unit = "kg.m2") = 1;
+  input Real u(unit = "N.m");
+  Real w(start = 0, unit = "rad/s");
+  output Real tau(unit = "N.m");
+equation
+  J*der(w) = u - d*w;
+  tau = -d*w;
+end Drive;
+"""
 HERE = {"q1": 0.6, "q2": 1.4, "w1": 0.1, "w2": -0.2, "alpha": 0.7}
 
 
@@ -95,6 +106,26 @@ def test_a_block_with_a_physics_prior_comes_back_from_its_file(block, tmp_path):
     for mine, theirs in zip(block.outputs, again.outputs, strict=True):
         assert again.mean(theirs, HERE) == block.mean(mine, HERE)
         assert again.deviation(theirs, HERE) == block.deviation(mine, HERE)
+
+
+def test_a_block_is_not_read_beside_another_version_of_its_model(tmp_path):
+    """Its data are what one version lacks: beside another they mean something else."""
+    file = tmp_path / "Drive.mo"
+    file.write_text(DRIVE)
+    model, kernel = f"{file}:Drive", SquaredExponential(1.0, (0.5,))
+    rest, _ = prior_means_of(model, ["tau"], ["w"], [])
+    latents = {"rest": Latent(kernel, rest.mean, rest.gradient)}
+    seen = observe("d", [0.1, 0.5, 0.9], "rest", [0.3, 0.4, 0.5], 0.05)
+    saved = write_block(
+        Block(condition(latents, [seen]), {"w": "rad/s"}, [Output("tau", "N.m", (Term("rest"),))], (seen,)),
+        tmp_path / "block.json",
+    )
+    file.write_text(DRIVE.replace('"a drive"', '"the same drive"'))
+    read_block(saved)
+
+    file.write_text(DRIVE.replace("= 0.5", "= 0.7"))
+    with pytest.raises(MisfitError, match="says something else .off by up to 0.18.: learn the block again"):
+        read_block(saved)
 
 
 def test_a_block_with_a_physics_prior_is_a_formula_that_fmus_can_hold(block):

@@ -44,7 +44,7 @@ def observation(
     Errors of a force are alike over its duration, in which several data may lie: their deviations grow so that all of them
     together say as much as one. What no function of the inputs explains is noise of the same kind, whose size is learnt.
     """
-    spacing = sum(float(force.time[-1] - force.time[0]) for force in forces) / most
+    spacing = _spacing(forces, most)
     steps = max(spacing, float(np.median(np.diff(forces[0].time))))
     alike = float(np.sqrt(max(float(forces[0].duration[k]) / steps, 1.0)))
     chosen = np.concatenate([_every(spacing, force) for force in forces])
@@ -58,9 +58,20 @@ def observation(
     return observe(output, table(points, forces, trials)[chosen], of, values, noise)
 
 
+def trials_of(forces: Sequence[Force], most: int) -> NDArray[np.int64]:
+    """The number of the trial, from 0, that each datum of `observation` is from."""
+    spacing = _spacing(forces, most)
+    return np.repeat(np.arange(len(forces)), [int(_every(spacing, force).sum()) for force in forces])
+
+
 def function_of(output: str, factor: str) -> str:
     """The name of the latent function that a factor multiplies in what is missing on an output."""
     return f"{output}:{factor}" if factor else output
+
+
+def _spacing(forces: Sequence[Force], most: int) -> float:
+    """Seconds between data, so that there are about `most`."""
+    return sum(float(force.time[-1] - force.time[0]) for force in forces) / most
 
 
 def _every(spacing: float, force: Force) -> NDArray[np.bool_]:

@@ -53,11 +53,13 @@ def needed_functions(observation: Observation, output: str) -> tuple[Fit, tuple[
     Returns:
         The last fit, whose observation names what is left, and a verdict on each function.
     """
-    whole = _fitted(observation)
-    sizes = _sizes(whole)
+    # Short pulses may lie between all data that were taken: nothing is said of a function that is never seen.
+    seen = [name for name, a in observation.coefficients.items() if np.any(a != 0.0)]
+    whole = _fitted(_with(observation, seen))
+    sizes = dict.fromkeys(observation.coefficients, 0.0) | _sizes(whole)
     scale = float(np.sqrt(np.mean(observation.values**2)))
     counts = [name for name, size in sizes.items() if size > _NEGLIGIBLE * scale]
-    best = whole if len(counts) == len(sizes) else _fitted(_with(observation, counts), whole.latents)
+    best = whole if len(counts) == len(seen) else _fitted(_with(observation, counts), whole.latents)
     price = 0.5 * (1 + observation.inputs.shape[1]) * float(np.log(len(observation.inputs)))
     gains: dict[str, float] = {}
     for name in counts:

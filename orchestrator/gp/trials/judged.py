@@ -2,9 +2,11 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Literal
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from fmus.errors import ComponentError
@@ -16,12 +18,16 @@ from orchestrator.models.symbolic import SymbolicModel
 
 Array = NDArray[np.float64]
 Run = Callable[[BoundTrial], FittedTrial]
+# A block that was made without some learning trials, and these trials.
+Fold = tuple[Block, Sequence[BoundTrial]]
 # A block must take off so much of the error of all held-out trials together, more than a change of start values could.
 LEAST_GAIN = 0.05
 # No trial and no signal may lose more than this share of its error, nor more than this share of its noise.
 MOST_LOSS, OF_NOISE = 0.02, 0.1
 # An error within this many times the noise is that of a model that lacks nothing.
 NOTHING_LACKS = 1.2
+# Of a further trial it must be said at this level that it does not lose, from so many trials that no block has seen, at least.
+LEVEL, ENOUGH_TRIALS = 0.95, 4
 SHARES = (1.0, 0.5, 0.25)
 
 
@@ -69,17 +75,18 @@ def judge(
     block: Block | None,
     trials: Sequence[BoundTrial],
     noise: Array,
-    learning: Sequence[BoundTrial] = (),
+    folds: Sequence[Fold] = (),
 ) -> Judgement:
     """Judge a block by free runs along trials that it has not seen, against the model without it.
 
     If it does not win as a whole, outputs alone and smaller shares of all are tried, and the best that wins is used. What
-    wins along two trials may do so by chance: it must win along the learning trials, too.
+    wins along two trials may do so by chance: blocks that are made alike, without some of the learning trials, must win
+    along those, too (cross-validation).
 
     Args:
         block: None if the data need no function.
-        learning: trials that the block was learned from.
         noise: (signals,) standard deviation of the measurements.
+        folds: blocks of the same functions that lack some learning trials each, with the trials that they lack.
     """
     alone = free_run_errors(model, None, trials, noise)
     if block is None:
@@ -91,29 +98,74 @@ def judge(
     beside, level = ModelBeside(model, block), dict(zip(model.signals, map(float, noise), strict=True))
     all_of_it, *others = _ways([output.name for output in block.outputs])
     whole = _errors(trials, model.signals, lambda t: beside.along(t, all_of_it, noise))
-    alone_learning = free_run_errors(model, None, learning, noise) if learning else None
+    confirmed = _confirmation(model, folds, noise, alone)
 
-    def confirmed(shares: Mapping[str, float]) -> bool:
-        if alone_learning is None:
-            return True
-        return _winner(alone_learning, learning, level, lambda t: beside.along(t, shares, noise)) is not None
-
-    if _wins(alone, whole, level) and confirmed(all_of_it):
+    if _wins(alone, whole, level) and confirmed(all_of_it, whole):
         return Judgement("kept", "free runs along the held-out trials are closer with it", all_of_it, alone, whole)
     winners = []
     for shares in others:
-        found = _winner(alone, trials, level, lambda t, use=shares: beside.along(t, use, noise))  # type: ignore[misc]
+        found = _winner(alone, [(trials, lambda t, use=shares: beside.along(t, use, noise))], level)  # type: ignore[misc]
         winners += [] if found is None else [(shares, found)]
-    winner = next((run for run in sorted(winners, key=lambda run: run[1].all) if confirmed(run[0])), None)
+    winner = next((run for run in sorted(winners, key=lambda run: run[1].all) if confirmed(*run)), None)
     if winner is None:
         chance = bool(winners) or _wins(alone, whole, level)
-        why = (
-            "what helps along the held-out trials does not along the learning trials" if chance else _why(alone, whole)
-        )
-        return Judgement("refused", why, {}, alone, alone, whole)
+        why = "what helps along the held-out trials may not along others: learning trials that a block has not seen say so"
+        return Judgement("refused", why if chance else _why(alone, whole), {}, alone, alone, whole)
     shares, best = winner
     used = ", ".join(f"{share:g} of {name}" for name, share in shares.items())
-    return Judgement("shrunk", f"{_why(alone, whole)}; {used} helps", shares, alone, best, whole)
+    why = "the whole block may not help along trials that it has not seen"
+    why = why if _wins(alone, whole, level) else _why(alone, whole)
+    return Judgement("shrunk", f"{why}; {used} helps", shares, alone, best, whole)
+
+
+def _confirmation(
+    model: SymbolicModel, folds: Sequence[Fold], noise: Array, alone: Errors
+) -> Callable[[Mapping[str, float], Errors], bool]:
+    """Whether shares that won along the held-out trials also win along learning trials, by blocks that lack those, and
+    whether a further trial will not lose by all that is known; blocks are built when first asked for.
+
+    Args:
+        alone: errors along the held-out trials without a block.
+    """
+    level = dict(zip(model.signals, map(float, noise), strict=True))
+
+    @cache
+    def without() -> Errors:
+        return free_run_errors(model, None, [trial for _, trials in folds for trial in trials], noise)
+
+    @cache
+    def beside(number: int) -> ModelBeside:
+        return ModelBeside(model, folds[number][0])
+
+    def confirmed(shares: Mapping[str, float], held_out: Errors) -> bool:
+        parts = [
+            (trials, lambda t, k=k: beside(k).along(t, shares, noise))  # type: ignore[misc]
+            for k, (_, trials) in enumerate(folds)
+        ]
+        if not folds:
+            return True
+        found = _winner(without(), parts, level)
+        return found is not None and will_not_lose((alone, held_out), (without(), found), noise=level)
+
+    return confirmed
+
+
+def will_not_lose(*pairs: tuple[Errors, Errors], noise: Mapping[str, float]) -> bool:
+    """Whether a further trial does not lose, at `LEVEL`, if logarithms of the ratios of errors are normal over trials.
+
+    The prediction limit for one more of n values is mean + t sd sqrt(1 + 1/n) (Student's t with n - 1 degrees of freedom).
+    """
+    least = min(noise.values())
+    ratios = [
+        np.log(max(_rms(after.trials[name]), least) / max(_rms(row), least))
+        for before, after in pairs
+        for name, row in before.trials.items()
+    ]
+    n = len(ratios)
+    if n < ENOUGH_TRIALS:
+        return True
+    limit = np.mean(ratios) + scipy.stats.t.ppf(LEVEL, n - 1) * np.std(ratios, ddof=1) * np.sqrt(1.0 + 1.0 / n)
+    return bool(limit < np.log(1.0 + MOST_LOSS))
 
 
 def free_run_errors(model: SymbolicModel, block: Block | None, trials: Sequence[BoundTrial], noise: Array) -> Errors:
@@ -146,14 +198,15 @@ def _wins(alone: Errors, found: Errors, noise: Mapping[str, float]) -> bool:
     return all(after <= _allowed(before, sigma) for before, after, sigma in pairs)
 
 
-def _winner(alone: Errors, trials: Sequence[BoundTrial], noise: Mapping[str, float], run: Run) -> Errors | None:
-    """Errors of a way that wins; None as soon as a trial loses."""
+def _winner(
+    alone: Errors, parts: Sequence[tuple[Sequence[BoundTrial], Run]], noise: Mapping[str, float]
+) -> Errors | None:
+    """Errors of a way that wins along all trials, each run by its part's; None as soon as a trial loses."""
     found = Errors({}, {})
-    for trial in trials:
+    for trial, run in ((trial, run) for trials, run in parts for trial in trials):
         one = _errors([trial], list(noise), run)
         found = Errors({**found.trials, **one.trials}, {**found.starts, **one.starts})
-        lost = _rms(found.trials[trial.name]) > _allowed(_rms(alone.trials[trial.name]), min(noise.values()))
-        if lost:
+        if _rms(found.trials[trial.name]) > _allowed(_rms(alone.trials[trial.name]), min(noise.values())):
             return None
     return found if _wins(alone, found, noise) else None
 

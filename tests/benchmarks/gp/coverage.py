@@ -1,6 +1,6 @@
 """How many of 90 % intervals hold the truth: functions drawn with known hyperparameters, seen alone and in sums, with few data and many.
 
-    python tests/benchmarks/gp/coverage.py [--sets 1.0]
+    python tests/benchmarks/gp/coverage.py [--sets 1.0] [--kinds mixed] [--counts 600]
 
 "best set" are intervals at the most probable hyperparameters (`fit`), "integrated" those of `integrate`. Sets of data are drawn anew from
 seeds from 1000 on; the standard error is that of the mean over the sets.
@@ -74,16 +74,21 @@ def _inside(mean: np.ndarray, variance: np.ndarray, truth: np.ndarray) -> float:
     return float(np.mean(np.abs(mean.ravel() - truth) <= Z90 * np.sqrt(variance.ravel())))
 
 
+KINDS = {"alone": alone, "mixed": mixed}
+
+
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--sets", type=float, default=1.0, help="share of the sets")
-    share = parser.parse_args().sets
+    parser.add_argument("--kinds", nargs="+", choices=list(KINDS), default=list(KINDS))
+    parser.add_argument("--counts", nargs="+", type=int, choices=list(SETS), default=list(SETS))
+    args = parser.parse_args()
     print(f"{'seen':8s}{'n':>5s}{'sets':>6s}{'best set, %':>18s}{'integrated, %':>18s}{'CPU s':>8s}")
     with threadpool_limits(1, "blas"):
-        for draw in (alone, mixed):
-            for count, sets in SETS.items():
-                best, whole, seconds = held(draw, count, max(2, round(share * sets)))
+        for draw in (KINDS[kind] for kind in args.kinds):
+            for count in args.counts:
+                best, whole, seconds = held(draw, count, max(2, round(args.sets * SETS[count])))
                 cells = [f"{100 * np.mean(e):.1f} +- {100 * np.std(e) / np.sqrt(len(e)):.1f}" for e in (best, whole)]
                 print(
                     f"{draw.__name__:8s}{count:5d}{len(best):6d}"
