@@ -6,11 +6,19 @@ Each entry says which quicker test guards the same promise; docs/decisions/019 h
 # Beginning of a node id -> what guards the promise in `make test`.
 SLOW = {
     **{
+        f"tests/greybox/test_delays.py::test_{name}": "the same file: the only sensor is late, and how that is written"
+        for name in (
+            "sensors_that_are_all_late_are_called_like_a_late_input[measured1]",
+            "a_late_sensor_of_an_fmu",
+            "one_late_sensor_of_two",
+        )
+    },
+    **{
         f"tests/greybox/test_rare_laws.py::test_{name}": "the same file on a dead zone, test_laws.py on every law"
         for name in (
             *(
                 f"a_rare_law_is_named_with_its_values[{law}]"
-                for law in ("rate", "saturation", "load", "moment", "delay", "square")
+                for law in ("rate", "saturation", "load", "moment", "square")
             ),
             "a_lag_of_a_linear_plants_input",
             "friction_that_grows_with_the_position",

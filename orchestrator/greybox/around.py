@@ -80,6 +80,7 @@ class _Around:
         self.states: list[Variable] = []
         self.x: list[Any] = []
         self.rates: list[Any] = []
+        self.follows: list[tuple[str, int] | None] = []
 
     def system(self) -> CoupledSystem:
         inputs = {v.name: self.u[k] for k, v in enumerate(self.sites.inputs)}
@@ -106,7 +107,14 @@ class _Around:
 
     def _law(self, effect: Placed, coordinates: Mapping[str, Any]) -> Any:
         names = {"t": self.t, **coordinates, **effect.values}
+        sites = {
+            "u": ("input", [v.name for v in self.sites.inputs]),
+            "y": ("output", [v.name for v in self.sites.outputs]),
+        }
         for state in effect.law.states:
+            begins = effect.law.starts.get(state, "")
+            kind, known = sites.get(begins, ("", []))
+            self.follows.append((kind, known.index(effect.place.coordinates[begins])) if kind else None)
             self.states.append(Variable(f"{effect.law.id} at {effect.place.site}.{state}", start=0.0))
             self.x.append(ca.SX.sym(state))
             names[state] = self.x[-1]
@@ -154,6 +162,6 @@ class _Around:
             outer=ca.Function(
                 "effects_out", [self.t, x, self.u, self.s, self.y, d, p], [column(self.rates), column(outputs)]
             ),
-            follows=(None,) * len(self.states),
+            follows=tuple(self.follows),
             values=self._values(),
         )

@@ -163,6 +163,7 @@ def decide(
     simpler: Callable[[Candidate], Sequence[Candidate]],
     adequate: bool,
     unnamed: Callable[[FittedSet, Judge], str] = lambda chosen, judge: "",
+    same: Callable[[FittedSet], FittedSet | None] = lambda chosen: None,
 ) -> Decision:
     """Choose a set and grade it.
 
@@ -172,8 +173,9 @@ def decide(
         fit_more: fits a further set, None if that fails. simpler: laws that a law becomes at a limit of its parameters.
         adequate: whether the model as given leaves nothing but noise.
         unnamed: says why a set is no more than an approximation of a law that no candidate has; empty if it is not.
+        same: a set that no data can tell from another one, if there is one.
     """
-    ranked = tuple(sorted(sets, key=lambda s: s.loss))
+    ranked = _ranked(sets)
     judge = Judge.of(nominal, sets, limits, scale)
     if adequate:
         return Decision("adequate", nominal, (), ranked, 1.0, judge.windows)
@@ -183,18 +185,25 @@ def decide(
     if pruned.candidates:  # of fewer parameters than the first choice, it has other rivals
         pruned = _undefeated([pruned, *(s for s in ranked if s.candidates)], judge)
     chosen = _simplest(pruned, ranked, judge)
-    ranked = tuple(sorted({id(s): s for s in (*ranked, chosen)}.values(), key=lambda s: s.loss))
+    ranked = _ranked([*ranked, chosen])
     explained = judge.explained(chosen)
     if not chosen.candidates:
         best = next((s for s in ranked if s.candidates), nominal)
         nothing = "no effect of the library helps beyond doubt"
         return Decision("unknown", best, (), ranked, explained, judge.windows, (nothing,))
     rivals = tuple(s for s in ranked if judge.rivals(chosen, s))
+    if (twin := same(chosen)) is not None:
+        rivals, ranked = (*(s for s in rivals if s is not twin), twin), _ranked([*ranked, twin])
     reasons = tuple(_doubts(chosen, judge, explained))
     if not reasons and (approximation := unnamed(chosen, judge)):
         reasons = (approximation,)
     grade: Grade = "improves" if reasons else "ambiguous" if rivals else "named"
     return Decision(grade, chosen, rivals, ranked, explained, judge.windows, reasons)
+
+
+def _ranked(sets: Sequence[FittedSet]) -> tuple[FittedSet, ...]:
+    """Each set once, best first."""
+    return tuple(sorted({id(s): s for s in sets}.values(), key=lambda s: s.loss))
 
 
 def _doubts(chosen: FittedSet, judge: Judge, explained: float) -> Iterator[str]:

@@ -23,12 +23,14 @@ from orchestrator.greybox.decide import Decision, Judge, decide, scatter_between
 from orchestrator.greybox.effects import named_effects
 from orchestrator.greybox.evidence import Case, all_candidates, case_of, held_out_trials, nominal_set
 from orchestrator.greybox.extended import OUTPUT, extend
+from orchestrator.greybox.filtering import GreyBox
 from orchestrator.greybox.fit import Fitter, Noise
 from orchestrator.greybox.laws import Law, laws
+from orchestrator.greybox.mirrored import is_one_delay, mirrored
 from orchestrator.greybox.prediction import squared_errors
 from orchestrator.greybox.prepare import first_noise, least_noise
-from orchestrator.greybox.search import FittedSet, Search, Setting
-from orchestrator.greybox.tape import force_input, taped_case
+from orchestrator.greybox.search import FittedSet, Search, Setting, with_losses
+from orchestrator.greybox.tape import force_input, retaped_case, taped_case
 from orchestrator.greybox.thresholds import Thresholds
 from orchestrator.greybox.unnamed import unnamed_force
 from orchestrator.greybox.witness import witnesses
@@ -46,6 +48,8 @@ VERDICTS: dict[str, Verdict] = {
     "cannot_tell": "cannot_tell",
 }
 Progress = Callable[[str], None]
+# So many times the rates of an FMU are looked at again about the states that an answer shows.
+RETAPED = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,11 +96,32 @@ def diagnose_greybox(
         given = compare(_as_given(case), measurements, workers=workers)
         try:
             outcome = decided(case, limits, progress, more, agrees=_within_noise(given, limits.agrees))
+            for _ in range(RETAPED if isinstance(source, FmuSource) else 0):
+                again = _about_its_answer(outcome, limits)
+                if again is None:
+                    break
+                progress("looking at the FMU's rates once more, with what was found")
+                outcome = decided(again, limits, progress, more, agrees=_within_noise(given, limits.agrees))
             found = _answer(outcome, given, measurements, limits, workers, progress)
         except (RuntimeError, ArithmeticError, LookupError, ValueError, ComponentError) as error:
             # CasADi reports what it cannot do as RuntimeError; a search that fails says so, and the comparison stands.
             found = _failed(given, error)
     return replace(found, seconds=time.monotonic() - began)
+
+
+def _about_its_answer(outcome: Outcome, limits: Thresholds) -> Case | None:
+    """The case with the FMU's rates as lines about what the chosen set shows; None if that changes no likelihood."""
+    chosen = outcome.decision.chosen
+    if not chosen.candidates:
+        return None
+    case = retaped_case(outcome.case, chosen.fit.box, chosen.fit.theta)
+    setting, _ = nominal_set(case, limits)
+    fit, extended = chosen.fit, extend(case.base, case.balances, case.signals, chosen.candidates)
+    box = GreyBox(
+        extended.system, extended.outputs, extended.balances, fit.box.theta, case.data.trials[0].held, extended.begin
+    )
+    again = with_losses(chosen.candidates, setting.fitter.fit(box, fit.theta, fit.priors, fit.noise))
+    return case if abs(again.loss - chosen.loss) > limits.nats else None
 
 
 def _as_given(case: Case) -> SymbolicModel:
@@ -151,12 +176,23 @@ def decided(
             search.simpler,
             adequate,
             lambda chosen, judge: unnamed_force(chosen, [c.place for c in candidates], setting, judge),
+            same,
         )
+
+    def same(chosen: FittedSet) -> FittedSet | None:
+        other = mirrored(chosen, candidates, case.base)
+        twin = search.fit(other) if other else None
+        judge = Judge(nominal, limits, _scale(setting))
+        return twin if twin and (is_one_delay(chosen) or not judge.beyond_doubt(chosen, twin)) else None
 
     decision = decided_among(search.run() if common else [nominal])
     if len(candidates) > len(common) and not _is_complete(decision, limits):
         progress(f"{len(candidates) - len(common)} rare candidates beside them")
-        decision = _better(decision, decided_among(search.widen(candidates)), Judge(nominal, limits, _scale(setting)))
+        sets = search.widen(candidates)
+        if other := mirrored(sets[0], candidates, case.base):  # the two differ in the first samples
+            search.fit(other)
+        wider = decided_among(search.sets)
+        decision = _better(decision, wider, Judge(nominal, limits, _scale(setting)))
     return Outcome(case, setting, nominal, decision)
 
 

@@ -107,6 +107,11 @@ class Search:
                 break
         self._try_alike(self.best)
         self._refine()
+        return self.sets
+
+    @property
+    def sets(self) -> list[FittedSet]:
+        """All sets that were fitted so far, best first."""
         return sorted(self.fitted.values(), key=lambda s: s.loss)
 
     def widen(self, candidates: Sequence[Candidate]) -> list[FittedSet]:

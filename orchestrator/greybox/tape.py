@@ -88,6 +88,43 @@ def taped_case(source: FmuSource, measurements: MeasurementSet) -> Case:
         moved = max(float(np.sqrt(np.mean(((a - b) / spread) ** 2))) for a, b in zip(along, before, strict=True))
         if moved < STAYS:
             break
+    return _with_parameters(source, data, along)
+
+
+def retaped_case(case: Case, box: GreyBox, theta: np.ndarray) -> Case:
+    """The FMU's lines about the states that the record shows if effects are in the model, `box` with values `theta`.
+
+    Lines about what the model as given makes of a record are wrong to second order in what it lacks: beside a late sensor, two
+    values of a pendulum seemed wrong.
+
+    Raises:
+        ComponentError: if the FMU fails.
+    """
+    assert isinstance(case.source, FmuSource)
+    nx = len(case.base.states)
+    along = [states[:, :nx] for states in _states(case, box, theta)]
+    columns = len(case.inputs)
+    plain = tuple(
+        replace(
+            t,
+            inputs=_all_inputs(case.source, t.inputs[:, :columns]),
+            held=tuple(name for name in t.held if not name.startswith("tape[")),
+        )
+        for t in case.data.trials
+    )
+    return _with_parameters(case.source, replace(case.data, trials=plain), along)
+
+
+def _all_inputs(source: FmuSource, own: np.ndarray) -> np.ndarray:
+    """Inputs (n, nu) of the FMU, those for corrections of its rates at rest."""
+    description = source.fmu.started
+    found = np.tile([v.variable.start or 0.0 for v in description.inputs], (len(own), 1))
+    found[:, _own_inputs(description)] = own
+    return found
+
+
+def _with_parameters(source: FmuSource, data: BoundSet, along: Sequence[np.ndarray]) -> Case:
+    description = source.fmu.started
     parameters = tuple(p for p in description.parameters if p.variable.start)[:MOST_PARAMETERS]
     return _case(source, description, data, _tapes(source, data, along, parameters), parameters)
 
@@ -96,17 +133,21 @@ def _filtered(case: Case) -> list[np.ndarray]:
     """States along each trial as a filter shows them, (n, nx)."""
     extended = extend(case.base, case.balances, case.signals, ())
     box = GreyBox(extended.system, extended.outputs, extended.balances, (), case.data.trials[0].held)
-    found, none = [], np.zeros(0)
+    return _states(case, box, np.zeros(0))
+
+
+def _states(case: Case, box: GreyBox, theta: np.ndarray) -> list[np.ndarray]:
+    found = []
     for trial in trials_of(case.data.trials, case.base, case.signals, case.balances):
-        noise = first_noise(box, [trial], case.balances, none)
-        found.append(_run(box, trial, noise))
+        noise = first_noise(box, [trial], case.balances, theta)
+        found.append(_run(box, trial, theta, noise))
     return found
 
 
-def _run(box: GreyBox, trial: Any, noise: Any) -> np.ndarray:
+def _run(box: GreyBox, trial: Any, theta: np.ndarray, noise: Any) -> np.ndarray:
     for substeps in (1, 4, 16):
         with suppress(ComponentError):
-            return box.run(trial, np.zeros(0), noise.intensity, noise.sensors, substeps=substeps).mean
+            return box.run(trial, theta, noise.intensity, noise.sensors, substeps=substeps).mean
     raise ComponentError(f"{box.system.name} cannot follow {trial.name}, whatever disturbs it")
 
 

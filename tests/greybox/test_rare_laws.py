@@ -56,11 +56,6 @@ def late(force: np.ndarray, time_constant: float = 0.05) -> np.ndarray:
     return found
 
 
-def delayed(force: np.ndarray) -> np.ndarray:
-    """40 ms later."""
-    return np.interp(TIME - 0.04, TIME, force)
-
-
 def slow(force: np.ndarray) -> np.ndarray:
     """No faster than 20 N/s."""
     found, z = np.empty_like(force), force[0]
@@ -75,7 +70,6 @@ def sign(v: float) -> float:
 
 
 CASES: dict[str, tuple[Act, Extra, str, Mapping[str, float]]] = {
-    "delay": (delayed, _nothing, "input_delay", {"T": 0.04, "share": 1.0}),
     "square": (lambda f: 0.2 * f * np.abs(f), _nothing, "input_curve", {"a": -1.0, "b": 0.2}),
     "rate": (slow, _nothing, "rate_limit", {"rate": 20.0, "share": 1.0}),
     "dead_zone": (

@@ -9,10 +9,27 @@ end Delay;
 model Lag "First-order lag"
   parameter Real T(unit="s", min=0.0005, max=0.5) = 0.02 "Time constant";
   input Real u "Signal";
-  output Real y(start=0, fixed=true) "T der(y) = u - y";
+  output Real y(start=0, fixed=false) "T der(y) = u - y";
+initial equation
+  y = u;
 equation
   der(y) = (u - y)/T;
 end Lag;
+
+model Late "Delay of what may not be differentiated, a sensor's reading: Pade's approximant of second order of exp(-T s)"
+  parameter Real T(unit="s", min=0.0005, max=100) = 0.02 "Delay";
+  input Real u "Signal";
+  output Real y "Close to u(t - T)";
+  Real slow(start=0, fixed=false) "Signal behind two lags";
+  Real ahead(start=0, fixed=false) "The same with T times its rate";
+initial equation
+  slow = u;
+  ahead = u;
+equation
+  der(slow) = (ahead - slow)/T;
+  der(ahead) = (12*(u - slow) - 5*(ahead - slow))/T;
+  y = u - ahead + slow;
+end Late;
 
 model Gain "Scale error"
   parameter Real k = 1 "Gain";
