@@ -60,7 +60,7 @@ class RobotComponent(Component):
     ) -> None:
         self.body = body
         self.settings, self.virtual, self.folder = replace(settings, controller="asked"), virtual, folder
-        self._torques = (0.0,) * proficio.JOINTS
+        self._torques: tuple[float, ...] = (0.0,) * proficio.JOINTS
         self._asked_until = 0.0
         self._stack = contextlib.ExitStack()
         self._opened: Opened | None = None

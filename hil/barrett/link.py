@@ -1,7 +1,7 @@
 """The frames of a session with a Barrett robot: questions, what answers say, torques."""
 
 from collections.abc import Collection, Mapping, Sequence
-from typing import Protocol
+from typing import Final, Protocol
 
 import numpy as np
 
@@ -22,17 +22,20 @@ from hil.safety.limits import Limits
 
 # The safety module is asked for its mode and its pendant in turn, each in this time if a cycle is shorter; it is lost
 # after so long.
-MODULE_EVERY_S = 0.01
-MODULE_LOST_NS = 250_000_000
-# The motors are asked in turn for their temperature, one every so many cycles.
-TEMPERATURE_EVERY = 100
+MODULE_EVERY_S: Final = 0.01
+MODULE_LOST_NS: Final = 250_000_000
+# The motors are asked in turn for their temperature, one in so much time.
+TEMPERATURE_EVERY_S: Final = 0.2
 
 # Motors by joint whose angles it takes.
-_NEEDED = [frozenset(np.flatnonzero(row).tolist()) for row in proficio.MOTOR_TO_JOINT]
-_POSITIONS = {answer_of(k + 1, Group.POSITIONS): k for k in range(proficio.JOINTS)}
-_PROPERTIES = {answer_of(k + 1, Group.PROPERTIES): k for k in range(proficio.JOINTS)}
-_FORCE = answer_of(Node.FORCE_SENSOR, Group.FORCE)
-_MODULE = answer_of(Node.SAFETY, Group.PROPERTIES)
+_NEEDED: Final = [frozenset(np.flatnonzero(row).tolist()) for row in proficio.MOTOR_TO_JOINT]
+# Identifiers by motor.
+_POSITIONS: Final = [answer_of(k + 1, Group.POSITIONS) for k in range(proficio.JOINTS)]
+_PROPERTIES: Final = [answer_of(k + 1, Group.PROPERTIES) for k in range(proficio.JOINTS)]
+_FORCE: Final = answer_of(Node.FORCE_SENSOR, Group.FORCE)
+_MODULE: Final = answer_of(Node.SAFETY, Group.PROPERTIES)
+_NOTHING: Final[list[Timed]] = []
+_ASKED_EACH_CYCLE: Final = frozenset({*_POSITIONS, _FORCE})
 
 
 class Awake(Protocol):
@@ -50,8 +53,8 @@ class Awake(Protocol):
     @property
     def module(self) -> Mapping[str, int] | None: ...
 
-    def joint_angles(self, counts: np.ndarray) -> np.ndarray:
-        """Joint angles (3,) in rad from unwrapped counts (3,)."""
+    def joint_angles(self, counts: Sequence[float]) -> list[float]:
+        """Joint angles in rad from the unwrapped counts of each motor."""
         ...
 
 
@@ -65,10 +68,15 @@ class BarrettLink:
         self.strange_frames = 0
         self.cycle = 0
         self._module_every = 2 * max(round(0.5 * MODULE_EVERY_S * 1e9 / limits.period_ns), 1)
+        self._temperature_every = max(round(TEMPERATURE_EVERY_S * 1e9 / limits.period_ns), 1)
+        self._temperature_number = robot.motor["TEMP"]
+        self._has_module, self._hears_force = robot.module is not None, robot.sensor is not None
+        self._awaited = frozenset(_POSITIONS) | (frozenset({_FORCE}) if self._hears_force else frozenset())
         self._position_answers = [Answers() for _ in _POSITIONS]
         self._force_answers = Answers()
         self._counts: list[int | None] = [None] * proficio.JOINTS
-        self._force_axes, self._force = force_axes, np.zeros(3)
+        self._force_axes: proficio.Matrix = tuple(map(tuple, force_axes.tolist()))
+        self._force: tuple[float, ...] = (0.0, 0.0, 0.0)
         self._force_ns = 0
         self._force_saturated = False
         self._temperatures: list[float | None] = [None] * proficio.JOINTS
@@ -83,17 +91,17 @@ class BarrettLink:
     @property
     def awaited(self) -> frozenset[int]:
         """Identifiers that a decision needs."""
-        return frozenset(_POSITIONS) | ({_FORCE} if self.robot.sensor is not None else frozenset())
+        return self._awaited
 
     @property
     def missing_answers(self) -> int:
         """Questions for positions that were not answered in time."""
-        return sum(answers.missing for answers in self._position_answers)
+        return sum([answers.missing for answers in self._position_answers])
 
     @property
     def late_answers(self) -> int:
         """Those of them that were answered later."""
-        return sum(answers.late for answers in self._position_answers)
+        return sum([answers.late for answers in self._position_answers])
 
     def requests(self, arrived: Sequence[Timed]) -> list[Frame]:
         """What a cycle asks for at its beginning; `arrived` are the frames that have come since the last one."""
@@ -108,18 +116,18 @@ class BarrettLink:
         if robot.module is not None and self.cycle % self._module_every in (0, self._module_every // 2):
             name = "MODE" if self.cycle % self._module_every == 0 else "PEN"
             frames.append(Frame(to_node(Node.SAFETY), encode_request(robot.module[name])))
-        turn, rest = divmod(self.cycle, TEMPERATURE_EVERY)
-        if rest == TEMPERATURE_EVERY - 1:
+        turn, rest = divmod(self.cycle, self._temperature_every)
+        if rest == self._temperature_every - 1:
             motor = turn % proficio.JOINTS + 1
             frames.append(Frame(to_node(motor), encode_request(robot.motor["TEMP"])))
         return frames
 
     def _is_quiet(self, arrived: Mapping[int, int]) -> bool:
         """Whether positions are not asked for in this cycle, as an older question for them is open."""
-        return any(
-            answers.would_be_quiet(self.cycle, arrived.get(identifier, 0))
-            for identifier, answers in zip(_POSITIONS, self._position_answers, strict=True)
-        )
+        for motor, answers in enumerate(self._position_answers):
+            if answers.would_be_quiet(self.cycle, arrived.get(_POSITIONS[motor], 0)):
+                return True
+        return False
 
     def frames(self, outcome: Outcome, armed: bool) -> list[Frame]:
         """The frames that an outcome allows; whether motors make torque the safety module decides."""
@@ -132,15 +140,17 @@ class BarrettLink:
         self._force_ns = self._force_ns or start_ns
         self._before_ns = start_ns
         self.cycle += 1
-        angles = self._angles()
+        positions: tuple[float | None, ...] = tuple(self._angles())
+        if len(fresh) < proficio.JOINTS:
+            positions = tuple([positions[k] if _NEEDED[k] <= fresh else None for k in range(proficio.JOINTS)])
         doubted = {motor for motor in fresh if self._position_answers[motor].is_doubtful}
-        lost = self.robot.module is not None and self._module_silent_ns > MODULE_LOST_NS
+        lost = self._has_module and self._module_silent_ns > MODULE_LOST_NS
         foreign, self._foreign = self._foreign, False
         return Reading(
-            positions=tuple(angles[k] if _NEEDED[k] <= fresh else None for k in range(proficio.JOINTS)),
-            doubted=tuple(bool(_NEEDED[k] & doubted) for k in range(proficio.JOINTS)) if doubted else (),
+            positions=positions,
+            doubted=tuple([bool(_NEEDED[k] & doubted) for k in range(proficio.JOINTS)]) if doubted else (),
             age_ns=age if len(fresh) == proficio.JOINTS else None,
-            force=tuple(self._force.tolist()) if self.robot.sensor is not None else None,
+            force=self._force if self._hears_force else None,
             force_saturated=self._force_saturated,
             force_missing_ns=start_ns - self._force_ns,
             sensor=self._has_sensor,
@@ -158,15 +168,18 @@ class BarrettLink:
         since: dict[int, list[Timed]] = {}
         for timed in frames:
             at, (identifier, data) = timed
-            if identifier in _POSITIONS or identifier == _FORCE:
+            if identifier in _ASKED_EACH_CYCLE:
                 part = before if at <= start_ns else since
-                part.setdefault(identifier, []).append(timed)
+                if identifier in part:
+                    part[identifier].append(timed)
+                else:
+                    part[identifier] = [timed]
                 continue
             try:
                 if identifier in _PROPERTIES:
                     number, value = decode_value(data)
-                    if number == self.robot.motor["TEMP"]:
-                        self._temperatures[_PROPERTIES[identifier]] = float(value)
+                    if number == self._temperature_number:
+                        self._temperatures[_PROPERTIES.index(identifier)] = float(value)
                 elif identifier == _MODULE:
                     self._hear_module(data)
                 elif identifier in TORQUE_IDENTIFIERS:
@@ -182,13 +195,14 @@ class BarrettLink:
         """Match answers to questions: those from before the cycle, or from after its time, belong to an older one."""
         until_ns, fresh, oldest = start_ns + self.listen_ns, set[int](), 0
         is_asked = not self._is_quiet({identifier: len(found) for identifier, found in before.items()})
-        for (identifier, motor), answers in zip(_POSITIONS.items(), self._position_answers, strict=True):
-            found = since.get(identifier, [])
-            answers.belated(len(before.get(identifier, [])))
+        for motor, answers in enumerate(self._position_answers):
+            found = since.get(_POSITIONS[motor], _NOTHING)
+            if before:
+                answers.belated(len(before.get(_POSITIONS[motor], _NOTHING)))
             if is_asked:
                 answers.asked(self.cycle, start_ns)
             age = answers.match([at for at, _ in found], until_ns, is_asked=is_asked)
-            in_time = {frame.data for at, frame in found if at <= until_ns}
+            in_time = [frame.data for at, frame in found if at <= until_ns]
             if age is not None and self._position(motor, in_time):
                 fresh.add(motor)
                 oldest = max(oldest, age)
@@ -196,7 +210,7 @@ class BarrettLink:
 
     def _read_force(self, start_ns: int, before: list[Timed], since: list[Timed]) -> None:
         """The same for the force sensor's answers."""
-        if self.robot.sensor is None:
+        if not self._hears_force:
             return
         answers = self._force_answers
         is_asked = not answers.would_be_quiet(self.cycle, len(before))
@@ -210,19 +224,18 @@ class BarrettLink:
         except FrameError:
             self.strange_frames += 1
             return
-        self._force = self._force_axes @ np.array(reading[:3])
+        self._force = tuple(proficio.times(self._force_axes, reading[:3]))
         self._force_saturated = reading.status is not None and bool(reading.status.saturated_gauges)
         self._force_ns = start_ns
 
-    def _position(self, motor: int, answers: set[bytes]) -> bool:
+    def _position(self, motor: int, answers: Sequence[bytes]) -> bool:
         """Take the position of a motor; not if two nodes answer differently in its name, or it makes no sense."""
-        data, *others = answers
         try:
-            counts, before = motor_counts(data), self._counts[motor]
+            counts, before = motor_counts(answers[0]), self._counts[motor]
         except FrameError:
             self.strange_frames += 1
             return False
-        if others:
+        if answers.count(answers[0]) < len(answers):
             self.strange_frames += 1
             return False
         self._counts[motor] = counts if before is None else nearest_turn(counts, before)
@@ -240,6 +253,4 @@ class BarrettLink:
 
     def _angles(self) -> list[float]:
         """As plain numbers: the core computes several times as long with those of NumPy."""
-        counts = [0.0 if c is None else float(c) for c in self._counts]
-        angles: list[float] = self.robot.joint_angles(np.array(counts)).tolist()
-        return angles
+        return self.robot.joint_angles([0.0 if c is None else float(c) for c in self._counts])

@@ -56,9 +56,9 @@ class FoundNode:
 
 
 @cache
-def _radians(counts: tuple[int, ...]) -> np.ndarray:
+def _radians(counts: tuple[int, ...]) -> tuple[float, ...]:
     """Of a count of each motor, from the counts of its turn."""
-    return 2 * math.pi / np.array(counts)
+    return tuple(2 * math.pi / turn for turn in counts)
 
 
 @dataclass(frozen=True)
@@ -75,9 +75,10 @@ class Robot:
     sensor: Mapping[str, int] | None = field(repr=False)
     module: Mapping[str, int] | None = field(repr=False)
 
-    def joint_angles(self, counts: np.ndarray) -> np.ndarray:
-        """Joint angles (3,) in rad from unwrapped counts (3,)."""
-        return proficio.joint_angles(counts * _radians(self.counts))
+    def joint_angles(self, counts: Sequence[float]) -> list[float]:
+        """Joint angles in rad from the unwrapped counts of each motor."""
+        radians = _radians(self.counts)
+        return proficio.times(proficio.ANGLES_OF_MOTORS, [radians[k] * counts[k] for k in range(proficio.JOINTS)])
 
     @property
     def about(self) -> str:

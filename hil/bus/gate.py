@@ -2,8 +2,6 @@
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from hil.codecs.barrett.identifiers import Group, to_group
 from hil.codecs.barrett.properties import encode_value
 from hil.codecs.barrett.torques import pack_torques, saturated
@@ -26,14 +24,15 @@ class TorqueGate:
     """
 
     def __init__(self, torque_units: Sequence[float], mode_property: int) -> None:
-        self._units, self._mode = np.array(torque_units), mode_property
+        self._units, self._mode = tuple(map(float, torque_units)), mode_property
 
     def frames(self, outcome: Outcome) -> list[Frame]:
         """The frames that an outcome allows."""
         if outcome.torques is None:
             return []
-        torques = self._units * proficio.motor_torques(np.array(outcome.torques))
-        sent = [Frame(TORQUES, pack_torques(saturated(torques.tolist())))]
+        torques = proficio.times(proficio.TORQUES_AT_MOTORS, outcome.torques)
+        units = [self._units[k] * torque for k, torque in enumerate(torques)]
+        sent = [Frame(TORQUES, pack_torques(saturated(units)))]
         return [*sent, _idle(self._mode)] if outcome.to_idle else sent
 
 

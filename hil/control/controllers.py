@@ -64,7 +64,8 @@ class Hold:
         """Spring and damper towards the posture."""
         if observed.seconds <= 0 or self._posture is None:
             self._posture = observed.angles.copy()
-        return np.asarray(self.stiffness * (self._posture - observed.angles) - self.damping * observed.speeds)
+        torques: np.ndarray = self.stiffness * (self._posture - observed.angles) - self.damping * observed.speeds
+        return torques
 
 
 class Passive:

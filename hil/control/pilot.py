@@ -11,7 +11,7 @@ from hil.control.proof import Proof
 from hil.control.timing import Lateness
 from hil.robots.base import Reading, Robot
 from hil.safety.core import begin, step
-from hil.safety.cycle import Outcome, Reaction, Seen, State, Trip
+from hil.safety.cycle import Outcome, Reaction, Seen, State, Trip, Vector
 from hil.safety.limits import Limits
 from hil.safety.motion import follow
 from hil.safety.rules import SLOW_SHARE
@@ -125,13 +125,12 @@ class Pilot:
         reading = self.link.read(given.start_ns, given.frames)
         if reading.age_ns is not None:
             self.round_trip.add(reading.age_ns)
-        seen = _seen(given, reading)
         if self.state is None:
-            positions = tuple(0.0 if q is None else q for q in seen.positions)
+            positions = tuple([0.0 if q is None else q for q in reading.positions])
             self.state = begin(self.limits, given.start_ns - self.limits.period_ns, positions)
             self.state = self.state._replace(unsure=self._unsure)
         # The controller sees what the core believes, never a raw answer.
-        motion = follow(self.limits, self.state, seen)
+        motion = follow(self.limits, self.state, given.start_ns, reading.positions, reading.doubted)
         angles = np.array(motion.positions)
         armed = self.state.armed_ns
         seconds = -1.0 if armed is None else (given.start_ns - armed) * 1e-9
@@ -141,11 +140,8 @@ class Pilot:
         observed = Observed(seconds, angles, speeds, force, sent, given.confirm, fresh, given.asked)
         asked = self._ask(observed, given.start_ns)
         support = self.robot.holding_torques(angles) if self.gravity else np.zeros(len(angles))
-        seen = seen._replace(
-            asked=tuple(asked.tolist()),
-            support=tuple(support.tolist()),
-            controller=self._takeovers,
-            unmodelled=self._unmodelled(),
+        seen = _seen(
+            given, reading, tuple(asked.tolist()), tuple(support.tolist()), self._unmodelled(), self._takeovers
         )
         self.state, outcome = step(self.limits, self.state, seen, motion=motion)
         self.cycle += 1
@@ -215,14 +211,16 @@ class Pilot:
             self._taken_ns = now_ns
 
 
-def _seen(given: CycleInput, reading: Reading) -> Seen:
-    """What the core is shown of a cycle, but for the torques that are not known yet."""
+def _seen(
+    given: CycleInput, reading: Reading, asked: Vector, support: Vector, unmodelled: Vector | None, controller: int
+) -> Seen:
+    """What the core is shown of a cycle."""
     return Seen(
         time_ns=given.start_ns,
         positions=reading.positions,
         doubted=reading.doubted,
-        asked=(),
-        support=(),
+        asked=asked,
+        support=support,
         computing_ns=given.computing_ns,
         force=reading.force,
         force_saturated=reading.force_saturated,
@@ -240,4 +238,6 @@ def _seen(given: CycleInput, reading: Reading) -> Seen:
         watched=given.watched,
         watchdog_silent=given.watchdog_silent,
         arm=given.arm,
+        unmodelled=unmodelled,
+        controller=controller,
     )

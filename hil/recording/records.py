@@ -67,12 +67,17 @@ def pack_begin(time_ns: int) -> bytes:
     return RECORD.pack(Kind.BEGIN, 0, 0, 0, time_ns, b"")
 
 
+def unknown_kind(kind: int) -> str:
+    """Why a record cannot be read."""
+    return f"a record of the kind {kind}, which is not known"
+
+
 def unpack_records(data: bytes) -> Iterator[Record]:
     """Records of bytes; a last one that is cut off is left out."""
     whole = len(data) - len(data) % RECORD.size
     for kind, flags, identifier, size, time_ns, content in RECORD.iter_unpack(data[:whole]):
         if kind not in _KINDS:
-            raise ValueError(f"a record of the kind {kind}, which is not known")
+            raise ValueError(unknown_kind(kind))
         yield Record(_KINDS[kind], flags, Timed(time_ns, Frame(identifier, content[:size])))
 
 

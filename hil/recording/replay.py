@@ -3,18 +3,25 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final, NamedTuple
 
 from fmus.errors import MisfitError
-from hil.codecs.frame import Timed
+from hil.codecs.frame import Frame, Timed
 from hil.control.pilot import CycleInput, Decision, Pilot
 from hil.recording.recorder import FRAMES
-from hil.recording.records import DOUBLE, MAGIC, Flag, Kind, Record, unpack_records
+from hil.recording.records import DOUBLE, MAGIC, RECORD, Flag, Kind, Record, unknown_kind, unpack_records
 
-_FLAGS = tuple(int(flag) for flag in Flag)
+# Wishes and state by the flags of a cycle's record.
+_WISHES: Final = [tuple(bool(flags & flag) for flag in Flag) for flags in range(sum(Flag) + 1)]
+_RECEIVED: Final = int(Kind.RECEIVED)
+_SENT: Final = int(Kind.SENT)
+_DECIDED: Final = int(Kind.DECIDED)
+_CYCLE: Final = int(Kind.CYCLE)
+_BEGIN: Final = int(Kind.BEGIN)
+_ASKED: Final = int(Kind.ASKED)
 
 
-@dataclass(frozen=True)
-class RecordedCycle:
+class RecordedCycle(NamedTuple):
     """What a decision had, and the frames that came out of it, with the time at which they were sent."""
 
     given: CycleInput
@@ -51,47 +58,51 @@ def read_records(folder: Path) -> Iterator[Record]:
     try:
         yield from unpack_records(record_bytes(folder))
     except ValueError as error:
-        raise MisfitError(f"{folder / FRAMES} is damaged: {error}; what comes before is whole") from error
+        raise _damaged(folder, str(error)) from error
 
 
-def cycles_of(records: Iterator[Record]) -> Iterator[RecordedCycle]:
-    """The cycles of a session; frames before the first one are those of the start-up."""
+def cycles_of(folder: Path) -> Iterator[RecordedCycle]:
+    """The cycles of a session; frames before the first one are those of the start-up.
+
+    Raises:
+        MisfitError: as for `read_records`.
+    """
     frames: list[Timed] = []
     given: CycleInput | None = None
     decided: list[Timed] = []
     asked: list[float] = []
-    for kind, flags, timed in records:
-        if kind is Kind.SENT:
+    data = record_bytes(folder)
+    for kind, flags, identifier, size, time_ns, content in RECORD.iter_unpack(
+        data[: len(data) - len(data) % RECORD.size]
+    ):
+        if kind == _RECEIVED:
+            frames.append(Timed(time_ns, Frame(identifier, content[:size])))
+        elif kind == _SENT:
             continue
-        if kind is Kind.CYCLE:
+        elif kind == _DECIDED:
+            decided.append(Timed(time_ns, Frame(identifier, content[:size])))
+        elif kind == _CYCLE:
             if given is not None:
                 yield RecordedCycle(given, tuple(decided))
-            computing = int.from_bytes(timed.frame.data, "little", signed=True)
-            arm, abort, recording, end, watched, confirm, silent = (bool(flags & flag) for flag in _FLAGS)
+            computing = int.from_bytes(content, "little", signed=True)
+            arm, abort, recording, end, watched, confirm, silent = _WISHES[flags % len(_WISHES)]
+            outside = tuple(asked) if asked else None
             given = CycleInput(
-                timed.time_ns,
-                tuple(frames),
-                computing,
-                arm,
-                abort,
-                recording,
-                end,
-                watched,
-                confirm,
-                silent,
-                tuple(asked) or None,
+                time_ns, frames, computing, arm, abort, recording, end, watched, confirm, silent, outside
             )
             frames, decided, asked = [], [], []
-        elif kind is Kind.BEGIN:
+        elif kind == _BEGIN:
             frames = []
-        elif kind is Kind.ASKED:
-            asked.extend(DOUBLE.unpack(timed.frame.data))
-        elif kind is Kind.RECEIVED:
-            frames.append(timed)
-        elif kind is Kind.DECIDED:
-            decided.append(timed)
+        elif kind == _ASKED:
+            asked.extend(DOUBLE.unpack(content))
+        else:
+            raise _damaged(folder, unknown_kind(kind))
     if given is not None:
         yield RecordedCycle(given, tuple(decided))
+
+
+def _damaged(folder: Path, words: str) -> MisfitError:
+    return MisfitError(f"{folder / FRAMES} is damaged: {words}; what comes before is whole")
 
 
 @dataclass
@@ -105,7 +116,7 @@ class Replayed:
 def replay(folder: Path, pilot: Pilot) -> Iterator[tuple[Replayed, RecordedCycle, Decision]]:
     """Run a recording through a pilot that is set up as the session's was."""
     found = Replayed()
-    for cycle in cycles_of(read_records(folder)):
+    for cycle in cycles_of(folder):
         decision = pilot.decide(cycle.given)
         if decision.frames != [timed.frame for timed in cycle.decided] and found.first_different is None:
             found.first_different = found.cycles

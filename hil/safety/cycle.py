@@ -3,11 +3,19 @@
 What is made anew in every cycle are named tuples: they are made in a third of the time of frozen dataclasses.
 """
 
+import math
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import NamedTuple
 
 Vector = tuple[float, ...]
+# rad by joint; None where no answer came.
+Positions = tuple[float | None, ...]
+
+
+def is_finite(value: float) -> bool:
+    """Whether it is a number; compiled, these two are machine instructions, and `math.isfinite` is none."""
+    return not (math.isnan(value) or math.isinf(value))
 
 
 class Reaction(IntEnum):
@@ -65,7 +73,7 @@ class Seen(NamedTuple):
     """
 
     time_ns: int
-    positions: tuple[float | None, ...]
+    positions: Positions
     asked: Vector
     support: Vector
     computing_ns: int = 0

@@ -15,46 +15,54 @@ Limiter = Callable[[Limits, Motion, Vector, Vector], Vector]
 
 def braking_only(limits: Limits, motion: Motion, last: Vector, wanted: Vector) -> Vector:
     """A joint that moves faster than its limit gets no torque along its motion."""
-    return tuple(
-        0.0 if abs(speed) > joint.speed and torque * speed > 0 else torque
-        for joint, speed, torque in zip(limits.joints, motion.speeds, wanted, strict=True)
-    )
+    kept = []
+    for k, joint in enumerate(limits.joints):
+        speed, t = motion.speeds[k], wanted[k]
+        kept.append(0.0 if abs(speed) > joint.speed and t * speed > 0 else t)
+    return tuple(kept)
 
 
 def inwards_only(limits: Limits, motion: Motion, last: Vector, wanted: Vector) -> Vector:
     """A joint beyond its range gets no torque that pushes it further."""
     kept = []
-    for joint, position, torque in zip(limits.joints, motion.positions, wanted, strict=True):
-        outwards = (position > joint.high and torque > 0) or (position < joint.low and torque < 0)
-        kept.append(0.0 if outwards else torque)
+    for k, joint in enumerate(limits.joints):
+        position, t = motion.positions[k], wanted[k]
+        outwards = (position > joint.high and t > 0) or (position < joint.low and t < 0)
+        kept.append(0.0 if outwards else t)
     return tuple(kept)
 
 
 def power(limits: Limits, motion: Motion, last: Vector, wanted: Vector) -> Vector:
     """Each joint may give an equal share of the power, so that one that moves costs another no strength to hold."""
     share = limits.power / len(limits.joints)
-    return tuple(
-        share / speed if torque * speed > share else torque for speed, torque in zip(motion.speeds, wanted, strict=True)
-    )
+    kept = []
+    for k, speed in enumerate(motion.speeds):
+        t = wanted[k]
+        kept.append(share / speed if t * speed > share else t)
+    return tuple(kept)
 
 
 def torque(limits: Limits, motion: Motion, last: Vector, wanted: Vector) -> Vector:
     """No joint gets more than its torque."""
-    return tuple(min(max(t, -joint.torque), joint.torque) for joint, t in zip(limits.joints, wanted, strict=True))
+    return tuple([min(max(wanted[k], -joint.torque), joint.torque) for k, joint in enumerate(limits.joints)])
 
 
 def unpinching(limits: Limits, motion: Motion, last: Vector, wanted: Vector) -> Vector:
     """Where a joint can pinch it gets less."""
     kept = []
-    for joint, position, t in zip(limits.joints, motion.positions, wanted, strict=True):
-        most = pinch_torque(joint, position)
-        kept.append(min(max(t, -most), most))
+    for k, joint in enumerate(limits.joints):
+        most = pinch_torque(joint, motion.positions[k])
+        kept.append(min(max(wanted[k], -most), most))
     return tuple(kept)
 
 
 def pinch_torque(joint: JointLimits, position: float) -> float:
     """Torque in N.m that a joint may have at an angle in rad; the smallest of its zones there, infinite outside of them."""
-    return min((zone.torque for zone in joint.zones if zone.low <= position <= zone.high), default=math.inf)
+    most = math.inf
+    for zone in joint.zones:
+        if zone.low <= position <= zone.high:
+            most = min(most, zone.torque)
+    return most
 
 
 def torque_rate(limits: Limits, motion: Motion, last: Vector, wanted: Vector) -> Vector:
@@ -63,11 +71,11 @@ def torque_rate(limits: Limits, motion: Motion, last: Vector, wanted: Vector) ->
     The time that counts is that of a period: after a gap a torque must not jump.
     """
     kept = []
-    for joint, before, t in zip(limits.joints, last, wanted, strict=True):
+    for k, joint in enumerate(limits.joints):
         most = joint.torque_rate * limits.period_ns * 1e-9
         # Between zero and the last torque every value is allowed.
-        low, high = min(before, 0.0) - most, max(before, 0.0) + most
-        kept.append(min(max(t, low), high))
+        low, high = min(last[k], 0.0) - most, max(last[k], 0.0) + most
+        kept.append(min(max(wanted[k], low), high))
     return tuple(kept)
 
 

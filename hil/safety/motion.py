@@ -1,30 +1,28 @@
 """Where the arm is and how fast it moves, as far as its encoders can be believed."""
 
-import math
+from typing import Final
 
-from hil.safety.cycle import Motion, Seen, State, Vector
+from hil.safety.cycle import Motion, Positions, State, Vector, is_finite
 from hil.safety.limits import Limits
 
 # No joint is believed to move faster than this times its limit of speed.
-FASTEST = 4.0
+FASTEST: Final = 4.0
 
 
-def seconds_since(state: State, seen: Seen) -> float:
-    """Time in s since the last cycle; 0 if the clock stood still or went back."""
-    return max(seen.time_ns - state.time_ns, 0) * 1e-9
-
-
-def follow(limits: Limits, state: State, seen: Seen) -> Motion:
-    """Take the positions of a cycle; one that is missing, or too far from the last, leaves the joint where it was.
+def follow(limits: Limits, state: State, time_ns: int, found: Positions, doubted: tuple[bool, ...]) -> Motion:
+    """Take the positions `found` in a cycle, some of them perhaps `doubted`; one that is missing, or too far from the last,
+    leaves the joint where it was.
 
     Speeds are differences over the measured time, through a first-order low pass (backward Euler):
     w = (w0 + W dt dq/dt)/(1 + W dt), W the bandwidth.
     """
-    before, seconds = state.motion, seconds_since(state, seen)
-    passed_ns = max(seen.time_ns - state.time_ns, 1)
+    before = state.motion
+    # A clock that stood still or went back leaves no time.
+    seconds = max(time_ns - state.time_ns, 0) * 1e-9
+    passed_ns = max(time_ns - state.time_ns, 1)
     positions, speeds, missing, still, jumps, jumped, halted = [], [], [], [], [], [], []
     for k, joint in enumerate(limits.joints):
-        measured = seen.positions[k] if k < len(seen.positions) else None
+        measured = found[k] if k < len(found) else None
         last, speed = before.positions[k], before.speeds[k]
         # A gap allows the more motion the longer it has lasted.
         waited = seconds + before.missing[k] * 1e-9
@@ -35,7 +33,7 @@ def follow(limits: Limits, state: State, seen: Seen) -> Motion:
             missing.append(before.missing[k] + passed_ns)
             still.append(0)
             halted.append(0.0)
-            is_jump = measured is not None and math.isfinite(measured)
+            is_jump = measured is not None and is_finite(measured)
             jumps.append((before.jumps[k] + 1 if before.jumps else 1) if is_jump else 0)
             jumped.append(measured - last if measured is not None and is_jump else 0.0)
             continue
@@ -58,19 +56,19 @@ def follow(limits: Limits, state: State, seen: Seen) -> Motion:
         tuple(jumps),
         tuple(jumped),
         tuple(halted),
-        _owed(before, seen, tuple(missing), passed_ns),
+        _owed(before, doubted, tuple(missing), passed_ns),
     )
 
 
-def _owed(before: Motion, seen: Seen, missing: tuple[int, ...], passed_ns: int) -> tuple[int, ...]:
+def _owed(before: Motion, doubted: tuple[bool, ...], missing: tuple[int, ...], passed_ns: int) -> tuple[int, ...]:
     """Time (ns) by joint that a doubted position has not made good yet; a certain one does."""
-    owed = before.owed or (0,) * len(missing)
-    doubted = (*seen.doubted, *(False for _ in missing))
-    found = tuple(
-        owed[k] if missing[k] else owed[k] + before.missing[k] + passed_ns if doubted[k] else 0
-        for k in range(len(missing))
-    )
-    return found if any(found) else ()
+    if not before.owed and not doubted:
+        return ()
+    owed, found = before.owed or (0,) * len(missing), []
+    for k, gap in enumerate(missing):
+        is_doubted = k < len(doubted) and doubted[k]
+        found.append(owed[k] if gap else owed[k] + before.missing[k] + passed_ns if is_doubted else 0)
+    return tuple(found) if any(found) else ()
 
 
 def at_rest(positions: Vector) -> Motion:

@@ -2,30 +2,33 @@
 
 import math
 from collections.abc import Callable
+from typing import Final
 
-from hil.safety.cycle import Module, Motion, Reaction, Seen, State, Trip
+from hil.safety.cycle import Module, Motion, Reaction, Seen, State, Trip, Vector, is_finite
 from hil.safety.limits import Limits
 
 Rule = Callable[[Limits, State, Motion, Seen], Trip | None]
 
-SECOND_NS = 1_000_000_000
+SECOND_NS: Final = 1_000_000_000
 # A cycle is late if so many periods have passed since the last one.
-LATE_PERIODS = 1.5
+LATE_PERIODS: Final = 1.5
 # A controller that takes this share of a period is late as well.
-SLOW_SHARE = 0.5
+SLOW_SHARE: Final = 0.5
 # Late cycles in a row leave less torque after this share of the time after which the arm gives way.
-LATE_REDUCE = 0.2
+LATE_REDUCE: Final = 0.2
 # Positions that keep missing now and then count as missing after this times the time for those in a row.
-UNSURE = 2.0
+UNSURE: Final = 2.0
 # No joint stops from so many rad/s to the last digit of its encoder at once, and stays there for this share of the time
 # after which an encoder that stands still counts as frozen.
-HALTED, HALTED_SHARE = 0.3, 0.1
+HALTED: Final = 0.3
+HALTED_SHARE: Final = 0.1
 # An encoder has jumped if so many answers in a row are too far away; one may have been garbled on its way.
-JUMPS = 2
+JUMPS: Final = 2
 # Share of the heat that a motor bears from which on there is less torque.
-WARM_SHARE = 0.8
+WARM_SHARE: Final = 0.8
 # Beyond this times its limit of speed a joint is damped and no more, and beyond the second it is let go.
-GIVES_WAY, LET_GO = 1.25, 2.0
+GIVES_WAY: Final = 1.25
+LET_GO: Final = 2.0
 
 
 def is_late(limits: Limits, state: State, seen: Seen) -> bool:
@@ -38,7 +41,7 @@ def finite_command(limits: Limits, state: State, motion: Motion, seen: Seen) -> 
     """A controller that asks for what is no number has failed."""
     for words, values in (("asked for", seen.asked), ("needed to hold the weight", seen.support)):
         for k, value in enumerate(values):
-            if not math.isfinite(value):
+            if not is_finite(value):
                 reaction = Reaction.SUPPORT if words == "asked for" else Reaction.RELEASE
                 return Trip("finite_command", reaction, f"torque {words} at joint {k + 1} is {value} N.m")
     if len(seen.asked) != len(limits.joints) or len(seen.support) != len(limits.joints):
@@ -47,9 +50,16 @@ def finite_command(limits: Limits, state: State, motion: Motion, seen: Seen) -> 
     return None
 
 
+def _size(vector: Vector) -> float:
+    total = 0.0
+    for part in vector:
+        total += part * part
+    return math.sqrt(total)
+
+
 def pushing(limits: Limits, seen: Seen) -> float:
     """Torque in N.m that the force at the wrist can make at a joint, at most."""
-    return limits.reach * math.sqrt(sum(part * part for part in seen.force)) if seen.force is not None else 0.0
+    return limits.reach * _size(seen.force) if seen.force is not None else 0.0
 
 
 def positions_answered(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip | None:
@@ -123,10 +133,11 @@ def torque_acts(limits: Limits, state: State, motion: Motion, seen: Seen) -> Tri
 
 def motion_explained(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip | None:
     """A joint that speeds up though nothing known pushes it is driven by what nobody commands."""
-    for k, (speed, calm_speed) in enumerate(zip(motion.speeds, state.calm_speed, strict=True)):
-        if abs(speed) - calm_speed > limits.unexplained:
+    for k, speed in enumerate(motion.speeds):
+        gained = abs(speed) - state.calm_speed[k]
+        if gained > limits.unexplained:
             words = (
-                f"joint {k + 1} sped up by {abs(speed) - calm_speed:.3g} rad/s, and neither its torque nor a force at the wrist"
+                f"joint {k + 1} sped up by {gained:.3g} rad/s, and neither its torque nor a force at the wrist"
                 " pushes it that way"
             )
             return Trip("motion_explained", Reaction.RELEASE, words)
@@ -155,7 +166,8 @@ def on_time(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip | 
 
 def speed_limited(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip | None:
     """An arm that is thrown, or runs away, is not driven."""
-    for k, (joint, speed) in enumerate(zip(limits.joints, motion.speeds, strict=True)):
+    for k, joint in enumerate(limits.joints):
+        speed = motion.speeds[k]
         if abs(speed) > GIVES_WAY * joint.speed:
             reaction = Reaction.RELEASE if abs(speed) > LET_GO * joint.speed else Reaction.COMPLY
             words = f"joint {k + 1} moves at {speed:.3g} rad/s, its limit is {joint.speed:g} rad/s"
@@ -165,7 +177,8 @@ def speed_limited(limits: Limits, state: State, motion: Motion, seen: Seen) -> T
 
 def inside_range(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip | None:
     """Beyond the range of motion are end stops, or the limits of a patient's arm."""
-    for k, (joint, position) in enumerate(zip(limits.joints, motion.positions, strict=True)):
+    for k, joint in enumerate(limits.joints):
+        position = motion.positions[k]
         beyond = max(joint.low - position, position - joint.high)
         if beyond > joint.margin:
             words = f"joint {k + 1} is at {position:.4g} rad, outside [{joint.low:g}, {joint.high:g}] rad"
@@ -189,7 +202,7 @@ def force_bounded(limits: Limits, state: State, motion: Motion, seen: Seen) -> T
     if seen.force_missing_ns > limits.force_missing_s * SECOND_NS:
         words = f"the force sensor has not answered for {seen.force_missing_ns * 1e-6:.3g} ms"
         return Trip("force_bounded", Reaction.COMPLY, words)
-    size = math.sqrt(sum(part * part for part in seen.force))
+    size = _size(seen.force)
     if not size <= limits.force:
         return Trip("force_bounded", Reaction.COMPLY, f"{size:.3g} N at the wrist, the limit is {limits.force:g} N")
     if seen.force_saturated:
