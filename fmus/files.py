@@ -15,6 +15,20 @@ def cache_folder(name: str) -> Path:
     return folder
 
 
+def try_writing(path: Path) -> None:
+    """Make a file where `path` or its first missing folder will be, and remove it: rights alone do not tell (`/proc`).
+
+    Raises:
+        OSError: if nothing can be written there.
+    """
+    wanted = path.absolute()
+    while not wanted.parent.exists():
+        wanted = wanted.parent
+    handle, temporary = tempfile.mkstemp(dir=wanted.parent, prefix=f".{wanted.name}.")
+    os.close(handle)
+    os.unlink(temporary)
+
+
 def write_atomically(path: Path, data: bytes) -> None:
     """Replace a file as a whole: readers see the old content or the new, never a part."""
     path.parent.mkdir(parents=True, exist_ok=True)

@@ -46,6 +46,7 @@ kind_option = click.option(
     "folder",
     metavar="DIR",
     type=click.Path(path_type=Path),
+    callback=can_be_filled,
     help="Where to record; default: a new folder in ./recordings.",
 )
 @click.option("--dry-run", is_flag=True, help="Decide and record everything, send no torque.")
@@ -269,7 +270,8 @@ def _made(folder: Path) -> Path:
 
 @hil.command()
 @click.argument("source", metavar="SYSTEM|RECORDING", type=click.Path(path_type=Path))
-@click.option("--out", "out", metavar="DIR", type=click.Path(path_type=Path), required=True, help="Where to write.")
+@click.option("--out", "out", metavar="DIR", type=click.Path(path_type=Path), required=True, callback=can_be_filled,
+              help="Where to write.")  # fmt: skip
 @click.option("--joint", type=click.IntRange(1, 3), help="Which joint; default: the one that moved most.")
 @click.option("--inertia", type=float, default=0.05, show_default=True, help="Of the nominal model (kg.m2).")
 @click.option("--block/--no-block", "learned", default=True, help="Also learn what the model lacks as a block.")

@@ -132,7 +132,7 @@ def record(
     comparison: Comparison,
     measurements: MeasurementSet,
 ) -> LedgerEntry:
-    """Append a version to the ledger, unless the same model is there for the same data.
+    """Append a version to the ledger; the same model along the same data keeps its number, with its present figures.
 
     Args:
         folder: that of the ledger.
@@ -144,15 +144,13 @@ def record(
         measurements: what it was compared with.
 
     Returns:
-        The entry, new or old.
+        The entry; the old one where nothing changed.
     """
     known = ledger.read(folder) if (folder / ledger.FILE_NAME).exists() else []
     model_hash = model.content_hash
-    for entry in known:
-        if (entry.model_hash, entry.data_hash) == (model_hash, measurements.content_hash):
-            return entry
+    same = [old for old in known if (old.model_hash, old.data_hash) == (model_hash, measurements.content_hash)]
     entry = LedgerEntry(
-        version=len(known),
+        version=same[0].version if same else len(known),
         name=name,
         model=name if source.file is None else f"{source.file}:{source.class_name}",
         effects=tuple(effects),
@@ -165,5 +163,7 @@ def record(
         date=datetime.now(UTC).isoformat(timespec="seconds"),
         misfit_version=package_version("misfit-fmu"),
     )
+    if same and same[0] == replace(entry, date=same[0].date, misfit_version=same[0].misfit_version):
+        return same[0]
     ledger.append(folder, entry)
     return entry

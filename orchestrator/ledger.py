@@ -1,9 +1,12 @@
-"""The history of a model: one line per version in `ledger.jsonl`, only ever added to."""
+"""The history of a model: one line per version in `ledger.jsonl`, only ever added to.
+
+A version whose figures changed, such as by a newer misfit, gets another line; the last line of a version counts.
+"""
 
 import json
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -80,7 +83,8 @@ def append(folder: Path, entry: LedgerEntry) -> None:
 
 
 def read(folder: Path) -> Ledger:
-    """Return the versions in the order they were recorded; a last line without its end of line is left out.
+    """Return the versions in the order they were first recorded, each with its newest figures; a last line without its end is
+    left out.
 
     Raises:
         MisfitError: if there is no ledger, or a complete line is damaged; names the file and the line.
@@ -93,7 +97,13 @@ def read(folder: Path) -> Ledger:
     except OSError as error:
         raise MisfitError(f"{path} cannot be read: {error.strerror or error}") from error
     complete = content.split(b"\n")[:-1]
-    return Ledger(_from_line(line, f"{path} line {number}") for number, line in enumerate(complete, start=1))
+    entries = [_from_line(line, f"{path} line {number}") for number, line in enumerate(complete, start=1)]
+    return Ledger({(entry.version, entry.model_hash, entry.data_hash): entry for entry in entries}.values())
+
+
+def newest(entries: Sequence[LedgerEntry]) -> list[LedgerEntry]:
+    """The versions along the measurements of the newest one: errors along others cannot be compared with these."""
+    return [entry for entry in entries if entry.data_hash == entries[-1].data_hash]
 
 
 def _write_line(handle: int, line: bytes) -> None:

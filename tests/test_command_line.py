@@ -97,25 +97,6 @@ def test_mistake_ends_with_code_2_and_one_line_that_helps(mistake: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("command", "option"),
-    [
-        ("learn", "--out"),
-        ("diagnose", "--experiment"),
-        ("diagnose", "--html"),
-        ("discover", "--out"),
-        ("discover", "--json"),
-    ],
-)
-def test_a_place_that_cannot_be_written_is_refused_before_model_and_data_are_even_looked_for(
-    command: str, option: str
-) -> None:
-    done = misfit(command, "no-such-model", "no-such-data", option, str(Path(__file__) / "x" / "y"))
-
-    assert done.returncode == 2
-    assert f"{Path(__file__).name} is no folder; choose another place" in done.stderr
-
-
-@pytest.mark.parametrize(
     ("damage", "words"),
     [
         (lambda path: path.write_bytes(b"not a zip"), "zip"),

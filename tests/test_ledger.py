@@ -10,11 +10,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fmus.catalogue import find_modelica_model
 from fmus.errors import MisfitError
-from orchestrator.compare.result import SetErrors
-from orchestrator.ledger import FILE_NAME, LedgerEntry, append, read
+from orchestrator.compare.comparison import compare
+from orchestrator.compare.result import Comparison, SetErrors
+from orchestrator.discover import record
+from orchestrator.ledger import FILE_NAME, LedgerEntry, append, newest, read
+from orchestrator.measurements import load_measurements
+from orchestrator.models.symbolic import SymbolicModel
+from orchestrator.report.sentences import ledger_sentence
 from orchestrator.verdicts.result import Estimate, NamedEffect
 
+PENDULUM = Path(__file__).parent / "cases" / "pendulum"
 FRICTION = NamedEffect("coulomb_friction", "joint1", {"tauC[1]": Estimate(0.0373, "N.m", (0.0361, 0.0385))})
 ENTRY = LedgerEntry(
     version=1,
@@ -51,7 +58,7 @@ entries = st.builds(
 
 
 @settings(max_examples=60, deadline=None)
-@given(st.lists(entries, min_size=1, max_size=3))
+@given(st.lists(entries, min_size=1, max_size=3, unique_by=lambda e: (e.version, e.model_hash, e.data_hash)))
 def test_reading_gives_back_what_was_appended(written: list[LedgerEntry]) -> None:
     with tempfile.TemporaryDirectory() as name:
         for entry in written:
@@ -87,7 +94,7 @@ def test_a_line_torn_at_any_byte_is_ignored_and_does_not_harm_the_next(tmp_path:
 
 def _append_many(folder: Path, name: str, count: int) -> None:
     for version in range(count):
-        append(folder, replace(ENTRY, name=name, version=version))
+        append(folder, replace(ENTRY, name=name, version=version, model_hash=name))
 
 
 def test_two_processes_that_append_at_once_lose_nothing(tmp_path: Path) -> None:
@@ -100,6 +107,39 @@ def test_two_processes_that_append_at_once_lose_nothing(tmp_path: Path) -> None:
 
     found = [(entry.name, entry.version) for entry in read(tmp_path)]
     assert sorted(found) == [(name, version) for name in "ab" for version in range(40)]
+
+
+def test_the_last_line_of_a_version_counts(tmp_path: Path) -> None:
+    for entry in (replace(ENTRY, version=0, model_hash="given"), ENTRY, replace(ENTRY, learning=SetErrors({}, 1.1))):
+        append(tmp_path, entry)
+
+    assert [(entry.version, entry.learning.over_floor) for entry in read(tmp_path)] == [(0, 2.0), (1, 1.1)]
+
+
+def test_a_model_that_is_compared_again_keeps_its_number_and_gets_its_new_figures(tmp_path: Path) -> None:
+    data = load_measurements(PENDULUM)
+    source = find_modelica_model("pendulum")
+    model = SymbolicModel("pendulum", source.compile())
+
+    def recorded(comparison: Comparison) -> LedgerEntry:
+        return record(tmp_path, "pendulum", source, model, (), comparison, data)
+
+    found = compare(model, data, workers=1)
+    first, again = recorded(found), recorded(found)
+    changed = recorded(replace(found, noise_floor={"theta": 0.5}))
+
+    assert first == again
+    assert changed.version == first.version == 0
+    assert [entry.noise_floor for entry in read(tmp_path)] == [{"theta": 0.5}]
+
+
+def test_versions_along_other_measurements_are_left_out_of_the_error_that_falls() -> None:
+    old = replace(ENTRY, version=0, name="Old", data_hash="other", held_out=SetErrors({}, 900.0))
+    given = replace(ENTRY, version=1, name="Given", effects=(), held_out=SetErrors({"q1": 0.1, "q2": 0.1}, 50.0))
+    entries = [old, given, replace(ENTRY, version=2)]
+
+    assert newest(entries) == entries[1:]
+    assert ledger_sentence(entries).startswith("From Given to Arm_1 the error on held-out trials went from 50")
 
 
 def test_a_folder_without_a_ledger_is_named(tmp_path: Path) -> None:

@@ -7,12 +7,12 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
 from fmus.errors import MisfitError
-from fmus.files import write_atomically
+from fmus.files import try_writing, write_atomically
 from orchestrator.elapsed import Elapsed, columns
 
 if TYPE_CHECKING:
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from orchestrator.models.contract import Model
 
 Say = Callable[[str], None]
+Folder = TypeVar("Folder", str, Path, None)
 # Off a terminal, long work says where it is as often as this.
 LINE_EVERY_S = 30.0
 
@@ -69,25 +70,28 @@ def can_be_written(context: click.Context, option: click.Parameter, target: str 
     """Refuse a place that cannot be written to before the work, not after it."""
     if target is None or target == "-":
         return target
-    path = Path(target)
-    if path.is_dir():
-        raise MisfitError(f"{path} is a folder; expected a file to write")
-    _require_room_for(path, next(folder for folder in path.absolute().parents if folder.exists()))
+    if os.path.isdir(target):
+        raise MisfitError(f"{target} is a folder; expected a file to write")
+    _require_room_for(target, Path(target))
     return target
 
 
-def can_be_filled(context: click.Context, option: click.Parameter, target: str) -> str:
+def can_be_filled(context: click.Context, option: click.Parameter, target: Folder) -> Folder:
     """Refuse a folder that cannot be made or written to before the work, not after it."""
-    path = Path(target).absolute()
-    _require_room_for(Path(target), next(folder for folder in (path, *path.parents) if folder.exists()))
+    if target is not None:
+        _require_room_for(target, Path(target) / "result")
     return target
 
 
-def _require_room_for(path: Path, above: Path) -> None:
-    if not above.is_dir():
-        raise MisfitError(f"{path} cannot be written: {above} is no folder; choose another place")
-    if not os.access(above, os.W_OK):
-        raise MisfitError(f"{path} cannot be written: no permission to write in {above}; choose another place")
+def _require_room_for(place: str | Path, file: Path) -> None:
+    """Raise `MisfitError`, which names `place`, if a file could not be written."""
+    try:
+        try_writing(file)
+    except OSError as error:
+        above = next(folder for folder in file.absolute().parents if os.path.exists(folder))
+        reasons = {NotADirectoryError: f"{above} is no folder", PermissionError: f"no permission to write in {above}"}
+        reason = reasons.get(type(error), error.strerror)
+        raise MisfitError(f"{place} cannot be written: {reason}; choose another place") from error
 
 
 def library_option(command: Callable[..., None]) -> Callable[..., None]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from fmus.errors import MisfitError
-from orchestrator.cli.common import show, write_file
+from orchestrator.cli.common import can_be_written, show, write_file
 from orchestrator.measurements.wording import shown
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("model", metavar="SYSTEM")
-@click.argument("out", metavar="OUT")
+@click.argument("out", metavar="OUT", callback=can_be_written)
 @click.option("--quiet", is_flag=True, help="Print nothing but errors.")
 def convert(model: str, out: str, quiet: bool) -> None:
     """Write SYSTEM as OUT: an .ssp with its FMUs in it, or a .toml with them beside it."""

@@ -24,7 +24,7 @@ HOW = ("linear", "hold")
     "--out",
     "folder",
     metavar="DIR",
-    callback=lambda c, o, v: v and can_be_filled(c, o, v),
+    callback=can_be_filled,
     help="Where case.toml and copies of the files go; the files' own folder by default.",
 )
 @click.option(

@@ -11,6 +11,7 @@ import click
 
 from fmus.errors import MisfitError
 from orchestrator.cli.common import (
+    can_be_filled,
     can_be_written,
     html_option,
     json_option,
@@ -62,7 +63,12 @@ def regress() -> None:
 @click.option(
     "-k", "pattern", metavar="WORDS", default="", help="Only cases whose names or tags have all of these words."
 )
-@click.option("--history", metavar="DIR", help="Add the outcomes to the history in DIR, for misfit regress trend.")
+@click.option(
+    "--history",
+    metavar="DIR",
+    callback=can_be_filled,
+    help="Add the outcomes to the history in DIR, for misfit regress trend.",
+)
 @click.option("--coverage", is_flag=True, help="Say which states, branches and ranges the cases reach.")
 @click.option("--suggest", is_flag=True, help="Propose cases that reach what is not covered; implies --coverage.")
 @html_option

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from orchestrator.compare.result import Comparison
-from orchestrator.ledger import LedgerEntry
+from orchestrator.ledger import LedgerEntry, newest
 from orchestrator.report.answer import answer_of
 from orchestrator.report.answer.markup import answer_html, answer_style
 from orchestrator.report.arm_drawing import Replay, replay_script, replay_style, script_source
@@ -88,7 +88,7 @@ def ledger_report(entries: Sequence[LedgerEntry]) -> str:
     page = Page(
         title="Versions of a model" if not entries else f"Versions of {entries[0].name}",
         verdict=ledger_sentence(entries),
-        falling_error=falling([(e.name, e.learning, e.held_out) for e in entries]),
+        falling_error=falling([(e.name, e.learning, e.held_out) for e in newest(entries)]),
         sections=(
             Section("Versions", tables=(versions_table(entries),) if entries else ()),
             Section("Effects of the newest version", tables=effects_table(entries[-1].effects if entries else ())),

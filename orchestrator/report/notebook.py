@@ -7,7 +7,7 @@ import numpy as np
 
 from fmus.errors import MisfitError
 from orchestrator.compare.result import Comparison
-from orchestrator.ledger import LedgerEntry
+from orchestrator.ledger import LedgerEntry, newest
 from orchestrator.measurements.wording import nearest
 from orchestrator.report import figures
 from orchestrator.report.answer import answer_of
@@ -185,7 +185,7 @@ def _range(values: np.ndarray) -> tuple[str, str, str, str]:
 
 
 def _falling_of(entries: Sequence[LedgerEntry]) -> Picture | None:
-    return falling([(entry.name, entry.learning, entry.held_out) for entry in entries])
+    return falling([(entry.name, entry.learning, entry.held_out) for entry in newest(entries)])
 
 
 def _picture(image: str, caption: str) -> Shown:

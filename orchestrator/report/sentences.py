@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from orchestrator.compare.result import Comparison
-from orchestrator.ledger import LedgerEntry
+from orchestrator.ledger import LedgerEntry, newest
 from orchestrator.report.answer import answer_of
 from orchestrator.report.numbers import percent, quantity, ratio
 from orchestrator.verdicts.result import Diagnosis, NamedEffect, RankedSet
@@ -59,9 +59,10 @@ def comparison_sentence(comparison: Comparison) -> str:
 
 
 def ledger_sentence(entries: Sequence[LedgerEntry]) -> str:
-    """Return what became of a model from its first to its newest version."""
+    """Return what became of a model from its first to its newest version along the newest version's measurements."""
     if not entries:
         return "There is no version yet."
+    entries = newest(entries)
     errors_now = [(entry.held_out or entry.learning).over_floor for entry in (entries[0], entries[-1])]
     if len(entries) == 1:
         return f"The model as given is off by {ratio(errors_now[0])} the noise floor; there is no other version yet."

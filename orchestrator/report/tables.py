@@ -41,7 +41,8 @@ def bar(share: float, width: int = BAR_WIDTH) -> str:
 
 
 def ledger_table(entries: Sequence[LedgerEntry]) -> Table:
-    """Return one row per version: its effects, the errors, and a bar in proportion to the first version's error."""
+    """Return one row per version: its effects, the errors, and a bar in proportion to the error of the first version along the
+    same measurements; a line stands where the measurements are others."""
     table = _table()
     table.add_column("v", justify="right", no_wrap=True)
     table.add_column("name", overflow="fold", max_width=18)
@@ -50,8 +51,12 @@ def ledger_table(entries: Sequence[LedgerEntry]) -> Table:
     table.add_column("held out", no_wrap=True)
     table.add_column("x floor", justify="right", no_wrap=True)
     table.add_column("error", no_wrap=True, width=BAR_WIDTH)
-    for entry in entries:
-        now, first = _deciding(entry).over_floor, _deciding(entries[0]).over_floor
+    firsts: dict[str, LedgerEntry] = {}
+    for before, entry in zip((None, *entries), entries, strict=False):
+        if before is not None and before.data_hash != entry.data_hash:
+            table.add_section()
+        first = _deciding(firsts.setdefault(entry.data_hash, entry)).over_floor
+        now = _deciding(entry).over_floor
         _row(
             table,
             str(entry.version),
