@@ -118,7 +118,7 @@ def columns(gone: Elapsed) -> "tuple[ProgressColumn, ...]":
         def render(self, task: Task) -> Text:
             return Text(gone.words)
 
-    return SpinnerColumn(), TimeElapsedColumn(), Gone(), TextColumn("{task.description}")
+    return SpinnerColumn(), TimeElapsedColumn(), Gone(), TextColumn("{task.description}", markup=False)
 
 
 def _stage(table: dict[str, float], message: str) -> float | None:

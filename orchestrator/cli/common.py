@@ -242,7 +242,8 @@ def show(renderable: Any, quiet: bool) -> None:
     from rich.console import Console
 
     width = None if sys.stdout.isatty() else 100
-    Console(width=width, highlight=False, soft_wrap=isinstance(renderable, str)).print(renderable)
+    # Brackets are units and elements of arrays here, such as 'phi [rad]', which rich would take for its markup.
+    Console(width=width, highlight=False, markup=False, soft_wrap=isinstance(renderable, str)).print(renderable)
     sys.stdout.flush()  # a pipe, too, shows at once what is known
 
 

@@ -153,7 +153,7 @@ def moving_bar(system: "System", options: "RunOptions", quiet: bool) -> Iterator
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
     start, began, shown = system.run.start or 0.0, time.perf_counter(), [0.0]
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), TimeRemainingColumn())
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn(), TimeRemainingColumn())
     with on_screen(Progress(*columns, console=Console(stderr=True), transient=True)) as bar:
         task = bar.add_task("preparing", total=stop - start if math.isfinite(stop) else None)
 

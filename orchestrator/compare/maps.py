@@ -269,7 +269,8 @@ def _place(m: ErrorMap) -> str:
     if np.sign(m.bias[0]) != np.sign(m.bias[-1]) and min(abs(m.bias[0]), abs(m.bias[-1])) > 0.3 * np.sqrt(
         np.mean(m.rms**2)
     ):
-        return f"with the sign of {m.against}, most {where}"
+        way = "with the sign of" if m.edges[0] < 0 < m.edges[-1] else "of other sign at the other end of"
+        return f"{way} {m.against}, most {where}"
     return where
 
 

@@ -12,7 +12,7 @@ from fmus.errors import ComponentError
 from orchestrator.blackbox.source import Source
 from orchestrator.diagnosis.advise.advice import with_next_experiment
 from orchestrator.diagnosis.advise.left_open import with_open_questions
-from orchestrator.diagnosis.advise.unexplained import unexplained_forces, where_forces_lack
+from orchestrator.diagnosis.advise.unexplained import unexplained_forces, where_forces_lack, with_law
 from orchestrator.diagnosis.aside import Aside
 from orchestrator.diagnosis.fit.evidence import LearningData, Refit
 from orchestrator.diagnosis.linear.remetric import NoiseOfSignals
@@ -132,9 +132,10 @@ def _diagnosed(
     found = conclude(
         asked.nominal, refereed, referee, searcher, declared=asked.noise_is_declared, impossible=asked.impossible
     )
-    found = replace(found, where=tuple(where), findings=findings)
+    found = replace(found, findings=findings)
     best = refereed.accepted[-1].refit if refereed.accepted else None
     named = best if found.verdict in ("named", "ambiguous") else None
+    found = replace(found, where=with_law(where, asked.plain, named, searcher.learning))
     found = _with_what_was_fitted(found, named or searcher.trace.stages[0].tangent.base)
     of_data = asked.notes((*searcher.learning.trials, *held_out.trials))
     outcomes = tried(found.ranking, searcher.trace, named, [entry.refit for entry in refereed.accepted])

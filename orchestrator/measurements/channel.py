@@ -90,9 +90,10 @@ def _cleaned(
         ]
         if places:
             count = sum(int(mask.sum()) for mask in masks)
+            what, its = ("sample of {} is", "its") if count == 1 else ("samples of {} are", "their")
+            where = f"{'first ones: ' if count > MENTIONED else ''}{'; '.join(places[:MENTIONED])}"
             notes.append(
-                f"warning: {count} {kind} samples of {shown(column)} are replaced by the cubic through their neighbours"
-                f" (first ones: {'; '.join(places[:MENTIONED])})"
+                f"warning: {count} {kind} {what.format(shown(column))} replaced by the cubic through {its} neighbours ({where})"
             )
     return tuple(each.values for each in found), tuple(notes)
 

@@ -9,6 +9,7 @@ from orchestrator.compare.result import Comparison
 from orchestrator.ledger import LedgerEntry, newest
 from orchestrator.report.answer import answer_of
 from orchestrator.report.answer.markup import answer_html, answer_style
+from orchestrator.report.answer.notes import note_sentences
 from orchestrator.report.arm_drawing import Replay, replay_script, replay_style, script_source
 from orchestrator.report.numbers import digits
 from orchestrator.report.page import (
@@ -30,7 +31,6 @@ from orchestrator.report.pictures import (
     latent,
     maps,
     moving,
-    ranking,
     residual_pictures,
     step_versions,
     trial_pictures,
@@ -118,18 +118,14 @@ def _diagnosis_page(diagnosis: Diagnosis, entries: list[LedgerEntry], replay: Re
                     *((versions_table(entries),) if entries else ()),
                 ),
             ),
-            Section("What the data leave open", diagnosis.warnings, warns=True),
+            Section("What the data leave open", tuple(note_sentences(diagnosis.warnings)), warns=True),
             Section("Next experiment", pairs=experiment_rows(diagnosis.next_experiment)),
             Section(
                 "Where the model as given fails",
                 (*diagnosis.findings, *given.findings),
                 pictures=(*latent(diagnosis), *maps(diagnosis.where, "the missing force")),
             ),
-            Section(
-                "Tried and rejected",
-                tables=(*tried_table(diagnosis.tried), *kin_table(diagnosis.kin)),
-                pictures=ranking(diagnosis),
-            ),
+            Section("Tried and rejected", tables=(*tried_table(diagnosis.tried), *kin_table(diagnosis.kin))),
             Section(
                 "Before, after and the noise floor",
                 tables=(set_errors_table(final, f"Error (rms) of each set, {_subject(final is given)}"),),

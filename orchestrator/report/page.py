@@ -147,10 +147,10 @@ def tried_table(tried: Sequence[Tried]) -> tuple[PageTable, ...]:
 def kin_table(entries: Sequence[Kin]) -> tuple[PageTable, ...]:
     """Return which effects act like the named ones in these data, the most alike first; nothing if none does."""
     rows = tuple(
-        (_at(k.effect.card.id, k.effect.site), _at(k.other.card.id, k.other.site), digits(k.cosine), digits(k.odds))
+        (_at(k.effect.card.id, k.effect.site), _at(k.other.card.id, k.other.site), digits(k.cosine))
         for k in entries[:MAX_TRIED]
     )
-    headings = ("named", "acts alike", "cosine between them", "odds for the named one, to 1")
+    headings = ("named", "acts alike", "cosine between them")
     return (PageTable("Effects that act like the named ones here, to first order", headings, rows),) if rows else ()
 
 

@@ -44,13 +44,6 @@ def falling(versions: Sequence[figures.Version]) -> Picture | None:
     return Picture(figures.falling_error(versions), "The error of each version, as a multiple of the noise floor.")
 
 
-def ranking(diagnosis: Diagnosis) -> tuple[Picture, ...]:
-    """Return what was tried as bars, if anything was."""
-    if not diagnosis.ranking:
-        return ()
-    return (Picture(figures.ranking(diagnosis), "What was tried, best first."),)
-
-
 def latent(diagnosis: Diagnosis) -> list[Picture]:
     """Return a curve for each force that no effect explains."""
     return [Picture(figures.latent_curve(curve), f"{curve.sentence()}.") for curve in diagnosis.latent_forces]

@@ -203,6 +203,7 @@ class Diagnosis:
             "confusable": [list(group) for group in self.confusable],
             "odds": [asdict(entry) for entry in self.odds],
             "ranking": [asdict(entry) for entry in self.ranking],
+            "none_of_these": max(0.0, 1.0 - sum(entry.probability for entry in self.ranking)),
             "p_value": self.p_value,
             "noise_floor": dict(self.noise_floor),
             "held_out": asdict(self.held_out),

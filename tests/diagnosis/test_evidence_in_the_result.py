@@ -9,6 +9,7 @@ from fmus.catalogue import find_modelica_model
 from orchestrator.diagnose import diagnose
 from orchestrator.library.cards import effect_library
 from orchestrator.measurements import load_measurements
+from orchestrator.report.answer.witness import witnesses_of
 from orchestrator.report.html import diagnosis_report
 from orchestrator.verdicts.result import Diagnosis
 
@@ -44,6 +45,25 @@ def test_missing_force_of_the_pendulum_goes_with_the_sign_of_its_speed(found: Di
     rows = [row for row in found.where if row["against"] == "speed of theta"]
     middles = [0.5 * (row["from"] + row["to"]) for row in rows]
     assert np.corrcoef(middles, [row["bias"] for row in rows])[0, 1] < -0.95
+
+
+def test_law_drawn_through_the_missing_force_is_that_of_the_named_friction(found: Diagnosis) -> None:
+    """Viscous friction b supplies -b w in each bin of speed w, whatever else is missing."""
+    rows = [row for row in found.where if row["against"] == "speed of theta"]
+    b = found.effects[0].parameters["b[1]"].value
+    middles = np.array([0.5 * (row["from"] + row["to"]) for row in rows])
+
+    law = np.array([row["law"] for row in rows])
+    assert np.polyfit(middles, law, 1)[0] == pytest.approx(-b, rel=0.1)
+    assert witnesses_of(found.to_json())[0].law == pytest.approx(tuple(law))
+    assert "a-law" in diagnosis_report(found)
+
+
+def test_probabilities_of_the_ranking_and_of_none_of_them_sum_to_one(found: Diagnosis) -> None:
+    document = found.to_json()
+
+    assert sum(row["probability"] for row in document["ranking"]) + document["none_of_these"] == pytest.approx(1.0)
+    assert document["none_of_these"] >= 0.1 - 1e-9
 
 
 def test_json_holds_curves_before_and_after_on_held_out_data_and_their_floor(found: Diagnosis) -> None:

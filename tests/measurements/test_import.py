@@ -175,3 +175,14 @@ def test_what_is_no_recording_is_refused_in_one_line_that_says_why(kind: str, tm
 )
 def test_a_header_is_split_into_name_and_unit(header: str, name: str, unit: str | None) -> None:
     assert split_header(header) == (name, unit)
+
+
+def test_units_in_brackets_are_shown_on_a_terminal(tmp_path: Path) -> None:
+    """Console markup had swallowed `[rad]` and `[s]`."""
+    rows = "".join(f"{k / 100},{k % 7},{k / 50}\n" for k in range(100))
+    (tmp_path / "a.csv").write_text(f"time [s],torque [N.m],phi [rad]\n{rows}")
+
+    done = CliRunner().invoke(import_data, [str(tmp_path), "--model", "drive", "--yes"])
+
+    assert "phi [rad]" in done.output
+    assert "time: time [s]" in done.output

@@ -1,6 +1,7 @@
 """What no effect of the library explains, as series along the learning trials: a residual, and what it may depend on."""
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from typing import Any
 
@@ -50,8 +51,54 @@ def where_forces_lack(nominal: SymbolicModel, learning: LearningData) -> tuple[l
             residuals, hidden = _residuals(nominal, np.zeros(0), trials, None)
     except MisfitError:
         return [], ()
+    coordinates = _recorded(nominal, trials)
+    coordinates += [Coordinate(series.name, series.unit, series.values) for series in hidden]
+    rows: list[dict[str, Any]] = []
+    sentences = []
+    for residual in residuals:
+        maps = [m for m in error_maps(residual.values, coordinates, _step(trials)) if m is not None]
+        rows += [{**row, "force_unit": residual.unit} for row in map_rows(maps, residual.name)]
+        if maps:
+            sentences.append(f"missing force on {sentence(residual.name, maps)}")
+    return rows, tuple(sentences)
+
+
+def with_law(
+    rows: Sequence[Mapping[str, Any]], nominal: SymbolicModel, best: Refit | None, learning: LearningData
+) -> tuple[Mapping[str, Any], ...]:
+    """The rows of `where_forces_lack` with the mean force that a fitted set of effects supplies in each bin (`law`).
+
+    It is the force that is missing without the effects less the one that is missing with them. FMUs are left as they are.
+    """
+    if best is None or nominal.residual is None:
+        return tuple(rows)
+    try:
+        left, _ = _residuals(best.effects.model, best.values, learning.trials, best)
+    except MisfitError:
+        return tuple(rows)
+    coordinates = _recorded(nominal, learning.trials)
+    after: dict[tuple[str, str, float], float] = {}
+    for residual in left:
+        maps = [m for m in error_maps(residual.values, coordinates, _step(learning.trials)) if m is not None]
+        after |= {_bin(row): float(row["bias"]) for row in map_rows(maps, residual.name)}
+    return tuple(
+        {**row, "law": float(row["bias"]) - after[_bin(row)]} if math.isfinite(after.get(_bin(row), math.nan)) else row
+        for row in rows
+    )
+
+
+def _bin(row: Mapping[str, Any]) -> tuple[str, str, float]:
+    return str(row["signal"]), str(row["against"]), float(row["from"])
+
+
+def _step(trials: Sequence[SmoothedTrial]) -> float:
+    """Time between thinned samples (s)."""
+    return float(trials[0].smoother.step * trials[0].smoother.stride)
+
+
+def _recorded(nominal: SymbolicModel, trials: Sequence[SmoothedTrial]) -> list[Coordinate]:
+    """What force maps are drawn over: all that was recorded."""
     times = [t.smoother.thin(t.time) for t in trials]
-    step = trials[0].smoother.step * trials[0].smoother.stride
     units = {v.name: v.unit for v in (*nominal.inputs, *nominal.outputs)}
     signals = {name: [t.smoother.thin(t.values)[:, m] for t in trials] for m, name in enumerate(nominal.signals)}
     inputs = {
@@ -59,16 +106,7 @@ def where_forces_lack(nominal: SymbolicModel, learning: LearningData) -> tuple[l
         for i, v in enumerate(nominal.inputs)
         if any(np.ptp(t.inputs[:, i]) > 0 for t in trials)
     }
-    coordinates = coordinates_of(signals, units, inputs, units, times)
-    coordinates += [Coordinate(series.name, series.unit, series.values) for series in hidden]
-    rows: list[dict[str, Any]] = []
-    sentences = []
-    for residual in residuals:
-        maps = [m for m in error_maps(residual.values, coordinates, step) if m is not None]
-        rows += [{**row, "force_unit": residual.unit} for row in map_rows(maps, residual.name)]
-        if maps:
-            sentences.append(f"missing force on {sentence(residual.name, maps)}")
-    return rows, tuple(sentences)
+    return coordinates_of(signals, units, inputs, units, times)
 
 
 def _residuals(

@@ -123,6 +123,8 @@ _SUFFIXES = frozenset(
         "millis",
     ]
 )
+# Within brackets a blank, a dot or a dash between letters is a product.
+_PRODUCT = re.compile(r"(?<=[A-Za-z0-9])[\s·*-](?=[A-Za-z])")
 # Names that are a unit of time themselves.
 _TIMES = {"millis": "ms", "micros": "us", "seconds": "s", "ms": "ms"}
 
@@ -160,6 +162,8 @@ def split_header(header: str) -> tuple[str, str | None]:
     Example:
         >>> split_header("theta [deg]"), split_header("F (N)"), split_header("theta_deg"), split_header("q1")
         (('theta', 'deg'), ('F', 'N'), ('theta', 'deg'), ('q1', None))
+        >>> split_header("M (N m)"), split_header("M [kN-m]"), split_header("phi (new)")
+        (('M', 'N.m'), ('M', 'kN.m'), ('phi (new)', None))
         >>> split_header("Angle, °"), split_header("x_m_s"), split_header("time / ms")
         (('Angle', 'deg'), ('x', 'm/s'), ('time', 'ms'))
     """
@@ -170,7 +174,8 @@ def split_header(header: str) -> tuple[str, str | None]:
     if match and (match["square"] or "").isdigit() and "[" in text.split()[-1][1:]:
         return text, None  # an element of an array, alpha[1]
     if match and match["name"]:
-        unit = read_unit(match["square"] or match["round"] or match["angle"] or "")
+        inside = (match["square"] or match["round"] or match["angle"] or "").strip()
+        unit = read_unit(inside) or read_unit(_PRODUCT.sub(".", inside))
         if unit is not None:
             return match["name"].strip(), unit
         return (

@@ -97,7 +97,7 @@ def _binned(document: Document) -> list[Witness]:
                 tuple((float(b["from"]) + float(b["to"])) / 2 for b in bins),
                 tuple(float(b["bias"]) for b in bins),
                 tuple(Z90 * s / math.sqrt(b["count"]) for s, b in zip(spread, bins, strict=True)),
-                (),
+                tuple(float(b["law"]) for b in bins) if all("law" in b for b in bins) else (),
             )
         )
     return found

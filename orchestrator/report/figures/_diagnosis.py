@@ -24,8 +24,7 @@ def ranking(diagnosis: Diagnosis) -> str:
     shares = [100 * entry.score if math.isfinite(entry.score) else 0.0 for entry in entries]
     ax.barh(places, shares, color=colours, edgecolor=Colour.INK, linewidth=0.6, height=0.65)
     for place, (share, entry) in enumerate(zip(shares, entries, strict=True)):
-        text = f"{percent(entry.score)}, probability {percent(entry.probability)}"
-        ax.text(max(0.0, share) + 1, place, text, va="center", fontsize=8)
+        ax.text(max(0.0, share) + 1, place, percent(entry.score), va="center", fontsize=8)
     ax.set_yticks(places, [label(ranked_name(entry), 60) for entry in entries], fontsize=8)
     ax.set_xlim(min([0.0, *shares]), 130)
     ax.set_xticks(range(0, 101, 20))
