@@ -84,9 +84,10 @@ def diagnose(
             found = _better_of(found, _by_greybox(source, measurements, workers, progress, laws))
         if isinstance(model, SymbolicModel) and found.verdict != "adequate":
             progress("asking which inputs what is missing goes with")
-            functions = witness_functions(model, measurements)
-            findings = (*found.findings, *sentences(functions))
-            found = replace(found, functions=document(functions), findings=findings)
+            heard = witness_functions(model, measurements)
+            findings = (*found.findings, *sentences(heard.functions))
+            witness = found.witness or heard.pictures
+            found = replace(found, functions=document(heard.functions), findings=findings, witness=witness)
     warnings = (*map(str, checks), *found.warnings)
     own = "" if closed or source.file is None else f"{source.file}:{source.class_name}"
     return replace(

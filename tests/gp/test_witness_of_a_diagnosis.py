@@ -3,8 +3,10 @@
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from orchestrator.gp.trials.functions import Verdict
-from orchestrator.gp.trials.witness import document, sentences, witness_functions
+from orchestrator.gp.trials.witness import Heard, document, sentences, witness_functions
 from orchestrator.measurements import load_measurements
 from orchestrator.model_argument import load_modelica
 from orchestrator.models.symbolic import SymbolicModel
@@ -14,16 +16,24 @@ CASES = Path(__file__).parents[1] / "cases"
 
 def test_a_weak_muscle_is_named_by_its_own_function() -> None:
     model = SymbolicModel("arm", load_modelica("arm").compile())
-    found = witness_functions(model, load_measurements(CASES / "arm/case_007"))
+    heard = witness_functions(model, load_measurements(CASES / "arm/case_007"))
+    found = heard.functions
     assert [(each.output, each.factor) for each in found if each.needed] == [("q1", "alpha_1")]
     (said,) = sentences(found)
     assert said.endswith("alpha_1 stands out by itself")
     assert sum(row["needed"] for row in document(found)) == 1
+    (picture,) = heard.pictures
+    assert (picture["balance"], picture["unit"]) == ("q1, times alpha_1", "N.m")
+    x, force, band = (np.array(picture[key]) for key in ("x", "force", "band"))
+    # A share of the muscle's torque is missing at each posture: it keeps its sign.
+    assert np.all(np.diff(x) > 0)
+    assert np.all(np.sign(force) == np.sign(force[0]))
+    assert np.all(np.abs(force) > 2 * band)
 
 
 def test_a_model_whose_inputs_do_not_move_has_no_witness() -> None:
     model = SymbolicModel("pendulum", load_modelica("pendulum").compile())
-    assert witness_functions(model, load_measurements(CASES / "pendulum")) == ()
+    assert witness_functions(model, load_measurements(CASES / "pendulum")) == Heard()
 
 
 def test_inputs_are_named_by_how_much_they_count_and_what_is_not_needed_is_not_said() -> None:

@@ -1,6 +1,6 @@
 """What a diagnosis hears from the block: which functions of position and speed, each times an input, the measured trials need."""
 
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -8,6 +8,7 @@ import numpy as np
 from fmus.errors import ComponentError, MisfitError
 from orchestrator.gp.trials.data import observation, smoothed
 from orchestrator.gp.trials.functions import Verdict, needed_functions
+from orchestrator.gp.trials.pictures import pictures
 from orchestrator.gp.trials.places import coordinates, drives
 from orchestrator.measurements import MeasurementSet, bind
 from orchestrator.models.missing_force import missing_forces
@@ -17,23 +18,37 @@ from orchestrator.models.symbolic import SymbolicModel
 DATA = 150
 
 
-def witness_functions(model: SymbolicModel, measurements: MeasurementSet) -> tuple[Verdict, ...]:
-    """Verdicts on all functions of the learning trials; none where the model shows no force that it may lack, or no input moves."""
+@dataclass(frozen=True)
+class Heard:
+    """Verdicts on all functions, and pictures of those that are needed, largest first (see `pictures`)."""
+
+    functions: tuple[Verdict, ...] = ()
+    pictures: tuple[dict[str, Any], ...] = ()
+
+
+def witness_functions(model: SymbolicModel, measurements: MeasurementSet) -> Heard:
+    """What functions the learning trials need; nothing where the model shows no force that it may lack, or no input moves."""
     try:
         data = bind(measurements, model.inputs, model.outputs)
         used = model.restricted(data.output_names)
         points = coordinates(used, data.learning)
         factors = drives(used, data.learning, points)
         if not factors:
-            return ()
+            return Heard()
         noise = np.array([data.noise_std[name] for name in data.output_names])
         forces = missing_forces(used, smoothed(data.learning, noise))
     except (MisfitError, ComponentError):  # a witness that has nothing to say stops no diagnosis
-        return ()
-    found: list[Verdict] = []
+        return Heard()
+    said: list[Verdict] = []
+    drawn: list[tuple[float, dict[str, Any]]] = []
+    units = {name: place.unit(used) for name, place in points.items()}
     for k, output in enumerate(forces[0].names):
-        found += needed_functions(observation(k, forces, data.learning, points, factors, DATA), output)[1]
-    return tuple(found)
+        fitted, verdicts = needed_functions(observation(k, forces, data.learning, points, factors, DATA), output)
+        needed = [each for each in verdicts if each.needed]
+        said += verdicts
+        drawn += zip([each.size for each in needed], pictures(fitted, needed, forces[0].units[k], units), strict=True)
+    largest = sorted(drawn, key=lambda pair: -pair[0])
+    return Heard(tuple(said), tuple(picture for _, picture in largest))
 
 
 def sentences(functions: tuple[Verdict, ...]) -> tuple[str, ...]:

@@ -16,6 +16,8 @@ from orchestrator.gp.predictor import Predictor
 MUSCLES = 6
 OWN = 12  # data of each function alone; the rest are corrections, which see all
 LIMIT_EXCHANGE_MS = 1.0
+# A datum of one function of four inputs, learned by a full learner that compresses what it was told on 60 rows.
+BUDGET, LIMIT_COMPRESSING_US = 60, 150.0
 LIMITS_PREDICTION_US = {84: 50.0, 756: 100.0}
 LIMITS_ONE_US = {84: 50.0, 336: 120.0, 756: 350.0}
 ROUNDS, REPEATS = 20, 20
@@ -47,7 +49,7 @@ def exchange() -> bool:
     kept = True
     for count in (84, 336, 756):
         latents, data, rng = arm(count)
-        learner = Learner(latents, 4, 2, count)
+        learner = Learner(latents, 4, 2, count, compresses=False)
         for each in data:
             learner.add(each)
         new = iter([correction(rng, 1) for _ in range(ROUNDS * REPEATS + 1)])
@@ -58,7 +60,19 @@ def exchange() -> bool:
 
         update()
         kept &= _row(f"learn one, forget one, n = {count}", 1e6 * _least(update), 1e3 * LIMIT_EXCHANGE_MS)
-    return kept
+    return kept & _compressing()
+
+
+def _compressing() -> bool:
+    """A datum for a full learner that keeps the information of all of them."""
+    rng = np.random.default_rng(1)
+    learner = Learner({"f": Latent(SquaredExponential(1.0, (2.0,) * 4))}, 4, 1, BUDGET)
+    x = rng.uniform(-2.0, 2.0, (BUDGET + 1 + ROUNDS * REPEATS, 4))
+    data = iter([observe("d", each[None], "f", np.sin(each[:1]), 0.05) for each in x])
+    for _ in range(BUDGET + 1):
+        learner.add(next(data))
+    spent = 1e6 * _least(lambda: learner.add(next(data)))
+    return _row(f"one function, learn one, {BUDGET} rows hold all", spent, LIMIT_COMPRESSING_US)
 
 
 def predictions() -> bool:

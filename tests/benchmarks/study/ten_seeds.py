@@ -2,7 +2,8 @@
 
     python tests/benchmarks/study/ten_seeds.py [--seeds 10] [--out build/ten_seeds.md]
 
-For both strengths of caregivers: what the four strong muscles gain and what any muscle loses, with the mean, its 90 % interval, and the bars.
+For both strengths of caregivers: what the four strong muscles and each muscle gain, with the mean, its 90 % interval and the worst seed; the line of
+errors; the bars.
 """
 
 import argparse
@@ -17,10 +18,12 @@ from orchestrator.study.muscles import MUSCLES
 from orchestrator.study.regression import errors_at
 from orchestrator.study.researcher import SETS
 from orchestrator.study.study import LIMITS, Case, Study
-from orchestrator.study.summary import bars, chosen, improvements, strong_mean
+from orchestrator.study.summary import bars, chosen, improvements, lines, over, strong_mean
 from orchestrator.study.tasks import CollectTask, ModelsTask
 from orchestrator.study.variants import Setting, outcome
 
+# Ways of which each muscle is told.
+EACH = ("joint", "compensated", "refitted")
 WAYS = ("joint", "without velocity", "clear of stops", "compensated", "refitted")
 Found = tuple[list[Case], dict[tuple[int, float], tuple], int]
 
@@ -52,6 +55,31 @@ def page(study: Study) -> Iterator[str]:
                 f"{strong.mean:.1f} ({strong.ci90[0]:.1f}…{strong.ci90[1]:.1f}) | {min(m.median for m in each):.1f} | "
                 f"{min(m.low for m in each):.1f} ({MUSCLES[int(np.argmin([m.low for m in each]))]}) |"
             )
+    yield ""
+    yield "Each muscle: mean over the seeds (its 90 % interval), and the worst seed, %."
+    yield ""
+    yield "| way to learn | strength | " + " | ".join(MUSCLES) + " |"
+    yield "| --- | --- |" + " --- |" * len(MUSCLES)
+    for limit in LIMITS:
+        for way in EACH:
+            cells = [
+                f"{m.mean:.0f} ({m.ci90[0]:.0f}…{m.ci90[1]:.0f}), {m.low:.0f}"
+                for m in improvements(chosen(study, way, "small", limit))
+            ]
+            yield f"| {way} | {limit:g} N | {' | '.join(cells)} |"
+    yield ""
+    yield "Error of a correction against the required force: mean over the seeds (its 90 % interval)."
+    yield ""
+    yield "| perfect correction at | strength | slope | intercept, N | R2 |"
+    yield "| --- | --- | --- | --- | --- |"
+    for limit in LIMITS:
+        for goal, where in enumerate(("actual state", "goal posture")):
+            cells = [
+                f"{o.mean:{form}} ({o.ci90[0]:{form}}…{o.ci90[1]:{form}})"
+                for name, form in (("slope", ".2f"), ("intercept", ".0f"), ("r2", ".2f"))
+                for o in [over(getattr(line, name) for line in lines(study, limit, bool(goal)))]
+            ]
+            yield f"| {where} | {limit:g} N | {' | '.join(cells)} |"
     yield ""
     yield "| claim | found | bar | |"
     yield "| --- | --- | --- | --- |"
