@@ -239,7 +239,7 @@ def _answer(
         if worse and verdict in ("named", "ambiguous"):
             verdict = "unknown"
             reasons.append(worse)
-    if verdict == "unknown" and _within_noise(given, 1.0):
+    if verdict == "unknown" and _within_noise(given, limits.within):
         verdict = "adequate"
     named = verdict in ("named", "ambiguous")
     if named:

@@ -27,7 +27,8 @@ class Thresholds:
 
     Process noise that makes the record more probable by less than `quiet` nats for each balance is none, and so is one without
     which sensors seem no `louder` than by this factor; the model is adequate then if its free runs stay within `agrees` times the
-    noise floor, too.
+    noise floor, too. Where nothing can be named, a model whose free runs leave no more than `within` times the floor, which is
+    not known better than that, is no unknown one.
     """
 
     largest_set: int = 3
@@ -54,3 +55,4 @@ class Thresholds:
     quiet: float = 5.0
     louder: float = 1.05
     agrees: float = 1.5
+    within: float = 1.2

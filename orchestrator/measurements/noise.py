@@ -31,6 +31,8 @@ SIZES = (2, 4, 8)
 CONTRADICTED = 1.25
 # Neighbouring samples of white noise show at least this share of it, if what is stated of it is about right.
 WHITE = 0.9
+# Steps of a reading are worth a word if they make this share of its noise.
+MOSTLY = 0.5
 # Noise taken for a column that never changes, as a share of its value.
 _CONSTANT_SHARE = 1e-3
 
@@ -162,7 +164,8 @@ def measurement_noise(
         noise = _coloured(records, record, stated)
         return NoiseLevel(noise, _note(column, stated, unit, "declared in [sensors]"), stated, shown_std)
     if shown_std is not None:
-        return NoiseLevel(record, _note(column, record.std, unit, "estimated from the record"), stated, shown_std)
+        origin = f"estimated from the record{_steps_in(records, record, unit)}"
+        return NoiseLevel(record, _note(column, record.std, unit, origin), stated, shown_std)
     how = "changes only in steps" if any(np.ptp(values) > 0 for values in records) else "never changes"
     if drives:
         return NoiseLevel(Noise(0.0), f"noise of {shown(column)}: none, because the column {how}")
@@ -274,6 +277,14 @@ def _finest_step(*records: Array) -> float:
     # A resolution divides every step; the steps of an exact command are of any size.
     share = np.mean(np.abs(real / finest - np.round(real / finest)) < _GRID)
     return finest if share > _MOST else 0.0
+
+
+def _steps_in(records: Sequence[Array], record: Noise, unit: str) -> str:
+    """Words for a sensor that reads in steps, where these are most of its noise."""
+    step = _finest_step(*records)
+    if step * _UNIFORM_STD < MOSTLY * record.std:
+        return ""
+    return f", which reads in steps of {step:.3g} {unit}".rstrip()
 
 
 def _note(column: str, std: float, unit: str, origin: str) -> str:

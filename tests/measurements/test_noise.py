@@ -122,6 +122,12 @@ def test_without_a_declaration_the_records_tell_and_a_spoiled_one_does_not_count
     assert "estimated from the record" in level.note
 
 
+def test_a_reading_in_coarse_steps_is_called_so_and_one_in_fine_steps_is_not() -> None:
+    coarse, fine = (np.round(white(0.1) / step) * step for step in (0.5, 0.05))
+    assert "which reads in steps of 0.5 K" in measurement_noise("T", "K", [coarse], {}).note
+    assert "steps" not in measurement_noise("T", "K", [fine], {}).note
+
+
 def test_a_resolution_alone_is_only_a_lower_limit() -> None:
     sensors = {"encoder_resolution_rad": 12**0.5}
     assert measurement_noise("q", "rad", [white(1e-3)], sensors).std == pytest.approx(1)
