@@ -85,9 +85,9 @@ def diagnose(
         if isinstance(model, SymbolicModel) and found.verdict != "adequate":
             progress("asking which inputs what is missing goes with")
             heard = witness_functions(model, measurements)
-            findings = (*found.findings, *sentences(heard.functions))
+            findings = (*found.findings, *sentences(heard))
             witness = found.witness or heard.pictures
-            found = replace(found, functions=document(heard.functions), findings=findings, witness=witness)
+            found = replace(found, functions=document(heard), findings=findings, witness=witness)
     warnings = (*map(str, checks), *found.warnings)
     own = "" if closed or source.file is None else f"{source.file}:{source.class_name}"
     return replace(

@@ -64,6 +64,16 @@ def trials_of(forces: Sequence[Force], most: int) -> NDArray[np.int64]:
     return np.repeat(np.arange(len(forces)), [int(_every(spacing, force).sum()) for force in forces])
 
 
+def states_and_inputs(forces: Sequence[Force], trials: Sequence[BoundTrial], most: int) -> tuple[Array, Array]:
+    """The model's states (n, nx) and inputs (n, nu) at each datum of `observation`."""
+    spacing = _spacing(forces, most)
+    pairs = [(_every(spacing, force), force, trial) for force, trial in zip(forces, trials, strict=True)]
+    return (
+        np.concatenate([force.states[chosen] for chosen, force, _ in pairs]),
+        np.concatenate([trial.inputs[chosen] for chosen, _, trial in pairs]),
+    )
+
+
 def function_of(output: str, factor: str) -> str:
     """The name of the latent function that a factor multiplies in what is missing on an output."""
     return f"{output}:{factor}" if factor else output

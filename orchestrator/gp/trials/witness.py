@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 
 from fmus.errors import ComponentError, MisfitError
-from orchestrator.gp.trials.data import observation, smoothed
+from orchestrator.gp.trials.data import observation, smoothed, states_and_inputs
 from orchestrator.gp.trials.functions import Verdict, needed_functions
+from orchestrator.gp.trials.own_effect import Share, in_words, shares
 from orchestrator.gp.trials.pictures import pictures
 from orchestrator.gp.trials.places import coordinates, drives
 from orchestrator.measurements import MeasurementSet, bind
@@ -20,10 +21,12 @@ DATA = 150
 
 @dataclass(frozen=True)
 class Heard:
-    """Verdicts on all functions, and pictures of those that are needed, largest first (see `pictures`)."""
+    """Verdicts on all functions, pictures of those that are needed, largest first (see `pictures`), and which of them are a share of
+    what the model lets their input do."""
 
     functions: tuple[Verdict, ...] = ()
     pictures: tuple[dict[str, Any], ...] = ()
+    shares: tuple[Share, ...] = ()
 
 
 def witness_functions(model: SymbolicModel, measurements: MeasurementSet) -> Heard:
@@ -41,21 +44,24 @@ def witness_functions(model: SymbolicModel, measurements: MeasurementSet) -> Hea
         return Heard()
     said: list[Verdict] = []
     drawn: list[tuple[float, dict[str, Any]]] = []
+    own: list[Share] = []
+    at = states_and_inputs(forces, data.learning, DATA)
     units = {name: place.unit(used) for name, place in points.items()}
     for k, output in enumerate(forces[0].names):
         fitted, verdicts = needed_functions(observation(k, forces, data.learning, points, factors, DATA), output)
         needed = [each for each in verdicts if each.needed]
         said += verdicts
+        own += shares(used, fitted, needed, *at)
         drawn += zip([each.size for each in needed], pictures(fitted, needed, forces[0].units[k], units), strict=True)
     largest = sorted(drawn, key=lambda pair: -pair[0])
-    return Heard(tuple(said), tuple(picture for _, picture in largest))
+    return Heard(tuple(said), tuple(picture for _, picture in largest), tuple(own))
 
 
-def sentences(functions: tuple[Verdict, ...]) -> tuple[str, ...]:
+def sentences(heard: Heard) -> tuple[str, ...]:
     """What they say in words, one sentence for each output that lacks something."""
-    found = []
-    for output in dict.fromkeys(each.output for each in functions):
-        needed = [each for each in functions if each.output == output and each.needed]
+    found, words = [], in_words(heard.shares)
+    for output in dict.fromkeys(each.output for each in heard.functions):
+        needed = [each for each in heard.functions if each.output == output and each.needed]
         if not needed:
             continue
         parts = [each.factor or "a function alone" for each in sorted(needed, key=lambda each: -each.size)]
@@ -63,9 +69,25 @@ def sentences(functions: tuple[Verdict, ...]) -> tuple[str, ...]:
         found.append(
             f"what is missing at {output}, as a sum of functions of position and speed, each times an input: {only}"
         )
+        told = [words[output, each.factor] for each in needed if (output, each.factor) in words]
+        found[-1] += f"; {', '.join(told)}" if told else ""
     return tuple(found)
 
 
-def document(functions: tuple[Verdict, ...]) -> tuple[dict[str, Any], ...]:
-    """For JSON: the functions that were looked at, `gain` and `price` in nats."""
-    return tuple({**asdict(each), "factor": each.factor or None, "needed": bool(each.needed)} for each in functions)
+def document(heard: Heard) -> tuple[dict[str, Any], ...]:
+    """For JSON: the functions that were looked at, `gain` and `price` in nats; `share` of the model's own effect where a function
+    is one, and how much of it that explains."""
+    own = {(each.output, each.factor): each for each in heard.shares}
+    rows = []
+    for each in heard.functions:
+        share = own.get((each.output, each.factor))
+        rows.append(
+            {
+                **asdict(each),
+                "factor": each.factor or None,
+                "needed": bool(each.needed),
+                "share": None if share is None else share.share,
+                "explained": None if share is None else share.explained,
+            }
+        )
+    return tuple(rows)
