@@ -22,7 +22,7 @@ def test_a_weak_muscle_is_named_by_its_own_function() -> None:
     found = heard.functions
     assert [(each.output, each.factor) for each in found if each.needed] == [("q1", "alpha_1")]
     (said,) = sentences(heard)
-    assert "alpha_1 stands out by itself; as if alpha_1 acted there with" in said
+    assert "alpha_1 stands out by itself; as if alpha_1 acted 34.9 % less there than the model says" in said
     assert sum(row["needed"] for row in document(heard)) == 1
     # The muscle's strength is what the case hides.
     hidden = json.loads((CASES / "arm/answers.json").read_text())["cases"]["case_007"]["parameters"][0]

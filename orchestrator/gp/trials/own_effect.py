@@ -84,11 +84,10 @@ def _slopes(model: SymbolicModel, columns: Sequence[int], states: Array, inputs:
 
 def in_words(said: Sequence[Share]) -> Mapping[tuple[str, str], str]:
     """A phrase for each output and factor."""
-    return {
-        (
-            each.output,
-            each.factor,
-        ): f"as if {each.factor} acted there with {1.0 + each.share:.0%} of what the model says "
-        f"({each.explained:.0%} of it)"
-        for each in said
-    }
+    return {(each.output, each.factor): _phrase(each) for each in said}
+
+
+def _phrase(each: Share) -> str:
+    less = "less" if each.share < 0.0 else "more"
+    size = f"{100.0 * abs(each.share):.3g} % {less} there than the model says"
+    return f"as if {each.factor} acted {size} (explains {each.explained:.0%} of it)"
