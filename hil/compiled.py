@@ -114,6 +114,8 @@ class _Finder(MetaPathFinder):
         self, name: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> importlib.machinery.ModuleSpec | None:
         """The machine code of a module, if it is one of these."""
+        if os.environ.get(PURE):  # said after this package was imported
+            return None
         if name not in MODULES and not name.endswith("__mypyc"):
             return None
         file = self.place.joinpath(*name.split(".")[:-1], name.rpartition(".")[2] + _SUFFIX)

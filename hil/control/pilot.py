@@ -185,8 +185,9 @@ class Pilot:
                 self._take_over(self.proof, now_ns)
                 return self.proof.torque(observed)
             self._take_over(self.controller, now_ns)
-            if observed.seconds >= 0:
-                observed = observed._replace(seconds=min(observed.seconds, (now_ns - self._taken_ns) * 1e-9))
+            since = (now_ns - self._taken_ns) * 1e-9
+            if 0 <= since < observed.seconds:
+                observed = Observed(since, *observed[1:])
             asked = np.asarray(self.controller.torque(observed), dtype=float).ravel()
             self._take_over(self.controller, now_ns)  # it may just have begun again
             return asked

@@ -28,7 +28,12 @@ class Metronome:
     def __init__(self, period_ns: int, sign: Callable[[int], bool] = lambda now_ns: False) -> None:
         self.period_ns, self.missed, self.sign = period_ns, 0, sign
         self._hurried = False
-        self._next = time.monotonic_ns() + period_ns
+        self._next = 0
+        self.start()
+
+    def start(self) -> None:
+        """Beat from now on: what came before a session's first cycle has missed none."""
+        self._next = time.monotonic_ns() + self.period_ns
 
     def wait(self) -> tuple[int, int]:
         """Wait for the next beat; returns its time and the time now (ns)."""

@@ -81,6 +81,7 @@ class Opened:
         wire, pilot = self.loop.wire, self.pilot
         if slow := too_slow(measured(wire, pilot.robot), pilot.limits):
             raise MisfitError(f"{wire.name}: {slow}")
+        self.beats.start()
 
     def wishes(self, seconds: float) -> Callable[[], Wishes]:
         """Arm as soon as the safety module is active and all is well; abort when told; end when done, or so long after

@@ -47,12 +47,14 @@ def about(settings: Settings, pilot: Pilot, folder: Path | None, stop: Path, dry
 
 def session_name(settings: Settings, process: int) -> str:
     """Which session and robot it is, as a stop button and pages call it."""
-    robot = "the virtual robot" if settings.bus.get("host") == "127.0.0.1" else "the robot"
-    return f"session {process} with {robot} ({settings.side}, {_bus(settings)})"
+    return f"session {process} with the {settings.kind.name} ({settings.side}, {_bus(settings)})"
 
 
 def _bus(settings: Settings) -> str:
-    return f"{settings.bus.get('interface', '')} {settings.bus.get('channel', '')}".strip()
+    """Where the robot is; a server on this machine may have a real one behind it as well as a virtual one."""
+    bus = settings.bus
+    server = f"at {bus['host']}:{bus.get('port', '')}" if "host" in bus else ""
+    return " ".join(filter(None, (str(bus.get("interface", "")), str(bus.get("channel", "")), server)))
 
 
 def _arm(settings: Settings) -> dict[str, Any]:

@@ -46,6 +46,19 @@ def test_machine_code_of_other_sources_is_not_found(tmp_path: Path, monkeypatch:
     compiled.folder.cache_clear()
 
 
+def test_machine_code_is_left_alone_also_where_that_was_said_after_the_package_was_imported(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "hil" / "safety" / f"core{compiled._SUFFIX}"
+    file.parent.mkdir(parents=True)
+    file.touch()
+    finder = compiled._Finder(tmp_path)
+    monkeypatch.delenv(compiled.PURE)
+    assert finder.find_spec("hil.safety.core", None) is not None
+    monkeypatch.setenv(compiled.PURE, "1")
+    assert finder.find_spec("hil.safety.core", None) is None
+
+
 def test_without_mypyc_one_line_says_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(compiled, "folder", lambda: tmp_path / "none")
     monkeypatch.setattr(compiled.importlib.util, "find_spec", lambda name: None)

@@ -36,3 +36,11 @@ def test_a_watchdog_that_falls_silent_between_two_cycles_of_10_s_is_noticed_in_i
     assert heart.limit_ns < took < LONG_NS // 2
     assert heart.last_ns > began
     heart.remove()
+
+
+def test_what_passed_before_the_first_cycle_counts_as_no_beat_missed() -> None:
+    beats = Metronome(1_000_000)
+    beats._next -= 20_000_000
+    beats.start()
+    beats.wait()
+    assert beats.missed == 0

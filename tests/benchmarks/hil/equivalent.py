@@ -1,11 +1,11 @@
 """Mutants that the tests cannot tell from the safety core, and why nobody could: part of what is printed of them, and a reason."""
 
 EQUIVALENT: dict[str, str] = {
-    "motion.py:36: 0.0 + 1": "the rate counts with the time that has passed, and here none has",
-    "Gt -> GtE in `torque > 0`": "a torque of zero is kept as it is, or replaced by zero",
-    "Lt -> LtE in `torque < 0`": "a torque of zero is kept as it is, or replaced by zero",
-    "Gt -> GtE in `torque * speed > 0`": "a torque without power at that speed is zero, and replaced by zero",
-    "Gt -> GtE in `torque * speed > share`": "where torque times speed is the share, the share by the speed is the torque",
-    "Mult -> Div in `torque * speed`": "a product and a quotient have the same sign, and the speed is not zero there",
+    "motion.py:41: 0.0 + 1": "the rate counts with the time that has passed, and here none has",
+    "Gt -> GtE in `t > 0`": "a torque of zero is kept as it is, or replaced by zero",
+    "Lt -> LtE in `t < 0`": "a torque of zero is kept as it is, or replaced by zero",
+    "Gt -> GtE in `t * speed > 0`": "a torque without power at that speed is zero, and replaced by zero",
+    "Gt -> GtE in `t * speed > share`": "where torque times speed is the share, the share by the speed is the torque",
+    "Mult -> Div in `t * speed`": "a product and a quotient have the same sign, and the speed is not zero there",
     "1000000.0 + 1": "a millionth of a time that is printed with three digits",
 }

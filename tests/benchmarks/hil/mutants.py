@@ -174,6 +174,7 @@ def main() -> None:
     parser.add_argument("--every", type=int, default=1, help="only every K-th mutant")
     parser.add_argument("--only", choices=FILES)
     args = parser.parse_args()
+    os.environ["MISFIT_PURE"] = "1"  # machine code cannot be changed line by line; see `mutants_compiled`
     import hypothesis  # noqa: F401
     import numpy  # noqa: F401
     import pytest  # noqa: F401

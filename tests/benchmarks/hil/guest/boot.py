@@ -20,7 +20,8 @@ $b ip link add dev vcan0 type vcan && $b ip link set vcan0 up && $b ip link set 
 o=trans=virtio,version=9p2000.L,msize=262144
 $b mount -t 9p -o $o,ro,cache=loose host /host || echo "no host"
 $b mount -t proc proc /host/proc; $b mount -t sysfs sys /host/sys
-$b mount -t devtmpfs dev /host/dev; $b mkdir -p /host/dev/shm; $b mount -t tmpfs shm /host/dev/shm
+$b mount -t devtmpfs dev /host/dev; $b mkdir -p /host/dev/shm /host/dev/pts
+$b mount -t tmpfs shm /host/dev/shm; $b mount -t devpts pts /host/dev/pts
 $b mount -t tmpfs tmp /host/mnt; $b mkdir /host/mnt/out /host/mnt/tmp
 $b mount -t 9p -o $o out /host/mnt/out || echo "no out"
 cd /

@@ -20,6 +20,7 @@ from hil.codecs.barrett.identifiers import Group, answer_of
 from hil.codecs.frame import parse_frame
 from hil.recording.records import Kind
 from hil.recording.replay import read_records
+from hil.session.recorded import ROBOT
 
 OUT = Path("/mnt/out")
 MISFIT = str(Path(sys.executable).with_name("misfit"))
@@ -40,6 +41,8 @@ force_missing_s = 0.5
 """
 
 
+# A start-up whose answers this machine brings too late is tried again.
+ATTEMPTS = 5
 # What is typed when a session asks it.
 ANSWERS = {"on its stops?": "y\n", "Type ARM": "ARM\n"}
 
@@ -47,7 +50,7 @@ ANSWERS = {"on its stops?": "y\n", "Type ARM": "ARM\n"}
 def main() -> None:
     """Run it, and write down what came of it."""
     rate, seconds, candump = sys.argv[1:]
-    bench, folder, log = OUT / "bench.toml", OUT / "session", OUT / "candump.log"
+    bench, log = OUT / "bench.toml", OUT / "candump.log"
     bench.write_text(BENCH)
     began = time.monotonic()
     with (
@@ -56,23 +59,28 @@ def main() -> None:
     ):
         _until_it_answers(log)
         started = time.monotonic() - began
-        hold = [
-            MISFIT,
-            "hil",
-            "hold",
-            "--bench",
-            str(bench),
-            "--rate",
-            rate,
-            "--seconds",
-            seconds,
-            "--out",
-            str(folder),
-        ]
-        code, said = _at_a_terminal([*hold, "--json", str(OUT / "hold.json")])
+        for attempt in range(1, ATTEMPTS + 1):
+            folder = OUT / f"session-{attempt}"
+            hold = [
+                MISFIT,
+                "hil",
+                "hold",
+                "--bench",
+                str(bench),
+                "--rate",
+                rate,
+                "--seconds",
+                seconds,
+                "--out",
+                str(folder),
+            ]
+            code, said = _at_a_terminal([*hold, "--json", str(OUT / "hold.json")])
+            if (folder / ROBOT).exists():
+                break
         time.sleep(1.0)
     replayed = subprocess.run([MISFIT, "hil", "replay", str(folder)], text=True, capture_output=True, check=False)
     found = {
+        "attempts until the robot was up": attempt,
         "exit code of the session": code,
         "what it said": said.strip()[-600:],
         "s until the robot was up": round(started, 1),
