@@ -85,17 +85,28 @@ def _variants(found: Sequence[Mapping[str, Any]]) -> str:
         cells = [_range(each["improvement"][muscle], "median") for muscle in MUSCLES]
         inside = "" if each["coverage_90"] is None else f"{100 * each['coverage_90']:.0f}"
         value = "" if each["minus_log_likelihood"] is None else f"{each['minus_log_likelihood']:.0f}"
-        rows.append(
-            (each["variant"], f"{each['used']:.0f}", *cells, _range(each["strong_four"], "median"), inside, value)
-        )
+        rows.append((each["variant"], f"{each['used']:.0f}", *cells, *_with_mean(each["strong_four"]), inside, value))
     return _table(
-        ("way to learn", "used", *MUSCLES, "strong four", "in 90 % intervals, %", "-log likelihood"),
+        (
+            "way to learn",
+            "used",
+            *MUSCLES,
+            "strong four",
+            "mean, 90 % interval",
+            "in 90 % intervals, %",
+            "-log likelihood",
+        ),
         rows,
     )
 
 
 def _range(found: Mapping[str, float], middle: str) -> str:
     return f"{found[middle]:.0f} ({found['low']:.0f}…{found['high']:.0f})"
+
+
+def _with_mean(found: Mapping[str, Any]) -> tuple[str, str]:
+    """Median with range, and mean with its 90 % interval over the seeds."""
+    return _range(found, "median"), f"{found['mean']:.0f} ({found['ci90'][0]:.0f}…{found['ci90'][1]:.0f})"
 
 
 def _table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
