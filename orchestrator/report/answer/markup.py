@@ -13,6 +13,9 @@ from orchestrator.report.answer.rivals import Rival
 from orchestrator.report.answer.witness import shape_words, stated, witnesses_of
 from orchestrator.report.answer.words import capital
 
+# Formulas that have room beside each other.
+MOST_LAWS = 3
+
 
 def answer_style() -> str:
     """The style sheet of the screen; it needs the variables of the palette."""
@@ -51,12 +54,13 @@ def _why(document: Mapping[str, Any]) -> str:
 
 
 def _laws(document: Mapping[str, Any]) -> str:
-    """What is proposed where no card explains all: the first law over the missing force, and words for each."""
+    """What is proposed where no card explains all: each law over the missing force, and words for each."""
     laws = document.get("laws") or ()
     if not laws:
         return ""
-    panel = stated(laws[0]["curve"]) if laws[0].get("curve") else None
-    drawn = f'<div class="a-panels"><div>{witness_svg(panel)}</div></div>' if panel else ""
+    curves = [(law["formula"], stated(law["curve"])) for law in laws[:MOST_LAWS] if law.get("curve")]
+    panels = "".join(f"<div>{witness_svg(curve)}{_small(formula)}</div>" for formula, curve in curves if curve)
+    drawn = f'<div class="a-panels">{panels}</div>' if panels else ""
     lines = "".join(f"<p>{html.escape(line)}</p>" for line in laws_sentences(laws))
     return _section("A formula for what no card explains", drawn + lines)
 
