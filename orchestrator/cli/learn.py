@@ -97,14 +97,19 @@ def _factors(given: str) -> list[str] | None:
 
 def _lines(found: "Learned", block_file: str, units: dict[str, str]) -> list[str]:
     """What is said of a block: where it is, what it is made of, and errors before and after."""
-    lines = []
+    from orchestrator.gp.trials.own_effect import in_words
+
+    lines, words = [], in_words(found.shares)
     if found.block is not None:
         lines.append(f"{found.count} data over {', '.join(found.block.inputs)} in {block_file}")
         lines.append(f"coupled to its model in {Path(block_file).with_suffix('')}/system.toml")
     for each in found.functions:
         name = f"{each.output}: a function times {each.factor}" if each.factor else f"{each.output}: a function alone"
         if each.needed:
-            lines.append(f"{name} is needed ({each.size:.3g} rms, {each.gain:.0f} nats)")
+            told = words.get((each.output, each.factor))
+            lines.append(
+                f"{name} is needed ({each.size:.3g} rms, {each.gain:.0f} nats)" + (f", {told}" if told else "")
+            )
     for force in found.held_out:
         lines.append(
             f"{force.output}, held out: {force.before:.3g} {force.unit} without the block, {force.after:.3g} {force.unit} with it"
@@ -124,6 +129,7 @@ def _held_out(found: "Learned") -> dict[str, Any]:
 
 
 def _functions(found: "Learned") -> list[dict[str, Any]]:
+    own = {(each.output, each.factor): each.share for each in found.shares}
     return [
         {
             "function": each.function,
@@ -133,6 +139,7 @@ def _functions(found: "Learned") -> list[dict[str, Any]]:
             "rms": float(each.size),
             "gain_nats": float(each.gain),
             "price_nats": float(each.price),
+            "share": own.get((each.output, each.factor)),
         }
         for each in found.functions
     ]

@@ -11,9 +11,10 @@ from orchestrator.gp.block import Block, Output, Term
 from orchestrator.gp.covariance import Latents
 from orchestrator.gp.observations import Observation
 from orchestrator.gp.posterior import condition
-from orchestrator.gp.trials.data import observation, smoothed, table, trials_of
+from orchestrator.gp.trials.data import observation, smoothed, states_and_inputs, table, trials_of
 from orchestrator.gp.trials.functions import Verdict, needed_functions
 from orchestrator.gp.trials.judged import Fold, Judgement, judge
+from orchestrator.gp.trials.own_effect import Share, shares
 from orchestrator.gp.trials.places import MISSING, Place, coordinates, drives, places_of
 from orchestrator.measurements import BoundSet, BoundTrial
 from orchestrator.models.missing_force import Force, missing_forces
@@ -40,7 +41,8 @@ class Learned:
     """A block with outputs `<signal>_missing`, the number of data it holds, and how it does on trials that it has not seen.
 
     `block` is None where it was refused, and holds shares of what was learned where it was shrunk (see `judgement`,
-    None without held-out trials). `functions` says of each latent function whether the data need it.
+    None without held-out trials). `functions` says of each latent function whether the data need it, `shares` which of
+    these are a share of what the model itself lets their input do.
     """
 
     block: Block | None
@@ -48,6 +50,7 @@ class Learned:
     held_out: tuple[Shortfall, ...]
     functions: tuple[Verdict, ...]
     judgement: Judgement | None
+    shares: tuple[Share, ...] = ()
 
 
 def learn_missing(
@@ -76,9 +79,12 @@ def learn_missing(
     latents: Latents = {}
     kept: list[Observation] = []
     verdicts: list[Verdict] = []
+    own: list[Share] = []
+    at = states_and_inputs(forces, data.learning, most)
     for k, output in enumerate(forces[0].names):
         fitted, said = needed_functions(observation(k, forces, data.learning, points, chosen, most), output)
         verdicts += said
+        own += shares(model, fitted, [each for each in said if each.needed], *at)
         if any(each.needed for each in said):
             latents = {**latents, **fitted.latents}
             kept += fitted.observations
@@ -86,12 +92,12 @@ def learn_missing(
     block = _block(latents, kept, {name: place.unit(model) for name, place in points.items()}, units) if kept else None
     count = sum(len(each.inputs) for each in kept)
     if not data.held_out:
-        return Learned(block, count, (), tuple(verdicts), None)
+        return Learned(block, count, (), tuple(verdicts), None, tuple(own))
     folds = cross_validation(block, data.learning, trials_of(forces, most)) if block is not None else ()
     judgement = judge(model, block, data.held_out, noise, folds)
     used = _shared(block, judgement) if block is not None else None
     left = missing_forces(model, smoothed(data.held_out, noise))
-    return Learned(used, count, _shortfalls(used, left, data, points, chosen), tuple(verdicts), judgement)
+    return Learned(used, count, _shortfalls(used, left, data, points, chosen), tuple(verdicts), judgement, tuple(own))
 
 
 def _block(latents: Latents, kept: Sequence[Observation], inputs: dict[str, str], units: dict[str, str]) -> Block:

@@ -131,6 +131,8 @@ def test_a_weak_muscle_stands_out_by_its_own_function_and_free_runs_come_within_
     assert [(each["output"], each["factor"]) for each in found["functions"] if each["verdict"] == "needed"] == [
         ("q1", "alpha_1")
     ]
+    (muscle,) = [each for each in found["functions"] if each["verdict"] == "needed"]
+    assert muscle["share"] == pytest.approx(-0.35, rel=0.02)  # the case hides a muscle of 0.65 of its strength
     assert len(found["functions"]) == 2 * (1 + 8)  # on each joint: one alone, one a muscle, one a component of the push
     free = found["free_run"]
     assert free["held_out_before"] > 0.3

@@ -60,7 +60,7 @@ def _own_effect(model: SymbolicModel, factor: str, output: str, states: Array, i
     """What one unit of an input adds to an output's force, (n,), by the slopes of the model's rates; None if no force does the same."""
     names = [v.name for v in model.system.inputs]
     forces = [name for name in names if name.startswith(PREFIX)]
-    if PREFIX + output not in forces:
+    if PREFIX + output not in forces or factor not in names:
         return None
     slopes = _slopes(model, [names.index(factor), *map(names.index, forces)], states, inputs)
     found = np.zeros(len(states))
