@@ -49,6 +49,16 @@ MISTAKES = {
         7,
         "der() of an expression is not supported",
     ),
+    "variable shared by outer": (
+        f"{START}  inner Real g = 3;\n  A a;\nequation\n  der(x) = -a.y;\nend My;\nmodel A\n  outer Real g;\n  Real y = g;\nend A;\n",
+        10,
+        "shared by inner and outer are not supported",
+    ),
+    "whole numbers as a vector": (
+        f"{START}  Real v[3];\nequation\n  der(x) = -x;\n  v = cross({{1, 0, 0}}, {{0, x, 0}});\nend My;\n",
+        1,
+        "write {1.0, 0.0, 0.0}",
+    ),
     "assignment to a parameter": (
         f"{START}  parameter Real k = 1;\nequation\n  der(x) = -x;\n  k = 2;\nend My;\n",
         1,

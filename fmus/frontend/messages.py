@@ -14,6 +14,7 @@ _STAGE = re.compile(r"^\w+ failed: \S+ failed in \w+: |^\S+ could not be compile
 _QUOTED = re.compile(r"['`]([A-Za-z_][\w.]*)['`]")
 _COUNTS = re.compile(r"unbalanced model: (\d+) equations, (\d+) unknowns")
 # What the compiler calls things that a user has never heard of.
+_STICKS = ("PartialFriction", "LossyGear", "OneWayClutch")
 _WORDS = {
     "`derivative expression`": "der() of an expression is not supported; declare a variable that equals it, and use its der()",
     "unsupported model algorithm": "an algorithm that reads a variable after it assigned it is not supported; write one "
@@ -21,6 +22,8 @@ _WORDS = {
     "dynamic quotient semantics": "div, mod and rem of variables are not supported in an equation; write floor(a/b), or a - floor(a/b)*b",
     "selected redeclare class has no such member": "the connector has no such variable; of an expandable connector declare all "
     "variables, without 'expandable'",
+    "expected Real, found Integer": "whole numbers stand where Reals have to, such as {1, 0, 0} as an argument of cross(); write "
+    "{1.0, 0.0, 0.0}",
     "`spatialDistribution`": "spatialDistribution is not supported; write the pipe as several volumes in a row",
     "expression shape mismatch": "the sizes of arrays in an equation or a value do not fit each other, or a scalar stands "
     "where an array has to; compare both sides element by element",
@@ -46,10 +49,28 @@ def explained(
     sources = Sources(source, roots, packages)
     if "unbalanced" in text or "shape mismatch" in text:
         better = next(wrong_sizes(model, sources), None)
+        better = better or next(_not_flattened(source, sources) if "unbalanced" in text else iter(()), None)
         if better is not None:
             return better
     named = next(_statements(text, source), None) or next(_mentions(text, model, source, sources), None)
     return f"{named or _declaration(model, source, sources)}: {_friendlier(text)}"
+
+
+def _not_flattened(source: Path, sources: Sources) -> Iterator[str]:
+    """What the compiler does not count as it should: variables shared by `outer`, and friction that sticks by events."""
+    for file in dict.fromkeys([source, *sources.files()]):
+        name = file.stem if file.stem in _STICKS else ""
+        if name:
+            yield (
+                f"{source.name}: an element that is a {name} sticks and slides by events, which is not supported; leave it out and let "
+                "misfit look for friction, or write a smooth law, such as -tauC*tanh(w/0.01)"
+            )
+    for token in _tokens(source):
+        if token.text == "outer":
+            yield (
+                f"{source.name}:{token.line}: variables that are shared by inner and outer are not supported; give the component a "
+                "parameter or an input, and set it where the component is declared"
+            )
 
 
 def _reasons(message: str) -> str:

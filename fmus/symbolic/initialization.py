@@ -168,11 +168,13 @@ def _check(
     check: ca.Function, reduced: Reduced, redundant: Sequence[Condition], defaults: Sequence[Sequence[float]]
 ) -> None:
     values, leftover = (np.array(part).ravel() for part in check(*defaults))
-    unsolved = [q.name for q, value in zip(reduced.states, values, strict=True) if not np.isfinite(value)]
+    unsolved = [q for q, value in zip(reduced.states, values, strict=True) if not np.isfinite(value)]
     if unsolved:
+        bare = [q.name for q in unsolved if q.start is None]
+        begun = f"; the search began at 0, since no start is given for {listed(bare)}" if bare else ""
         raise ModelicaError(
-            f"no start values of {listed(unsolved)} were found that satisfy the initial equations; give start values "
-            "nearer to a solution"
+            f"no start values of {listed([q.name for q in unsolved])} were found that satisfy the initial equations{begun}; "
+            "give start values nearer to a solution"
         )
     for condition, rest in zip(redundant, leftover, strict=True):
         if not abs(rest) <= CONSISTENT * (1 + float(np.abs(values).max(initial=0.0))):
