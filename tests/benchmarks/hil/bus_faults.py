@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from hil.codecs.barrett.safety_module import Button
 from hil.codecs.barrett.torques import pack_torques
 from hil.codecs.frame import Frame, Timed
 from hil.control.controllers import Observed
-from hil.control.pilot import Decision
+from hil.control.pilot import CycleInput, Decision, Pilot
 from hil.robots.absent import refusals
 from hil.safety.cycle import Reaction
 from hil.session.loop import Loop, Wishes
@@ -56,6 +57,22 @@ class Scene:
     def change(self, wanted: frozenset[int], change: Callable[[Timed], list[Timed]]) -> None:
         """Change frames towards the host from now on."""
         self.bench.faults.towards_host.append(lambda t: change(t) if t.frame.identifier in wanted else [t])
+
+
+class Misled:
+    """A pilot that is told what the scene says of recorder and watchdog; also a compiled one, of which nothing can be replaced."""
+
+    def __init__(self, pilot: Pilot, scene: Scene) -> None:
+        self.pilot, self.scene = pilot, scene
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.pilot, name)
+
+    def decide(self, given: CycleInput) -> Decision:
+        """Decide with that."""
+        silent = self.scene.watchdog_silent
+        told = given._replace(recording=self.scene.recording, watched=not silent, watchdog_silent=silent)
+        return self.pilot.decide(told)
 
 
 @dataclass(frozen=True)
@@ -181,13 +198,6 @@ def times_of(fault: Fault, rate_hz: float, trial: int, settings: Settings | None
     bench.plant.angles, bench.plant.damping = START.copy(), 200.0
     bench.robot.advance(bench.bus.time_ns)
     began = seen = zero = 0
-    decide = pilot.decide
-
-    def decided(given):  # type: ignore[no-untyped-def]
-        silent = scene.watchdog_silent
-        return decide(given._replace(recording=scene.recording, watched=not silent, watchdog_silent=silent))
-
-    pilot.decide = decided  # type: ignore[method-assign]
     wait = int((CALM_S + 0.5 * fault.moving) * rate_hz) + 5 * trial + trial
 
     def wishes() -> Wishes:
@@ -210,7 +220,7 @@ def times_of(fault: Fault, rate_hz: float, trial: int, settings: Settings | None
         elif began:
             zero = zero or now
 
-    summary = Loop(bench.wire, pilot, Beats(bench), watch=watch).run(wishes)
+    summary = Loop(bench.wire, Misled(pilot, scene), Beats(bench), watch=watch).run(wishes)  # type: ignore[arg-type]
     bench.wire.close()
     bench.robot.advance(bench.bus.time_ns)
     end = zero or bench.bus.time_ns

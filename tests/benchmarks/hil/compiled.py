@@ -1,8 +1,9 @@
-"""The compiled decision beside the same source as Python: `python -m tests.benchmarks.hil.compiled [--cycles N] [--seed S]`.
+"""The compiled decision beside the same source as Python: `python -m tests.benchmarks.hil.compiled [--cycles N] [--seed S] [--recording DIR]`.
 
 The adversary's random cycles go through both, each in a process of its own, and whatever comes out is compared by its digest, a block of
 cycles at a time: torques to the last bit, reactions, words, the state that is kept. Prints how long a step of the core takes
-in each. Exit code 1 if any block differs.
+in each, and with a RECORDING how long a decision of it takes, with the questions before it, and how fast all of it is replayed; all in CPU
+time. Exit code 1 if any block differs.
 """
 
 import argparse
@@ -12,6 +13,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 from hil.compiled import PURE, build, is_used
@@ -19,6 +21,8 @@ from hil.compiled import PURE, build, is_used
 BLOCK = 50_000
 # The state is looked at this often; what it does wrong shows in later outcomes, too.
 STATE_EVERY = 25
+# Of each measurement; the least counts.
+RUNS = 3
 
 
 def digests(seed: int, cycles: int) -> Iterator[tuple[str, float]]:
@@ -30,9 +34,9 @@ def digests(seed: int, cycles: int) -> Iterator[tuple[str, float]]:
 
     def told(*given: Any, **more: Any) -> Any:
         nonlocal spent, count
-        began = time.perf_counter()
+        began = time.thread_time()
         state, outcome = step(*given, **more)
-        spent += time.perf_counter() - began
+        spent += time.thread_time() - began
         count += 1
         digest.update(repr(outcome).encode())
         if count % STATE_EVERY == 0:
@@ -47,19 +51,46 @@ def digests(seed: int, cycles: int) -> Iterator[tuple[str, float]]:
         yield digest.hexdigest(), 1e6 * spent / count
 
 
+def decisions(folder: Path) -> tuple[float, float]:
+    """us of CPU time of a cycle's questions and decision, and of a cycle of the replay; the least of some runs."""
+    from hil.recording.replay import cycles_of
+    from hil.session.recorded import recorded_pilot, replay_session
+
+    given = [cycle.given for cycle in cycles_of(folder)]
+    decided, replayed = [], []
+    for _ in range(RUNS):
+        pilot = recorded_pilot(folder)
+        began = time.thread_time()
+        for each in given:
+            pilot.requests()
+            pilot.decide(each)
+        decided.append(time.thread_time() - began)
+        began = time.thread_time()
+        replay_session(folder)
+        replayed.append(time.thread_time() - began)
+    return 1e6 * min(decided) / len(given), 1e6 * min(replayed) / len(given)
+
+
 def main() -> None:
     """Run both and compare."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--cycles", type=int, default=200_000)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--recording", type=Path)
     parser.add_argument("--alone", action="store_true", help=argparse.SUPPRESS)
     args = parser.parse_args()
     if args.alone:
         print(is_used_now(), flush=True)
+        if args.recording is not None:
+            print(*decisions(args.recording), flush=True)
+            return
         for found, us in digests(args.seed, args.cycles):
             print(found, us, flush=True)
         return
     build()
+    if args.recording is not None:
+        _speeds(args.recording)
+        return
     sides = [_side(args.cycles, args.seed, pure) for pure in ("", "1")]
     if [side.stdout.readline().strip() for side in sides if side.stdout] != ["True", "False"]:
         sys.exit("the two sides are not one compiled and one as Python")
@@ -78,6 +109,18 @@ def main() -> None:
     sys.exit(1 if different or any(codes) or blocks != -(-args.cycles // BLOCK) else 0)
 
 
+def _speeds(folder: Path) -> None:
+    """One side after the other: beside each other they would slow each other down."""
+    for pure, name in (("1", "as Python"), ("", "compiled")):
+        side = _side(0, 0, pure, "--recording", str(folder))
+        said, _ = side.communicate()
+        decided, replayed = map(float, said.splitlines()[1].split())
+        at_1000_hz = f"{1000.0 / replayed:.1f} times real time at 1000 Hz"
+        print(
+            f"{name}: a decision with its questions {decided:.1f} us, a cycle of the replay {replayed:.1f} us ({at_1000_hz})"
+        )
+
+
 def is_used_now() -> bool:
     """Whether the core of this process is the compiled one."""
     import hil.safety.core  # noqa: F401
@@ -85,8 +128,8 @@ def is_used_now() -> bool:
     return is_used()
 
 
-def _side(cycles: int, seed: int, pure: str) -> "subprocess.Popen[str]":
-    words = ["-m", "tests.benchmarks.hil.compiled", "--alone", "--cycles", str(cycles), "--seed", str(seed)]
+def _side(cycles: int, seed: int, pure: str, *more: str) -> "subprocess.Popen[str]":
+    words = ["-m", "tests.benchmarks.hil.compiled", "--alone", "--cycles", str(cycles), "--seed", str(seed), *more]
     return subprocess.Popen([sys.executable, *words], env={**os.environ, PURE: pure}, stdout=subprocess.PIPE, text=True)
 
 

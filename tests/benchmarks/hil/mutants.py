@@ -194,6 +194,8 @@ def main() -> None:
             if number % args.every:
                 continue
             counts["mutants"] += 1
+            if counts["mutants"] % 20 == 0:
+                print(f"{counts['mutants']} mutants, at {mutant}", file=sys.stderr, flush=True)
             if survives(mutant):
                 why = next((reason for text, reason in EQUIVALENT.items() if text in str(mutant)), "")
                 counts["argued" if why else "survivors"] += 1

@@ -41,6 +41,8 @@ force_missing_s = 0.5
 """
 
 
+# The questions before a session's first cycle bring so many positions of a motor.
+POSITIONS = 20
 # A start-up whose answers this machine brings too late is tried again.
 ATTEMPTS = 5
 # What is typed when a session asks it.
@@ -148,8 +150,8 @@ def _compared(folder: Path, log: Path) -> dict[str, object]:
         "frames recorded, by candump": (sum(map(len, ours.values())), sum(map(len, theirs.values()))),
         "identifiers whose frames differ": missing,
         "positions of motor 1 recorded, by candump": (len(ours[positions]), len(theirs[positions])),
-        "decode": (said.stdout + said.stderr).strip()[-400:],
-        "equal": bool(ours) and not missing and said.returncode == 0,
+        "misfit hil decode": said.stderr.strip() or "a measurement set",
+        "equal": len(ours[positions]) > POSITIONS and not missing and said.returncode == 0,
     }
 
 

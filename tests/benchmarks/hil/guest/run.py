@@ -30,7 +30,7 @@ def main() -> None:
     """Start the guest and say what came of it."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("packages", type=Path)
-    parser.add_argument("--rate", type=float, help="Hz; default: 500 with KVM, 50 without")
+    parser.add_argument("--rate", type=float, help="Hz; default: 500 with KVM, 10 without")
     parser.add_argument("--seconds", type=float, default=10.0, help="of the session")
     parser.add_argument("--out", type=Path, help="where recording and log are kept; default: nowhere")
     parser.add_argument("--memory", type=int, default=2048, help="of the guest, MiB")
@@ -48,7 +48,7 @@ def main() -> None:
 def _guest(args: argparse.Namespace, scratch: Path, out: Path) -> int:
     packages = args.packages.resolve()
     kernel, how = kernel_of(packages), accelerator()
-    rate = args.rate or (500.0 if how == "kvm" else 50.0)
+    rate = args.rate or (500.0 if how == "kvm" else 10.0)
     inside = [sys.executable, "-m", "tests.benchmarks.hil.guest.inside", str(rate), str(args.seconds)]
     candump = tool_of(packages, "candump")
     files = initial_files(packages, kernel, scratch, Path.cwd(), [*inside, str(candump)])
