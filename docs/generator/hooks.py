@@ -10,7 +10,7 @@ from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
 from mkdocs.utils import get_relative_url
 
-from docs.generator import effect_pages, json_pages, law_page, toml_pages
+from docs.generator import effect_pages, json_pages, law_page, recording_pages, toml_pages
 from docs.generator.signature_cache import shown_effects
 
 ASSETS = Path(__file__).parents[1] / "assets"
@@ -18,7 +18,7 @@ FALLING = "<!-- picture: falling error -->"
 REMOTE_WORKER, LOCAL_WORKER = "https://unpkg.com/iframe-worker/shim", "assets/file_worker.js"
 EXTERNAL_LINKS = "external_links.txt"
 SEARCH = 'data-md-component="search" role="dialog"'
-HOW_TO, EFFECTS = "How-to", "Effects"
+HOW_TO, EFFECTS, RECORDINGS = "How-to", "Effects", "Real recordings"
 SECTION_OF_FOLDER = {"decisions": "Decisions", "benchmarks": "Reference", "tutorials": "Tutorials", "theory": "Theory"}
 
 
@@ -27,6 +27,9 @@ def on_config(config: MkDocsConfig) -> MkDocsConfig:
     sections = {name: content for section in config.nav or [] for name, content in section.items()}
     names = {effect_pages.in_words(effect): f"effects/{effect}.md" for effect in effect_pages.by_id()}
     sections[EFFECTS] += [{name: path} for name, path in sorted(names.items())]
+    sections[RECORDINGS] += [
+        {words["title"]: f"recordings/{name}.md"} for name, (words, _) in recording_pages.recordings().items()
+    ]
     named = json.dumps(config.nav)
     folder = Path(config.docs_dir)
     pages = sorted(str(path.relative_to(folder)) for path in folder.rglob("*.md"))
@@ -42,9 +45,11 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     pages = {"effects/index.md": effect_pages.index_page()}
     pages |= {f"effects/{e}.md": effect_pages.effect_page(e, cards, shown) for e, cards in effect_pages.by_id().items()}
     pages |= {"reference/toml_files.md": toml_pages.toml_page(), "reference/json_documents.md": json_pages.json_page()}
-    pages |= {"reference/laws_of_own_models.md": law_page.law_page()}
+    pages |= {"reference/laws_of_own_models.md": law_page.law_page()} | recording_pages.pages()
     for path, text in pages.items():
         files.append(File.generated(config, path, content=text))
+    for path, svg in recording_pages.pictures().items():
+        files.append(File.generated(config, path, content=svg))
     for name, effect in shown.items():
         files.append(File.generated(config, f"effects/img/{name}.png", content=effect.png.read_bytes()))
     return files

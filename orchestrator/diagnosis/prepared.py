@@ -65,7 +65,12 @@ class Prepared:
         pairs = zip((*self.data.learning, *self.data.held_out), shown, strict=True)
         count = sum(int(np.count_nonzero(raw.outputs != clean.measured)) for raw, clean in pairs)
         if count:
-            found.append(f"{count} further samples stand out of the errors around them and do not count")
+            words = (
+                "sample stands out of the errors around it and does"
+                if count == 1
+                else "samples stand out of the errors around them and do"
+            )
+            found.append(f"{count} further {words} not count")
         return found
 
 

@@ -260,7 +260,7 @@ def _answer(
         held_out=HeldOut(
             given.held_out.rmse, shown.held_out.rmse, given.noise_floor, _removed(given, shown) if named else 0.0
         ),
-        warnings=tuple(_warnings(outcome, verdict, reasons, unexplained, incomplete)),
+        warnings=tuple(_warnings(outcome, verdict, reasons)),
         next_experiment=None,
         patched_model=None,
         seconds=0.0,
@@ -368,7 +368,7 @@ def _ranking(decision: Decision, nominal: FittedSet) -> tuple[RankedSet, ...]:
     """
     order = [decision.chosen, *(s for s in decision.ranked if s is not decision.chosen)]
     order = [s for s in order if s.candidates] or [nominal]
-    weights = np.array([_weight(s, decision.chosen) for s in order])
+    weights = np.array([_weight(s, decision) for s in order])
     gain = max(nominal.loss - min(s.loss for s in order), 1e-9)
     return tuple(
         RankedSet(
@@ -382,9 +382,11 @@ def _ranking(decision: Decision, nominal: FittedSet) -> tuple[RankedSet, ...]:
     )
 
 
-def _weight(other: FittedSet, chosen: FittedSet) -> float:
-    """How likely a set is beside the chosen one, 0 to 1; a set that holds the chosen one has had its chance."""
-    if other is chosen or other.key > chosen.key:
+def _weight(other: FittedSet, decision: Decision) -> float:
+    """How likely a set is beside the chosen one, 0 to 1; one with more parameters had its chance, and lost it, unless it is a rival."""
+    chosen = decision.chosen
+    larger = other.key > chosen.key or len(other.fit.theta) > len(chosen.fit.theta)
+    if other is chosen or (larger and other not in decision.rivals):
         return float(other is chosen)
     return float(2 * ndtr(-max(other.loss - chosen.loss, 0.0) / max(scatter_between(chosen, other), 1.0)))
 
@@ -407,28 +409,32 @@ def _tried(decision: Decision, nominal: FittedSet, named: bool) -> tuple[Tried, 
         if not found.candidates:
             continue
         ids, sites = tuple(c.id for c in found.candidates), tuple(c.place.site for c in found.candidates)
-        gain = nominal.loss - found.loss
         if found is decision.chosen:
             text = "named" if named else "the best set, not proven"
         elif found in decision.rivals:
             text = "explains the record as well"
         else:
-            text = f"makes the record more probable by {gain:.3g} nats, the chosen set by {nominal.loss - decision.chosen.loss:.3g}"
+            text = _beside_the_chosen(found, decision.chosen)
         outcomes.append(Tried(ids, sites, text))
     return tuple(outcomes)
 
 
-def _warnings(
-    outcome: Outcome, verdict: Verdict, reasons: Sequence[str], unexplained: float, incomplete: bool
-) -> list[str]:
+def _beside_the_chosen(found: FittedSet, chosen: FittedSet) -> str:
+    """Why a set is not the answer, in words."""
+    behind, more = found.loss - chosen.loss, len(found.fit.theta) - len(chosen.fit.theta)
+    if behind >= 0:
+        return f"makes the record less probable than the chosen set does, by {behind:.3g} nats"
+    numbers = f"{more} more parameter{'s' if more > 1 else ''}" if more > 0 else "as many parameters"
+    return f"fits closer by {-behind:.3g} nats with {numbers}, but not all of its effects stand the checks"
+
+
+def _warnings(outcome: Outcome, verdict: Verdict, reasons: Sequence[str]) -> list[str]:
     found: list[str] = []
     names = " and ".join(c.label for c in outcome.decision.chosen.candidates)
     if verdict == "unknown" and names:
         found.append(f"the best set is {names}, not proven: {'; '.join(reasons) or 'rivals explain as much'}")
     elif verdict == "unknown":
         found.append(f"nothing is named: {'; '.join(reasons)}")
-    if incomplete:
-        found.append(f"{unexplained:.0%} of the missing force's power is left unexplained")
     if not outcome.case.balances:
         found.append("the model has no balance equation, so effects were looked for at inputs and outputs only")
     return found

@@ -5,6 +5,9 @@ from typing import Any
 
 import numpy as np
 
+# A curve that explains less of what is left than this says nothing.
+TELLS = 0.1
+
 
 @dataclass(frozen=True)
 class LatentForce:
@@ -36,6 +39,11 @@ class LatentForce:
         """Say what the curve shows."""
         first, second = self.coordinates
         largest = int(np.argmax(np.abs(self.force)))
+        if max(self.explained) < TELLS:
+            most = max(0.0, *self.explained)
+            return (
+                f"what is left of {self.signal} goes with nothing that was recorded; {first} explains {most:.0%} of it"
+            )
         return (
             f"what is left of {self.signal} depends most on {first}, then on {second}: both explain"
             f" {self.explained[1]:.0%} of it on data left out ({first} alone {self.explained[0]:.0%}); it is largest,"

@@ -64,14 +64,20 @@ def sentences(heard: Heard) -> tuple[str, ...]:
         needed = [each for each in heard.functions if each.output == output and each.needed]
         if not needed:
             continue
-        parts = [each.factor or "a function alone" for each in sorted(needed, key=lambda each: -each.size)]
-        only = f"{parts[0]} stands out by itself" if len(parts) == 1 else f"{', '.join(parts)} count"
-        found.append(
-            f"what is missing at {output}, as a sum of functions of position and speed, each times an input: {only}"
-        )
+        inputs = [each.factor for each in sorted(needed, key=lambda each: -each.size) if each.factor]
+        parts = []
+        if inputs:
+            parts.append(f"{_joined(inputs)}, times functions of position and speed")
+        if len(inputs) < len(needed):
+            parts.append("position and speed alone")
         told = [words[output, each.factor] for each in needed if (output, each.factor) in words]
-        found[-1] += f"; {', '.join(told)}" if told else ""
+        more = f"; {', '.join(told)}" if told else ""
+        found.append(f"what is missing at {output} goes with {' and with '.join(parts)}{more}")
     return tuple(found)
+
+
+def _joined(parts: list[str]) -> str:
+    return parts[0] if len(parts) == 1 else f"{', '.join(parts[:-1])} and {parts[-1]}"
 
 
 def document(heard: Heard) -> tuple[dict[str, Any], ...]:

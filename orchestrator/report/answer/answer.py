@@ -144,7 +144,10 @@ def _buys(document: Document, before: float, after: float) -> str:
 def _caution(document: Document, effects: Sequence[Mapping[str, Any]], before: float, after: float) -> str:
     unexplained = document.get("unexplained_share")
     if effects and unexplained and document.get("incomplete"):
-        return f"{capital(share(float(unexplained)))} of the missing force is still not explained."
+        left = share(float(unexplained))
+        if after <= WITHIN_NOISE:
+            return f"Free runs are within the noise; {left} of the force that still disturbs the model in between is not explained."
+        return f"{capital(left)} of the missing force is still not explained."
     if effects and not math.isnan(after) and after > WITHIN_NOISE:
         return f"What is left, {times(after)} times the noise, is not explained by it."
     if document.get("verdict") == "unknown" and (best := document.get("best")):

@@ -99,7 +99,7 @@ def bars_svg(bars: Sequence[Bar]) -> str:
     parts = []
     for place, bar in enumerate(bars):
         y = 4 + 34 * place
-        width = max(1.5, 290 * min(bar.value / longest, 1.0)) if math.isfinite(bar.value) else 290
+        width = max(1.5, 255 * min(bar.value / longest, 1.0)) if math.isfinite(bar.value) else 255
         label = bar.label if len(bar.label) <= 30 else f"{bar.label[:29]}…"
         parts.append(f'<text class="a-axis" x="188" y="{y + 15}" text-anchor="end">{html.escape(label)}</text>')
         parts.append(f'<rect class="a-{bar.kind}" x="196" y="{y}" width="{width:.1f}" height="20"/>')

@@ -35,7 +35,7 @@ def rivals_of(document: Document) -> tuple[Rival, ...]:
     rows = []
     if named:
         rows.append(Rival(capital(_name(named)), "", _why_named(document), True))
-    others = [entry for entry in ranking if entry is not own and not _contains(_pairs(entry), named)]
+    others = [entry for entry in ranking if _pairs(entry) != sorted(named) and not _contains(_pairs(entry), named)]
     for entry in _one_of_each(others)[: MOST - len(rows)]:
         rows.append(_rival(document, entry, own))
     return tuple(rows)

@@ -46,7 +46,7 @@ def stated(entry: Mapping[str, Any]) -> Witness | None:
     band, law = _numbers(entry.get("band")), _numbers(entry.get("law"))
     order = sorted(range(len(x)), key=x.__getitem__)
     return Witness(
-        str(entry.get("balance", "the missing force")),
+        _titled(str(entry.get("balance", ""))),
         str(entry.get("unit", "")),
         str(entry.get("coordinate", "")),
         str(entry.get("coordinate_unit", "")),
@@ -55,6 +55,13 @@ def stated(entry: Mapping[str, Any]) -> Witness | None:
         tuple(band[k] for k in order) if len(band) == len(x) else (),
         tuple(law[k] for k in order) if len(law) == len(x) else (),
     )
+
+
+def _titled(balance: str) -> str:
+    """What a panel shows, by the name of the variable whose balance lacks a force, a flow or a current."""
+    if not balance:
+        return "the missing force"
+    return balance if " " in balance else f"missing at {balance}"
 
 
 def _latent(document: Document) -> list[Witness]:

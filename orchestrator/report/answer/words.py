@@ -55,10 +55,16 @@ def sizes(effects: Sequence[Effect]) -> str:
     found = [
         size(f"{name} of {effect['site']}" if effect["id"] == PARAMETER_ERROR else name, value)
         for effect in effects
-        for name, value in (effect.get("parameters") or {}).items()
+        for name, value in _fitted(effect.get("parameters") or {}).items()
     ]
     left = len(found) - MOST_SIZES
     return ", ".join(found[:MOST_SIZES]) + (f" and {left} more" if left > 0 else "")
+
+
+def _fitted(parameters: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Without those that were held at a value, such as the width of a smoothed sign; all if all were."""
+    free = {name: value for name, value in parameters.items() if value["ci90"][0] != value["ci90"][1]}
+    return free or parameters
 
 
 def size(name: str, estimate: Mapping[str, Any]) -> str:
