@@ -2,6 +2,7 @@
 
 import html
 import math
+import re
 from collections.abc import Sequence
 
 import numpy as np
@@ -158,8 +159,10 @@ def _unit(unit: str, exponent: int) -> str:
     return unit_text(prefixed(unit, exponent)) or "no unit"
 
 
-def _short(name: str) -> str:
-    return name if len(name) <= 24 else f"{name[:15]}…{name[-8:]}"
+def _short(name: str, most: int = 20) -> str:
+    """A trial's name without its ending, shortened in its middle."""
+    bare = re.sub(r"\.(csv|parquet|mf4)\b", "", name)
+    return bare if len(bare) <= most else f"{bare[: most - 9]}…{bare[-8:]}"
 
 
 def _named(name: str, unit: str) -> str:

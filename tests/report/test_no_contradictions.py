@@ -1,0 +1,86 @@
+"""One definition of each number: ten answers, of real runs and made up, say nothing twice and nothing that contradicts itself."""
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from orchestrator.report.answer import answer_of
+from orchestrator.report.answer.markup import answer_html
+from tests.report.builders import diagnosis
+
+ANSWERS = Path(__file__).parents[1] / "answers"
+REAL = sorted(path.stem for path in ANSWERS.glob("*.json"))
+MADE_UP = ("ambiguous", "unknown", "cannot_tell")
+CASES = (*REAL, *MADE_UP)
+
+
+def document_of(case: str) -> dict[str, Any]:
+    if case in MADE_UP:
+        return dict(json.loads(json.dumps(diagnosis(case, n=100).to_json(), allow_nan=True)))  # type: ignore[arg-type]
+    return dict(json.loads((ANSWERS / f"{case}.json").read_text()))
+
+
+def test_there_are_ten_cases() -> None:
+    assert len(CASES) >= 10
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_what_the_effect_removes_has_one_figure_that_of_held_out_trials(case: str) -> None:
+    document = document_of(case)
+    answer = answer_of(document)
+    page = re.sub(r"<svg.*?</svg>|<[^>]+>", " ", answer_html(answer, document), flags=re.S)
+
+    assert page.count("of the avoidable error") == (1 if document["effects"] and "avoidable" in answer.detail else 0)
+    assert not re.search(r"probabilit", page)
+    named = next((rival for rival in answer.rivals if rival.named), None)
+    assert named is None or "%" not in named.reason
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_the_named_set_stands_first_and_once_and_no_rival_has_better_odds(case: str) -> None:
+    document = document_of(case)
+    answer = answer_of(document)
+
+    assert [rival.named for rival in answer.rivals[1:]] == [False] * len(answer.rivals[1:])
+    assert len({rival.name for rival in answer.rivals}) == len(answer.rivals)
+    if document["verdict"] == "named":
+        assert answer.rivals[0].named
+        assert all(rival.odds != "even" for rival in answer.rivals[1:])
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_a_named_set_has_the_largest_probability_of_the_ranking(case: str) -> None:
+    document = document_of(case)
+    if document["verdict"] != "named":
+        pytest.skip("names nothing")
+    named = sorted(effect["id"] for effect in document["effects"])
+
+    best = max(document["ranking"], key=lambda row: row["probability"])
+    assert sorted(best["effects"]) == named
+    total = sum(row["probability"] for row in document["ranking"]) + document.get("none_of_these", 0.0)
+    assert total <= 1.0 + 1e-6
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_much_that_is_left_is_said(case: str) -> None:
+    document = document_of(case)
+    answer = answer_of(document)
+    bars = {bar.kind: bar.value for bar in answer.bars}
+
+    if document["effects"] and bars.get("better", 0.0) > 2.0:
+        assert answer.caution
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_no_experiment_is_proposed_where_none_helps(case: str) -> None:
+    said = answer_of(document_of(case)).next_step
+
+    assert not ("tell" in said and "no experiment" in said.lower())
+
+
+def test_no_answer_names_a_place_of_the_machine_it_ran_on() -> None:
+    for case in REAL:
+        assert not re.search(r'"(?:/[\w.-]+){2,}', (ANSWERS / f"{case}.json").read_text())
