@@ -7,7 +7,7 @@ from importlib.metadata import version as package_version
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fmus.errors import MisfitError
+from fmus.errors import ComponentError, MisfitError
 from fmus.files import write_atomically
 from orchestrator import ledger
 from orchestrator.blackbox.source import Source
@@ -116,7 +116,12 @@ def discover(
         write_atomically(folder / "next_experiment.csv", diagnosis.experiment_csv.encode())
     proposals: tuple[LawProposal, ...] = ()
     if isinstance(diagnosis.search, Outcome) and (asks_for_laws(diagnosis) if laws is None else laws):
-        proposals = propose_laws(diagnosis, measurements, folder, workers=workers, progress=progress)
+        try:
+            proposals = propose_laws(diagnosis, measurements, folder, workers=workers, progress=progress)
+        except (RuntimeError, ArithmeticError, LookupError, ValueError, ComponentError) as error:
+            # The diagnosis stands; as in its own search, CasADi reports what it cannot do as RuntimeError.
+            note = f"the search for a formula failed, so none is proposed: {type(error).__name__}: {error}"
+            diagnosis = replace(diagnosis, warnings=(*diagnosis.warnings, note))
         diagnosis = replace(diagnosis, laws=proposals)
     if versions:
         diagnosis = replace(diagnosis, patched_model=str(versions[-1].file))

@@ -60,7 +60,15 @@ def terms_at(place: Place, further: Sequence[str]) -> list[Term]:
                 Term(f, m, of) for f in factors("further") if f.weighs for m in factors("by_position") for of in further
             ]
         found += [Term(f, m) for f in speeds for m in factors("by_memory")]
+    if moves and "position" not in place.units:
+        return [term for term in found if not any(_asks_for_a_position(f) for f in term.factors)]
     return found
+
+
+def _asks_for_a_position(factor: Factor) -> bool:
+    """Whether a factor has a constant that is measured by positions, such as the way over which friction builds up."""
+    kinds = " ".join((*factor.powers, *(p.kind for p in factor.shapes)))
+    return re.search(r"\bposition\b", kinds) is not None
 
 
 def law_of(terms: Sequence[Term], place: Place) -> Law:

@@ -25,7 +25,20 @@ MOTION = Place("motion", "x", "N", {"q": "x", "v": "v", "t": "time", "of_u": "u"
 STORE = Place("storage", "T", "W", {"x": "T", "t": "time", "of_u": "u"}, {}, UNITS, SCALES, (0.0, 1.0))
 
 
-@pytest.mark.parametrize("place", [MOTION, STORE], ids=["motion", "storage"])
+ALONE = {name: unit for name, unit in UNITS.items() if name not in ("position", "centre", "state")}
+SPEED = Place(
+    "motion",
+    "v",
+    "N",
+    {"v": "v", "t": "time", "of_u": "u"},
+    {},
+    ALONE,
+    {name: SCALES[name] for name in ALONE},
+    (0.0, 1.0),
+)
+
+
+@pytest.mark.parametrize("place", [MOTION, SPEED, STORE], ids=["motion", "speed alone", "storage"])
 def test_every_term_is_a_number_for_every_state_and_each_constant_has_a_unit(place: Place) -> None:
     time = np.linspace(0.0, 1.0, 20)
     wave = np.sin(9 * time)
