@@ -26,6 +26,7 @@ from orchestrator.effects.locate import balance_of, written_at
 from orchestrator.effects.names import heads, plain, position, renamed, replaced
 from orchestrator.effects.points import FlatPoints, points
 from orchestrator.effects.text import file_text
+from orchestrator.effects.together import merged
 from orchestrator.effects.values import extended, literal
 
 
@@ -52,7 +53,7 @@ def write_back(
     Raises:
         ModelicaError: if the text cannot be changed, or if the compiled class is not the original with the changes.
     """
-    writer = _Writer(base, name, changes, values)
+    writer = _Writer(base, name, merged(changes), values)
     text, class_name = writer.text()
     if folder is None:
         folder = cache_folder("patched") / hashlib.sha256(text.encode()).hexdigest()
