@@ -46,7 +46,7 @@ class AnswerPart:
         with ui.element("div").classes("a-verdict"):
             ui.html(_words(document, now), sanitize=False)
             with ui.element("div").classes("studio-buttons"):
-                if now.next is not None:
+                if now.next is not None and document["effects"]:
                     self._button(_add_label(document, now), self._add, running)
                 if now.number:
                     self._button("Undo", self._undo, running).props("outline")

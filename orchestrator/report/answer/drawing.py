@@ -15,6 +15,8 @@ from orchestrator.report.numbers import engineering_exponent, prefixed, takes_pr
 
 # Points of a curve that a picture of this width can show.
 MOST_POINTS = 500
+# Letters that the title of a wide picture has room for.
+MOST_TITLE = 70
 
 
 def ticks(low: float, high: float, most: int = 6) -> list[float]:
@@ -123,7 +125,9 @@ def residual_svg(found: Residual) -> str:
         (float(found.time[0]), float(found.time[-1])),
         _room(min(float(before.min()), -noise), max(float(before.max()), noise)),
     )
-    title = f"Error of {found.signal}, held-out {_short(found.trial)} ({_unit(found.unit, exponent)}):"
+    unit = _unit(found.unit, exponent)
+    room = max(9, MOST_TITLE - len(f"Error of {found.signal}, held-out  ({unit}): before, after, grey = noise"))
+    title = f"Error of {found.signal}, held-out {_short(found.trial, room)} ({unit}):"
     legend = f'<tspan class="a-ink-given"> {"as given" if after is None else "before"}</tspan>'
     legend += ', <tspan class="a-ink-after">after</tspan>' if after is not None else ""
     parts = [f'<text class="a-title" x="46" y="13">{html.escape(title)}{legend}, grey = noise</text>']
@@ -159,10 +163,11 @@ def _unit(unit: str, exponent: int) -> str:
     return unit_text(prefixed(unit, exponent)) or "no unit"
 
 
-def _short(name: str, most: int = 20) -> str:
+def _short(name: str, most: int) -> str:
     """A trial's name without its ending, shortened in its middle."""
     bare = re.sub(r"\.(csv|parquet|mf4)\b", "", name)
-    return bare if len(bare) <= most else f"{bare[: most - 9]}…{bare[-8:]}"
+    behind = (most - 1) // 2
+    return bare if len(bare) <= most else f"{bare[: most - 1 - behind]}…{bare[-behind:]}"
 
 
 def _named(name: str, unit: str) -> str:

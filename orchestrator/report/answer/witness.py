@@ -35,7 +35,10 @@ class Witness:
 def witnesses_of(document: Document) -> tuple[Witness, ...]:
     """The panels: as the document states them, else its curves of what no effect explains, else its map of the force."""
     given = [found for each in document.get("witness") or () if (found := stated(each)) is not None]
-    return tuple((given or _latent(document) or _binned(document))[:MOST_PANELS])
+    maps = _binned(document)
+    if not any(each.law for each in given) and any(each.law for each in maps):
+        given = maps  # the fitted law through the force says more than the force alone
+    return tuple((given or _latent(document) or maps)[:MOST_PANELS])
 
 
 def stated(entry: Mapping[str, Any]) -> Witness | None:
