@@ -117,6 +117,13 @@ class Data:
     def bound(self, inputs: Sequence[Any], outputs: Sequence[Any]) -> "BoundSet":
         """The trials in a model's inputs, outputs and units.
 
+        Args:
+            inputs: the model's input variables, with name and unit.
+            outputs: the model's output variables, with name and unit.
+
+        Returns:
+            For each trial time (n,) in s, inputs (n, inputs) and measured outputs (n, outputs) in the model's units.
+
         Raises:
             MisfitError: if no output was measured, a dimension differs, or a declared input is none of the model.
         """
@@ -127,6 +134,10 @@ class Data:
 
     def check(self, inputs: Sequence[Any], outputs: Sequence[Any]) -> None:
         """Make sure that what was declared as driving is an input of the model.
+
+        Args:
+            inputs: the model's input variables.
+            outputs: the model's output variables.
 
         Raises:
             MisfitError: naming the first column that is not.

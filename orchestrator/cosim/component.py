@@ -91,7 +91,13 @@ class Component(ABC):
 
     @abstractmethod
     def initialise(self, time: float, stop: float | None, tolerance: float | None) -> None:
-        """Enter initialisation at `time` s; parameters and inputs can be set from now on, outputs read."""
+        """Enter initialisation; parameters and inputs can be set from now on, outputs read.
+
+        Args:
+            time: at which the run begins (s).
+            stop: time at which it ends (s); None if that is not known.
+            tolerance: relative error that a component with a solver of its own may make; None for its own choice.
+        """
 
     @abstractmethod
     def start(self) -> None:
@@ -99,7 +105,12 @@ class Component(ABC):
 
     @abstractmethod
     def set(self, names: Sequence[str], values: Sequence[Any]) -> None:
-        """Set ports to values in their own units."""
+        """Set ports.
+
+        Args:
+            names: of inputs or parameters among `ports`.
+            values: one for each name, in the port's own unit; an array port takes an array of its shape.
+        """
 
     @abstractmethod
     def get(self, names: Sequence[str]) -> list[Any]:
@@ -107,7 +118,18 @@ class Component(ABC):
 
     @abstractmethod
     def step(self, time: float, size: float) -> StepEnd:
-        """Advance from `time` by `size` s."""
+        """Advance by one step.
+
+        Args:
+            time: at which the step begins (s).
+            size: of the step (s).
+
+        Returns:
+            The time reached, which is earlier than `time + size` only if the component ended its step early.
+
+        Raises:
+            ComponentError: if the component cannot go on.
+        """
 
     @abstractmethod
     def terminate(self) -> None:

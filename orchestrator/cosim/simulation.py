@@ -209,6 +209,10 @@ class Simulation:
         """Set an input that nothing drives, a tunable parameter, or an input of the system; from the next step on it counts.
 
         Before `initialise`, any parameter or start value can be set.
+
+        Args:
+            address: `COMPONENT.VARIABLE`, or the name of an input of the system.
+            value: in the variable's own unit.
         """
         self._open()
         addresses = self.system.inputs.get(address, (address,))

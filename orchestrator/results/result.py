@@ -69,7 +69,14 @@ class Result:
         return drawing_of("result").html(self)
 
     def values_in(self, name: str, unit: str) -> NDArray[np.float64]:
-        """Values of a column, (n,), converted to a unit.
+        """Values of a column in another unit.
+
+        Args:
+            name: of the column, `COMPONENT.VARIABLE`.
+            unit: such as `mm` or `deg`; of the same dimension as the column's own.
+
+        Returns:
+            One value for each row, (n,).
 
         Raises:
             MisfitError: if there is no such column, or its dimension differs.

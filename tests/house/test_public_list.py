@@ -1,6 +1,7 @@
 """`import misfit` is the public list: documented exactly, quick to import, and what the examples of the docs import from."""
 
 import ast
+import inspect
 import re
 import subprocess
 import sys
@@ -66,3 +67,29 @@ def _imported(code: str) -> set[str]:
         elif isinstance(node, ast.ImportFrom) and node.module:
             found.add(node.module.split(".")[0])
     return found
+
+
+def _documented() -> list[tuple[str, object]]:
+    """Every public function and method of the public list."""
+    found: list[tuple[str, object]] = []
+    for name in misfit.__all__:
+        offered = getattr(misfit, name)
+        if inspect.isclass(offered):
+            parts = {key: getattr(each, "__func__", each) for key, each in vars(offered).items() if key[0] != "_"}
+            found += [(f"{name}.{key}", each) for key, each in parts.items() if inspect.isfunction(each)]
+        elif inspect.isfunction(offered):
+            found.append((name, offered))
+    return found
+
+
+def test_public_functions_say_what_each_of_their_arguments_is() -> None:
+    functions = _documented()
+    lacking = []
+    for name, function in functions:
+        asked = [each for each in inspect.signature(function).parameters if each not in ("self", "cls")]  # type: ignore[arg-type]
+        text = inspect.getdoc(function) or ""
+        if not text or (len(asked) > 1 and "Args:" not in text):
+            lacking.append(name)
+
+    assert len(functions) > 30
+    assert lacking == []

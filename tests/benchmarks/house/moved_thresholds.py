@@ -13,13 +13,15 @@ from dataclasses import fields, replace
 from pathlib import Path
 
 from fmus.catalogue import ModelicaModel
+from orchestrator.datacheck.holding import with_interpolation
 from orchestrator.greybox.diagnose import diagnose_greybox
 from orchestrator.greybox.thresholds import Thresholds
 from orchestrator.measurements import MeasurementSet, load_measurements
+from orchestrator.models.symbolic import SymbolicModel
 from tests.cases.gallery.generate import MACHINES
 
 GALLERY = Path(__file__).parents[2] / "cases" / "gallery"
-CASES = ("two_rooms", "overhead_crane")
+CASES = ("two_rooms", "reactor")
 # (verdict, effects with their sites) of each case.
 Answers = tuple[tuple[str, ...], ...]
 
@@ -29,7 +31,8 @@ def prepared(names: Sequence[str]) -> list[tuple[ModelicaModel, MeasurementSet]]
     found = []
     for name in names:
         model = ModelicaModel(name, MACHINES[name].class_name, GALLERY / name / "Model.mo")
-        found += [(model, load_measurements(GALLERY / data)) for data in (name, f"{name}_null")]
+        plain = SymbolicModel(name, model.compile())
+        found += [(model, with_interpolation(plain, load_measurements(GALLERY / d))) for d in (name, f"{name}_null")]
     return found
 
 
