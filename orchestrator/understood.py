@@ -2,9 +2,10 @@
 
 from collections.abc import Iterator, Sequence
 
-from fmus.catalogue import ModelicaModel
 from fmus.symbolic.balances import Balance
 from fmus.symbolic.system import SymbolicSystem, Variable
+from orchestrator.blackbox.source import FmuSource, Source
+from orchestrator.greybox.tape import can_be_taped, outline
 from orchestrator.measurements import MeasurementSet
 from orchestrator.measurements.matching import match_columns
 from orchestrator.models.patch import free_slots
@@ -24,8 +25,8 @@ TERMS = {
 MOST_LISTED = 12
 
 
-def understood(source: ModelicaModel, measurements: MeasurementSet) -> list[str]:
-    """Say what a Modelica model and its data were understood as.
+def understood(source: Source, measurements: MeasurementSet) -> list[str]:
+    """Say what a model and its data were understood as; of an FMU in model exchange what its rates show about its start.
 
     Returns:
         Lines of text: states with units, balance equations with their places, columns and the variables that they are, and
@@ -33,7 +34,10 @@ def understood(source: ModelicaModel, measurements: MeasurementSet) -> list[str]
 
     Raises:
         ModelicaError: if the model cannot be compiled.
+        ComponentError: if an FMU fails.
     """
+    if isinstance(source, FmuSource):
+        return _of_fmu(source, measurements)
     system, balances = source.balanced()
     added = {balance.input for balance in balances}
     inputs = [v for v in system.inputs if v.name not in added]
@@ -45,6 +49,27 @@ def understood(source: ModelicaModel, measurements: MeasurementSet) -> list[str]
     lines += _listed([f"  {_state(v, balances)}" for v in system.states], "states")
     lines += _data(measurements, inputs, outputs)
     return [*lines, _places(system, balances, inputs, outputs)]
+
+
+def _of_fmu(source: FmuSource, measurements: MeasurementSet) -> list[str]:
+    description = source.fmu.started
+    inputs, outputs, states, parameters = (
+        [port.variable for port in ports]
+        for ports in (description.inputs, description.outputs, description.states, description.parameters)
+    )
+    balances = outline(source).balances if can_be_taped(source) else ()
+    kind = "co-simulation" if description.cosimulation else "model exchange"
+    lines = [
+        f"FMU {source.class_name} ({kind}): {_count(len(states), 'state')}, {_count(len(inputs), 'input')}, "
+        f"{_count(len(outputs), 'output')}, {_count(len(parameters), 'parameter')}"
+    ]
+    if balances:
+        lines += _listed([f"  {_state(v, balances)}" for v in states], "states")
+    lines += _data(measurements, inputs, outputs)
+    where = f"{_count(len(balances), 'balance equation')}, " if balances else ""
+    values = f", the values of {_count(len(parameters), 'parameter')}" if balances else ""
+    paths = f"the paths of {_count(len(inputs), 'input')} and {_count(len(outputs), 'output')}"
+    return [*lines, f"Places for an effect: {where}{paths}{values}"]
 
 
 def _state(state: Variable, balances: Sequence[Balance]) -> str:

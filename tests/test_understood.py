@@ -5,6 +5,8 @@ from pathlib import Path
 import pytest
 
 from fmus.catalogue import ModelicaModel
+from fmus.package import build_fmu
+from orchestrator.blackbox.source import FmuSource
 from orchestrator.measurements import load_measurements
 from orchestrator.understood import understood
 
@@ -36,3 +38,20 @@ def test_columns_are_told_with_the_variables_that_they_are() -> None:
 @pytest.mark.parametrize(("name", "class_name", "terms"), [("two_rooms", "House.Plant", "heat flows in W")])
 def test_a_balance_speaks_the_language_of_its_domain(name: str, class_name: str, terms: str) -> None:
     assert any(terms in line for line in lines(name, class_name))
+
+
+def test_an_fmu_is_told_by_what_its_rates_show(tmp_path: Path) -> None:
+    (tmp_path / "Cart.mo").write_text(
+        'model Cart parameter Real m(unit="kg") = 2; input Real F(unit="N"); output Real x(unit="m", start=0, fixed=true);'
+        ' Real v(unit="m/s", start=0, fixed=true); equation der(x) = v; m*der(v) = F; end Cart;'
+    )
+    (tmp_path / "trial.csv").write_text(
+        "time,F,x\n" + "".join(f"{k / 10},{k % 3},{k / 50}\n" for k in range(20))
+    )
+    measurements = load_measurements(str(tmp_path))
+    fmu = build_fmu(ModelicaModel("Cart", "Cart", tmp_path / "Cart.mo").compile(), tmp_path / "Cart.fmu")
+    text = "\n".join(understood(FmuSource.prepare(fmu, measurements), measurements))
+    assert "FMU Cart (model exchange): 2 states, 1 input, 1 output, 1 parameter" in text
+    assert "v [m/s]: balance of forces in N" in text and "input F [N] from column F" in text
+    stepped = understood(FmuSource.prepare(fmu, measurements, stepped=True), measurements)
+    assert stepped[-1] == "Places for an effect: the paths of 1 input and 1 output"

@@ -195,7 +195,6 @@ def discover(
 
     Where no effect of the library explains all that is missing, formulas are proposed; their cards go to DIR/laws.
     """
-    from orchestrator.blackbox.source import FmuSource
     from orchestrator.discover import discover as run
     from orchestrator.greybox.laws import own_laws
     from orchestrator.laws.words import laws_text
@@ -215,9 +214,8 @@ def discover(
         if accept_mends:
             measurements = mended_record(load_model(model), measurements, quiet)
         source = load_source(model, measurements)
-        if not isinstance(source, FmuSource):
-            say("reading the model's equations")
-            show(lines_of(understood(source, measurements)), quiet)
+        say("reading the model's equations")
+        show(lines_of(understood(source, measurements)), quiet)
         with resumable(f"{model} {measurements.content_hash}", scheduler) as work:
             found = run(
                 source,
