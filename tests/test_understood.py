@@ -45,9 +45,7 @@ def test_an_fmu_is_told_by_what_its_rates_show(tmp_path: Path) -> None:
         'model Cart parameter Real m(unit="kg") = 2; input Real F(unit="N"); output Real x(unit="m", start=0, fixed=true);'
         ' Real v(unit="m/s", start=0, fixed=true); equation der(x) = v; m*der(v) = F; end Cart;'
     )
-    (tmp_path / "trial.csv").write_text(
-        "time,F,x\n" + "".join(f"{k / 10},{k % 3},{k / 50}\n" for k in range(20))
-    )
+    (tmp_path / "trial.csv").write_text("time,F,x\n" + "".join(f"{k / 10},{k % 3},{k / 50}\n" for k in range(20)))
     measurements = load_measurements(str(tmp_path))
     fmu = build_fmu(ModelicaModel("Cart", "Cart", tmp_path / "Cart.mo").compile(), tmp_path / "Cart.fmu")
     text = "\n".join(understood(FmuSource.prepare(fmu, measurements), measurements))
