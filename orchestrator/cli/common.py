@@ -3,6 +3,7 @@
 import json
 import os
 import sys
+import textwrap
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -241,10 +242,27 @@ def show(renderable: Any, quiet: bool) -> None:
         return
     from rich.console import Console
 
-    width = None if sys.stdout.isatty() else 100
+    on_terminal = sys.stdout.isatty()
     # Brackets are units and elements of arrays here, such as 'phi [rad]', which rich would take for its markup.
-    Console(width=width, highlight=False, markup=False, soft_wrap=isinstance(renderable, str)).print(renderable)
+    console = Console(width=None if on_terminal else 100, highlight=False, markup=False)
+    if isinstance(renderable, str) and on_terminal:
+        renderable = wrapped(renderable, console.width)
+    console.print(renderable, soft_wrap=isinstance(renderable, str))
     sys.stdout.flush()  # a pipe, too, shows at once what is known
+
+
+def wrapped(text: str, width: int) -> str:
+    """Text in lines that fit a terminal, which would break them within numbers; a path that is longer stays whole.
+
+    >>> wrapped("  biased by -1.25 rad", 15)
+    '  biased by\\n  -1.25 rad'
+    """
+    lines = []
+    for line in text.splitlines():
+        indent = line[: len(line) - len(line.lstrip())]
+        short = textwrap.wrap(line, width, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
+        lines += [line] if len(line) <= width else short
+    return "\n".join(lines)
 
 
 def write_json(target: str | None, document: Any) -> None:

@@ -3,6 +3,7 @@
 import math
 import unicodedata
 from collections.abc import Mapping, Sequence
+from shutil import get_terminal_size
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Group
@@ -29,6 +30,10 @@ TRIAL_ROWS = 40
 _EIGHTHS = " ▏▎▍▌▋▊▉█"
 
 
+# A terminal with fewer columns has no room for bars beside the numbers.
+NARROW = 90
+
+
 def bar(share: float, width: int = BAR_WIDTH) -> str:
     """Return a bar of Unicode blocks for a share of `width` characters; shares outside [0, 1] are clipped.
 
@@ -43,14 +48,16 @@ def bar(share: float, width: int = BAR_WIDTH) -> str:
 def ledger_table(entries: Sequence[LedgerEntry]) -> Table:
     """Return one row per version: its effects, the errors, and a bar in proportion to the error of the first version along the
     same measurements; a line stands where the measurements are others."""
-    table = _table()
+    table, narrow = _table(), get_terminal_size((100, 24)).columns < NARROW
     table.add_column("v", justify="right", no_wrap=True)
-    table.add_column("name", overflow="fold", max_width=18)
-    table.add_column("effects, 90 % interval", overflow="fold")
+    table.add_column("name", overflow="fold", max_width=10 if narrow else 18)
+    # No narrower than an interval's number: it would be broken in the middle.
+    table.add_column("effects, 90 % interval", overflow="fold", min_width=13)
     table.add_column("learning", no_wrap=True)
     table.add_column("held out", no_wrap=True)
     table.add_column("x floor", justify="right", no_wrap=True)
-    table.add_column("error", no_wrap=True, width=BAR_WIDTH)
+    if not narrow:
+        table.add_column("error", no_wrap=True, width=BAR_WIDTH)
     firsts: dict[str, LedgerEntry] = {}
     for before, entry in zip((None, *entries), entries, strict=False):
         if before is not None and before.data_hash != entry.data_hash:
@@ -65,7 +72,7 @@ def ledger_table(entries: Sequence[LedgerEntry]) -> Table:
             _signals(entry.learning, entry.units),
             "none" if entry.held_out is None else _signals(entry.held_out, entry.units),
             digits(now),
-            bar(now / first if first > 0 and math.isfinite(first) else 1.0),
+            *([] if narrow else [bar(now / first if first > 0 and math.isfinite(first) else 1.0)]),
         )
     return table
 

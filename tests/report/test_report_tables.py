@@ -8,6 +8,7 @@ import pytest
 from builders import comparison, diagnosis, entries
 from rich.console import Console, RenderableType
 
+from orchestrator.cli.common import wrapped
 from orchestrator.compare.result import SetErrors
 from orchestrator.report.numbers import quantity
 from orchestrator.report.tables import (
@@ -172,3 +173,24 @@ def test_an_effect_without_parameters_or_interval_can_be_named() -> None:
     text = verdict_sentence(replace(diagnosis(), effects=(bare, sharp)))
 
     assert "Backlash and payload at wrist are missing. Size: m 0.500 kg (0.500 to 0.500)." in text
+
+
+def test_no_number_of_a_ledger_is_broken_at_80_columns(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    console = Console(width=80, record=True, file=io.StringIO())
+    shown = entries(diagnosis("named"))
+
+    console.print(ledger_table(shown))
+
+    text = console.export_text()
+    assert max(map(len, text.splitlines())) <= 80
+    for effect in shown[-1].effects:
+        for estimate in effect.parameters.values():
+            assert all(f"{value:.4g}" in text for value in (estimate.value, *estimate.ci90))
+
+
+def test_lines_on_a_terminal_break_between_words_and_keep_their_indent() -> None:
+    long = "/a/path/that/is/longer/than/the/line.json"
+
+    assert wrapped(f"  off by 1.25 rad\n{long}", 12) == f"  off by\n  1.25 rad\n{long}"
+    assert wrapped("short", 12) == "short"
