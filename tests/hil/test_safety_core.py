@@ -14,7 +14,8 @@ from fmus.errors import MisfitError
 from hil.safety.core import begin, step
 from hil.safety.cycle import Module, Motion, Reaction, Seen
 from hil.safety.limiters import LIMITERS, braking_only, inwards_only, pinch_torque, torque_rate
-from hil.safety.limits import JointLimits, Limits, Zone
+from hil.safety.limits import JointLimits, Limits, Zone, lowered
+from hil.safety.motion import follow
 from hil.safety.rules import RULES
 from tests.hil.cycles import FIRST, JOINT, LIMITS, PERIOD, PERIOD_S, SECOND, Arm
 
@@ -301,13 +302,110 @@ def test_a_hazard_meets_the_reaction_of_its_rule(rule: str, drive: Drive, reacti
         assert arm.state.stopped.words
 
 
-@pytest.mark.parametrize("way", [1.0, -1.0])
-def test_a_joint_that_follows_its_torque_either_way_is_not_said_to_be_blocked(way: float) -> None:
+@pytest.mark.parametrize(("torque", "breakaway"), [(4.0, 3.0), (-4.0, 3.0), (0.8, 0.5), (-0.8, 0.5)])
+def test_a_joint_that_follows_its_torque_either_way_is_not_said_to_be_blocked(torque: float, breakaway: float) -> None:
     arm = Arm().armed()
+    arm.limits = replace(LIMITS, effect_s=0.03, joints=(replace(FIRST, breakaway=breakaway), SECOND))
+    for k in range(60):
+        arm.cycle(positions=(math.copysign(0.3, torque) * k * PERIOD_S, 0.0), asked=(torque, 0.0))
+    assert arm.state.stopped is None
+
+
+@pytest.mark.parametrize(
+    ("torque", "newton", "stops"), [(3.0, 0.0, False), (3.01, 0.0, True), (4.0, 1.3, False), (4.0, 1.2, True)]
+)
+def test_a_joint_that_stands_is_blocked_if_its_torque_is_more_than_breakaway_and_the_force_at_the_wrist_hold(
+    torque: float, newton: float, stops: bool
+) -> None:
+    # 3 N.m move the joint for certain; 1.25 N at 0.8 m hold 1 N.m.
+    arm = Arm().armed()
+    for k in range(100):
+        arm.limits = replace(LIMITS, effect_s=0.03, frozen_s=1.0)
+        arm.cycle(positions=(1e-6 * (k % 2), 0.0), asked=(torque, 0.0), force=(newton, 0.0, 1e-6 * (k % 2)))
+    assert (arm.state.stopped is not None) == stops
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_a_joint_that_creeps_slower_than_at_rest_under_its_torque_is_said_to_be_blocked(way: float) -> None:
+    arm = Arm().armed()
+    for k in range(60):  # not from zero on
+        arm.cycle(positions=(way * 0.5 * k * PERIOD_S, 0.0))
+    start = way * 0.5 * 59 * PERIOD_S
     arm.limits = replace(LIMITS, effect_s=0.03)
     for k in range(60):
-        arm.cycle(positions=(way * 0.3 * k * PERIOD_S, 0.0), asked=(way * 4.0, 0.0))
+        arm.cycle(positions=(start + way * 0.015 * k * PERIOD_S, 0.0), asked=(way * 4.0, 0.0))
+    assert arm.state.stopped is not None and arm.state.stopped.rule == "torque_acts"
+
+
+def test_the_torque_of_who_takes_over_comes_up_along_the_ramp_again() -> None:
+    arm = Arm().armed()
+    # In small steps: what a cycle may add is no limit here.
+    for k in range(60):
+        arm.cycle(asked=(2.0, 0.0), positions=(1e-6 * (k % 2), 0.0))
+    before = arm.state.active[0]
+    arm.cycle(asked=(2.0, 0.0), controller=1)
+    assert before == pytest.approx(2.0) and arm.state.active[0] == 0.0
+    arm.cycle(asked=(2.0, 0.0), controller=1)
+    assert arm.state.active[0] == pytest.approx(2.0 * PERIOD_S / LIMITS.ramp_s)
+
+
+def test_a_motion_that_is_known_already_decides_as_one_that_is_found_anew() -> None:
+    arm = Arm().armed()
+    shown = arm.calm(positions=(0.001, 0.0), asked=(1.0, 0.0))
+    motion = follow(arm.limits, arm.state, shown.time_ns, shown.positions, shown.doubted)
+    assert step(arm.limits, arm.state, shown, motion=motion) == step(arm.limits, arm.state, shown)
+
+
+def test_lowered_limits_are_a_share_of_torques_rates_speeds_power_and_energy_and_the_rest_stays() -> None:
+    less = lowered(LIMITS, 0.25)
+    for joint, usual in zip(less.joints, LIMITS.joints, strict=True):
+        lowered_parts = {name: 0.25 * getattr(usual, name) for name in ("torque", "torque_rate", "speed")}
+        assert joint == replace(usual, **lowered_parts)
+    assert less == replace(LIMITS, joints=less.joints, power=0.25 * LIMITS.power, energy=0.25 * LIMITS.energy)
+    assert lowered(LIMITS).power == 0.5 * LIMITS.power
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_a_torque_that_slows_a_joint_down_acts_although_the_joint_still_moves_against_it(way: float) -> None:
+    arm = Arm().armed()
+    position, speed = 0.0, -0.4
+    for _ in range(20):
+        position += way * speed * PERIOD_S
+        arm.cycle(positions=(position, 0.0))
+    arm.limits = replace(LIMITS, effect_s=0.03)
+    for _ in range(30):
+        speed += 0.012
+        position += way * speed * PERIOD_S
+        arm.cycle(positions=(position, 0.0), asked=(way * 4.0, 0.0))
     assert arm.state.stopped is None
+
+
+def test_what_is_said_of_an_encoder_is_said_of_this_cycle_alone() -> None:
+    arm = Arm().armed()
+    for shown, jumps, jumped in (
+        ((0.001, 0.0), (0, 0), (0.0, 0.0)),
+        ((0.9, 0.0), (1, 0), (0.899, 0.0)),
+        ((0.9, None), (2, 0), (0.899, 0.0)),
+        ((0.001, 0.0), (0, 0), (0.0, 0.0)),
+    ):
+        motion = follow(arm.limits, arm.state, arm.now + PERIOD, shown, ())
+        assert (motion.jumps, motion.jumped) == (jumps, pytest.approx(jumped))
+        missing = tuple(k for k, gap in enumerate(motion.missing) if gap)
+        assert all(motion.halted[k] == 0.0 and motion.still[k] == 0 for k in missing)
+        arm.state = arm.state._replace(motion=motion, time_ns=arm.now + PERIOD)
+
+
+def test_an_encoder_that_stops_keeps_the_speed_from_which_it_did_until_it_moves_again() -> None:
+    arm = Arm().armed()
+    _throw(arm, 0.5, 40)
+    moving = arm.state.motion
+    assert moving.halted[0] == 0.0 and moving.speeds[0] > 0.4
+    for cycle in (1, 2, 3):
+        arm.cycle(positions=moving.positions)
+        assert arm.state.motion.halted[0] == moving.speeds[0]
+        assert arm.state.motion.still[0] == cycle * PERIOD
+    arm.cycle(positions=(moving.positions[0] + 1e-6, 0.0))
+    assert arm.state.motion.halted[0] == 0.0
 
 
 @pytest.mark.parametrize(("newton", "rule"), [(0.6, "motion_explained"), (0.65, None)])
