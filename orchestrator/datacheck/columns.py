@@ -64,6 +64,9 @@ def wrong_columns(predictor: Predictor, units: Mapping[str, str]) -> tuple[Findi
     first = sorted((Tried(c, predictor.left(c, few=True)) for c in changes), key=lambda tried: tried.left)
     closely = [Tried(each.change, predictor.left(each.change)) for each in first[:SHORTLIST]]
     found = judged(before, closely, predictor.left, limits.PLAIN)
+    if not found and before > limits.OUT_OF_SCALE:
+        scaled = [each for each in closely if each.change.way == "scale"]
+        found = judged(before, scaled, predictor.left, limits.SCALE)
     if found or before < limits.WELL_PREDICTED or not predictor.can_be_pushed or len(changes) > MOST_PUSHED:
         return found
     pushed = predictor.left_when_pushed
@@ -103,7 +106,7 @@ def is_sharp(tried: Tried, left: Left, limit: limits.Limit) -> bool:
         moved = [change.with_value(change.value + d * limits.CLOSE_ANGLE) for d in (-1, 1)]
     else:
         size = max(abs(change.value), 1 / abs(change.value))
-        reach = limit.close if size < limits.NEAR_ONE else limits.LOOSE
+        reach = limit.close if size < limits.NEAR_ONE else limit.loose
         moved = [change.with_value(change.value * (1 + d * reach)) for d in (-1, 1)]
     return all(left(each) >= tried.left for each in moved)
 

@@ -7,12 +7,14 @@ from dataclasses import dataclass
 class Limit:
     """What a right change has to reach: it leaves less than `left`, and `drop` times less than the record as it is does.
 
-    `close` is how near to a well-known factor of the size of a physical gain the one must be that is fitted freely.
+    `close` is how near to a well-known factor of the size of a physical gain the one must be that is fitted freely, `loose` how
+    near to one beyond it.
     """
 
     left: float
     drop: float
     close: float
+    loose: float = 0.25
 
 
 # Where a model leaves less than this share of what a record shows over short stretches, no column is looked at.
@@ -22,10 +24,14 @@ WELL_PREDICTED = 0.05
 PLAIN = Limit(left=0.15, drop=15.0, close=0.06)
 # With free pushes, more is explained of any record, and gains are less sharp.
 PUSHED = Limit(left=0.1, drop=8.0, close=0.25)
+# A model that moves more than ten times as much as the record has the wrong scale, whatever else it lacks; a factor is right
+# then if the model predicts with it at all, and worse with nearly twice and with a tenth of it.
+OUT_OF_SCALE = 100.0
+SCALE = Limit(left=0.5, drop=1000.0, close=0.06, loose=0.9)
 # A change of another column that leaves no more than this many times what the best one leaves is an alternative to it.
 AS_GOOD = 1.5
-# Up to this factor a physical gain may be as large; beyond it the freely fitted one must be near by LOOSE only.
-NEAR_ONE, LOOSE = 30.0, 0.25
+# Up to this factor a physical gain may be as large.
+NEAR_ONE = 30.0
 # How far, in rad, a freely fitted zero may be from a quarter or half turn.
 CLOSE_ANGLE = 0.05
 # A delay counts if it leaves this much less, is longer than so many samples, and differs by less than a share of

@@ -119,3 +119,9 @@ def test_compare_mends_when_told_and_says_what_it_mended(tmp_path: Path) -> None
     assert result["data_checks"] == []
     assert "degrees declared as radians" in result["mended"][0]
     assert result["learning"]["rmse"]["theta"] < 3e-4
+
+
+def test_a_torque_in_mN_m_is_found_although_friction_is_missing_too(tmp_path: Path) -> None:
+    folder = write_case(tmp_path, lambda k: drive(k, friction=0.1), DRIVE, times("torque", 1e3))
+    (finding,) = [found for found in checked("drive", folder) if found.strong]
+    assert (finding.kind, finding.column) == ("unit", "torque") and "0.001" in finding.proposal
