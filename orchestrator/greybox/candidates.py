@@ -11,7 +11,8 @@ from orchestrator.greybox.places import Place
 
 @dataclass(frozen=True)
 class Candidate:
-    """A law at a place; `shapes` are first values of its shape parameters, `number` tells its grid variants apart.
+    """A law at a place; `shapes` are first values of its shape parameters, and of gains that do not begin at zero; `number`
+    tells its grid variants apart.
 
     A `rare` one is tried only where the others do not explain the record.
     """
@@ -42,6 +43,11 @@ class Candidate:
         if self.place.site != other.place.site:
             return True
         return self.id != other.id and self.id not in other.law.contains and other.id not in self.law.contains
+
+    def begun_with(self, values: Mapping[str, float]) -> "Candidate":
+        """The candidate with first values of those of its parameters that are among `values`."""
+        own = {p.name: values[p.name] for p in self.law.parameters if p.name in values}
+        return replace(self, shapes={**self.shapes, **own})
 
     def symbol(self, parameter: LawParameter) -> str:
         """Name of a parameter in the extended system."""

@@ -117,7 +117,9 @@ class Judge:
             return False
         if not self.beyond_doubt(best, less) and not self.foretells(best, less):
             return False
-        if self.takes_away(best, less) < limits.least_power:
+        # What a sensor does is no disturbing force.
+        acts = any(c.place.kind not in ("output", "response") for c in best.candidates if c.family not in less.key)
+        if acts and self.takes_away(best, less) < limits.least_power:
             return False
         ratio = self.ratio(best, less)
         if ratio > 1 + limits.worse:
@@ -208,16 +210,21 @@ def _ranked(sets: Sequence[FittedSet]) -> tuple[FittedSet, ...]:
 
 def _doubts(chosen: FittedSet, judge: Judge, explained: float) -> Iterator[str]:
     """Why a set is not proven."""
-    limits, ratio = judge.limits, judge.ratio(chosen, judge.nominal)
-    better = 1 - judge.best_ratio(chosen, judge.nominal)
+    limits, nominal = judge.limits, judge.nominal
+    ratio, best_ratio = judge.ratio(chosen, nominal), judge.best_ratio(chosen, nominal)
+    better = 1 - best_ratio
     if not judge.beyond_doubt(chosen, judge.nominal) and not judge.foretells(chosen, judge.nominal):
         yield "it is not more probable than the model as given beyond doubt"
-    if explained < limits.least_explained:
+    # What adds up over a trial may be small beside what disturbs it from sample to sample, and yet be all that runs miss.
+    if explained < limits.least_explained and best_ratio**2 > limits.complete_share:
         yield f"it explains {explained:.0%} of what the model lacks"
     if better < limits.least_improvement and ratio <= 1 + limits.worse:
         yield f"predictions become {better:.0%} better only"
     if ratio > 1 + limits.worse:
         yield f"predictions of learning trials become {ratio - 1:.0%} worse"
+    whole, given = (judge.error(s, WHOLE) for s in (chosen, judge.nominal))
+    if whole > (1 + limits.worse) * given and given < 1:  # beyond the signals' own spread, errors say nothing
+        yield f"free runs along learning trials become {whole / given - 1:.0%} worse"
 
 
 def _undefeated(ranked: Sequence[FittedSet], judge: Judge) -> FittedSet:

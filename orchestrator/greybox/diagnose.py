@@ -197,7 +197,15 @@ def decided(
 
 
 def _is_complete(decision: Decision, limits: Thresholds) -> bool:
-    return decision.grade in ("named", "ambiguous") and decision.explained >= 1 - limits.complete_share
+    named = decision.grade in ("named", "ambiguous") and decision.explained >= 1 - limits.complete_share
+    return named and _surprise(decision.chosen) < limits.surprising
+
+
+def _surprise(chosen: FittedSet) -> float:
+    """By how many standard deviations of its prior the most surprising parameter of a set is off: data sheets err by percents."""
+    priors = chosen.fit.priors
+    gains = np.array([p.gain for c in chosen.candidates for p in (*c.gains, *c.fitted_shapes)], dtype=bool)
+    return float(np.max(np.abs(chosen.fit.theta / priors.std)[gains], initial=0.0))
 
 
 def _better(common: Decision, wider: Decision, judge: Judge) -> Decision:
@@ -246,7 +254,8 @@ def _answer(
         steps.append(Step(effects, after))
     shown = after if named else given
     assert given.held_out is not None and shown.held_out is not None
-    unexplained = 1.0 - decision.explained
+    # White forces count what disturbs from sample to sample; runs that leave noise alone lack nothing.
+    unexplained = 0.0 if named and _within_noise(shown, limits.agrees) else 1.0 - decision.explained
     incomplete = verdict == "named" and unexplained > limits.complete_share
     return Diagnosis(
         model=given.model,

@@ -135,7 +135,8 @@ def _changes(
     names |= {state: f"{_plain(effect.id)}{number + 1}_{state}" for state in law.states}
     expression = renamed(expression, names)
     begins = {k: renamed(text, names) for k, text in law.starts.items()}
-    states = [AddedState(names[k], "", 0.0, renamed(rate, names), begins.get(k, "")) for k, rate in law.states.items()]
+    rates = {**law.states, **law.written_states}
+    states = [AddedState(names[k], "", 0.0, renamed(rate, names), begins.get(k, "")) for k, rate in rates.items()]
     if place.kind in ("input", "between_inputs", "parameter"):
         return [InputChange(place.coordinates.get("u", place.site), expression, parameters, title, states)]
     if place.kind in ("output", "response"):
@@ -156,7 +157,8 @@ def _storage(effect: NamedEffect, number: int, place: Place, parameters: dict[st
     """Declare what the equation multiplies der(x) with, and return its name."""
     assert place.storage is not None
     name = f"{_plain(effect.id)}{number + 1}_storage"
-    unit = combined((place.units["force"], 1), (place.units["time"], 1), (place.units["state"], -1))
+    rated = "speed" if place.kind == "motion" else "state"
+    unit = combined((place.units["force"], 1), (place.units["time"], 1), (place.units[rated], -1))
     parameters[name] = Parameter(place.storage, unit, "storage of the equation as given")
     return name
 

@@ -96,12 +96,13 @@ class _Extension:
         x: Any = ca.vertcat(*self.x) if self.x else self.zero(0, 1)
         p: Any = ca.vertcat(*parameters.values()) if parameters else self.zero(0, 1)
         column = self._given(inputs, forces)
-        for c in self._at("storage"):
+        for c in (*self._at("motion"), *self._at("storage")):
             if "net" in c.law.asks_for and c.place.balance is not None:
                 balance = c.place.balance
                 rates = self.base.rhs(self.t, x, column, self.d, p)[0]
                 net = c.place.storage * rates[[v.name for v in self.base.states].index(balance.state)]
-                forces[balance.input] += self._law(c, {"x": states[balance.state], "t": self.t, "net": net})
+                coordinates = {k: coordinate(text, known) for k, text in c.place.coordinates.items()}
+                forces[balance.input] += self._law(c, coordinates | {"net": net, "storage": c.place.storage})
         column = self._given(inputs, forces)
         dx, z = self.base.rhs(self.t, x, column, self.d, p)
         values = states | {v.name: z[i] for i, v in enumerate(self.base.algebraics)}

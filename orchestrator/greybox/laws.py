@@ -75,14 +75,15 @@ class Law:
     input becomes (in `u`), or what an output becomes (in `y`). `states` are hidden states with their derivatives, `starts` is what
     they begin with, else 0. `units` restricts the law to balances of these units; `names` and `titles` are its id and words where a unit has its own.
     `written` is how a law is written back if an equation of the model holds what the law changes: `net` is all else that flows
-    into a balance, which Modelica cannot name, `storage` what its equation multiplies der(x) with. A `single` law acts at one
-    balance, never between two. The gain of a `curved` law enters linearly near zero only. A `bounded` law depends on a position that
+    into a balance, which Modelica cannot name, `storage` what its equation multiplies der(x) with; `written_states` are rates of
+    states written so. A `single` law acts at one balance, never between two. The gain of a `curved` law enters linearly near zero
+    only. A `bounded` law depends on a position that
     comes back; a `slow` one belongs to stores of heat, charge and the like, not to motion. A `rare` law is tried only where the
     others do not explain the record. `contains` lists ids of simpler laws that it becomes at the limit of a parameter, `alike`
     ids of laws elsewhere that do the same to a linear plant: they are tried beside it.
-    `also` names further variables of a model by the coordinates that
-    the law uses for them. `site` is where a law of the user's own was found, `seen` the range of each coordinate there, `beside` the effects
-    that were in the model with it, as JSON names them.
+    `also` names further variables of a model by the coordinates that the law uses for them, `needs` what else the place must know.
+    `site` is where a law of the user's own was found, `seen` the range of each coordinate there, `beside` the effects that were in
+    the model with it, as JSON names them.
     """
 
     id: str
@@ -104,7 +105,9 @@ class Law:
     curved: bool = False
     rare: bool = False
     written: str = ""
+    written_states: Mapping[str, str] = field(default_factory=dict)
     also: Mapping[str, str] = field(default_factory=dict)
+    needs: tuple[str, ...] = ()
     site: str = ""
     seen: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     beside: tuple[Mapping[str, Any], ...] = ()
@@ -118,7 +121,7 @@ class Law:
         """
         formulas = " ".join((self.expression, *self.states.values()))
         scales = {name for parameter in self.parameters for name, _ in parameter._factors()}
-        return set(re.findall(r"\b(?:q|net|load)\b", formulas)) | ({"position"} & scales)
+        return set(re.findall(r"\b(?:q|net|load)\b", formulas)) | ({"position"} & scales) | set(self.needs)
 
     def id_at(self, unit: str) -> str:
         """The id at a balance of this unit."""

@@ -17,10 +17,16 @@ SUBSTEPS = 8
 def force(candidate: Candidate, coordinates: Mapping[str, np.ndarray], time: np.ndarray) -> np.ndarray:
     """The force (n,) of a law with one gain, which is 1, along coordinates (n,)."""
     names: dict[str, Any] = dict(coordinates) | dict(candidate.shapes)
-    for state, rate in candidate.law.states.items():
-        names[state] = remembered(rate, state, names, time)
+    names |= memories(candidate.law.states, names, time)
     values = evaluate_numbers(candidate.law.expression, names | {p.name: 1.0 for p in candidate.gains})
     return np.broadcast_to(np.asarray(values, dtype=float), time.shape)
+
+
+def memories(states: Mapping[str, str], names: Mapping[str, Any], time: np.ndarray) -> dict[str, np.ndarray]:
+    """The states (n,) of a law, by name, that begin at zero."""
+    if len(states) == 1:
+        return {state: remembered(rate, state, names, time) for state, rate in states.items()}
+    return _stepped(states, names, np.diff(time, prepend=time[0])) if states else {}
 
 
 def remembered(rate: str, state: str, names: Mapping[str, Any], time: np.ndarray) -> np.ndarray:
@@ -30,7 +36,7 @@ def remembered(rate: str, state: str, names: Mapping[str, Any], time: np.ndarray
     step = np.diff(time, prepend=time[0])
     twice = np.asarray(evaluate_numbers(rate, {**names, state: 2.0}), dtype=float)
     if not np.allclose(twice, start + 2.0 * slope, rtol=1e-9, atol=1e-12 * float(np.abs(slope).max() + 1e-300)):
-        return _stepped(rate, state, names, step)
+        return _stepped({state: rate}, names, step)[state]
     reach = slope * step
     kept = np.exp(np.minimum(reach, 0.0))
     gained = np.where(np.abs(reach) > 1e-9, np.expm1(np.minimum(reach, 0.0)) / np.where(reach == 0, 1.0, reach), 1.0)
@@ -42,13 +48,18 @@ def remembered(rate: str, state: str, names: Mapping[str, Any], time: np.ndarray
     return found
 
 
-def _stepped(rate: str, state: str, names: Mapping[str, Any], step: np.ndarray) -> np.ndarray:
-    """A memory (n,) with any other rate, by short steps of Euler's method."""
-    used = [name for name in names if re.search(rf"\b{re.escape(name)}\b", rate)]
-    symbols = {name: ca.SX.sym(name) for name in (state, *used)}
-    dt, value = ca.SX.sym("dt"), symbols[state]
+def _stepped(states: Mapping[str, str], names: Mapping[str, Any], step: np.ndarray) -> dict[str, np.ndarray]:
+    """Memories (n,) with any other rates, by short steps of Euler's method, each state with the new value of those before it."""
+    rates = " ".join(states.values())
+    used = [name for name in names if name not in states and re.search(rf"\b{re.escape(name)}\b", rates)]
+    symbols = {name: ca.SX.sym(name) for name in (*states, *used)}
+    dt, values = ca.SX.sym("dt"), {state: symbols[state] for state in states}
     for _ in range(SUBSTEPS):
-        value = value + dt / SUBSTEPS * evaluate(rate, {**symbols, state: value})
-    function = ca.Function("step", [symbols[state], ca.vertcat(dt, *(symbols[name] for name in used))], [value])
+        for state, rate in states.items():
+            values[state] += dt / SUBSTEPS * evaluate(rate, {**symbols, **values})
+    before = ca.vertcat(*(symbols[state] for state in states))
+    given = ca.vertcat(dt, *(symbols[name] for name in used))
+    function = ca.Function("step", [before, given], [ca.vertcat(*values.values())])
     rows = np.stack([step, *(np.broadcast_to(np.asarray(names[name], dtype=float), step.shape) for name in used)])
-    return np.array(function.mapaccum(len(step))(0.0, rows)).ravel()
+    found = np.array(function.mapaccum(len(step))(np.zeros(len(states)), rows))
+    return dict(zip(states, found, strict=True))

@@ -159,8 +159,8 @@ def _by_difference(
 
 
 def _with_storage(place: Place, system: SymbolicSystem) -> Place:
-    """The place of a store with its storage, if that is a number."""
-    if place.kind != "storage" or place.balance is None:
+    """The place of a balance with its storage, mass or capacity, if that is a number."""
+    if place.balance is None:
         return place
     return replace(place, storage=storage_of(system, place.balance))
 
@@ -247,11 +247,11 @@ def crosstalk_places(inputs: Sequence[Place]) -> list[Place]:
 
 
 def _rms(values: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(values**2))) or 1.0
+    return float(np.sqrt(np.nanmean(values**2))) or 1.0
 
 
 def _middle(values: np.ndarray) -> tuple[float, float]:
-    low, high = np.quantile(values, [0.002, 0.998])
+    low, high = np.nanquantile(values, [0.002, 0.998])
     return float(0.5 * (low + high)), float(0.5 * (high - low)) or 1.0
 
 

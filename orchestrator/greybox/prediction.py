@@ -44,4 +44,6 @@ def _square(
         free = box.compiled.run(trial.time[part], trial.inputs[part], values, run.mean[begin], substeps=substeps)
     except ComponentError:
         return np.full(trial.measured.shape[1], np.inf)
-    return np.nanmean((free.outputs - trial.measured[part]) ** 2, axis=0)
+    squares = (free.outputs - trial.measured[part]) ** 2
+    seen = np.isfinite(trial.measured[part])
+    return np.sum(np.where(seen, squares, 0.0), axis=0) / np.maximum(np.count_nonzero(seen, axis=0), 1)

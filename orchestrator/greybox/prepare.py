@@ -13,6 +13,7 @@ from orchestrator.greybox.extended import own_inputs
 from orchestrator.greybox.filtering import GreyBox, Trial
 from orchestrator.greybox.fit import Noise
 from orchestrator.greybox.places import Seen
+from orchestrator.greybox.thinning import thinned
 from orchestrator.measurements import BoundTrial
 
 # Samples from which a first speed is read.
@@ -50,7 +51,7 @@ def _trial(bound: BoundTrial, system: SymbolicSystem, signals: Sequence[str], ba
             start[j] = np.polyfit(time[part] - time[0], values[part], 1)[0]
             spread[j] = float(np.std(np.diff(values) / np.diff(time))) or 1.0
     start = _at_first_sample(bound, system, signals, balances, start, spread)
-    return Trial(bound.name, bound.time, bound.inputs, bound.outputs, start, spread)
+    return Trial(bound.name, bound.time, bound.inputs, thinned(bound.outputs, bound.inputs), start, spread)
 
 
 def _at_first_sample(
@@ -119,8 +120,8 @@ def least_noise(trials: Sequence[Trial]) -> np.ndarray:
     columns = np.concatenate([t.measured for t in trials]).T
     found = []
     for column in columns:
-        steps = np.abs(np.diff(column))
-        steps = steps[np.isfinite(steps) & (steps > 0)]
+        steps = np.abs(np.diff(column[np.isfinite(column)]))
+        steps = steps[steps > 0]
         resolution = float(steps.min()) if len(steps) else 0.0
         found.append(max(0.1 * resolution, 1e-9 * float(np.nanstd(column)), 1e-300))
     return np.array(found)

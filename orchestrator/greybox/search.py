@@ -16,6 +16,7 @@ from orchestrator.greybox.candidates import Candidate
 from orchestrator.greybox.extended import extend
 from orchestrator.greybox.filtering import GreyBox, Trial
 from orchestrator.greybox.fit import Fit, Fitter, Noise, Priors, Work
+from orchestrator.greybox.prepare import first_noise
 from orchestrator.greybox.screen import best_subsets, normal_equations, stretches_of
 from orchestrator.greybox.thresholds import Thresholds
 
@@ -93,8 +94,7 @@ class Search:
         """All sets that were fitted, best first."""
         limits = self.setting.thresholds
         self._try(self._screened(self.nominal, limits.largest_set), limits.shortlist)
-        if len(together := wrong_together(self.candidates, limits.most_parameters)) > 1:
-            self._fit(together)
+        self._try_wrong_together(self.nominal)
         for _ in range(limits.rounds):
             best = self._settled()
             self.progress(f"best so far: {', '.join(c.label for c in best.candidates) or 'nothing missing'}")
@@ -103,9 +103,11 @@ class Search:
                 if one.size < limits.most_effects and one.key not in self._extended:
                     self._extended.add(one.key)
                     self._try(self._screened(self.fit(one.candidates) or one, 1), limits.additions)
+                    self._try_wrong_together(one)
             if self.best is best:
-                break
-        self._try_alike(self.best)
+                self._try_alike(best)
+                if self.best is best:
+                    break
         self._refine()
         return self.sets
 
@@ -210,21 +212,30 @@ class Search:
             if frozenset(c.family for c in candidates) not in self.fitted:
                 self._fit(candidates)
 
+    def _try_wrong_together(self, about: FittedSet) -> None:
+        """Fit a set with all parameters of the model as wrong."""
+        together = wrong_together(self.candidates, self.setting.thresholds.most_parameters)
+        if len(together) > 1:
+            self._fit((*(c for c in about.candidates if c.id != "parameter_error"), *together))
+
     def _try_alike(self, best: FittedSet) -> None:
-        """Fit sets in which a law gives way to one elsewhere that does the same to a linear plant, from the values that were found."""
+        """Fit sets in which a law gives way to one elsewhere that does the same to a linear plant, from the values that were found.
+
+        All such places together are tried, too: sensors of one kind are late alike.
+        """
         for k, own in enumerate(best.candidates):
             others = tuple(c for j, c in enumerate(best.candidates) if j != k)
-            twins = {c.family: c for c in self.candidates if c.id in own.law.alike}.values()
-            values = {name: best.value(own, name)[0] for name in own.shapes}
+            found = own.begun_with({p.name: best.value(own, p.name)[0] for p in own.law.parameters})
+            alike = {c.family: c for c in self.candidates if c.id in own.law.alike}.values()
+            twins = [c.begun_with(found.shapes) for c in alike]
             if twins and others:
-                self._fit_well((replace(own, shapes=values),))
-            for twin in twins:
-                shapes = {name: values[name] for name in twin.shapes if name in values}
-                like = replace(twin, shapes={**twin.shapes, **shapes})
-                beside = tuple(c for c in others if twin.is_apart_from(c))
-                self._fit_well((like,))
+                self._fit_well((found,))
+            together = [tuple(twins)] if 1 < len(twins) <= self.setting.thresholds.most_effects else []
+            for like in [*((twin,) for twin in twins), *together]:
+                beside = tuple(c for c in others if all(twin.is_apart_from(c) for twin in like))
+                self._fit_well(like)
                 if beside:
-                    self._fit_well((*beside, like))
+                    self._fit_well((*beside, *like))
 
     def _refine(self) -> None:
         """Fit the sets near the best one to the end."""
@@ -250,21 +261,22 @@ class Search:
         return list({c.id: c for c in same}.values())
 
     def _fit_well(self, candidates: tuple[Candidate, ...]) -> None:
-        """Fit a set to the end, from better first values than it may have been fitted from before."""
+        """Fit a set to the end, from better first values than it may have been fitted from before, and from noise of its own."""
         key = frozenset(c.family for c in candidates)
         known = self.fitted.pop(key, None)
         self._refined.discard(key)
-        self._fit(candidates)
+        self._fit(candidates, afresh=True)
         found = self.fit(candidates)
         if known is not None and (found is None or known.loss < found.loss):
             self.fitted[key] = known
 
-    def _fit(self, candidates: tuple[Candidate, ...]) -> None:
+    def _fit(self, candidates: tuple[Candidate, ...], *, afresh: bool = False) -> None:
         key = frozenset(c.family for c in candidates)
         if key in self.fitted:
             return
         try:
-            found = fit_set(self.setting, candidates, self._nearest(key).fit.noise, rough=True)
+            noise = None if afresh else self._nearest(key).fit.noise
+            found = fit_set(self.setting, candidates, noise, rough=True)
         except (ComponentError, np.linalg.LinAlgError):
             return
         if np.isfinite(found.loss) and all(_within(found, c) for c in found.candidates):
@@ -298,9 +310,12 @@ def box_index(box: GreyBox, name: str) -> int:
 
 
 def fit_set(
-    setting: Setting, candidates: Sequence[Candidate], noise: Sequence[Noise], *, rough: bool = False
+    setting: Setting, candidates: Sequence[Candidate], noise: Sequence[Noise] | None, *, rough: bool = False
 ) -> FittedSet:
-    """Fit a set: gains from zero, shapes from their grid; a `rough` fit takes few steps.
+    """Fit a set: gains from zero or what they begin with, shapes from their grid; a `rough` fit takes few steps.
+
+    Args:
+        noise: what the fit begins with, of each trial; None for what is likeliest with the first values.
 
     Raises:
         ComponentError: if the model fails from the first values on.
@@ -310,10 +325,12 @@ def fit_set(
     free = [(c, p) for c in everyone for p in (*c.gains, *c.fitted_shapes)]
     names = [c.symbol(p) for c, p in free]
     box = GreyBox(extended.system, extended.outputs, extended.balances, names, setting.held, extended.begin)
-    start = np.array([0.0 if p.gain else c.shapes[p.name] for c, p in free])
+    start = np.array([c.shapes.get(p.name, 0.0) for c, p in free])
     spread = np.array([c.spread(p) for c, p in free])
     low, high = np.array([c.limits(p) for c, p in free]).reshape(-1, 2).T
     priors = Priors(start, spread, low, high)
+    if noise is None:
+        noise = [first_noise(box, [trial], setting.balances, start) for trial in setting.trials]
     held = np.array([not p.gain for _, p in free], dtype=bool)
     first = start
     if held.any():  # gains first, since a shape does nothing while its gain is zero

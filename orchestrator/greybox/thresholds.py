@@ -16,11 +16,13 @@ class Thresholds:
     Decision: a set is better than another beyond doubt if its log likelihood, less the price of its parameters, is higher by
     `standard_errors` of the sum of differences over stretches and by `nats`. An effect earns its place if predictions over the
     horizon are `least_improvement` better with it, or if it brings `least_share` of what the whole set gains; never if they are
-    `worse` by more than that share, nor if it takes away less than `least_power` of the disturbing forces' power. A set is out if
+    `worse` by more than that share, nor if it takes away less than `least_power` of the disturbing forces' power and is no sensor's. A set is out if
     one with as few parameters predicts `defeated` better, and not named if a smooth force predicts `least_improvement` better.
     What explains less than `least_explained` of the disturbing forces' power, or improves predictions by less than
     `least_improvement` over the horizon and over whole trials, is not named. Predictions are alike within `alike`, and then
     fewer parameters are chosen. An answer is incomplete if more than `complete_share` is unexplained.
+
+    Rare effects are tried, too, if a parameter of the answer is more than `surprising` standard deviations of its prior off.
 
     The horizon is an eighth of a trial, a quarter of that or a sixteenth: the longest over which some likely set errs by less than
     `predictable` times the signals' spread.
@@ -48,6 +50,7 @@ class Thresholds:
     least_improvement: float = 0.3
     least_explained: float = 0.1
     complete_share: float = 0.1
+    surprising: float = 3.0
     defeated: float = 0.2
     worse: float = 0.02
     predictable: float = 0.3

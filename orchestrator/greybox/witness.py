@@ -10,7 +10,7 @@ from orchestrator.greybox.evidence import Case
 from orchestrator.greybox.expression import evaluate_numbers
 from orchestrator.greybox.filtering import Filtered, GreyBox, Trial
 from orchestrator.greybox.fit import Fit
-from orchestrator.greybox.memory import remembered
+from orchestrator.greybox.memory import memories
 from orchestrator.greybox.places import coordinate
 from orchestrator.greybox.search import FittedSet
 
@@ -133,9 +133,9 @@ def _law(
         if factor is not None:
             names: dict[str, Any] = {k: coordinate(text, known) for k, text in candidate.place.coordinates.items()}
             names |= {p.name: chosen.value(candidate, p.name)[0] for p in candidate.law.parameters}
-            names["net"] = (candidate.place.storage or 0.0) * rates[:, own]
-            for state, rate in candidate.law.states.items():
-                names[state] = remembered(rate, state, names, trial.time[1:])
+            names["storage"] = candidate.place.storage or 0.0
+            names["net"] = names["storage"] * rates[:, own]
+            names |= memories(candidate.law.states, names, trial.time[1:])
             total = total + factor * evaluate_numbers(candidate.law.expression, names)
     return total
 

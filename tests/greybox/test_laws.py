@@ -16,6 +16,9 @@ NAMES = {
     "z": 0.4,
     "w": 0.2,
     "net": 0.8,
+    "storage": 1.5,
+    "twist": 0.1,
+    "rate": 0.6,
     "load": 0.6,
     "other": 0.5,
 }
