@@ -254,8 +254,7 @@ def _answer(
         steps.append(Step(effects, after))
     shown = after if named else given
     assert given.held_out is not None and shown.held_out is not None
-    # White forces count what disturbs from sample to sample; runs that leave noise alone lack nothing.
-    unexplained = 0.0 if named and _within_noise(shown, limits.agrees) else 1.0 - decision.explained
+    unexplained = 1.0 - decision.explained
     incomplete = verdict == "named" and unexplained > limits.complete_share
     return Diagnosis(
         model=given.model,
