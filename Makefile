@@ -41,7 +41,7 @@ check: setup
 	@$(BIN)/ruff check .
 	@$(BIN)/mypy
 	@$(BIN)/python -m pytest tests/house/test_imports.py
-	@$(BIN)/python -m pytest --doctest-modules misfit.py fmus orchestrator hil
+	@MISFIT_PURE=1 $(BIN)/python -m pytest --doctest-modules misfit.py fmus orchestrator hil
 
 # The documentation site, in build/site: open build/site/index.html; nothing is fetched. Effects, commands and formats come from code.
 docs: setup
