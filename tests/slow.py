@@ -71,7 +71,7 @@ SLOW = {
     "tests/blackbox/test_coupled_systems.py::test_comparison_is_that": "the same file: an effect at a connected force explains the data",
     "tests/blackbox/test_hidden_effects_on_plants.py::test_hidden_effect_is_named_and_its_size_found[pendulum": "the same test on tanks",
     "tests/blackbox/test_hidden_effects_on_plants.py::test_hidden_effect_is_named_and_its_size_found[two-mass": "the same test on tanks",
-    "tests/greybox/test_late_sensors.py": "test_rare_laws.py: a lag of one input and one sensor",
+    "tests/greybox/test_late_sensors.py": "test_delays.py: the only sensor is late, and the input takes its place",
     "tests/greybox/test_elastic_drives.py::test_a_load_on_a_spring_is_named": "the written model in the same file, test_laws.py on every law",
     "tests/greybox/test_wrong_parameters.py::test_four": "test_laws.py on every law, and laws/test_discovered_laws.py on records without a law",
     "tests/greybox/test_balances_of_fmus.py::test_dry_friction_is_named_though_an_effect": "dry friction in the same file, without the search before it",
