@@ -146,10 +146,10 @@ def ledger(folder: str, json_file: str | None, html_file: str | None) -> None:
     """List every version of a model: its effects, its errors, and how far they are from the noise floor."""
     from orchestrator.ledger import read
     from orchestrator.report.html import ledger_report
-    from orchestrator.report.tables import ledger_table
+    from orchestrator.report.tables import LedgerTable
 
     entries = read(Path(folder))
-    show(ledger_table(entries), json_file == "-")
+    show(LedgerTable(entries), json_file == "-")
     write_json(json_file, {"schema": "misfit.ledger/1", "versions": [asdict(entry) for entry in entries]})
     write_file(html_file, ledger_report(entries) if html_file else None)
 
@@ -203,7 +203,7 @@ def discover(
     from orchestrator.model_argument import load_model, load_source
     from orchestrator.report.arm_replay import arm_replay
     from orchestrator.report.html import discovery_report
-    from orchestrator.report.tables import diagnosis_table, ledger_table, lines_of
+    from orchestrator.report.tables import LedgerTable, diagnosis_table, lines_of
     from orchestrator.understood import understood
     from orchestrator.work import resumable
 
@@ -235,6 +235,6 @@ def discover(
     show(diagnosis_table(found.diagnosis), quiet)
     if found.laws:
         show(laws_text(found.laws), quiet)
-    show(ledger_table(list(found.entries)), quiet)
+    show(LedgerTable(list(found.entries)), quiet)
     write_json(json_file, found.diagnosis.to_json())
     write_file(html_file, report)

@@ -3,10 +3,9 @@
 import math
 import unicodedata
 from collections.abc import Mapping, Sequence
-from shutil import get_terminal_size
 
 from rich.box import SIMPLE_HEAD
-from rich.console import Group
+from rich.console import Console, ConsoleOptions, Group, RenderResult
 from rich.table import Table
 from rich.text import Text
 
@@ -23,7 +22,7 @@ from orchestrator.report.sentences import (
 )
 from orchestrator.verdicts.result import Diagnosis, NamedEffect
 
-__all__ = ["comparison_table", "diagnosis_table", "ledger_table", "verdict_sentence"]
+__all__ = ["LedgerTable", "comparison_table", "diagnosis_table", "verdict_sentence"]
 
 BAR_WIDTH = 7
 TRIAL_ROWS = 40
@@ -45,10 +44,19 @@ def bar(share: float, width: int = BAR_WIDTH) -> str:
     return "█" * (eighths // 8) + _EIGHTHS[eighths % 8].strip()
 
 
-def ledger_table(entries: Sequence[LedgerEntry]) -> Table:
-    """Return one row per version: its effects, the errors, and a bar in proportion to the error of the first version along the
-    same measurements; a line stands where the measurements are others."""
-    table, narrow = _table(), get_terminal_size((100, 24)).columns < NARROW
+class LedgerTable:
+    """One row per version: its effects, the errors, and a bar in proportion to the error of the first version along the same
+    measurements; a line stands where the measurements are others. What it is printed on decides whether bars have room."""
+
+    def __init__(self, entries: Sequence[LedgerEntry]) -> None:
+        self.entries = entries
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        yield _ledger(self.entries, narrow=options.max_width < NARROW)
+
+
+def _ledger(entries: Sequence[LedgerEntry], narrow: bool) -> Table:
+    table = _table()
     table.add_column("v", justify="right", no_wrap=True)
     table.add_column("name", overflow="fold", max_width=10 if narrow else 18)
     # No narrower than an interval's number: it would be broken in the middle.

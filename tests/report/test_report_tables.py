@@ -12,10 +12,10 @@ from orchestrator.cli.common import wrapped
 from orchestrator.compare.result import SetErrors
 from orchestrator.report.numbers import quantity
 from orchestrator.report.tables import (
+    LedgerTable,
     bar,
     comparison_table,
     diagnosis_table,
-    ledger_table,
     verdict_sentence,
 )
 from orchestrator.verdicts.result import Estimate, NamedEffect, Verdict
@@ -28,7 +28,7 @@ def piped(what: RenderableType) -> str:
 
 
 def test_a_ledger_in_a_pipe_fits_100_columns_without_colour_codes() -> None:
-    text = piped(ledger_table(entries(diagnosis())))
+    text = piped(LedgerTable(entries(diagnosis())))
 
     assert "\x1b" not in text
     assert max(len(line) for line in text.splitlines()) <= 100
@@ -37,7 +37,7 @@ def test_a_ledger_in_a_pipe_fits_100_columns_without_colour_codes() -> None:
 def test_the_ledger_holds_each_version_with_its_errors_and_all_its_effects() -> None:
     versions = entries(diagnosis())
 
-    text = piped(ledger_table(versions))
+    text = piped(LedgerTable(versions))
 
     assert "tauC[1] = 0.0373 N.m [0.0361, 0.0385]" in text
     with_friction = [entry for entry in versions if any(e.id == "coulomb_friction" for e in entry.effects)]
@@ -55,7 +55,7 @@ def test_the_bar_is_half_as_long_when_the_error_has_halved() -> None:
         replace(second, held_out=SetErrors({"q1": 0.05}, 50.0)),
     ]
 
-    lengths = [line.count("█") + ("▌" in line) / 2 for line in piped(ledger_table(versions)).splitlines()]
+    lengths = [line.count("█") + ("▌" in line) / 2 for line in piped(LedgerTable(versions)).splitlines()]
 
     assert [length for length in lengths if length] == [7, 3.5]
 
@@ -64,7 +64,7 @@ def test_the_bar_is_half_as_long_when_the_error_has_halved() -> None:
 def test_a_version_whose_error_is_no_ordinary_number_is_still_shown(error: float) -> None:
     first, second, _ = entries(diagnosis())
 
-    text = piped(ledger_table([first, replace(second, held_out=SetErrors({"q1": error}, error))]))
+    text = piped(LedgerTable([first, replace(second, held_out=SetErrors({"q1": error}, error))]))
 
     assert "Arm_1" in text
 
@@ -175,12 +175,11 @@ def test_an_effect_without_parameters_or_interval_can_be_named() -> None:
     assert "Backlash and payload at wrist are missing. Size: m 0.500 kg (0.500 to 0.500)." in text
 
 
-def test_no_number_of_a_ledger_is_broken_at_80_columns(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("COLUMNS", "80")
+def test_no_number_of_a_ledger_is_broken_at_80_columns() -> None:
     console = Console(width=80, record=True, file=io.StringIO())
     shown = entries(diagnosis("named"))
 
-    console.print(ledger_table(shown))
+    console.print(LedgerTable(shown))
 
     text = console.export_text()
     assert max(map(len, text.splitlines())) <= 80
