@@ -13,6 +13,8 @@ Example:
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from misfit_start import import_our_packages
+
 if TYPE_CHECKING:
     from fmus.errors import ComponentError, MisfitError
     from hil.python import Bench, BenchSession
@@ -88,6 +90,7 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     if name not in _HOMES:
         raise AttributeError(f"misfit has no {name!r}; it has {', '.join(__all__)}")
+    import_our_packages()
     found = getattr(import_module(_HOMES[name]), name)
     globals()[name] = found
     return found

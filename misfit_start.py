@@ -1,7 +1,8 @@
-"""The way in for the command `misfit` and for pytest: no file of the user's is taken for one of ours.
+"""The way in for the command `misfit`, for `import misfit` and for pytest: no file of the user's is taken for one of ours.
 
-The packages `orchestrator`, `hil` and `fmus` have names that a user's own files may have, too. They are imported here
-from beside this file, and found there from then on, whatever the search path holds before it.
+The packages `orchestrator`, `hil` and `fmus` have names that a user's own files may have, too. They are imported here from
+beside this file (in a wheel from the folder `_misfit` there), and found there from then on, whatever the search path holds
+before it.
 """
 
 import sys
@@ -9,23 +10,37 @@ from importlib import import_module
 from pathlib import Path
 
 PACKAGES = ("fmus", "orchestrator", "hil")
+_HERE = Path(__file__).resolve().parent
+ROOT = _HERE / "_misfit" if (_HERE / "_misfit").is_dir() else _HERE
 
 
 def import_our_packages() -> None:
-    """Import the packages from beside this file, unless they are there already."""
+    """Import the packages from their own folder, unless they are there already.
+
+    Raises:
+        ImportError: if this process has imported another module of such a name.
+    """
     before = sys.path[:]
-    sys.path.insert(0, str(Path(__file__).resolve().parent))
+    sys.path.insert(0, str(ROOT))
     try:
         for name in PACKAGES:
-            import_module(name)
+            _check(name, str(getattr(import_module(name), "__file__", None)))
     finally:
         sys.path[:] = before
 
 
+def _check(name: str, file: str) -> None:
+    if not Path(file).resolve().is_relative_to(ROOT):
+        raise ImportError(
+            f"this process has already imported {name} from {file}, and misfit has a package of that name; "
+            f"rename that one, or run misfit in a process of its own (the command misfit does)"
+        )
+
+
 def leave_the_working_directory_out() -> None:
     """Take the working directory out of the search path, where `PYTHONPATH=.` has put it, unless misfit itself lies there."""
-    here, ours = Path.cwd(), Path(__file__).resolve().parent
-    if here != ours:
+    here = Path.cwd()
+    if here != _HERE:
         sys.path[:] = [part for part in sys.path if part and Path(part).resolve() != here]
 
 

@@ -106,7 +106,7 @@ SLOW = {
         for page in ("README.md", "rat_muscle.md", "gp.md", "bench_session.md", "name_an_effect.md", "regress.md")
     },
     "tests/test_documentation_site.py": "test_documentation.py: links and commands of pages; house/test_public_list.py: the reference",
-    "tests/test_wheel.py": "house/test_notebook_from_the_wheel.py::test_the_wheel_has_the_front_door",
+    "tests/test_wheel.py::test_the_wheel_builds": "the same file: the front door, and the files that it needs",
     "tests/report/test_notebook.py::test_example_notebook_runs": "house/test_front_door.py: the same calls",
     "tests/regress/test_worked_example.py": "test_regress_command.py and test_pytest_plugin.py",
     "tests/regress_comparison/test_mutants_are_caught.py": "the other files of its folder, comparison by comparison",

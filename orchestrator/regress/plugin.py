@@ -1,10 +1,10 @@
-"""Regression cases as tests of pytest, and fixtures for people who write their own tests of FMUs.
+"""Regression cases as tests of pytest, and what its fixtures do; `misfit_pytest.py` registers both.
 
 `pytest models/` collects the same cases as `misfit regress models/`; each runs in a process of its own, so that what an
 FMU breaks is a failed test. Nothing of misfit is imported before the first case is seen.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 _LANES: "pytest.StashKey[dict[Want, Lane]]" = pytest.StashKey()
 
 
-def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Collector | None:
+def collected(file_path: Path, parent: pytest.Collector) -> pytest.Collector | None:
     """Case files, and FMUs that bring their own results and that no case file beside them names."""
     if is_case_file(file_path):
         return CaseFile.from_parent(parent, path=file_path)
@@ -31,7 +31,7 @@ def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Col
     return None
 
 
-def pytest_unconfigure(config: pytest.Config) -> None:
+def end_processes(config: pytest.Config) -> None:
     """End the processes."""
     for lane in config.stash.get(_LANES, {}).values():
         lane.close()
@@ -123,14 +123,8 @@ def _lane(config: pytest.Config, want: "Want") -> "Lane":
     return lanes[want]
 
 
-@pytest.fixture
-def misfit_run(request: pytest.FixtureRequest) -> Iterator[Callable[..., "Mapping[str, Signal]"]]:
-    """Run a model in a process of its own: `misfit_run("ball.fmu", stop=2.0, step=0.01)` gives its signals by name.
-
-    The model is relative to the test's file. Keywords are those of `Case` (stop, step, start, interface, ...),
-    `parameters` (values by variable), `inputs` (numbers or generators by input) and `signals` (names; all outputs without).
-    A component that fails raises ComponentError, a model that cannot be run MisfitError.
-    """
+def runner(request: pytest.FixtureRequest) -> "Callable[..., Mapping[str, Signal]]":
+    """What the fixture `misfit_run` gives to a test."""
 
     def run(model: str | Path, **options: Any) -> "Mapping[str, Signal]":
         from orchestrator.regress.one_run import case_of, kept_signals
@@ -138,23 +132,15 @@ def misfit_run(request: pytest.FixtureRequest) -> Iterator[Callable[..., "Mappin
         case = case_of(request.node.name, Path(request.path), str(model), options)
         return kept_signals(_lane(request.config, "signals").run(case))
 
-    yield run
+    return run
 
 
-@pytest.fixture
-def misfit_compare() -> "Callable[..., tuple[SignalVerdict, ...]]":
-    """Compare signals by name with others or with a file; fails the test with a line for each signal that differs.
-
-    `misfit_compare(result, "ball_ref.csv", absolute=1e-3)`: keywords are those of `Tolerance`. `signals` names those that
-    count, all of the reference without.
-    """
+def compared_or_failed(result: "Mapping[str, Signal]", reference: Any, **tolerance: Any) -> "tuple[SignalVerdict, ...]":
+    """What the fixture `misfit_compare` gives to a test."""
     from orchestrator.regress.one_run import compared
 
-    def compare(result: "Mapping[str, Signal]", reference: Any, **tolerance: Any) -> "tuple[SignalVerdict, ...]":
-        verdicts = compared(result, reference, tolerance)
-        wrong = [f"{each.name}: {each.reason}" for each in verdicts if not each.passed]
-        if wrong:
-            pytest.fail("\n".join(wrong), pytrace=False)
-        return verdicts
-
-    return compare
+    verdicts = compared(result, reference, tolerance)
+    wrong = [f"{each.name}: {each.reason}" for each in verdicts if not each.passed]
+    if wrong:
+        pytest.fail("\n".join(wrong), pytrace=False)
+    return verdicts
