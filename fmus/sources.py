@@ -105,7 +105,9 @@ def _units(fmu: str, version: int, sets: Sequence[SourceSet], sources: Path) -> 
             check_entry_name(name)
             path = sources / name
             if not path.is_file():
-                raise FmuError(f"{fmu} names the source {name}, which is not in its folder sources")
+                raise FmuError(
+                    f"{fmu} has no binary for this system, and its source {name} is not in its folder sources"
+                )
             if path.suffix.lower() == ".c":
                 yield path, arguments
             elif path.suffix.lower() not in (".h", ".hpp"):

@@ -49,9 +49,9 @@ def findings(where: Mapping[str, list[dict[str, Any]]], floor: Mapping[str, floa
     for row in sorted(where["signal"], key=lambda r: -r["over_floor"]):
         name = row["signal"]
         if row["over_floor"] < 1.5:
-            sentences.append(f"{name} agrees within the noise ({row['over_floor']:.2g} times the floor)")
+            sentences.append(f"{name} agrees within the noise ({_times(row['over_floor'])} times the floor)")
             continue
-        text = f"{name} is off by {row['rmse']:.3g} {row['unit']} rms, {row['over_floor']:.2g} times the floor"
+        text = f"{name} is off by {row['rmse']:.3g} {row['unit']} rms, {_times(row['over_floor'])} times the floor"
         bands = [r for r in where["frequency"] if r["signal"] == name]
         if bands:
             worst = max(bands, key=lambda r: r["rmse"])
@@ -66,6 +66,15 @@ def findings(where: Mapping[str, list[dict[str, Any]]], floor: Mapping[str, floa
         if "depends" in row:
             sentences.append(row["depends"])
     return tuple(sentences)
+
+
+def _times(over_floor: float) -> str:
+    """Two digits, and whole numbers above.
+
+    >>> _times(1.04), _times(327.4)
+    ('1', '327')
+    """
+    return f"{over_floor:.2g}" if over_floor < 100 else f"{over_floor:.0f}"
 
 
 def _residual(curve: TrialCurves, name: str) -> np.ndarray:

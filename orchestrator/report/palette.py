@@ -68,22 +68,24 @@ def css_variables(selector: str = ":root") -> str:
     return _rule(selector, named)
 
 
-def dark_css(on_white: str) -> str:
-    """Return CSS for readers whose system asks for dark pages; what is selected by `on_white` stays as it was drawn, on white.
+def dark_css(drawn: str, kept: str = "") -> str:
+    """Return CSS for readers whose system asks for dark pages; print stays white on paper.
 
-    Print stays white on paper.
+    What is selected by `drawn` has fixed colours on white: its brightness is turned round, its hues stay. What is selected by
+    `kept` stays as it is, on white.
 
     Example:
-        >>> "prefers-color-scheme: dark" in dark_css("figure img"), "--ink: #E8E8E8;" in dark_css("figure img")
+        >>> "figure img { filter: invert" in dark_css("figure img"), "--ink: #E8E8E8;" in dark_css("figure img")
         (True, True)
     """
     named = {name.lower().replace("_", "-"): DARK[colour] for name, colour in Colour.__members__.items()}
     # Wins over `:root`, wherever that stands.
     page = _rule("html:root", named | DARK_SURFACES) + " html:root { color-scheme: dark; }"
-    kept = (
-        f"{css_variables(on_white)} {on_white} {{ background: var(--paper); color: var(--ink); color-scheme: light; }}"
-    )
-    return f"@media screen and (prefers-color-scheme: dark) {{ {page} {kept} }}"
+    # White turns to the dark page's paper, near enough.
+    turned = f"{drawn} {{ filter: invert(0.91) hue-rotate(180deg); }}"
+    fixed = ", ".join(filter(None, (drawn, kept)))
+    white = f"{css_variables(fixed)} {fixed} {{ background: var(--paper); color: var(--ink); color-scheme: light; }}"
+    return f"@media screen and (prefers-color-scheme: dark) {{ {page} {white} {turned} }}"
 
 
 def _rule(selector: str, named: Mapping[str, str]) -> str:

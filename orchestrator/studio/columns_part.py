@@ -56,7 +56,7 @@ def _table(project: Project, found: dict[str, Any]) -> None:
 def _row(project: Project, found: dict[str, Any], row: dict[str, Any], place: int, own: bool) -> None:
     column, variables = row["column"], found.get("variables", [])
     drives = row["variable"] in found.get("inputs", ())
-    with ui.element("tr"):
+    with ui.element("tr") as line:
         ui.html(html.escape(column), tag="th", sanitize=False).props("scope=row")
         ui.html(small_curve(row.get("curve", ())), tag="td", sanitize=False)
         with ui.element("td"):
@@ -77,6 +77,8 @@ def _row(project: Project, found: dict[str, Any], row: dict[str, Any], place: in
                 _menu(project, column, "interpolation", options, how, f"between-{place}", "Between samples")
             elif drives:
                 _text(options[how])
+    for cell, heading_text in zip(line.default_slot.children[1:], HEADINGS[1:], strict=True):
+        cell.props["data-label"] = heading_text  # on a phone each cell says its column
 
 
 def _text(text: str) -> None:

@@ -1,6 +1,7 @@
 """The gate before every route: right host, right origin, and a session that the one-time token opened."""
 
 import hmac
+import html
 import secrets
 from collections.abc import Awaitable, Callable, MutableMapping
 from dataclasses import dataclass, field
@@ -16,6 +17,12 @@ Application = Callable[[Scope, Receive, Send], Awaitable[None]]
 
 HOSTS = ("127.0.0.1", "localhost")
 READING = ("GET", "HEAD")
+# What a browser shows in place of a page that it may not have; it needs nothing else of this server.
+REFUSED = (
+    '<!doctype html><html lang="en"><meta name="viewport" content="width=device-width"><meta name="color-scheme" content="light dark">'
+    "<title>misfit studio</title><style>body {{ font: 1.1rem/1.5 system-ui, sans-serif; max-width: 40rem; margin: 4rem auto; padding: 0 1rem }}"
+    "</style><h1>misfit studio</h1><p>{}</p><p>Nothing is lost: projects are kept on the disk, and their addresses stay the same.</p>"
+)
 
 
 @dataclass
@@ -63,7 +70,7 @@ class Gate:
         if (token := _token(scope)) is not None and headers.get("host") in self._hosts:
             await self._enter(scope, headers, token, send)
         elif refusal := self._refusal(scope, headers):
-            await _refuse(scope, receive, send, refusal)
+            await _refuse(scope, receive, send, refusal, "text/html" in headers.get("accept", ""))
         elif int(headers.get("content-length", "0") or 0) > self._most_bytes:
             await _answer(send, 413, f"Requests of more than {self._most_bytes / 2**20:g} MiB are refused.")
         else:
@@ -178,10 +185,12 @@ def _token(scope: Scope) -> str | None:
     return parse_qs(scope["query_string"].decode("latin-1")).get("token", [None])[0]
 
 
-async def _refuse(scope: Scope, receive: Receive, send: Send, why: str) -> None:
+async def _refuse(scope: Scope, receive: Receive, send: Send, why: str, as_page: bool) -> None:
     if scope["type"] == "websocket":
         await receive()
         await send({"type": "websocket.close", "code": 1008, "reason": why[:120]})
+    elif as_page:
+        await _answer(send, 403, REFUSED.format(html.escape(why, quote=False)), "text/html")
     else:
         await _answer(send, 403, why)
 

@@ -51,8 +51,8 @@ def setup_part(project: Project) -> list[Live]:
 def setup_words(project: Project) -> str:
     """Model and measurements in a few words."""
     matched = project.result(MATCH)
-    trials = f"{len(matched['trials'])} trials" if matched else f"{len(project.data_files())} files"
-    return f"Model: {project.model or 'none yet'} · {trials}"
+    count, what = (len(matched["trials"]), "trial") if matched else (len(project.data_files()), "file")
+    return f"Model: {project.model or 'none yet'} · {count} {what}{'' if count == 1 else 's'}"
 
 
 def _rename(project: Project) -> None:

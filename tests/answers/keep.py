@@ -12,14 +12,14 @@ from docs.generator.record_recordings import rounded
 
 FOLDER = Path(__file__).parent
 POINTS = 200
-UNREAD = ("kin", "excitation", "identifiability", "functions", "libraries", "mended", "data_checks")
+UNREAD = ("kin", "excitation", "identifiability", "functions", "libraries", "mended", "data_checks", "model_file")
 
 
 def thinned(document: dict[str, Any]) -> dict[str, Any]:
     """The document with numbers to six digits, curves of a few hundred points, and nothing that no screen shows."""
     kept = {key: value for key, value in document.items() if key not in UNREAD}
     kept["where"] = {"force": document["where"]["force"]}
-    kept["model"] = document["model"].rpartition("/")[2]
+    kept |= {key: document[key].rpartition("/")[2] for key in ("model", "data")}
     kept["curves"] = [_curve(curve) for curve in document["curves"]]
     return rounded(kept)  # type: ignore[no-any-return]
 

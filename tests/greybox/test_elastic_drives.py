@@ -12,18 +12,9 @@ from orchestrator.greybox.effects import with_effects
 from orchestrator.measurements import load_measurements
 from orchestrator.models.symbolic import SymbolicModel
 from orchestrator.verdicts.result import Estimate, NamedEffect
+from tests.shaft import SHAFT
 from tests.three_trials import three_trials
 
-DRIVE = """model Stage "An inertia under a torque"
-  parameter Real J(unit="kg.m2") = 0.02;
-  input Real torque(unit="N.m");
-  output Real phi(unit="rad", start=0, fixed=true);
-  Real w(unit="rad/s", start=0, fixed=true);
-equation
-  der(phi) = w;
-  J*der(w) = torque;
-end Stage;
-"""
 INERTIA, SHARE, FREQUENCY, DAMPING = 0.02, 0.4, 9.0, 0.05
 TIME = np.arange(400) * 0.01
 
@@ -53,8 +44,8 @@ def angle_of_motor(seed: int) -> tuple[np.ndarray, np.ndarray]:
 
 def written_model(folder: Path) -> str:
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / "Stage.mo").write_text(DRIVE)
-    return f"{folder / 'Stage.mo'}:Stage"
+    (folder / "Shaft.mo").write_text(SHAFT)
+    return f"{folder / 'Shaft.mo'}:Shaft"
 
 
 def test_the_written_model_moves_as_two_masses_do(tmp_path: Path) -> None:

@@ -154,7 +154,7 @@ def test_an_experiment_that_only_a_card_knows_is_said_without_figures() -> None:
             "named",
             "Coulomb friction at joint1 and payload at wrist are missing. Size: tauC[1] 37.3 mN·m (36.1 to 38.5)",
         ),
-        ("ambiguous", "these data cannot tell which: coulomb friction or viscous friction."),
+        ("ambiguous", "these data cannot tell which: coulomb friction at joint1 or viscous friction."),
         ("unknown", "Something is missing that no effect in the library explains."),
         ("cannot_tell", "These data cannot tell whether anything is missing."),
     ],

@@ -12,18 +12,9 @@ from orchestrator.studio.workspace import Workspace
 
 sys.path.insert(0, str(ROOT))
 from tests.measurements.dirty_files import dirty_files  # noqa: E402
+from tests.shaft import SHAFT  # noqa: E402
 
 PATIENCE_MS = 90_000
-MODEL = """model Shaft "An inertia"
-  parameter Real J(unit="kg.m2") = 0.02;
-  input Real torque(unit="N.m");
-  output Real phi(unit="rad", start=0, fixed=true);
-  Real w(unit="rad/s", start=0, fixed=true);
-equation
-  der(phi) = w;
-  J*der(w) = torque;
-end Shaft;
-"""
 
 
 def case_of(project_folder: Path) -> dict[str, object]:
@@ -34,7 +25,7 @@ def test_a_dirty_file_and_a_modelica_model_are_dropped_and_matched_by_menus(
     tab: Page, studio: Studio, tmp_path: Path
 ) -> None:
     project = Workspace(studio.workspace).create("Wizard")
-    (tmp_path / "Shaft.mo").write_text(MODEL)
+    (tmp_path / "Shaft.mo").write_text(SHAFT)
     content = dirty_files()["UTF-8 with a byte order mark, spreadsheet"].content
     (tmp_path / "run.csv").write_bytes(content.replace(b"phi", b"Drehwinkel"))
     tab.set_viewport_size({"width": 1280, "height": 800})

@@ -148,7 +148,7 @@ def _on_the_search(impossible: Sequence[str], blind: Sequence[str], resting: boo
     if resting:
         found.append("nothing moves beyond the noise of its sensor in any learning trial: record trials with motion")
     elif blind:
-        found.append(f"the data would not show most effects at {', '.join(blind)}: excite them, or say nothing of them")
+        found.append(f"the data would not show most effects at {', '.join(blind)}: record trials that move them")
     return found
 
 

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from orchestrator.report.answer.notes import note_sentences
 from orchestrator.report.answer.rivals import Rival, not_tried, rivals_of
 from orchestrator.report.answer.words import PARAMETER_ERROR, capital, joined, name_of, share, sizes, times, what
 from orchestrator.report.numbers import over_floor
@@ -51,7 +52,7 @@ class Answer:
         """The same once effects are in the model, whose version is called `name`; `then` is what is still to be added."""
         fell = f"{name} has it: the error on held-out trials fell from {times(before)} to {times(now)} times the noise."
         step = f"Add {then}." if then else "Take the model away: Modelica, FMU and report are under Take away."
-        return replace(self, detail=f"{self.detail.partition(' Adding it')[0]} {fell}".strip(), next_step=step)
+        return replace(self, detail=f"{self.detail.partition(' Adding ')[0]} {fell}".strip(), next_step=step)
 
 
 def answer_of(document: Document) -> Answer:
@@ -109,7 +110,14 @@ def _missing(effects: Sequence[Mapping[str, Any]]) -> str:
 
 
 def _choice(document: Document, effects: Sequence[Mapping[str, Any]]) -> str:
-    groups = [joined((name_of(each) for each in group), "or") for group in document.get("confusable") or ()]
+    places = {each["id"]: what(each) for each in effects}
+    for entry in document.get("ranking") or ():
+        for id, site in zip(entry["effects"], entry.get("sites") or (), strict=False):
+            places.setdefault(id, what({"id": id, "site": site}))
+    groups = [
+        joined((places.get(each) or name_of(each) for each in group), "or")
+        for group in document.get("confusable") or ()
+    ]
     return "; ".join(groups) or joined((what(effect) for effect in effects), "or") or "several effects fit"
 
 
@@ -132,10 +140,11 @@ def _buys(document: Document, before: float, after: float) -> str:
     """What adding the effects does to the error that nobody had looked at."""
     if math.isnan(before) or math.isnan(after):
         return "No trial was held out, so what it buys is not proven."
-    fall = f"Adding it takes the error on held-out trials from {times(before)} to {times(after)} times the noise"
+    it = "the first" if document.get("verdict") == "ambiguous" else "it"
+    fall = f"Adding {it} takes the error on held-out trials from {times(before)} to {times(after)} times the noise"
     removed = (document.get("held_out") or {}).get("reducible_removed")
     if after >= before:
-        return f"Adding it does not lower the error on held-out trials ({times(before)} to {times(after)} times the noise)."
+        return f"Adding {it} does not lower the error on held-out trials ({times(before)} to {times(after)} times the noise)."
     if before <= 1.0 or removed is None or not math.isfinite(removed):
         return f"{fall}."
     return f"{fall}: {share(removed)} of the avoidable error."
@@ -152,10 +161,17 @@ def _caution(document: Document, effects: Sequence[Mapping[str, Any]], before: f
         return f"What is left, {times(after)} times the noise, is not explained by it."
     if document.get("verdict") == "unknown" and (best := document.get("best")):
         return f"Closest in the library: {joined(what(effect) for effect in best)}; it is not proven."
+    if document.get("verdict") == "cannot_tell" and (open_notes := _open_notes(document)):
+        return open_notes[0]
     laws = document.get("laws") or ()
     if document.get("verdict") == "unknown" and laws:
         return f"A formula that fits: {laws[0].get('formula', '')}."
     return ""
+
+
+def _open_notes(document: Document) -> list[str]:
+    """What the record does not show, without what was not tried."""
+    return [note for note in note_sentences(document.get("warnings") or ()) if "not tried" not in note.lower()]
 
 
 def _next_step(document: Document, effects: Sequence[Mapping[str, Any]], best: Sequence[Mapping[str, Any]]) -> str:

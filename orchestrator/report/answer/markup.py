@@ -83,16 +83,19 @@ def _failed(document: Mapping[str, Any]) -> str:
 def _rivals(answer: Answer) -> str:
     if not answer.rivals:
         return ""
-    body = "".join(map(_row, answer.rivals))
-    head = '<thead><tr><th scope="col">effect</th><th scope="col">odds against it</th><th scope="col">why</th></tr></thead>'
-    table = f"<table>{head}<tbody>{body}</tbody></table>"
-    return _section("What else it could be", table + (_small(answer.not_tried) if answer.not_tried else ""))
+    odds = any(rival.odds for rival in answer.rivals)
+    names = ("effect", "odds against it", "why") if odds else ("effect", "why")
+    head = "".join(f'<th scope="col">{name}</th>' for name in names)
+    body = "".join(_row(rival, odds) for rival in answer.rivals)
+    table = f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+    heading = "What else it could be" if answer.rivals[0].named else "What it could be"
+    return _section(heading, table + (_small(answer.not_tried) if answer.not_tried else ""))
 
 
-def _row(rival: Rival) -> str:
+def _row(rival: Rival, odds: bool) -> str:
     kind = ' class="a-named"' if rival.named else ""
-    cells = "".join(f"<td>{html.escape(cell)}</td>" for cell in (rival.odds, rival.reason))
-    return f'<tr{kind}><th scope="row">{html.escape(rival.name)}</th>{cells}</tr>'
+    first = f'<td class="a-odds">{html.escape(rival.odds)}</td>' if odds else ""
+    return f'<tr{kind}><th scope="row">{html.escape(rival.name)}</th>{first}<td>{html.escape(rival.reason)}</td></tr>'
 
 
 def _section(heading: str, content: str) -> str:

@@ -14,6 +14,8 @@ def note_sentences(notes: Sequence[str]) -> list[str]:
 
     >>> note_sentences(["not tried, the model has no free slot for them: backlash, fatigue, leak, payload, tremor"])
     ['5 effects of the library were not tried, because this model has no place for them.']
+    >>> note_sentences(["not tried, the model has no free slot for them: joint_elasticity"])
+    ['Not tried, because this model has no place for them: joint elasticity.']
     >>> note_sentences(["it is open"])
     ['It is open.']
     """
@@ -33,6 +35,9 @@ def _sentence(note: str) -> str:
         if text.startswith(_NO_SLOT):
             return f"{count} effects of the library were not tried, because this model has no place for them."
         text = f"{text[: found.start()]}: {count} effects"
+    elif text.startswith(_NO_SLOT):
+        names = text.removeprefix(_NO_SLOT).replace("_", " ")
+        return f"Not tried, because this model has no place for them{names}."
     # A name such as tauC[1] stays as it is.
     plain = re.match(r"[a-z]+\b(?![\[_.])", text)
     return f"{text[:1].upper()}{text[1:]}." if plain else f"{text}."

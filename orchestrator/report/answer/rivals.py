@@ -13,6 +13,11 @@ MOST = 4
 CLEAR = 1000.0
 # A rival that removes this much less of the learning error than the named set explains less; closer ones are told by odds.
 LESS = 0.02
+# Outcomes of the method that speak of learning trials without saying so, or in its own words.
+PLAIN = {
+    "the error of the model as given is not told from noise": "learning trials are within the noise without it",
+    "not refitted": "shows too little in the missing force to be fitted",
+}
 
 
 @dataclass(frozen=True)
@@ -45,7 +50,7 @@ def not_tried(document: Document) -> str:
     """How much more was looked at, in one sentence."""
     ranking = [entry for entry in document.get("ranking") or () if entry.get("effects")]
     left = len(ranking) - MOST
-    return f"{left} more sets were tried; none fits better." if left > 0 and document.get("effects") else ""
+    return f"{left} more sets were tried and rejected." if left > 0 and document.get("effects") else ""
 
 
 def _rival(document: Document, entry: Mapping[str, Any], own: Mapping[str, Any] | None) -> Rival:
@@ -53,7 +58,9 @@ def _rival(document: Document, entry: Mapping[str, Any], own: Mapping[str, Any] 
     score = float(entry.get("score", 0.0))
     odds = _odds(document, entry, own)
     if own is None:
-        return Rival(name, "", _outcome(document, entry) or f"removes {share(score)} of the learning error", False)
+        # Nothing is named that it could be behind of: what it does to the error says most.
+        said = f"removes {share(score)} of the learning error"
+        return Rival(name, "", said if score > 0 else _outcome(document, entry) or said, False)
     if float(own.get("score", 0.0)) - score > LESS:
         return Rival(name, odds, f"explains less: {share(score)} of the learning error", False)
     return Rival(name, odds, _outcome(document, entry) or "fits about as well here", False)
@@ -103,7 +110,8 @@ def _reason(outcome: str) -> str:
     >>> _reason("weighted error 1.87e+03 (noise alone: 1): explains less than the best set for its size (BIC/2 behind by 1.8)")
     'explains less than the best set for its size'
     """
-    return re.sub(r"\s*\([^()]*\)", "", outcome.rpartition(": ")[2]).strip()
+    reason = re.sub(r"\s*\([^()]*\)", "", outcome.rpartition(": ")[2]).strip()
+    return PLAIN.get(reason, reason)
 
 
 def _pairs(entry: Mapping[str, Any]) -> list[tuple[str, str]]:

@@ -16,6 +16,16 @@ TELLS = 0.85
 ALIKE = 0.05
 STRAIGHT = 0.95
 Z90 = 1.645
+QUANTITIES = {
+    "N.m": "torque",
+    "W": "heat flow",
+    "rad/s2": "acceleration",
+    "m/s2": "acceleration",
+    "m3/s": "flow",
+    "kg/s": "flow",
+    "A": "current",
+    "V": "voltage",
+}
 
 
 @dataclass(frozen=True)
@@ -56,7 +66,8 @@ def stated(entry: Mapping[str, Any]) -> Witness | None:
         tuple(x[k] for k in order),
         tuple(force[k] for k in order),
         tuple(band[k] for k in order) if len(band) == len(x) else (),
-        tuple(law[k] for k in order) if len(law) == len(x) else (),
+        # A law that supplies no force here, such as a delay, has no line to draw.
+        tuple(law[k] for k in order) if len(law) == len(x) and any(law) else (),
     )
 
 
@@ -100,7 +111,7 @@ def _binned(document: Document) -> list[Witness]:
         spread = [max(float(b["rmse"]) ** 2 - float(b["bias"]) ** 2, 0.0) ** 0.5 for b in bins]
         found.append(
             Witness(
-                f"missing force on {signal}",
+                f"missing {quantity_of(str(bins[0].get('force_unit', '')))} on {signal}",
                 str(bins[0].get("force_unit", "")),
                 str(best),
                 str(bins[0].get("unit", "")),
@@ -118,12 +129,12 @@ def shape_words(found: Sequence[Witness]) -> str:
 
     >>> line = Witness("torque", "N.m", "speed of q", "rad/s", (-2.0, -1.0, 1.0, 2.0), (2.0, 1.0, -1.0, -2.0), (), ())
     >>> shape_words([line])
-    'the missing force opposes speed of q, in proportion to it'
+    'the missing torque opposes speed of q, in proportion to it'
     """
     if not found:
         return ""
     first = found[0]
-    lack = "what is left" if first.balance.startswith("what is left") else "the missing force"
+    lack = "what is left" if first.balance.startswith("what is left") else f"the missing {quantity_of(first.unit)}"
     x, force = np.array(first.x), np.array(first.force)
     if np.ptp(x) == 0 or np.ptp(force) == 0:
         return f"{lack} hardly changes with {first.coordinate}"
@@ -136,6 +147,15 @@ def shape_words(found: Sequence[Witness]) -> str:
     way = "grows with" if slope > 0 else "opposes" if first.coordinate.startswith("speed") else "falls with"
     straight = line > max(sign, STRAIGHT) + ALIKE / 2
     return f"{lack} {way} {first.coordinate}{', in proportion to it' if straight else ''}"
+
+
+def quantity_of(unit: str) -> str:
+    """What is missing, by its unit; a balance that is no force's has a rate of its own.
+
+    >>> quantity_of("N.m"), quantity_of("W"), quantity_of("rad/s2"), quantity_of("")
+    ('torque', 'heat flow', 'acceleration', 'force')
+    """
+    return QUANTITIES.get(unit, "force" if unit in ("", "N") else "rate")
 
 
 def _explained(source: np.ndarray, force: np.ndarray) -> float:

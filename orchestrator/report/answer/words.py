@@ -1,6 +1,7 @@
 """Effects, places and sizes in plain words."""
 
 import math
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
@@ -93,10 +94,11 @@ def _to(value: float, half_width: float) -> str:
 def unit_text(unit: str) -> str:
     """A unit as people read it; dimensionless is nothing.
 
-    >>> unit_text("N.m.s/rad"), unit_text("1")
-    ('N·m·s/rad', '')
+    >>> unit_text("N.m.s/rad"), unit_text("1"), unit_text("kg.m2"), unit_text("rad/s2")
+    ('N·m·s/rad', '', 'kg·m²', 'rad/s²')
     """
-    return "" if unit == "1" else unit.replace(".", "·")
+    raised = re.sub(r"(?<=[A-Za-z])[23]", lambda found: {"2": "²", "3": "³"}[found[0]], unit)
+    return "" if unit == "1" else raised.replace(".", "·")
 
 
 def times(value: float) -> str:

@@ -1,7 +1,7 @@
 // Says what to do when the server does not answer any more, instead of trying to reconnect for ever.
 const STUDIO_LOST = {
-  gone: "The studio does not answer. Start 'misfit studio' again and open the link that it prints; nothing is lost, this project will be there.",
-  other: "The studio was started again. Open the link that it printed; this project is there.",
+  gone: "The studio does not answer. Start 'misfit studio' again and open the link that it prints; nothing is lost.",
+  other: "The studio was started again. Open the link that it printed; nothing is lost.",
 };
 
 // The page reconnects by itself after a short break, and keeps what is open; only a long one needs a reload.

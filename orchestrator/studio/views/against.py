@@ -1,7 +1,7 @@
 """The error in bins of one coordinate and in bands of frequency: all learning trials, and the selected samples."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -21,7 +21,7 @@ SHORTEST = 16
 
 @dataclass(frozen=True)
 class Bar:
-    """The rms residual where the coordinate is `low` to `high`, beside what chance alone would give (95 %).
+    """The rms residual where the coordinate is `low` to `high`.
 
     `rms` is that of the comparison; `selected` that of the selected samples, None where there are none.
     """
@@ -29,7 +29,6 @@ class Bar:
     low: float
     high: float
     rms: float
-    chance: tuple[float, float]
     selected: float | None = None
 
 
@@ -69,7 +68,7 @@ def offered(data: ViewData, signal: str) -> tuple[str, ...]:
 def bars_against(coordinates: Coordinates, signal: str, against: str, chosen: Mapping[int, Chosen] | None) -> Bars:
     """Error in the comparison's bins of a coordinate; `chosen` are the selected samples, None for no selection."""
     rows = [row for row in coordinates.data.against if (row["signal"], row["against"]) == (signal, against)]
-    found = [Bar(row["from"], row["to"], row["rmse"], (row["low"], row["high"])) for row in rows]
+    found = [Bar(row["from"], row["to"], row["rmse"]) for row in rows]
     unit = str(rows[0]["unit"]) if rows else ""
     if chosen is None or not rows:
         return Bars(signal, against, unit, tuple(found))
@@ -86,7 +85,7 @@ def bars_of_frequency(data: ViewData, signal: str, chosen: Mapping[int, Chosen] 
         signal,
         FREQUENCY,
         "Hz",
-        tuple(Bar(row["from_hz"], row["to_hz"], row["rmse"], (row["low"], row["high"])) for row in rows),
+        tuple(Bar(row["from_hz"], row["to_hz"], row["rmse"]) for row in rows),
     )
     if chosen is None or not rows:
         return found
@@ -94,9 +93,7 @@ def bars_of_frequency(data: ViewData, signal: str, chosen: Mapping[int, Chosen] 
 
 
 def _with_selected(bars: Bars, selected: Sequence[float | None]) -> Bars:
-    marked = tuple(
-        Bar(bar.low, bar.high, bar.rms, bar.chance, value) for bar, value in zip(bars.bars, selected, strict=True)
-    )
+    marked = tuple(replace(bar, selected=value) for bar, value in zip(bars.bars, selected, strict=True))
     return Bars(bars.signal, bars.against, bars.unit, marked)
 
 

@@ -1,4 +1,4 @@
-"""How the error in bins of a coordinate is drawn: bars, the band of chance, and dots for the selected samples."""
+"""How the error in bins of a coordinate is drawn: bars, and dots for the selected samples."""
 
 from typing import Any
 
@@ -7,7 +7,7 @@ from orchestrator.report.palette import SURFACES, Colour
 from orchestrator.studio.views.against import Bars
 from orchestrator.studio.views.curve_options import titled
 
-LEGEND = {"learning trials": Colour.RESIDUAL, "chance alone, 95 %": Colour.OTHER, "selected": Colour.IMPROVED}
+LEGEND = {"learning trials": Colour.RESIDUAL, "selected": Colour.IMPROVED}
 
 
 def bars_options(found: Bars, unit: str) -> dict[str, Any]:
@@ -34,8 +34,6 @@ def bars_options(found: Bars, unit: str) -> dict[str, Any]:
             "splitLine": {"lineStyle": {"color": SURFACES["rule"]}},
         },
         "series": [
-            _line([bar.chance[0] for bar in found.bars], 0.0),
-            _line([bar.chance[1] - bar.chance[0] for bar in found.bars], 0.35),
             {
                 "type": "bar",
                 "data": [bar.rms for bar in found.bars],
@@ -51,18 +49,4 @@ def bars_options(found: Bars, unit: str) -> dict[str, Any]:
                 "silent": True,
             },
         ],
-    }
-
-
-def _line(values: list[float], opacity: float) -> dict[str, Any]:
-    """One of two stacked areas, the lower of which is not seen."""
-    return {
-        "type": "line",
-        "stack": "chance",
-        "step": "middle",
-        "data": values,
-        "showSymbol": False,
-        "silent": True,
-        "lineStyle": {"opacity": 0},
-        "areaStyle": {"color": Colour.OTHER, "opacity": opacity},
     }

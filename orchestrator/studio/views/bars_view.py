@@ -10,7 +10,7 @@ from orchestrator.studio.views.bars_options import LEGEND, bars_options
 from orchestrator.studio.views.link import SelectionLink
 from orchestrator.studio.views.parts import Latest, Words, legend, picture_frame, section
 
-COLUMNS = ("where", "rms, learning trials", "chance alone, 95 %", "rms, selected")
+COLUMNS = ("where", "rms, learning trials", "rms, selected")
 
 
 class BarsView:
@@ -69,7 +69,6 @@ def _rows(found: Bars, unit: str) -> list[list[str]]:
         [
             found.place(bar),
             quantity(bar.rms, unit),
-            f"{quantity(bar.chance[0], unit)} to {quantity(bar.chance[1], unit)}",
             "none selected" if bar.selected is None else quantity(bar.selected, unit),
         ]
         for bar in found.bars

@@ -63,13 +63,17 @@ class Words:
 
 
 def table(caption: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A table as HTML; the first column names the rows."""
+    """A table as HTML; the first column names the rows, and on a phone each cell says its column."""
     head = "".join(f'<th scope="col">{html.escape(name)}</th>' for name in columns)
     body = "".join(
-        f'<tr><th scope="row">{html.escape(row[0])}</th>{"".join(f"<td>{html.escape(cell)}</td>" for cell in row[1:])}</tr>'
+        f'<tr><th scope="row">{html.escape(row[0])}</th>{"".join(map(_cell, columns[1:], row[1:]))}</tr>'
         for row in rows
     )
     return f'<table class="view-table"><caption>{html.escape(caption)}</caption><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>'
+
+
+def _cell(column: str, text: str) -> str:
+    return f'<td data-label="{html.escape(column)}">{html.escape(text)}</td>'
 
 
 def legend(marks: Mapping[str, str]) -> str:
