@@ -116,10 +116,13 @@ def _references_in(path: Path, _: int) -> tuple[Name, ...]:
     except ModelicaError:
         return ()
     found: dict[Name, None] = {}
+    imported: dict[str, set[Name]] = {}
     at = 0
     while tokens[at].kind != "end":
         if tokens[at].text == "annotation" and tokens[at].kind == "keyword":
             at = _behind_annotation(tokens, at + 1)
+        elif tokens[at].text == "import" and tokens[at].kind == "keyword":
+            at = _behind_import(tokens, at + 1, imported)
         elif tokens[at].kind == "name" and (at == 0 or tokens[at - 1].text != "."):
             parts = [tokens[at].text]
             while tokens[at + 1].text == "." and tokens[at + 2].kind == "name":
@@ -129,7 +132,27 @@ def _references_in(path: Path, _: int) -> tuple[Name, ...]:
             at += 1
         else:
             at += 1
-    return tuple(found)
+    by_import = {(*full, *name[1:]) for name in found for full in imported.get(name[0], ())}
+    everything = {(*package, *name) for name in found for package in imported.get("*", ())}
+    plain = {full for names in imported.values() for full in names}
+    return tuple(dict.fromkeys([*found, *sorted(by_import | everything | plain)]))
+
+
+def _behind_import(tokens: list[Token], at: int, imported: dict[str, set[Name]]) -> int:
+    """Note what names an import gives to classes: `A.B`, `X = A.B`, `A.{B, C}`, or all of `A.*` under `*`."""
+    words: list[str] = []
+    while tokens[at].text != ";" and tokens[at].kind not in ("end", "string"):
+        words.append(tokens[at].text)
+        at += 1
+    alias, path = (words[0], words[2:]) if words[1:2] == ["="] else (words[-1], words)
+    names = [word for word in path if word.isidentifier()]
+    if "{" in path:
+        package = tuple(word for word in path[: path.index("{")] if word.isidentifier())
+        for word in names[len(package) :]:
+            imported.setdefault(word, set()).add((*package, word))
+    elif names:
+        imported.setdefault(alias.removeprefix("."), set()).add(tuple(names))
+    return at
 
 
 def _behind_annotation(tokens: list[Token], at: int) -> int:

@@ -3,7 +3,7 @@
 from fmus.catalogue import ModelicaModel
 from fmus.errors import ModelicaError
 from fmus.frontend.lint.scope import View
-from fmus.frontend.lint.sources import modelica_text
+from fmus.frontend.lint.sources import modelica_text, without_within
 from fmus.frontend.lint.tokens import tokens_of
 from fmus.frontend.lint.tree import ClassDef, Import
 from orchestrator.effects.copies import Copies, Copy, applied, is_stored, outermost
@@ -51,7 +51,8 @@ def file_text(base: ModelicaModel, root: View, copies: Copies, name: str, wrappe
         indented = "\n".join(indent + line if line else line for line in wrapper.split("\n"))
         edits.append((place, place, f";\n\n{indented}"))
     front = "".join(f"{standalone(copy)}\n" for copy in foreign)
-    return front + applied(text, edits), ".".join([*base.class_name.split(".")[:-1], name])
+    changed = applied(text, edits)
+    return (front + without_within(changed) if front else changed), ".".join([*base.class_name.split(".")[:-1], name])
 
 
 def _inside(inner: ClassDef, outer: ClassDef) -> bool:

@@ -11,6 +11,7 @@ from typing import Any
 from fmus.catalogue import ModelicaModel
 from fmus.errors import ModelicaError
 from fmus.files import cache_folder, write_atomically
+from fmus.frontend.lint.sources import without_within
 from fmus.symbolic.system import SymbolicSystem
 
 
@@ -63,7 +64,7 @@ def patched_source(
     extended = f"  extends {base.class_name}(\n    " + ",\n    ".join(items) + ");\n"
     own = f'model {name} "{_comment(comment)}"\n{extended}end {name};\n'
     parts = [] if base.file is None else [base.file.read_text()]
-    parts += [text for text in dict.fromkeys(part.class_text for part in attachments) if text not in ("", *parts)]
+    parts += [without_within(text) for text in dict.fromkeys(part.class_text for part in attachments) if text not in ("", *parts)]
     return "\n\n".join(text.strip() for text in (*parts, own)) + "\n"
 
 

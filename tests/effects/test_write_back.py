@@ -2,6 +2,7 @@
 
 import sys
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -101,6 +102,22 @@ def test_the_changed_line_is_marked_and_nothing_else_of_the_class_changes(tmp_pa
         '  parameter Real fC(unit="N") = 0.7 "dry friction";\n  input Real F;\n  output Real v(start=1);\nequation\n'
         "  m*der(v) = F - fC*tanh(v/0.1);  // dry friction added by misfit  // balance\nend New;"
     )
+
+
+def test_a_class_of_a_library_is_copied_in_front_of_a_file_that_begins_with_within(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "libs" / "Lib").mkdir(parents=True)
+    (tmp_path / "libs" / "Lib" / "package.mo").write_text("within ;\npackage Lib\nend Lib;\n")
+    mass = "within Lib;\nmodel Mass\n  parameter Real m=2, d=3; Real v(start=1);\nequation\n  m*der(v) = -d*v;\nend Mass;\n"
+    (tmp_path / "libs" / "Lib" / "Mass.mo").write_text(mass)
+    monkeypatch.setenv("MODELICAPATH", str(tmp_path / "libs"))
+    friction = replace(FRICTION, state="body.v", expression="-fC*tanh(body.v/0.1)")
+    users = "// a rig\nwithin ;\nmodel M\n  Lib.Mass body;\nend M;\n"
+    base, new, text = written(tmp_path, users, [friction])
+    assert text.count("within") == 0
+    added = rates(new, {"body.v": 0.3})["body.v"] - rates(base, {"body.v": 0.3})["body.v"]
+    assert added == pytest.approx(-0.7 * np.tanh(3.0) / 2, rel=1e-9)
 
 
 def test_terms_of_array_equations_and_loops_reach_their_row(tmp_path: Path) -> None:

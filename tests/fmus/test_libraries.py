@@ -154,3 +154,17 @@ def test_units_of_the_standard_library_are_told_and_not_refused(
     )
     with pytest.raises(ModelicaError, match=r"M\.mo:5: the units of the equation differ"):
         ModelicaModel("M", "M", user).compile()
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "model M\n  import L = Lib;\n  extends L.Base;\nend M;\n",
+        "model M\n  import Start = Lib.Base;\n  extends Start;\nend M;\n",
+        "model M\n  import Lib.{Base, Law};\n  extends Base;\nend M;\n",
+        "model M\n  import Lib.*;\n  extends Base;\nend M;\n",
+        'model M\n  import Lib.Base "the start";\n  extends Base;\nend M;\n',
+    ],
+)
+def test_a_class_of_a_library_is_found_by_every_kind_of_import(text: str, library: Path, tmp_path: Path) -> None:
+    assert stiffness(users_model(tmp_path, text)) == 2.0

@@ -6,6 +6,7 @@ from types import MappingProxyType
 
 from fmus.errors import ModelicaError
 from fmus.frontend.lint.parser import parse
+from fmus.frontend.lint.tokens import tokens_of
 from fmus.frontend.lint.tree import ClassDef, Name
 
 NO_PACKAGES: Mapping[str, Path] = MappingProxyType({})
@@ -108,3 +109,16 @@ def modelica_text(path: Path) -> str:
         raise ModelicaError(
             f"{path.name}:{line}: the byte {content[error.start]:#x} is not UTF-8; save the file in this encoding"
         ) from error
+
+
+def without_within(text: str) -> str:
+    """A Modelica text that may stand behind another one: without the `within ;` that editors put in front.
+
+    Example:
+        >>> without_within("within ;\\nmodel M end M;")
+        '\\nmodel M end M;'
+    """
+    first, second = tokens_of(text, "")[:2] if text.strip() else (None, None)
+    if first is None or second is None or first.text != "within" or second.text != ";":
+        return text
+    return text[: first.start] + text[second.end :]
