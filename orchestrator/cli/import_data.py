@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from fmus.errors import MisfitError
-from orchestrator.cli.common import can_be_filled, json_option, quiet_option, show, write_json
+from orchestrator.cli.common import can_be_filled, json_option, library_option, quiet_option, show, write_json
 
 if TYPE_CHECKING:
     from orchestrator.measurements.dirty.plan import Plan, Wishes
@@ -56,6 +56,7 @@ HOW = ("linear", "hold")
 @click.option(
     "--held-out", "held_out", metavar="N,N", default="", help="Numbers of the trials that are kept for the final score."
 )
+@library_option
 @json_option
 @quiet_option
 def import_data(
@@ -103,6 +104,11 @@ def import_data(
     _require_an_output(plan, loaded)
     case = write_plan(plan, target)
     notes = (*plan.notes, *(note for note in load_measurements(target).notes if note not in plan.notes))
+    notes += tuple(
+        f"no column is the input {v.name!r} of the model, which stays at {v.start or 0.0:g} {v.unit or ''}".rstrip()
+        for v in (loaded.inputs if loaded else ())
+        if v.name not in plan.variable_of.values()
+    )
     write_json(json_file, _document(plan, case, notes, loaded))
     show(
         "\n".join([*notes, f"{case} is written; next: misfit compare {model or 'MODEL'} {target}"]),

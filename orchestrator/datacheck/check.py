@@ -9,6 +9,7 @@ from orchestrator.datacheck.mending import mended
 from orchestrator.datacheck.prediction import Predictor
 from orchestrator.datacheck.sensors import sensor_findings
 from orchestrator.datacheck.trials import clock_lags, odd_trials
+from orchestrator.datacheck.undriven import undriven
 from orchestrator.measurements import MeasurementSet, bind
 from orchestrator.measurements.matching import match_columns
 from orchestrator.models.contract import Model, with_held_inputs
@@ -36,7 +37,10 @@ def check_data(model: Model, measurements: MeasurementSet) -> tuple[Finding, ...
     model = with_held_inputs(model, data.trials[0].held)
     if not data.learning:
         return ()
-    found = _once(_of_sensors(model, measurements))
+    not_driven = undriven(model.inputs, data, measurements)
+    if forbids_physics(not_driven):
+        return not_driven
+    found = [*not_driven, *_once(_of_sensors(model, measurements))]
     units = {variable.name: variable.unit or "" for variable in (*model.inputs, *model.outputs)}
     of_columns = wrong_columns(Predictor(model, data, data.learning), units)
     found += of_columns

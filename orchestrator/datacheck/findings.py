@@ -5,7 +5,9 @@ from typing import Any, Literal
 
 from orchestrator.datacheck.changes import Change
 
-Kind = Literal["unit", "time_unit", "offset", "sign", "swap", "delay", "stuck", "saturated", "held", "trial", "nan"]
+Kind = Literal[
+    "unit", "time_unit", "offset", "sign", "swap", "delay", "stuck", "saturated", "held", "trial", "nan", "input"
+]
 
 
 @dataclass(frozen=True)

@@ -82,7 +82,7 @@ def _require_columns(table: Table, case: CaseFile) -> None:
 def _counted_time(table: Table, case: CaseFile) -> Array:
     if case.rate_hz is None:
         raise MisfitError(
-            f"{table.path}: no time column; expected one named time, t or time_s, or one that [variables] of case.toml maps to time; columns found: {listed(table.names)}"
+            f"{table.path}: no time column; expected one named time, t or time_s, or one that [variables] of case.toml maps to time; columns found: {listed(table.names)}; 'misfit import' reads headers of other kinds"
         )
     return np.arange(len(table.lines)) / case.rate_hz
 

@@ -64,7 +64,11 @@ def patched_source(
     extended = f"  extends {base.class_name}(\n    " + ",\n    ".join(items) + ");\n"
     own = f'model {name} "{_comment(comment)}"\n{extended}end {name};\n'
     parts = [] if base.file is None else [base.file.read_text()]
-    parts += [without_within(text) for text in dict.fromkeys(part.class_text for part in attachments) if text not in ("", *parts)]
+    parts += [
+        without_within(text)
+        for text in dict.fromkeys(part.class_text for part in attachments)
+        if text not in ("", *parts)
+    ]
     return "\n\n".join(text.strip() for text in (*parts, own)) + "\n"
 
 

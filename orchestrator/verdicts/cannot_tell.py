@@ -25,7 +25,8 @@ def first_mend(model: Model, measurements: MeasurementSet, findings: Sequence[Fi
     except ComponentError as error:
         raise MisfitError(f"{findings[0]}; the model cannot follow the record as it is: {error}") from error
     warnings = [str(finding) for finding in findings]
-    warnings[0] += "; no physical effect is named before that: mend the record, or repeat the command with --mend"
+    warnings[0] += "; no physical effect is named before that: mend the record"
+    warnings[0] += ", or repeat the command with --mend" if any(each.can_be_mended for each in findings) else ""
     found = cannot_tell(given, warnings)
     return replace(found, seconds=time.monotonic() - began, data_checks=tuple(findings))
 

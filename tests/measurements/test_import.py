@@ -186,3 +186,19 @@ def test_units_in_brackets_are_shown_on_a_terminal(tmp_path: Path) -> None:
 
     assert "phi [rad]" in done.output
     assert "time: time [s]" in done.output
+
+
+def test_a_flow_behind_an_underscore_is_a_unit_and_an_input_without_a_column_is_told(tmp_path: Path) -> None:
+    text = 'model Tank\n  input Real pump(unit="m3/s");\n  input Real drain(unit="m3/s");\n'
+    text += '  output Real h(unit="m", start=0.2, fixed=true);\nequation\n  0.05*der(h) = pump - drain;\nend Tank;\n'
+    (tmp_path / "Tank.mo").write_text(text)
+    rows = [f"{t},{60 + t},{20 + 2 * t}" for t in range(20)]
+    (tmp_path / "data").mkdir()
+    (tmp_path / "data" / "run.csv").write_text("\n".join(["t_s,pump_l_min,h_cm", *rows]))
+    done = run(tmp_path / "data", "--model", f"{tmp_path / 'Tank.mo'}:Tank", "--yes", "--library", tmp_path)
+    assert done.exit_code == 0, done.output
+    assert "no column is the input 'drain' of the model" in " ".join(done.output.split())
+    model = load_model(f"{tmp_path / 'Tank.mo'}:Tank")
+    bound = bind(load_measurements(tmp_path / "data"), model.inputs, model.outputs)
+    assert bound.unconnected_inputs == ("drain",)
+    assert bound.trials[0].inputs[0, 0] == pytest.approx(60e-3 / 60)

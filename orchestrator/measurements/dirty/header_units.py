@@ -54,6 +54,7 @@ _SPELLINGS = {
     "dps": "deg/s",
     "m/sec": "m/s",
     "mps": "m/s",
+    "lpm": "l/min",
     "kph": "km/h",
     "g": "g",
     "-": "1",
@@ -117,6 +118,8 @@ _SUFFIXES = frozenset(
         "m_s2",
         "m_per_s2",
         "rad_s2",
+        *(f"{amount}_{per}" for amount in ("l", "L", "ml", "mL", "m3", "kg", "g") for per in ("s", "min", "h")),
+        "lpm",
         "percent",
         "pct",
         "seconds",
@@ -164,6 +167,8 @@ def split_header(header: str) -> tuple[str, str | None]:
         (('theta', 'deg'), ('F', 'N'), ('theta', 'deg'), ('q1', None))
         >>> split_header("M (N m)"), split_header("M [kN-m]"), split_header("phi (new)")
         (('M', 'N.m'), ('M', 'kN.m'), ('phi (new)', None))
+        >>> split_header("pump_l_min"), split_header("feed_kg_h")
+        (('pump', 'l/min'), ('feed', 'kg/h'))
         >>> split_header("Angle, °"), split_header("x_m_s"), split_header("time / ms")
         (('Angle', 'deg'), ('x', 'm/s'), ('time', 'ms'))
     """
