@@ -40,6 +40,7 @@ SLOW = {
     "tests/diagnosis/test_shipped_cases.py::test_effect_that_no_given_card_explains": "test_latent.py: a pendulum whose law no card has; test_verdict.py: the rule",
     "tests/hil/test_compiled_decision.py::test_compiled_and_as_python": "the rest of that file: what is found where, and test_safety_core.py on the source of both",
     # Whole diagnoses through the command line and by clicks, 30 to 73 s each.
+    "tests/test_studio_pictures.py::test_the_build_takes": "the rest of that file, and tests/studio on each page",
     "tests/test_command_line.py::test_discover_then_ledger": "diagnosis/test_user_cards.py: diagnosed and added through the command line; greybox/test_diagnose_plain_models.py: discovered",
     "tests/test_command_line.py::test_fmu_and_modelica_model_show_the_same_error": "house/test_front_door.py: a model and its FMU give the same figures",
     "tests/test_command_line.py::test_add_writes": "house/test_front_door.py: an effect gives a new model",

@@ -75,7 +75,8 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
         fcntl.flock(lock, fcntl.LOCK_EX)
         if not (folder / "external_links.txt").is_file():
             command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", str(folder)]
-            quiet = {"NO_MKDOCS_2_WARNING": "1"}
+            # test_studio_pictures.py takes the pictures of the studio, which last longer than all the rest.
+            quiet = {"NO_MKDOCS_2_WARNING": "1", "MISFIT_PICTURES": "no"}
             done = subprocess.run(
                 command, cwd=ROOT, env=os.environ | quiet, capture_output=True, text=True, check=False
             )

@@ -10,11 +10,14 @@ from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
 from mkdocs.utils import get_relative_url
 
-from docs.generator import effect_pages, json_pages, law_page, recording_pages, toml_pages
+from docs.generator import effect_pages, json_pages, law_page, recording_pages, studio_pictures, toml_pages
 from docs.generator.signature_cache import shown_effects
 
 ASSETS = Path(__file__).parents[1] / "assets"
 FALLING = "<!-- picture: falling error -->"
+# Shown to readers who want nothing to move.
+STILL = "added.png"
+STUDIO = re.compile(r"<!-- studio: ([\w.]+) -->")
 REMOTE_WORKER, LOCAL_WORKER = "https://unpkg.com/iframe-worker/shim", "assets/file_worker.js"
 EXTERNAL_LINKS = "external_links.txt"
 SEARCH = 'data-md-component="search" role="dialog"'
@@ -52,11 +55,26 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
         files.append(File.generated(config, path, content=svg))
     for name, effect in shown.items():
         files.append(File.generated(config, f"effects/img/{name}.png", content=effect.png.read_bytes()))
+    for name, content in studio_pictures.pictures().items():
+        files.append(File.generated(config, f"assets/studio/{name}", content=content))
     return files
 
 
 def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
-    """Put the picture of the falling error where a page asks for it."""
+    """Put the picture of the falling error, and pictures of the studio, where a page asks for them."""
+    there = studio_pictures.pictures()
+
+    def shown(found: re.Match[str]) -> str:
+        if found[1] not in there:
+            return ""
+        url = get_relative_url(f"assets/studio/{found[1]}", page.url)
+        image = f'<img src="{url}" alt="{studio_pictures.PICTURES[found[1]]}">'
+        if not found[1].endswith(".webp"):
+            return image
+        still = f'<source srcset="{url.replace(found[1], STILL)}" media="(prefers-reduced-motion: reduce)">'
+        return f"<picture>{still}{image}</picture>"
+
+    markdown = STUDIO.sub(shown, markdown)
     return markdown.replace(FALLING, _falling_error()) if FALLING in markdown else markdown
 
 

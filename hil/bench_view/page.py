@@ -190,5 +190,6 @@ _PARTS = {
     "residual": _residual,
     "maps": _maps,
 }
-_COLUMNS = (("joints", "faults", "trial", "maps"), ("residual", "timing"))
+# The arm and what it does stand in the first screen.
+_COLUMNS = (("joints", "faults", "timing"), ("trial", "residual", "maps"))
 _SLOW = ("maps", "timing")

@@ -14,8 +14,9 @@ OTHER = {"127.0.0.1": "localhost", "localhost": "127.0.0.1"}
 STYLE = """<style>
 #bench-stop { position: sticky; top: 0; z-index: 5000; display: flex; align-items: center; gap: 12px; background: #fff;
   border-bottom: 2px solid #7d1a15; min-height: 66px; }
-#bench-stop iframe { flex: 1; height: 66px; border: 0; display: block; min-width: 0; }
-#bench-stop a, #bench-stop p { flex: none; margin: 0; padding: 0 16px; color: #1a1a1a; }
+#bench-stop iframe { flex: 1 1 460px; height: 66px; border: 0; display: block; min-width: 0; }
+#bench-stop a, #bench-stop p { flex: 0 1 auto; margin: 0; padding: 0 16px; color: #1a1a1a; }
+@media (max-width: 900px) { #bench-stop { flex-wrap: wrap; padding-bottom: 6px; } #bench-stop iframe { flex-basis: 100%; } }
 </style>"""
 
 # Text of this element changes whenever the page is drawn anew.

@@ -20,6 +20,7 @@ button:hover, button:active { background: #8c1d18; }
 button:focus-visible { outline: 4px solid #0072b2; outline-offset: 1px; }
 h1 { position: absolute; left: -999px; }
 p { margin: 0; line-height: 1.25; }
+@media (max-width: 700px) { main { gap: 10px; } button { padding: 0 14px; } p { font-size: 12px; } }
 .over button { background: #595959; border-color: #404040; }
 .bad { font-weight: bold; color: #a3190f; }
 </style></head>
@@ -64,7 +65,7 @@ ask();
 </script></body></html>
 """)
 
-READY = "Stops the arm gently at any time, also when the rest of this page hangs."
+READY = "Stops the arm gently, also when the rest of this page hangs."
 
 
 def page(nonce: str, words: str) -> bytes:
