@@ -6,12 +6,28 @@ from pathlib import Path
 
 import platformdirs
 
+from fmus.errors import MisfitError
+
+
+def cache_path(name: str) -> Path:
+    """Return the place of a folder for things that can be made again; `MISFIT_CACHE` moves it."""
+    return Path(os.environ.get("MISFIT_CACHE") or platformdirs.user_cache_dir("misfit")) / name
+
 
 def cache_folder(name: str) -> Path:
-    """Return (and create) a folder for things that can be made again; `MISFIT_CACHE` moves it."""
-    root = os.environ.get("MISFIT_CACHE") or platformdirs.user_cache_dir("misfit")
-    folder = Path(root) / name
-    folder.mkdir(parents=True, exist_ok=True)
+    """Return (and create) a folder for things that can be made again.
+
+    Raises:
+        MisfitError: if it cannot be made.
+    """
+    folder = cache_path(name)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise MisfitError(
+            f"the cache folder {folder} cannot be made: {error.strerror}; "
+            "set the environment variable MISFIT_CACHE to a folder that can be written"
+        ) from error
     return folder
 
 
@@ -40,6 +56,9 @@ def write_atomically(path: Path, data: bytes) -> None:
             os.fsync(stream.fileno())
         os.chmod(temporary, 0o644)
         os.replace(temporary, path)
+    except OSError as error:
+        Path(temporary).unlink(missing_ok=True)
+        raise OSError(error.errno, error.strerror, str(path)) from error  # a full disk names no file
     except BaseException:
         Path(temporary).unlink(missing_ok=True)
         raise

@@ -20,7 +20,7 @@ from pathlib import Path
 from types import ModuleType
 
 from fmus.errors import MisfitError
-from fmus.files import cache_folder
+from fmus.files import cache_folder, cache_path
 
 MODULES = (
     *(f"hil.safety.{name}" for name in ("cycle", "limits", "motion", "rules", "limiters", "core")),
@@ -54,7 +54,7 @@ def folder() -> Path:
     key = hashlib.sha256(sys.version.encode() + _SUFFIX.encode())
     for module in MODULES:
         key.update(source_of(module).read_bytes())
-    return cache_folder("decisions") / key.hexdigest()[:24]
+    return cache_path("decisions") / key.hexdigest()[:24]
 
 
 def is_built() -> bool:
@@ -83,7 +83,7 @@ def build() -> Path:
         raise MisfitError(
             "mypyc is not installed; install it: pip install mypy setuptools. Sessions run without it, too"
         )
-    with tempfile.TemporaryDirectory(dir=target.parent) as place:
+    with tempfile.TemporaryDirectory(dir=cache_folder(target.parent.name)) as place:
         tree = Path(place)
         for package in _PACKAGES:
             shutil.copytree(

@@ -57,6 +57,18 @@ def test_json_holds_the_findings_of_every_file(fmus: tuple[Path, Path]) -> None:
     assert bad["findings"]
 
 
+def test_a_file_that_is_no_fmu_keeps_no_other_from_being_checked(fmus: tuple[Path, Path], tmp_path: Path) -> None:
+    (tmp_path / "empty.fmu").write_bytes(b"")
+    (tmp_path / "loop.fmu").symlink_to("loop.fmu")
+    files = [tmp_path / "empty.fmu", fmus[1], tmp_path / "loop.fmu"]
+
+    done = misfit("validate", *files)
+
+    assert done.returncode == 2 and done.stderr == ""
+    lines = done.stdout.splitlines()
+    assert "cannot be read as a zip archive" in lines[0] and "but means" in lines[1] and "does not exist" in lines[-1]
+
+
 def test_threads_read_schemas_one_after_another(fmus: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch) -> None:
     reading: list[str] = []
 

@@ -138,16 +138,27 @@ def _blocks(files: Sequence[Path], folder: Path, platforms: "tuple[Platform, ...
 @click.argument("files", nargs=-1, required=True, metavar="FMU...")
 @result_options(html=False)
 def validate(files: tuple[str, ...], json_file: str | None, quiet: bool, workers: int) -> None:
-    """Check FMUs; one line a finding, exit code 1 if there is any."""
+    """Check FMUs; one line a finding, exit code 1 if there is any, 2 if a file is no FMU."""
     from concurrent.futures import ThreadPoolExecutor
 
-    from fmus.validate import examine_fmu
+    from fmus.validate import Validation, examine_fmu
+
+    broken: list[MisfitError] = []
+
+    def examined(name: str) -> Validation:
+        try:
+            return examine_fmu(Path(name))
+        except MisfitError as error:  # the other files are checked all the same
+            broken.append(error)
+            return Validation((str(error),))
 
     with progress(quiet) as say, ThreadPoolExecutor(workers) as pool:
         say(f"checking {len(files)} FMUs")
         # Each is run in a process of its own; threads only wait for those.
-        found = dict(zip(files, pool.map(lambda name: examine_fmu(Path(name)), files), strict=True))
+        found = dict(zip(files, pool.map(examined, files), strict=True))
     fmus = [{"file": n, "findings": list(each.findings), "notes": list(each.notes)} for n, each in found.items()]
+    if len(files) == 1 and broken:
+        raise broken[0]
     write_json(json_file, {"schema": "misfit.validate/1", "fmus": fmus})
     lines = [f"{name}: {finding}" for name, each in found.items() for finding in each.findings]
     notes = [f"{name}: {note}" for name, each in found.items() for note in each.notes]
@@ -155,6 +166,6 @@ def validate(files: tuple[str, ...], json_file: str | None, quiet: bool, workers
         for line in [*lines, *([] if quiet else notes)]:
             click.echo(line)
     if lines:
-        sys.exit(1)
+        sys.exit(2 if broken else 1)
     if json_file != "-" and not quiet:
         click.echo(f"{len(files)} FMU{'s' if len(files) > 1 else ''} without findings")

@@ -1,5 +1,6 @@
 """Which cases there are: case files below the paths, and FMUs that bring their own results."""
 
+import os
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -34,13 +35,13 @@ def collect(paths: Sequence[Path]) -> tuple[list[Case], list[Outcome]]:
                     cases += read_cases(file)
                 except MisfitError as error:
                     broken.append(Outcome(file.name, str(file), "error", str(error), "input"))
-        named = {(case.folder / case.model).resolve() for case in cases}
+        named = {os.path.realpath(case.folder / case.model) for case in cases}
         for file in files:
-            if file.suffix == ".fmu" and file.resolve() not in named:
+            if file.suffix == ".fmu" and os.path.realpath(file) not in named:
                 cases += own_cases(file, required=file == path)
         if len(cases) + len(broken) == before:
             raise MisfitError(f"{path} holds no cases; expected NAME.regress.toml, or FMUs that bring results along")
-    unique = {(case.file.resolve(), case.name): case for case in cases}
+    unique = {(os.path.realpath(case.file), case.name): case for case in cases}
     return list(unique.values()), broken
 
 
@@ -59,8 +60,8 @@ def _files(path: Path) -> Iterator[Path]:
             continue
         if entry.is_dir() and not entry.is_symlink():
             yield from _files(entry)
-        elif is_case_file(entry) or entry.suffix == ".fmu":
-            yield entry
+        elif (is_case_file(entry) or entry.suffix == ".fmu") and (entry.is_file() or not entry.exists()):
+            yield entry  # a link that leads nowhere is an error of its own; a pipe would never end
 
 
 def own_cases(path: Path, required: bool) -> list[Case]:

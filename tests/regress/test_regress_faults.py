@@ -184,3 +184,15 @@ def _eventually(condition, seconds: float = 20.0):
     while not (found := condition()) and time.monotonic() < deadline:
         time.sleep(0.05)
     return found
+
+
+def test_links_that_lead_nowhere_and_pipes_stop_no_other_case(tmp_path: Path) -> None:
+    """A folder is searched for cases: what cannot be read there is an error of its own, or no case at all."""
+    (tmp_path / "loop.fmu").symlink_to("loop.fmu")
+    (tmp_path / "gone.regress.toml").symlink_to("nowhere.toml")
+    os.mkfifo(tmp_path / "pipe.fmu")
+
+    cases, broken = collect([tmp_path])
+
+    assert [case.name for case in cases] == ["loop"]
+    assert [outcome.name for outcome in broken] == ["gone.regress.toml"] and "cannot be read" in broken[0].reason

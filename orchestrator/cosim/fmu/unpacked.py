@@ -55,6 +55,11 @@ def unpacked(description: FmuDescription) -> Path:
         except OSError:  # somebody else was faster
             if not folder.is_dir():
                 raise
+    except OSError as error:
+        raise FmuError(
+            f"{description.path.name} cannot be unpacked into {folder.parent}: {error.strerror or error}; "
+            "free some space, or set MISFIT_CACHE to another folder"
+        ) from error
     finally:
         shutil.rmtree(temporary, ignore_errors=True)
     return folder
