@@ -4,6 +4,7 @@ import math
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from types import TracebackType
 from typing import Any
 
@@ -218,6 +219,11 @@ class Simulation:
         addresses = self.system.inputs.get(address, (address,))
         for each in addresses:
             name, variable = self._known(each)
+            if (name, variable) in self._sizes:
+                raise MisfitError(
+                    f"{each} says how large arrays are, which is settled when the system is read; give its value there: "
+                    f"parameters of the component, --set {each}=N or System.set"
+                )
             slot = self.coupling.wiring.by_address.get((name, variable))
             driving = [link for link in self.coupling.wiring.to_component(name) if link.target is slot]
             if slot is not None and any(link.source.component != OUTSIDE for link in driving):
@@ -257,6 +263,11 @@ class Simulation:
     def _open(self) -> None:
         if self._closed:
             raise MisfitError(f"the simulation of {self.system.name!r} is closed; make a new one")
+
+    @cached_property
+    def _sizes(self) -> frozenset[tuple[str, str]]:
+        components = self.coupling.components.items()
+        return frozenset((n, p.name) for n, c in components for p in c.ports if p.causality == "structuralParameter")
 
     def _known(self, address: str) -> tuple[str, str]:
         name, variable = split_address(address)

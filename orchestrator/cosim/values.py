@@ -83,7 +83,7 @@ def _scalar(port: Port, value: Any) -> Any:
             return float(value)
     elif port.type in INTEGERS:
         if isinstance(value, int | float) and not isinstance(value, bool) and float(value).is_integer():
-            return int(value)
+            return _of_its_size(port, int(value))
     elif port.type == "Enumeration":
         return _item(port, value)
     elif port.type == "Boolean":
@@ -95,6 +95,14 @@ def _scalar(port: Port, value: Any) -> Any:
     elif port.type == "Binary":
         return _bytes(port, value)
     raise _wrong(port, value)
+
+
+def _of_its_size(port: Port, value: int) -> int:
+    bits, signed = int(port.type.lstrip("UInt")), not port.type.startswith("U")
+    low, high = (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1) if signed else (0, 2**bits - 1)
+    if not low <= value <= high:
+        raise MisfitError(f"{port.name} = {value} is outside [{low}, {high}] of its type {port.type}")
+    return value
 
 
 def _item(port: Port, value: Any) -> int:

@@ -17,6 +17,7 @@ from orchestrator.cosim.fmu.description import (
     Interface,
     read_description,
 )
+from orchestrator.cosim.fmu.sizes import sized
 from orchestrator.cosim.fmu.unpacked import find_binary, platform_folders
 from orchestrator.cosim.kinds import open_component
 from orchestrator.cosim.kinds.controller import LinearController
@@ -88,7 +89,7 @@ def contained_parts(system: System, folder: Path) -> dict[str, ContainedPart]:
 
 def _fmu_part(spec: ComponentSpec, path: Path, folders: dict[str, str]) -> ContainedPart:
     try:
-        description = read_description(path)
+        description = sized(read_description(path), spec.values)
         wanted = spec.options.get("interface")
         interface = description.interface(wanted)
     except MisfitError as error:

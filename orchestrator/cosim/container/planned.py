@@ -17,6 +17,8 @@ from orchestrator.cosim.wiring import Wiring
 KINDS = {"Float64": 0, "Float32": 1, "Int8": 2, "UInt8": 3, "Int16": 4, "UInt16": 5, "Int32": 6, "UInt32": 7}
 KINDS |= {"Enumeration": 8, "Boolean": 9, "String": 10}
 NUMBERS = tuple(name for name in KINDS if name != "String")
+# What a system can give a value, though no variable of the whole has that type.
+GIVEN = KINDS | {"Int64": 8, "UInt64": 11}
 
 
 @dataclass(frozen=True)

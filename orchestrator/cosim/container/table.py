@@ -8,10 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from fmus.errors import MisfitError
 from orchestrator.cosim.component import INTEGERS, Port
 from orchestrator.cosim.container.controllers import linear_data
 from orchestrator.cosim.container.parts import ContainedPart
-from orchestrator.cosim.container.planned import KINDS, NUMBERS, PlannedSystem
+from orchestrator.cosim.container.planned import GIVEN, KINDS, NUMBERS, PlannedSystem
 from orchestrator.cosim.container.variables import Exposed
 from orchestrator.cosim.masters.checks import limits
 from orchestrator.cosim.masters.operations import Get, Operation, Set, Settle, Shape, Solve, Step
@@ -225,9 +226,13 @@ class _Table:
 
     def _start(self, component: str, given: tuple[Port, Any]) -> str:
         port, value = given
+        if port.type not in GIVEN:
+            raise MisfitError(
+                f"{component}.{port.name} has a value and is of the type {port.type}, which one FMU cannot set; leave the value out, or use misfit run"
+            )
         fields: dict[str, Any] = {
             "part": self.numbers[component],
-            "kind": KINDS[port.type],
+            "kind": GIVEN[port.type],
             "structural": int(port.causality == "structuralParameter"),
             "n_values": port.size,
             "reference": (self.planned.parts[component].references(port) or [0])[0],

@@ -7,7 +7,22 @@ from orchestrator.cosim.component import Component
 from orchestrator.cosim.fmu.description import CO_SIMULATION, SCHEDULED, FmuDescription, Interface, read_description
 from orchestrator.cosim.system import ComponentSpec
 
-__all__ = ["FmuDescription", "has_events", "open_fmu", "read_description"]
+__all__ = ["FmuDescription", "describe_fmu", "has_events", "open_fmu", "read_description"]
+
+
+def describe_fmu(spec: ComponentSpec, folder: Path) -> FmuDescription:
+    """The description of a component's FMU, with arrays of the sizes that the component's values give them.
+
+    Raises:
+        FmuError: if the file is no FMU.
+        MisfitError: if a size is none.
+    """
+    description = read_description(folder / spec.source)
+    if not spec.values or not description.dimensions:
+        return description
+    from orchestrator.cosim.fmu.sizes import sized
+
+    return sized(description, spec.values)
 
 
 def has_events(spec: ComponentSpec, description: object) -> bool:
@@ -35,7 +50,7 @@ def open_fmu(spec: ComponentSpec, folder: Path) -> Component:
         FmuError: if the file is no FMU or has no binary that can be loaded here.
         ComponentError: if it cannot be instantiated.
     """
-    description = read_description(folder / spec.source)
+    description = describe_fmu(spec, folder)
     interface = description.interface(spec.options.get("interface"))
     if interface.kind == CO_SIMULATION:
         return _stepping(spec, description, interface)

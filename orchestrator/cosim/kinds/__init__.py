@@ -65,10 +65,10 @@ def describe(spec: ComponentSpec, folder: Path) -> "HasPorts":
     """
     if spec.kind != "fmu":
         return open_component(spec, folder)
-    from orchestrator.cosim.fmu import read_description
+    from orchestrator.cosim.fmu import describe_fmu
 
     try:
-        return read_description(folder / spec.source)
+        return describe_fmu(spec, folder)
     except MisfitError as error:
         raise type(error)(f"component {spec.name!r}: {error}") from error
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from fmus.errors import MisfitError
 from fmus.files import write_atomically
 from orchestrator.cosim.connections import wire
-from orchestrator.cosim.fmu import read_description
+from orchestrator.cosim.kinds import describe
 from orchestrator.cosim.ssp.document import PARAMETERS, Document, to_bytes
 from orchestrator.cosim.ssp.files import STRUCTURE
 from orchestrator.cosim.system import System
@@ -26,7 +26,7 @@ def write_ssp(system: System, path: Path) -> Path:
         raise MisfitError(
             f"system {system.name!r}: {', '.join(others)} cannot be in an SSP, which holds FMUs only; take it out first"
         )
-    descriptions = {name: read_description(system.folder / spec.source) for name, spec in system.components.items()}
+    descriptions = {name: describe(spec, system.folder) for name, spec in system.components.items()}
     wire(system, descriptions)
     ports = {name: {port.name: port for port in each.ports} for name, each in descriptions.items()}
     sources = _resources(system)

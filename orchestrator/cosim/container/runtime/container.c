@@ -53,6 +53,7 @@ static int give(Container *self, const StartData *start)
         case INT32: ((int32_t *)raw)[i] = (int32_t)start->values[i]; break;
         case UINT32: ((uint32_t *)raw)[i] = (uint32_t)start->values[i]; break;
         case INT64: ((int64_t *)raw)[i] = (int64_t)start->values[i]; break;
+        case UINT64: ((uint64_t *)raw)[i] = (uint64_t)start->values[i]; break;
         case BOOLEAN: ((bool *)raw)[i] = start->values[i] != 0.0; break;
         }
     int done = 0;

@@ -33,7 +33,7 @@ typedef int Real2(void *, int, double *);
 static const char *const endings2[N_KINDS] = {[FLOAT64] = "Real", [INT32] = "Integer", [INT64] = "Integer",
                                               [BOOLEAN] = "Boolean", [TEXT] = "String"};
 static const char *const endings3[N_KINDS] = {"Float64", "Float32", "Int8",  "UInt8", "Int16",  "UInt16",
-                                              "Int32",   "UInt32",  "Int64", "Boolean", "String"};
+                                              "Int32",   "UInt32",  "Int64", "Boolean", "String", "UInt64"};
 
 static int problem(Component *part, const char *format, ...)
 {
