@@ -1,10 +1,12 @@
 """The files of libraries that a class needs: compiling them alone takes a second where a whole library takes half a minute."""
 
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
 
 from fmus.errors import ModelicaError
+from fmus.frontend.lint.parser import parse
 from fmus.frontend.lint.sources import modelica_text, outermost
 from fmus.frontend.lint.tokens import Token, tokens_of
 from fmus.library import libraries, library_root
@@ -18,7 +20,9 @@ def library_files(model: str, file: Path | None) -> dict[Name, Path]:
     if file is None:
         return {}
     if not (file.parent / "package.mo").exists():
-        return needed_files([], file, packages) if packages else {}
+        # A folder of libraries may hold the user's file, too, or the original of what was written back.
+        others = {name: place for name, place in packages.items() if name not in _classes_of(file)}
+        return needed_files([], file, others) if others else {}
     top = outermost(file.parent)
     return needed_files([tuple(model.split("."))], None, {**packages, model.split(".")[0]: top})
 
@@ -103,6 +107,13 @@ def _inside(folder: Path, parts: Name) -> Path | None:
         return inner / "package.mo"
     alone = inner.with_name(f"{inner.name}.mo")
     return alone if parts and alone.is_file() else None
+
+
+def _classes_of(file: Path) -> set[str]:
+    """Names of a file's own classes; none of a file with an error, which the linter tells."""
+    with suppress(ModelicaError):
+        return {definition.name for definition in parse(modelica_text(file), file.name)}
+    return set()
 
 
 def _references(path: Path) -> list[Name]:

@@ -111,7 +111,8 @@ def test_a_class_of_a_library_is_copied_in_front_of_a_file_that_begins_with_with
     (tmp_path / "libs" / "Lib" / "package.mo").write_text("within ;\npackage Lib\nend Lib;\n")
     mass = "within Lib;\nmodel Mass\n  parameter Real m=2, d=3; Real v(start=1);\nequation\n  m*der(v) = -d*v;\nend Mass;\n"
     (tmp_path / "libs" / "Lib" / "Mass.mo").write_text(mass)
-    monkeypatch.setenv("MODELICAPATH", str(tmp_path / "libs"))
+    # The user's own folder is searched for libraries, too.
+    monkeypatch.setenv("MODELICAPATH", f"{tmp_path / 'libs'}:{tmp_path}")
     friction = replace(FRICTION, state="body.v", expression="-fC*tanh(body.v/0.1)")
     users = "// a rig\nwithin ;\nmodel M\n  Lib.Mass body;\nend M;\n"
     base, new, text = written(tmp_path, users, [friction])
