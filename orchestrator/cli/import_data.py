@@ -107,7 +107,7 @@ def import_data(
     notes += tuple(
         f"no column is the input {v.name!r} of the model, which stays at {v.start or 0.0:g} {v.unit or ''}".rstrip()
         for v in (loaded.inputs if loaded else ())
-        if v.name not in plan.variable_of.values()
+        if v.name not in plan.variable_of.values() and not v.name.startswith("correction_")
     )
     write_json(json_file, _document(plan, case, notes, loaded))
     show(

@@ -38,3 +38,9 @@ def test_a_trial_without_a_push_and_without_other_columns_needs_no_input(tmp_pat
         return renamed({**columns, "torque": np.zeros_like(columns["torque"])}, number)
 
     assert not [finding for finding in found_in(tmp_path, at_rest) if finding.kind == "input"]
+
+
+def test_a_shipped_pendulum_that_has_no_input_of_its_own_is_not_asked_for_one() -> None:
+    data = load_measurements("tests/cases/pendulum")
+
+    assert not [finding for finding in check_data(load_model("pendulum"), data) if finding.kind == "input"]
