@@ -202,3 +202,12 @@ def _symbol(symbol: str, unit: str) -> SiUnit:
 def _text(unit: SiUnit) -> str:
     parts = [base if power == 1 else f"{base}{power}" for base, power in unit.exponents.items()]
     return ".".join(parts) or "1"
+
+
+def after_number(unit: str | None) -> str:
+    """A unit as it stands after a number: behind a space, and nothing where there is none.
+
+    >>> after_number("N.m"), after_number("1"), after_number(None)
+    (' N.m', '', '')
+    """
+    return "" if unit in (None, "", "1") else f" {unit}"

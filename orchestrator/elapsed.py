@@ -111,14 +111,22 @@ class Elapsed:
 
 def columns(gone: Elapsed) -> "tuple[ProgressColumn, ...]":
     """What a line on a terminal shows: that it lives, the time, how far it has gone, and what it does."""
-    from rich.progress import ProgressColumn, SpinnerColumn, Task, TextColumn, TimeElapsedColumn
+    from rich.progress import ProgressColumn, SpinnerColumn, Task, TimeElapsedColumn
+    from rich.table import Column
     from rich.text import Text
 
     class Gone(ProgressColumn):
         def render(self, task: Task) -> Text:
             return Text(gone.words)
 
-    return SpinnerColumn(), TimeElapsedColumn(), Gone(), TextColumn("{task.description}", markup=False)
+    class Doing(ProgressColumn):
+        """The one column that gives way where a line is too long; numbers stay whole."""
+
+        def render(self, task: Task) -> Text:
+            return Text(task.description, no_wrap=True, overflow="ellipsis")
+
+    whole = Column(no_wrap=True)
+    return SpinnerColumn(), TimeElapsedColumn(whole), Gone(whole.copy()), Doing()
 
 
 def _stage(table: dict[str, float], message: str) -> float | None:

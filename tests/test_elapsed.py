@@ -1,8 +1,10 @@
 """How far long work has gone, and about how long it still takes, by a clock of the test."""
 
 import pytest
+from rich.console import Console
+from rich.progress import Progress
 
-from orchestrator.elapsed import Elapsed
+from orchestrator.elapsed import Elapsed, columns
 
 
 class Work:
@@ -76,3 +78,19 @@ def test_work_that_tells_of_no_known_stage_gets_no_number() -> None:
 )
 def test_times_are_rounded_and_told_only_after_a_while(seconds: float, words: str) -> None:
     assert Work().says(0.0, "case 1 of 10").says(seconds, "case 5 of 10").gone.words == words
+
+
+def test_a_line_of_80_columns_keeps_its_numbers_whole_and_shortens_what_is_done() -> None:
+    now = 0.0
+    gone = Elapsed(lambda: now)
+    gone.said("counted: 1 of 20")
+    now = 9.0
+    gone.said("counted: 19 of 20")
+    bar = Progress(*columns(gone), console=Console(width=80, force_terminal=True))
+    bar.add_task("refitting " + "viscous_friction at joint1 + " * 4)
+    with bar.console.capture() as captured:
+        bar.console.print(bar)
+
+    lines = [line for line in captured.get().splitlines() if line.strip()]
+    assert len(lines) == 1, lines
+    assert "95 %, about 1 s left" in lines[0] and "…" in lines[0]

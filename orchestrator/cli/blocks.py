@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from fmus.units import after_number
 from orchestrator.cli.common import html_option, json_option, quiet_option, show, write_file, write_json
 
 if TYPE_CHECKING:
@@ -27,7 +28,7 @@ def blocks(files: tuple[Path, ...], json_file: str | None, html_file: str | None
     lines = [line for name, block in read for line in _lines(name, block)]
     for one, other, found in compared:
         lines += [
-            f"{one} and {other}, {each.output}: differ by {each.difference:.3g} {each.unit} rms (they are {each.first:.3g} and "
+            f"{one} and {other}, {each.output}: differ by {each.difference:.3g}{after_number(each.unit)} rms (they are {each.first:.3g} and "
             f"{each.second:.3g}), at {100 * each.inside:.0f} % of the data inside 90 % intervals"
             for each in found
         ] or [f"{one} and {other} have no output over the same inputs to compare"]

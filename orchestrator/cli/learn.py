@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from fmus.units import after_number
 from orchestrator.cli.common import (
     can_be_written,
     json_option,
@@ -112,7 +113,7 @@ def _lines(found: "Learned", block_file: str, units: dict[str, str]) -> list[str
             )
     for force in found.held_out:
         lines.append(
-            f"{force.output}, held out: {force.before:.3g} {force.unit} without the block, {force.after:.3g} {force.unit} with it"
+            f"{force.output}, held out: {force.before:.3g}{after_number(force.unit)} without the block, {force.after:.3g}{after_number(force.unit)} with it"
         )
     if found.judgement is None:
         return [*lines, "no held-out trials: nobody knows whether the block helps; name some in case.toml"]

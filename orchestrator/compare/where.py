@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import scipy
 
+from fmus.units import after_number
 from orchestrator.compare.maps import Coordinate, ErrorMap, coordinates_of, error_map, error_maps, sentence
 from orchestrator.compare.result import TrialCurves
 
@@ -51,7 +52,7 @@ def findings(where: Mapping[str, list[dict[str, Any]]], floor: Mapping[str, floa
         if row["over_floor"] < 1.5:
             sentences.append(f"{name} agrees within the noise ({_times(row['over_floor'])} times the floor)")
             continue
-        text = f"{name} is off by {row['rmse']:.3g} {row['unit']} rms, {_times(row['over_floor'])} times the floor"
+        text = f"{name} is off by {row['rmse']:.3g}{after_number(row['unit'])} rms, {_times(row['over_floor'])} times the floor"
         bands = [r for r in where["frequency"] if r["signal"] == name]
         if bands:
             worst = max(bands, key=lambda r: r["rmse"])
@@ -59,9 +60,8 @@ def findings(where: Mapping[str, list[dict[str, Any]]], floor: Mapping[str, floa
         biased = [r for r in where["state"] if r["signal"] == name and abs(r["bias"]) > 2 * floor[name]]
         if biased:
             most = max(biased, key=lambda r: abs(r["bias"]))
-            text += f"; biased by {most['bias']:.2g} {row['unit']} where {most['against']} is "
-            unit = "" if most["unit"] == "1" else f" {most['unit']}"
-            text += f"{most['from']:.3g} to {most['to']:.3g}{unit}".rstrip()
+            text += f"; biased by {most['bias']:.2g}{after_number(row['unit'])} where {most['against']} is "
+            text += f"{most['from']:.3g} to {most['to']:.3g}{after_number(most['unit'])}"
         sentences.append(text)
         if "depends" in row:
             sentences.append(row["depends"])

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from fmus.errors import MisfitError
+from fmus.units import after_number
 from orchestrator.cosim.component import Component
 from orchestrator.cosim.connections import wire
 from orchestrator.cosim.graph import Loop, Read, forced_delay, plan, without_feedthrough
@@ -307,7 +308,7 @@ def _provenance(
 
     parts = {}
     for name, spec in system.components.items():
-        values = {variable: f"{value.value} {value.unit}".strip() for variable, value in spec.values.items()}
+        values = {variable: f"{value.value}{after_number(value.unit)}" for variable, value in spec.values.items()}
         parts[name] = {"kind": spec.kind, "source": spec.source, "values": values}
         digest = getattr(described[name], "digest", None)
         if digest is not None:

@@ -6,7 +6,7 @@ from math import inf
 from typing import Any
 
 from fmus.errors import MisfitError
-from fmus.units import SiUnit, scaling, si_exponents
+from fmus.units import SiUnit, after_number, scaling, si_exponents
 from orchestrator.cosim.component import FLOATS, INTEGERS, Port
 from orchestrator.cosim.system import Connection
 
@@ -193,7 +193,7 @@ def _check_ranges(source: Port, target: Port, factor: float, offset: float) -> N
 
 
 def _interval(limits: tuple[float, float], port: Port) -> str:
-    return f"[{limits[0]:g}, {limits[1]:g}] {port.unit}".rstrip()
+    return f"[{limits[0]:g}, {limits[1]:g}]{after_number(port.unit)}"
 
 
 def _mapping(source: Port, target: Port, connection: Connection) -> dict[Any, Any]:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from fmus.errors import MisfitError
-from fmus.units import SiUnit
+from fmus.units import SiUnit, after_number
 from orchestrator.cosim.compatible import unit_scaling
 from orchestrator.cosim.component import FLOATS, INTEGERS, Port
 from orchestrator.cosim.system import Value
@@ -129,7 +129,7 @@ def _in_range(port: Port, value: Any, given: str) -> Any:
     high = math.inf if port.maximum is None else port.maximum
     number = isinstance(value, int | float) and not isinstance(value, bool)
     if number and not low <= value <= high:
-        unit = f" {port.unit}" if port.unit else ""
+        unit = after_number(port.unit)
         raise MisfitError(f"{port.name} = {value:g}{unit}{given} is outside [{low:g}, {high:g}]{unit}")
     return value
 

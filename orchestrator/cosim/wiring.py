@@ -6,6 +6,7 @@ from functools import cached_property
 from typing import Any
 
 from fmus.errors import ComponentError
+from fmus.units import after_number
 from orchestrator.cosim.compatible import Transfer
 from orchestrator.cosim.component import INTEGERS, Port
 
@@ -87,8 +88,7 @@ class Unconnected:
 
     def __str__(self) -> str:
         where = "given" if self.given else "start value"
-        unit = f" {self.unit}" if self.unit else ""
-        return f"{self.address} = {self.value!s}{unit} ({where})"
+        return f"{self.address} = {self.value!s}{after_number(self.unit)} ({where})"
 
 
 @dataclass(frozen=True)

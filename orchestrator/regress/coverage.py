@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from fmus.units import after_number
 from orchestrator.cosim.component import FLOATS, Port
 from orchestrator.cosim.fmu import FmuDescription, read_description
 from orchestrator.regress.case import Case
@@ -128,7 +129,7 @@ def coverage_lines(model: ModelCoverage) -> list[str]:
         declared = ""
         if port.minimum is not None and port.maximum is not None and port.maximum > port.minimum:
             declared = f", {(high - low) / (port.maximum - port.minimum):.0%} of its declared range"
-        lines.append(f"  {kind} {name}: {low:.4g} to {high:.4g} {port.unit}{declared}".rstrip())
+        lines.append(f"  {kind} {name}: {low:.4g} to {high:.4g}{after_number(port.unit)}{declared}")
     for name, values in model.parameters.items():
         lines.append(f"  parameter {name}: {', '.join(map(str, values))}{_declared(model.description, name)}")
     if model.branches:

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from datetime import UTC, datetime
 from importlib.metadata import version
 
+from fmus.units import after_number
 from orchestrator.regress.comparison import SignalVerdict
 from orchestrator.regress.figures import curve_figure
 from orchestrator.regress.outcome import Outcome
@@ -78,7 +79,7 @@ def _comparisons(outcomes: Sequence[Outcome]) -> tuple[PageTable, ...]:
     rows = []
     for outcome in outcomes:
         for each in outcome.signals:
-            passing = "" if each.would_have_passed is None else f"{each.would_have_passed:.4g} {each.unit}".strip()
+            passing = "" if each.would_have_passed is None else f"{each.would_have_passed:.4g}{after_number(each.unit)}"
             verdict = "passed" if each.passed else "failed"
             rows.append((outcome.name, each.name, each.check, verdict, each.tolerance, passing, each.reason))
         for whole in outcome.wholes:

@@ -59,6 +59,12 @@ def test_the_pair_reaches_its_published_end(misfit: Misfit, pair: Path, tmp_path
     assert "kept without a connection: spring.x1 = 0.0 m (start value)" in said
 
 
+def test_a_dimensionless_input_that_nothing_drives_has_no_digit_as_its_unit(misfit: Misfit) -> None:
+    _, said, _ = misfit("run", "tests/cosim/arm.toml", "--stop", "0.002")
+
+    assert "input alpha_1 = 0.0 (start value)" in said
+
+
 def test_an_isolated_run_gives_the_same_bits(misfit: Misfit, pair: Path, tmp_path: Path) -> None:
     for name, flag in (("here", "--no-isolate"), ("apart", "--isolate")):
         code, said, _ = misfit("run", pair, "--out", tmp_path / f"{name}.parquet", "--stop", "0.5", flag)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from fmus.errors import ComponentError
+from fmus.units import after_number
 from orchestrator.cosim.component import Port, StepEnd
 from orchestrator.cosim.fmu.description import FmuDescription, Interface
 from orchestrator.cosim.fmu.messages import Messages
@@ -258,8 +259,7 @@ def named(access: Access, values: Sequence[Any] | None = None) -> str:
     if values is not None:
         units = [port.unit for port in access.ports]
         texts = [
-            f"{text} = {value!r}{' ' * bool(unit)}{unit}"
-            for text, value, unit in zip(texts, values, units, strict=False)
+            f"{text} = {value!r}{after_number(unit)}" for text, value, unit in zip(texts, values, units, strict=False)
         ]
     rest = len(access.ports) - len(texts)
     return ", ".join(texts) + (f" and {rest} more" if rest else "")

@@ -4,6 +4,7 @@ import math
 from typing import Any
 
 from fmus.errors import ComponentError
+from fmus.units import after_number
 from orchestrator.cosim.component import FLOATS, INTEGERS
 from orchestrator.cosim.wiring import Slot
 
@@ -26,7 +27,7 @@ def outside(slot: Slot, element: int, value: Any, time: float, last_good: float)
     """The error for a value that does not fit."""
     port = slot.port
     name = f"{slot.component}.{port.elements[element]}"
-    unit = f" {port.unit}" if port.unit else ""
+    unit = after_number(port.unit)
     if not math.isfinite(value):
         wrong = f"{name} = {value}{unit} at t = {time:.9g} s is not a finite number"
     else:

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmus.errors import ComponentError
+from fmus.units import after_number
 from orchestrator.cosim.masters.coupling import Coupling, is_float
 from orchestrator.cosim.masters.master import Master
 from orchestrator.cosim.masters.operations import Shape, connected_inputs
@@ -52,7 +53,7 @@ class Iterative(Master):
         slot = next(s for s in slots if s.first <= places[place] < s.first + s.port.size)
         raise ComponentError(
             f"the step from t = {time:.9g} s (step {size:.9g} s) did not settle in {turns} turns: {slot.address} still "
-            f"moves by {rest[place]:.3g}{' ' * bool(slot.port.unit)}{slot.port.unit}; take a smaller step"
+            f"moves by {rest[place]:.3g}{after_number(slot.port.unit)}; take a smaller step"
         )
 
     def _turn(

@@ -6,6 +6,7 @@ from typing import ClassVar
 import numpy as np
 
 from fmus.errors import MisfitError
+from fmus.units import after_number
 from orchestrator.regress.comparison.figures import numbers
 from orchestrator.regress.comparison.prepare import alone
 from orchestrator.regress.comparison.result import SignalVerdict
@@ -53,7 +54,7 @@ class Bounds:
         error, value = max(0.0, float(beyond[worst])), float(result.values[worst])
         needed = rounded_up(error) if len(outside) else error
         where = f"{quantity(value, result.unit)} at {seconds(result.time[worst])}"
-        limits = f"[{low:g}, {high:g}] {result.unit}".rstrip()
+        limits = f"[{low:g}, {high:g}]{after_number(result.unit)}"
         passed = not len(outside)
         reason = (
             f"stays within {limits}, nearest to a limit with {where}"

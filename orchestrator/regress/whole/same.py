@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from fmus.units import after_number
 from orchestrator.regress.comparison import Signal
 
 
@@ -25,7 +26,7 @@ def difference(one: Mapping[str, Signal], other: Mapping[str, Signal], within: f
             apart = (
                 float(np.nanmax(np.abs(signal.values - there.values))) if np.isfinite(signal.values).any() else np.nan
             )
-            unit = f" {signal.unit}" if signal.unit not in ("", "1") else ""
+            unit = after_number(signal.unit)
             return (
                 f"{name} parts at {signal.time[row]:.9g} s: {signal.values[row]!r} and {there.values[row]!r}{unit}; "
                 f"at most {apart:.3g}{unit} apart"
