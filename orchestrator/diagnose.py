@@ -33,6 +33,8 @@ from orchestrator.work import Work
 MUCH_LEFT = 2.0
 # What removes less of the error along held-out trials, although much is left, is doubted.
 LEAST_REMOVED = 0.5
+# Errors of two answers that differ by less than this factor are alike; the one with fewer effects is given.
+ALIKE = 1.15
 SURE, NAMES = ("named", "adequate"), ("named", "ambiguous")
 
 
@@ -114,10 +116,13 @@ def _by_greybox(
 
 
 def _asks_for_more(found: Diagnosis, is_fmu: bool) -> bool:
-    """Whether free runs with effects in slots, or at an FMU's inputs and outputs, name nothing for sure, or leave much."""
+    """Whether free runs with effects in slots, or at an FMU's inputs and outputs, name nothing for sure, or leave much.
+
+    Several effects at the borders of an FMU may stand for one inside of it.
+    """
     left = _left(found) >= MUCH_LEFT
     if is_fmu:
-        return found.verdict not in SURE or left
+        return found.verdict not in SURE or left or len(found.effects) > 1
     return found.verdict not in (*NAMES, "adequate") or (left and found.held_out.reducible_removed < LEAST_REMOVED)
 
 
@@ -125,15 +130,18 @@ def _better_of(found: Diagnosis, second: Diagnosis) -> Diagnosis:
     """Of what free runs named and what balance equations named, that which leaves less of the learning trials.
 
     What free runs named and leaves more than half of the error along held-out trials gives way to what balance equations name,
-    and is doubted if nothing helps there; so is one of several answers that all leave much.
+    and is doubted if nothing helps there; so is one of several answers that all leave much. Fewer effects at the balance
+    equations go before more elsewhere that leave as much.
     """
     seconds = found.seconds + second.seconds
     names = found.verdict in NAMES
     removed = found.held_out.reducible_removed
     shaky = removed < LEAST_REMOVED or (found.verdict == "ambiguous" and _left(found) >= MUCH_LEFT)
     if second.verdict == "named" or (second.verdict == "ambiguous" and not names):
-        if found.verdict != "named" or removed < LEAST_REMOVED or _left(second) < _left(found):
-            warnings = (*second.warnings, *found.warnings)
+        simpler = len(second.effects) < len(found.effects) and _left(second) <= ALIKE * _left(found)
+        if found.verdict != "named" or removed < LEAST_REMOVED or _left(second) < _left(found) or simpler:
+            # What had no place at the borders of an FMU was tried at its balances.
+            warnings = (*second.warnings, *(note for note in found.warnings if "not tried" not in note))
             return replace(second, where=found.where or second.where, warnings=warnings, seconds=seconds)
     elif names and shaky and second.verdict not in NAMES:
         reason = f"it removes {removed:.0%} of the error along held-out trials"

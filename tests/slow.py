@@ -13,6 +13,7 @@ SLOW = {
             "one_late_sensor_of_two",
         )
     },
+    "tests/greybox/test_plants_of_users.py::test_a_hole_in_a_tank": "the same file on a leak of charge, test_laws.py on the law",
     **{
         f"tests/greybox/test_rare_laws.py::test_{name}": "the same file on a dead zone, test_laws.py on every law"
         for name in (

@@ -48,6 +48,16 @@ def test_what_leaves_less_is_the_answer() -> None:
     assert diagnose._better_of(first, second).seconds == 2.0
 
 
+def test_one_effect_inside_an_fmu_goes_before_three_at_its_borders_that_leave_as_much() -> None:
+    one, other = (_answer("named", left) for left in (0.97, 0.95))
+    one = replace(one, effects=one.effects[:1])
+    three = replace(other, effects=other.effects[:1] * 3, warnings=("payload is not tried: the FMU would have ...",))
+    assert diagnose._asks_for_more(three, is_fmu=True) and not diagnose._asks_for_more(one, is_fmu=True)
+    best = diagnose._better_of(three, one)
+    assert len(best.effects) == 1 and not any("not tried" in note for note in best.warnings)
+    assert len(diagnose._better_of(three, _answer("named", 1.5)).effects) == 3
+
+
 def test_what_names_something_is_the_answer_where_free_runs_named_nothing() -> None:
     assert diagnose._better_of(_answer("unknown", 50.0), _answer("ambiguous", 2.0)).verdict == "ambiguous"
     assert diagnose._better_of(_answer("unknown", 50.0), _answer("unknown", 2.0)).verdict == "unknown"

@@ -96,6 +96,63 @@ equation
   J*der(w) = tau;
 end Winch;
 """
+TANKS = """package Water
+  connector Port
+    Real h(unit="m");
+    flow Real q(unit="m3/s");
+  end Port;
+  partial model Element
+    Port a, b;
+    Real q(unit="m3/s"), dh(unit="m");
+  equation
+    q = a.q;
+    a.q + b.q = 0;
+    dh = a.h - b.h;
+  end Element;
+  model Laminar
+    extends Element;
+    parameter Real k(unit="m2/s") = 2e-4;
+  equation
+    q = k*dh;
+  end Laminar;
+  model Tank
+    Port p;
+    parameter Real S(unit="m2");
+    Real h(unit="m", start=0.35);
+  equation
+    S*der(h) = p.q;
+    p.h = h;
+  end Tank;
+  model Drain
+    Port p;
+  equation
+    p.h = 0;
+  end Drain;
+  model Pair
+    replaceable model Pipe = Laminar constrainedby Element;
+    input Real pump(unit="m3/s");
+    Pump feed(q=pump);
+    Tank upper(S=0.06), lower(S=0.045);
+    Pipe link;
+    Laminar out;
+    Drain sink;
+    output Real h1(unit="m") = upper.h;
+    output Real h2(unit="m") = lower.h;
+  equation
+    connect(feed.p, upper.p);
+    connect(upper.p, link.a);
+    connect(link.b, lower.p);
+    connect(lower.p, out.a);
+    connect(out.b, sink.p);
+  end Pair;
+  model Pump
+    Port p;
+    input Real q(unit="m3/s");
+  equation
+    p.q = -q;
+  end Pump;
+end Water;
+"""
 Rates = Callable[[np.ndarray, float], list[float]]
 
 
@@ -103,7 +160,7 @@ def written(folder: Path, text: str) -> ModelicaModel:
     """A model in a file of its own; the class is named as the file's last line ends it."""
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "Plant.mo").write_text(text)
-    inner = {"Drive": "Drive.Fan"}
+    inner = {"Drive": "Drive.Fan", "Water": "Water.Pair"}
     name = text.rstrip().rsplit(" ", 1)[1].rstrip(";")
     return ModelicaModel(name, inner.get(name, name), folder / "Plant.mo")
 
@@ -190,6 +247,23 @@ def test_drag_is_named_in_a_model_that_has_a_speed_and_no_position(tmp_path: Pat
     effect = the_one(diagnose(model, load_measurements(str(data)), workers=1))
     assert (effect.id, effect.site) == ("quadratic_drag", "v")
     assert effect.parameters["c"].value == pytest.approx(1.1, rel=0.05)
+
+
+def test_a_hole_in_a_tank_of_a_package_with_connectors_is_named_and_written_into_that_tank(tmp_path: Path) -> None:
+    model = written(tmp_path, TANKS)
+    shown = {"h1": ("m", lambda x: x[0], 5e-4), "h2": ("m", lambda x: x[1], 5e-4)}
+
+    def rates(x: np.ndarray, u: float) -> list[float]:
+        between, hole = 2e-4 * (x[0] - x[1]), 6.6e-5 * np.sqrt(max(x[0], 0.0))
+        return [(u - between - hole) / 0.06, (between - 2e-4 * x[1]) / 0.045]
+
+    data = record(tmp_path, rates, [0.35, 0.35], (2e-5, 1.4e-4), 4.0, 400, shown, ("pump", "m3/s"))
+    effect = the_one(diagnose(model, load_measurements(str(data)), workers=1))
+    assert (effect.id, effect.site) == ("orifice_leak", "upper.h")
+    of_root = effect.parameters["k"].value / np.sqrt(effect.parameters["xRef"].value)
+    assert of_root == pytest.approx(6.6e-5, rel=0.02)
+    file = with_effects(model, [effect], "Water_1", tmp_path / "added").file
+    assert file is not None and file.read_text().count("orifice1_k") > 1
 
 
 def test_rigidly_coupled_inertias_have_one_balance(tmp_path: Path) -> None:
