@@ -3,6 +3,8 @@
 import re
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,7 +17,7 @@ from orchestrator.diagnosis.fit.evidence import LearningData, fit_nominal, refit
 from orchestrator.diagnosis.fit.extensible import find_candidates
 from orchestrator.diagnosis.linear.response import Response
 from orchestrator.diagnosis.search.placed import placed
-from orchestrator.diagnosis.search.screening import Screened, Screener
+from orchestrator.diagnosis.search.screening import Explanation, Screened, Screener
 from orchestrator.library.candidate import Candidate
 from orchestrator.library.cards import SHIPPED, effect_library, read_card
 from orchestrator.models.smoothing import SmoothedTrial
@@ -206,6 +208,22 @@ def screened_tremor(amplitude: float, frequency: float, torque: np.ndarray, scal
         trials.append(SmoothedTrial(TIME[kept], inputs[kept], (phi + noise)[kept], np.array([1e-5])))
     learning = LearningData(tuple(trials), np.array([1e-5]))
     return Screener(drive, nominal, learning).explain([tremor])[0].screened
+
+
+def test_an_effect_whose_screening_failed_beside_a_fitted_set_is_left_to_free_runs() -> None:
+    drive = find_modelica_model("drive")
+    nominal, (friction,) = EffectSet(drive, (), ["phi"]), candidates(drive, "viscous_friction")
+    still = np.zeros((len(TIME), len(nominal.model.inputs)))
+    learning = LearningData(
+        (SmoothedTrial(TIME, still, 1e-3 * TIME[:, None] ** 2, np.array([1e-5])),), np.array([1e-5])
+    )
+    unscreened = Explanation(Screened((friction,), np.array([0.1]), np.nan), np.zeros((0, 0)), False)
+    current: Any = SimpleNamespace(effects=nominal, values=np.zeros(0))
+
+    (found,) = Screener(drive, nominal.model, learning).extend(current, [(friction, unscreened)])
+
+    assert np.isnan(found.gain)
+    assert found.values.tolist() == [0.1]
 
 
 def test_a_tremor_far_smaller_than_its_first_guess_is_found_with_another_phase_in_each_trial() -> None:

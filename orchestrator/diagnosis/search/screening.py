@@ -46,7 +46,7 @@ class Regressors:
 
 @dataclass(frozen=True)
 class Explanation:
-    """What a single candidate does to the residual: columns (m, c) that span it near its first values."""
+    """What a single candidate does to the residual: columns (m, c) that span it near its first values, none if it has none."""
 
     screened: Screened
     columns: np.ndarray
@@ -93,7 +93,7 @@ class Screener:
         model, (low, high) = effects.model, effects.bounds()
         guess = np.clip(self._first_guess(effects), low, high)
         if model.residual is None:  # the effect hides the positions; only a free run can tell
-            return Explanation(Screened((candidate,), guess, np.nan), np.zeros((len(self._nominal), 0)), False)
+            return Explanation(Screened((candidate,), guess, np.nan), np.zeros((0, 0)), False)
         plain, substeps = self._records(model, model.compiled.with_values(guess))
         guess, records = self._phased(effects, guess, plain, substeps)
         others = [self._phased(effects, row, plain, substeps)[0] for row in self._at_other_peaks(effects)]
@@ -142,7 +142,8 @@ class Screener:
         left = max((1.0 - own) * float(np.mean(here.residual**2)), np.finfo(float).tiny)
         found = []
         for candidate, explanation in placed:
-            both = np.column_stack([here.slopes, explanation.columns])
+            spans = explanation.columns.size > 0  # not where only a free run can tell
+            both = np.column_stack([here.slopes, explanation.columns]) if spans else here.slopes
             change, gain = _least_squares(here.residual, both)
             value = explanation.screened.values
             if explanation.linear:
