@@ -10,6 +10,7 @@ from dataclasses import replace
 
 from fmus.library import library_folders
 from orchestrator.blackbox.source import FmuSource, Source
+from orchestrator.compare.comparison import compare
 from orchestrator.datacheck.check import check_data, forbids_physics
 from orchestrator.datacheck.holding import with_interpolation
 from orchestrator.diagnosis.fit.extensible import model_of
@@ -24,7 +25,7 @@ from orchestrator.measurements import MeasurementSet, bind
 from orchestrator.models.contract import Model
 from orchestrator.models.patch import free_slots
 from orchestrator.models.symbolic import SymbolicModel
-from orchestrator.verdicts.cannot_tell import first_mend
+from orchestrator.verdicts.cannot_tell import first_mend, search_failed
 from orchestrator.verdicts.gate import doubted, without_harm
 from orchestrator.verdicts.result import Diagnosis
 from orchestrator.work import Work
@@ -80,7 +81,7 @@ def diagnose(
     if not closed and not free_slots(source.compile()):
         found = _by_greybox(source, measurements, workers, progress, laws)
     else:
-        found = without_harm(search_slots(source, measurements, library, workers, progress, work))
+        found = _in_slots(source, model, measurements, library, workers, progress, work)
         if _asks_for_more(found, closed) and (not isinstance(source, FmuSource) or can_be_taped(source)):
             progress("looking at every balance equation")
             found = _better_of(found, _by_greybox(source, measurements, workers, progress, laws))
@@ -107,6 +108,22 @@ def _holding(source: Source, model: Model, measurements: MeasurementSet) -> Sour
     if not isinstance(source, FmuSource):
         return source
     return replace(source, held=bind(measurements, model.inputs, model.outputs).trials[0].held)
+
+
+def _in_slots(
+    source: Source,
+    model: Model,
+    measurements: MeasurementSet,
+    library: Sequence[EffectCard],
+    workers: int,
+    progress: Progress,
+    work: Work | None,
+) -> Diagnosis:
+    """What free runs with effects in slots say; numbers that a search cannot go on with say nothing of effects."""
+    try:
+        return without_harm(search_slots(source, measurements, library, workers, progress, work))
+    except (ArithmeticError, LookupError, ValueError) as error:
+        return search_failed(compare(model, measurements, workers=workers), error)
 
 
 def _by_greybox(

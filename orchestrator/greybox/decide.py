@@ -90,28 +90,23 @@ class Judge:
         By how much the power of the disturbing force falls, over all trials, at the balance where it falls most; less what
         sensors seem to be noisier by instead, as a share of the squared errors of predictions, at the output where that is most.
         """
-        left = float(np.min(self._left(chosen), initial=1.0))
-        return float(np.clip(1.0 - left - self._moved(chosen), 0.0, 1.0))
+        left = float(np.min(_left(chosen, self.nominal), initial=1.0))
+        return float(np.clip(1.0 - left - self._moved(chosen, self.nominal), 0.0, 1.0))
 
-    def takes_away(self, best: FittedSet, less: FittedSet) -> float:
-        """Share of the disturbing force's power that an effect takes away which a smaller set lacks, at the balance where it is
-        most: another effect may have explained all that was missing at a different one."""
-        fallen = float(np.max(self._left(less) - self._left(best), initial=0.0))
-        return fallen - (self._moved(best) - self._moved(less))
+    def takes_away(self, best: FittedSet, less: FittedSet, given: FittedSet) -> float:
+        """Share of the disturbing force's power with the model `given` that an effect takes away which a smaller set lacks, at the
+        balance where it is most: another effect may have explained all that was missing at a different one."""
+        fallen = float(np.max(_left(less, given) - _left(best, given), initial=0.0))
+        return fallen - (self._moved(best, given) - self._moved(less, given))
 
-    def _left(self, found: FittedSet) -> np.ndarray:
-        """Power of the disturbing force at each balance over all trials, over that of the model as given, (nb,)."""
-        before, after = (np.sum([n.intensity**2 for n in s.fit.noise], axis=0) for s in (self.nominal, found))
-        return np.asarray(np.minimum(after / np.maximum(before, 1e-300), 1.0))
-
-    def _moved(self, found: FittedSet) -> float:
+    def _moved(self, found: FittedSet, given: FittedSet) -> float:
         """What sensors seem to be noisier by, as a share of the squared errors of predictions, at the output where that is most."""
-        before, after = (np.mean([n.sensors**2 for n in s.fit.noise], axis=0) for s in (self.nominal, found))
-        errors = np.mean(self.squares(self.nominal), axis=0)
+        before, after = (np.mean([n.sensors**2 for n in s.fit.noise], axis=0) for s in (given, found))
+        errors = np.mean(self.squares(given), axis=0)
         return max(float(np.max((after - before) / np.maximum(errors, 1e-300), initial=0.0)), 0.0)
 
-    def earned(self, best: FittedSet, less: FittedSet) -> bool:
-        """Whether the effect that a smaller set lacks has earned its place in the larger one."""
+    def earned(self, best: FittedSet, less: FittedSet, given: FittedSet) -> bool:
+        """Whether the effect that a smaller set lacks has earned its place in the larger one, beside what the model `given` lacks."""
         limits = self.limits
         if less.loss - best.loss < limits.nats:
             return False
@@ -119,12 +114,12 @@ class Judge:
             return False
         # What a sensor does is no disturbing force.
         acts = any(c.place.kind not in ("output", "response") for c in best.candidates if c.family not in less.key)
-        if acts and self.takes_away(best, less) < limits.least_power:
+        if acts and self.takes_away(best, less, given) < limits.least_power:
             return False
         ratio = self.ratio(best, less)
         if ratio > 1 + limits.worse:
             return False
-        share = (less.loss - best.loss) / max(self.nominal.loss - best.loss, 1e-9)
+        share = (less.loss - best.loss) / max(given.loss - best.loss, 1e-9)
         return ratio < 1 - limits.least_improvement or share >= limits.least_share
 
     def rivals(self, chosen: FittedSet, other: FittedSet) -> bool:
@@ -134,6 +129,12 @@ class Judge:
         if len(other.fit.theta) > len(chosen.fit.theta) or self.beyond_doubt(chosen, other):
             return False
         return self.ratio(other, chosen) < 1 + self.limits.alike
+
+
+def _left(found: FittedSet, given: FittedSet) -> np.ndarray:
+    """Power of the disturbing force at each balance over all trials, over that of the model `given`, (nb,)."""
+    before, after = (np.sum([n.intensity**2 for n in s.fit.noise], axis=0) for s in (given, found))
+    return np.asarray(np.minimum(after / np.maximum(before, 1e-300), 1.0))
 
 
 def scatter_between(one: FittedSet, other: FittedSet) -> float:
@@ -256,9 +257,16 @@ def _pruned(
     """The set without the effects that do not earn their place, the weakest first.
 
     A parameter that is off by a few percent needs no such proof; wrong ones stay while predictions would become clearly worse
-    without those that go, taken together.
+    without those that go, taken together. Beside wrong parameters, other effects are judged by what the model lacks with the
+    right ones: an error of a few percent in a mass may be a hundred times the friction.
     """
     whole = best
+    wrong = tuple(c for c in whole.candidates if c.id == "parameter_error")
+    calibrated = (fit_more(wrong) if wrong else None) or judge.nominal
+
+    def given(best: FittedSet, less: FittedSet) -> FittedSet:
+        gone = {c.id for c in best.candidates if c.family not in less.key}
+        return judge.nominal if "parameter_error" in gone else calibrated
 
     def missed(less: FittedSet) -> bool:
         gone = [c for c in whole.candidates if c.family not in less.key]
@@ -271,7 +279,7 @@ def _pruned(
             rest = (*best.candidates[:k], *best.candidates[k + 1 :])
             without.append(fit_more(rest) if rest else judge.nominal)
             without += [fit_more((*rest[:k], other, *rest[k:])) for other in simpler(best.candidates[k])]
-        idle = [s for s in without if s is not None and not judge.earned(best, s) and not missed(s)]
+        idle = [s for s in without if s is not None and not judge.earned(best, s, given(best, s)) and not missed(s)]
         if not idle:
             return best
         best = min(idle, key=lambda s: s.loss)

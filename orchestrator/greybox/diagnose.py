@@ -36,7 +36,7 @@ from orchestrator.greybox.unnamed import unnamed_force
 from orchestrator.greybox.witness import witnesses
 from orchestrator.measurements import MeasurementSet
 from orchestrator.models.symbolic import SymbolicModel
-from orchestrator.verdicts.cannot_tell import cannot_tell
+from orchestrator.verdicts.cannot_tell import search_failed
 from orchestrator.verdicts.result import Diagnosis, HeldOut, RankedSet, Step, Tried, Verdict
 
 VERDICTS: dict[str, Verdict] = {
@@ -105,7 +105,7 @@ def diagnose_greybox(
             found = _answer(outcome, given, measurements, limits, workers, progress)
         except (RuntimeError, ArithmeticError, LookupError, ValueError, ComponentError) as error:
             # CasADi reports what it cannot do as RuntimeError; a search that fails says so, and the comparison stands.
-            found = _failed(given, error)
+            found = search_failed(given, error)
     return replace(found, seconds=time.monotonic() - began)
 
 
@@ -137,13 +137,6 @@ def _fmu_with(case: Case, chosen: FittedSet) -> SymbolicModel:
     acting = {b.input: force_input(case.base, case.inputs, b) for b in case.balances}
     states = {b.input: b.state for b in case.balances}
     return fmu_with(case.source, placed(chosen), acting, states, case.signals)
-
-
-def _failed(given: Comparison, error: Exception) -> Diagnosis:
-    """What is left to say if the search fails: the comparison, and that nothing is known of effects."""
-    reason = str(error).strip().splitlines()[-1] if str(error).strip() else type(error).__name__
-    found = cannot_tell(given, [f"the search for effects failed, so nothing is said of them: {reason}"])
-    return replace(found, findings=given.findings)
 
 
 def decided(

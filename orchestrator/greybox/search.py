@@ -50,6 +50,11 @@ class FittedSet:
         """Number of effects."""
         return len(self.candidates)
 
+    @property
+    def added(self) -> int:
+        """Number of effects that are more than another value of the model's own parameters."""
+        return sum(c.id != "parameter_error" for c in self.candidates)
+
     def value(self, candidate: Candidate, parameter: str) -> tuple[float, float]:
         """Value and standard deviation of a parameter; a deviation of 0 is a held one."""
         names = self.fit.box.theta
@@ -100,7 +105,7 @@ class Search:
             self.progress(f"best so far: {', '.join(c.label for c in best.candidates) or 'nothing missing'}")
             self._try_without(best)
             for one in sorted(self.fitted.values(), key=lambda s: s.loss)[: limits.extended]:
-                if one.size < limits.most_effects and one.key not in self._extended:
+                if one.added < limits.most_effects and one.key not in self._extended:
                     self._extended.add(one.key)
                     self._try(self._screened(self.fit(one.candidates) or one, 1), limits.additions)
                     self._try_wrong_together(one)

@@ -1,4 +1,4 @@
-"""The diagnosis of a record that is wrong: it names no physics, and says what to mend first."""
+"""Diagnoses that name no physics: of a record that is wrong, which say what to mend first, and of a search that failed."""
 
 import time
 from collections.abc import Sequence
@@ -49,6 +49,13 @@ def cannot_tell(given: Comparison, warnings: Sequence[str]) -> Diagnosis:
         seconds=0.0,
         steps=(Step((), given),),
     )
+
+
+def search_failed(given: Comparison, error: Exception) -> Diagnosis:
+    """What is left to say if the search for effects breaks: the comparison, and that nothing is known of effects."""
+    reason = str(error).strip().splitlines()[-1] if str(error).strip() else type(error).__name__
+    found = cannot_tell(given, [f"the search for effects failed, so nothing is said of them: {reason}"])
+    return replace(found, findings=given.findings)
 
 
 def _held_out(given: Comparison) -> HeldOut:

@@ -81,3 +81,16 @@ def test_ranking_has_each_effect_of_the_library_once_at_its_site_best_first(tmp_
     assert {name for (name, _), *more in rows if not more} == set(IDS)
     assert rows[0] == (("viscous_friction", found.effects[0].site),)
     assert 0.5 < found.ranking[0].probability <= sum(entry.probability for entry in found.ranking) <= 1.0
+
+
+def test_a_search_among_slots_that_breaks_says_so_and_the_balance_equations_are_looked_at(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(self: Any) -> None:
+        raise ValueError("arrays of other sizes")
+
+    monkeypatch.setattr("orchestrator.diagnosis.search.search.Searcher.run", broken)
+    found = diagnosed(record(tmp_path), Here())
+
+    assert (found.verdict, [effect.id for effect in found.effects]) == ("named", ["viscous_friction"])
+    assert any("the search for effects failed" in text and "other sizes" in text for text in found.warnings)

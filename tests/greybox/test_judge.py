@@ -72,5 +72,5 @@ def test_what_an_effect_takes_away_at_one_balance_counts_though_another_is_expla
     given, one, both = (Noisy(*forces) for forces in ((2.0, 2.0), (0.0, 2.0), (0.0, 1.0)))
     judge = Even(given, Thresholds(), np.ones(1))  # type: ignore[arg-type]
     assert judge.explained(one) == judge.explained(both) == 1.0  # type: ignore[arg-type]
-    assert judge.takes_away(both, one) == pytest.approx(0.75)  # type: ignore[arg-type]
-    assert judge.takes_away(one, given) == pytest.approx(1.0)  # type: ignore[arg-type]
+    assert judge.takes_away(both, one, given) == pytest.approx(0.75)  # type: ignore[arg-type]
+    assert judge.takes_away(one, given, given) == pytest.approx(1.0)  # type: ignore[arg-type]
