@@ -10,7 +10,15 @@ from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
 from mkdocs.utils import get_relative_url
 
-from docs.generator import effect_pages, json_pages, law_page, recording_pages, studio_pictures, toml_pages
+from docs.generator import (
+    effect_pages,
+    json_pages,
+    law_page,
+    notebook_page,
+    recording_pages,
+    studio_pictures,
+    toml_pages,
+)
 from docs.generator.signature_cache import shown_effects
 
 ASSETS = Path(__file__).parents[1] / "assets"
@@ -49,6 +57,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     pages |= {f"effects/{e}.md": effect_pages.effect_page(e, cards, shown) for e, cards in effect_pages.by_id().items()}
     pages |= {"reference/toml_files.md": toml_pages.toml_page(), "reference/json_documents.md": json_pages.json_page()}
     pages |= {"reference/laws_of_own_models.md": law_page.law_page()} | recording_pages.pages()
+    pages[notebook_page.PAGE] = notebook_page.page()
     for path, text in pages.items():
         files.append(File.generated(config, path, content=text))
     for path, svg in recording_pages.pictures().items():
@@ -76,6 +85,11 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
 
     markdown = STUDIO.sub(shown, markdown)
     return markdown.replace(FALLING, _falling_error()) if FALLING in markdown else markdown
+
+
+def on_page_content(html: str, page: Page, config: MkDocsConfig, files: Files) -> str:
+    """Put what the cells of the notebook show below them."""
+    return notebook_page.with_outputs(html) if page.file.src_uri == notebook_page.PAGE else html
 
 
 def on_post_page(output: str, page: Page, config: MkDocsConfig) -> str:

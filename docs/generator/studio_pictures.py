@@ -10,7 +10,7 @@ import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
@@ -63,12 +63,12 @@ activations = [0.1, 0, 0.2, 0, 0, 0.1]
 @cache
 def pictures() -> dict[str, bytes]:
     """Each picture by its name; none where no browser is, or `MISFIT_PICTURES` is `no`."""
-    if os.environ.get("MISFIT_PICTURES") == "no" or program() is None:
+    if not wanted() or program() is None:
         logging.getLogger("mkdocs").info(
             "the site is built without pictures of the studio: no Chromium is on this machine"
         )
         return {}
-    folder = cache_folder("studio-pictures") / _content()
+    folder = cache_folder("studio-pictures") / content_of(SOURCES)
     if not all((folder / name).is_file() for name in PICTURES):
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=folder) as taken:
@@ -78,12 +78,17 @@ def pictures() -> dict[str, bytes]:
     return {name: (folder / name).read_bytes() for name in PICTURES}
 
 
-def _content() -> str:
-    """A hash of what the pictures show."""
-    files = [file for source in SOURCES for file in (sorted(source.rglob("*")) if source.is_dir() else [source])]
+def wanted() -> bool:
+    """Whether the build takes pictures and runs the notebook, which lasts longer than all the rest."""
+    return os.environ.get("MISFIT_PICTURES") != "no"
+
+
+def content_of(sources: Iterable[Path]) -> str:
+    """A hash of files and of the code in folders."""
+    files = [file for source in sources for file in (sorted(source.rglob("*")) if source.is_dir() else [source])]
     found = hashlib.sha256()
     for file in files:
-        if file.suffix in (".py", ".css", ".js", ".j2"):
+        if file.suffix in (".py", ".css", ".js", ".j2", ".ipynb"):
             found.update(file.read_bytes())
     return found.hexdigest()[:16]
 

@@ -54,9 +54,7 @@ def maps(rows: Sequence[Mapping[str, Any]], what: str) -> list[Picture]:
     pictures = []
     for name in dict.fromkeys(str(row["signal"]) for row in rows if "low" in row):
         mine = [row for row in rows if row["signal"] == name]
-        caption = (
-            f"Where {what} is: {name} over the quantities it depends on most; grey is what chance alone gives (95 %)."
-        )
+        caption = f"Where {what} is: {name} over the quantities it depends on most."
         pictures.append(Picture(figures.error_maps(name, mine), caption))
     return pictures
 

@@ -15,6 +15,8 @@ import numpy as np
 import pytest
 from builders import comparison, diagnosis, entries
 
+from docs.generator import notebook_page
+from docs.generator.notebook_page import EXECUTE, NOTEBOOK
 from fmus.errors import MisfitError
 from orchestrator.discover import Discovery
 from orchestrator.gp.block import Block, Output, Term
@@ -28,7 +30,6 @@ from orchestrator.results.column import Column
 from orchestrator.results.result import Result
 
 ROOT = Path(__file__).parents[2]
-NOTEBOOK = ROOT / "docs" / "examples" / "results_in_a_notebook.ipynb"
 
 
 def result() -> Result:
@@ -139,14 +140,14 @@ def test_example_notebook_is_stored_without_outputs() -> None:
     assert [(cell["outputs"], cell["execution_count"]) for cell in cells] == [([], None)] * len(cells)
 
 
-# In a process of its own: a kernel's machinery warns of things that are no concern of ours.
-EXECUTE = """
-import sys, nbformat
-from nbclient import NotebookClient
-book = nbformat.read(sys.argv[1], as_version=4)
-NotebookClient(book, timeout=200, resources={"metadata": {"path": sys.argv[2]}}).execute()
-nbformat.write(book, sys.argv[3])
-"""
+def test_the_page_of_the_notebook_shows_every_cell_with_what_it_shows(monkeypatch: pytest.MonkeyPatch) -> None:
+    cells = json.loads(NOTEBOOK.read_text())["cells"]
+    codes = {place: "".join(cell["source"]) for place, cell in enumerate(cells) if cell["cell_type"] == "code"}
+    monkeypatch.setattr(notebook_page, "_outputs", lambda: {place: f"<b>shown {place}</b>" for place in codes})
+    text = notebook_page.with_outputs(notebook_page.page())
+
+    for place, code in codes.items():
+        assert text.index(code) < text.index(f"<b>shown {place}</b>")
 
 
 def test_example_notebook_runs_and_every_cell_shows_something(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ from builders import FLOOR, comparison
 
 from orchestrator.compare.result import TrialCurves
 from orchestrator.report.figures import shown_signals, shown_trials
-from orchestrator.report.figures._residuals import binned, chance_band, spectrum
+from orchestrator.report.figures._residuals import binned, spectrum
 
 
 def test_white_noise_lies_flat_at_its_standard_deviation_times_the_root_of_two_steps() -> None:
@@ -33,21 +33,6 @@ def test_a_sine_peaks_at_its_frequency() -> None:
     frequency, density = spectrum([trial], "q")
 
     assert frequency[np.argmax(density)] == pytest.approx(7.0, rel=0.05)
-
-
-def test_the_band_of_chance_holds_the_density_of_white_noise_and_not_the_peak_of_a_motion() -> None:
-    noise, motion = comparison(error=0.0), comparison(error=0.04)
-    white = FLOOR * np.sqrt(2 / 250.0)
-
-    edges, low, high = chance_band(noise, "q1")
-    assert np.all(np.diff(edges) > 0) and len(edges) == len(low) + 1 == len(high) + 1
-    # Octaves of few lines scatter; those above 5 Hz hold dozens.
-    assert np.all(low[edges[:-1] > 5] < 1.1 * white) and np.all(high[edges[:-1] > 5] > 0.9 * white)
-
-    edges, _, high = chance_band(motion, "q1")
-    frequency, density = spectrum(motion.curves, "q1")
-    peak = int(np.argmax(density))
-    assert density[peak] > 3 * high[np.searchsorted(edges, frequency[peak]) - 1]
 
 
 def test_bins_of_a_straight_line_lie_on_it() -> None:

@@ -79,10 +79,7 @@ def residual_against_state(comparison: Comparison, name: str) -> str:
 
 
 def residual_spectrum(comparison: Comparison) -> str:
-    """Return an image of the residual's amplitude density over frequency, averaged over trials.
-
-    Beside it the floor if it were white, and the band in which 95 % of the residual's own samples in random order lie.
-    """
+    """Return an image of the residual's amplitude density over frequency, averaged over trials, beside the floor if it were white."""
     signals = shown_signals(comparison)
     figure, axes = canvas(1, len(signals), 2.8)
     parts = []
@@ -98,25 +95,11 @@ def residual_spectrum(comparison: Comparison) -> str:
             )
             white = comparison.noise_floor[name] * np.sqrt(2 * _step(comparison.curves[0]))
             ax.axhline(white, color=Colour.FLOOR, linestyle="--", linewidth=1.2)
-            edges, low, high = chance_band(comparison, name)
-            if len(edges):
-                ax.stairs(high, edges, baseline=low, fill=True, color=Colour.FLOOR, alpha=0.35, linewidth=0)
             plain_log_axis(ax, "x")
             plain_log_axis(ax, "y")
-        ax.set_xlabel("frequency (Hz; dashed: floor, if white; grey: chance)", fontsize=9)
+        ax.set_xlabel("frequency (Hz; dashed: floor, if white)", fontsize=9)
         ax.set_ylabel(axis_label(f"{name} residual", f"{unit}/√Hz" if unit not in ("", "1") else "1/√Hz"), fontsize=9)
     return image(figure, f"Amplitude density of the residual over frequency: {'; '.join(parts)}.")
-
-
-def chance_band(comparison: Comparison, name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Edges (n + 1,) in Hz of octaves, and the amplitude densities (n,) between which 95 % of shuffled residuals lie there."""
-    rows = [row for row in comparison.where.get("frequency", []) if row["signal"] == name and "low" in row]
-    rows = [row for row in rows if 0 < row["from_hz"] < row["to_hz"]]
-    if not rows:
-        return np.zeros(0), np.zeros(0), np.zeros(0)
-    edges = np.array([rows[0]["from_hz"], *(row["to_hz"] for row in rows)])
-    by_root = np.sqrt(np.diff(edges))
-    return edges, np.array([row["low"] for row in rows]) / by_root, np.array([row["high"] for row in rows]) / by_root
 
 
 def speed_unit(unit: str) -> str:
