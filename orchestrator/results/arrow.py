@@ -14,6 +14,7 @@ from orchestrator.results.formats import Header, kind_of
 KEY = b"misfit"
 SCHEMA = "misfit.result/1"
 _TYPES = {"float64": pa.float64(), "int64": pa.int64(), "bool": pa.bool_()}
+_LARGEST = np.nextafter(2.0**63, 0.0)  # the next one, 2^63, would become negative
 
 
 def schema_of(header: Header) -> pa.Schema:
@@ -57,6 +58,8 @@ def batch_of(
 
 def _array(values: NDArray[np.float64], kind: str) -> pa.Array:
     """Arrow array over the memory of NumPy; `pa.array` would import pandas first, where it is installed (0.3 s)."""
+    if kind == "int64":
+        values = np.minimum(values, _LARGEST)
     data = np.packbits(values != 0.0, bitorder="little") if kind == "bool" else values.astype(kind, copy=False)
     return pa.Array.from_buffers(_TYPES[kind], len(values), [None, pa.py_buffer(data)])
 

@@ -25,10 +25,10 @@ class Column:
 
     @property
     def stored_as(self) -> str:
-        """Type in files: float64, int64 or bool."""
+        """Type in files: float64, int64 or bool; half of the numbers of UInt64 are beyond int64."""
         if self.kind == "Boolean":
             return "bool"
-        return "int64" if self.kind in INTEGER_KINDS else "float64"
+        return "int64" if self.kind in INTEGER_KINDS and self.kind != "UInt64" else "float64"
 
 
 def chosen(columns: Sequence[Column], patterns: Sequence[str]) -> list[int]:

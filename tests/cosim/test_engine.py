@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,9 @@ from systems import chain, pair, recorded, spec, system
 
 from orchestrator.cosim import ComponentSpec, Connection, System
 from orchestrator.cosim.progress import Progress
+from orchestrator.cosim.run import RunOptions, run_system
 from orchestrator.cosim.simulation import Simulation
+from orchestrator.results import read_result, recorder_for
 from orchestrator.results.recorder import MemoryRecorder
 
 
@@ -252,3 +255,16 @@ def test_without_a_compiler_the_master_in_python_runs(monkeypatch: pytest.Monkey
     with Simulation(pair()) as simulation:
         simulation.run(0.1)
         assert simulation.report.engine == "there is no C compiler"
+
+
+def test_64_bit_inputs_that_nothing_drives_are_recorded_at_every_point(tmp_path: Path) -> None:
+    given = {"int64_in": 5, "uint64_in": 2**64 - 1}
+    made = system([spec("one", "feedthrough", 3, **given)], [], step=0.1)
+    recorder = recorder_for(tmp_path / "x.csv")
+    run_system(made, recorder, RunOptions(stop=0.3, record=("one.*int64_*",), isolate=False))
+
+    result = read_result(tmp_path / "x.csv")
+
+    assert {name.partition("nt64_")[0] for name in result.names} == {"one.i", "one.ui"}
+    for name in result.names:
+        np.testing.assert_array_equal(result[name], np.full(4, 5.0 if "uint" not in name else 2.0**64), name)

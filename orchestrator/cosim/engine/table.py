@@ -78,6 +78,13 @@ class Table:
             if can_carry(slot)
             for k in range(slot.first, slot.first + slot.port.size)
         ]
+        # What C never touches is recorded all the same, such as 64-bit inputs that nothing drives.
+        self._only_recorded = [
+            k
+            for slot in coupling.wiring.slots
+            if not can_carry(slot) and slot.port.type not in _TEXTS
+            for k in range(slot.first, slot.first + slot.port.size)
+        ]
         self._instances = _native(coupling)
         self._rows_of = Rows(self._instances, coupling.number, operations, not_finite=coupling.not_finite)
         self._exchanged = {
@@ -108,6 +115,8 @@ class Table:
         """
         loop, coupling = self.loop, self.coupling
         for place, _ in self._carried:
+            self.signals[place] = coupling.values[place] or 0.0
+        for place in self._only_recorded:
             self.signals[place] = coupling.values[place] or 0.0
         loop.k, loop.k_end, loop.start, loop.size, loop.next, loop.piece = k, k_end, start, size, 0, 0
         going = True
