@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 
 Command = Callable[..., None]
+_MOST_LINES = 20  # of a case, on the terminal
 
 
 def _common(command: Command) -> Command:
@@ -259,7 +260,9 @@ def _lines(outcomes: "Sequence[Outcome]") -> list[str]:
             continue
         first, *rest = lines(outcome)
         found.append(f"{outcome.verdict.upper():<7} {name}: {first}")
-        found += [f"          {line}" for line in rest]
+        found += [f"          {line}" for line in rest[:_MOST_LINES]]
+        if len(rest) > _MOST_LINES:
+            found.append(f"          ... and {len(rest) - _MOST_LINES} more; --json F has them all")
     counts = [(v, sum(o.verdict == v for o in outcomes)) for v in ("passed", "failed", "error")]
     found.append(", ".join(f"{count} {verdict}" for verdict, count in counts if count or verdict == "passed"))
     return found

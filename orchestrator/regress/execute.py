@@ -16,7 +16,7 @@ from orchestrator.regress.formulas import variables_for, with_formulas
 from orchestrator.regress.interface import CHECK, interface_of, judge_interface, path_beside, read_interface
 from orchestrator.regress.outcome import Curve, Outcome, WholeVerdict, curve_of
 from orchestrator.regress.prepare import system_of
-from orchestrator.regress.recording import Recording, missing_reason, record, wanted_signals
+from orchestrator.regress.recording import Recording, missing_reasons, record, wanted_signals
 from orchestrator.regress.reference import Expected, at_points, expected_from_file, expected_of_fmu, like
 from orchestrator.regress.watched import Watched
 
@@ -107,12 +107,13 @@ def compare(case: Case, progress: Watched | None = None, may_lack: bool = False)
     wanted, missing = wanted_signals(system, variables_for(names, case.formulas))
     recording = record(system, wanted, progress)
     recording = replace(recording, signals=with_formulas(names, case.formulas, recording.signals))
+    lacking = missing_reasons(system, missing) if missing else {}
     verdicts: list[SignalVerdict] = []
     curves = []
     for name, checks in _checks(case, expected, wanted.addresses, missing).items():
         if name not in recording.signals:
-            gone = next(each for each in variables_for((name,), case.formulas) if each in missing)
-            verdicts.append(SignalVerdict(name, False, missing_reason(system, gone), "missing"))
+            gone = next(each for each in variables_for((name,), case.formulas) if each in lacking)
+            verdicts.append(SignalVerdict(name, False, lacking[gone], "missing"))
             continue
         result = recording.signals[name]
         reference = expected.signals.get(name) if expected else None

@@ -18,6 +18,9 @@ from orchestrator.regress.watched import Watched
 from orchestrator.results.recorder import MemoryRecorder
 
 
+_MOST_NEAREST = 20
+
+
 @dataclass(frozen=True, eq=False)
 class Recording:
     """What a run gave: `signals` by name, CPU seconds and simulated time at its end; `ended` says who ended it, if anybody."""
@@ -64,11 +67,12 @@ def wanted_signals(system: System, names: Sequence[str] = ()) -> tuple[Wanted, t
     return Wanted(addresses, {n: ports[a] for n, a in addresses.items()}, inside), tuple(missing)
 
 
-def missing_reason(system: System, name: str) -> str:
-    """Why a signal cannot be compared."""
+def missing_reasons(system: System, names: Sequence[str]) -> dict[str, str]:
+    """Why signals cannot be compared, by name; the nearest variables are told for the first of them, since finding them takes long."""
     alone = single(system)
     known = [_short(address, alone) for address in _ports(system)]
-    return f"the model has no variable {name!r}; {nearest(name, known)}"
+    near = {name: f"; {nearest(name, known)}" for name in names[:_MOST_NEAREST]}
+    return {name: f"the model has no variable {name!r}{near.get(name, '')}" for name in names}
 
 
 def record(

@@ -175,3 +175,20 @@ def test_junit_and_annotations_stand_any_text() -> None:
     assert ET.fromstring(text).find("testsuite/testcase/failure") is not None
     (line,) = annotations([nasty], Path())
     assert "\n" not in line and line.startswith("::error file=m%2Codels/ä%3A1.toml")
+
+
+def test_a_reference_with_thousands_of_columns_that_are_gone_is_told_shortly(tmp_path: Path) -> None:
+    """A line for each is for the JSON; what a missing name may have been called is looked for a few times, since that takes long."""
+    fmu(tmp_path, "decay")
+    gone = [f"v{k}" for k in range(3000)]
+    rows = [["time", "x", *gone], *([str(t), "1", *["0"] * len(gone)] for t in (0.0, 0.1))]
+    (tmp_path / "wide.csv").write_text("\n".join(",".join(row) for row in rows))
+    case_file(tmp_path, "wide", 'model = "decay.fmu"\nreference = "wide.csv"\n[run]\nstop = 0.1\nstep = 0.1\n')
+
+    done = misfit("--json", "all.json", folder=tmp_path)
+
+    assert done.returncode == 1 and len(done.stdout.splitlines()) < 30 and "more; --json F has them all" in done.stdout
+    (case,) = json.loads((tmp_path / "all.json").read_text())["cases"]
+    reasons = {name: each["reason"] for name, each in case["signals"].items()}
+    assert all(f"no variable '{name}'" in reasons[name] for name in gone)
+    assert sum("there are" in reasons[name] for name in gone) == 20
