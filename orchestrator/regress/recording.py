@@ -17,7 +17,6 @@ from orchestrator.regress.prepare import DRIVE, single
 from orchestrator.regress.watched import Watched
 from orchestrator.results.recorder import MemoryRecorder
 
-
 _MOST_NEAREST = 20
 
 
