@@ -264,3 +264,15 @@ def test_an_fmu_of_one_step_size_is_refused_where_the_run_asks_for_others(tmp_pa
         assert found.system is None and any(words in problem for problem in found.report.problems)
     else:
         assert found.system is not None and "steps of one size only" in found.report.notes[0]
+
+
+def test_an_fmu_with_a_fixed_step_of_its_own_is_refused_unless_the_old_one_had_it_too(tmp_path):
+    steady = small_fmu(
+        "mass", 3, replace={"canHandle": 'fixedInternalStepSize="0.03" canHandle'}, interfaces=["CoSimulation"]
+    )
+    before = replace(pair(tmp_path), run=RunSettings(stop=1.0, step=0.01))
+    refused = swap(before, "mass", steady)
+    assert refused.report.problems == ("it steps by 0.03 s only, and the system asks for 0.01 s",)
+
+    parts = {**before.components, "mass": replace(before.components["mass"], source=str(steady))}
+    assert swap(replace(before, components=parts), "mass", steady).system is not None

@@ -62,7 +62,7 @@ def swap(
         Side(file.name, new.ports, new.feedthrough, facts(new)),
     )
     report = compare(component, *sides, used, names)
-    problems = [*report.problems, *_abilities(system, spec, new)]
+    problems = [*report.problems, *_abilities(system, spec, new, facts(old).get("fixed step"))]
     if problems:
         return Swap(replace(report, problems=tuple(problems)), None)
     swapped = _renamed(system, new_spec, report, {p.name: p for p in sides[0].ports}, {p.name: p for p in new.ports})
@@ -101,8 +101,8 @@ def facts(described: HasPorts) -> dict[str, Any]:
     return found
 
 
-def _abilities(system: System, spec: ComponentSpec, new: HasPorts) -> Iterable[str]:
-    """What the system asks of the component that the new one cannot do."""
+def _abilities(system: System, spec: ComponentSpec, new: HasPorts, before: float | None) -> Iterable[str]:
+    """What the system asks of the component that the new one cannot do; `before` is the fixed step of the old one, s."""
     interface = new.interface(spec.options.get("interface") if spec.kind == "fmu" else None)  # type: ignore[attr-defined]
     if system.run.master in _ROLLBACK and not interface.can_save:
         yield f"it cannot keep its state, which the {system.run.master} master needs to take steps back"
@@ -117,7 +117,7 @@ def _abilities(system: System, spec: ComponentSpec, new: HasPorts) -> Iterable[s
                 "choose a step that divides it"
             )
     fixed = interface.fixed_step
-    if fixed and step and abs(step / fixed - round(step / fixed)) > 1e-9:
+    if fixed and step and fixed != before and abs(step / fixed - round(step / fixed)) > 1e-9:
         yield f"it steps by {fixed:g} s only, and the system asks for {step:g} s"
 
 

@@ -21,8 +21,9 @@ from orchestrator.cosim.swap import swap
 from orchestrator.cosim.system import RunSettings
 from orchestrator.regress.case_file import read_cases
 from orchestrator.regress.pool import run_cases
+from orchestrator.regress.reference import expected_of_fmu
 from orchestrator.regress.update import update_references
-from orchestrator.results import MemoryRecorder, Result, read_result
+from orchestrator.results import MemoryRecorder, Result
 
 MOST_STEPS = 500
 NUMBERS = (*FLOATS, *INTEGERS, "Boolean", "Enumeration")
@@ -153,12 +154,15 @@ def _difference(ours: Result, theirs: Mapping[str, list[float]], tolerance: floa
 
 
 def _reference(path: Path, ours: Result, theirs: Mapping[str, list[float]] | None) -> dict[str, float | None]:
-    """Differences of this run and of FMPy's to the reference results beside the FMU, where there are any."""
-    file = path.with_name(f"{path.stem}_ref.csv")
-    if not file.is_file():
+    """Differences of this run and of FMPy's to the reference results in or beside the FMU, where there are any."""
+    try:
+        signals = expected_of_fmu(path).signals
+    except MisfitError:
         return {}
-    reference = read_result(file)
-    columns = {"time": reference.time.tolist(), **{n: reference[n].tolist() for n in reference.names}}
+    if not signals:
+        return {}
+    columns = {name: each.values.tolist() for name, each in signals.items()}
+    columns["time"] = next(iter(signals.values())).time.tolist()
     found = {"reference": _difference(ours, columns)}
     if theirs is not None:
         names = [name for name in ours.names if name.partition(".")[2] in theirs]
