@@ -32,6 +32,10 @@ class AnswerPart:
         for part in self._parts:
             part.check()
         self._box.set_visibility(self.project.result(DIAGNOSIS) is not None)
+        now = versions(self.project)
+        # Once all is in the model, the error falls in the pictures, whose axes stay as they are.
+        fallen = bool(now.number) and now.next is None
+        self._box.classes(add="a-added" if fallen else "", remove="" if fallen else "a-added")
 
     def _stamp(self) -> object:
         running = jobs.look(self.project).running
@@ -87,7 +91,8 @@ def _words(document: dict[str, Any], now: Versions) -> str:
 
 
 def _add_label(document: dict[str, Any], now: Versions) -> str:
-    return "Add it to the model" if len(document["steps"]) <= 2 else f"Add {now.next}"
+    plain = len(document["steps"]) <= 2 and document["verdict"] != "ambiguous"
+    return "Add it to the model" if plain else f"Add {now.next}"
 
 
 def _open_why() -> None:

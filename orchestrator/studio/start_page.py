@@ -5,6 +5,7 @@ from collections.abc import Callable, Hashable
 from nicegui import run, ui
 
 from orchestrator.report.answer import answer_of
+from orchestrator.report.answer.residual import worst_residual
 from orchestrator.studio import jobs, workspace
 from orchestrator.studio.columns_part import small_curve
 from orchestrator.studio.examples import EXAMPLES, open_example
@@ -70,7 +71,7 @@ def _projects() -> None:
             with ui.element("li"):
                 ui.link(project.name, f"/project/{project.id}")
                 ui.label(_words(project))
-                _falling(project)
+                ui.html(_spark(project), sanitize=False)
                 ui.label(project.created.replace("T", " ")[:16] + " UTC").classes("studio-hint")
                 ui.button("Remove", on_click=_remover(project)).props(
                     f'flat dense no-caps aria-label="Remove {project.name}"'
@@ -84,11 +85,13 @@ def _words(project: Project) -> str:
     return f"{project.model or 'no model yet'} · {found}"
 
 
-def _falling(project: Project) -> None:
-    """The error of each version as a curve of the size of a word."""
+def _spark(project: Project) -> str:
+    """As large as a word: how the error fell from version to version; before anything is added, the error along its worst trial."""
     errors = [(each.held_out or each.learning).over_floor for each in versions(project).shown]
     if len(errors) > 1:
-        ui.html(small_curve(errors), sanitize=False)
+        return small_curve(errors)
+    worst = worst_residual(project.result(DIAGNOSIS) or {})
+    return "" if worst is None else small_curve(worst.before[:: max(1, len(worst.before) // 60)].tolist())
 
 
 def _remover(project: Project) -> Callable[[], object]:

@@ -3,6 +3,7 @@
 import json
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ from studio_process import ROOT, Studio
 from orchestrator import ledger
 from orchestrator.compare.result import SetErrors
 from orchestrator.ledger import LedgerEntry
-from orchestrator.studio.project import DIAGNOSIS, MATCH, Project
+from orchestrator.studio.project import DIAGNOSIS, MATCH, VERSION, Project
 from orchestrator.studio.workspace import Workspace
 
 # Results of real runs, thinned to what the screen reads.
@@ -113,6 +114,7 @@ def test_the_first_screen_answers_what_the_json_says(
     if document["verdict"] == "ambiguous":
         assert "input delay at tau or sensor delay in the sensor phi" in text
         assert "35.02 ms" in text, "the size"
+        expect(tab.get_by_role("button", name="Add input delay at tau")).to_be_visible()
     if document["verdict"] == "cannot_tell":
         assert "muscle4" in text, "what the record does not show"
     assert not tab.get_by_text("Drop files here").is_visible()
@@ -169,3 +171,28 @@ def test_the_list_of_projects_says_model_and_verdict(tab: Page, studio: Studio) 
     tab.goto(studio.url)
 
     expect(tab.get_by_text("pendulum · Viscous friction at joint1 is missing.").first).to_be_visible()
+    assert tab.locator("li", has_text="pendulum · Viscous").first.locator(".studio-spark polyline").count() == 1
+
+
+def test_after_add_the_error_falls_in_the_pictures_whose_axes_stay(tab: Page, studio: Studio) -> None:
+    document = document_of("pendulum")
+    project = project_of(studio, document)
+    tab.goto(f"{studio.url}/project/{project.id}")
+    pictures = tab.locator(".a-grid-of-four").inner_html()
+    better = tab.locator("rect.a-better")
+    assert better.evaluate("(bar) => getComputedStyle(bar).animationName") == "none"
+
+    held_out = document["held_out"]
+    errors = SetErrors(held_out["rmse_after"], rms_over_floor(held_out, "rmse_after"))
+    given = ledger.read(project.results)[0]
+    ledger.append(project.results, replace(given, version=1, name="Pendulum_1", learning=errors, held_out=errors))
+    (project.results / VERSION.format(1)).write_text(json.dumps({"entry": 1}))
+    project.change(wanted=1)
+
+    expect(tab.get_by_text("Pendulum_1 has it: the error on held-out trials fell from 2694 to 341")).to_be_visible()
+    assert better.evaluate("(bar) => getComputedStyle(bar).animationName") == "a-fall"
+    # It begins at the length of the bar of the model as given.
+    begins = float(better.evaluate("(bar) => getComputedStyle(bar).getPropertyValue('--from')"))
+    lengths = [float(tab.locator(f"rect.{kind}").get_attribute("width") or 0) for kind in ("a-given", "a-better")]
+    assert math.isclose(begins * lengths[1], lengths[0], rel_tol=0.02)
+    assert tab.locator(".a-grid-of-four").inner_html() == pictures

@@ -105,7 +105,9 @@ def bars_svg(bars: Sequence[Bar]) -> str:
         width = max(1.5, 255 * min(bar.value / longest, 1.0)) if math.isfinite(bar.value) else 255
         label = bar.label if len(bar.label) <= 30 else f"{bar.label[:29]}…"
         parts.append(f'<text class="a-axis" x="188" y="{y + 15}" text-anchor="end">{html.escape(label)}</text>')
-        parts.append(f'<rect class="a-{bar.kind}" x="196" y="{y}" width="{width:.1f}" height="20"/>')
+        # From where the bar falls once the effect is in the model, in its own lengths.
+        fall = f' style="--from: {255 / width:.3f}"' if bar.kind == "better" else ""
+        parts.append(f'<rect class="a-{bar.kind}" x="196" y="{y}" width="{width:.1f}" height="20"{fall}/>')
         parts.append(
             f'<text class="a-title" x="{196 + width + 6:.1f}" y="{y + 15}">{"1" if bar.kind == "floor" else times(bar.value)} ×</text>'
         )
