@@ -120,17 +120,19 @@ def compare(case: Case, progress: Watched | None = None, may_lack: bool = False)
         if reference is not None and case.reference is not None and case.reference.points:
             result = at_points(result, reference)
         found = [_verdict(check, result, reference, expected) for check in checks]
-        verdicts += [*found, *_ended(recording, result, system.run, found)]
+        verdicts += [*found, *_ended(recording, result, reference, system.run, found)]
         if not all(each.passed for each in verdicts if each.name == name):
             curves.append(curve_of(result, reference))
     return Compared(case, system, recording, expected, tuple(verdicts), tuple(curves))
 
 
 def _ended(
-    recording: Recording, result: Signal, run: RunSettings, found: list[SignalVerdict]
+    recording: Recording, result: Signal, reference: Signal | None, run: RunSettings, found: list[SignalVerdict]
 ) -> tuple[SignalVerdict, ...]:
-    """A run that a component ended early covers less than the case asks for."""
+    """A run that a component ended early covers less than the case asks for, unless its reference ends there, too."""
     if not recording.ended or not all(each.passed for each in found):
+        return ()
+    if reference is not None and abs(float(reference.time[-1]) - recording.end) <= (run.step or 0.0):
         return ()
     reason = f"{recording.ended}, before the end of the case at {run.stop:g} s"
     return (SignalVerdict(result.name, False, reason, "length", result.unit),)

@@ -11,8 +11,8 @@ def main() -> None:
     given = json.loads(sys.argv[1])
     try:
         description = read_model_description(given["path"], validate=False)
-        numbers = ("Real", "Float64", "Float32", "Integer", "Int32", "Boolean")
-        outputs = [v.name for v in description.modelVariables if v.causality == "output" and v.type in numbers]
+        others = ("String", "Binary", "Clock")
+        outputs = [v.name for v in description.modelVariables if v.causality == "output" and v.type not in others]
         result = simulate_fmu(
             given["path"],
             validate=False,
@@ -24,7 +24,11 @@ def main() -> None:
             record_events=False,
             relative_tolerance=1e-8 if given.get("interface") == "ModelExchange" else None,
         )
-        columns = {name: [float(x) for x in result[name]] for name in result.dtype.names if result[name].ndim == 1}
+        columns = {}
+        for name in result.dtype.names:
+            rows = result[name].astype(float).reshape(len(result), -1)
+            names = [name] if result[name].ndim == 1 else [f"{name}[{k + 1}]" for k in range(rows.shape[1])]
+            columns |= dict(zip(names, rows.T.tolist(), strict=True))
         answer = {"words": "ok", "columns": columns}
     except Exception as error:
         answer = {"words": " ".join(str(error).split())[:200] or type(error).__name__}
