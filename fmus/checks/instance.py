@@ -15,7 +15,9 @@ class Instance:
         from fmpy import instantiate_fmu  # type: ignore[import-untyped]
 
         self.subject, self.kind = subject, kind
-        self.fmu = instantiate_fmu(str(subject.folder), subject.description, fmi_type=kind)
+        self.events = kind == "CoSimulation" and subject.has_clocks
+        more = {"event_mode_used": True} if self.events else {}
+        self.fmu = instantiate_fmu(str(subject.folder), subject.description, fmi_type=kind, **more)
         self.second = subject.description.fmiVersion == "2.0"
         if self.second:
             self.fmu.setupExperiment(startTime=subject.start, tolerance=tolerance)
@@ -26,12 +28,19 @@ class Instance:
     def initialized(self) -> "Instance":
         """Leave initialization; model exchange goes on to continuous time."""
         self.fmu.exitInitializationMode()
-        if self.kind == "ModelExchange":
-            update = self.fmu.newDiscreteStates if self.second else self.fmu.updateDiscreteStates
-            while update()[0]:
-                pass
-            self.fmu.enterContinuousTimeMode()
+        if self.kind == "ModelExchange" or self.events:
+            self._settle()
         return self
+
+    def _settle(self) -> None:
+        """End the event mode, in which no clock ticks here but those of the FMU itself."""
+        update = self.fmu.newDiscreteStates if self.second else self.fmu.updateDiscreteStates
+        while update()[0]:
+            pass
+        if self.events:
+            self.fmu.enterStepMode()
+        else:
+            self.fmu.enterContinuousTimeMode()
 
     def get(self, numbers: Sequence[Numbers]) -> list[float]:
         """Values of all elements, one after the other."""
@@ -52,6 +61,9 @@ class Instance:
         end = time + size
         while time < end - 1e-9 * size:
             result = self.fmu.doStep(time, end - time)
+            if self.events and result[0]:
+                self.fmu.enterEventMode()
+                self._settle()
             if self.second or result is None or not result[2]:
                 return
             time = float(result[3])

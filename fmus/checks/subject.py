@@ -62,6 +62,12 @@ class Subject:
         return self.numbers_of("output", "local")
 
     @property
+    def has_clocks(self) -> bool:
+        """Whether there are clocks and the mode in which they tick: such an FMU may refuse to run without it."""
+        clocks = any(variable.type == "Clock" for variable in self.description.modelVariables)
+        return clocks and bool(getattr(self.description.coSimulation, "hasEventMode", False))
+
+    @property
     def start(self) -> float:
         """Start time, s."""
         return float(getattr(self.description.defaultExperiment, "startTime", None) or 0.0)

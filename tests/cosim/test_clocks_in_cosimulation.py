@@ -10,6 +10,7 @@ from systems import spec
 
 from fmus.errors import MisfitError
 from fmus.runtime.compiler import find_compiler
+from fmus.validate import validate_fmu
 from orchestrator.cosim import ComponentSpec, Connection, RunSettings, Simulation, System
 from orchestrator.cosim.container import container_of
 from orchestrator.cosim.load import load_system
@@ -25,7 +26,7 @@ DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
   <Clock name="Port.Rx_Clock" valueReference="2" causality="input" intervalVariability="triggered"/>
   <Clock name="Port.Tx_Clock" valueReference="3" causality="output" intervalVariability="triggered"/>
   <Clock name="reply" valueReference="4" causality="input" intervalVariability="countdown"/>
-  <Binary name="Port.Rx_Data" valueReference="5" causality="input" variability="discrete" clocks="2"/>
+  <Binary name="Port.Rx_Data" valueReference="5" causality="input" variability="discrete" clocks="2"><Start value=""/></Binary>
   <Binary name="Port.Tx_Data" valueReference="6" causality="output" variability="discrete" clocks="3"/>
   <Binary name="answer" valueReference="7" causality="output" variability="discrete" clocks="4"/>
   <Float64 name="say" valueReference="8" causality="input" variability="discrete" start="0"/>
@@ -34,8 +35,9 @@ DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
   <Float64 name="ticked" valueReference="11" causality="output" variability="discrete" clocks="1"/>
  </ModelVariables>
  <ModelStructure>
-  <Output valueReference="6"/><Output valueReference="7"/><Output valueReference="9" dependencies=""/>
+  <Output valueReference="3"/><Output valueReference="6"/><Output valueReference="7"/><Output valueReference="9" dependencies=""/>
   <Output valueReference="10" dependencies=""/><Output valueReference="11"/>
+  <InitialUnknown valueReference="3"/><InitialUnknown valueReference="9"/><InitialUnknown valueReference="10"/>
  </ModelStructure>
 </fmiModelDescription>"""
 _MEMBERS = "".join(
@@ -55,7 +57,11 @@ def station(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("station")
     headers = Path(fmpy.__file__).parent / "c-code"
     flags = ["-DFMI3_OVERRIDE_FUNCTION_PREFIX", f"-I{headers}", "-shared", "-fPIC", "-O1"]
-    subprocess.run([*find_compiler(), *flags, "-o", "station.so", str(SOURCE)], cwd=folder, check=True)
+    subprocess.run(
+        [*find_compiler(), *flags, "-o", "station.so", str(SOURCE), str(SOURCE.with_name("absent.c"))],
+        cwd=folder,
+        check=True,
+    )
     with zipfile.ZipFile(folder / "station.fmu", "w") as archive:
         archive.writestr("modelDescription.xml", DESCRIPTION)
         archive.writestr("terminalsAndIcons/terminalsAndIcons.xml", TERMINALS)
@@ -111,6 +117,10 @@ def test_a_system_with_terminals_goes_through_ssp(station: Path, tmp_path: Path)
     with Simulation(load_system(tmp_path / "two.ssp"), stop=0.25) as run:
         run.run(0.25)
         assert (run.get("a.heard"), run.get("b.heard")) == (6, 6)
+
+
+def test_a_station_has_no_findings_though_it_runs_with_event_mode_only(station: Path) -> None:
+    assert validate_fmu(station) == []
 
 
 def test_a_discrete_input_that_changes_is_an_event_of_its_own(station: Path) -> None:
