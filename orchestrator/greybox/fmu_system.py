@@ -17,6 +17,7 @@ from orchestrator.cosim.toml_text import write_toml
 from orchestrator.greybox.around import Placed, fmu_with
 from orchestrator.greybox.candidates import fits
 from orchestrator.greybox.expression import renamed
+from orchestrator.greybox.fmu_front import write_with_laws
 from orchestrator.greybox.laws import Law, laws
 from orchestrator.greybox.places import Place, parameter_places, unscaled_places
 from orchestrator.greybox.tape import Outline, can_be_taped, outline
@@ -60,22 +61,30 @@ class _Plan:
 
 
 def write_fmu_system(source: FmuSource, effects: Sequence[NamedEffect], folder: Path, name: str) -> Path:
-    """Write `NAME.toml` and the FMUs that it names to a folder; returns the path of the file.
+    """Write `NAME.toml` and the FMUs that it names to a folder, or `NAME.fmu` alone if all effects act at rates inside of it.
+
+    Returns:
+        The path of the file.
 
     Raises:
         MisfitError: if an effect is unknown, or acts where the FMU has no input.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    original = folder / source.file.name
-    if original.resolve() != source.file.resolve():
-        shutil.copyfile(source.file, original)
     description, seen = source.fmu.started, outline(source)
+    inside = [effect for effect in effects if _is_inside(seen, effect)]
+    original = folder / (f"{name}.fmu" if inside else source.file.name)
+    if inside:
+        write_with_laws(source, seen, [_placed(seen, effect) for effect in inside], original)
+    elif original.resolve() != source.file.resolve():
+        shutil.copyfile(source.file, original)
+    if inside == list(effects):
+        return original
     plan = _Plan(folder)
     plan.components[PLANT] = ComponentSpec(PLANT, source=original.name, values=_values(source, effects))
     plan.inputs = {p.name: (f"{PLANT}.{p.name}",) for p in description.inputs}
     plan.outputs = {p.name: f"{PLANT}.{p.name}" for p in description.outputs}
     for effect in effects:
-        if effect.id != "parameter_error":
+        if effect.id != "parameter_error" and effect not in inside:
             _place(plan, source, seen, effect)
     system = System(
         name,
@@ -105,11 +114,7 @@ def version_model(source: FmuSource, effects: Sequence[NamedEffect], signals: Se
         MisfitError: if the FMU has no place for one of them.
     """
     seen = outline(source)
-    found = []
-    for effect in effects:
-        law, place = _law_and_place(seen, effect)
-        own = {p.name: effect.parameters[law.public(p.name, place.unit)].value for p in law.parameters}
-        found.append(Placed(law, place, own))
+    found = [_placed(seen, effect) for effect in effects]
     return fmu_with(source, found, seen.acting, {b.input: b.state for b in seen.balances}, signals)
 
 
@@ -141,6 +146,19 @@ def _law_and_place(seen: Outline, effect: NamedEffect) -> tuple[Law, Place]:
     return found
 
 
+def _placed(seen: Outline, effect: NamedEffect) -> Placed:
+    law, place = _law_and_place(seen, effect)
+    return Placed(law, place, {p.name: effect.parameters[law.public(p.name, place.unit)].value for p in law.parameters})
+
+
+def _is_inside(seen: Outline, effect: NamedEffect) -> bool:
+    """Whether an effect acts on rates for which the FMU has no input."""
+    if effect.id == "parameter_error":
+        return False
+    _, place = _law_and_place(seen, effect)
+    return place.kind in ("motion", "storage") and not all(seen.acting[force] for force in place.adds)
+
+
 def _place(plan: _Plan, source: FmuSource, seen: Outline, effect: NamedEffect) -> None:
     law, place = _law_and_place(seen, effect)
     label = plan.add(effect.id, law_class(law, place, effect), "Law")
@@ -155,11 +173,6 @@ def _place(plan: _Plan, source: FmuSource, seen: Outline, effect: NamedEffect) -
         if re.search(rf"\b{name}\b", law.expression) and name != "t":
             _sense(plan, source, text, f"{label}.{name}")
     for force, factor in place.adds.items():
-        if not seen.acting[force]:
-            raise MisfitError(
-                f"{effect.id} at {effect.site} cannot be written as a system of FMUs: {source.class_name} has no input that "
-                f"acts there; export it with an input in the unit of {place.unit} for it"
-            )
         signal = f"{label}.y"
         if factor < 0:
             turned = plan.add("minus", SUM.replace("a + b", "-b").replace("  input Real a;\n", ""), "Sum")

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import fmpy
 import numpy as np
 import pytest
 
@@ -162,6 +163,34 @@ def test_a_version_of_an_fmu_is_a_system_of_fmus_with_its_new_parameters(
     pairs = {(c.source, c.target) for c in system.connections}
     assert {("coulomb_friction.y", "sum.b"), ("sum.y", "plant.tau"), ("plant.phi", "rate.u")} <= pairs
     assert system.outputs == {"phi": "plant.phi"} and set(system.inputs["tau"]) == {"sum.a"}
+
+
+@pytest.mark.parametrize("fmi", ["2.0", "3.0"])
+def test_friction_at_a_rate_is_written_into_the_fmu(fmi: str, tmp_path: Path) -> None:
+    """Read by FMPy, which knows nothing of it: rates and their values are those of the FMU that has the damping itself."""
+    measurements = load_measurements(_record(tmp_path / "data", unit="V", samples=60))
+    source = FmuSource.prepare(_swing(tmp_path / "one", unit="V", fmi=fmi), measurements)
+    effect = _effect("viscous_friction", "phi", b=1.0)
+    made = write_fmu_system(source, [effect], tmp_path / "new", "Swing_1")
+    source.fmu.close()
+    own = _swing(tmp_path / "two", b=0.07, unit="V", fmi=fmi)
+    assert fmpy.read_model_description(str(made), validate=True).coSimulation is None
+    runs = [
+        fmpy.simulate_fmu(
+            str(file),
+            fmi_type="ModelExchange",
+            stop_time=2.0,
+            relative_tolerance=1e-8,
+            start_values={"phi": 0.4},
+            output=["phi", "der(w)"],
+            output_interval=0.1,
+        )
+        for file in (made, own)
+    ]
+    for name in ("phi", "der(w)"):
+        np.testing.assert_allclose(runs[0][name], runs[1][name], atol=1e-6)
+    constant = fmpy.read_model_description(str(made)).modelVariables[-1]
+    assert (constant.name, float(constant.start)) == ("viscous_friction1.b", 1.0)
 
 
 def test_dry_friction_is_named_though_an_effect_at_the_sensor_explains_a_part(tmp_path: Path) -> None:
