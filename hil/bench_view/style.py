@@ -17,6 +17,7 @@ CSS = f"""
 .bench-table {{ border-collapse: collapse; font-variant-numeric: tabular-nums; width: 100%; font-size: 0.92rem; }}
 .bench-table th, .bench-table td {{ text-align: right; padding: 4px 6px; border-bottom: 1px solid {SURFACES["rule"]}; white-space: nowrap; }}
 .bench-table thead th {{ white-space: normal; vertical-align: bottom; color: {Colour.QUIET}; }}
+@media (max-width: 600px) {{ .bench-table {{ font-size: 0.72rem; }} .bench-table th, .bench-table td {{ padding: 4px 2px; white-space: normal; }} }}
 .bench-near {{ color: {Colour.BAD}; }}
 .bench-hidden {{ position: absolute; left: -9999px; }}
 .bench-part dl {{ display: grid; grid-template-columns: repeat(auto-fit, minmax(130px, 1fr)); gap: 4px 16px; margin: 4px 0; font-variant-numeric: tabular-nums; }}

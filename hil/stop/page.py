@@ -20,7 +20,7 @@ button:hover, button:active { background: #8c1d18; }
 button:focus-visible { outline: 4px solid #0072b2; outline-offset: 1px; }
 h1 { position: absolute; left: -999px; }
 p { margin: 0; line-height: 1.25; }
-@media (max-width: 700px) { main { gap: 10px; } button { padding: 0 14px; } p { font-size: 12px; } }
+@media (max-width: 700px) { main { gap: 10px; } button { padding: 0 14px; } p { font-size: 11px; line-height: 1.15; } }
 .over button { background: #595959; border-color: #404040; }
 .bad { font-weight: bold; color: #a3190f; }
 </style></head>
@@ -65,7 +65,7 @@ ask();
 </script></body></html>
 """)
 
-READY = "Stops the arm gently, also when the rest of this page hangs."
+READY = "Stops the arm gently, also when the page hangs."
 
 
 def page(nonce: str, words: str) -> bytes:

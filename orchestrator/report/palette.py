@@ -68,11 +68,10 @@ def css_variables(selector: str = ":root") -> str:
     return _rule(selector, named)
 
 
-def dark_css(drawn: str, kept: str = "") -> str:
+def dark_css(drawn: str) -> str:
     """Return CSS for readers whose system asks for dark pages; print stays white on paper.
 
-    What is selected by `drawn` has fixed colours on white: its brightness is turned round, its hues stay. What is selected by
-    `kept` stays as it is, on white.
+    What is selected by `drawn` has fixed colours on white: its brightness is turned round, its hues stay.
 
     Example:
         >>> "figure img { filter: invert" in dark_css("figure img"), "--ink: #E8E8E8;" in dark_css("figure img")
@@ -83,8 +82,7 @@ def dark_css(drawn: str, kept: str = "") -> str:
     page = _rule("html:root", named | DARK_SURFACES) + " html:root { color-scheme: dark; }"
     # White turns to the dark page's paper, near enough.
     turned = f"{drawn} {{ filter: invert(0.91) hue-rotate(180deg); }}"
-    fixed = ", ".join(filter(None, (drawn, kept)))
-    white = f"{css_variables(fixed)} {fixed} {{ background: var(--paper); color: var(--ink); color-scheme: light; }}"
+    white = f"{css_variables(drawn)} {drawn} {{ background: var(--paper); color: var(--ink); color-scheme: light; }}"
     return f"@media screen and (prefers-color-scheme: dark) {{ {page} {white} {turned} }}"
 
 

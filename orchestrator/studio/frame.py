@@ -16,15 +16,14 @@ from orchestrator.studio.views.parts import STYLE as VIEWS_STYLE
 
 STYLE = Path(__file__).with_name("studio.css")
 STATIC = Path(__file__).with_name("static")
-# Plots and drawings of fixed colours are turned round in dark pages; the colours of a running session stay, on white.
-DRAWN = ".nicegui-echart, .steps-drawing, .arm-replay svg, .view-legend span"
-KEPT = ".bench-state, .bench-part"
+# What has fixed colours is turned round in dark pages.
+DRAWN = ".nicegui-echart, .steps-drawing, .arm-replay svg, .view-legend span, .bench-state, .bench-part"
 
 
 def mount(pages: Sequence[Page]) -> None:
     """Give every page its route."""
     ui.add_css(css_variables() + VIEWS_STYLE.read_text() + STYLE.read_text() + answer_style(), shared=True)
-    ui.add_css(replay_style() + dark_css(DRAWN, KEPT), shared=True)
+    ui.add_css(replay_style() + dark_css(DRAWN), shared=True)
     ui.add_head_html(f"<script>{replay_script()}</script>", shared=True)
     app.add_static_files("/studio", STATIC)
     for script in ("upload.js", "lost.js"):

@@ -84,7 +84,7 @@ def test_colours_of_one_figure_differ_on_a_dark_page(names: tuple[str, ...], sig
         assert np.linalg.norm(lab(first, sight) - lab(second, sight)) >= 20, (first, second)
 
 
-def test_dark_pages_are_for_screens_and_what_was_drawn_on_white_stays_so() -> None:
+def test_dark_pages_are_for_screens_and_what_was_drawn_on_white_is_turned_round() -> None:
     css = dark_css(".drawn")
     assert css.startswith("@media screen and (prefers-color-scheme: dark) {")
     page, drawn = re.findall(r"(?::root|\.drawn) \{ --[^}]*\}", css)

@@ -106,6 +106,11 @@ def test_a_fault_is_told_in_plain_words_and_escape_ends_the_session_with_its_rec
     expect(fault).to_contain_text("What to do: Look at plugs")
     screenshot(tab, "bench_fault_1280")
     assert serious(tab) == []
+    tab.set_viewport_size({"width": 390, "height": 844})
+    clipped = "() => [...document.querySelectorAll('.bench-part')].filter((part) => part.scrollWidth > part.clientWidth + 1).length"
+    tab.wait_for_function(f"({clipped})() === 0")
+    frame = tab.frame_locator("#bench-stop iframe").locator("#told")
+    assert frame.evaluate("(told) => told.getBoundingClientRect().top") >= 0, "its words are cut off"
     tab.set_viewport_size({"width": 820, "height": 1180})
     assert tab.evaluate("document.documentElement.scrollWidth") <= 820
     screenshot(tab, "bench_fault_820")

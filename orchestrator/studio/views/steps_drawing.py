@@ -18,7 +18,7 @@ LETTER = 7.5
 FALL_S = 0.9
 
 STYLE = f"""
-.steps-drawing {{ width: 100%; height: {HEIGHT}px; display: block; font: 14px system-ui, sans-serif; }}
+.steps-drawing {{ width: 100%; height: auto; max-height: {HEIGHT}px; display: block; font: 14px system-ui, sans-serif; }}
 .steps-drawing .falls {{ transform-box: fill-box; transform-origin: bottom;
   animation: steps-fall {FALL_S}s ease-in-out both; }}
 .steps-drawing .appears {{ animation: steps-appear 0.3s ease-in both; }}
