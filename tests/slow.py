@@ -105,7 +105,15 @@ SLOW = {
     # Whole sites, packages, notebooks, teams.
     **{
         f"tests/test_documentation.py::test_commands_of_a_page_run_one_after_another[{page}": "the same test on the other pages; each command and option of these exists"
-        for page in ("README.md", "rat_muscle.md", "gp.md", "bench_session.md", "name_an_effect.md", "regress.md")
+        for page in (
+            "README.md",
+            "rat_muscle.md",
+            "gp.md",
+            "bench_session.md",
+            "name_an_effect.md",
+            "regress.md",
+            "identify_a_robot.md",
+        )
     },
     "tests/test_documentation_site.py": "test_documentation.py: links and commands of pages; house/test_public_list.py: the reference",
     "tests/test_wheel.py::test_the_wheel_builds": "the same file: the front door, and the files that it needs",

@@ -20,6 +20,13 @@ def commands(page: Path) -> list[str]:
     return [line[2:] for block in blocks for line in block.splitlines() if line.startswith("$ ")]
 
 
+def examples(page: Path) -> list[str]:
+    """Every command of misfit in any block of a page, also where the block says in words behind it what the command does."""
+    blocks = re.findall(r"^ *```\w*[^\n]*\n(.*?)^ *```", page.read_text(), re.DOTALL | re.MULTILINE)
+    lines = [line.strip().removeprefix("$ ").removeprefix("- run: ") for block in blocks for line in block.splitlines()]
+    return [re.split(r"  +| #|;|\\$", line)[0] for line in lines if line.startswith("misfit ")]
+
+
 def files(page: Path) -> dict[str, str]:
     """Files that a page asks its reader to write: blocks with a title, by name."""
     return dict(re.findall(r"^```\w+ title=\"([^\"]+)\"\n(.*?)^```", page.read_text(), re.DOTALL | re.MULTILINE))
@@ -47,12 +54,12 @@ def test_commands_of_a_page_run_one_after_another(page: Path, tmp_path: Path) ->
         assert done.returncode == int(code or 0), f"{command}: {done.stderr}"
 
 
-@pytest.mark.parametrize("page", [page for page in PAGES if commands(page)], ids=lambda page: page.name)
+@pytest.mark.parametrize("page", [page for page in PAGES if examples(page)], ids=lambda page: page.name)
 def test_commands_of_a_page_exist_and_have_the_options_that_it_names(page: Path) -> None:
-    for line in commands(page):
-        program, *words = shlex.split(line.partition("  # exits ")[0])
+    for line in examples(page):
+        program, *words = shlex.split(re.sub(r"[][]", "", line))
         found: click.Command = misfit
-        while isinstance(found, click.Group):
+        while isinstance(found, click.Group) and words:
             context = click.Context(found)
             # `misfit regress PATH` is short for its command for cases.
             name = words.pop(0) if words[0] in found.list_commands(context) else "cases"
