@@ -120,6 +120,8 @@ class FmuDescription:
         raise FmuError(f"{self.path.name} offers {has}, not {kind or 'what can be run here'}; ask for what it offers")
 
 
+# More than that, 0.8 GB for one array, is a mistake.
+_MOST_ELEMENTS = 10**8
 _known: dict[tuple[Path, int, int], FmuDescription] = {}
 
 
@@ -168,10 +170,15 @@ def _parse(path: Path) -> dict[str, Any]:
 
     read_archive(path)  # refuses what is not safe
     try:
-        parsed = read_model_description(str(path), validate=False)
-    except Exception as error:  # FMPy raises whatever its XML code meets
+        return _values(path, read_model_description(str(path), validate=False))
+    except FmuError as error:
+        raise FmuError(f"{path}: {error}" if path.name not in str(error) else str(error)) from error
+    except Exception as error:  # FMPy raises whatever its XML code meets, and takes texts for numbers as they are
         words = " ".join(str(error).split()) or type(error).__name__
         raise FmuError(f"{path}: the model description cannot be read: {words}; run misfit validate {path}") from error
+
+
+def _values(path: Path, parsed: Any) -> dict[str, Any]:
     version = int(str(parsed.fmiVersion).split(".")[0])
     if version not in (1, 2, 3):
         raise FmuError(f"{path} is an FMU of FMI {parsed.fmiVersion}; FMI 1.0, 2.0 and 3.0 can be run")
@@ -268,6 +275,7 @@ def _port(variable: Any, units: Mapping[str, SiUnit]) -> Port:
     unit = attribute("unit") or ""
     items = () if declared is None else tuple((item.name, int(item.value)) for item in declared.items)
     shape = tuple(variable.shape or ())
+    check_sizes(variable.name, shape)
     return Port(
         name=variable.name,
         causality=variable.causality,
@@ -275,7 +283,7 @@ def _port(variable: Any, units: Mapping[str, SiUnit]) -> Port:
         shape=shape,
         unit=unit,
         variability=variable.variability if kind != "Clock" else variable.intervalVariability or "",
-        start=_start(variable.start, kind, shape),
+        start=_start(variable, kind, shape),
         minimum=_number(attribute("min")),
         maximum=_number(attribute("max")),
         nominal=_number(attribute("nominal")),
@@ -287,15 +295,25 @@ def _port(variable: Any, units: Mapping[str, SiUnit]) -> Port:
     )
 
 
-def _start(text: str | None, kind: str, shape: tuple[int, ...]) -> Any:
+def check_sizes(name: str, shape: tuple[int, ...]) -> None:
+    """Raise FmuError for an array that nothing can hold."""
+    if math.prod(shape) > _MOST_ELEMENTS or min(shape, default=0) < 0:
+        raise FmuError(f"array {name!r} has the sizes {shape}; expected at most {_MOST_ELEMENTS:.0e} elements")
+
+
+def _start(variable: Any, kind: str, shape: tuple[int, ...]) -> Any:
     """Start value in Python's types; an array where several values are given or the shape says so."""
+    text: str | None = variable.start
     if text is None or kind == "Clock":
         return None
     if kind == "String":
         return text
-    if kind == "Binary":
-        return bytes.fromhex(text)
-    values = [_scalar(part, kind) for part in text.split()]
+    try:
+        if kind == "Binary":
+            return bytes.fromhex(text)
+        values = [_scalar(part, kind) for part in text.split()]
+    except ValueError:
+        raise FmuError(f"{variable.name!r} has the start value {text!r}, which is no {kind}") from None
     if not shape:
         return values[0] if values else None
     import numpy as np

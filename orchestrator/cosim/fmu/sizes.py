@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from orchestrator.cosim.component import Port
-from orchestrator.cosim.fmu.description import FmuDescription
+from orchestrator.cosim.fmu.description import FmuDescription, check_sizes
 from orchestrator.cosim.system import Value
 from orchestrator.cosim.values import port_value
 
@@ -17,7 +17,7 @@ def sized(description: FmuDescription, given: Mapping[str, Value]) -> FmuDescrip
     An array of another size has no start value: that of the description no longer fits.
 
     Raises:
-        MisfitError: if a value is none for its structural parameter.
+        MisfitError: if a value is none for its structural parameter, or an array would be too large.
     """
     structure = {port.name: port for port in description.ports if port.causality == "structuralParameter"}
     values = {name: int(port_value(port, given[name])) for name, port in structure.items() if name in given}
@@ -32,6 +32,7 @@ def sized(description: FmuDescription, given: Mapping[str, Value]) -> FmuDescrip
         shape = tuple(part if isinstance(part, int) else sizes[part] for part in parts)
         if shape == port.shape:
             return port
+        check_sizes(port.name, shape)
         return replace(port, shape=shape, start=port.start if np.ndim(port.start) == 0 else None)
 
     return replace(description, ports=tuple(map(resized, description.ports)))
