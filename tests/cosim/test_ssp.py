@@ -370,3 +370,14 @@ def test_an_ssd_beside_its_files_is_read_in_place(tmp_path):
     again = load_system(tmp_path / "open" / "SystemStructure.ssd")
     assert again.folder == tmp_path / "open"
     assert again.connections == system.connections
+
+
+@pytest.mark.parametrize("name", ["a b", "ü", "50%20", "a#b?c", "x;y"])
+def test_an_fmu_keeps_its_name_whatever_characters_it_has(name: str, tmp_path: Path) -> None:
+    (tmp_path / f"{name}.fmu").write_bytes(small_fmu("decay").read_bytes())
+    system = System("s", {"d": ComponentSpec("d", source=f"{name}.fmu")}, run=RunSettings(step=0.1), folder=tmp_path)
+
+    again = read_ssp(write_ssp(system, tmp_path / "s.ssp"))
+
+    assert Path(again.components["d"].source).name == f"{name}.fmu"
+    assert describe(again.components["d"], again.folder).ports[0].name == "x"

@@ -5,6 +5,7 @@ import xml.etree.ElementTree as ET
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict
 from typing import Any
+from urllib.parse import quote
 
 import numpy as np
 
@@ -122,7 +123,7 @@ class Document:
 
     def _component(self, elements: ET.Element, name: str, spec: ComponentSpec) -> None:
         element = _sub(
-            elements, "ssd:Component", name=name, type="application/x-fmu-sharedlibrary", source=self.sources[name]
+            elements, "ssd:Component", name=name, type="application/x-fmu-sharedlibrary", source=quote(self.sources[name])
         )
         if spec.options.get("interface"):
             element.set("implementation", spec.options["interface"])
