@@ -26,6 +26,14 @@ def _lines(rows: Sequence[Row], structures: Sequence[Row], skipped: int) -> Iter
     yield "Sources: " + ", ".join(dict.fromkeys(row["source"].replace("+", "/") for row in (*rows, *structures))) + "."
     yield ""
     yield from _counts(rows, structures, skipped)
+    yield from (
+        "",
+        "## Each tool",
+        "",
+        "| tool | FMI | FMUs | run here | run by FMPy | of these, agree or have no outputs |",
+    )
+    yield "|---|---|---|---|---|---|"
+    yield from _tools(rows)
     yield ""
     yield "## Each FMU"
     yield ""
@@ -65,6 +73,18 @@ def _counts(rows: Sequence[Row], structures: Sequence[Row], skipped: int) -> Ite
             yield f"| {name}: without a word | {sum(row.get(name) == 'ok' for row in rows)} |"
     yield f"| system structures | {len(structures)} |"
     yield f"| of these, read | {sum(row['read'] == 'ok' for row in structures)} |"
+
+
+def _tools(rows: Sequence[Row]) -> Iterator[str]:
+    """A row for each tool, as it calls itself and its version, and version of FMI."""
+    of: dict[tuple[str, str], list[Row]] = {}
+    for row in rows:
+        of.setdefault((row.get("tool") or "not said", row.get("version") or "not read"), []).append(row)
+    for (tool, version), made in sorted(of.items()):
+        theirs = [row for row in made if row.get("fmpy") == "ok"]
+        near = [row for row in theirs if row.get("run") == "ok" and (row.get("difference") or 0.0) <= AGREES]
+        run = sum(row.get("run") == "ok" for row in made)
+        yield f"| {_cell(tool)} | {version} | {len(made)} | {run} | {len(theirs)} | {len(near)} |"
 
 
 def _number(value: float | None) -> str:

@@ -39,7 +39,8 @@ def test_equal_files_count_once_and_the_page_counts_what_agrees(tmp_path: Path) 
         (tmp_path / name).write_text(name if name == "c.fmu" else "same")
     assert [path.name for path in distinct(tmp_path, (".fmu",))] == ["a.fmu", "c.fmu"]
 
-    row = {"source": "s@1", "file": "x.fmu", "run": "ok", "fmpy": "ok"}
+    row = {"source": "s@1", "file": "x.fmu", "tool": "Maker 7", "version": "2", "run": "ok", "fmpy": "ok"}
     text = page([{**row, "difference": 1e-9}, {**row, "difference": 1e-3}, {**row, "run": "a|b"}], [])
     assert "| of these, with outputs that agree to 1e-06 | 1 |" in text
     assert "| run by FMPy and here | 2 |" in text and "a/b" in text
+    assert "| Maker 7 | 2 | 3 | 2 | 3 | 1 |" in text
