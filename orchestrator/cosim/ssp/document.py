@@ -123,7 +123,11 @@ class Document:
 
     def _component(self, elements: ET.Element, name: str, spec: ComponentSpec) -> None:
         element = _sub(
-            elements, "ssd:Component", name=name, type="application/x-fmu-sharedlibrary", source=quote(self.sources[name])
+            elements,
+            "ssd:Component",
+            name=name,
+            type="application/x-fmu-sharedlibrary",
+            source=quote(self.sources[name]),
         )
         if spec.options.get("interface"):
             element.set("implementation", spec.options["interface"])
