@@ -128,7 +128,7 @@ def _falling_error() -> str:
     first, last = run["versions"][0], run["versions"][-1]
     named = ", ".join(f"{effect['id'].replace('_', ' ')} at {effect['site']}" for effect in last["effects"])
     return (
-        f"{falling_error(versions)}\n\nIt names **{named}**. The error of trials that were never used before falls from"
+        f"{falling_error(versions)}\n\nIt names **{named}**. The error of held-out trials, which no parameter was fitted to, falls from"
         f" {first['held_out']['over_floor']:.1f} to {last['held_out']['over_floor']:.2f} times the noise floor. (Recorded by"
         f" `{run['command']}`, misfit {last['misfit_version']} at commit {run['commit']}, {last['date'][:10]}.)"
     )

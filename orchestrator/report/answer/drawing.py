@@ -15,6 +15,8 @@ from orchestrator.report.numbers import engineering_exponent, prefixed, takes_pr
 
 # Points of a curve that a picture of this width can show.
 MOST_POINTS = 500
+# The longest bar; answer.css lets the bar of the effects fall from there.
+LONGEST = 255
 # Letters that the title of a wide picture has room for.
 MOST_TITLE = 70
 
@@ -102,12 +104,10 @@ def bars_svg(bars: Sequence[Bar]) -> str:
     parts = []
     for place, bar in enumerate(bars):
         y = 4 + 34 * place
-        width = max(1.5, 255 * min(bar.value / longest, 1.0)) if math.isfinite(bar.value) else 255
+        width = max(1.5, LONGEST * min(bar.value / longest, 1.0)) if math.isfinite(bar.value) else LONGEST
         label = bar.label if len(bar.label) <= 30 else f"{bar.label[:29]}…"
         parts.append(f'<text class="a-axis" x="188" y="{y + 15}" text-anchor="end">{html.escape(label)}</text>')
-        # From where the bar falls once the effect is in the model, in its own lengths.
-        fall = f' style="--from: {255 / width:.3f}"' if bar.kind == "better" else ""
-        parts.append(f'<rect class="a-{bar.kind}" x="196" y="{y}" width="{width:.1f}" height="20"{fall}/>')
+        parts.append(f'<rect class="a-{bar.kind}" x="196" y="{y}" width="{width:.1f}" height="20"/>')
         parts.append(
             f'<text class="a-title" x="{196 + width + 6:.1f}" y="{y + 15}">{"1" if bar.kind == "floor" else times(bar.value)} ×</text>'
         )
@@ -128,11 +128,11 @@ def residual_svg(found: Residual) -> str:
         _room(min(float(before.min()), -noise), max(float(before.max()), noise)),
     )
     unit = _unit(found.unit, exponent)
-    room = max(9, MOST_TITLE - len(f"Error of {found.signal}, held-out  ({unit}): before, after, grey = noise"))
-    title = f"Error of {found.signal}, held-out {_short(found.trial, room)} ({unit}):"
+    room = max(9, MOST_TITLE - len(f"Error of {found.signal},  ({unit}): before, after"))
+    title = f"Error of {found.signal}, {_short(found.trial, room)} ({unit}):"
     legend = f'<tspan class="a-ink-given"> {"as given" if after is None else "before"}</tspan>'
     legend += ', <tspan class="a-ink-after">after</tspan>' if after is not None else ""
-    parts = [f'<text class="a-title" x="46" y="13">{html.escape(title)}{legend}, grey = noise</text>']
+    parts = [f'<text class="a-title" x="46" y="13">{html.escape(title)}{legend}</text>']
     parts.append(axes.grid("time (s)"))
     top, bottom = axes.y(noise), axes.y(-noise)
     parts.append(

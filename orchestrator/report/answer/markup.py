@@ -77,7 +77,9 @@ def _failed(document: Mapping[str, Any]) -> str:
     if found is None:
         return ""
     heading = "Where it failed, before and after" if found.after is not None else "Where the error is largest"
-    return _section(heading, residual_svg(found))
+    return _section(
+        heading, residual_svg(found) + _small("The held-out trial with the largest error; grey: the noise.")
+    )
 
 
 def _rivals(answer: Answer) -> str:
