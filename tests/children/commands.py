@@ -46,12 +46,13 @@ def arguments_of(command: str, folder: Path, fmu: Path) -> list[str]:
         (folder / "exact.csv").write_text("time,x\n0,1\n0.5,1\n1,1\n")
         (folder / "fall.regress.toml").write_text(CASE.format(model=fmu))
         return [ours, "regress", "fall.regress.toml"] if command == "regress" else [sys.executable, "-m", "pytest", "."]
-    if command == "compare":
+    if command in ("compare", *OTHERS_WITH_MODELS):
         rows = "".join(f"{0.01 * k:.2f},{0.01 * k:.2f},1\n" for k in range(101))
         (folder / "data").mkdir()
         (folder / "data/trial.csv").write_text("time,y,u\n" + rows)
         (folder / "data/case.toml").write_text(CHECK + 'y = "m"\nu = "m/s"\n')
-        return [ours, "compare", str(fmu), "data"]
+        place = ["--out", "out"] if command == "discover" else []
+        return [ours, command, str(fmu), "data", *place]
     return {
         "validate": [ours, "validate", str(fmu)],
         "run": [ours, "run", str(fmu), "--isolate", "--stop", "1", "--step", "0.1"],
@@ -63,6 +64,8 @@ def arguments_of(command: str, folder: Path, fmu: Path) -> list[str]:
 
 
 COMMANDS = ("build", "validate", "run", "sweep", "regress", "pytest", "compare", "hold", "study", "studio")
+# They start the same children as `compare`, and go on for longer.
+OTHERS_WITH_MODELS = ("diagnose", "discover")
 
 
 def environment_of(folder: Path) -> Mapping[str, str]:

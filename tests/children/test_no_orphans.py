@@ -9,7 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from commands import COMMANDS, arguments_of, fmu_that, start
+from commands import COMMANDS, OTHERS_WITH_MODELS, arguments_of, fmu_that, start
 
 from fmus.children import BrokenWorker, Workers, run_tool
 from fmus.children.tool import ToolTimeout
@@ -19,7 +19,7 @@ PATIENCE_S = 60.0
 BUSY = "import os, time\nprint(os.getpid(), flush=True)\nos.fork()\ntime.sleep(600)"
 
 
-@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("command", [*COMMANDS, *OTHERS_WITH_MODELS])
 def test_a_command_that_is_killed_leaves_nothing_behind(command: str, tmp_path: Path) -> None:
     working = tmp_path / "working"
     working.mkdir()
