@@ -17,9 +17,10 @@ from orchestrator.diagnosis.fit.extensible import model_of
 from orchestrator.diagnosis.free_runs import search_slots
 from orchestrator.diagnosis.search.search import Progress
 from orchestrator.gp.trials.witness import document, sentences, witness_functions
-from orchestrator.greybox.diagnose import diagnose_greybox
+from orchestrator.greybox.diagnose import diagnose_greybox, within_noise
 from orchestrator.greybox.laws import Law
 from orchestrator.greybox.tape import can_be_taped
+from orchestrator.greybox.thresholds import Thresholds
 from orchestrator.library.cards import EffectCard, effect_library
 from orchestrator.measurements import MeasurementSet, bind
 from orchestrator.models.contract import Model
@@ -91,6 +92,8 @@ def diagnose(
             findings = (*found.findings, *sentences(heard))
             witness = found.witness or heard.pictures
             found = replace(found, functions=document(heard), findings=findings, witness=witness)
+    if closed and found.verdict == "unknown" and within_noise(found.steps[0].comparison, Thresholds().within):
+        found = replace(found, verdict="adequate", best=())
     warnings = (*map(str, checks), *found.warnings)
     own = "" if closed or source.file is None else f"{source.file}:{source.class_name}"
     return replace(

@@ -20,6 +20,11 @@ def is_closed(text: str) -> bool:
     return text.lower().endswith((".fmu", *SYSTEM_ENDINGS))
 
 
+def runs_as_fmu(text: str) -> bool:
+    """Whether a MODEL is an FMU or a system, or a class that keeps values from event to event."""
+    return is_closed(text) or load_modelica(text).compile().remembers
+
+
 def load_model(text: str) -> Model:
     """Return the model for an FMU or system file, `FILE.mo:Class` or the name of a built-in.
 
@@ -33,14 +38,22 @@ def load_model(text: str) -> Model:
     from orchestrator.models.symbolic import SymbolicModel
 
     source = load_modelica(text)
-    system = source.compile()
-    if system.remembers:
-        # What is kept from event to event runs in an FMU only.
-        from fmus.package import build_fmu
+    fmu = _fmu_that_remembers(source)
+    if fmu is not None:
         from orchestrator.blackbox.source import fmu_model
 
-        return fmu_model(build_fmu(system, cache_folder("remembering") / source.fingerprint / f"{source.name}.fmu"))
-    return SymbolicModel(text, system)
+        return fmu_model(fmu)
+    return SymbolicModel(text, source.compile())
+
+
+def _fmu_that_remembers(source: ModelicaModel) -> Path | None:
+    """The FMU of a class that keeps values from event to event, which run in an FMU only; None of any other class."""
+    system = source.compile()
+    if not system.remembers:
+        return None
+    from fmus.package import build_fmu
+
+    return build_fmu(system, cache_folder("remembering") / source.fingerprint / f"{source.name}.fmu")
 
 
 def load_source(text: str, measurements: MeasurementSet) -> "Source":
@@ -50,11 +63,14 @@ def load_source(text: str, measurements: MeasurementSet) -> "Source":
         MisfitError: if there is no such model, it cannot be read, or the data do not fit it.
         ComponentError: if an FMU fails while it is looked at.
     """
-    if is_closed(text):
+    source = None if is_closed(text) else load_modelica(text)
+    closed = Path(text) if source is None else _fmu_that_remembers(source)
+    if closed is not None:
         from orchestrator.blackbox.source import FmuSource
 
-        return FmuSource.prepare(Path(text), measurements)
-    return load_modelica(text)
+        return FmuSource.prepare(closed, measurements)
+    assert source is not None
+    return source
 
 
 def load_modelica(text: str) -> ModelicaModel:

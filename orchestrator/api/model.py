@@ -298,11 +298,11 @@ class Model:
         return load_modelica(self.name) if self._version is None else cast("ModelicaModel", self._version.source)
 
     def _source(self, data: Data | None) -> "Source":
-        from orchestrator.model_argument import load_modelica, load_source
+        from orchestrator.model_argument import load_modelica, load_source, runs_as_fmu
 
         if self._version is not None:
             return self._version.source
-        if not self.is_closed:
+        if not runs_as_fmu(self.name):
             return load_modelica(self.name)
         shown = data or self._last.get("data")
         if shown is None:

@@ -89,9 +89,9 @@ def add(diagnosis_or_effect: str, model: str | None, folder: str, card_folders: 
 def _base(model: str, data: str) -> Any:
     """What a diagnosis was made for; an FMU offers its sites for the diagnosis' data."""
     from orchestrator.measurements import load_measurements
-    from orchestrator.model_argument import is_closed, load_modelica, load_source
+    from orchestrator.model_argument import load_modelica, load_source, runs_as_fmu
 
-    return load_source(model, load_measurements(data)) if is_closed(model) else load_modelica(model)
+    return load_source(model, load_measurements(data)) if runs_as_fmu(model) else load_modelica(model)
 
 
 def _model_of(document: dict[str, Any], path: str) -> str:

@@ -95,13 +95,13 @@ def diagnose_greybox(
         progress("comparing the model with the measurement")
         given = compare(_as_given(case), measurements, workers=workers)
         try:
-            outcome = decided(case, limits, progress, more, agrees=_within_noise(given, limits.agrees))
+            outcome = decided(case, limits, progress, more, agrees=within_noise(given, limits.agrees))
             for _ in range(RETAPED if isinstance(source, FmuSource) else 0):
                 again = _about_its_answer(outcome, limits)
                 if again is None:
                     break
                 progress("looking at the FMU's rates once more, with what was found")
-                outcome = decided(again, limits, progress, more, agrees=_within_noise(given, limits.agrees))
+                outcome = decided(again, limits, progress, more, agrees=within_noise(given, limits.agrees))
             found = _answer(outcome, given, measurements, limits, workers, progress)
         except (RuntimeError, ArithmeticError, LookupError, ValueError, ComponentError) as error:
             # CasADi reports what it cannot do as RuntimeError; a search that fails says so, and the comparison stands.
@@ -240,7 +240,7 @@ def _answer(
         if worse and verdict in ("named", "ambiguous"):
             verdict = "unknown"
             reasons.append(worse)
-    if verdict == "unknown" and _within_noise(given, limits.within):
+    if verdict == "unknown" and within_noise(given, limits.within):
         verdict = "adequate"
     named = verdict in ("named", "ambiguous")
     if named:
@@ -277,7 +277,7 @@ def _answer(
     )
 
 
-def _within_noise(given: Comparison, factor: float) -> bool:
+def within_noise(given: Comparison, factor: float) -> bool:
     """Whether free runs of the model as given leave no more than a factor times the noise floor, along trials of both kinds."""
     return all(each is not None and each.over_floor <= factor for each in (given.learning, given.held_out))
 
