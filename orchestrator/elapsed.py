@@ -109,6 +109,15 @@ class Elapsed:
             self._next = max(min(following, 1.0), self._reached)
 
 
+def in_words(message: str) -> str:
+    """What is being done, with effects as words; names such as `alpha_1` stay.
+
+    >>> in_words("refitting viscous_friction at joint1 + alpha_1")
+    'refitting viscous friction at joint1 + alpha_1'
+    """
+    return re.sub(r"(?<=[a-z])_(?=[a-z])", " ", message)
+
+
 def columns(gone: Elapsed) -> "tuple[ProgressColumn, ...]":
     """What a line on a terminal shows: that it lives, the time, how far it has gone, and what it does."""
     from rich.progress import ProgressColumn, SpinnerColumn, Task, TimeElapsedColumn
@@ -123,7 +132,7 @@ def columns(gone: Elapsed) -> "tuple[ProgressColumn, ...]":
         """The one column that gives way where a line is too long; numbers stay whole."""
 
         def render(self, task: Task) -> Text:
-            return Text(task.description, no_wrap=True, overflow="ellipsis")
+            return Text(in_words(task.description), no_wrap=True, overflow="ellipsis")
 
     whole = Column(no_wrap=True)
     return SpinnerColumn(), TimeElapsedColumn(whole), Gone(whole.copy()), Doing()

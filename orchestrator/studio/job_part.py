@@ -5,6 +5,7 @@ from typing import Any
 
 from nicegui import run, ui
 
+from orchestrator.elapsed import in_words
 from orchestrator.studio import jobs
 from orchestrator.studio.jobs import Job
 from orchestrator.studio.project import COMPARISON, DIAGNOSIS, MATCH, Project
@@ -102,7 +103,7 @@ def _state(job: Job, matched: dict[str, Any] | None) -> str:
         case "none":
             return "Nothing has been done yet."
         case "running":
-            return " · ".join(filter(None, (DOING[job.kind], job.gone, seconds, job.message)))
+            return " · ".join(filter(None, (DOING[job.kind], job.gone, seconds, in_words(job.message))))
         case "done" if job.kind == "match":
             return _matched_words(matched)
         case "done":

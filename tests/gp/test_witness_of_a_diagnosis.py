@@ -22,7 +22,7 @@ def test_a_weak_muscle_is_named_by_its_own_function() -> None:
     found = heard.functions
     assert [(each.output, each.factor) for each in found if each.needed] == [("q1", "alpha_1")]
     (said,) = sentences(heard)
-    assert "goes with alpha_1, times functions of position and speed; as if alpha_1 acted 34.9 % less" in said
+    assert "depends on alpha_1, times a function of position and speed; as if alpha_1 acted 34.9 % less" in said
     assert sum(row["needed"] for row in document(heard)) == 1
     # The muscle's strength is what the case hides.
     hidden = json.loads((CASES / "arm/answers.json").read_text())["cases"]["case_007"]["parameters"][0]
@@ -49,11 +49,11 @@ def test_a_model_whose_inputs_do_not_move_has_no_witness() -> None:
 def test_inputs_are_named_by_how_much_they_count_and_what_is_not_needed_is_not_said() -> None:
     one = Verdict("q1:a", "q1", "a", 0.5, 20.0, 10.0)
     said = sentences(Heard((one, replace(one, factor="b", size=2.0), replace(one, factor="c", gain=1.0))))
-    assert [each.split(" goes with ")[1] for each in said] == ["b and a, times functions of position and speed"]
+    assert [each.split(" depends on ")[1] for each in said] == ["b and a, each times a function of position and speed"]
 
 
-def test_a_function_without_an_input_goes_with_position_and_speed_alone() -> None:
+def test_a_function_without_an_input_depends_on_position_and_speed_alone() -> None:
     alone = Verdict("q1:", "q1", "", 0.5, 20.0, 10.0)
-    assert sentences(Heard((alone,))) == ("what is missing at q1 goes with position and speed alone",)
+    assert sentences(Heard((alone,))) == ("what is missing at q1 depends on position and speed alone",)
     (both,) = sentences(Heard((alone, Verdict("q1:a", "q1", "a", 0.5, 20.0, 10.0))))
-    assert both.endswith("goes with a, times functions of position and speed and with position and speed alone")
+    assert both.endswith("depends on a, times a function of position and speed, and on position and speed alone")

@@ -67,12 +67,12 @@ def sentences(heard: Heard) -> tuple[str, ...]:
         inputs = [each.factor for each in sorted(needed, key=lambda each: -each.size) if each.factor]
         parts = []
         if inputs:
-            parts.append(f"{_joined(inputs)}, times functions of position and speed")
+            parts.append(f"{_joined(inputs)}, {'each ' * (len(inputs) > 1)}times a function of position and speed")
         if len(inputs) < len(needed):
             parts.append("position and speed alone")
         told = [words[output, each.factor] for each in needed if (output, each.factor) in words]
         more = f"; {', '.join(told)}" if told else ""
-        found.append(f"what is missing at {output} goes with {' and with '.join(parts)}{more}")
+        found.append(f"what is missing at {output} depends on {', and on '.join(parts)}{more}")
     return tuple(found)
 
 

@@ -16,6 +16,7 @@ LESS = 0.02
 # Outcomes of the method that speak of learning trials without saying so, or in its own words.
 PLAIN = {
     "the error of the model as given is not told from noise": "learning trials are within the noise without it",
+    "explains less than the best set for its size": "explains less for its number of parameters",
     "not refitted": "shows too little in the missing force to be fitted",
 }
 
@@ -108,7 +109,7 @@ def _reason(outcome: str) -> str:
     """The last part of an outcome, without the figures of the method.
 
     >>> _reason("weighted error 1.87e+03 (noise alone: 1): explains less than the best set for its size (BIC/2 behind by 1.8)")
-    'explains less than the best set for its size'
+    'explains less for its number of parameters'
     """
     reason = re.sub(r"\s*\([^()]*\)", "", outcome.rpartition(": ")[2]).strip()
     return PLAIN.get(reason, reason)
