@@ -5,6 +5,7 @@ beside this file (in a wheel from the folder `_misfit` there), and found there f
 before it.
 """
 
+import os
 import sys
 from importlib import import_module
 from pathlib import Path
@@ -44,8 +45,24 @@ def leave_the_working_directory_out() -> None:
         sys.path[:] = [part for part in sys.path if part and Path(part).resolve() != here]
 
 
+def open_standard_streams() -> None:
+    """Give a process that was started without standard input or output an empty one: else a pipe or file of its own would take that number."""
+    number = 0
+    while number < 3:
+        number = os.open(os.devnull, os.O_RDWR)
+    os.close(number)
+    sys.stdout = sys.stdout or open(os.devnull, "w")
+    sys.stderr = sys.stderr or open(os.devnull, "w")
+
+
 def command() -> None:
     """Run the command `misfit`."""
+    open_standard_streams()
+    try:
+        Path.cwd()
+    except FileNotFoundError:
+        print("misfit: the working folder is gone; change to one that exists", file=sys.stderr)
+        sys.exit(2)
     leave_the_working_directory_out()
     import_our_packages()
     from orchestrator.cli.main import main

@@ -46,7 +46,10 @@ def try_writing(path: Path) -> None:
 
 
 def write_atomically(path: Path, data: bytes) -> None:
-    """Replace a file as a whole: readers see the old content or the new, never a part."""
+    """Replace a file as a whole: readers see the old content or the new, never a part; devices and pipes are written to."""
+    if path.exists() and not path.is_file() and not path.is_dir():
+        path.write_bytes(data)
+        return
     path.parent.mkdir(parents=True, exist_ok=True)
     handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
     try:

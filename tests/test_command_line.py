@@ -12,6 +12,8 @@ from pathlib import Path
 
 import pytest
 
+from fmus.files import write_atomically
+
 CASES = Path(__file__).parent / "cases"
 ARM = CASES / "arm" / "case_003"
 PENDULUM = CASES / "pendulum"  # takes a third of the time
@@ -292,3 +294,37 @@ def test_long_work_off_a_terminal_says_now_and_then_where_it_is(capsys: pytest.C
         say(message)
 
     assert capsys.readouterr().err == "misfit: 30 s: two\nmisfit: 60 s: four\n"
+
+
+def shell(line: str, folder: Path) -> subprocess.CompletedProcess[str]:
+    given = {**os.environ, "MISFIT": str(Path(sys.executable).with_name("misfit"))}
+    return subprocess.run(["bash", "-c", line], cwd=folder, env=given, capture_output=True, text=True, check=False)
+
+
+@pytest.mark.parametrize("closed", ["<&-", ">&-", "2>&-", "<&- >&- 2>&-"])
+def test_a_command_runs_without_standard_streams_as_daemons_start_it(closed: str, fmu: Path, tmp_path: Path) -> None:
+    """Pipes to the child of an isolated run would have their numbers."""
+    shutil.copy(fmu, tmp_path / "x.fmu")
+
+    done = shell(f'"$MISFIT" run x.fmu --isolate --stop 1 --step 0.1 --out x.csv {closed}', tmp_path)
+
+    assert done.returncode == 0, done.stderr
+    assert len((tmp_path / "x.csv").read_text().splitlines()) == 12
+
+
+def test_a_working_folder_that_is_gone_is_told_in_one_line(tmp_path: Path) -> None:
+    done = shell('mkdir gone; cd gone; rmdir ../gone; "$MISFIT" models', tmp_path)
+
+    assert (done.returncode, done.stderr) == (2, "misfit: the working folder is gone; change to one that exists\n")
+
+
+def test_devices_and_pipes_are_written_to_and_stay(tmp_path: Path) -> None:
+    """As root `--json /dev/null` had replaced the device by a file."""
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    reading = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+    try:
+        write_atomically(pipe, b"{}")
+        assert os.read(reading, 10) == b"{}" and pipe.is_fifo()
+    finally:
+        os.close(reading)
