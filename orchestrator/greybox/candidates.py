@@ -115,8 +115,9 @@ def fits(law: Law, place: Place) -> bool:
     between = place.balance is None and place.kind in ("motion", "storage")
     if between and (law.single or "net" in law.asks_for):
         return False
+    own = {place.unit, place.units.get("position", place.unit)}
     return (law.place == place.kind or (between and law.place == f"between_{place.kind}s")) and (
-        not law.units or place.unit in law.units
+        not law.units or not own.isdisjoint(law.units)
     )
 
 

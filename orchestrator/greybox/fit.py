@@ -7,6 +7,7 @@ import numpy as np
 
 from fmus.errors import ComponentError
 from orchestrator.greybox.filtering import Filtered, GreyBox, Trial
+from orchestrator.models.hands import with_idle_hands
 
 # A round that gains less in log likelihood changes no decision.
 ENOUGH = 0.05
@@ -193,12 +194,14 @@ class Fitter:
         self, work: "Work", theta: np.ndarray, noise: Sequence[Noise], value: float, steps: int
     ) -> tuple[tuple[Noise, ...], float]:
         """The noise of each trial, by Newton's steps on its logarithms, each of them limited."""
-        found, total = [], work.priors.cost(theta)
-        for trial, own, start in zip(self.trials, noise, self.start, strict=True):
-            best, cost = self._noise_of(Work(work.box, [trial], work.priors, work.substeps), theta, own, start, steps)
-            found.append(best)
-            total += cost - work.priors.cost(theta)
-        return tuple(found), total
+        price = work.priors.cost(theta)
+
+        def of(each: tuple[Trial, Noise, Noise]) -> tuple[Noise, float]:
+            trial, own, start = each
+            return self._noise_of(Work(work.box, [trial], work.priors, work.substeps), theta, own, start, steps)
+
+        found = with_idle_hands(of, list(zip(self.trials, noise, self.start, strict=True)))
+        return tuple(best for best, _ in found), price + sum(cost - price for _, cost in found)
 
     def _noise_of(self, work: "Work", theta: np.ndarray, noise: Noise, start: Noise, steps: int) -> tuple[Noise, float]:
         nb, centre = len(noise.intensity), start.logs
@@ -282,10 +285,11 @@ class Work:
         self.box, self.trials, self.priors, self.substeps = box, trials, priors, substeps
 
     def runs(self, theta: np.ndarray, noise: Sequence[Noise], *, slopes: bool = False) -> list[Filtered]:
-        return [
-            self.box.run(trial, theta, own.intensity, own.sensors, substeps=self.substeps, slopes=slopes)
-            for trial, own in zip(self.trials, noise, strict=True)
-        ]
+        def run(each: tuple[Trial, Noise]) -> Filtered:
+            trial, own = each
+            return self.box.run(trial, theta, own.intensity, own.sensors, substeps=self.substeps, slopes=slopes)
+
+        return with_idle_hands(run, list(zip(self.trials, noise, strict=True)))
 
     def value(self, theta: np.ndarray, noise: Sequence[Noise]) -> float:
         """Infinite where the model fails."""

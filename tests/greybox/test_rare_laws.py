@@ -9,7 +9,10 @@ import pytest
 from plants import CASE, SLIDE, diagnosed
 
 from fmus.catalogue import find_modelica_model
+from orchestrator.greybox.candidates import fits
 from orchestrator.greybox.effects import with_effects
+from orchestrator.greybox.laws import laws
+from orchestrator.greybox.places import Place
 from orchestrator.verdicts.result import Estimate, NamedEffect
 
 STEP, PARTS, SAMPLES = 0.01, 20, 500
@@ -80,6 +83,12 @@ CASES: dict[str, tuple[Act, Extra, str, Mapping[str, float]]] = {
     ),
     "saturation": (lambda f: np.clip(f, -4.0, 4.0), _nothing, "saturation", {"limit": 4.0, "share": 1.0}),
     "load": (_as_given, lambda t, x, v, f: -0.15 * abs(f) * sign(v), "load_dependent_friction", {"mu": 0.15}),
+    "ripple": (
+        _as_given,
+        lambda t, x, v, f: 0.6 * np.sin(60.0 * x) + 0.5 * np.cos(60.0 * x),
+        "force_ripple",
+        {"sine": 0.6, "cosine": 0.5, "wavenumber": 60.0},
+    ),
     "moment": (_as_given, lambda t, x, v, f: 0.4 * (t > 2.0), "step_force", {"f0": 0.4, "tBegin": 2.0}),
 }
 
@@ -93,6 +102,29 @@ def test_a_rare_law_is_named_with_its_values(case: str, tmp_path: Path) -> None:
     assert effect.id == expected
     assert {name: effect.parameters[name].value for name in values} == pytest.approx(values, rel=0.03)
     assert found.held_out.reducible_removed > 0.95
+
+
+@pytest.mark.parametrize(
+    ("balance", "position", "expected"),
+    [
+        ("N.m", "rad", {"cogging"}),
+        ("rad/s2", "rad", {"cogging"}),
+        ("N", "m", {"force_ripple"}),
+        ("m/s2", "m", {"force_ripple"}),
+    ],
+)
+def test_what_repeats_with_an_angle_or_a_way_fits_a_balance_of_forces_or_of_accelerations(
+    balance: str, position: str, expected: set[str]
+) -> None:
+    place = Place(
+        "motion",
+        "q",
+        balance,
+        {"q": "q", "v": "v", "t": "time"},
+        units={"position": position},
+        scales={"position": 1.0},
+    )
+    assert {law.id for law in laws() if law.id in ("cogging", "force_ripple") and fits(law, place)} == expected
 
 
 def test_a_lag_of_a_linear_plants_input_is_called_like_one_of_its_sensor(tmp_path: Path) -> None:
