@@ -128,6 +128,8 @@ _SUFFIXES = frozenset(
 )
 # Within brackets a blank, a dot or a dash between letters is a product.
 _PRODUCT = re.compile(r"(?<=[A-Za-z0-9])[\s·*-](?=[A-Za-z])")
+# Behind the name of a time alone: x_h is a height.
+_LONG_TIMES = {"h": "h", "hr": "h", "hrs": "h", "hours": "h", "minutes": "min", "d": "d", "days": "d"}
 # Names that are a unit of time themselves.
 _TIMES = {"millis": "ms", "micros": "us", "seconds": "s", "ms": "ms"}
 
@@ -167,8 +169,8 @@ def split_header(header: str) -> tuple[str, str | None]:
         (('theta', 'deg'), ('F', 'N'), ('theta', 'deg'), ('q1', None))
         >>> split_header("M (N m)"), split_header("M [kN-m]"), split_header("phi (new)")
         (('M', 'N.m'), ('M', 'kN.m'), ('phi (new)', None))
-        >>> split_header("pump_l_min"), split_header("feed_kg_h")
-        (('pump', 'l/min'), ('feed', 'kg/h'))
+        >>> split_header("pump_l_min"), split_header("feed_kg_h"), split_header("time_h")
+        (('pump', 'l/min'), ('feed', 'kg/h'), ('time', 'h'))
         >>> split_header("Angle, °"), split_header("x_m_s"), split_header("time / ms")
         (('Angle', 'deg'), ('x', 'm/s'), ('time', 'ms'))
     """
@@ -196,6 +198,8 @@ def split_header(header: str) -> tuple[str, str | None]:
 
 def _by_underscore(text: str) -> tuple[str, str | None]:
     parts = text.split("_")
+    if len(parts) == 2 and parts[0].lower() in ("time", "t") and parts[1].lower() in _LONG_TIMES:
+        return parts[0], _LONG_TIMES[parts[1].lower()]
     for length in (3, 2, 1):
         if len(parts) <= length:
             continue

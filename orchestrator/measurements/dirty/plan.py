@@ -145,7 +145,7 @@ def _common(files: Sequence[FoundFile]) -> tuple[tuple[str, ...], tuple[str, ...
         )
     lost = sorted({c for f in files for c in f.columns} - set(columns))
     notes = [f"columns that not all files have are left out: {listed(lost)}"] if lost else []
-    return columns, (*notes, *(note for f in files for note in f.notes))
+    return columns, tuple(dict.fromkeys([*notes, *(note for f in files for note in f.notes)]))
 
 
 def _unit(files: Sequence[FoundFile], column: str) -> str:
