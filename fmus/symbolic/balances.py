@@ -62,9 +62,16 @@ def with_balances(
     states = {v.name for v in system.states}
     if any(balance.state not in states for balance in builder.balances):
         # Of what is rigidly coupled, the speed that stays a state stands for all: a force elsewhere moves it, too.
+        every, whole = builder, system
         builder = _BalancedBuilder(Arena(dae), {**dae, "flat": None}, name, description)
         builder.only = states
         system = builder.build()
+        inherited = _inherited(whole, every, {balance.state for balance in builder.balances})
+        if inherited:
+            builder = _BalancedBuilder(Arena(dae), {**dae, "flat": None}, name, description)
+            builder.only = states
+            builder.settled = [*(each for each in every.settled if each[1] in states), *inherited]
+            system = builder.build()
     settled = _settled(system, builder)
     if settled != list(builder.settled):
         again = _BalancedBuilder(Arena(dae), {**dae, "flat": None}, name, description)
@@ -91,6 +98,33 @@ def _settled(system: SymbolicSystem, builder: "_BalancedBuilder") -> list[tuple[
     for k, (equation, _, sign) in enumerate(builder.settled):
         turned = float(np.sign(np.mean(gains[:, driven[k], k]))) or 1.0
         found.append((equation, builder.balances[driven[k]].state, sign * turned))
+    return found
+
+
+def _inherited(
+    system: SymbolicSystem, builder: "_BalancedBuilder", have: Collection[str]
+) -> list[tuple[int, str, float]]:
+    """Equations for speeds that are states and have none of their own, such as that of a damper at a shaft: the balance of what
+    is rigidly coupled to them, and moves as fast or most nearly so."""
+    names, shown = [v.name for v in system.states], [v.name for v in system.algebraics]
+    speeds = [b for b in builder.balances if b.state in shown]
+    t, x, p = ca.SX.sym("t"), ca.SX.sym("x", len(names)), [v.start or 0.0 for v in system.parameters]
+    u, d = [v.start or 0.0 for v in system.inputs], ca.SX.sym("d", system.n_delays)
+    rates, values = system.rhs(t, x, u, d, p)
+    found: list[tuple[int, str, float]] = []
+    for k, name in enumerate(names):
+        is_position = any(ca.is_equal(rates[k], x[j]) for j in range(len(names)))
+        if name in have or name not in builder.declared.records or is_position or not speeds:
+            continue
+        slopes = [ca.simplify(ca.jacobian(values[shown.index(b.state)], x[k])) for b in speeds]
+        ratios = [abs(float(slope)) if slope.is_constant() else 0.0 for slope in slopes]
+        taken = [place for place, *_ in found]
+        free = [i for i, ratio in enumerate(ratios) if ratio > 0 and builder.settled[i][0] not in taken]
+        if free:
+            best = min(free, key=lambda i: abs(np.log(ratios[i])))
+            place = next(n for n, b in enumerate(builder.balances) if b is speeds[best])
+            equation, _, sign = builder.settled[place]
+            found.append((equation, name, sign * float(np.sign(float(slopes[best])))))
     return found
 
 
@@ -157,7 +191,7 @@ class _BalancedBuilder(SystemBuilder):
         units_of = {q.name: self.declared.records[q.name].unit for q in dae.quantities if q.derivative is not None}
         rates = {k: own for k, own in _rates(dae, units_of).items() if self.only is None or k in self.only}
         rows = _balance_rows(dae.equations, rates, [s for k in rates if is_store(units_of[k]) for s in rates[k]])
-        if not rows:
+        if not rows and not self.settled:
             return dae
         equations, found, added = list(dae.equations), [], []
         self.settled = self.settled or self._paired(dae, rates, rows)

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy
@@ -25,7 +25,8 @@ SMALL = 1e-9
 class Balance:
     """A scalar row of a flat equation that determines the derivative of a state.
 
-    `sign` is that of der(state) in left minus right side; `row` of `rows` is the row.
+    `sign` is that of der(state) in left minus right side; `row` of `rows` is the row. `others` are variables that equal der(state)
+    but for their sign, one of which the equation holds in its place.
     """
 
     number: int
@@ -33,6 +34,7 @@ class Balance:
     sign: float
     row: int
     rows: int
+    others: tuple[str, ...] = ()
 
 
 def balance_of(term: Term, flat: FlatPoints, states: Sequence[str], values: Sequence[Mapping[str, float]]) -> Balance:
@@ -48,6 +50,10 @@ def balance_of(term: Term, flat: FlatPoints, states: Sequence[str], values: Sequ
     if not found:  # the charge behind an inductor: der(q) = i
         table[list(states).index(term.state)] = _slopes(term.state, states, flat, values, names=True)
         found = _candidates(term.state, states, table, flat)
+    if not found:  # the angle of a damper between a shaft and its housing, which counts the other way than the shaft
+        table[list(states).index(term.state)] = _slopes(term.state, states, flat, values, other_way=True)
+        others = tuple(_equal(f"der({term.state})", values, -1.0))
+        found = [replace(each, others=others) for each in _candidates(term.state, states, table, flat)]
     if not found:
         raise ModelicaError(
             f"no equation of the model determines der({term.state}); name a state with a balance equation"
@@ -72,15 +78,24 @@ class _Slope:
 
 
 def _slopes(
-    state: str, states: Sequence[str], flat: FlatPoints, points: Sequence[Mapping[str, float]], names: bool = False
+    state: str,
+    states: Sequence[str],
+    flat: FlatPoints,
+    points: Sequence[Mapping[str, float]],
+    names: bool = False,
+    other_way: bool = False,
 ) -> dict[int, _Slope]:
     """By the number of the flat equation, where it changes with der(state), and with the variables that equal it.
 
-    Equations that say that two variables are equal are left out, unless `names`.
+    Equations that say that two variables are equal are left out, unless `names`. Variables that equal it but for their sign count
+    if they go the `other_way`.
     """
     rate, values = f"der({state})", points[0]
     step = max(abs(values[rate]), 1.0)
-    moved = {**values, **{name: values[name] + step for name in _equal(rate, points) if name not in states}}
+    changes = {name: step for name in _equal(rate, points)}
+    if other_way:
+        changes |= {name: -step for name in _equal(rate, points, -1.0)}
+    moved = {**values, **{name: values[name] + change for name, change in changes.items() if name not in states}}
     found = {}
     pairs = zip(flat.residuals(values), flat.residuals(moved), strict=True)
     for number, ((equation, before, size), (_, after, _)) in enumerate(pairs):
@@ -121,12 +136,13 @@ def _count(number: int, table: Sequence[Mapping[int, _Slope]]) -> int:
     return next(len(column[number].slope) for column in table if number in column)
 
 
-def _equal(rate: str, points: Sequence[Mapping[str, float]]) -> list[str]:
-    """A derivative and the variables that equal it, such as a in a = der(v)."""
+def _equal(rate: str, points: Sequence[Mapping[str, float]], sign: float = 1.0) -> list[str]:
+    """A derivative and the variables that equal it, such as a in a = der(v), or equal it but for their sign."""
     return [
         name
         for name in points[0]
-        if name == rate or (points[0][rate] != 0.0 and all(values[name] == values[rate] for values in points))
+        if (name == rate and sign > 0)
+        or (points[0][rate] != 0.0 and all(values[name] == sign * values[rate] for values in points))
     ]
 
 
@@ -157,8 +173,8 @@ def written_at(balance: Balance, term: Term, flat: FlatPoints, root: View) -> tu
     assert span is not None
     text = flat.files[span["source"]][1].encode()
     end = start + len(text[span["start"] : span["end"]].decode(errors="ignore"))
-    path = split(term.state)[:-1]
-    for depth in range(len(path), -1, -1):
+    paths = [split(name.removeprefix("der(").removesuffix(")"))[:-1] for name in (term.state, *balance.others)]
+    for path, depth in ((each, depth) for each in paths for depth in range(len(each), -1, -1)):
         for home in homes_at(root, tuple(path[:depth])):
             if file_of(home.definition).name != file:
                 continue

@@ -8,10 +8,11 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from fmus.catalogue import ModelicaModel
+from fmus.library import libraries
 from orchestrator.diagnose import diagnose
 from orchestrator.greybox.effects import with_effects
 from orchestrator.measurements import load_measurements
-from orchestrator.verdicts.result import Diagnosis, NamedEffect
+from orchestrator.verdicts.result import Diagnosis, Estimate, NamedEffect
 
 FILTER = """model Filter "LC filter with the winding of its coil"
   parameter Real R(unit="Ohm") = 0.8, L(unit="H") = 1.2e-3, C(unit="F") = 47e-6;
@@ -270,6 +271,35 @@ def test_rigidly_coupled_inertias_have_one_balance(tmp_path: Path) -> None:
     system, balances = written(tmp_path, FAN).balanced()
     assert [(b.state, b.unit) for b in balances] == [("motor.w", "N.m")]
     assert {b.state for b in balances} <= {v.name for v in system.states}
+
+
+@pytest.mark.skipif("Modelica" not in libraries(), reason="needs the Modelica Standard Library in MODELICAPATH")
+def test_the_speed_of_a_damper_stands_for_the_inertia_on_its_shaft(tmp_path: Path) -> None:
+    """Dampers of the standard library prefer their angle as a state; it counts the other way than the shaft's."""
+    text = """model Shaft
+  import Modelica.Mechanics.Rotational.Components.{Inertia, Damper, Fixed};
+  Modelica.Blocks.Interfaces.RealInput tau(unit="N.m");
+  Modelica.Blocks.Interfaces.RealOutput w(unit="rad/s") = disk.w;
+  Modelica.Mechanics.Rotational.Sources.Torque torque;
+  Inertia disk(J=0.2, phi(start=0, fixed=true), w(start=0, fixed=true));
+  Damper bearing(d=2e-3);
+  Fixed frame;
+equation
+  connect(tau, torque.tau);
+  connect(torque.flange, disk.flange_a);
+  connect(disk.flange_b, bearing.flange_a);
+  connect(bearing.flange_b, frame.flange);
+end Shaft;
+"""
+    model = written(tmp_path, text)
+    system, balances = model.balanced()
+    assert [(b.state, b.unit, b.position) for b in balances] == [("bearing.w_rel", "N.m", "bearing.phi_rel")]
+    drag = NamedEffect("quadratic_drag", "bearing.phi_rel", {"c": Estimate(0.3, "N.m.s2/rad2", (0.3, 0.3))})
+    added = with_effects(model, [drag], "Shaft_1", tmp_path / "added").compile()
+    states = [v.name for v in added.states]
+    moving = [2.0 if name == "bearing.w_rel" else 0.0 for name in states]
+    rates = np.array(added.rhs(0.0, moving, [0.0], [], [v.start for v in added.parameters])[0]).ravel()
+    assert rates[states.index("bearing.w_rel")] == pytest.approx(-(2e-3 * 2 + 0.3 * 2**2) / 0.2)
 
 
 def test_a_height_behind_a_gear_has_no_balance(tmp_path: Path) -> None:
