@@ -45,6 +45,17 @@ def try_writing(path: Path) -> None:
     os.unlink(temporary)
 
 
+def require_name_of_results(path: Path) -> None:
+    """Refuse what a file of results cannot replace.
+
+    Raises:
+        MisfitError: if the path is a folder, a device or a pipe.
+    """
+    if path.exists() and not path.is_file():
+        kind = "folder" if path.is_dir() else "device or a pipe"
+        raise MisfitError(f"{path} is a {kind}; expected the name of a file of results")
+
+
 def write_atomically(path: Path, data: bytes) -> None:
     """Replace a file as a whole: readers see the old content or the new, never a part; devices and pipes are written to."""
     if path.exists() and not path.is_file() and not path.is_dir():

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from fmus.errors import MisfitError
+from fmus.files import require_name_of_results
 from orchestrator.cli.common import can_be_written, on_screen, write_json
 from orchestrator.cli.running import full_address, options_of, running_options
 from orchestrator.cli.swaps import with_swaps
@@ -127,8 +128,7 @@ def out_path(out: str | None) -> Path | None:
     if out is None:
         return None
     path = Path(out)
-    if path.is_dir():
-        raise MisfitError(f"{path} is a folder; expected the name of a file of results")
+    require_name_of_results(path)
     return path if path.suffix else path.with_name(path.name + ".parquet")
 
 

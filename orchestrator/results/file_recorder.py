@@ -16,6 +16,7 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from fmus.errors import MisfitError
+from fmus.files import require_name_of_results
 from orchestrator.results.column import Column
 from orchestrator.results.formats import Header, format_of
 from orchestrator.results.journal import Journal, batches_in, header_in, is_abandoned, journal_of
@@ -31,8 +32,7 @@ class FileRecorder:
 
     def __init__(self, path: Path) -> None:
         format_of(path)
-        if path.is_dir():
-            raise MisfitError(f"{path} is a folder; expected the name of a file of results")
+        require_name_of_results(path)
         self.path = path
         self._journal: Journal | None = None
         self._waiting: list[tuple[NDArray[np.float64], NDArray[np.float64]]] = []

@@ -21,6 +21,8 @@ from orchestrator.results.arrow import KEY, batch_of, header_of, numpy_of, schem
 from orchestrator.results.formats import Content, Header, as_numbers
 
 ENDING = ".unfinished"
+# Of Arrow's streaming format: the mark of a message, and a length of zero.
+_END_OF_STREAM = b"\xff\xff\xff\xff\x00\x00\x00\x00"
 
 
 def journal_of(path: Path) -> Path:
@@ -41,8 +43,7 @@ class Journal:
             raise MisfitError(f"{path} cannot be written: {error.strerror}; choose another place") from error
         try:
             self._file.truncate(0)
-            self._stream = pa.ipc.new_stream(self._file, self.schema)
-            self._file.flush()
+            self._append(self.schema.serialize())
         except OSError as error:
             self.path.unlink(missing_ok=True)
             raise MisfitError(f"{path} cannot be written: {_reason(error)}; choose another place") from error
@@ -52,24 +53,36 @@ class Journal:
         """Append rows; they are with the operating system when this returns.
 
         Raises:
-            MisfitError: if they cannot be written; the rows before them are kept.
+            MisfitError: if they cannot be written; those that fit on the disk are kept.
         """
-        whole = os.fstat(self._file.fileno()).st_size
         try:
-            self._stream.write_batch(batch_of(self.schema, self.header.columns, times, values))
-            self._file.flush()
+            self._append(batch_of(self.schema, self.header.columns, times, values).serialize())
         except OSError as error:
+            half = len(times) // 2
+            if half == 0:
+                raise MisfitError(f"{self.path} cannot be written: {_reason(error)}; free some space") from error
+            self.write(times[:half], values[:half])
+            self.write(times[half:], values[half:])
+            return
+        self.rows += len(times)
+
+    def _append(self, message: pa.Buffer) -> None:
+        """Write a whole message of the stream, or nothing of it."""
+        whole = os.fstat(self._file.fileno()).st_size
+        left = memoryview(message)
+        try:
+            while left:
+                left = left[os.write(self._file.fileno(), left) :]
+        except OSError:
             with suppress(OSError):
                 os.ftruncate(self._file.fileno(), whole)
-            raise MisfitError(f"{self.path} cannot be written: {_reason(error)}; free some space") from error
-        self.rows += len(times)
+            raise
 
     def close(self) -> None:
         """Complete the stream; the lock stays until `remove`. A full disk only takes its last mark, which readers can
         do without."""
         with suppress(OSError):
-            self._stream.close()
-            self._file.flush()
+            self._append(pa.py_buffer(_END_OF_STREAM))
 
     def release(self) -> None:
         """Give up the lock; the side file stays, and is read in place of the result."""

@@ -327,6 +327,7 @@ def test_an_archive_that_leaves_its_folder_is_refused(tmp_path):
     ("source", "words"),
     [
         ("../../outside.fmu", "is outside the folder"),
+        ("..\\..\\outside.fmu", "is outside the folder"),
         ("https://host/m.fmu", "is no relative path"),
         ("resources/none.fmu", "does not exist"),
         ("#other", "no system with the id 'other'"),
@@ -336,6 +337,16 @@ def test_a_source_that_cannot_be_used_is_named(tmp_path, source, words):
     body = component("top", "", "", f'<ssd:Elements><ssd:Component name="c" source="{source}"/></ssd:Elements>')
     with pytest.raises(MisfitError, match=words):
         read_ssp(archive(tmp_path / "n.ssp", structure(body)))
+
+
+@pytest.mark.parametrize("source", ["resources\\decay.fmu", "resources%5Cdecay.fmu"])
+def test_backslashes_in_a_source_are_slashes(tmp_path, source):
+    body = component("top", "", "", f'<ssd:Elements><ssd:Component name="c" source="{source}"/></ssd:Elements>')
+    file = {"resources/decay.fmu": small_fmu("decay").read_bytes()}
+
+    system = read_ssp(archive(tmp_path / "n.ssp", structure(body), file))
+
+    assert describe(system.components["c"], system.folder).ports[0].name == "x"
 
 
 @pytest.mark.parametrize(

@@ -39,7 +39,7 @@ def unpacked(path: Path) -> Path:
 
 
 def located(uri: str, beside: Path, root: Path, where: str) -> tuple[Path, str]:
-    """File and fragment that a relative URI names, seen from the file `beside`.
+    """File and fragment that a relative URI names, seen from the file `beside`; backslashes of Windows are slashes.
 
     Raises:
         MisfitError: if the URI has a scheme, leads out of `root`, or names no file.
@@ -51,7 +51,7 @@ def located(uri: str, beside: Path, root: Path, where: str) -> tuple[Path, str]:
         )
     if not parts.path:
         return beside, unquote(parts.fragment)
-    file = (beside.parent / unquote(parts.path)).resolve()
+    file = (beside.parent / unquote(parts.path).replace("\\", "/")).resolve()
     if not file.is_relative_to(root.resolve()):
         raise MisfitError(f"{where}: source {shown(uri)} is outside the folder of the system structure")
     if not file.is_file():
