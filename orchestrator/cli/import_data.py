@@ -79,6 +79,7 @@ def import_data(
     from orchestrator.measurements.dirty.write import home_of, require_free, write_plan
     from orchestrator.measurements.load import load_measurements
     from orchestrator.model_argument import load_model
+    from orchestrator.models.correction import PREFIX
 
     target = Path(folder) if folder else home_of(data)
     require_free(target)
@@ -107,7 +108,7 @@ def import_data(
     notes += tuple(
         f"no column is the input {v.name!r} of the model, which stays at {v.start or 0.0:g} {v.unit or ''}".rstrip()
         for v in (loaded.inputs if loaded else ())
-        if v.name not in plan.variable_of.values() and not v.name.startswith("correction_")
+        if v.name not in plan.variable_of.values() and not v.name.startswith(PREFIX)
     )
     write_json(json_file, _document(plan, case, notes, loaded))
     show(
