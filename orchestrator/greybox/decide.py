@@ -117,7 +117,7 @@ class Judge:
         if acts and self.takes_away(best, less, given) < limits.least_power:
             return False
         ratio = self.ratio(best, less)
-        if ratio > 1 + limits.worse:
+        if ratio > 1 + limits.worse and self.foretells(less, best):
             return False
         share = (less.loss - best.loss) / max(given.loss - best.loss, 1e-9)
         return ratio < 1 - limits.least_improvement or share >= limits.least_share
