@@ -113,6 +113,11 @@ SLOW = {
             "name_an_effect.md",
             "regress.md",
             "identify_a_robot.md",
+            "bench.md",
+            "black_box_fmus.md",
+            "data_checks.md",
+            "laws.md",
+            "study.md",
         )
     },
     "tests/test_documentation_site.py": "test_documentation.py: links and commands of pages; house/test_public_list.py: the reference",

@@ -2,61 +2,40 @@
 
 import re
 import shlex
-import subprocess
-import sys
 from pathlib import Path
 
 import click
 import pytest
 
 from orchestrator.cli.main import misfit
+from tests.documented_commands import ADDED, BESIDE, ENDLESS, NOT_RUN, blocks, files, run
+from tests.documented_folders import BEFORE
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 
 
-def commands(page: Path) -> list[str]:
-    blocks = re.findall(r"```console\n(.*?)```", page.read_text(), re.DOTALL)
-    return [line[2:] for block in blocks for line in block.splitlines() if line.startswith("$ ")]
-
-
-def examples(page: Path) -> list[str]:
-    """Every command of misfit in any block of a page, also where the block says in words behind it what the command does."""
-    blocks = re.findall(r"^ *```\w*[^\n]*\n(.*?)^ *```", page.read_text(), re.DOTALL | re.MULTILINE)
-    lines = [line.strip().removeprefix("$ ").removeprefix("- run: ") for block in blocks for line in block.splitlines()]
-    return [re.split(r"  +| #|;|\\$", line)[0] for line in lines if line.startswith("misfit ")]
-
-
-def files(page: Path) -> dict[str, str]:
-    """Files that a page asks its reader to write: blocks with a title, by name."""
-    return dict(re.findall(r"^```\w+ title=\"([^\"]+)\"\n(.*?)^```", page.read_text(), re.DOTALL | re.MULTILINE))
-
-
-@pytest.mark.parametrize("page", [page for page in PAGES if commands(page)], ids=lambda page: page.name)
+@pytest.mark.parametrize("page", [page for page in PAGES if blocks(page)], ids=lambda page: page.name)
 def test_commands_of_a_page_run_one_after_another(page: Path, tmp_path: Path) -> None:
     (tmp_path / "tests").symlink_to(ROOT / "tests")
     for name, text in files(page).items():
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_text(text)
-    for line in commands(page):
-        command, _, code = line.partition("  # exits ")
-        program, *arguments = shlex.split(command)
-        assert program == "misfit"
-
-        done = subprocess.run(
-            [str(Path(sys.executable).with_name("misfit")), *arguments],
-            cwd=tmp_path,
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-
-        assert done.returncode == int(code or 0), f"{command}: {done.stderr}"
+    if page.name in BEFORE:
+        BEFORE[page.name](tmp_path)
+    for block in blocks(page):
+        run(block, tmp_path)
 
 
-@pytest.mark.parametrize("page", [page for page in PAGES if examples(page)], ids=lambda page: page.name)
+def test_every_command_that_is_not_run_or_not_run_as_written_is_on_a_page() -> None:
+    lines = [command.line for page in PAGES for block in blocks(page) for command in block]
+
+    assert all(any(line.startswith(name) for line in lines) for name in (*NOT_RUN, *ADDED, *ENDLESS, *BESIDE))
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if blocks(page)], ids=lambda page: page.name)
 def test_commands_of_a_page_exist_and_have_the_options_that_it_names(page: Path) -> None:
-    for line in examples(page):
+    for line in [command.line for block in blocks(page) for command in block]:
         program, *words = shlex.split(re.sub(r"[][]", "", line))
         found: click.Command = misfit
         while isinstance(found, click.Group) and words:

@@ -1,0 +1,140 @@
+"""What the documentation tells people to type, and somebody who types it in a folder."""
+
+import os
+import re
+import shlex
+import signal
+import subprocess
+import sys
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+
+from tests.hil.test_any_bus import KERNEL
+
+PATIENCE_S = 300
+
+# Why a command is not run as part of its page, by its beginning.
+NOT_RUN = {
+    "misfit diagnose arm data/ --scheduler": "needs a cluster of machines: diagnosis/test_work.py diagnoses on one of this machine",
+    "misfit build arm --platforms": "needs the Zig compiler: fmus/test_platforms.py has it, or one in its place",
+    "misfit build Plant.mo:": "regress/test_worked_example.py runs that example, and changes its model in between",
+    "misfit regress --update": "the same example",
+    **({} if KERNEL else {"misfit hil robot --interface": "needs a CAN interface of the kernel: MISFIT_CAN=vcan0 names one"}),
+}  # fmt: skip
+# What is added to a command, by its beginning: less of what takes minutes of real time, no browser, no port that others use.
+ADDED = {
+    "misfit hil hold --virtual --seconds": "--seconds 2",
+    "misfit hil record study": "--trials 1",
+    "misfit hil stimulate": "--posture 0.75 1.35",
+    "misfit study caregivers --json": "--seeds 1 --draws 64 --caregivers 2",
+    "misfit studio": "--no-browser --port 0 --workspace projects",
+    "misfit hil robot": "--port 29611",
+    "misfit hil tell": "--port 29611",
+}
+# They run until they are stopped, here at the end of their block.
+ENDLESS = ("misfit studio", "misfit hil robot")
+# What has to run in another terminal meanwhile.
+BESIDE = {"misfit hil view": "misfit hil hold --virtual --seconds 10"}
+# Exit code 1 says that the machine is too slow now for the usual rate.
+AS_FAST_AS_IT_IS = ("misfit hil check",)
+
+
+@dataclass(frozen=True)
+class Command:
+    """A command as the page has it, and the exit code that the page says (0 if it says none)."""
+
+    line: str
+    code: int = 0
+
+    def begins(self, *beginnings: str) -> bool:
+        """Whether it is one of these."""
+        return self.line.startswith(beginnings)
+
+
+def blocks(page: Path) -> list[list[Command]]:
+    """The commands of misfit in each block of a page, without the words behind them that say what they do."""
+    texts = re.findall(r"^ *```\w*[^\n]*\n(.*?)^ *```", page.read_text(), re.DOTALL | re.MULTILINE)
+    found = [[_command(line.strip()) for line in text.splitlines()] for text in texts]
+    return [commands for block in found if (commands := [each for each in block if each])]
+
+
+def _command(line: str) -> Command | None:
+    line = line.removeprefix("$ ").removeprefix("- run: ")
+    code = re.search(r"# exits (\d)", line)
+    return (
+        Command(re.split(r"  +| #|\\$", line)[0], int(code[1]) if code else 0) if line.startswith("misfit ") else None
+    )
+
+
+def files(page: Path) -> dict[str, str]:
+    """Files that a page asks its reader to write: blocks with a title, by name."""
+    return dict(re.findall(r"^```\w+ title=\"([^\"]+)\"\n(.*?)^```", page.read_text(), re.DOTALL | re.MULTILINE))
+
+
+def run(block: list[Command], folder: Path) -> None:
+    """Type the commands of a block one after another; every one has to end as its page says.
+
+    Raises:
+        AssertionError: A command ended otherwise, or one that runs for ever ended by itself.
+    """
+    with ExitStack() as running:
+        for command in block:
+            if command.begins(*NOT_RUN):
+                continue
+            if command.begins(*ENDLESS):
+                running.callback(_stop, _start(command.line, folder), command.line)
+                continue
+            beside = [_start(line, folder) for name, line in BESIDE.items() if command.begins(name)]
+            _run_to_its_end(command, folder)
+            assert [process.wait(PATIENCE_S) for process in beside] == [0] * len(beside)
+
+
+def _words(line: str) -> list[str]:
+    program, *words = shlex.split(line)
+    assert program == "misfit"
+    added = [word for name, more in ADDED.items() if line.startswith(name) for word in shlex.split(more)]
+    return [str(Path(sys.executable).with_name("misfit")), *words, *added]
+
+
+def _run_to_its_end(command: Command, folder: Path) -> None:
+    done = subprocess.run(
+        _words(command.line),
+        cwd=folder,
+        env=_environment(command.line, folder),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    allowed = {command.code, 1} if command.begins(*AS_FAST_AS_IT_IS) else {command.code}
+    assert done.returncode in allowed and "Traceback" not in done.stderr, f"{command.line}: {done.stderr}"
+
+
+def _start(line: str, folder: Path) -> subprocess.Popen[str]:
+    """Start what goes on beside others; that which runs for ever has said where it is to be found."""
+    process = subprocess.Popen(
+        _words(line),
+        cwd=folder,
+        env=_environment(line, folder),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
+    if line.startswith(ENDLESS):
+        assert process.stdout is not None
+        said = process.stdout.readline()
+        assert process.poll() is None and re.search("http://|virtual", said), f"{line}: {said}"
+    return process
+
+
+def _stop(process: subprocess.Popen[str], line: str) -> None:
+    assert process.poll() is None, f"{line} ended by itself: {process.communicate()[0]}"
+    process.send_signal(signal.SIGINT)
+    output, _ = process.communicate(timeout=60)
+    assert "Traceback" not in output, f"{line}: {output}"
+
+
+def _environment(line: str, folder: Path) -> dict[str, str]:
+    """Output comes at once, also through a pipe; a decision that is compiled here is not that of later sessions."""
+    own = {"MISFIT_CACHE": str(folder / "cache")} if line.startswith("misfit hil compile") else {}
+    return {**os.environ, **own, "PYTHONUNBUFFERED": "1"}

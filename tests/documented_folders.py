@@ -1,0 +1,56 @@
+"""What a reader of a page has before the first command of it: records and models of his own, which the page does not give."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from fmus.catalogue import find_modelica_model
+from fmus.package import build_fmu
+from tests.blackbox.test_diagnosis_of_an_fmu import drive_data
+from tests.diagnosis.test_user_cards import swings
+from tests.documented_commands import files
+from tests.laws.oscillator import MODEL, recorded
+
+PAGES = Path(__file__).parents[1] / "docs"
+
+
+def drive(folder: Path) -> None:
+    """An FMU of a drive, and records of one that has friction."""
+    drive_data(folder / "data", "viscous_friction")
+    build_fmu(find_modelica_model("drive").compile(), folder / "drive.fmu", fmi_version="2.0")
+
+
+def swings_in_degrees(folder: Path) -> None:
+    """Records of a pendulum whose angle is said to be in radians, and is in degrees."""
+    for path in swings(folder / "data").glob("*.csv"):
+        rows = np.loadtxt(path, delimiter=",", skiprows=1) * [1.0, 180.0 / np.pi]
+        np.savetxt(path, rows, delimiter=",", header="time,theta", comments="", fmt="%.9g")
+
+
+def braked_mass(folder: Path) -> None:
+    """A mass on a spring with a brake that no card knows."""
+    recorded(folder / "data", lambda t, x, v: -4.0 * v / (1 + (v / 0.3) ** 2), seed=3)
+    (folder / "Mass.mo").write_text(MODEL)
+
+
+def plant(folder: Path) -> None:
+    """A package with a class."""
+    (folder / "path").mkdir()
+    (folder / "path/My.mo").write_text(f"package My\n{MODEL.replace('Mass', 'Plant')}end My;\n")
+
+
+def coupled(folder: Path) -> None:
+    """The system of the tutorial."""
+    for name, text in files(PAGES / "tutorials/identify_a_robot.md").items():
+        (folder / name).write_text(text)
+
+
+BEFORE: dict[str, Callable[[Path], object]] = {
+    "bench.md": coupled,
+    "black_box_fmus.md": drive,
+    "data_checks.md": swings_in_degrees,
+    "effect_cards.md": lambda folder: swings(folder / "swings"),
+    "fmus.md": plant,
+    "laws.md": braked_mass,
+}
