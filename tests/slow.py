@@ -6,6 +6,10 @@ Each entry says which quicker test guards the same promise; docs/decisions/019 h
 # Beginning of a node id -> what guards the promise in `make test`.
 SLOW = {
     **{
+        f"tests/children/test_no_orphans.py::test_a_command_that_is_killed_leaves_nothing_behind[hil {name}]": "the same test on `hil hold`, whose children these start"
+        for name in ("record", "stimulate")
+    },
+    **{
         f"tests/greybox/test_delays.py::test_{name}": "the same file: the only sensor is late, and how that is written"
         for name in (
             "sensors_that_are_all_late_are_called_like_a_late_input[measured1]",

@@ -1,4 +1,4 @@
-"""Every command that starts a child process, with arguments that let it start one."""
+"""Every command of the command line, with arguments that let it start the child processes that it has."""
 
 import os
 import shutil
@@ -35,6 +35,10 @@ while jobs.look(project).running:
 """
 
 
+RUN = "[run]\nstop = 600.0\nstep = 0.02\n"
+ROBOT = RUN + '[components.robot]\nkind = "robot"\nvirtual = true\nrate_hz = 50\n'
+
+
 def arguments_of(command: str, folder: Path, fmu: Path) -> list[str]:
     """The command line of a command, with what it needs written into a folder."""
     ours = str(MISFIT)
@@ -42,30 +46,74 @@ def arguments_of(command: str, folder: Path, fmu: Path) -> list[str]:
         for name, rate in (("one", 1), ("two", 2)):
             (folder / f"{name}.mo").write_text(CLASS.format(rate=rate).replace("Fall", name.title()))
         return [ours, "build", "one.mo:One", "two.mo:Two", "--out", "built", "--workers", "2"]
-    if command in ("regress", "pytest"):
+    if command in ("regress cases", "regress bisect", "pytest"):
+        shutil.copy(fmu, fmu.with_name("second.fmu"))  # versions, among which `bisect` looks
         (folder / "exact.csv").write_text("time,x\n0,1\n0.5,1\n1,1\n")
         (folder / "fall.regress.toml").write_text(CASE.format(model=fmu))
-        return [ours, "regress", "fall.regress.toml"] if command == "regress" else [sys.executable, "-m", "pytest", "."]
+        bisect = [ours, "regress", "bisect", str(fmu.parent), "fall.regress.toml"]
+        cases = [ours, "regress", "fall.regress.toml"]
+        return {"pytest": [sys.executable, "-m", "pytest", "."], "regress bisect": bisect}.get(command, cases)
     if command in ("compare", *OTHERS_WITH_MODELS):
         rows = "".join(f"{0.01 * k:.2f},{0.01 * k:.2f},1\n" for k in range(101))
         (folder / "data").mkdir()
         (folder / "data/trial.csv").write_text("time,y,u\n" + rows)
         (folder / "data/case.toml").write_text(CHECK + 'y = "m"\nu = "m/s"\n')
         place = ["--out", "out"] if command == "discover" else []
-        return [ours, command, str(fmu), "data", *place]
+        return [ours, command, "pendulum" if command == "learn" else str(fmu), "data", *place]
+    (folder / "trial.csv").write_text("time,theta\n0,1\n0.5,0.6\n1,0.4\n")
+    (folder / "robot.toml").write_text(ROBOT)
+    (folder / "system.toml").write_text(RUN + '[components.swing]\nmodelica = "pendulum"\n')
     return {
+        "add": [ours, "add", "coulomb_friction", "--to", "pendulum", "--out", "out"],
+        "convert": [ours, "convert", "system.toml", "system.ssp"],
+        "import": [ours, "import", "trial.csv", "--model", "pendulum", "--yes"],
+        "models": [ours, "models"],
+        "hil check": [ours, "hil", "check", "--virtual"],
+        "hil compile": [ours, "hil", "compile"],
+        "hil identify": [ours, "hil", "identify", "robot.toml", "--out", "identified"],
+        "hil record": [ours, "hil", "record", "study", "--virtual", "--rate", "50", "--out", "recorded"],
+        "hil robot": [ours, "hil", "robot", "--port", "0", "--body", "arm"],
+        "hil stimulate": [ours, "hil", "stimulate", "--virtual", "--out", "stimulated"],
         "validate": [ours, "validate", str(fmu)],
         "run": [ours, "run", str(fmu), "--isolate", "--stop", "1", "--step", "0.1"],
         "sweep": [ours, "sweep", str(fmu), "--set", "u=1,2,3", "--workers", "2", "--isolate", "--out", "study"],
-        "hold": [ours, "hil", "hold", "--virtual", "--seconds", "1", "--rate", "50", "--out", "session"],
-        "study": [ours, "study", "caregivers", "--draws", "2", "--caregivers", "1", "--seeds", "1", "--workers", "2"],
+        "hil hold": [ours, "hil", "hold", "--virtual", "--seconds", "1", "--rate", "50", "--out", "session"],
+        "study caregivers": [
+            ours,
+            "study",
+            "caregivers",
+            "--draws",
+            "2",
+            "--caregivers",
+            "1",
+            "--seeds",
+            "1",
+            "--workers",
+            "2",
+        ],
         "studio": [sys.executable, "-I", "-c", JOB],
     }[command]
 
 
-COMMANDS = ("build", "validate", "run", "sweep", "regress", "pytest", "compare", "hold", "study", "studio")
+COMMANDS = (
+    "build",
+    "validate",
+    "run",
+    "sweep",
+    "regress cases",
+    "pytest",
+    "compare",
+    "hil hold",
+    "study caregivers",
+    "studio",
+)
 # They start the same children as `compare`, and go on for longer.
-OTHERS_WITH_MODELS = ("diagnose", "discover")
+OTHERS_WITH_MODELS = ("diagnose", "discover", "learn")
+# They start the same children as one of the others: the compilers of Modelica and C, or a robot.
+OTHERS = (
+    *("add", "convert", "import", "models", "regress bisect"),
+    *("hil check", "hil compile", "hil identify", "hil record", "hil robot", "hil stimulate"),
+)
 
 
 def environment_of(folder: Path) -> Mapping[str, str]:

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from commands import COMMANDS, OTHERS_WITH_MODELS, arguments_of, fmu_that, start
+from commands import COMMANDS, OTHERS, OTHERS_WITH_MODELS, arguments_of, fmu_that, start
 
 from fmus.children import BrokenWorker, Workers, run_tool
 from fmus.children.tool import ToolTimeout
@@ -19,14 +19,18 @@ PATIENCE_S = 60.0
 BUSY = "import os, time\nprint(os.getpid(), flush=True)\nos.fork()\ntime.sleep(600)"
 
 
-@pytest.mark.parametrize("command", [*COMMANDS, *OTHERS_WITH_MODELS])
+@pytest.mark.parametrize("command", [*COMMANDS, *OTHERS_WITH_MODELS, *OTHERS])
 def test_a_command_that_is_killed_leaves_nothing_behind(command: str, tmp_path: Path) -> None:
     working = tmp_path / "working"
     working.mkdir()
     arguments = arguments_of(command, working, fmu_that("hang", tmp_path / "models"))
-    more = {"hold": ["--seconds", "600"], "study": ["--draws", "100000"], "studio": ["endless"]}.get(command, [])
+    more = {
+        "hil hold": ["--seconds", "600"],
+        "study caregivers": ["--draws", "100000"],
+        "studio": ["endless"],
+    }.get(command, [])
     with start([*arguments, *more], working) as process:
-        wanted = {"sweep": 4, "hold": 4, "study": 2}.get(command, 1)
+        wanted = {"sweep": 4, "hil hold": 4, "study caregivers": 2}.get(command, 1)
         wait_for(lambda: len(descendants(process.pid)) >= wanted or process.poll() is not None)
         assert process.poll() is None, process.communicate(timeout=60)
         children = descendants(process.pid)
