@@ -36,6 +36,11 @@ Watch = Callable[[float], None]
 @click.option("--swap", "swaps", multiple=True, metavar="COMP=FMU", help="Use another FMU for a component.")
 @click.option("--mapping", metavar="FILE", help="Names of a swapped FMU's variables; written where there is none.")
 @click.option("--yes", "agreed", is_flag=True, help="Take similar names of a swapped FMU without asking.")
+@click.option(
+    "--excite",
+    is_flag=True,
+    help="Move each input that nothing drives within its declared range, as the FMU before a --swap declares it.",
+)
 @click.option("--against", metavar="RESULT", help="Compare with the results of an earlier run.")
 @click.option("--realtime", type=float, metavar="FACTOR", help="Keep pace with the clock, FACTOR times as fast.")
 @click.option(
@@ -53,6 +58,7 @@ def run(
     swaps: tuple[str, ...],
     mapping: str | None,
     agreed: bool,
+    excite: bool,
     against: str | None,
     realtime: float | None,
     not_finite: tuple[str, ...],
@@ -63,6 +69,8 @@ def run(
 ) -> None:
     """Run SYSTEM: a system file (.toml, .ssd, .ssp), an .fmu, FILE.mo:Package.Class, or a built-in model."""
     from orchestrator.cli import run_text
+    from orchestrator.cli.excite import excited as with_moving_inputs
+    from orchestrator.cli.excite import without_drive
     from orchestrator.cosim.load import load_system
     from orchestrator.cosim.run import run_system, trust_all
     from orchestrator.cosim.summary import SummaryRecorder
@@ -71,6 +79,10 @@ def run(
     say = (lambda text: None) if quiet or json_file == "-" else click.echo
     earlier = read_result(against) if against else None
     system = with_policies(with_settings(load_system(model), values), not_finite)
+    excited: list[str] = []
+    if excite:
+        system, excited = with_moving_inputs(system, given["stop"])
+        say(f"excited: {', '.join(excited) or 'nothing, every input that is a number is driven or has a value'}")
     system, swapped = with_swaps(system, swaps, mapping, agreed, say)
     if trusted:
         trust_all(system)
@@ -86,14 +98,14 @@ def run(
     found = None
     if earlier is not None:
         now = onward.result() if isinstance(onward, MemoryRecorder) else read_result(str(target))
-        found = compare_results(earlier, now)
+        found = without_drive(compare_results(earlier, now))
     for line in (*run_text.head(system, outcome), *run_text.table(summary), *run_text.speed(outcome)):
         say(line)
     if target:
         say(f"results: {target} ({summary.count} rows, {len(summary.columns)} columns)")
     for line in run_text.differences(found, str(against)) if found else ():
         say(line)
-    write_json(json_file, document(model, outcome, summary, target, swapped, found))
+    write_json(json_file, document(model, outcome, summary, target, swapped, found, excited))
 
 
 def with_settings(system: "System", values: tuple[str, ...]) -> "System":
@@ -177,6 +189,7 @@ def document(
     target: Path | None,
     swapped: list[Any],
     found: "ResultComparison | None",
+    excited: list[str],
 ) -> dict[str, Any]:
     """The run as JSON."""
     report = outcome.report
@@ -206,4 +219,5 @@ def document(
         "realtime": outcome.lateness.to_json() if outcome.lateness else None,
         "provenance": dict(outcome.provenance),
         "not_finite": {name: vars(noted) for name, noted in report.not_finite.items()},
+        "excited": excited,
     }

@@ -75,7 +75,12 @@ def differences(found: ResultComparison, against: str) -> Iterator[str]:
         yield f"only in {against}: {', '.join(found.only_first)}"
     if found.only_second:
         yield f"only in this run: {', '.join(found.only_second)}"
-    if found.same:
+    if found.signals and not found.exercised:
+        yield (
+            "nothing was exercised: no signal moved in either run, so it is not known whether "
+            "they agree; move the inputs, as --excite does in both"
+        )
+    elif found.same:
         yield f"no signal parts by more than {found.tolerance:g} of its range"
 
 

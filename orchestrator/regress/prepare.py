@@ -54,7 +54,7 @@ def system_of(case: Case, model: str = "") -> System:
     tolerance = case.solver_tolerance if case.solver_tolerance is not None else system.run.tolerance
     run = replace(system.run, start=start, stop=stop, step=step, master=master, tolerance=tolerance)
     waves = waves_of(case, start, stop, step)
-    return _driven(replace(system, run=run), waves)
+    return driven(replace(system, run=run), waves)
 
 
 def single(system: System) -> str:
@@ -115,8 +115,8 @@ def _address(system: System, name: str) -> str:
     )
 
 
-def _driven(system: System, waves: dict[str, tuple[Wave, str]]) -> System:
-    """The system with a component that drives its inputs."""
+def driven(system: System, waves: dict[str, tuple[Wave, str]]) -> System:
+    """The system with a component that drives its inputs, which are named by address; each has its wave and its unit."""
     if not waves:
         return system
     ports, connections, inputs = [], [], dict(system.inputs)

@@ -53,13 +53,18 @@ class ResultComparison:
         """Whether no signal parts and none is missing."""
         return not (self.only_first or self.only_second or any(s.parted_at is not None for s in self.signals))
 
+    @property
+    def exercised(self) -> bool:
+        """Whether any signal moved, in one of the two at least; else it is not known whether they agree."""
+        return any(s.spread or s.largest for s in self.signals)
+
     def to_json(self) -> dict[str, Any]:
         """The comparison as JSON; infinite differences are None."""
         signals = [
             {**vars(s), "largest": _finite(s.largest), "rms": _finite(s.rms), "spread": _finite(s.spread)}
             for s in self.signals
         ]
-        return {**vars(self), "signals": signals, "same": self.same}
+        return {**vars(self), "signals": signals, "same": self.same, "exercised": self.exercised}
 
 
 def compare_results(first: Result, second: Result, tolerance: float = TOLERANCE) -> ResultComparison:

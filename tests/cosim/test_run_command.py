@@ -219,6 +219,54 @@ def test_a_swap_that_fits_is_reported_and_run(misfit: Misfit, pair: Path, tmp_pa
     assert "no signal parts by more than 1e-06 of its range" in said
 
 
+RANGE = {'<Real start="0" unit="m"/>': '<Real start="0" unit="m" min="-2" max="6"/>'}
+
+
+@pytest.mark.parametrize(("declared", "expected"), [(RANGE, (-2.0, 6.0)), ({}, (-1.0, 1.0))])
+def test_excited_inputs_show_what_a_swap_changes_and_resting_ones_say_so(
+    misfit: Misfit, tmp_path: Path, declared: dict[str, str], expected: tuple[float, float]
+) -> None:
+    old, new = small_fmu("spring", replace=declared), small_fmu("spring", version=3)
+    swap = ("--swap", f"spring={new}", "--set", "spring.k=12")
+    for name, more in (("rest", ()), ("moved", ("--excite",))):
+        misfit("run", old, "--step", "0.01", *more, "--out", tmp_path / f"{name}.parquet")
+
+    _, rest, _ = misfit("run", old, "--step", "0.01", *swap, "--against", tmp_path / "rest.parquet")
+    assert "nothing was exercised: no signal moved" in rest and "no signal parts" not in rest
+
+    arguments = ("--step", "0.01", "--excite", "--against", tmp_path / "moved.parquet", "--json", "-")
+    _, moved, _ = misfit("run", old, *arguments, *swap)
+    found = json.loads(moved)
+    assert found["excited"] == ["x1", "v1", "x2", "v2"]
+    drive = found["signals"]["inputs_of_the_case.x1"]
+    assert (drive["min"], drive["max"]) == pytest.approx(expected, rel=1e-3)
+    assert found["against"]["exercised"] and not found["against"]["same"]
+    assert [signal["name"] for signal in found["against"]["signals"]] == ["spring.f1", "spring.f2"]
+    # k goes from 10 to 12 N/m at rest of the damper, so both forces grow by a fifth.
+    force = found["against"]["signals"][0]
+    assert force["largest"] / force["spread"] == pytest.approx(
+        0.2 * largest_share(tmp_path / "moved.parquet"), rel=1e-3
+    )
+
+    _, same, _ = misfit("run", old, "--step", "0.01", "--excite", *swap[:2], "--against", tmp_path / "moved.parquet")
+    assert "no signal parts by more than 1e-06 of its range" in same
+
+
+def largest_share(path: Path) -> float:
+    """The largest force of a spring as a share of its range."""
+    force = read_result(path)["spring.f1"]
+    return float(max(abs(force)) / (max(force) - min(force)))
+
+
+def test_inputs_that_are_driven_or_have_a_value_stay(misfit: Misfit, pair: Path) -> None:
+    _, said, _ = misfit("run", pair, "--stop", "0.1", "--excite", "--set", "spring.x1=0.5", "--json", "-")
+    assert json.loads(said)["excited"] == ["mass.fb", "spring.v1"]
+    assert misfit("run", pair, "--stop", "inf", "--excite")[::2] == (
+        2,
+        "misfit: --excite needs the end of the run; give a stop time in s, such as --stop 10\n",
+    )
+
+
 def test_a_swap_that_cannot_work_says_why_before_running(misfit: Misfit, pair: Path, tmp_path: Path) -> None:
     code, _, said = misfit("run", pair, "--swap", f"spring={small_fmu('ball')}", "--out", tmp_path / "r.csv")
     assert code == 2 and said.startswith("misfit: swap of spring cannot work: ")
