@@ -18,6 +18,9 @@ PATIENCE_S = 300
 NOT_RUN = {
     "misfit diagnose arm data/ --scheduler": "needs a cluster of machines: diagnosis/test_work.py diagnoses on one of this machine",
     "misfit build arm --platforms": "needs the Zig compiler: fmus/test_platforms.py has it, or one in its place",
+    "misfit compare SYSTEM.toml": "stands for any system: blackbox/test_coupled_systems.py compares one",
+    "misfit hil record weak.toml": "needs 21 trials of real time: hil/test_burden.py reads such a protocol and checks the muscle's torque",
+    "misfit discover arm session": "the same session",
     "misfit build Plant.mo:": "regress/test_worked_example.py runs that example, and changes its model in between",
     "misfit regress --update": "the same example",
     **({} if KERNEL else {"misfit hil robot --interface": "needs a CAN interface of the kernel: MISFIT_CAN=vcan0 names one"}),
