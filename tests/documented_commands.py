@@ -12,7 +12,8 @@ from pathlib import Path
 
 from tests.hil.test_any_bus import KERNEL
 
-PATIENCE_S = 300
+# Output comes at once, also through a pipe.
+AT_ONCE = {**os.environ, "PYTHONUNBUFFERED": "1"}
 
 # Why a command is not run as part of its page, by its beginning.
 NOT_RUN = {
@@ -21,6 +22,8 @@ NOT_RUN = {
     "misfit compare SYSTEM.toml": "stands for any system: blackbox/test_coupled_systems.py compares one",
     "misfit hil record weak.toml": "needs 21 trials of real time: hil/test_burden.py reads such a protocol and checks the muscle's torque",
     "misfit discover arm session": "the same session",
+    "misfit hil view": "looks at a session that another terminal began: hil/test_view.py does",
+    "misfit hil compile": "takes a C compiler a minute: hil/test_compiled_decision.py does",
     "misfit build Plant.mo:": "regress/test_worked_example.py runs that example, and changes its model in between",
     "misfit regress --update": "the same example",
     **({} if KERNEL else {"misfit hil robot --interface": "needs a CAN interface of the kernel: MISFIT_CAN=vcan0 names one"}),
@@ -37,8 +40,6 @@ ADDED = {
 }
 # They run until they are stopped, here at the end of their block.
 ENDLESS = ("misfit studio", "misfit hil robot")
-# What has to run in another terminal meanwhile.
-BESIDE = {"misfit hil view": "misfit hil hold --virtual --seconds 10"}
 # Exit code 1 says that the machine is too slow now for the usual rate.
 AS_FAST_AS_IT_IS = ("misfit hil check",)
 
@@ -88,9 +89,7 @@ def run(block: list[Command], folder: Path) -> None:
             if command.begins(*ENDLESS):
                 running.callback(_stop, _start(command.line, folder), command.line)
                 continue
-            beside = [_start(line, folder) for name, line in BESIDE.items() if command.begins(name)]
             _run_to_its_end(command, folder)
-            assert [process.wait(PATIENCE_S) for process in beside] == [0] * len(beside)
 
 
 def _words(line: str) -> list[str]:
@@ -104,7 +103,7 @@ def _run_to_its_end(command: Command, folder: Path) -> None:
     done = subprocess.run(
         _words(command.line),
         cwd=folder,
-        env=_environment(command.line, folder),
+        env=AT_ONCE,
         capture_output=True,
         text=True,
         check=False,
@@ -118,7 +117,7 @@ def _start(line: str, folder: Path) -> subprocess.Popen[str]:
     process = subprocess.Popen(
         _words(line),
         cwd=folder,
-        env=_environment(line, folder),
+        env=AT_ONCE,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
@@ -135,9 +134,3 @@ def _stop(process: subprocess.Popen[str], line: str) -> None:
     process.send_signal(signal.SIGINT)
     output, _ = process.communicate(timeout=60)
     assert "Traceback" not in output, f"{line}: {output}"
-
-
-def _environment(line: str, folder: Path) -> dict[str, str]:
-    """Output comes at once, also through a pipe; a decision that is compiled here is not that of later sessions."""
-    own = {"MISFIT_CACHE": str(folder / "cache")} if line.startswith("misfit hil compile") else {}
-    return {**os.environ, **own, "PYTHONUNBUFFERED": "1"}

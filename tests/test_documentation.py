@@ -8,7 +8,7 @@ import click
 import pytest
 
 from orchestrator.cli.main import misfit
-from tests.documented_commands import ADDED, BESIDE, ENDLESS, NOT_RUN, blocks, files, run
+from tests.documented_commands import ADDED, ENDLESS, NOT_RUN, blocks, files, run
 from tests.documented_folders import BEFORE
 
 ROOT = Path(__file__).parents[1]
@@ -30,7 +30,7 @@ def test_commands_of_a_page_run_one_after_another(page: Path, tmp_path: Path) ->
 def test_every_command_that_is_not_run_or_not_run_as_written_is_on_a_page() -> None:
     lines = [command.line for page in PAGES for block in blocks(page) for command in block]
 
-    assert all(any(line.startswith(name) for line in lines) for name in (*NOT_RUN, *ADDED, *ENDLESS, *BESIDE))
+    assert all(any(line.startswith(name) for line in lines) for name in (*NOT_RUN, *ADDED, *ENDLESS))
 
 
 @pytest.mark.parametrize("page", [page for page in PAGES if blocks(page)], ids=lambda page: page.name)
