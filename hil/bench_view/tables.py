@@ -19,7 +19,9 @@ NEAR = 0.9
 def joints(seen: Watched, glance: Glance) -> str:
     """Angle, speed, torque asked for and sent, each with its limits."""
     rows = []
-    limits = seen.about["joints"]
+    limits, most = seen.about.get("joints"), seen.about.get("force")
+    if limits is None or most is None:
+        return "<p>This session does not say what its limits are.</p>"
     for k, limit in enumerate(limits):
         angle, speed, sent = glance.angles[k], glance.speeds[k], glance.torques[k]
         cells = (
@@ -35,7 +37,6 @@ def joints(seen: Watched, glance: Glance) -> str:
     head = ("joint", "angle (rad)", "range", "speed (rad/s)", "limit", "asked (N.m)", "sent (N.m)", "limit")
     size = float(np.linalg.norm(glance.force))
     parts = ", ".join(f"{value:+.1f}" for value in glance.force)
-    most = float(seen.about["force"])
     force = f"<p>Force at the wrist: {_number(f'{size:.1f} N', size >= NEAR * most)}, limit {most:g} N (x, y, z: {parts})</p>"
     return _table("Joints", head, rows) + force
 

@@ -103,8 +103,17 @@ class _Checker:
         return tuple(outside.get(id(slot), slot) for slot in self.slots), links
 
     def _inside(self, component: str) -> dict[str, Port]:
-        """Ports of a component, with the units that the system gives to those without."""
-        ports = {port.name: port for port in self.interfaces[component].ports}
+        """Ports of a component, with the units that the system gives to those without.
+
+        A local variable at which a connection starts is as good as an output: FMI lets any variable be read.
+        """
+        starts = {c.source for c in self.system.connections}
+        ports = {
+            port.name: replace(port, causality="output")
+            if port.causality == "local" and f"{component}.{port.name}" in starts
+            else port
+            for port in self.interfaces[component].ports
+        }
         for name, unit in self.system.components[component].units.items():
             si = self.system.definitions.get(unit)
             if name not in ports:

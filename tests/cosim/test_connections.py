@@ -83,6 +83,13 @@ def test_a_missing_unit_is_taken_from_the_other_side_and_listed():
     assert wire(*two(source(), sink(unit="m"))).notes == ("connection a.y -> b.u: one side has no unit; taken as m",)
 
 
+def test_a_connection_may_start_at_a_local_variable():
+    """Effects beside an FMU read its speed, which tools often leave local."""
+    wiring = wire(*two(Described([Port("y", "local"), Port("z", "local")]), sink()))
+    assert [(link.source.address, link.target.address) for link in wiring.links] == [("a.y", "b.u")]
+    assert [slot.address for slot in wiring.slots] == ["a.y", "b.u"]
+
+
 @pytest.mark.parametrize(
     ("one", "other", "words"),
     [

@@ -7,6 +7,8 @@ import time
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -22,7 +24,7 @@ from hil.bench_view.advice import ADVICE, REACTIONS
 from hil.bench_view.residual_map import CELLS, FORGETS_S, ResidualMap
 from hil.bench_view.sentences import PHASES, faults, plain, state, trial
 from hil.bench_view.stop_bar import NONE, stop_bar
-from hil.bench_view.tables import fault_list
+from hil.bench_view.tables import fault_list, joints
 from hil.bench_view.watched import Life, Past, Sessions, Watched
 from hil.codecs.barrett.safety_module import Button
 from hil.safety.cycle import Reaction
@@ -285,3 +287,8 @@ def test_the_button_says_which_session_and_robot_it_stops(window: Window) -> Non
     assert "session " in seen.title and "(right, " in seen.title
     flag.stops(seen.title)
     assert words_of(flag) == (f"{READY} Stops {seen.title}.", False)
+
+
+def test_a_session_that_says_nothing_of_its_limits_is_shown_all_the_same() -> None:
+    seen: Any = SimpleNamespace(about={})
+    assert joints(seen, seen) == "<p>This session does not say what its limits are.</p>"

@@ -125,7 +125,7 @@ def test_the_flag_is_for_this_user_alone_and_a_reader_cannot_press(unpressed: St
 
 def test_words_say_what_has_become_of_a_press() -> None:
     flag = StopFlag.create()
-    assert "at any time" in words_of(flag)[0]
+    assert "also when the page hangs" in words_of(flag)[0]
     flag.press()
     flag._numbers[0] -= 600_000_000
     assert words_of(flag) == ("Pressed, but the loop does not answer. Use the pendant on the robot.", True)
