@@ -35,8 +35,6 @@ from orchestrator.work import Work
 MUCH_LEFT = 2.0
 # What removes less of the error along held-out trials, although much is left, is doubted.
 LEAST_REMOVED = 0.5
-# Errors of two answers that differ by less than this factor are alike; the one with fewer effects is given.
-ALIKE = 1.15
 SURE, NAMES = ("named", "adequate"), ("named", "ambiguous")
 
 
@@ -82,7 +80,10 @@ def diagnose(
     if not closed and not free_slots(source.compile()):
         found = _by_greybox(source, measurements, workers, progress, laws)
     else:
-        found = _in_slots(source, model, measurements, library, workers, progress, work)
+        try:
+            found = without_harm(search_slots(source, measurements, library, workers, progress, work))
+        except (ArithmeticError, LookupError, ValueError) as error:  # numbers that the search cannot go on with
+            found = search_failed(compare(model, measurements, workers=workers), error)
         if _asks_for_more(found, closed) and (not isinstance(source, FmuSource) or can_be_taped(source)):
             progress("looking at every balance equation")
             found = _better_of(found, _by_greybox(source, measurements, workers, progress, laws))
@@ -111,22 +112,6 @@ def _holding(source: Source, model: Model, measurements: MeasurementSet) -> Sour
     if not isinstance(source, FmuSource):
         return source
     return replace(source, held=bind(measurements, model.inputs, model.outputs).trials[0].held)
-
-
-def _in_slots(
-    source: Source,
-    model: Model,
-    measurements: MeasurementSet,
-    library: Sequence[EffectCard],
-    workers: int,
-    progress: Progress,
-    work: Work | None,
-) -> Diagnosis:
-    """What free runs with effects in slots say; numbers that a search cannot go on with say nothing of effects."""
-    try:
-        return without_harm(search_slots(source, measurements, library, workers, progress, work))
-    except (ArithmeticError, LookupError, ValueError) as error:
-        return search_failed(compare(model, measurements, workers=workers), error)
 
 
 def _by_greybox(
@@ -158,7 +143,7 @@ def _better_of(found: Diagnosis, second: Diagnosis) -> Diagnosis:
     removed = found.held_out.reducible_removed
     shaky = removed < LEAST_REMOVED or (found.verdict == "ambiguous" and _left(found) >= MUCH_LEFT)
     if second.verdict == "named" or (second.verdict == "ambiguous" and not names):
-        simpler = len(second.effects) < len(found.effects) and _left(second) <= ALIKE * _left(found)
+        simpler = len(second.effects) < len(found.effects) and _left(second) <= (1 + Thresholds().alike) * _left(found)
         if found.verdict != "named" or removed < LEAST_REMOVED or _left(second) < _left(found) or simpler:
             # What had no place at the borders of an FMU was tried at its balances.
             warnings = (*second.warnings, *(note for note in found.warnings if "not tried" not in note))
