@@ -127,7 +127,7 @@ class Refit:
         return frozenset(candidate.label for candidate in self.effects.candidates)
 
     def is_present(self) -> bool:
-        """Tell whether the data distinguish each effect from its absence, or from the least value that its class allows.
+        """Tell whether the data distinguish each effect from its absence.
 
         An effect with states of its own can follow a trial by their start values alone, its parameters at rest.
         """
@@ -139,7 +139,7 @@ class Refit:
         return [(self.effects.candidates[k], self.values[owners == k]) for k in sorted(self._present())]
 
     def _present(self) -> set[int]:
-        zero = np.clip([p.zero for p in self.effects.card_parameters], *self.effects.bounds())
+        zero = np.array([p.zero for p in self.effects.card_parameters])
         counts = np.isfinite([p.meaningful for p in self.effects.card_parameters])
         away = self.values - zero
         counts &= np.abs(away) > ROUNDING * np.abs(zero)
