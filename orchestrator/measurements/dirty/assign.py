@@ -31,6 +31,8 @@ _SAME = (
     {"heat", "power", "q_flow", "heating"},
     {"command", "cmd", "reference", "setpoint", "ref"},
 )
+# Words that say nothing of what is measured.
+_FILLERS = {"data", "value", "val", "meas", "measured", "actual", "act", "ist", "raw", "signal"}
 
 
 @dataclass(frozen=True)
@@ -143,6 +145,7 @@ def likeness(column: str, variable: str) -> float:
 def _words(name: str) -> list[str]:
     parted = re.sub(r"([a-z])([A-Z])", r"\1_\2", spelling(name))
     words = re.findall(r"[A-Za-z]+|\d+", parted.lower())
+    words = [word for word in words if word not in _FILLERS] or words
     return [next((min(same) for same in _SAME if word in same), word) for word in words]
 
 

@@ -45,6 +45,7 @@ MISSING = frozenset(
         "invalid",
     ]
 ) | {""}
+_FORTRAN = re.compile(r"(\d\.?)[dD]([+-]?\d+)$")
 _GROUPED = {
     ".": re.compile(r"[+-]?\d{1,3}(?:,\d{3})+(?:\.\d+)?"),
     ",": re.compile(r"[+-]?\d{1,3}(?:\.\d{3})+(?:,\d+)?"),
@@ -72,7 +73,7 @@ def split_line(line: str, separator: str) -> list[str]:
 def as_number(cell: str, decimal: str) -> float | None:
     """Read a finite number, with digits in groups or without; None for anything else.
 
-    >>> as_number("1.234,5", ","), as_number("1,5", "."), as_number("2e-3", ".")
+    >>> as_number("1.234,5", ","), as_number("1,5", "."), as_number("2D-03", ".")
     (1234.5, None, 0.002)
     """
     other = "," if decimal == "." else "."
@@ -84,6 +85,7 @@ def as_number(cell: str, decimal: str) -> float | None:
         if cell.endswith(","):
             return None
         cell = cell.replace(",", ".")
+    cell = _FORTRAN.sub(r"\1e\2", cell)
     # Python reads 1_000 as a number, files do not mean one by it.
     if "_" in cell:
         return None

@@ -40,9 +40,10 @@ _NAMES = [
     "relative_time",
     "ms",
 ]
-# Seconds, ms, us and ns since 1970 that lie between 1980 and 2100; days since 1900, as spreadsheets count.
+# Seconds, ms, us and ns since 1970 that lie between 1980 and 2100; days since 1900, as spreadsheets count, or since the year 0.
 _EPOCHS = (("s", 3.2e8, 4.2e9), ("ms", 3.2e11, 4.2e12), ("us", 3.2e14, 4.2e15), ("ns", 3.2e17, 4.2e18))
-_SERIAL_DAYS = (29000.0, 73000.0)
+_SERIAL_DAYS = ((29000.0, 73000.0), (722000.0, 767000.0))
+DAY = 86400.0
 DAY_STEP = 0.2
 
 
@@ -120,6 +121,16 @@ def _grows(values: Array) -> bool:
     return bool(steps.size and np.mean(steps < 0) <= 0.05 and np.any(steps > 0))
 
 
+def _steps_in_days(name: str, step: float) -> bool:
+    """Whether steps are days, and not seconds of a machine that has run for long: named as dates, or round in seconds only."""
+    dated = "date" in name.lower() or "datum" in name.lower()
+    return 0 < step < DAY_STEP and (dated or (_is_round(step * DAY) and not _is_round(step)))
+
+
+def _is_round(value: float) -> bool:
+    return abs(float(f"{value:.1e}") / value - 1) < 3e-3
+
+
 def _numbers(reading: Reading, name: str, values: Array, unit: str | None) -> tuple[Reading, tuple[str, ...]]:
     known = values[~np.isnan(values)]
     first, step = float(known[0]), float(np.median(np.abs(np.diff(known)))) if len(known) > 1 else 0.0
@@ -127,7 +138,7 @@ def _numbers(reading: Reading, name: str, values: Array, unit: str | None) -> tu
         if low < first < high and (unit is None or unit == epoch):
             notes = () if unit else (f"{name!r} counts {epoch} since 1970; time starts at its first value",)
             return replace(reading, time=(name,), time_kind="epoch", time_unit=epoch), notes
-    if unit is None and _SERIAL_DAYS[0] < first < _SERIAL_DAYS[1] and 0 < step < DAY_STEP:
+    if unit is None and any(low < first < high for low, high in _SERIAL_DAYS) and _steps_in_days(name, step):
         note = f"{name!r} counts days, as spreadsheets do; time starts at its first value"
         return replace(reading, time=(name,), time_kind="epoch", time_unit="d"), (note,)
     if _is_time(unit):

@@ -19,6 +19,7 @@ from orchestrator.measurements.dirty.text_table import COMMENT, header_names, nu
 LOOKED_AT = 600
 # Numbers that loggers write where a sensor gave nothing.
 MARKERS = (-9999.0, -999.0, -99999.0, 9999.0, 99999.0, -999.25, 1e30, 1e31, -1e30, 9.96921e36)
+_DIGIT = re.compile(r"\d")
 _RATE = re.compile(
     r"(?:rate|freq\w*|abtastrate|\bfs\b)[^\d\n]{0,30}?(?P<rate>\d+(?:[.,]\d+)?(?:e\d+)?)\s*(?P<unit>k?hz|1/s|samples)?",
     re.I,
@@ -100,16 +101,19 @@ def _score(sample: Sequence[str], separator: str, decimal: str) -> tuple[int, fl
     counts: Counter[int] = Counter()
     values: Counter[int] = Counter()
     for line in sample:
-        kinds = [kind_of(cell, decimal) for cell in split_line(line, separator)]
+        cells = split_line(line, separator)
+        kinds = [kind_of(cell, decimal) for cell in cells]
         numbers = sum(kind in ("number", "stamp") for kind in kinds)
         if numbers:
-            counts[len(kinds)] += 1
-            values[len(kinds)] += numbers - 2 * kinds.count("text")
+            counts[len(cells)] += 1
+            # Text with a digit is a number that was cut in the wrong place; a word may be a remark or a mode.
+            cut = sum(kind == "text" and bool(_DIGIT.search(cell)) for kind, cell in zip(kinds, cells, strict=True))
+            values[len(cells)] += numbers - 2 * cut
     if not counts:
         return 0, 0.0
     width, _ = counts.most_common(1)[0]
-    # One column alone is a table only if nothing else fits.
-    return width, values[width] * (1.0 if width > 1 else 0.5)
+    # One column alone is a table only if nothing else fits, and so are blanks: they also cut a date from its time.
+    return width, values[width] * (1.0 if width > 1 and separator != " " else 0.5)
 
 
 def _text_columns(lines: Sequence[str], separator: str, decimal: str, width: int) -> set[int]:

@@ -16,7 +16,8 @@ from orchestrator.measurements.table import Table
 from orchestrator.measurements.trial import Array
 from orchestrator.measurements.wording import listed, shown
 
-COMMENT = re.compile(r"^\s*(#|%|//|!)\s*")
+# A remark, or a line drawn below a header.
+COMMENT = re.compile(r"^\s*(?:(?:#|%|//|!)\s*|(?=.*----)[\s|+:=-]+$)")
 # More stray lines than this share mean that the file is not what [reading] says.
 MOST_STRAY = 0.05
 # A column with fewer readable cells than this share is text.
