@@ -45,7 +45,7 @@ def test_error_against_the_sign_of_speed_is_found_there_and_not_in_position() ->
     assert strongest.against == "speed of q"
     assert strongest.p_value == pytest.approx(0.02)  # no permutation comes near: 2 (1 + 0)/(1 + 99)
     assert np.all(strongest.bias[:3] > 0.3) and np.all(strongest.bias[-3:] < -0.3)
-    assert "with the sign of speed of q" in sentence("q", maps)
+    assert "flips with the sign of speed of q" in sentence("q", maps)
 
 
 def test_error_at_reversals_is_said_in_words() -> None:
@@ -57,7 +57,7 @@ def test_error_at_reversals_is_said_in_words() -> None:
 
     maps = [m for m in (error_map([error], c, STEP) for c in coordinates) if m is not None]
 
-    assert sentence("q", maps).startswith("q: at reversals of q")
+    assert sentence("q", maps).startswith("q: largest where q reverses")
 
 
 def test_rms_of_all_bins_adds_up_to_that_of_the_residual() -> None:

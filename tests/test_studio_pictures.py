@@ -41,7 +41,7 @@ def test_a_machine_without_a_browser_builds_the_site_without_them(monkeypatch: p
 @pytest.mark.skipif(program() is None, reason="no Chromium on this machine: install the package 'chromium'")
 def test_the_build_takes_every_picture_of_the_studio(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "docs.generator.studio_pictures", str(tmp_path)]
-    subprocess.run(command, cwd=DOCS.parent, check=True, timeout=400)
+    subprocess.run(command, cwd=DOCS.parent, check=True, timeout=850)
 
     for name in PICTURES:
         with Image.open(tmp_path / name) as picture:

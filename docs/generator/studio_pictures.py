@@ -44,7 +44,8 @@ SOURCES = (
     ROOT / "hil" / "bench_view",
 )
 SIZE = {"width": 1280, "height": 800}
-PATIENCE_MS = 180_000
+# Of a busy machine, too: a diagnosis takes 20 s of a processor of its own.
+PATIENCE_MS = 600_000
 SECONDS_A_FRAME = 2.5
 GERMAN = "Zeit [s];Drehmoment [mNm];Drehwinkel [°]\n"
 WEAK = 'model WeakMuscle "The muscle of the library with 80 % of its force"\n  extends FESArm.Muscles.MuscleAlone(law(Fmax=0.8*Fmax));\nend WeakMuscle;\n'

@@ -240,7 +240,7 @@ def _smooth(series: np.ndarray, time: np.ndarray, width_s: float) -> np.ndarray:
 
 
 def sentence(name: str, maps: Sequence[ErrorMap]) -> str:
-    """Say what an error depends on, and what it does not, such as `q1: at reversals of q1; independent of q2, time`."""
+    """Say what an error depends on, and what it does not, such as `q1: largest where q1 reverses; does not depend on q2, time`."""
     telling = sorted((m for m in maps if m.depends), key=lambda m: -m.strength)
     silent = [m.against for m in maps if m.p_value > 0.2 and m.against in _plain_names(maps)]
     if not telling:
@@ -253,8 +253,8 @@ def sentence(name: str, maps: Sequence[ErrorMap]) -> str:
         if m.strength > 0.3 * telling[0].strength and not (text.endswith(same) and m.against.endswith(f" of {same}"))
     ]
     if others:
-        text += f", also with {' and '.join(others)}"
-    return text + (f"; independent of {', '.join(silent[:4])}" if silent else "")
+        text += f"; also depends on {', '.join(others)}"
+    return text + (f"; does not depend on {', '.join(silent[:4])}" if silent else "")
 
 
 def _place(m: ErrorMap) -> str:
@@ -262,15 +262,15 @@ def _place(m: ErrorMap) -> str:
     worst, moving = int(np.argmax(m.rms)), m.against.split(" of ")[-1]
     turning = m.against.startswith("speed of ") and m.edges[worst] <= 0 <= m.edges[worst + 1]
     if turning or (m.against.startswith("time from a reversal of ") and worst == 0):
-        return f"at reversals of {moving}"
+        return f"largest where {moving} reverses"
     unit = f" {m.unit}" if m.unit not in ("", "1") else ""
     low, high = m.edges[worst], m.edges[worst + 1]
-    where = f"where {m.against} is {low:.3g} to {high:.3g}{unit}"
+    where = f"largest where {m.against} is {low:.3g} to {high:.3g}{unit}"
     if np.sign(m.bias[0]) != np.sign(m.bias[-1]) and min(abs(m.bias[0]), abs(m.bias[-1])) > 0.3 * np.sqrt(
         np.mean(m.rms**2)
     ):
-        way = "with the sign of" if m.edges[0] < 0 < m.edges[-1] else "of other sign at the other end of"
-        return f"{way} {m.against}, most {where}"
+        way = "flips with the sign of" if m.edges[0] < 0 < m.edges[-1] else "has another sign at the other end of"
+        return f"{way} {m.against}, {where}"
     return where
 
 

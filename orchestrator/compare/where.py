@@ -52,17 +52,18 @@ def findings(where: Mapping[str, list[dict[str, Any]]], floor: Mapping[str, floa
         if row["over_floor"] < 1.5:
             sentences.append(f"{name} agrees within the noise ({_times(row['over_floor'])} times the floor)")
             continue
-        text = f"{name} is off by {row['rmse']:.3g}{after_number(row['unit'])} rms, {_times(row['over_floor'])} times the floor"
+        text = f"{name}: the error"
         bands = [r for r in where["frequency"] if r["signal"] == name]
         if bands:
             worst = max(bands, key=lambda r: r["rmse"])
-            text += f"; mostly between {worst['from_hz']:.2g} and {worst['to_hz']:.2g} Hz"
+            text += f" lies mostly between {worst['from_hz']:.2g} and {worst['to_hz']:.2g} Hz"
         biased = [r for r in where["state"] if r["signal"] == name and abs(r["bias"]) > 2 * floor[name]]
         if biased:
             most = max(biased, key=lambda r: abs(r["bias"]))
-            text += f"; biased by {most['bias']:.2g}{after_number(row['unit'])} where {most['against']} is "
+            text += f"{' and' if bands else ''} is biased by {most['bias']:.2g}{after_number(row['unit'])} where {most['against']} is "
             text += f"{most['from']:.3g} to {most['to']:.3g}{after_number(most['unit'])}"
-        sentences.append(text)
+        if bands or biased:
+            sentences.append(text)
         if "depends" in row:
             sentences.append(row["depends"])
     return tuple(sentences)

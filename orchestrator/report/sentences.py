@@ -1,16 +1,14 @@
 """Results in plain words: what was found, before any table or figure."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from orchestrator.compare.result import Comparison
 from orchestrator.ledger import LedgerEntry, newest
-from orchestrator.report.answer import answer_of
+from orchestrator.report.answer.answer import WITHIN_NOISE, answer_of
+from orchestrator.report.answer.words import joined, name_of, place_of
 from orchestrator.report.numbers import percent, quantity, ratio
 from orchestrator.verdicts.result import Diagnosis, NamedEffect, RankedSet
-
-# Below this multiple of the floor an error is no larger than what the noise alone explains.
-WITHIN_NOISE = 1.5
 
 
 def effect_name(effect: NamedEffect) -> str:
@@ -20,16 +18,17 @@ def effect_name(effect: NamedEffect) -> str:
         >>> effect_name(NamedEffect("coulomb_friction", "joint1", {}))
         'coulomb friction at joint1'
     """
-    return _at(effect.id, effect.site)
+    return f"{name_of(effect.id)} {place_of(effect.site)}".strip()
 
 
 def ranked_name(entry: RankedSet) -> str:
     """Return the effects of a ranked set as words; the empty set is the model as it is."""
     if not entry.effects:
         return "nothing added"
-    if len(entry.effects) != len(entry.sites):
-        return " + ".join(_at(effect, "") for effect in entry.effects)
-    return " + ".join(_at(effect, site) for effect, site in zip(entry.effects, entry.sites, strict=True))
+    sites = entry.sites if len(entry.effects) == len(entry.sites) else ("",) * len(entry.effects)
+    return " + ".join(
+        f"{name_of(effect)} {place_of(site)}".strip() for effect, site in zip(entry.effects, sites, strict=True)
+    )
 
 
 def errors(rmse: Mapping[str, float], units: Mapping[str, str]) -> str:
@@ -91,23 +90,3 @@ def experiment_sentence(experiment: Mapping[str, Any]) -> str:
     apart = joined(name.replace("_", " ") for name in experiment["effects"])
     better = f"; a repetition would separate them {ratio(gain)} less" if gain > 1 else ""
     return f"{text}. It tells apart {apart} with a probability of {percent(chance)}{better}."
-
-
-def _at(effect: str, site: str) -> str:
-    words = effect.replace("_", " ")
-    return f"{words} at {_short_site(site)}" if site else words
-
-
-def _short_site(site: str) -> str:
-    """Write `muscle1+muscle2+...+muscle6` as a range."""
-    parts = site.split("+")
-    stem = parts[0].rstrip("0123456789")
-    if len(parts) > 2 and parts == [f"{stem}{k}" for k in range(1, len(parts) + 1)]:
-        return f"{parts[0]} to {parts[-1]}"
-    return site
-
-
-def joined(names: Iterable[str], last: str = "and") -> str:
-    """Return names as a list in words, such as `a, b and c`."""
-    *first, final = list(names) or [""]
-    return f"{', '.join(first)} {last} {final}" if first else final

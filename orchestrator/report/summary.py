@@ -4,8 +4,8 @@ import math
 from dataclasses import dataclass
 
 from orchestrator.compare.result import Comparison, SetErrors
+from orchestrator.report.answer.answer import WITHIN_NOISE
 from orchestrator.report.numbers import quantity, ratio
-from orchestrator.report.sentences import WITHIN_NOISE
 
 
 @dataclass(frozen=True)

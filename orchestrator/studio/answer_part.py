@@ -1,5 +1,6 @@
 """The answer, first on the page: the sentence, Add, and the four parts that support it."""
 
+from dataclasses import replace
 from typing import Any
 
 from nicegui import ui
@@ -84,15 +85,22 @@ def _words(document: dict[str, Any], now: Versions) -> str:
     """The verdict; once something was added, what became of the error stands in front of what is next."""
     answer = answer_of(document)
     if not now.number:
-        return verdict_html(answer)
+        # The studio adds one effect after the other, so that each is seen to lower the error.
+        one_by_one = document["verdict"] == "named" and not _at_once(document)
+        return verdict_html(replace(answer, next_step=f"Add {now.next} first.") if one_by_one else answer)
     first, last = now.shown[0], now.shown[-1]
     errors = [(each.held_out or each.learning).over_floor for each in (first, last)]
     return verdict_html(answer.added(last.name, errors[0], errors[1], now.next))
 
 
 def _add_label(document: dict[str, Any], now: Versions) -> str:
-    plain = len(document["steps"]) <= 2 and document["verdict"] != "ambiguous"
-    return "Add it to the model" if plain else f"Add {now.next}"
+    if not _at_once(document) or document["verdict"] == "ambiguous":
+        return f"Add {now.next}"
+    return f"Add {'it' if len(document['effects']) < 2 else 'them'} to the model"
+
+
+def _at_once(document: dict[str, Any]) -> bool:
+    return len(document["steps"]) <= 2
 
 
 def _open_why() -> None:

@@ -41,7 +41,7 @@ def test_missing_force_of_the_pendulum_goes_with_the_sign_of_its_speed(found: Di
     """Its friction is viscous, so the missing torque is in proportion to speed."""
     (sentence,) = found.findings
 
-    assert sentence.startswith("missing force on theta: with the sign of speed of theta")
+    assert sentence.startswith("missing force on theta: flips with the sign of speed of theta")
     rows = [row for row in found.where if row["against"] == "speed of theta"]
     middles = [0.5 * (row["from"] + row["to"]) for row in rows]
     assert np.corrcoef(middles, [row["bias"] for row in rows])[0, 1] < -0.95

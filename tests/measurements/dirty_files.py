@@ -1,4 +1,4 @@
-"""One recording of a drive, written as 15 programs would have written it."""
+"""One recording of a drive, written as 30 programs would have written it."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -24,6 +24,21 @@ KINDS = (
     "rows out of order, a copy, a last line",
     "quoted cells, remarks and other names",
     "no time, the rate in the preamble",
+    "a spreadsheet that names its separator, cells at the end",
+    "LabVIEW, two headers with numbers",
+    "a quoted row of units in brackets",
+    "days since the year 0",
+    "stamps with a blank, a decimal comma and a zone",
+    "month first, AM and PM",
+    "Fortran exponents, units in capitals",
+    "remarks between the rows",
+    "a table drawn with bars and dashes",
+    "UTF-16 without a mark",
+    "statistics below the table",
+    "four lines of header",
+    "columns of words",
+    "units behind underscores",
+    "names of a robot's topics, ns",
 )
 
 
@@ -64,6 +79,24 @@ def _comma(value: float, digits: int = 6) -> str:
 def _clock(t: float) -> str:
     seconds = 86395.0 + t
     return f"{int(seconds // 3600) % 24:02}:{int(seconds // 60) % 60:02}:{seconds % 60:06.3f}"
+
+
+def _labview() -> str:
+    head = (
+        "LabVIEW Measurement\t\nSeparator\tTab\nDecimal_Separator\t,\nTime\t12:00:00,000\n***End_of_Header***\t\n\t\n"
+    )
+    head += "Channels\t2\t\t\nSamples\t300\t300\t\nTime\t12:00:00,0\t12:00:00,0\t\nX0\t0,0E+0\t0,0E+0\t\n"
+    head += "Delta_X\t0,010000\t0,010000\t\n***End_of_Header***\t\t\t\nX_Value\ttorque\tphi\tComment\n"
+    return _table(head, lambda *row: "\t".join(map(_comma, row)) + "\t")
+
+
+def _half_day(t: float) -> str:
+    return f"3/13/2024 11:59:{58 + t:06.3f} AM" if t < 2.0 else f"3/13/2024 12:00:{t - 2.0:06.3f} PM"
+
+
+def _with_remarks() -> str:
+    lines = _table("% rig 7\n% time torque phi\n", lambda t, u, q: f"{t:.2f} {u:.6f} {q:.6f}").splitlines()
+    return "\n".join([*lines[:100], "% operator touched the shaft", *lines[100:200], "// a note", *lines[200:]])
 
 
 def _with_holes() -> str:
@@ -149,5 +182,74 @@ def dirty_files() -> dict[str, Dirty]:
         "no time, the rate in the preamble": Dirty(
             _table("Sampling rate: 100 Hz\ntorque [N.m]\tphi [rad]\n", lambda t, u, q: f"{u:.6f}\t{q:.6f}").encode(),
             ".asc",
+        ),
+        "a spreadsheet that names its separator, cells at the end": Dirty(
+            _table(
+                "sep=;\r\nZeit [s];torque [Nm];phi [rad];;\r\n",
+                lambda *row: ";".join(map(_comma, row)) + ";;",
+                "\r\n",
+            ).encode("cp1252")
+        ),
+        "LabVIEW, two headers with numbers": Dirty(_labview().encode(), ".txt"),
+        "a quoted row of units in brackets": Dirty(
+            _table(
+                '"time";"torque";"phi"\n"(s)";"(Nm)";"(deg)"\n',
+                lambda t, u, q: f'"{t:.3f}";"{u:.6f}";"{q * deg:.5f}"',
+            ).encode()
+        ),
+        "days since the year 0": Dirty(
+            _table("datenum,torque,phi\n", lambda t, u, q: f"{739312.5 + t / 86400:.10f},{u:.6f},{q:.6f}").encode()
+        ),
+        "stamps with a blank, a decimal comma and a zone": Dirty(
+            _table(
+                "Zeitpunkt\ttorque\tphi\n",
+                lambda t, u, q: f"2024-03-01 12:00:{t:06.3f}".replace(".", ",") + f"+01:00\t{_comma(u)}\t{_comma(q)}",
+            ).encode()
+        ),
+        "month first, AM and PM": Dirty(
+            _table("Timestamp,torque,phi\n", lambda t, u, q: f"{_half_day(t)},{u:.6f},{q:.6f}").encode()
+        ),
+        "Fortran exponents, units in capitals": Dirty(
+            _table(
+                "   TIME        TORQUE        PHI\n    S           N*M          RAD\n",
+                lambda t, u, q: f"{t:16.8E}{u:16.8E}{q:16.8E}".replace("E", "D"),
+            ).encode(),
+            ".dat",
+        ),
+        "remarks between the rows": Dirty(_with_remarks().encode(), ".dat"),
+        "a table drawn with bars and dashes": Dirty(
+            _table(
+                "| time | torque | phi |\n|------|------|------|\n",
+                lambda t, u, q: f"| {t:.3f} | {u:.6f} | {q:.6f} |",
+            ).encode(),
+            ".txt",
+        ),
+        "UTF-16 without a mark": Dirty(
+            _table("time\ttorque\tphi\r\n", lambda t, u, q: f"{t:.3f}\t{u:.6f}\t{q:.6f}", "\r\n").encode("utf-16-le")
+        ),
+        "statistics below the table": Dirty(
+            _table("time;torque;phi\n", lambda *row: ";".join(map(_comma, row))).encode()
+            + b"\nMin;-0,4;-0,1\nMax;0,4;2,1\nMean;0,0;0,3\n"
+        ),
+        "four lines of header": Dirty(
+            _table(
+                "CAN1;CAN1;CAN2\ntime;torque;phi\nTime since start;Motor torque;Encoder angle\ns;Nm;rad\n",
+                lambda *row: ";".join(map(_comma, row)),
+            ).encode()
+        ),
+        "columns of words": Dirty(
+            _table(
+                "time;enabled;mode;torque;phi\n",
+                lambda t, u, q: f"{t:.3f};{'TRUE' if t > 1 else 'FALSE'};RUN;{u:.6f};{q:.6f}",
+            ).encode()
+        ),
+        "units behind underscores": Dirty(
+            _table("t_ms,torque_mNm,phi_mrad\n", lambda t, u, q: f"{t * 1e3:.0f},{u * 1e3:.4f},{q * 1e3:.4f}").encode()
+        ),
+        "names of a robot's topics, ns": Dirty(
+            _table(
+                "time_ns,torque.data,phi.data,header.stamp\n",
+                lambda t, u, q: f"{int(round(t * 1e9))},{u:.6f},{q:.6f},{epoch + t:.3f}",
+            ).encode()
         ),
     }

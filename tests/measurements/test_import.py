@@ -29,8 +29,17 @@ def imported(folder: Path, kind: str) -> Path:
     return folder
 
 
-def test_there_are_fifteen_dirty_files() -> None:
-    assert len(KINDS) == 15 and tuple(dirty_files()) == KINDS
+def test_there_are_thirty_dirty_files() -> None:
+    assert len(KINDS) == 30 and tuple(dirty_files()) == KINDS
+
+
+def test_seconds_of_a_machine_that_has_run_for_long_are_no_days(tmp_path: Path) -> None:
+    rows = [f"{45000 + k / 10:.1f},{np.sin(k / 20):.5f}" for k in range(200)]
+    (tmp_path / "a.csv").write_text("\n".join(["t,phi", *rows]))
+    assert run(tmp_path, "--model", "drive", "--yes").exit_code == 0
+
+    (trial, *_) = load_measurements(tmp_path).learning
+    assert trial.time[1] - trial.time[0] == pytest.approx(0.1)
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -13,6 +13,8 @@ from orchestrator.report.numbers import over_floor
 Document = Mapping[str, Any]
 # An error of up to so many noise floors is what noise alone leaves.
 WITHIN_NOISE = 1.5
+# Letters that the label of a bar has room for.
+MOST_LABEL = 28
 
 
 @dataclass(frozen=True)
@@ -179,7 +181,7 @@ def _next_step(document: Document, effects: Sequence[Mapping[str, Any]], best: S
     do = str(experiment.get("do", experiment.get("experiment", "")))
     match document.get("verdict"):
         case "named":
-            return "Add it to the model."
+            return "Add it to the model." if len(effects) < 2 else "Add them to the model."
         case "adequate":
             return "Nothing has to be added; use the model as it is."
         case "ambiguous" if do:
@@ -207,5 +209,7 @@ def _bars(shown: Sequence[Mapping[str, Any]], before: float, after: float, prove
     bars = [Bar("as given", before, "given")]
     if shown and math.isfinite(after):
         names = joined(name_of(effect["id"]) for effect in shown)
+        if len(names) > MOST_LABEL:
+            names = {2: "both effects"}.get(len(shown), f"all {len(shown)} effects" if len(shown) > 1 else names)
         bars.append(Bar(f"+ {names}{'' if proven else ' (not proven)'}", after, "better"))
     return (*bars, Bar("noise floor", 1.0, "floor"))

@@ -18,7 +18,10 @@ PLAIN = {
     "the error of the model as given is not told from noise": "learning trials are within the noise without it",
     "explains less than the best set for its size": "explains less for its number of parameters",
     "not refitted": "shows too little in the missing force to be fitted",
+    "makes the record less probable than the chosen set does": "makes the record less probable",
 }
+# A larger set that the checks of its effects rule out: odds would speak of its fit alone.
+CLOSER = re.compile(r"fits closer by .* more parameters?, but")
 
 
 @dataclass(frozen=True)
@@ -64,7 +67,8 @@ def _rival(document: Document, entry: Mapping[str, Any], own: Mapping[str, Any] 
         return Rival(name, "", said if score > 0 else _outcome(document, entry) or said, False)
     if float(own.get("score", 0.0)) - score > LESS:
         return Rival(name, odds, f"explains less: {share(score)} of the learning error", False)
-    return Rival(name, odds, _outcome(document, entry) or "fits about as well here", False)
+    outcome = _outcome(document, entry) or "fits about as well here"
+    return Rival(name, "" if outcome.startswith("fits closer") else odds, outcome, False)
 
 
 def _why_named(document: Document) -> str:
@@ -111,7 +115,9 @@ def _reason(outcome: str) -> str:
     >>> _reason("weighted error 1.87e+03 (noise alone: 1): explains less than the best set for its size (BIC/2 behind by 1.8)")
     'explains less for its number of parameters'
     """
-    reason = re.sub(r"\s*\([^()]*\)", "", outcome.rpartition(": ")[2]).strip()
+    reason = re.sub(r"\s*\([^()]*\)|, by \S+ nats", "", outcome.rpartition(": ")[2]).strip()
+    if CLOSER.match(reason):
+        return "fits closer, but not every effect in it is needed"
     return PLAIN.get(reason, reason)
 
 
