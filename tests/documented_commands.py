@@ -8,6 +8,7 @@ import subprocess
 import sys
 from contextlib import ExitStack
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 
 from tests.hil.test_any_bus import KERNEL
@@ -15,31 +16,32 @@ from tests.hil.test_any_bus import KERNEL
 # Output comes at once, also through a pipe.
 AT_ONCE = {**os.environ, "PYTHONUNBUFFERED": "1"}
 
-# Why a command is not run as part of its page, by its beginning.
+# Why a command is not run as part of its page, by its beginning: what this machine has not.
 NOT_RUN = {
-    "misfit diagnose arm data/ --scheduler": "needs a cluster of machines: diagnosis/test_work.py diagnoses on one of this machine",
-    "misfit build arm --platforms": "needs the Zig compiler: fmus/test_platforms.py has it, or one in its place",
-    "misfit compare SYSTEM.toml": "stands for any system: blackbox/test_coupled_systems.py compares one",
-    "misfit hil record weak.toml": "needs 21 trials of real time: hil/test_burden.py reads such a protocol and checks the muscle's torque",
-    "misfit discover arm session": "the same session",
-    "misfit hil view": "looks at a session that another terminal began: hil/test_view.py does",
-    "misfit hil compile": "takes a C compiler a minute: hil/test_compiled_decision.py does",
-    "misfit build Plant.mo:": "regress/test_worked_example.py runs that example, and changes its model in between",
-    "misfit regress --update": "the same example",
+    **({} if find_spec("ziglang") else {"misfit build arm --platforms": "needs the Zig compiler, an extra of 410 MB"}),
     **({} if KERNEL else {"misfit hil robot --interface": "needs a CAN interface of the kernel: MISFIT_CAN=vcan0 names one"}),
 }  # fmt: skip
 # What is added to a command, by its beginning: less of what takes minutes of real time, no browser, no port that others use.
 ADDED = {
-    "misfit hil hold --virtual --seconds": "--seconds 2",
-    "misfit hil record study": "--trials 1",
-    "misfit hil stimulate": "--posture 0.75 1.35",
+    "misfit hil hold --virtual --seconds": "--seconds 2 --rate 100",
+    "misfit hil record study": "--trials 1 --rate 100",
+    "misfit hil record weak.toml": "--trials 2 --rate 100",
+    "misfit hil stimulate": "--posture 0.75 1.35 --rate 100",
     "misfit study caregivers --json": "--seeds 1 --draws 64 --caregivers 2",
     "misfit studio": "--no-browser --port 0 --workspace projects",
     "misfit hil robot": "--port 29611",
     "misfit hil tell": "--port 29611",
+    "dask scheduler": "--host 127.0.0.1 --port 28786 --no-dashboard",
+    "dask worker": "--nworkers 1 --no-dashboard",
 }
+# What stands for a reader's own machine.
+REPLACED = {"//host:8786": "//127.0.0.1:28786"}
 # They run until they are stopped, here at the end of their block.
-ENDLESS = ("misfit studio", "misfit hil robot")
+ENDLESS = ("misfit studio", "misfit hil robot", "dask scheduler", "dask worker")
+# What another terminal does meanwhile.
+BESIDE = {"misfit hil view": "misfit hil hold --virtual --seconds 15 --rate 100"}
+# Commands that keep what they make for all later ones of the same user.
+KEEPS = ("misfit hil compile",)
 # Exit code 1 says that the machine is too slow now for the usual rate.
 AS_FAST_AS_IT_IS = ("misfit hil check",)
 
@@ -57,7 +59,7 @@ class Command:
 
 
 def blocks(page: Path) -> list[list[Command]]:
-    """The commands of misfit in each block of a page, without the words behind them that say what they do."""
+    """The commands of misfit and dask in each block of a page, without the words behind them that say what they do."""
     texts = re.findall(r"^ *```\w*[^\n]*\n(.*?)^ *```", page.read_text(), re.DOTALL | re.MULTILINE)
     found = [[_command(line.strip()) for line in text.splitlines()] for text in texts]
     return [commands for block in found if (commands := [each for each in block if each])]
@@ -67,7 +69,9 @@ def _command(line: str) -> Command | None:
     line = line.removeprefix("$ ").removeprefix("- run: ")
     code = re.search(r"# exits (\d)", line)
     return (
-        Command(re.split(r"  +| #|\\$", line)[0], int(code[1]) if code else 0) if line.startswith("misfit ") else None
+        Command(re.split(r"  +| #|\\$", line)[0], int(code[1]) if code else 0)
+        if line.startswith(("misfit ", "dask "))
+        else None
     )
 
 
@@ -89,27 +93,42 @@ def run(block: list[Command], folder: Path) -> None:
             if command.begins(*ENDLESS):
                 running.callback(_stop, _start(command.line, folder), command.line)
                 continue
+            if command.begins(*BESIDE):
+                _run_beside(command, folder)
+                continue
             _run_to_its_end(command, folder)
 
 
 def _words(line: str) -> list[str]:
+    for text, other in REPLACED.items():
+        line = line.replace(text, other)
     program, *words = shlex.split(line)
-    assert program == "misfit"
     added = [word for name, more in ADDED.items() if line.startswith(name) for word in shlex.split(more)]
-    return [str(Path(sys.executable).with_name("misfit")), *words, *added]
+    return [str(Path(sys.executable).with_name(program)), *words, *added]
+
+
+def _run(line: str, folder: Path) -> subprocess.CompletedProcess[str]:
+    kept = {"MISFIT_CACHE": str(folder / "cache")} if line.startswith(KEEPS) else {}
+    return subprocess.run(
+        _words(line), cwd=folder, env={**AT_ONCE, **kept}, capture_output=True, text=True, check=False
+    )
 
 
 def _run_to_its_end(command: Command, folder: Path) -> None:
-    done = subprocess.run(
-        _words(command.line),
-        cwd=folder,
-        env=AT_ONCE,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    done = _run(command.line, folder)
     allowed = {command.code, 1} if command.begins(*AS_FAST_AS_IT_IS) else {command.code}
     assert done.returncode in allowed and "Traceback" not in done.stderr, f"{command.line}: {done.stderr}"
+
+
+def _run_beside(command: Command, folder: Path) -> None:
+    """Run a command while another terminal does what it looks at; until that has begun, it says that nothing is there."""
+    (other,) = [line for name, line in BESIDE.items() if command.begins(name)]
+    process = subprocess.Popen(_words(other), cwd=folder, env=AT_ONCE, stdout=subprocess.DEVNULL)
+    done = _run(command.line, folder)
+    while done.returncode and process.poll() is None:
+        done = _run(command.line, folder)
+    process.wait(timeout=60)
+    assert done.returncode == 0, f"{command.line}: {done.stderr}"
 
 
 def _start(line: str, folder: Path) -> subprocess.Popen[str]:
@@ -125,7 +144,7 @@ def _start(line: str, folder: Path) -> subprocess.Popen[str]:
     if line.startswith(ENDLESS):
         assert process.stdout is not None
         said = process.stdout.readline()
-        assert process.poll() is None and re.search("http://|virtual", said), f"{line}: {said}"
+        assert process.poll() is None and re.search("http://|virtual|distributed", said), f"{line}: {said}"
     return process
 
 

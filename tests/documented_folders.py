@@ -1,5 +1,6 @@
 """What a reader of a page has before the first command of it: records and models of his own, which the page does not give."""
 
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 
@@ -40,6 +41,16 @@ def plant(folder: Path) -> None:
     (folder / "path/My.mo").write_text(f"package My\n{MODEL.replace('Mass', 'Plant')}end My;\n")
 
 
+def team(folder: Path) -> None:
+    """The repository of the page's team."""
+    shutil.copytree(PAGES / "examples/regress_team", folder, dirs_exist_ok=True)
+
+
+def arm_data(folder: Path) -> None:
+    """Records of an arm."""
+    shutil.copytree(PAGES.parent / "tests/cases/arm/case_003", folder / "data")
+
+
 def coupled(folder: Path) -> None:
     """The system of the tutorial."""
     for name, text in files(PAGES / "tutorials/identify_a_robot.md").items():
@@ -53,4 +64,6 @@ BEFORE: dict[str, Callable[[Path], object]] = {
     "effect_cards.md": lambda folder: swings(folder / "swings"),
     "fmus.md": plant,
     "laws.md": braked_mass,
+    "regress.md": team,
+    "scale.md": arm_data,
 }

@@ -121,6 +121,7 @@ SLOW = {
             "black_box_fmus.md",
             "data_checks.md",
             "laws.md",
+            "scale.md",
             "study.md",
         )
     },
