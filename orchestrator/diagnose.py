@@ -11,6 +11,7 @@ from dataclasses import replace
 from fmus.library import library_folders
 from orchestrator.blackbox.source import FmuSource, Source
 from orchestrator.compare.comparison import compare
+from orchestrator.compare.result import Comparison
 from orchestrator.datacheck.check import check_data, forbids_physics
 from orchestrator.datacheck.holding import with_interpolation
 from orchestrator.diagnosis.fit.extensible import model_of
@@ -77,16 +78,18 @@ def diagnose(
         return replace(first_mend(model, measurements, checks, workers), mended=measurements.mended)
 
     closed = isinstance(source, FmuSource)
+    progress("comparing the model with the measurement")
+    given = compare(model_of(source, source.compile()), measurements, workers=workers, checks=checks)
     if not closed and not free_slots(source.compile()):
-        found = _by_greybox(source, measurements, workers, progress, laws)
+        found = _by_greybox(source, measurements, given, workers, progress, laws)
     else:
         try:
-            found = without_harm(search_slots(source, measurements, library, workers, progress, work))
+            found = without_harm(search_slots(source, measurements, given, library, workers, progress, work))
         except (ArithmeticError, LookupError, ValueError) as error:  # numbers that the search cannot go on with
-            found = search_failed(compare(model, measurements, workers=workers), error)
+            found = search_failed(given, error)
         if _asks_for_more(found, closed) and (not isinstance(source, FmuSource) or can_be_taped(source)):
             progress("looking at every balance equation")
-            found = _better_of(found, _by_greybox(source, measurements, workers, progress, laws))
+            found = _better_of(found, _by_greybox(source, measurements, given, workers, progress, laws))
         if isinstance(model, SymbolicModel) and found.verdict != "adequate":
             progress("asking which inputs what is missing goes with")
             heard = witness_functions(model, measurements)
@@ -115,9 +118,14 @@ def _holding(source: Source, model: Model, measurements: MeasurementSet) -> Sour
 
 
 def _by_greybox(
-    source: Source, measurements: MeasurementSet, workers: int, progress: Progress, laws: Sequence[Law]
+    source: Source,
+    measurements: MeasurementSet,
+    given: Comparison,
+    workers: int,
+    progress: Progress,
+    laws: Sequence[Law],
 ) -> Diagnosis:
-    return diagnose_greybox(source, measurements, workers=workers, progress=progress, more=laws)
+    return diagnose_greybox(source, measurements, given=given, workers=workers, progress=progress, more=laws)
 
 
 def _asks_for_more(found: Diagnosis, is_fmu: bool) -> bool:

@@ -13,7 +13,7 @@ from orchestrator.models.contract import Model, with_held_inputs
 
 
 def with_interpolation(model: Model, measurements: MeasurementSet) -> MeasurementSet:
-    """Return the set with `interpolation` for inputs of which case.toml says nothing, and a note for each that is held.
+    """Return the set with `interpolation` for moving inputs of which case.toml says nothing, and a note for each that is held.
 
     An input is held if its record stays and jumps along most trials, unless the model predicts clearly worse so: a model that
     lacks something predicts a few percent worse or better by chance. Any other is held if the model predicts one output far better so,
@@ -25,30 +25,31 @@ def with_interpolation(model: Model, measurements: MeasurementSet) -> Measuremen
     data = bind(measurements, model.inputs, model.outputs)
     if not data.learning or with_held_inputs(model, data.input_names) is model:
         return measurements
-    linear = Predictor(with_held_inputs(model, data.trials[0].held), data, data.learning)
+    held = data.trials[0].held
+    free = Predictor(with_held_inputs(model, held), data, data.learning)
     columns = tuple(measurements.trials[0].columns)
     names = [*data.input_names, *data.output_names]
     column_of = match_columns(columns, measurements.variables, names).column_of
     open_ones = [
-        name for name in linear.moving if name in data.input_names and column_of[name] not in measurements.interpolation
+        name for name in free.moving if name in data.input_names and column_of[name] not in measurements.interpolation
     ]
+    if not open_ones:
+        return measurements
+    before, errors = free.left(), free.errors()
+    chosen, notes = dict(measurements.interpolation), list(measurements.notes)
     for name in open_ones:
         records = [np.asarray(trial.columns[column_of[name]]) for trial in measurements.learning]
         stays = 2 * sum(proposed_interpolation(record) == "hold" for record in records) > len(records)
-        already = [
-            other for other in data.input_names if measurements.interpolation.get(column_of.get(other, "")) == "hold"
-        ]
-        free, fixed = (
-            Predictor(with_held_inputs(model, held), data, data.learning) for held in (already, [*already, name])
-        )
-        before, after = free.left(), fixed.left()
-        gain = (free.errors() / np.maximum(fixed.errors(), 1e-300)) ** 2
+        fixed = Predictor(with_held_inputs(model, [*held, name]), data, data.learning)
+        after, errors_held = fixed.left(), fixed.errors()
+        gain = (errors / np.maximum(errors_held, 1e-300)) ** 2
         better = after < limits.WELL_PREDICTED and gain.max() > limits.HELD_DROP and gain.min() > 1 / limits.HELD_WORSE
-        if (stays and after <= limits.HELD_WORSE * before) or better:
-            note = (
+        holds = (stays and after <= limits.HELD_WORSE * before) or better
+        chosen[column_of[name]] = "hold" if holds else "linear"
+        if holds:
+            notes.append(
                 f"{name} is held from sample to sample: {'its record stays and jumps, and ' if stays else ''}over short stretches"
                 f" the model leaves {after:.2g} so, and {before:.2g} with straight lines; [interpolation] of case.toml can say so"
             )
-            chosen = {**measurements.interpolation, column_of[name]: "hold"}
-            measurements = replace(measurements, interpolation=chosen, notes=(*measurements.notes, note))
-    return measurements
+            held, before, errors = (*held, name), after, errors_held
+    return replace(measurements, interpolation=chosen, notes=tuple(notes))

@@ -87,7 +87,14 @@ class Predictor:
         there = np.concatenate([bent(part.time, part.outputs) for part in parts])
         return np.asarray(np.sqrt(self._shares(NO_CHANGE, few=False) * np.mean(there**2, axis=0)))
 
+    @cached_property
+    def _as_recorded(self) -> np.ndarray:
+        return self._of_stretches(NO_CHANGE, few=False)
+
     def _shares(self, change: Change, few: bool) -> np.ndarray:
+        return self._as_recorded if change is NO_CHANGE and not few else self._of_stretches(change, few)
+
+    def _of_stretches(self, change: Change, few: bool) -> np.ndarray:
         noise = change.noise(self.noise, self.names)[len(self.data.input_names) :]
         return unexplained(self.model, self.stretches(change, few=few), self.data.output_names, noise)
 

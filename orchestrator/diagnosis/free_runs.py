@@ -10,6 +10,7 @@ from threadpoolctl import threadpool_limits
 
 from fmus.errors import ComponentError
 from orchestrator.blackbox.source import Source
+from orchestrator.compare.result import Comparison
 from orchestrator.diagnosis.advise.advice import with_next_experiment
 from orchestrator.diagnosis.advise.left_open import with_open_questions
 from orchestrator.diagnosis.advise.unexplained import unexplained_forces, where_forces_lack, with_law
@@ -44,6 +45,7 @@ MOST_CUTS = 3
 def search_slots(
     source: Source,
     measurements: MeasurementSet,
+    given: Comparison,
     library: Sequence[EffectCard],
     workers: int,
     progress: Progress,
@@ -54,6 +56,7 @@ def search_slots(
     Args:
         source: the model.
         measurements: learning and held-out trials.
+        given: the comparison of the model with them.
         library: the effects to choose from.
         workers: fits that run at a time.
         progress: called with one line at each stage.
@@ -65,7 +68,7 @@ def search_slots(
     """
 
     def by(shown: MeasurementSet, may_cut: bool) -> Diagnosis:
-        return _diagnosed(source, shown, measurements, library, workers, progress, work, may_cut=may_cut)
+        return _diagnosed(source, shown, measurements, given, library, workers, progress, work, may_cut=may_cut)
 
     # Two BLAS threads make the small factorisations of the fits about 100 times slower.
     with threadpool_limits(limits=1, user_api="blas"), hands(workers):
@@ -105,6 +108,7 @@ def _diagnosed(
     source: Source,
     measurements: MeasurementSet,
     whole: MeasurementSet,
+    given: Comparison,
     cards: Sequence[EffectCard],
     workers: int,
     progress: Progress,
@@ -117,7 +121,7 @@ def _diagnosed(
         TooLong: if `may_cut`, and free runs follow the trials over stretches only.
     """
     began = time.monotonic()
-    asked = prepared(source, measurements, whole, cards, workers, progress)
+    asked = prepared(source, measurements, whole, given, cards, workers, progress)
     searcher = _searcher(asked, workers, progress, work, may_cut)
     with Aside(workers) as aside:
         lacking = aside.begin(lambda: where_forces_lack(asked.plain, asked.learning))

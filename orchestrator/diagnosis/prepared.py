@@ -78,11 +78,13 @@ def prepared(
     source: Source,
     measurements: MeasurementSet,
     whole: MeasurementSet,
+    given: Comparison,
     cards: Sequence[EffectCard],
     workers: int,
     progress: Progress,
 ) -> Prepared:
-    """Compare a model with trials, which may be stretches of `whole` ones, and compile it with each effect.
+    """Compare a model with trials, which may be stretches of `whole` ones, and compile it with each effect; `given` is the
+    comparison with the whole ones.
 
     Raises:
         MisfitError: if there are no learning or no held-out trials.
@@ -91,8 +93,7 @@ def prepared(
     system = source.compile()
     ways = extensible(source)
     model = ways.model(system)
-    progress("comparing the model with the measurement")
-    nominal = compare(model, measurements, workers=workers)
+    nominal = given if measurements is whole else compare(model, measurements, workers=workers)
     if nominal.held_out is None or not any(trial.set == "learning" for trial in nominal.trials):
         raise MisfitError(
             f"{measurements.path} has no trials on one side; a diagnosis needs learning and held-out trials"

@@ -72,12 +72,15 @@ def diagnose_greybox(
     source: Source,
     measurements: MeasurementSet,
     *,
+    given: Comparison | None = None,
     workers: int = 2,
     progress: Progress = lambda message: None,
     limits: Thresholds | None = None,
     more: Sequence[Law] = (),
 ) -> Diagnosis:
     """Find which effects a model lacks at its balance equations, inputs and outputs; `more` are laws beside the shipped ones.
+
+    `given` is the comparison of the model as it is, which is made if it is left out.
 
     Raises:
         MisfitError: if the data do not fit the model or hold no trials of one kind.
@@ -93,8 +96,9 @@ def diagnose_greybox(
             raise MisfitError(
                 f"{measurements.path} has no trials on one side; a diagnosis needs learning and held-out trials"
             )
-        progress("comparing the model with the measurement")
-        given = compare(_as_given(case), measurements, workers=workers)
+        if given is None:
+            progress("comparing the model with the measurement")
+            given = compare(_as_given(case), measurements, workers=workers)
         try:
             outcome = decided(case, limits, progress, more, agrees=within_noise(given, limits.agrees))
             for _ in range(RETAPED if isinstance(source, FmuSource) else 0):

@@ -57,7 +57,7 @@ def test_diagnosis_over_stretches_counts_only_if_it_names_an_effect_with_contact
 
     nothing: Any = None
     trials = measured()
-    found: Any = module.search_slots(nothing, trials, effect_library(), 1, lambda message: None, None)
+    found: Any = module.search_slots(nothing, trials, nothing, effect_library(), 1, lambda message: None, None)
 
     assert len(seen) == asked
     assert seen[-1] == stretches
@@ -78,7 +78,7 @@ def test_stretches_of_the_last_cut_are_judged_as_they_are(monkeypatch: pytest.Mo
     monkeypatch.setattr(module, "replace", lambda found, **changed: Answer(found.effects, changed["warnings"]))
 
     nothing: Any = None
-    found: Any = module.search_slots(nothing, measured(), effect_library(), 1, lambda message: None, None)
+    found: Any = module.search_slots(nothing, measured(), nothing, effect_library(), 1, lambda message: None, None)
 
     assert asked == [True] * module.MOST_CUTS + [False]
     assert "stretches of 0.267 s" in found.warnings[0]

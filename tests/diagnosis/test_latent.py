@@ -106,7 +106,8 @@ def test_a_search_that_finds_no_effect_shows_the_force_over_what_it_depends_on(t
     cards = [card for card in effect_library() if card.id == "viscous_friction"]
     records = _pendulum_with_a_second_wave(tmp_path)
 
-    found = search_slots(find_modelica_model("pendulum"), records, cards, 1, lambda message: None, None)
+    given = compare(load_model("pendulum"), records, workers=1)
+    found = search_slots(find_modelica_model("pendulum"), records, given, cards, 1, lambda message: None, None)
 
     assert found.verdict == "unknown"
     (curve,) = found.latent_forces
