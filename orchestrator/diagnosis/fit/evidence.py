@@ -19,6 +19,7 @@ from orchestrator.diagnosis.fit.thresholds import (
     DEPENDENT,
     DEVIATIONS,
     MOST_FINER,
+    NEAR_FLOOR,
     NOTICED,
     PINNED,
     ROUNDING,
@@ -219,7 +220,7 @@ def refit(
 
     The first values whose runs are the best may be those that do the least, as a ceiling above all commands or a stiff
     shaft: no slope leads from there to a low ceiling or a soft shaft. So a fit in which an effect is not told from its
-    absence is made again from the next best ones.
+    absence is made again from the next best ones, unless it leaves nothing but noise.
 
     Args:
         first: first values of the effects' parameters (k,), or several rows of them: that with the best free runs is taken.
@@ -245,7 +246,7 @@ def refit(
         begun += [(guess, near.in_model(model, guess, learning.trials)) for guess in guesses]
     bounds = (np.r_[low, extra.low], np.r_[high, extra.high])
     found: Refit | None = None
-    while begun and not (found and found.is_present()):
+    while begun and not (found and (found.is_present() or found.cost <= NEAR_FLOOR)):
         guess, where = begun[0] if len(begun) == 1 else _likeliest(model, learning, begun)
         begun = [start for start in begun if not np.array_equal(start[0], guess)]
         try:
@@ -310,11 +311,13 @@ def _rough_misfit(
 ) -> float:
     """Sum of squares of free runs whose start values are fitted to first order, from those of an `earlier` fit if there is
     one; infinite if a run fails, or if the first trials reach `limit` by themselves."""
-    parameters, total = model.compiled.with_values(guess), 0.0
+    parameters, total, steps = model.compiled.with_values(guess), 0.0, 0
     records = begun_where([model.record(trial, parameters) for trial in learning.trials], earlier)
     for record, metric in zip(records, learning.metrics, strict=True):
         try:
-            steps = model.substeps(record, parameters)
+            steps = steps or model.substeps(
+                record, parameters
+            )  # what is enough for one trial is for a rough look at all
             run = model.compiled.run(
                 record.time, record.inputs, parameters, record.start, substeps=steps, sensitivities=True
             )

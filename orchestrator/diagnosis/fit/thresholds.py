@@ -21,6 +21,8 @@ ROUNDING = 1e-6
 PINNED = 0.3
 # A first value is at a bound if it is nearer to it than this share of the typical size.
 AT_BOUND = 1e-9
+# A fit whose misfit for each datum is no larger leaves nothing but noise.
+NEAR_FLOOR = 1.25
 # A fit is repeated with shorter steps if they change its misfit by more than one, and by more than this share of it.
 NOTICED = 1e-3
 MOST_FINER = 4

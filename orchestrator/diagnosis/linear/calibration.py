@@ -13,13 +13,13 @@ import numpy as np
 import scipy
 from scipy import linalg
 
+from orchestrator.diagnosis.fit.thresholds import NEAR_FLOOR
 from orchestrator.diagnosis.linear.flexible import flexible_forces
 from orchestrator.diagnosis.linear.subsets import BestSet, Library, score
 from orchestrator.diagnosis.linear.tangent import Block, Tangent, orthonormal, split_by_trials
 from orchestrator.diagnosis.linear.thresholds import (
     AR_ORDER,
     BEYOND_NOISE,
-    NEAR_FLOOR,
     NOTABLE,
     NULLS,
     PRACTICAL,

@@ -12,7 +12,6 @@ NOTABLE = 0.15
 AR_ORDER = 6
 # What nothing explains is not noise if it is this many times what the sensors are said, or seen, to have.
 BEYOND_NOISE = 3.0
-NEAR_FLOOR = 1.25
 # What noise leaves has a mean square that scatters by sqrt(2/rows); what lies within two such deviations is noise.
 SCATTER = 2.0
 # The saturated fit takes at most this share of the degrees of freedom.

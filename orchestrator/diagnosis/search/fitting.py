@@ -10,11 +10,11 @@ from fmus.errors import ComponentError, MisfitError
 from orchestrator.blackbox.source import Source
 from orchestrator.diagnosis.fit.begun import Begun
 from orchestrator.diagnosis.fit.evidence import LearningData, Refit
-from orchestrator.diagnosis.fit.thresholds import TOLERANCE
+from orchestrator.diagnosis.fit.thresholds import NEAR_FLOOR, TOLERANCE
 from orchestrator.diagnosis.fit.valley import minima_along, shapes_in_valleys
 from orchestrator.diagnosis.linear.calibration import Stage
 from orchestrator.diagnosis.linear.tangent import Tangent
-from orchestrator.diagnosis.linear.thresholds import BEYOND_NOISE, NEAR_FLOOR
+from orchestrator.diagnosis.linear.thresholds import BEYOND_NOISE
 from orchestrator.diagnosis.search.cutting import TooLong, is_worth_a_cut
 from orchestrator.diagnosis.search.first_values import at_peaks, elsewhere, first_values
 from orchestrator.diagnosis.search.screening import Screened

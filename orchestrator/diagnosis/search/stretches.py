@@ -13,8 +13,9 @@ import numpy as np
 
 from fmus.errors import ComponentError
 from orchestrator.diagnosis.fit.evidence import LearningData, Refit, as_found, begun_where, enough_steps, follow
+from orchestrator.diagnosis.fit.thresholds import NEAR_FLOOR
 from orchestrator.diagnosis.linear.tangent import split_by_trials
-from orchestrator.diagnosis.linear.thresholds import BEYOND_NOISE, NEAR_FLOOR
+from orchestrator.diagnosis.linear.thresholds import BEYOND_NOISE
 from orchestrator.diagnosis.noise.metric import Metric
 from orchestrator.diagnosis.search.thresholds import FEWEST_MEANS, FEWEST_SAMPLES, GROWTH, ROUGH, SHORTEST
 from orchestrator.models.estimation import Fit, Record, fit, linearise

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from orchestrator.diagnosis.decide.confusion import half_bic
 from orchestrator.diagnosis.decide.thresholds import LEFT
 from orchestrator.diagnosis.fit.evidence import Refit
-from orchestrator.diagnosis.linear.thresholds import MOST_EFFECTS, NEAR_FLOOR
+from orchestrator.diagnosis.fit.thresholds import NEAR_FLOOR
+from orchestrator.diagnosis.linear.thresholds import MOST_EFFECTS
 from orchestrator.library.candidate import Candidate
 
 
