@@ -10,11 +10,13 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from fmus.catalogue import find_modelica_model
+from orchestrator.compare.comparison import compare
 from orchestrator.diagnosis.advise.latent import Series, latent_force
 from orchestrator.diagnosis.free_runs import search_slots
 from orchestrator.greybox.diagnose import diagnose_greybox
 from orchestrator.library.cards import effect_library
 from orchestrator.measurements import MeasurementSet, load_measurements
+from orchestrator.model_argument import load_model
 from orchestrator.verdicts.latent_force import LatentForce
 
 
