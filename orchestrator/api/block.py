@@ -14,11 +14,6 @@ if TYPE_CHECKING:
     from orchestrator.gp.observations import Observation
     from orchestrator.shown import Shown
 
-# First guess of the noise, as a share of the spread of an output.
-NOISE_SHARE = 0.1
-# Up to so many data the posterior is exact; more are taken in through so many rows.
-EXACT, ROWS = 5000, 500
-
 
 @dataclass(frozen=True, eq=False)
 class Block:
@@ -36,13 +31,13 @@ class Block:
         *,
         units: Mapping[str, str] | None = None,
         noise: Mapping[str, float] | None = None,
+        kernel: str = "squared_exponential",
         outliers: bool = False,
         seed: int = 0,
     ) -> "Block":
         """Learn each output as a smooth function of the inputs.
 
-        The kernel is a squared exponential with a length for each input; size, lengths and unknown noise are those that
-        make the data most probable (exact marginal likelihood). Up to 200 data, which leave them open, they are those
+        The kernel has a length for each input; its size, lengths and unknown noise are those that make the data most probable (exact marginal likelihood). Up to 200 data, which leave them open, they are those
         that come nearest to all sets that the data allow, so that 90 % intervals hold about 90 %. More than 5000 data
         are taken in through 500 of their rows (`orchestrator.gp.sparse`).
 
@@ -51,46 +46,29 @@ class Block:
             outputs: (n,) arrays by name.
             units: by name of inputs and outputs; "1" where one is missing.
             noise: standard deviation of the measurement of an output, in its unit; learned where it is not given.
+            kernel: squared_exponential for smooth functions, matern52 or matern32 for rougher ones.
             outliers: whether some data may be far worse than that: what contradicts the others is given the noise that
                 it shows (errors of Student's distribution).
             seed: of the random starts of the search.
 
         Raises:
-            MisfitError: if lengths differ, a number is not finite, or the data give no likelihood.
+            MisfitError: if lengths differ, a number is not finite, there is no such kernel, or the data give no likelihood.
         """
-        from orchestrator.gp.block import Block as Learned
-        from orchestrator.gp.block import Output, Term
-        from orchestrator.gp.covariance import Latent
-        from orchestrator.gp.integrated import fit_for_intervals
-        from orchestrator.gp.kernels import SquaredExponential
-        from orchestrator.gp.noise import constant_noise
-        from orchestrator.gp.observations import observe
-        from orchestrator.gp.posterior import condition
-        from orchestrator.gp.robust import trusted
-        from orchestrator.gp.sparse import condition_sparse
+        from orchestrator.gp.learned import learned_block
 
-        x, known, named = _points(inputs), noise or {}, units or {}
-        latents, observations = {}, []
-        for name, values in outputs.items():
-            y = _array(name, values, len(x))
-            size = float(np.std(y)) or 1.0
-            spread = np.where(np.ptp(x, axis=0) > 0.0, np.std(x, axis=0), 1.0)
-            latents[name] = Latent(SquaredExponential(size**2, tuple(map(float, spread))))
-            deviation = known[name] if name in known else constant_noise(NOISE_SHARE * size, len(y))
-            observations.append(observe(name, x, name, y, deviation))
-        if not observations:
+        x, known = _points(inputs), units or {}
+        if not outputs:
             raise MisfitError("Block.fit: there are no outputs to learn")
-        best = [
-            fit_for_intervals(name, latents[name], each, seed) for name, each in zip(latents, observations, strict=True)
-        ]
-        latents = {name: latent for name, (latent, _) in zip(latents, best, strict=True)}
-        blocks = [Output(name, named.get(name, "1"), (Term(name),)) for name in outputs]
-        columns = {name: named.get(name, "1") for name in inputs}
-        seen = tuple(each for _, each in best)
-        if outliers:
-            seen = trusted(latents, seen, list(latents))
-        posterior = condition(latents, seen) if len(x) <= EXACT else condition_sparse(latents, seen, ROWS).posterior
-        return Block(Learned(posterior, columns, blocks, seen))
+        learned = learned_block(
+            dict(zip(inputs, x.T, strict=True)),
+            {name: _array(name, values, len(x)) for name, values in outputs.items()},
+            {name: known.get(name, "1") for name in (*inputs, *outputs)},
+            kernel,
+            noise or {},
+            outliers,
+            seed,
+        )
+        return Block(learned)
 
     @staticmethod
     def read(path: "str | Path") -> "Block":
@@ -127,7 +105,7 @@ class Block:
             MisfitError: if a name is none of the block, or lengths differ.
         """
         from orchestrator.gp.observations import observe
-        from orchestrator.gp.posterior import condition
+        from orchestrator.gp.sparse import conditioned
 
         x = _points({name: _named(inputs, name) for name in self.learned.inputs})
         found = list(self.learned.observations)
@@ -140,9 +118,8 @@ class Block:
             deviation = (noise or {}).get(name, self._noise_of(found, given.terms[0].latent))
             factors = {term.latent: term.factor for term in given.terms}
             found.append(observe(f"{name} {len(found)}", x, factors, _array(name, values, len(x)), deviation))
-        return Block(
-            replace(self.learned, posterior=condition(self.learned.posterior.latents, found), observations=tuple(found))
-        )
+        posterior = conditioned(self.learned.posterior.latents, found)
+        return Block(replace(self.learned, posterior=posterior, observations=tuple(found)))
 
     def predict(self, inputs: Mapping[str, Any], output: str | None = None) -> tuple[np.ndarray, np.ndarray]:
         """Mean and standard deviation (without noise of a measurement), each (n,), in the unit of the output.

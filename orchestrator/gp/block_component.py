@@ -8,29 +8,28 @@ import numpy as np
 
 from fmus.errors import ComponentError, MisfitError
 from orchestrator.cosim.component import Component, Port, StepEnd
-from orchestrator.gp.block import DEVIATION, Block, Output
+from orchestrator.gp.block import DEVIATION, Block
 from orchestrator.gp.export import block_fmu
 
 
 class GpComponent(Component):
-    """Means and standard deviations of blocks, for the inputs of the same instant; time does not count."""
+    """Means and standard deviations of a block, for the inputs of the same instant; time does not count."""
 
     kind = "gp"
     can_save = True
     can_differentiate = True
 
-    def __init__(self, blocks: Sequence[Block]) -> None:
-        self.blocks = tuple(blocks)
-        units = {name: unit for block in blocks for name, unit in block.inputs.items()}
-        units.update({name: "1" for block in blocks for name in block.factors})
-        self._outputs: Mapping[str, tuple[Block, Output]] = {o.name: (b, o) for b in blocks for o in b.outputs}
+    def __init__(self, block: Block) -> None:
+        self.block = block
+        units = {**block.inputs, **dict.fromkeys(block.factors, "1")}
+        self._outputs = {output.name: output for output in block.outputs}
         self._values: dict[str, float] = dict.fromkeys(units, 0.0)
         ports = [Port(name, "input", unit=unit, start=0.0) for name, unit in units.items()]
         self.feedthrough: dict[str, tuple[str, ...]] = {}
-        for name, (block, output) in self._outputs.items():
+        for name, output in self._outputs.items():
             for port, text in ((name, "expected value"), (name + DEVIATION, "standard deviation")):
                 ports.append(Port(port, "output", unit=output.unit, description=text))
-                self.feedthrough[port] = (*block.inputs, *block.factors)
+                self.feedthrough[port] = tuple(units)
         names = [port.name for port in ports]
         if len(set(names)) < len(names):
             raise MisfitError(f"inputs and outputs repeat a name: {', '.join(names)}; expected each once")
@@ -76,24 +75,16 @@ class GpComponent(Component):
 
     def write_fmu(self, path: Path) -> None:
         """The block with its data baked in."""
-        if len(self.blocks) != 1:
-            raise MisfitError(
-                f"it learns {len(self.blocks)} effects apart, which do not fit into one FMU; make a component of each, with its own outputs"
-            )
-        block_fmu(self.blocks[0], path)
+        block_fmu(self.block, path)
 
     def _slope(self, name: str, direction: Mapping[str, float]) -> float:
         if name in self._outputs:
-            block, output = self._outputs[name]
-            return block.slope(output, self._values, direction)
-        block, output = self._outputs[name.removesuffix(DEVIATION)]
-        return block.deviation_slope(output, self._values, direction)
+            return self.block.slope(self._outputs[name], self._values, direction)
+        return self.block.deviation_slope(self._outputs[name.removesuffix(DEVIATION)], self._values, direction)
 
     def _value(self, name: str) -> float:
         if name in self._values:
             return self._values[name]
         if name in self._outputs:
-            block, output = self._outputs[name]
-            return block.mean(output, self._values)
-        block, output = self._outputs[name.removesuffix(DEVIATION)]
-        return block.deviation(output, self._values)
+            return self.block.mean(self._outputs[name], self._values)
+        return self.block.deviation(self._outputs[name.removesuffix(DEVIATION)], self._values)

@@ -35,7 +35,7 @@ def open_gp(spec: ComponentSpec, folder: Path) -> Component:
 
         block = read_block(path)
         if "learn" not in spec.options:
-            return GpComponent([block])
+            return GpComponent(block)
         return LearningGp(block, spec.options["learn"])
     if "learn" in spec.options:
         raise MisfitError(f"learn goes with a saved block (.json), {spec.source} is none; save a block of it first")

@@ -7,6 +7,7 @@ Monte Carlo, 2004).
 """
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -149,8 +150,15 @@ def fit_for_intervals(name: str, latent: Latent, data: Observation, seed: int = 
 
 
 def _mixture(likelihood: Likelihood, points: Sequence[Array], weights: Array) -> Mixture:
-    sets = [likelihood.at(point) for point in points]
-    return Mixture(tuple(condition(*each) for each in sets), weights, tuple(seen for _, seen in sets))
+    """Posteriors at these parameters; those that have none for rounding are left out."""
+    found: list[tuple[float, Posterior, tuple[Observation, ...]]] = []
+    for weight, (latents, seen) in zip(weights, map(likelihood.at, points), strict=True):
+        with suppress(MisfitError):
+            found.append((weight, condition(latents, seen), seen))
+    if not found:
+        raise MisfitError("the data follow from each other up to rounding; give observations more noise")
+    kept = np.array([weight for weight, _, _ in found])
+    return Mixture(tuple(each for _, each, _ in found), kept / kept.sum(), tuple(seen for _, _, seen in found))
 
 
 def _modes(objective: Objective, begins: Sequence[Array]) -> list[tuple[Array, float]]:
@@ -172,8 +180,11 @@ def _spread(objective: Objective, point: Array) -> Array:
     k = len(point)
     rows = []
     for i in range(k):
-        step = _CHANGE * (np.arange(k) == i)
-        rows.append((objective(point + step)[1] - objective(point - step)[1]) / (2.0 * _CHANGE))
+        slopes = {side: objective(point + side * _CHANGE * (np.arange(k) == i))[1] for side in (-1, 0, 1)}
+        # Next to a mode the covariance may have no factor, as with little noise and long scales.
+        sides = [side for side, slope in slopes.items() if np.isfinite(slope).all()]
+        apart = max(sides, default=0) - min(sides, default=0)
+        rows.append((slopes[max(sides)] - slopes[min(sides)]) / (apart * _CHANGE) if apart else np.zeros(k))
     curvature = np.array(rows)
     values, vectors = np.linalg.eigh(0.5 * (curvature + curvature.T))
     return (vectors / np.maximum(np.where(np.isfinite(values), values, 0.0), _LEAST_PRECISION)) @ vectors.T

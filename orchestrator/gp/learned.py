@@ -1,6 +1,6 @@
-"""A block learned from a measured file: columns in, columns out, hyperparameters fitted."""
+"""A block learned from columns of numbers: inputs in, outputs out, hyperparameters fitted."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -8,11 +8,12 @@ import numpy as np
 from fmus.errors import MisfitError
 from orchestrator.gp.block import Block, Output, Term
 from orchestrator.gp.covariance import Latent
-from orchestrator.gp.fit import fit
+from orchestrator.gp.integrated import fit_for_intervals
 from orchestrator.gp.kernels import Kernel, Matern32, Matern52, SquaredExponential
-from orchestrator.gp.noise import LearntNoise, constant_noise
+from orchestrator.gp.noise import constant_noise
 from orchestrator.gp.observations import observe
-from orchestrator.gp.posterior import condition
+from orchestrator.gp.robust import trusted
+from orchestrator.gp.sparse import EXACT, conditioned
 from orchestrator.measurements.load import load_records
 from orchestrator.measurements.trial import Array, Record
 from orchestrator.measurements.wording import nearest
@@ -22,43 +23,70 @@ KERNELS: dict[str, Callable[[float, tuple[float, ...]], Kernel]] = {
     "matern32": Matern32,
     "matern52": Matern52,
 }
-# Exact conditioning takes time in the cube of the number of points; a longer record is thinned by the user, knowingly.
-MOST_ROWS = 2000
+# First guess of the noise, as a share of the spread of an output.
+_NOISE_SHARE = 0.1
+
+
+def learned_block(
+    inputs: Mapping[str, Array],
+    outputs: Mapping[str, Array],
+    units: Mapping[str, str],
+    kernel: str,
+    noise: Mapping[str, float],
+    outliers: bool = False,
+    seed: int = 0,
+) -> Block:
+    """Learn each output, (n,), as a function of the inputs, (n,) each, with hyperparameters of its own.
+
+    Hyperparameters are those of `fit_for_intervals`; of many data the posterior is `sparse.conditioned`.
+
+    Args:
+        units: by name of inputs and outputs; "" where one is missing.
+        noise: standard deviation of the measurement of an output, in its unit; learned where it is not given.
+        outliers: whether some data may be far worse than that, see `trusted`.
+
+    Raises:
+        MisfitError: if there is no such kernel, there are too many data to look for outliers, or they give no likelihood.
+    """
+    if kernel not in KERNELS:
+        raise MisfitError(f"kernel = {kernel!r}; {nearest(kernel, KERNELS)}")
+    x = np.column_stack(list(inputs.values()))
+    if outliers and (count := len(x) * len(outputs)) > EXACT:
+        raise MisfitError(f"{count} data to look for outliers in; expected at most {EXACT}, so take fewer of them")
+    scales = tuple(map(float, np.where(np.ptp(x, axis=0) > 0.0, np.std(x, axis=0), 1.0)))
+    latents, seen = {}, []
+    for name, y in outputs.items():
+        size = float(np.std(y)) or 1.0
+        deviation = noise[name] if name in noise else constant_noise(_NOISE_SHARE * size, len(y))
+        data = observe(name, x, name, y, deviation)
+        latents[name], best = fit_for_intervals(name, Latent(KERNELS[kernel](size**2, scales)), data, seed)
+        seen.append(best)
+    observations = trusted(latents, seen, list(latents)) if outliers else tuple(seen)
+    ports = [Output(name, units.get(name, ""), (Term(name),)) for name in outputs]
+    named = {name: units.get(name, "") for name in inputs}
+    return Block(conditioned(latents, observations), named, ports, observations)
 
 
 def learn(
     path: Path, inputs: Sequence[str], outputs: Sequence[str], kernel: str = "matern52", noise: float | None = None
-) -> list[Block]:
-    """Fit one block for each output column, each with hyperparameters of its own, to all rows of the files that `path` names.
+) -> Block:
+    """Learn output columns from all rows of the files that `path` names.
 
     Args:
-        noise: standard deviation of the output columns in their unit, where known; otherwise it is learnt.
+        noise: standard deviation of the output columns in their unit, where known; otherwise it is learned.
 
     Raises:
-        MisfitError: if a column is not there, there are more than `MOST_ROWS` rows, or the fit finds nothing.
+        MisfitError: if a column is not there, or as `learned_block`.
     """
-    if kernel not in KERNELS:
-        raise MisfitError(f"kernel = {kernel!r}; {nearest(kernel, KERNELS)}")
     records = load_records(path)
-    x = np.column_stack([_column(records, name) for name in inputs])
-    if len(x) > MOST_ROWS:
-        raise MisfitError(
-            f"{path} has {len(x)} rows; expected at most {MOST_ROWS}, so give every {len(x) // MOST_ROWS + 1}th"
-        )
-    units = {name: records[0].units.get(name, "") for name in (*inputs, *outputs)}
-    blocks = []
-    for name in outputs:
-        y = _column(records, name)
-        spread = float(np.std(y)) or 1.0
-        scales = np.where(np.ptp(x, axis=0) > 0.0, np.std(x, axis=0), 1.0)
-        latents = {name: Latent(KERNELS[kernel](spread**2, tuple(map(float, scales))))}
-        given: LearntNoise | float = constant_noise(0.1 * spread, len(y)) if noise is None else noise
-        best = fit(latents, [observe(name, x, name, y, given)])
-        ports = {each: units[each] for each in inputs}
-        output = Output(name, units[name], (Term(name),))
-        posterior = condition(best.latents, best.observations)
-        blocks.append(Block(posterior, ports, [output], best.observations))
-    return blocks
+    columns = {name: _column(records, name) for name in (*inputs, *outputs)}
+    return learned_block(
+        {name: columns[name] for name in inputs},
+        {name: columns[name] for name in outputs},
+        {name: records[0].units.get(name, "") for name in columns},
+        kernel,
+        {} if noise is None else dict.fromkeys(outputs, noise),
+    )
 
 
 def _column(records: Sequence[Record], name: str) -> Array:

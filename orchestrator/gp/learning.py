@@ -39,9 +39,9 @@ class LearningGp(GpComponent):
         )
 
     def __init__(self, block: Block, settings: Any) -> None:
-        super().__init__([block])
+        super().__init__(block)
         chosen = _settings(settings)
-        self._block, self._noise = block, chosen.noise
+        self._noise = chosen.noise
         rows = block.posterior.rows
         components = block.posterior.weights.shape[1]
         self._groups = _groups(block.outputs, components)
@@ -64,15 +64,14 @@ class LearningGp(GpComponent):
     def step(self, time: float, size: float) -> StepEnd:
         """Learn what is seen now; outputs follow from it at the step's end."""
         for group in self._groups:
-            of = self._block.coefficients(group[0], self._values)
+            of = self.block.coefficients(group[0], self._values)
             values = [[self._values[output.name + SEEN] for output in group]]
-            self._learner.add(observe(f"t = {time:.9g} s", self._block.point(self._values), of, values, self._noise))
+            self._learner.add(observe(f"t = {time:.9g} s", self.block.point(self._values), of, values, self._noise))
         self._use()
         return super().step(time, size)
 
     def _use(self) -> None:
-        self._block = replace(self._block, posterior=self._learner.live())
-        self._outputs = {output.name: (self._block, output) for output in self._block.outputs}
+        self.block = replace(self.block, posterior=self._learner.live())
 
 
 @dataclass(frozen=True)

@@ -16,12 +16,12 @@ from orchestrator.gp.check import coverage, left_out
 from orchestrator.gp.covariance import Latent
 from orchestrator.gp.kernels import Kernel
 from orchestrator.gp.observations import observe
-from orchestrator.gp.posterior import condition
 from orchestrator.gp.saved_prior import expected_of, same_as_saved
+from orchestrator.gp.sparse import conditioned
 from orchestrator.measurements.wording import listed, shown
 
 SCHEMA = "misfit.gp/1"
-MOST_ROWS = 5000
+MOST_ROWS = 100_000
 # Beyond so many rows the inverse of the covariance takes too long for a file.
 _MOST_SCORED = 1500
 _KINDS: dict[str, Callable[..., Kernel]] = {
@@ -105,9 +105,10 @@ def read_block(path: Path) -> Block:
             for each in content["outputs"]
         ]
         if (rows := sum(len(each.inputs) for each in observations)) > MOST_ROWS:
-            raise MisfitError(f"{rows} observations; expected at most {MOST_ROWS}, whose covariance fits into memory")
+            raise MisfitError(f"{rows} observations; expected at most {MOST_ROWS}")
         inputs = {name: str(unit) for name, unit in content["inputs"].items()}
-        return Block(condition(latents, observations), inputs, outputs, observations, _about(content.get("about", {})))
+        posterior = conditioned(latents, observations)
+        return Block(posterior, inputs, outputs, observations, _about(content.get("about", {})))
     except OSError as error:
         raise MisfitError(f"{path} cannot be read: {error.strerror}; expected a saved block") from error
     except MisfitError as error:

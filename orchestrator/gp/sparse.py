@@ -17,10 +17,12 @@ from scipy.linalg.lapack import dpotrf
 from fmus.errors import MisfitError
 from orchestrator.gp.covariance import Latents, covariance, known, variances
 from orchestrator.gp.observations import Observation, Rows, stacked
-from orchestrator.gp.posterior import Posterior, residuals_and_noise
+from orchestrator.gp.posterior import Posterior, condition, residuals_and_noise
 from orchestrator.gp.threads import one_thread
 
 Array = NDArray[Any]
+# Up to so many data conditioning is exact by itself; more are taken in through so many rows.
+EXACT, ROWS = 5000, 500
 # Rows are chosen among so many; data are read so many at a time.
 _CANDIDATES, _PART = 4000, 4096
 # A candidate of which less than this share of its variance is new cannot be told from those chosen.
@@ -40,6 +42,17 @@ class Sparse:
     posterior: Posterior
     evidence: float
     lost: float
+
+
+def conditioned(latents: Latents, observations: Sequence[Observation]) -> Posterior:
+    """The posterior after all observations: exact up to `EXACT` data, of more on `ROWS` of their rows.
+
+    Raises:
+        MisfitError: as `condition`, or as `condition_sparse`.
+    """
+    if sum(len(each.inputs) for each in observations) <= EXACT:
+        return condition(latents, observations)
+    return condition_sparse(latents, observations, ROWS).posterior
 
 
 def condition_sparse(latents: Latents, observations: Sequence[Observation], count: int = 300, seed: int = 0) -> Sparse:

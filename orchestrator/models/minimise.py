@@ -56,7 +56,7 @@ def minimise(
             break
         there, count = _cut(objective, here, step, low, high)
         evaluations += count
-        if there is None:
+        if there is None or np.array_equal(there.place, here.place):
             break
         moved, change = there.place - here.place, there.slope - here.slope
         if fresh and moved @ change > 0.0:

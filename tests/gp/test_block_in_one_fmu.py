@@ -62,7 +62,9 @@ def test_block_in_one_fmu_brakes_as_in_the_co_simulation(tmp_path: Path) -> None
         )
 
         np.testing.assert_allclose(together["wheel.w"], apart["wheel.w"], rtol=1e-12)
-        np.testing.assert_allclose(together["friction.torque"], apart["friction.torque"], rtol=1e-11)
+        np.testing.assert_allclose(
+            together["friction.torque"], apart["friction.torque"], rtol=1e-10
+        )  # large weights cancel
         assert together["wheel.w"][-1] == pytest.approx(3.0 * np.exp(-0.4), rel=1e-3)
 
 

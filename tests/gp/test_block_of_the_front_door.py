@@ -1,5 +1,7 @@
 """A block of `import misfit`: whether its intervals hold, and data that are far worse than their noise."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -51,9 +53,20 @@ def test_noise_that_is_missing_is_named(sound: misfit.Block) -> None:
         sound.coverage({"x": [0.0]}, {"y": [0.0]}, {})
 
 
-def test_many_data_are_taken_in_through_few_rows_and_intervals_hold(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("orchestrator.api.block.EXACT", 100)
-    monkeypatch.setattr("orchestrator.api.block.ROWS", 40)
+@pytest.mark.parametrize("noise", [1e-2, 1e-4])
+def test_data_nearly_without_noise_of_a_straight_line_are_learned(noise: float) -> None:
+    """Long length scales leave no factor of the covariance there."""
+    x = np.linspace(-4.0, 4.0, 41)
+    block = misfit.Block.fit({"x": x}, {"y": -400.0 * x}, noise={"y": noise})
+    assert np.abs(block.predict({"x": x})[0] + 400.0 * x).max() < 10.0 * noise
+
+
+def test_many_data_are_taken_in_through_few_rows_and_intervals_hold(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    for where in ("sparse", "learned"):
+        monkeypatch.setattr(f"orchestrator.gp.{where}.EXACT", 100)
+    monkeypatch.setattr("orchestrator.gp.sparse.ROWS", 40)
     x, y = record(1, 400)
     block = misfit.Block.fit({"x": x}, {"y": y}, noise={"y": NOISE})
     assert len(block.learned.posterior.lower) <= 40
@@ -64,3 +77,16 @@ def test_many_data_are_taken_in_through_few_rows_and_intervals_hold(monkeypatch:
     assert np.mean(np.abs(mean - np.sin(2 * at)) < 3 * deviation + 1e-3) > 0.9
     with pytest.raises(misfit.MisfitError, match="400 data were taken in through fewer rows"):
         block.left_out()
+
+    again = misfit.Block.read(block.save(tmp_path / "block.json"))
+    assert np.array_equal(again.predict({"x": at}), (mean, deviation))
+    more = block.condition({"x": [0.0]}, {"y": [5.0]}, {"y": 1e-3})
+    assert len(more.learned.posterior.lower) <= 40
+    assert more.predict({"x": [0.0]})[0][0] > 4.0
+    with pytest.raises(misfit.MisfitError, match="400 data to look for outliers in; expected at most 100"):
+        misfit.Block.fit({"x": x}, {"y": y}, outliers=True)
+
+
+def test_a_kernel_that_there_is_not_is_refused_with_the_nearest() -> None:
+    with pytest.raises(misfit.MisfitError, match="kernel = 'matern5'.*matern52"):
+        misfit.Block.fit({"x": [0.0, 1.0]}, {"y": [0.0, 1.0]}, kernel="matern5")

@@ -185,17 +185,18 @@ def test_a_block_goes_back_to_its_inputs(joint):
 def test_a_block_learned_from_a_file_predicts_what_the_file_shows(tmp_path):
     t = np.arange(60) * 0.1
     w = 3.0 * np.sin(t)
-    lines = [f"{a:.9g},{b:.9g},{-0.4 * b:.9g}" for a, b in zip(t, w, strict=True)]
-    (tmp_path / "friction.csv").write_text("\n".join(["time,w,tau", *lines]) + "\n")
+    lines = [f"{a:.9g},{b:.9g},{-0.4 * b:.9g},{0.4 * b * b:.9g}" for a, b in zip(t, w, strict=True)]
+    (tmp_path / "friction.csv").write_text("\n".join(["time,w,tau,heat", *lines]) + "\n")
     (tmp_path / "case.toml").write_text(
-        'files = ["friction.csv"]\nlearning = [1]\n[columns]\ntime = "s"\nw = "rad/s"\ntau = "N.m"\n'
+        'files = ["friction.csv"]\nlearning = [1]\n[columns]\ntime = "s"\nw = "rad/s"\ntau = "N.m"\nheat = "W"\n'
     )
-    options = {"inputs": ["w"], "outputs": ["tau"], "kernel": "squared_exponential", "noise": 1e-3}
+    options = {"inputs": ["w"], "outputs": ["tau", "heat"], "kernel": "squared_exponential", "noise": 1e-3}
     component = open_component(ComponentSpec("gp", "gp", "case.toml", options=options), tmp_path)
     component.set(["w"], [1.7])
     assert component.get(["tau"])[0] == pytest.approx(-0.4 * 1.7, abs=2e-3)  # two deviations of the noise
+    assert component.get(["heat"])[0] == pytest.approx(0.4 * 1.7**2, abs=2e-3)
     assert 0.0 < component.get(["tau_sd"])[0] < 1e-3
-    assert [port.unit for port in component.ports] == ["rad/s", "N.m", "N.m"]
+    assert [port.unit for port in component.ports] == ["rad/s", "N.m", "N.m", "W", "W"]
 
 
 @pytest.mark.parametrize(

@@ -60,7 +60,7 @@ def points(count: int) -> np.ndarray:
 
 
 def expected(block: Block, values: np.ndarray) -> list[float]:
-    component = GpComponent([block])
+    component = GpComponent(block)
     component.set(NAMES, values)
     return component.get(OUTPUTS)
 
@@ -76,7 +76,7 @@ def test_fmpy_gets_the_numbers_of_the_block(fmu, block, tmp_path):
 
 
 def test_a_component_of_the_fmu_has_the_slopes_and_units_of_the_block(fmu, block, tmp_path):
-    ours = GpComponent([block])
+    ours = GpComponent(block)
     theirs = open_component(ComponentSpec("learned", "fmu", str(fmu)), tmp_path)
     seed = [0.7, -0.4, 0.2]
     theirs.initialise(0.0, 1.0, None)

@@ -8,8 +8,8 @@ from fmus.errors import MisfitError
 from orchestrator.diagnosis.advise.unexplained import _residuals
 from orchestrator.gp.covariance import Latent
 from orchestrator.gp.kernels import OnInputs, SquaredExponential
+from orchestrator.gp.observations import observe
 from orchestrator.gp.posterior import condition
-from orchestrator.gp.residual import corrections
 from orchestrator.models import missing_force
 from orchestrator.models.missing_force import Force, missing_forces
 from orchestrator.models.smoothing import SmoothedTrial
@@ -126,7 +126,10 @@ def test_a_drag_that_is_learned_from_corrections_is_the_drag_within_its_interval
     observations = [
         each
         for k, force in enumerate(forces)
-        for each in corrections(f"trial {k + 1}", force, force.states[:, 2:], 0.1)
+        for each in (
+            observe(f"{k} {name}", force.states[::25, 2:], name, force.mean[::25, i], force.std[::25, i])
+            for i, name in enumerate(force.names)
+        )
     ]
     latents = {
         "q1": Latent(OnInputs((0,), SquaredExponential(1.0, (4.0,)))),
@@ -137,14 +140,6 @@ def test_a_drag_that_is_learned_from_corrections_is_the_drag_within_its_interval
     for name in latents:
         mean = posterior.mean(name, speeds)[:, 0]
         assert np.allclose(mean, -0.4 * speeds[:, 0], atol=0.02)
-
-
-def test_corrections_refuse_inputs_and_spacings_that_do_not_fit(found):
-    (force, *_), _ = found
-    with pytest.raises(MisfitError, match="t: 3 rows of inputs, the force has 600 samples"):
-        corrections("t", force, np.zeros((3, 1)))
-    with pytest.raises(MisfitError, match="t: data every 0 s; expected a time above 0"):
-        corrections("t", force, np.zeros((600, 1)), 0.0)
 
 
 def test_other_parameters_than_the_models_own_are_missing_less(arm):

@@ -1,19 +1,25 @@
-"""The latent force: what is left of the residual as a curve over the two coordinates that tell most about it.
-
-A Gaussian process with a squared-exponential kernel over two coordinates, each divided by its spread. Rasmussen and
-Williams, Gaussian Processes for Machine Learning (2006), equations 2.23 to 2.26 and 2.30.
-"""
+"""The latent force: what is left of the residual as a curve over the two coordinates that tell most about it."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from scipy.linalg import cho_solve, cholesky, solve_triangular
 
 from orchestrator.diagnosis.advise.thresholds import FOLDS, GRID, LATENT_SAMPLES, LENGTHS, NOISES, ROUGH
+from orchestrator.gp.covariance import Latent
+from orchestrator.gp.fit import fit
+from orchestrator.gp.kernels import SquaredExponential
+from orchestrator.gp.limits import Limits
+from orchestrator.gp.noise import constant_noise
+from orchestrator.gp.observations import observe
+from orchestrator.gp.posterior import Posterior, condition
 from orchestrator.models.estimation import Z90
 from orchestrator.verdicts.latent_force import LatentForce
+
+FORCE = "force"
+# Nats; a fit that would gain less is done.
+_ENOUGH = 0.01
 
 
 @dataclass(frozen=True)
@@ -43,12 +49,12 @@ def latent_force(residual: Series, coordinates: Sequence[Series]) -> LatentForce
     first = _best([[name] for name in scaled], scaled, target)
     pair = _best([[*first, name] for name in scaled if name not in first], scaled, target)
     x = np.column_stack([scaled[name] for name in pair])
-    alone, both = (_explained(part, target, LENGTHS, NOISES) for part in (x[:, :1], x))
-    process = _Process.fitted(x, target)
+    alone, both = (_explained(part, target, fitted=True) for part in (x[:, :1], x))
+    curve = _curve(x, target, fitted=True)
     grids = [np.linspace(np.quantile(x[:, k], 0.02), np.quantile(x[:, k], 0.98), GRID) for k in (0, 1)]
     line = np.column_stack([grids[0], np.zeros(GRID)])
-    mean, std = process.predict(line)
-    surface = process.predict(np.array(list(product(*grids))))[0].reshape(GRID, GRID)
+    mean, std = curve.mean(FORCE, line)[:, 0], np.sqrt(curve.variance(FORCE, line))
+    surface = curve.mean(FORCE, np.array(list(product(*grids)))).reshape(GRID, GRID)
 
     def real(k: int) -> tuple[float, ...]:
         values = columns[pair[k]]
@@ -71,56 +77,26 @@ def latent_force(residual: Series, coordinates: Sequence[Series]) -> LatentForce
 
 def _best(choices: Sequence[list[str]], scaled: Mapping[str, np.ndarray], target: np.ndarray) -> list[str]:
     """The choice of coordinates that explains most on blocks left out."""
-    return max(choices, key=lambda names: _explained(np.column_stack([scaled[n] for n in names]), target, *ROUGH))
+    return max(choices, key=lambda names: _explained(np.column_stack([scaled[n] for n in names]), target, fitted=False))
 
 
-def _explained(x: np.ndarray, target: np.ndarray, lengths: Sequence[float], noises: Sequence[float]) -> float:
+def _explained(x: np.ndarray, target: np.ndarray, fitted: bool) -> float:
     """Share of the target's square explained on contiguous blocks left out, one after another."""
     error = np.empty(len(target))
     for block in np.array_split(np.arange(len(target)), FOLDS):
         rest = np.setdiff1d(np.arange(len(target)), block)
-        error[block] = target[block] - _Process.fitted(x[rest], target[rest], lengths, noises).predict(x[block])[0]
+        error[block] = target[block] - _curve(x[rest], target[rest], fitted).mean(FORCE, x[block])[:, 0]
     return 1.0 - float(np.mean(error**2) / np.mean(target**2))
 
 
-@dataclass(frozen=True)
-class _Process:
-    """A Gaussian process given data; targets are divided by `size`."""
-
-    x: np.ndarray
-    weights: np.ndarray
-    factor: np.ndarray
-    length: float
-    noise: float
-    size: float
-
-    @staticmethod
-    def fitted(
-        x: np.ndarray, target: np.ndarray, lengths: Sequence[float] = LENGTHS, noises: Sequence[float] = NOISES
-    ) -> "_Process":
-        """The process whose length scale and noise level make the data most likely, on a small grid."""
-        size = float(np.sqrt(np.mean(target**2))) or 1.0
-        y = target / size
-        best: tuple[float, _Process] | None = None
-        squares = _squares(x, x)
-        for length, noise in product(lengths, noises):
-            kernel = np.exp(-0.5 * squares / length**2)
-            factor = cholesky(kernel + noise**2 * np.eye(len(y)), lower=True, overwrite_a=True, check_finite=False)
-            weights = cho_solve((factor, True), y)
-            likelihood = -0.5 * float(y @ weights) - float(np.sum(np.log(np.diag(factor))))
-            if best is None or likelihood > best[0]:
-                best = likelihood, _Process(x, weights, factor, length, noise, size)
-        assert best is not None
-        return best[1]
-
-    def predict(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Mean and standard deviation of the curve itself, without noise."""
-        across = np.exp(-0.5 * _squares(x, self.x) / self.length**2)
-        half = solve_triangular(self.factor, across.T, lower=True)
-        variance = np.maximum(1.0 - np.sum(half**2, axis=0), 0.0)
-        return self.size * across @ self.weights, self.size * np.sqrt(variance)
-
-
-def _squares(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Squared distances between the rows of two arrays."""
-    return np.sum((a[:, None, :] - b[None, :, :]) ** 2, axis=-1)
+def _curve(x: np.ndarray, target: np.ndarray, fitted: bool) -> Posterior:
+    """What the target says of a smooth function of x, (n, coordinates); `ROUGH` hyperparameters where they are not fitted."""
+    size, d = float(np.sqrt(np.mean(target**2))) or 1.0, x.shape[1]
+    latents = {FORCE: Latent(SquaredExponential(size**2, (ROUGH[0],) * d))}
+    if not fitted:
+        return condition(latents, [observe("residual", x, FORCE, target, ROUGH[1] * size)])
+    limits = {f"{FORCE}.length_scales[{k + 1}]": Limits(*LENGTHS) for k in range(d)}
+    limits["residual.log deviation"] = Limits(*np.log(size * np.array(NOISES)))
+    data = observe("residual", x, FORCE, target, constant_noise(ROUGH[1] * size, len(target)))
+    best = fit(latents, [data], limits, starts=1, promise=_ENOUGH)
+    return condition(best.latents, best.observations)

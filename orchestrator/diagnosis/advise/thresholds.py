@@ -14,10 +14,11 @@ FLAT_MEMBERS = 6
 
 # `latent.py`
 
-LENGTHS = (0.3, 0.6, 1.2, 2.4, 5.0)
-NOISES = (0.03, 0.1, 0.3, 1.0, 3.0)
-# Coordinates are compared with these alone, which costs one factorisation instead of one for each pair of values.
-ROUGH = ((0.8,), (0.3,))
+# Bounds of length scales, in deviations of a coordinate, and of the noise, as a share of the residual.
+LENGTHS = (0.3, 5.0)
+NOISES = (0.03, 3.0)
+# Coordinates are compared with this length and this noise alone, which costs one factorisation instead of a fit.
+ROUGH = (0.8, 0.3)
 LATENT_SAMPLES = 180
 FOLDS = 4
 GRID = 21
