@@ -14,9 +14,9 @@ from orchestrator.compare.result import Comparison
 from orchestrator.diagnosis.advise.advice import with_next_experiment
 from orchestrator.diagnosis.advise.left_open import with_open_questions
 from orchestrator.diagnosis.advise.unexplained import unexplained_forces, where_forces_lack, with_law
-from orchestrator.diagnosis.aside import Aside
+from orchestrator.diagnosis.background import Background
 from orchestrator.diagnosis.fit.evidence import LearningData, Refit
-from orchestrator.diagnosis.linear.remetric import NoiseOfSignals
+from orchestrator.diagnosis.linear.carried_noise import NoiseOfSignals
 from orchestrator.diagnosis.prepared import Prepared, prepared
 from orchestrator.diagnosis.referee.adjusted import adjusted_parameters
 from orchestrator.diagnosis.referee.conclude import conclude
@@ -30,13 +30,13 @@ from orchestrator.diagnosis.search.trace import Accepted
 from orchestrator.library.cards import EffectCard
 from orchestrator.measurements import MeasurementSet
 from orchestrator.models.estimation import Z90
-from orchestrator.models.hands import hands
+from orchestrator.models.threads import threads
 from orchestrator.verdicts.result import Diagnosis, Estimate, NamedEffect
 from orchestrator.work import Work
 
 __all__ = ["named_effects", "search_slots", "version_name"]
 
-# What takes the place of the best set may itself have kin that is likelier: a torque pair that is an encoder's offset.
+# What takes the place of the best set may itself be collinear with a likelier one: a torque pair that is an encoder's offset.
 MOST_SECOND_THOUGHTS = 2
 # Trials are cut into shorter and shorter stretches at most so often.
 MOST_CUTS = 3
@@ -71,7 +71,7 @@ def search_slots(
         return _diagnosed(source, shown, measurements, given, library, workers, progress, work, may_cut=may_cut)
 
     # Two BLAS threads make the small factorisations of the fits about 100 times slower.
-    with threadpool_limits(limits=1, user_api="blas"), hands(workers):
+    with threadpool_limits(limits=1, user_api="blas"), threads(workers):
         return _over_stretches(by, measurements, {card.id for card in library if card.contacts}, progress)
 
 
@@ -123,9 +123,9 @@ def _diagnosed(
     began = time.monotonic()
     asked = prepared(source, measurements, whole, given, cards, workers, progress)
     searcher = _searcher(asked, workers, progress, work, may_cut)
-    with Aside(workers) as aside:
-        lacking = aside.begin(lambda: where_forces_lack(asked.plain, asked.learning))
-        later = aside.begin(lambda: asked.in_metric(asked.data.held_out))
+    with Background(workers) as background:
+        lacking = background.begin(lambda: where_forces_lack(asked.plain, asked.learning))
+        later = background.begin(lambda: asked.in_metric(asked.data.held_out))
         path = searcher.run()
         held_out, (where, findings) = later(), lacking()
     if may_cut:
@@ -197,7 +197,7 @@ def _refereed(
         refereed = referee.instead(refereed, base, tied, scale, named_effects, progress)
     for _ in range(MOST_SECOND_THOUGHTS if refereed.accepted else 0):
         last = refereed.accepted[-1].refit
-        searcher.try_kin(last)
+        searcher.try_collinear(last)
         scale = searcher.test_of(last).colour.scale
         refereed = referee.reconsidered(refereed, base, searcher.trace.refitted, scale, named_effects, progress)
         if refereed.accepted[-1].refit is last:

@@ -35,8 +35,8 @@ from orchestrator.greybox.thresholds import Thresholds
 from orchestrator.greybox.unnamed import unnamed_force
 from orchestrator.greybox.witness import witnesses
 from orchestrator.measurements import MeasurementSet
-from orchestrator.models.hands import hands
 from orchestrator.models.symbolic import SymbolicModel
+from orchestrator.models.threads import threads
 from orchestrator.verdicts.cannot_tell import search_failed
 from orchestrator.verdicts.result import Diagnosis, HeldOut, RankedSet, Step, Tried, Verdict
 
@@ -89,7 +89,7 @@ def diagnose_greybox(
     began = time.monotonic()
     limits = limits or Thresholds()
     # Trial values of parameters may drive a model out of the range of numbers; such runs count as impossible.
-    with threadpool_limits(limits=1, user_api="blas"), np.errstate(all="ignore"), hands(workers):
+    with threadpool_limits(limits=1, user_api="blas"), np.errstate(all="ignore"), threads(workers):
         progress("reading the model")
         case = taped_case(source, measurements) if isinstance(source, FmuSource) else case_of(source, measurements)
         if not case.data.learning or not case.data.held_out:

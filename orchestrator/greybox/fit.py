@@ -7,7 +7,7 @@ import numpy as np
 
 from fmus.errors import ComponentError
 from orchestrator.greybox.filtering import Filtered, GreyBox, Trial
-from orchestrator.models.hands import with_idle_hands
+from orchestrator.models.threads import on_idle_threads
 
 # A round that gains less in log likelihood changes no decision.
 ENOUGH = 0.05
@@ -200,7 +200,7 @@ class Fitter:
             trial, own, start = each
             return self._noise_of(Work(work.box, [trial], work.priors, work.substeps), theta, own, start, steps)
 
-        found = with_idle_hands(of, list(zip(self.trials, noise, self.start, strict=True)))
+        found = on_idle_threads(of, list(zip(self.trials, noise, self.start, strict=True)))
         return tuple(best for best, _ in found), price + sum(cost - price for _, cost in found)
 
     def _noise_of(self, work: "Work", theta: np.ndarray, noise: Noise, start: Noise, steps: int) -> tuple[Noise, float]:
@@ -289,7 +289,7 @@ class Work:
             trial, own = each
             return self.box.run(trial, theta, own.intensity, own.sensors, substeps=self.substeps, slopes=slopes)
 
-        return with_idle_hands(run, list(zip(self.trials, noise, strict=True)))
+        return on_idle_threads(run, list(zip(self.trials, noise, strict=True)))
 
     def value(self, theta: np.ndarray, noise: Sequence[Noise]) -> float:
         """Infinite where the model fails."""

@@ -9,8 +9,8 @@ from numpy.typing import ArrayLike
 
 from fmus.errors import ComponentError
 from orchestrator.models.compiled import NOTHING_BEFORE, CompiledModel
-from orchestrator.models.hands import with_idle_hands
 from orchestrator.models.held_back import answers_to, likeliest, ways_before, whitened
+from orchestrator.models.threads import on_idle_threads
 
 # Beyond this a run depends on its start as a diverging one does, and normal equations would overflow.
 STEEPEST = 1e30
@@ -266,7 +266,7 @@ class _Problem:
             return self._trial(*trial[:2], parameters, trial[2], shift, strict)
 
         # The compiled model runs without the interpreter's lock.
-        residuals, jacobian = self._assemble(with_idle_hands(one, trials), vector)
+        residuals, jacobian = self._assemble(on_idle_threads(one, trials), vector)
         self._last = (vector.copy(), residuals, jacobian)
         return residuals, jacobian
 

@@ -11,12 +11,12 @@ import pytest
 
 from fmus.catalogue import ModelicaModel, find_modelica_model
 from fmus.errors import MisfitError
-from orchestrator.diagnosis.fit.begun import Begun
 from orchestrator.diagnosis.fit.candidates import EffectSet
 from orchestrator.diagnosis.fit.evidence import LearningData, fit_nominal, refit
 from orchestrator.diagnosis.fit.extensible import find_candidates
+from orchestrator.diagnosis.fit.start_values import StartValues
 from orchestrator.diagnosis.linear.response import Response
-from orchestrator.diagnosis.search.placed import placed
+from orchestrator.diagnosis.search.ranges_of_levels import with_ranges_of_levels
 from orchestrator.diagnosis.search.screening import Explanation, Screened, Screener
 from orchestrator.library.candidate import Candidate
 from orchestrator.library.cards import SHIPPED, effect_library, read_card
@@ -76,7 +76,7 @@ def test_fit_may_begin_where_an_earlier_one_does_when_the_record_hardly_shows_it
     measured = phi + noise * np.random.default_rng(1).standard_normal(phi.shape)
     learning = LearningData((SmoothedTrial(time, inputs, measured, noise),), noise)
     rows = np.array([true - [0, 0, 0.1], [6e-4, 0.0, 6.0]])
-    near = Begun(tuple(state.name for state in model.system.states), (begins,), 0.0)
+    near = StartValues(tuple(state.name for state in model.system.states), (begins,), 0.0)
 
     lost, found = refit(effects, learning, rows), refit(effects, learning, rows, near=near)
 
@@ -93,7 +93,7 @@ def test_states_of_which_an_earlier_fit_knows_nothing_begin_as_the_record_shows(
     shown = model.record(trial, model.compiled.with_values(guess)).start
     names = [state.name for state in model.system.states]
 
-    begun = Begun(("w", "of another effect"), (np.array([-7.0, 5.0]),), 0.001).in_model(model, guess, [trial])
+    begun = StartValues(("w", "of another effect"), (np.array([-7.0, 5.0]),), 0.001).in_model(model, guess, [trial])
 
     assert len(names) == 3 and begun.shift == 0.001
     for name, value, known in zip(names, begun.starts[0], shown, strict=True):
@@ -111,7 +111,7 @@ def test_levels_beyond_which_effects_act_start_within_the_range_of_the_record() 
     learning = LearningData((SmoothedTrial(TIME, inputs, phi, NOISE),), NOISE)
     base = fit_nominal(effects, model, learning)
 
-    found = placed(chosen, Response(base, [t.smoother for t in learning.trials]))
+    found = with_ranges_of_levels(chosen, Response(base, [t.smoother for t in learning.trials]))
 
     grids = {
         f"{c.card.id} {c.card.variant}": np.array(p.grid) for c in found for p in c.card.parameters if len(p.grid) > 0
@@ -132,7 +132,9 @@ def swinging(start: float, effect: str = "end_stop") -> list[Candidate]:
     theta = model.compiled.run(TIME, nothing, model.compiled.parameters, np.array([start, 0.0])).outputs
     learning = LearningData((SmoothedTrial(TIME, nothing, theta, NOISE),), NOISE)
     base = fit_nominal(effects, model, learning)
-    return list(placed(candidates(pendulum, effect), Response(base, [t.smoother for t in learning.trials])))
+    return list(
+        with_ranges_of_levels(candidates(pendulum, effect), Response(base, [t.smoother for t in learning.trials]))
+    )
 
 
 def test_end_stops_of_a_hanging_pole_lie_where_it_swings_and_not_far_from_there() -> None:

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from fmus.catalogue import find_modelica_model
-from orchestrator.diagnosis.fit.begun import beginning_at
 from orchestrator.diagnosis.fit.candidates import EffectSet
 from orchestrator.diagnosis.fit.evidence import Refit
 from orchestrator.diagnosis.fit.extensible import model_of
+from orchestrator.diagnosis.fit.start_values import beginning_at
 from orchestrator.diagnosis.linear.response import Response
 from orchestrator.diagnosis.noise.gaps import unknown_in_gaps
 from orchestrator.models.smoothing import SmoothedTrial

@@ -8,10 +8,10 @@ import pytest
 
 from fmus.catalogue import find_modelica_model
 from fmus.errors import MisfitError
-from orchestrator.diagnosis.fit.begun import beginning_at
 from orchestrator.diagnosis.fit.candidates import EffectSet
 from orchestrator.diagnosis.fit.evidence import LearningData, Refit, follow, refit, with_nuisances
 from orchestrator.diagnosis.fit.extensible import find_candidates
+from orchestrator.diagnosis.fit.start_values import beginning_at
 from orchestrator.diagnosis.noise.metric import Metric
 from orchestrator.diagnosis.search.stretches import Followed, follow_closely, follow_stretches, lost_after
 from orchestrator.diagnosis.search.tasks import FollowTask

@@ -11,8 +11,8 @@ from orchestrator.diagnosis.fit import evidence
 from orchestrator.diagnosis.fit.candidates import EffectSet
 from orchestrator.diagnosis.fit.evidence import LearningData, fit_nominal, refit, smoothed
 from orchestrator.diagnosis.fit.extensible import find_candidates, model_of
+from orchestrator.diagnosis.linear.carried_noise import NoiseOfSignals, divergence
 from orchestrator.diagnosis.linear.noise_model import metrics_of
-from orchestrator.diagnosis.linear.remetric import NoiseOfSignals, divergence
 from orchestrator.diagnosis.linear.response import Response
 from orchestrator.library.cards import effect_library
 from orchestrator.measurements import bind, load_measurements

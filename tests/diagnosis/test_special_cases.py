@@ -36,7 +36,7 @@ def test_dry_friction_whose_fit_went_astray_begins_anew_where_stribeck_friction_
     astray = refit(dry, data, np.array([0.05]), tolerance=1e3)
     searcher.trace.refitted = [found, astray]
 
-    searcher.try_kin(found)
+    searcher.try_collinear(found)
 
     again = min((r for r in searcher.trace.refitted if r.ids == ("coulomb_friction",)), key=lambda r: r.fit.misfit)
     assert astray.fit.misfit > 2 * found.fit.misfit

@@ -9,8 +9,8 @@ from orchestrator.diagnosis.advise.identifiability import doubts_of, parameter_n
 from orchestrator.diagnosis.advise.profile import Profiled, profiles
 from orchestrator.diagnosis.fit.evidence import LearningData, Refit
 from orchestrator.diagnosis.linear.calibration import Stage
+from orchestrator.diagnosis.linear.collinearity import collinear_effects
 from orchestrator.diagnosis.linear.coverage import coverage
-from orchestrator.diagnosis.linear.kinship import kin
 from orchestrator.diagnosis.linear.response import Response
 from orchestrator.library.candidate import Candidate
 from orchestrator.verdicts.open_questions import Coverage, Doubt
@@ -24,7 +24,7 @@ def with_open_questions(
     learning: LearningData,
     candidates: Sequence[Candidate],
 ) -> Diagnosis:
-    """Add doubts, kin, excitation and better intervals to a diagnosis; what concerns the named effects becomes a warning.
+    """Add doubts, collinear effects, excitation and better intervals to a diagnosis; what concerns the named effects becomes a warning.
 
     Args:
         named: the fitted set that is named, None if none is.
@@ -52,7 +52,7 @@ def with_open_questions(
         effects=effects,
         steps=(*found.steps[:-1], replace(found.steps[-1], effects=effects)),
         identifiability=tuple(doubts),
-        kin=tuple(kin(named, stages)),
+        kin=tuple(collinear_effects(named, stages)),
         excitation=tuple(excitation),
         warnings=(*found.warnings, *(d.message for d in doubts)),
     )

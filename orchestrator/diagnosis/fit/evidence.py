@@ -9,11 +9,11 @@ import numpy as np
 from scipy.special import chdtrc
 
 from fmus.errors import ComponentError
-from orchestrator.diagnosis.fit.begun import Begun, beginning_at
 from orchestrator.diagnosis.fit.candidates import EffectSet
 from orchestrator.diagnosis.fit.canonical import canonical, oscillates
 from orchestrator.diagnosis.fit.extensible import model_of
 from orchestrator.diagnosis.fit.phases import phases_of_runs
+from orchestrator.diagnosis.fit.start_values import StartValues, beginning_at
 from orchestrator.diagnosis.fit.thresholds import (
     AT_BOUND,
     DEPENDENT,
@@ -213,7 +213,7 @@ def refit(
     *,
     tolerance: float = TOLERANCE,
     earlier: Fit | None = None,
-    near: Begun | None = None,
+    near: StartValues | None = None,
     settled: bool = False,
 ) -> Refit:
     """Fit a set's parameters, the nuisances, and the start values of all trials, by free runs.
@@ -312,7 +312,7 @@ def _rough_misfit(
     """Sum of squares of free runs whose start values are fitted to first order, from those of an `earlier` fit if there is
     one; infinite if a run fails, or if the first trials reach `limit` by themselves."""
     parameters, total, steps = model.compiled.with_values(guess), 0.0, 0
-    records = begun_where([model.record(trial, parameters) for trial in learning.trials], earlier)
+    records = with_starts([model.record(trial, parameters) for trial in learning.trials], earlier)
     for record, metric in zip(records, learning.metrics, strict=True):
         try:
             steps = steps or model.substeps(
@@ -390,7 +390,7 @@ def _fit(
         # Start values are bounded by what the encoders show, and what they show depends on a sensor error's size.
         parameters = model.compiled.with_values(guess)
         records = tuple(model.record(trial, parameters) for trial in learning.trials)
-        steps = max(enough_steps(model, begun_where(records, earlier), parameters, learning), finer)
+        steps = max(enough_steps(model, with_starts(records, earlier), parameters, learning), finer)
         again = fit(
             model.compiled,
             records,
@@ -415,7 +415,7 @@ def _fit(
     return found
 
 
-def begun_where(records: Sequence[Record], earlier: Fit | None) -> Sequence[Record]:
+def with_starts(records: Sequence[Record], earlier: Fit | None) -> Sequence[Record]:
     """Records that begin at the start values that a fit has found, if there is one."""
     if earlier is None:
         return records
@@ -450,7 +450,7 @@ def _finer_steps(found: Refit, learning: LearningData, prior: Prior) -> int:
     model, parameters = found.model, found.model.compiled.with_values(found.fit.values)
     if model.system.contacts:  # which has its steps as short as they must be
         return 0
-    needed = max(enough_steps(model, begun_where(found.records, found.fit), parameters, learning), 2 * found.substeps)
+    needed = max(enough_steps(model, with_starts(found.records, found.fit), parameters, learning), 2 * found.substeps)
     # A state so fast that it needs more is at rest within a step; how fast it is no longer shows.
     if needed > MOST_FINER * found.substeps:
         return 0

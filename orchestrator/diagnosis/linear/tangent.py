@@ -12,7 +12,7 @@ from scipy.linalg import block_diag
 from fmus.errors import MisfitError
 from orchestrator.diagnosis.fit.candidates import EffectSet, can_join
 from orchestrator.diagnosis.fit.evidence import LearningData, Refit, linearised
-from orchestrator.diagnosis.linear.quiet_motion import quiet_motion
+from orchestrator.diagnosis.linear.noise_free_motion import noise_free_motion
 from orchestrator.diagnosis.linear.response import Response
 from orchestrator.diagnosis.linear.thresholds import AT_END, BETWEEN_STD, BEYOND_SAMPLES, RANK, SHAPES
 from orchestrator.diagnosis.linear.visible import over_noise
@@ -74,9 +74,9 @@ class Tangent:
         self.base, self.nominal, self.learning = base, nominal, learning
         residual, _ = linearised(base, learning)
         self.recorded_error = residual
-        quiet = quiet_motion(base, learning, residual, self.machine_states)
-        self.response = Response(quiet, [t.smoother for t in learning.trials])
-        _, jacobian = linearised(quiet, learning)
+        noise_free = noise_free_motion(base, learning, residual, self.machine_states)
+        self.response = Response(noise_free, [t.smoother for t in learning.trials])
+        _, jacobian = linearised(noise_free, learning)
         slopes = jacobian[:, : base.size]
         if abs(base.fit.shift) > AT_END * MOST_SHIFT * learning.nuisances.shift_std > 0:
             # A clock at the end of what it may be off by goes no further: a delay of a sample and a half is not its doing.

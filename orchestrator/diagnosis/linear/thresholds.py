@@ -43,13 +43,13 @@ FEW_WAVES, FEW_DRAWS, DRAWS = 40, 4, 8
 COARSE = 0.05
 
 
-# `quiet.py`
+# `input_noise.py`
 
-# Share of what a set lowers the misfit by that quiet inputs must confirm.
+# Share of what a set lowers the misfit by that noise-free inputs must confirm.
 MOSTLY = 0.5
 
 
-# `quiet_motion.py`
+# `noise_free_motion.py`
 
 # Start values are moved to first order so many times; changes whose effects differ by less than this share are one.
 CORRECTIONS = 2

@@ -3,10 +3,10 @@
 from collections.abc import Callable, Sequence
 
 from orchestrator.compare.result import Comparison
+from orchestrator.diagnosis.decide.bayes_factor import BayesFactors
 from orchestrator.diagnosis.decide.confusion import disguise, groups, least_odds, rivals
 from orchestrator.diagnosis.decide.constancy import Change, changes
 from orchestrator.diagnosis.decide.excitation import blind_sites, is_at_rest
-from orchestrator.diagnosis.decide.room import Rooms
 from orchestrator.diagnosis.decide.thresholds import DECISIVE
 from orchestrator.diagnosis.decide.verdict import Left, decide, reducible_removed
 from orchestrator.diagnosis.fit.evidence import Refit
@@ -49,9 +49,11 @@ def conclude(
     stage = first if best is None else searcher.test_of(best)
     left = _left(first, stage, refereed, declared)
     scale = stage.colour.scale
-    rooms = Rooms(best, searcher.learning, scale)
+    bayes_factors = BayesFactors(best, searcher.learning, scale)
     without = first.tangent.base.cost
-    like = () if best is None else rivals(best, trace.refitted, scale, _odds(referee, best, scale), rooms, without)
+    like = (
+        () if best is None else rivals(best, trace.refitted, scale, _odds(referee, best, scale), bayes_factors, without)
+    )
     blind, confusable = blind_sites(first, searcher.candidates), groups(like)
     against = {} if best is None else least_odds(best, trace.refitted, like)
     against |= dict.fromkeys(refereed.refused, DECISIVE)
@@ -93,7 +95,7 @@ def conclude(
             *_on_what_is_left(verdict, left, stage, best, other_law, changing),
             *_on_parameters(verdict, searcher.learning.nuisances.names),
             *(map(str, odds) if open_class else ()),
-            *(rooms.hidden({(r.replaced, r.by) for r in like}) if named else ()),
+            *(bayes_factors.hidden({(r.replaced, r.by) for r in like}) if named else ()),
             *(missing if verdict == "cannot_tell" else ()),
         ),
         next_experiment={"effects": list(confusable[0]), "do": experiments[confusable[0][0]]}

@@ -8,8 +8,8 @@ import numpy as np
 
 from fmus.errors import ComponentError, MisfitError
 from orchestrator.blackbox.source import Source
-from orchestrator.diagnosis.fit.begun import Begun
 from orchestrator.diagnosis.fit.evidence import LearningData, Refit
+from orchestrator.diagnosis.fit.start_values import StartValues
 from orchestrator.diagnosis.fit.thresholds import NEAR_FLOOR, TOLERANCE
 from orchestrator.diagnosis.fit.valley import minima_along, shapes_in_valleys
 from orchestrator.diagnosis.linear.calibration import Stage
@@ -24,8 +24,8 @@ from orchestrator.diagnosis.search.thresholds import AT_A_TIME, POLISHED, ROUGH
 from orchestrator.diagnosis.search.trace import Trace
 from orchestrator.library.candidate import Candidate
 from orchestrator.models.estimation import Fit
-from orchestrator.models.hands import hands
 from orchestrator.models.symbolic import SymbolicModel
+from orchestrator.models.threads import threads
 from orchestrator.work import Work
 
 Progress = Callable[[str], None]
@@ -52,7 +52,7 @@ class Setting:
 
     def side_by_side(self, work: Callable[[Item], Found], items: Sequence[Item]) -> list[Found]:
         """Do work on items at the same time; results in the order of the items."""
-        with hands(self.work.callers or self.workers) as workers:
+        with threads(self.work.callers or self.workers) as workers:
             return workers.do(work, items)
 
 
@@ -96,7 +96,7 @@ class Fitter:
         self, sets: Sequence[Screened], nearer: Sequence[Refit], stage: Stage, nuisances: np.ndarray
     ) -> list[Refit]:
         base = stage.tangent.base
-        near = Begun.of(base.model, base.fit)
+        near = StartValues.of(base.model, base.fit)
 
         def one(entry: Screened) -> Refit | None:
             self.setting.progress(f"refitting {' + '.join(c.label for c in entry.candidates)}")
@@ -245,7 +245,7 @@ class Fitter:
     def without(self, found: Refit, effect: Candidate, tolerance: float = TOLERANCE) -> Refit | None:
         """The other effects of a set, fitted from where they are in it."""
         rest = [c for c in found.effects.candidates if c.label != effect.label]
-        first, near = found.values[_of_others(found, effect)], Begun.of(found.model, found.fit)
+        first, near = found.values[_of_others(found, effect)], StartValues.of(found.model, found.fit)
         nuisances = found.fit.values[found.size :]
         return self.attempt(Wanted(rest, first, nuisances, tolerance, near=near, settled=True))
 
@@ -273,7 +273,7 @@ class Fitter:
             labels = frozenset(c.label for c, _ in kept)
             if kept and labels != r.labels and tried.get(labels, np.inf) > r.half_bic:
                 values = np.concatenate([v for _, v in kept])
-                begun = Begun.of(r.model, r.fit)
+                begun = StartValues.of(r.model, r.fit)
                 smaller.setdefault(
                     labels, Wanted([c for c, _ in kept], values, r.fit.values[r.size :], near=begun, settled=True)
                 )

@@ -13,20 +13,20 @@ from orchestrator.diagnosis.fit.candidates import EffectSet, can_join
 from orchestrator.diagnosis.fit.evidence import LearningData, Refit, fit_nominal
 from orchestrator.diagnosis.fit.extensible import extensible
 from orchestrator.diagnosis.linear.calibration import Stage
-from orchestrator.diagnosis.linear.kinship import kin
-from orchestrator.diagnosis.linear.quiet import carries_noise, explained_by_noise
-from orchestrator.diagnosis.linear.remetric import NoiseOfSignals
+from orchestrator.diagnosis.linear.carried_noise import NoiseOfSignals
+from orchestrator.diagnosis.linear.collinearity import collinear_effects
+from orchestrator.diagnosis.linear.input_noise import carries_noise, explained_by_noise
 from orchestrator.diagnosis.linear.response import Response
 from orchestrator.diagnosis.linear.tangent import Tangent
 from orchestrator.diagnosis.linear.thresholds import BEYOND_NOISE, MOST_EFFECTS, SIGNIFICANT
 from orchestrator.diagnosis.search.first_values import first_values
 from orchestrator.diagnosis.search.fitting import Fitter, Progress, Setting
-from orchestrator.diagnosis.search.placed import placed
+from orchestrator.diagnosis.search.other_paths import leaves_another, other_path
 from orchestrator.diagnosis.search.proposals import Proposer
+from orchestrator.diagnosis.search.ranges_of_levels import with_ranges_of_levels
 from orchestrator.diagnosis.search.tasks import Wanted
-from orchestrator.diagnosis.search.thresholds import BEAM, MOST_ROUNDS, ROUGH, TURNINGS, UNITED
+from orchestrator.diagnosis.search.thresholds import BEAM, MOST_ROUNDS, OTHER_PATHS, ROUGH, UNITED
 from orchestrator.diagnosis.search.trace import Accepted, Trace
-from orchestrator.diagnosis.search.turnings import leaves_another, turning
 from orchestrator.library.candidate import Candidate
 from orchestrator.models.symbolic import SymbolicModel
 from orchestrator.work import Here, Work
@@ -64,11 +64,13 @@ class Searcher:
         The path is empty if no single effect is worth naming.
         """
         base = self._without_effects()
-        self.candidates = placed(self.candidates, Response(base, [t.smoother for t in self.learning.trials]))
+        self.candidates = with_ranges_of_levels(
+            self.candidates, Response(base, [t.smoother for t in self.learning.trials])
+        )
         proposer = Proposer(self.setting, self.candidates)
         base = self._path(proposer, base)
-        for _ in range(TURNINGS):
-            other = self._turning(base)
+        for _ in range(OTHER_PATHS):
+            other = self._other_path(base)
             if other is None:
                 break
             base = self._path(proposer, other, base)
@@ -97,13 +99,13 @@ class Searcher:
             beam = [base, *others][:UNITED]
         return bound
 
-    def _turning(self, base: Refit) -> Refit | None:
+    def _other_path(self, base: Refit) -> Refit | None:
         """A set from which another path leads on, if the last set of this one leaves what another effect would."""
         noise = self.test_of(base).colour.level ** 2
         if not base.ids or not leaves_another(self.trace.stages[0].tangent.base, base, noise):
             return None
         tested = {s.tangent.base.labels for s in self.trace.stages}
-        found = turning(base, self.trace.refitted, tested, noise, self.trace.choices)
+        found = other_path(base, self.trace.refitted, tested, noise, self.trace.choices)
         if found is None or found.in_disguise is None:
             return None if found is None else found.refit
         return self.fitter.without(found.refit, found.in_disguise)
@@ -182,7 +184,7 @@ class Searcher:
 
         return self.fitter.simplified(found, lambda r: half_bic(r, noise, choices), needless)
 
-    def try_kin(self, best: Refit) -> None:
+    def try_collinear(self, best: Refit) -> None:
         """Refit what acts like an effect of a set and was not tried in its place, so that the odds are those of fits.
 
         So is a simpler effect that its card calls confusable, of which it may be no more than a special case, and a law
@@ -190,7 +192,11 @@ class Searcher:
         """
         self._finish_rivals(best)
         tried = {r.labels: r for r in sorted(self.trace.refitted, key=lambda r: -r.fit.misfit)}
-        alike = [(entry.effect, entry.other) for entry in kin(best, self.trace.stages) if entry.odds <= DECISIVE]
+        alike = [
+            (entry.effect, entry.other)
+            for entry in collinear_effects(best, self.trace.stages)
+            if entry.odds <= DECISIVE
+        ]
         wanted = list[Wanted]()
         for effect, other in dict.fromkeys([*alike, *self._simpler(best), *self._larger(best)]):
             others = [c for c in best.effects.candidates if c.label != effect.label]

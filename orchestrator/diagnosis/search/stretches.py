@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fmus.errors import ComponentError
-from orchestrator.diagnosis.fit.evidence import LearningData, Refit, as_found, begun_where, enough_steps, follow
+from orchestrator.diagnosis.fit.evidence import LearningData, Refit, as_found, enough_steps, follow, with_starts
 from orchestrator.diagnosis.fit.thresholds import NEAR_FLOOR
 from orchestrator.diagnosis.linear.tangent import split_by_trials
 from orchestrator.diagnosis.linear.thresholds import BEYOND_NOISE
@@ -119,7 +119,7 @@ def _fitted(
     metrics = [
         _metric(m, t.noise, len(r.time)) for m, t, r in zip(learning.metrics, learning.trials, parts, strict=True)
     ]
-    steps = enough_steps(model, begun_where(parts, earlier), parameters, learning)
+    steps = enough_steps(model, with_starts(parts, earlier), parameters, learning)
     noise, prior = np.ones(len(model.signals)), learning.nuisances.prior(found.size)
     fitted = fit(
         model.compiled,

@@ -8,10 +8,10 @@ from functools import lru_cache
 import numpy as np
 
 from orchestrator.blackbox.source import Source
-from orchestrator.diagnosis.fit.begun import Begun
 from orchestrator.diagnosis.fit.candidates import EffectSet
 from orchestrator.diagnosis.fit.evidence import LearningData, Refit, refit, with_nuisances
 from orchestrator.diagnosis.fit.extensible import extensible, model_of
+from orchestrator.diagnosis.fit.start_values import StartValues
 from orchestrator.diagnosis.fit.thresholds import TOLERANCE
 from orchestrator.diagnosis.search.screening import Explanation, Screener
 from orchestrator.diagnosis.search.stretches import Followed, follow_stretches
@@ -34,7 +34,7 @@ class Wanted:
     nuisances: np.ndarray
     tolerance: float = TOLERANCE
     earlier: Fit | None = None
-    near: Begun | None = None
+    near: StartValues | None = None
     settled: bool = False
 
 

@@ -66,7 +66,7 @@ MOST_ROUNDS = 5
 BEAM = 2
 UNITED = 3
 # Other paths that are tried where the first one ends above noise.
-TURNINGS = 2
+OTHER_PATHS = 2
 
 
 # `stretches.py`

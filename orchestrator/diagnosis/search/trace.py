@@ -7,7 +7,7 @@ from orchestrator.diagnosis.decide.confusion import half_bic
 from orchestrator.diagnosis.fit.evidence import Refit
 from orchestrator.diagnosis.fit.thresholds import NEAR_FLOOR
 from orchestrator.diagnosis.linear.calibration import Stage
-from orchestrator.diagnosis.linear.quiet import explained_by_noise
+from orchestrator.diagnosis.linear.input_noise import explained_by_noise
 from orchestrator.diagnosis.linear.thresholds import NOTABLE, PRACTICAL, SCATTER, SIGNIFICANT
 from orchestrator.diagnosis.search.screening import Screened
 from orchestrator.diagnosis.search.thresholds import VISIBLE, WORTHWHILE

@@ -12,7 +12,7 @@ from orchestrator.library.candidate import Candidate
 
 
 @dataclass(frozen=True)
-class Turning:
+class OtherPath:
     """A set from which another path leads on, without the effect that is another law in disguise, if one is."""
 
     refit: Refit
@@ -34,9 +34,9 @@ def leaves_another(first: Refit, last: Refit, noise: float) -> bool:
     return last.cost > NEAR_FLOOR * noise and (much or len(last.ids) == MOST_EFFECTS)
 
 
-def turning(
+def other_path(
     base: Refit, tried: Sequence[Refit], tested: Collection[frozenset[str]], noise: float, choices: int
-) -> Turning | None:
+) -> OtherPath | None:
     """The likeliest set that was not extended yet, `tested` being the labels of those that were.
 
     An effect that fits best as long as others are missing may imitate them. One that fits better than the last set, `base`,
@@ -50,6 +50,6 @@ def turning(
     for found in present:
         effect = found.pressed_effect()
         if effect is not None and cost(found) < cost(base) and found.labels - {effect.label} not in (*tested, set()):
-            return Turning(found, effect)
+            return OtherPath(found, effect)
     able = (r for r in present if not r.pressed() and len(r.ids) < MOST_EFFECTS and r.labels not in tested)
-    return next(map(Turning, able), None)
+    return next(map(OtherPath, able), None)

@@ -7,7 +7,7 @@ import numpy as np
 from fmus.catalogue import find_modelica_model
 from orchestrator.diagnosis.fit.candidates import EffectSet
 from orchestrator.diagnosis.fit.evidence import LearningData, Refit, fit_nominal
-from orchestrator.diagnosis.linear.quiet_motion import begun_like, quiet_motion
+from orchestrator.diagnosis.linear.noise_free_motion import noise_free_motion, started_like
 from orchestrator.models.smoothing import SmoothedTrial
 
 TIME, NOISE, TORQUE_NOISE = np.arange(0, 5, 0.004), np.array([1e-4]), 1e-4
@@ -44,7 +44,7 @@ def rms(series: np.ndarray) -> float:
 def test_motion_along_quiet_inputs_stays_where_the_recorded_inputs_take_it() -> None:
     base, learning, true = pushed(0.1)
 
-    quiet = quiet_motion(base, learning, np.zeros(base.fit.rows), STATES)
+    quiet = noise_free_motion(base, learning, np.zeros(base.fit.rows), STATES)
 
     drifting = replace(quiet, fit=base.fit)
     before = rms(along(base) - true)
@@ -56,7 +56,7 @@ def test_start_values_stay_where_no_input_is_noisy() -> None:
     base, learning, _ = pushed(0.1)
     exact = LearningData((replace(learning.trials[0], input_noise=None),), NOISE)
 
-    quiet = quiet_motion(base, exact, np.zeros(base.fit.rows), STATES)
+    quiet = noise_free_motion(base, exact, np.zeros(base.fit.rows), STATES)
 
     np.testing.assert_array_equal(quiet.fit.starts[0], base.fit.starts[0])
     np.testing.assert_array_equal(along(quiet), along(base))
@@ -64,10 +64,10 @@ def test_start_values_stay_where_no_input_is_noisy() -> None:
 
 def test_set_of_effects_begins_as_far_off_as_the_smaller_one_inside_it() -> None:
     base, learning, _ = pushed(0.1)
-    quiet = quiet_motion(base, learning, np.zeros(base.fit.rows), STATES)
+    quiet = noise_free_motion(base, learning, np.zeros(base.fit.rows), STATES)
     elsewhere = replace(base, fit=replace(base.fit, starts=(base.fit.starts[0] + np.array([0.5, 0.25]),)))
 
-    begun = begun_like(elsewhere, base, quiet)
+    begun = started_like(elsewhere, base, quiet)
 
     np.testing.assert_allclose(begun.fit.starts[0] - quiet.fit.starts[0], [0.5, 0.25], rtol=1e-12)
     np.testing.assert_array_equal(begun.records[0].inputs, quiet.records[0].inputs)

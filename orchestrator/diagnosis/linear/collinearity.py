@@ -49,7 +49,7 @@ def classes(cosines: np.ndarray, limit: float = SAME) -> list[list[int]]:
     return [group for group in found if len(group) > 1]
 
 
-def kin(best: Refit, stages: Sequence[Stage]) -> list[Kin]:
+def collinear_effects(best: Refit, stages: Sequence[Stage]) -> list[Kin]:
     """Every candidate that acts like an effect of the best set, most alike first; none for models without a first order.
 
     Each effect is looked at where the tests of the search had the others and not yet itself in the model.
@@ -58,11 +58,11 @@ def kin(best: Refit, stages: Sequence[Stage]) -> list[Kin]:
     for effect in best.effects.candidates:
         rest = best.labels - {effect.label}
         stage = max((s for s in stages if s.tangent.base.labels <= rest), key=lambda s: len(s.tangent.base.ids))
-        found += _kin_of(effect, stage)
+        found += _collinear_with(effect, stage)
     return sorted(found, key=lambda entry: -entry.cosine)
 
 
-def _kin_of(effect: Candidate, stage: Stage) -> list[Kin]:
+def _collinear_with(effect: Candidate, stage: Stage) -> list[Kin]:
     error, scale = stage.tangent.error, stage.colour.scale
     own = _strongest(effect.label, stage.blocks, error)
     if own is None:

@@ -8,7 +8,7 @@ from orchestrator.diagnosis.fit.candidates import EffectSet
 from orchestrator.diagnosis.fit.evidence import LearningData
 from orchestrator.diagnosis.fit.extensible import find_candidates, model_of
 from orchestrator.diagnosis.linear.calibration import Colour
-from orchestrator.diagnosis.linear.kinship import classes, kin, principal_cosines
+from orchestrator.diagnosis.linear.collinearity import classes, collinear_effects, principal_cosines
 from orchestrator.diagnosis.noise.nuisances import Nuisances
 from orchestrator.diagnosis.search.search import Searcher
 from orchestrator.library.cards import effect_library
@@ -69,7 +69,7 @@ def searched() -> Searcher:
 def test_late_command_and_lagging_encoder_are_kin_and_cogging_is_none(searched: Searcher) -> None:
     best = searched.run()[-1].refit
 
-    found = {entry.other.card.id: entry for entry in kin(best, searched.trace.stages)}
+    found = {entry.other.card.id: entry for entry in collinear_effects(best, searched.trace.stages)}
 
     (named,) = best.ids
     twin = {"stimulation_delay": "sensor_lag", "sensor_lag": "stimulation_delay"}[named]
@@ -86,6 +86,6 @@ def test_kin_that_the_search_passed_over_is_refitted_in_place_of_the_best(search
     for stage in searched.trace.stages:
         stage.__dict__["colour"] = Colour(np.zeros(1), 1e5)  # noise in which nothing is decisive
 
-    searched.try_kin(best)
+    searched.try_collinear(best)
 
     assert [r.labels for r in searched.trace.refitted[len(kept) :]] == [{label}]

@@ -1,9 +1,9 @@
-"""How much room data leave for what a law has beyond a simpler one: the odds between the two, whatever a fit has found.
+"""Bayes factor between a law and the simpler one that it contains: the odds between the two, whatever a fit has found.
 
 Friction that is larger near rest is dry friction and a rest of some size that acts below some speed. Such a law says
 nothing of either, so its likelihood is the mean over what they may be: the rest as large as matters and up to the
 simpler law itself, and the speed any that the record has. A rest that could hide only at speeds where the machine
-hardly ever is has no room.
+hardly ever is gains no likelihood.
 """
 
 from collections.abc import Collection
@@ -26,7 +26,7 @@ SIZES = np.linspace(MATTERS, 1.0, 41)
 
 
 @dataclass(frozen=True)
-class Room:
+class BayesFactor:
     """Likelihood of a law over that of the simpler one, and between which values of `name` its rest would not show."""
 
     likelihood: float
@@ -35,12 +35,12 @@ class Room:
     hidden: tuple[float, float] | None = None
 
 
-class Rooms:
-    """The room for each law that holds one of a set's, as it is asked for."""
+class BayesFactors:
+    """The Bayes factor of each law that contains one of a set's, computed when it is asked for."""
 
     def __init__(self, best: Refit | None, learning: LearningData, scale: float) -> None:
         self.best, self.learning, self.scale = best, learning, scale
-        self._found: dict[tuple[Candidate, Candidate], Room | None] = {}
+        self._found: dict[tuple[Candidate, Candidate], BayesFactor | None] = {}
 
     def __call__(self, other: Refit, old: Candidate, by: Candidate) -> float | None:
         """Likelihood of a law over that of the simpler one in its place; None if nothing tells."""
@@ -48,7 +48,7 @@ class Rooms:
         if (old, by) not in self._found:
             self._found[old, by] = None
             with suppress(MisfitError):  # runs without the rest may fail where those with it did not
-                self._found[old, by] = room(self.best, other, old, by, self.learning, self.scale)
+                self._found[old, by] = bayes_factor(self.best, other, old, by, self.learning, self.scale)
         found = self._found[old, by]
         return None if found is None else found.likelihood
 
@@ -62,8 +62,10 @@ class Rooms:
         ]
 
 
-def room(best: Refit, other: Refit, old: Candidate, by: Candidate, learning: LearningData, scale: float) -> Room | None:
-    """Return the room for the rest of a law, to first order in its size.
+def bayes_factor(
+    best: Refit, other: Refit, old: Candidate, by: Candidate, learning: LearningData, scale: float
+) -> BayesFactor | None:
+    """Return the Bayes factor of a law against the simpler one, to first order in the size of its rest.
 
     Args:
         best: the set with the simpler law `old`.
@@ -103,9 +105,9 @@ def room(best: Refit, other: Refit, old: Candidate, by: Candidate, learning: Lea
     free = np.flatnonzero(slope + Z90 * np.sqrt(curvature) >= MATTERS * curvature)
     name = shape.name.removeprefix(f"{by.slot}.")
     if not len(free):
-        return Room(mean, name, shape.unit)
+        return BayesFactor(mean, name, shape.unit)
     least = low if free[0] == 0 else float(points[free[0]])
-    return Room(mean, name, shape.unit, (least, float(points[up_to_a_gap(free)[-1]])))
+    return BayesFactor(mean, name, shape.unit, (least, float(points[up_to_a_gap(free)[-1]])))
 
 
 def up_to_a_gap(places: np.ndarray) -> np.ndarray:

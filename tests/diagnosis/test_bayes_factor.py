@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from fmus.catalogue import find_modelica_model
-from orchestrator.diagnosis.decide import room as module
-from orchestrator.diagnosis.decide.room import Room, Rooms, room
+from orchestrator.diagnosis.decide import bayes_factor as module
+from orchestrator.diagnosis.decide.bayes_factor import BayesFactor, BayesFactors, bayes_factor
 from orchestrator.diagnosis.fit.candidates import EffectSet
 from orchestrator.diagnosis.fit.evidence import LearningData, refit
 from orchestrator.diagnosis.fit.extensible import find_candidates
@@ -24,7 +24,9 @@ DRY, STRIBECK = (
 TIME, FRICTION = np.arange(0, 6, 0.01), 0.012
 
 
-def found_in(noise: float, extra: float, by: Candidate = STRIBECK.candidates[0], push: float = 0.0) -> Room | None:
+def found_in(
+    noise: float, extra: float, by: Candidate = STRIBECK.candidates[0], push: float = 0.0
+) -> BayesFactor | None:
     """The room for the rest of Stribeck friction in a record of dry friction, and of `extra` N.m more below 0.5 rad/s.
 
     `push`: torque in N.m that is added in the last 0.2 s.
@@ -38,7 +40,7 @@ def found_in(noise: float, extra: float, by: Candidate = STRIBECK.candidates[0],
     learning = LearningData((SmoothedTrial(TIME, inputs, measured, std),), std)
     best = refit(DRY, learning, np.array([FRICTION]))
     astray = refit(STRIBECK, learning, np.array([FRICTION, 1e-6, 3.0]), tolerance=1e3)
-    return room(best, astray, DRY.candidates[0], by, learning, 1.0)
+    return bayes_factor(best, astray, DRY.candidates[0], by, learning, 1.0)
 
 
 def test_rest_that_could_hide_only_near_rest_has_no_room() -> None:
@@ -82,11 +84,11 @@ def test_law_whose_card_does_not_say_where_its_rest_acts_is_judged_by_its_fit() 
 
 
 def test_rest_that_would_hide_is_told_where_it_is_not_listed() -> None:
-    rooms = Rooms(None, LearningData((), np.ones(1)), 1.0)
-    rooms._found[DRY.candidates[0], STRIBECK.candidates[0]] = Room(0.01, "vS", "rad/s", (0.01, 0.32))
+    bayes_factors = BayesFactors(None, LearningData((), np.ones(1)), 1.0)
+    bayes_factors._found[DRY.candidates[0], STRIBECK.candidates[0]] = BayesFactor(0.01, "vS", "rad/s", (0.01, 0.32))
 
-    assert rooms.hidden({("coulomb_friction", "stribeck_friction")}) == []
-    assert rooms.hidden(set()) == [
+    assert bayes_factors.hidden({("coulomb_friction", "stribeck_friction")}) == []
+    assert bayes_factors.hidden(set()) == [
         "coulomb_friction is named, not stribeck_friction: that would have to act with vS from 0.01 to 0.32 rad/s, where these"
         " data hardly are"
     ]

@@ -11,7 +11,7 @@ from orchestrator.models.symbolic import SymbolicModel
 
 
 @dataclass(frozen=True)
-class Begun:
+class StartValues:
     """Where a fit begins each trial: start values (nx,) of the states of its model, and the shift of the clocks in s."""
 
     states: tuple[str, ...]
@@ -19,9 +19,9 @@ class Begun:
     shift: float
 
     @staticmethod
-    def of(model: SymbolicModel, fit: Fit) -> "Begun":
+    def of(model: SymbolicModel, fit: Fit) -> "StartValues":
         """Where a fit of a model begins."""
-        return Begun(tuple(state.name for state in model.system.states), fit.starts, fit.shift)
+        return StartValues(tuple(state.name for state in model.system.states), fit.starts, fit.shift)
 
     def in_model(self, model: SymbolicModel, guess: np.ndarray, trials: Sequence[SmoothedTrial]) -> Fit:
         """A fit of a model at a guess (k,), of which nothing counts but where it begins; other states begin as trials show."""

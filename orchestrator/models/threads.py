@@ -1,8 +1,7 @@
-"""Workers that help each other: whoever has nothing to do takes a part of what another one still has.
+"""Threads shared by nested loops: fits run side by side, and the trials of each fit on threads that have become idle.
 
-Fits are done side by side, and each is a sequence of evaluations of several trials. The last fits of a stage would be done
-by one worker each while the others wait; so a fit offers its trials to workers that are idle. A part does not know who does
-it, so results do not depend on how many workers there are.
+Without that, the last fits of a stage would take one thread each while the others wait. Results do not depend on the number
+of threads.
 """
 
 from collections import deque
@@ -17,7 +16,7 @@ Item = TypeVar("Item")
 Found = TypeVar("Found")
 
 
-class Hands:
+class Threads:
     """So many workers, of which the thread that asks is one."""
 
     def __init__(self, count: int) -> None:
@@ -63,13 +62,13 @@ def _take_one(work: Callable[[Item], Found], left: deque[tuple[Future[Found], It
         part.set_exception(error)
 
 
-_AT_WORK: ContextVar[Hands | None] = ContextVar("hands", default=None)
+_AT_WORK: ContextVar[Threads | None] = ContextVar("threads", default=None)
 
 
 @contextmanager
-def hands(count: int) -> Iterator[Hands]:
+def threads(count: int) -> Iterator[Threads]:
     """So many workers for all that this thread, and whoever helps it, does meanwhile."""
-    workers = Hands(count)
+    workers = Threads(count)
     before = _AT_WORK.set(workers)
     try:
         yield workers
@@ -77,10 +76,10 @@ def hands(count: int) -> Iterator[Hands]:
         _AT_WORK.reset(before)
 
 
-def with_idle_hands(work: Callable[[Item], Found], items: Sequence[Item]) -> list[Found]:
+def on_idle_threads(work: Callable[[Item], Found], items: Sequence[Item]) -> list[Found]:
     """Do work on items with those of this thread's workers that are idle; alone if it has none.
 
-    >>> with_idle_hands(abs, [-1, 2])
+    >>> on_idle_threads(abs, [-1, 2])
     [1, 2]
     """
-    return (_AT_WORK.get() or Hands(1)).do(work, items)
+    return (_AT_WORK.get() or Threads(1)).do(work, items)

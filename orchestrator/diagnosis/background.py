@@ -7,13 +7,13 @@ from typing import TypeVar
 Found = TypeVar("Found")
 
 
-class Aside:
+class Background:
     """A thread for what a search does not wait for, in the gaps that it leaves; none for a single worker."""
 
     def __init__(self, workers: int) -> None:
         self._pool = ThreadPoolExecutor(1) if workers > 1 else None
 
-    def __enter__(self) -> "Aside":
+    def __enter__(self) -> "Background":
         return self
 
     def __exit__(self, *reason: object) -> None:

@@ -13,8 +13,8 @@ from orchestrator.diagnosis.decide.confusion import half_bic
 from orchestrator.diagnosis.fit.candidates import EffectSet
 from orchestrator.diagnosis.fit.evidence import LearningData, Refit, fit_nominal, refit, smoothed
 from orchestrator.diagnosis.fit.extensible import find_candidates, model_of
+from orchestrator.diagnosis.linear.input_noise import explained_by_noise, misfit_without_input_noise
 from orchestrator.diagnosis.linear.noise_model import metrics_of
-from orchestrator.diagnosis.linear.quiet import explained_by_noise, misfit_by_quiet_inputs
 from orchestrator.diagnosis.linear.response import Response
 from orchestrator.diagnosis.linear.tangent import Tangent
 from orchestrator.diagnosis.search.search import Searcher
@@ -104,7 +104,7 @@ def test_noise_that_a_linear_effect_leaves_as_it_is_changes_nothing(tmp_path: Pa
     tangent, learning = recorded(tmp_path, ceiling=np.inf)
     found = with_effect("constant_force", 1e-4, learning)
 
-    assert misfit_by_quiet_inputs(tangent, found) == pytest.approx(found.fit.misfit, abs=1e-3)
+    assert misfit_without_input_noise(tangent, found) == pytest.approx(found.fit.misfit, abs=1e-3)
 
 
 def test_waves_that_noise_puts_out_of_step_are_confirmed_along_inputs_without_that_noise(tmp_path: Path) -> None:
@@ -122,7 +122,7 @@ def test_waves_that_noise_puts_out_of_step_are_confirmed_along_inputs_without_th
     found = refit(effects, learning, true)
 
     assert tangent.base.fit.misfit - found.fit.misfit < found.fit.rows  # less than the noise: quiet inputs are asked
-    assert misfit_by_quiet_inputs(tangent, found) == pytest.approx(found.fit.misfit, abs=3.0)
+    assert misfit_without_input_noise(tangent, found) == pytest.approx(found.fit.misfit, abs=3.0)
     assert not explained_by_noise(tangent, found, 1.0, 0.5 * found.size * np.log(found.fit.rows))
 
 

@@ -24,7 +24,7 @@ from orchestrator.library.needs import Need
 SIDES = ("above", "below", "beyond")
 
 
-def placed(candidates: Sequence[Candidate], response: Response) -> tuple[Candidate, ...]:
+def with_ranges_of_levels(candidates: Sequence[Candidate], response: Response) -> tuple[Candidate, ...]:
     """The candidates, those with such a level with a first guess and a grid of it."""
     if not response.is_formula:
         return tuple(candidates)

@@ -16,7 +16,7 @@ from orchestrator.diagnosis.linear.thresholds import CORRECTIONS, DEPENDENT
 from orchestrator.models.estimation import STEEPEST, Record
 
 
-def quiet_motion(base: Refit, learning: LearningData, residual: np.ndarray, movable: Collection[str]) -> Refit:
+def noise_free_motion(base: Refit, learning: LearningData, residual: np.ndarray, movable: Collection[str]) -> Refit:
     """A fitted set along the trials' inputs without their noise, as far as it shows, begun so that it stays where it was.
 
     The error (m,) of the set comes from that noise, too: columns along the recorded inputs would go with it by chance, most
@@ -34,27 +34,29 @@ def quiet_motion(base: Refit, learning: LearningData, residual: np.ndarray, mova
         likely = replace(
             trial, inputs=trial.inputs - metric.input_noise(residual[at : at + rows], trial.inputs.shape[1])
         )
-        quiet = replace(record, inputs=likely.quiet_inputs)
-        filtered = places and not np.array_equal(quiet.inputs, likely.inputs)
-        starts.append(_kept(base, replace(record, inputs=likely.inputs), quiet, start, places) if filtered else start)
-        records.append(quiet)
+        noise_free = replace(record, inputs=likely.quiet_inputs)
+        filtered = places and not np.array_equal(noise_free.inputs, likely.inputs)
+        starts.append(
+            _kept(base, replace(record, inputs=likely.inputs), noise_free, start, places) if filtered else start
+        )
+        records.append(noise_free)
         at += rows
     return replace(base, records=tuple(records), fit=replace(base.fit, starts=tuple(starts)))
 
 
-def begun_like(found: Refit, other: Refit, quiet: Refit) -> Refit:
-    """A fitted set along the quiet inputs of another one, its start values moved as that one's are."""
+def started_like(found: Refit, other: Refit, noise_free: Refit) -> Refit:
+    """A fitted set along the noise-free inputs of another one, its start values moved as that one's are."""
     names = [state.name for state in other.model.system.states]
     starts = []
-    for start, before, after in zip(found.fit.starts, other.fit.starts, quiet.fit.starts, strict=True):
+    for start, before, after in zip(found.fit.starts, other.fit.starts, noise_free.fit.starts, strict=True):
         moved = dict(zip(names, after - before, strict=True))
         starts.append(start + np.array([moved.get(state.name, 0.0) for state in found.model.system.states]))
-    records = tuple(replace(own, inputs=q.inputs) for own, q in zip(found.records, quiet.records, strict=True))
+    records = tuple(replace(own, inputs=q.inputs) for own, q in zip(found.records, noise_free.records, strict=True))
     return replace(found, records=records, fit=replace(found.fit, starts=tuple(starts)))
 
 
-def _kept(base: Refit, wanted: Record, quiet: Record, start: np.ndarray, places: list[int]) -> np.ndarray:
-    """Start values (nx,) from which the run along quiet inputs is nearest to the one along the wanted inputs from `start`.
+def _kept(base: Refit, wanted: Record, noise_free: Record, start: np.ndarray, places: list[int]) -> np.ndarray:
+    """Start values (nx,) from which the run along noise-free inputs is nearest to the one along the wanted inputs from `start`.
 
     They stay if a run fails, or if others bring it no nearer.
     """
@@ -64,7 +66,9 @@ def _kept(base: Refit, wanted: Record, quiet: Record, start: np.ndarray, places:
         size = np.maximum(np.std(there, axis=0), np.finfo(float).tiny)
         best, least = start, np.inf
         for _ in range(CORRECTIONS + 1):
-            run = model.run(quiet.time, quiet.inputs, parameters, start, substeps=base.substeps, sensitivities=True)
+            run = model.run(
+                noise_free.time, noise_free.inputs, parameters, start, substeps=base.substeps, sensitivities=True
+            )
             assert run.sensitivities is not None
             off = ((run.outputs - there) / size).ravel()
             if not off @ off < least:

@@ -7,7 +7,7 @@ import pytest
 
 from orchestrator.diagnosis.fit.candidates import EffectSet
 from orchestrator.diagnosis.fit.evidence import Refit
-from orchestrator.diagnosis.search.turnings import leaves_another, turning
+from orchestrator.diagnosis.search.other_paths import leaves_another, other_path
 from tests.diagnosis.test_disguise import BASE, ROWS, fitted
 
 SPRING, LAGGED = fitted(("passive_stiffness",), 60 * ROWS), fitted(("passive_stiffness", "sensor_lag"), 40 * ROWS)
@@ -27,7 +27,7 @@ DISGUISED = fitted(("cogging", "sensor_lag"), 30 * ROWS, "periods")
 def test_search_goes_on_beside_a_law_in_disguise_or_from_the_likeliest_set_it_has_not_extended(
     tried: list[Refit], tested: list[Refit], wanted: Refit | None, in_disguise: str
 ) -> None:
-    found = turning(LAGGED, [LAGGED, *tried], {r.labels for r in tested}, 1.0, 20)
+    found = other_path(LAGGED, [LAGGED, *tried], {r.labels for r in tested}, 1.0, 20)
 
     if wanted is None:
         assert found is None
@@ -39,7 +39,7 @@ def test_search_goes_on_beside_a_law_in_disguise_or_from_the_likeliest_set_it_ha
 def test_law_in_disguise_that_explains_less_than_the_last_set_says_nothing() -> None:
     poor = fitted(("cogging", "sensor_lag"), 41 * ROWS, "periods")
 
-    assert turning(LAGGED, [LAGGED, poor], {LAGGED.labels}, 1.0, 20) is None
+    assert other_path(LAGGED, [LAGGED, poor], {LAGGED.labels}, 1.0, 20) is None
     assert poor.half_bic == pytest.approx(0.5 * (41 * ROWS + 4 * np.log(ROWS)))
 
 
