@@ -14,11 +14,12 @@ from orchestrator.compare.comparison import compare
 from orchestrator.compare.result import Comparison
 from orchestrator.datacheck.check import check_data, forbids_physics
 from orchestrator.datacheck.holding import with_interpolation
+from orchestrator.diagnosis.advise.rival_laws import with_separating_experiment
 from orchestrator.diagnosis.fit.extensible import model_of
 from orchestrator.diagnosis.free_runs import search_slots
 from orchestrator.diagnosis.search.search import Progress
 from orchestrator.gp.trials.witness import document, sentences, witness_functions
-from orchestrator.greybox.diagnose import diagnose_greybox, within_noise
+from orchestrator.greybox.diagnose import Outcome, diagnose_greybox, within_noise
 from orchestrator.greybox.laws import Law
 from orchestrator.greybox.tape import can_be_taped
 from orchestrator.greybox.thresholds import Thresholds
@@ -98,6 +99,9 @@ def diagnose(
             found = replace(found, functions=document(heard), findings=findings, witness=witness)
     if closed and found.verdict == "unknown" and within_noise(found.steps[0].comparison, Thresholds().within):
         found = replace(found, verdict="adequate", best=())
+    if found.verdict == "ambiguous" and isinstance(found.search, Outcome) and not closed:
+        progress("choosing the next experiment")
+        found = with_separating_experiment(found, found.search)
     warnings = (*map(str, checks), *found.warnings)
     own = "" if closed or source.file is None else f"{source.file}:{source.class_name}"
     return replace(
