@@ -5,9 +5,9 @@ from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from importlib.metadata import version as package_version
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
-from fmus.errors import ComponentError, MisfitError
+from fmus.errors import MisfitError
 from fmus.files import write_atomically
 from orchestrator import ledger
 from orchestrator.blackbox.source import Source
@@ -16,10 +16,9 @@ from orchestrator.compare.result import Comparison
 from orchestrator.diagnose import diagnose
 from orchestrator.diagnosis.fit.extensible import model_of
 from orchestrator.diagnosis.search.search import Progress
-from orchestrator.greybox.diagnose import Outcome
 from orchestrator.greybox.laws import Law
 from orchestrator.laws.proposal import LawProposal
-from orchestrator.laws.propose import asks_for_laws, propose_laws
+from orchestrator.laws.propose import with_laws
 from orchestrator.ledger import LedgerEntry
 from orchestrator.library.cards import EffectCard, effect_library
 from orchestrator.measurements import MeasurementSet
@@ -114,18 +113,10 @@ def discover(
         write_atomically(folder / f"draft_{number}.toml", curve.draft_card(number).encode())
     if diagnosis.experiment_csv is not None:
         write_atomically(folder / "next_experiment.csv", diagnosis.experiment_csv.encode())
-    proposals: tuple[LawProposal, ...] = ()
-    if isinstance(diagnosis.search, Outcome) and (asks_for_laws(diagnosis) if laws is None else laws):
-        try:
-            proposals = propose_laws(diagnosis, measurements, folder, workers=workers, progress=progress)
-        except (RuntimeError, ArithmeticError, LookupError, ValueError, ComponentError) as error:
-            # The diagnosis stands; as in its own search, CasADi reports what it cannot do as RuntimeError.
-            note = f"the search for a formula failed, so none is proposed: {type(error).__name__}: {error}"
-            diagnosis = replace(diagnosis, warnings=(*diagnosis.warnings, note))
-        diagnosis = replace(diagnosis, laws=proposals)
+    diagnosis = with_laws(diagnosis, measurements, folder, laws, workers=workers, progress=progress)
     if versions:
         diagnosis = replace(diagnosis, patched_model=str(versions[-1].file))
-    return Discovery(diagnosis, tuple(versions), tuple(entries), proposals)
+    return Discovery(diagnosis, tuple(versions), tuple(entries), cast(tuple[LawProposal, ...], diagnosis.laws))
 
 
 def record(

@@ -4,7 +4,7 @@ import shutil
 import tempfile
 import weakref
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
@@ -121,7 +121,7 @@ class Model:
         """
         from orchestrator.diagnose import diagnose
         from orchestrator.greybox.laws import own_laws
-        from orchestrator.laws.propose import asks_for_laws, propose_laws
+        from orchestrator.laws.propose import with_laws
 
         trials, _ = self._checked(data)
         measurements = trials.measurements.with_tolerances(dict(tolerances or {}))
@@ -129,9 +129,7 @@ class Model:
             source = self._source(trials)
             own, library = own_laws([Path(folder) for folder in cards]), chosen_cards(only, cards)
             found = diagnose(source, measurements, cards=library, workers=workers, progress=say, laws=own)
-            if found.search is not None and (asks_for_laws(found) if laws is None else laws):
-                found = replace(found, laws=propose_laws(found, measurements, None, workers=workers, progress=say))
-            return found
+            return with_laws(found, measurements, None, laws, workers=workers, progress=say)
 
     def add(self, effects: Any, *, cards: Sequence[str | Path] = ()) -> "Model":
         """Give the model with effects in it.

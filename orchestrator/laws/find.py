@@ -6,6 +6,7 @@ likelihood that judges effects of the library, and nothing is proposed that does
 
 import time
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,7 +21,7 @@ from orchestrator.greybox.laws import laws
 from orchestrator.greybox.search import FittedSet, fit_set, with_losses, wrong_together
 from orchestrator.laws.regression import BeamSearch, all_columns, finer_columns, table_of
 from orchestrator.laws.response import responses
-from orchestrator.laws.terms import Term, joined, terms_at
+from orchestrator.laws.terms import Term, joined, terms_at, with_other_held
 from orchestrator.laws.wide_places import further_of, wide_places
 
 # Grids of shapes become finer by these steps, in doublings.
@@ -31,13 +32,15 @@ Progress = Callable[[str], None]
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits of the search: so many `fitted` sums of one, two and three terms are fitted, unless `seconds` are over, the best `ended` of them to the end; up to `shown` laws are proposed.
+    """Limits of the search: so many sums of one, two and three terms are fitted, at `first` and about the best of these `then`,
+    unless `seconds` of the processor are over, the best `ended` of them to the end; up to `shown` laws are proposed.
 
     A law is proposed if it takes away `explained` of the missing force's power and improves predictions by `improvement`. The
     price of having looked at many formulas is the logarithm of their number, in nats, for each term.
     """
 
-    fitted: tuple[int, ...] = (4, 4, 2)
+    first: tuple[int, ...] = (2, 2, 1)
+    then: tuple[int, ...] = (4, 4, 2)
     ended: int = 2
     seconds: float = 60.0
     shown: int = 4
@@ -68,6 +71,16 @@ class FoundLaw:
         """Number of fitted constants, of effects beside it, too."""
         return len(self.fitted.fit.theta)
 
+    @property
+    def names(self) -> set[str]:
+        """Its terms, by name."""
+        return {term.id for term in self.terms}
+
+    def extends(self, other: "FoundLaw") -> bool:
+        """Whether it has all that another law has, and more."""
+        same = self.candidate.place.site == other.candidate.place.site
+        return same and {c.family for c in self.beside} >= {c.family for c in other.beside} and self.names > other.names
+
 
 def find_laws(
     outcome: Outcome,
@@ -81,32 +94,44 @@ def find_laws(
     They are looked for in place of the library's best set and, if that set is `named`, beside it.
     """
     limits = limits or Limits()
-    began = time.monotonic()
+    began = time.process_time()
     best = outcome.decision.chosen
     abouts = [outcome.nominal, *([best] if best.candidates and named else [])]
     found: list[FoundLaw] = []
     looked_at = 0
     with threadpool_limits(limits=1, user_api="blas"), np.errstate(all="ignore"):
         for k, about in enumerate(abouts):
-            guesses, count = guessed(outcome, about, progress)
-            found += _fitted(outcome, about, guesses, limits, began + limits.seconds * (k + 1) / len(abouts), progress)
+            until = began + limits.seconds * (k + 1) / len(abouts)
+            guesses, count = guessed(outcome, about, None, progress)
+            near = _fitted(outcome, about, guesses, limits.first, until, progress)
+            if near:  # once more about the states that the likeliest formula shows
+                guesses, again = guessed(outcome, about, min(near, key=lambda law: law.fitted.loss), progress)
+                known = {(law.candidate.place.site, law.candidate.law.id) for law in near}
+                guesses = [g for g in guesses if (g.candidate.place.site, g.candidate.law.id) not in known]
+                near += _fitted(outcome, about, guesses, limits.then, until, progress)
+                count += again
+            found += near
             looked_at += count
         return _judged(outcome, abouts, found, looked_at, limits, progress)
 
 
-def guessed(outcome: Outcome, about: FittedSet, progress: Progress) -> tuple[list[Guess], int]:
-    """Sums of terms at all balances, best first, and the number of terms that were looked at."""
+def guessed(outcome: Outcome, about: FittedSet, law: FoundLaw | None, progress: Progress) -> tuple[list[Guess], int]:
+    """Sums of terms at all balances, best first, and the number of terms that were looked at.
+
+    They are looked for about a fitted set, or in place of a `law` beside it, about the states that this shows.
+    """
+    fit, gone = (about.fit, None) if law is None else (law.fitted.fit, law.fitted.candidates[-1])
     found: list[Guess] = []
     looked_at = 0
-    for place in wide_places(outcome.case, about.fit):
+    for place in wide_places(outcome.case, fit):
         progress(f"searching for a formula of what acts at {place.site}")
         terms = terms_at(place, further_of(place))
-        answers = responses(about.fit, place)
-        table = table_of(about.fit, answers, all_columns(terms, place))
+        answers = responses(fit, place)
+        table = table_of(fit, answers, all_columns(terms, place), gone)
         looked_at += len(table.columns)
         sums = BeamSearch(table).run()
         for reach in ZOOM:
-            table = table_of(about.fit, answers, finer_columns(table, sums, reach))
+            table = table_of(fit, answers, finer_columns(table, sums, reach), gone)
             sums = BeamSearch(table).run()
         for each in sums:
             parts = [(table.columns[c].term, table.columns[c].candidate) for c in each.columns]
@@ -115,13 +140,18 @@ def guessed(outcome: Outcome, about: FittedSet, progress: Progress) -> tuple[lis
 
 
 def _fitted(
-    outcome: Outcome, about: FittedSet, guesses: Sequence[Guess], limits: Limits, until: float, progress: Progress
+    outcome: Outcome,
+    about: FittedSet,
+    guesses: Sequence[Guess],
+    counts: Sequence[int],
+    until: float,
+    progress: Progress,
 ) -> list[FoundLaw]:
-    """The best guesses of each size, fitted by likelihood while there is time."""
-    chosen = [g for k, count in enumerate(limits.fitted, 1) for g in [g for g in guesses if len(g.terms) == k][:count]]
+    """The best guesses of each size, so many as `counts` says, fitted by likelihood while there is time."""
+    chosen = [g for k, count in enumerate(counts, 1) for g in [g for g in guesses if len(g.terms) == k][:count]]
     found: list[FoundLaw] = []
     for guess in sorted(chosen, key=lambda g: -g.score):
-        if guess.score < 0 or (found and time.monotonic() > until):
+        if guess.score < 0 or (found and time.process_time() > until):
             continue
         progress(f"fitting {guess.candidate.law.expression} at {guess.candidate.place.site}")
         beside = about.candidates
@@ -155,6 +185,7 @@ def _judged(
         return ()
     alike = [law for law in ranked if law is ranked[0] or not judges[0].beyond_doubt(ranked[0].fitted, law.fitted)]
     first, *others = sorted(alike, key=lambda law: (law.constants, len(law.beside), law.fitted.loss))
+    others = [law for law in others if not law.extends(first)]
     known = {law.id for law in laws()}
     if all(term.library in known for term in first.terms):
         return ()  # the library has such laws, and its own search has judged them
@@ -178,15 +209,13 @@ def _with_other_values(outcome: Outcome, abouts: Sequence[FittedSet]) -> list[Fi
 
 
 def _promising(found: Sequence[FoundLaw], limits: Limits) -> list[FoundLaw]:
-    """The best of each size, beside effects of the library and without them: rough fits are compared with their like only."""
-    chosen = []
-    for beside in (False, True):
-        for size in (1, 2, 3):
-            own = sorted(
-                (w for w in found if bool(w.beside) == beside and len(w.terms) == size), key=lambda w: w.fitted.loss
-            )
-            chosen += own[: limits.ended]
-    return chosen
+    """The likeliest of each number of constants, beside effects of the library and without them: rough fits are compared with
+    their like only."""
+    ranked = sorted(found, key=lambda law: law.fitted.loss)
+    groups: dict[tuple[bool, int], list[FoundLaw]] = {}
+    for law in ranked:
+        groups.setdefault((bool(law.beside), law.constants), []).append(law)
+    return [law for group in groups.values() for law in group[: limits.ended]]
 
 
 def _foretelling(found: Sequence[FoundLaw], judge: Judge) -> list[FoundLaw]:
@@ -202,15 +231,29 @@ def _foretelling(found: Sequence[FoundLaw], judge: Judge) -> list[FoundLaw]:
 
 
 def _better(law: FoundLaw, judge: Judge, limits: Limits) -> bool:
-    """Whether a law makes the record more probable beyond doubt, takes away what is missing, and predicts better."""
+    """Whether a law makes the record more probable beyond doubt, takes away what is missing, and predicts better.
+
+    Other values of the model's parameters are beaten by clearly better predictions of fewer constants, too: a loop of filter and
+    model that is a little wrong everywhere makes the record probable, and yet does not foretell it.
+    """
     about = judge.nominal
+    if judge.defeats(law.fitted, about):
+        return True
     if not judge.beyond_doubt(law.fitted, about) or judge.explained(law.fitted) < limits.explained:
         return False
-    return judge.ratio(law.fitted, about) < 1 - limits.improvement
+    return judge.best_ratio(law.fitted, about) < 1 - limits.improvement
 
 
 def _to_the_end(outcome: Outcome, law: FoundLaw) -> FoundLaw:
-    """A law whose values are fitted to the end."""
-    fit = law.fitted.fit
-    again = outcome.setting.fitter.fit(fit.box, fit.theta, fit.priors, fit.noise)
-    return replace(law, fitted=with_losses(law.fitted.candidates, again))
+    """A law whose values are fitted to the end, with the likeliest of each shape that is held.
+
+    How steep dry friction is at rest hardly shows in what regression sees.
+    """
+    fit, candidate = law.fitted.fit, law.fitted.candidates[-1]
+    found = with_losses(law.fitted.candidates, outcome.setting.fitter.fit(fit.box, fit.theta, fit.priors, fit.noise))
+    values = {p.name: found.value(candidate, p.name)[0] for p in (*candidate.gains, *candidate.fitted_shapes)}
+    for other in with_other_held(candidate.begun_with(values)):
+        with suppress(ComponentError, np.linalg.LinAlgError):
+            again = fit_set(outcome.setting, (*law.fitted.candidates[:-1], other), found.fit.noise)
+            found = min(found, again, key=lambda each: each.loss)
+    return replace(law, candidate=found.candidates[-1], fitted=found)

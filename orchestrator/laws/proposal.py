@@ -1,7 +1,7 @@
 """A proposed law as results show it: formula, sentence, constants, what it was seen over, and what held-out trials say."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -90,12 +90,13 @@ def proposal_of(
     """A found law with its values, for the reader; `before` and `after` are held-out errors, `share` what it explains."""
     candidate, place = found.candidate, found.candidate.place
     *beside, effect = named_effects(found.fitted)  # the law is the last of its set
-    used = [name for name in place.coordinates if name in _words(candidate.law)]
+    own, values = _apart(candidate.law, effect.parameters, place.coordinates.values())
+    used = [name for name in place.coordinates if name in _words(own)]
     variables = {name: ("time" if name == "t" else place.coordinates[name]) for name in used}
     seen = _seen(outcome, found)
     law = replace(
-        candidate.law,
-        id=short_id(candidate.law.id),
+        own,
+        id=short_id(own.id),
         title=sentence_of(found.terms, candidate.law, effect.parameters, variables),
         units=(place.unit,),
         also={name: place.coordinates[name] for name in used if name.startswith("of_")},
@@ -103,21 +104,19 @@ def proposal_of(
         seen={name: seen[name] for name in used},
         beside=tuple(asdict(each) for each in beside),
         parameters=tuple(
-            replace(p, value=effect.parameters[p.name].value, grid=(1.0,) if not p.gain else ())
-            for p in candidate.law.parameters
+            replace(p, value=values[p.name].value, grid=(1.0,) if not p.gain else ()) for p in own.parameters
         ),
     )
-    own = {"t": "time"}
     unit = {"q": "position", "v": "speed", "x": "state", "t": "time"}
     return LawProposal(
         law=law,
-        formula=renamed(law.expression, variables | own),
+        formula=renamed(law.expression, variables),
         sentence=law.title,
         site=place.site,
         unit=place.unit,
         coordinates={variables[name]: place.units[unit.get(name, name)] for name in used},
         seen={variables[name]: seen[name] for name in used},
-        parameters=effect.parameters,
+        parameters=values,
         beside=tuple(beside),
         explained_share=share,
         held_out_before=before,
@@ -129,6 +128,18 @@ def proposal_of(
 def short_id(name: str) -> str:
     """A law's name as a file's: small letters, digits and underscores, at most 60 of them."""
     return re.sub(r"[^a-z0-9_]", "_", name.lower())[:60].strip("_")
+
+
+def _apart(law: Law, values: Mapping[str, Estimate], variables: Iterable[str]) -> tuple[Law, dict[str, Estimate]]:
+    """A law and its values with other names for parameters and states that the model has for its variables."""
+    taken = set(re.findall(r"[A-Za-z_]\w*", " ".join(variables)))
+    names = {name: f"{name}Law" for name in (*law.states, *(p.name for p in law.parameters)) if name in taken}
+    return replace(
+        law,
+        expression=renamed(law.expression, names),
+        states={names.get(state, state): renamed(rate, names) for state, rate in law.states.items()},
+        parameters=tuple(replace(p, name=names.get(p.name, p.name)) for p in law.parameters),
+    ), {names.get(name, name): value for name, value in values.items()}
 
 
 def _words(law: Law) -> set[str]:

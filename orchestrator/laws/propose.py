@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fmus.errors import ComponentError, MisfitError
+from fmus.errors import ComponentError
 from orchestrator.compare.result import Comparison
 from orchestrator.greybox.decide import Judge
 from orchestrator.greybox.diagnose import Outcome, compared, worse_on_held_out
@@ -23,38 +23,67 @@ FOLDER = "laws"
 LEFT_OPEN, LEFT_OVER_FLOOR = 0.01, 1.5
 
 
-def asks_for_laws(diagnosis: Diagnosis) -> bool:
-    """Whether the library leaves something open: the answer is unknown, ambiguous, or what is named does not explain all."""
-    if not isinstance(diagnosis.search, Outcome):
-        return False
-    if diagnosis.verdict in ("unknown", "ambiguous"):
-        return True
-    held_out, left = diagnosis.steps[-1].comparison.held_out, diagnosis.unexplained_share or 0.0
-    return diagnosis.verdict == "named" and (
-        left > LEFT_OPEN or held_out is None or held_out.over_floor > LEFT_OVER_FLOOR
-    )
-
-
-def propose_laws(
+def with_laws(
     diagnosis: Diagnosis,
     measurements: MeasurementSet,
     folder: Path | None,
+    wanted: bool | None = None,
     *,
     workers: int = 2,
     progress: Callable[[str], None] = lambda message: None,
     limits: Limits | None = None,
-) -> tuple[LawProposal, ...]:
-    """Laws that explain what the library leaves, written to `folder/laws` if a folder is given; none that held-out
-    trials speak against.
+) -> Diagnosis:
+    """A diagnosis with the laws that explain what the library leaves, in files of `folder/laws` if a folder is given.
 
-    Raises:
-        MisfitError: if the diagnosis did not search a model without slots.
+    None is proposed that held-out trials speak against.
+
+    Args:
+        wanted: whether they are looked for; None for only where the library leaves something open.
+
+    Returns:
+        The diagnosis with `laws`; with a warning where laws were wanted and cannot be looked for, or where their search failed.
     """
-    outcome = diagnosis.search
-    if not isinstance(outcome, Outcome):
-        raise MisfitError("formulas are looked for in models without slots, whose balance equations are searched")
+    if wanted is None:
+        wanted = _leaves_something_open(diagnosis)
+    if not wanted:
+        return diagnosis
+    if not isinstance(diagnosis.search, Outcome):
+        return _warned(
+            diagnosis, "formulas are looked for in models without slots only, whose balance equations are searched"
+        )
+    try:
+        found = _proposed(diagnosis, diagnosis.search, measurements, workers, progress, limits)
+    except (RuntimeError, ArithmeticError, LookupError, ValueError, ComponentError) as error:
+        # The diagnosis stands; as in its own search, CasADi reports what it cannot do as RuntimeError.
+        return _warned(
+            diagnosis, f"the search for a formula failed, so none is proposed: {type(error).__name__}: {error}"
+        )
+    return replace(diagnosis, laws=found if folder is None else tuple(write_files(p, folder / FOLDER) for p in found))
+
+
+def _warned(diagnosis: Diagnosis, note: str) -> Diagnosis:
+    return replace(diagnosis, warnings=(*diagnosis.warnings, note))
+
+
+def _leaves_something_open(diagnosis: Diagnosis) -> bool:
+    """Whether the answer is unknown, ambiguous, or what is named does not explain all."""
+    if not isinstance(diagnosis.search, Outcome):
+        return False
+    held_out, left = diagnosis.steps[-1].comparison.held_out, diagnosis.unexplained_share or 0.0
+    incomplete = left > LEFT_OPEN or held_out is None or held_out.over_floor > LEFT_OVER_FLOOR
+    return diagnosis.verdict in ("unknown", "ambiguous") or (diagnosis.verdict == "named" and incomplete)
+
+
+def _proposed(
+    diagnosis: Diagnosis,
+    outcome: Outcome,
+    measurements: MeasurementSet,
+    workers: int,
+    progress: Callable[[str], None],
+    limits: Limits | None,
+) -> tuple[LawProposal, ...]:
     given = diagnosis.steps[0].comparison
-    found = []
+    found: list[LawProposal] = []
     for law in find_laws(outcome, limits, progress, named=diagnosis.verdict in ("named", "ambiguous")):
         progress(f"opening the held-out trials for {law.candidate.law.expression}")
         with np.errstate(all="ignore"):
@@ -64,9 +93,7 @@ def propose_laws(
                 continue  # a law whose free runs fail is no answer
             if not _worse(outcome, law, given, after, diagnosis):
                 found.append(_proposal(outcome, law, given, after))
-    different = _without_twins(found)
-    proposals = with_rivals(different)
-    return proposals if folder is None else tuple(write_files(p, folder / FOLDER) for p in proposals)
+    return with_rivals([p for k, p in enumerate(found) if not any(_same(p, other) for other in found[:k])])
 
 
 def _worse(outcome: Outcome, law: FoundLaw, given: Comparison, after: Comparison, diagnosis: Diagnosis) -> bool:
@@ -92,16 +119,8 @@ def _errors(comparison: Comparison) -> Mapping[str, float]:
     return dict(comparison.held_out.rmse)
 
 
-def _without_twins(found: list[LawProposal]) -> list[LawProposal]:
-    """Laws that are not one function in two forms: of those with the same errors in all digits that count, the first."""
-    kept: list[LawProposal] = []
-    for each in found:
-        if not any(_same(each, other) for other in kept):
-            kept.append(each)
-    return [replace(p) for p in kept]
-
-
 def _same(one: LawProposal, other: LawProposal) -> bool:
+    """Whether two laws are one function in two forms: their errors are the same in all digits that count."""
     return one.site == other.site and all(
         np.isclose(one.held_out_after[s], other.held_out_after[s], rtol=1e-4) for s in one.held_out_after
     )

@@ -1,5 +1,6 @@
 """Terms of formulas: products of factors, and laws as sums of terms, each constant with the unit that its term asks for."""
 
+import math
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -45,22 +46,23 @@ class Term:
 def terms_at(place: Place, further: Sequence[str]) -> list[Term]:
     """Every term of the vocabulary at a place, with further variables by their coordinates."""
     moves = place.kind == "motion"
-    positioned = moves and not place.turns and "position" in place.units
-    own = [*factors("speed"), *(factors("position") if positioned else [])] if moves else list(factors("state"))
-    found = [Term(f) for f in (*own, *factors("free"))]
-    found += [Term(f, None, of) for f in factors("further") for of in further]
-    found += [Term(f, m) for f in (*own, *factors("free")) if f.weighs for m in factors("by_time")]
-    found += [Term(f, m, of) for f in factors("further") if f.weighs for m in factors("by_time") for of in further]
-    found += [Term(f, m, of) for f in own if f.weighs for m in factors("by_further") for of in further]
-    if moves:
-        speeds = [f for f in factors("speed") if f.weighs]
-        if positioned:
-            found += [Term(f, m) for f in speeds for m in factors("by_position")]
-            found += [
-                Term(f, m, of) for f in factors("further") if f.weighs for m in factors("by_position") for of in further
-            ]
-        found += [Term(f, m) for f in speeds for m in factors("by_memory")]
-    if moves and "position" not in place.units:
+    placed = moves and "position" in place.units
+    own = [*factors("speed" if moves else "state"), *(factors("position") if placed and not place.turns else [])]
+    alone = [Term(f) for f in (*own, *factors("free"))]
+    alone += [Term(f, None, of) for f in factors("further") for of in further]
+    heavy = [term for term in alone if term.carrier.weighs]
+    held = [term for term in heavy if not term.of and term.carrier not in factors("free")]
+    fast = [term for term in held if term.carrier in factors("speed")]
+    about = {"by_time": heavy, "by_memory" if moves else "by_state_memory": fast if moves else held}
+    if placed and not place.turns:
+        about["by_position"] = [*fast, *(term for term in heavy if term.of)]
+    found = alone
+    for group, carriers in about.items():
+        found += [replace(term, modulator=m) for term in carriers for m in factors(group)]
+    for group in ("by_further", "by_further_memory"):
+        found += [replace(term, modulator=m, of=of) for term in held for m in factors(group) for of in further]
+    found = [term for term in found if sum(bool(f.states) for f in term.factors) < 2]  # their names are the same
+    if moves and not placed:
         return [term for term in found if not any(_asks_for_a_position(f) for f in term.factors)]
     return found
 
@@ -113,9 +115,8 @@ def _describe(term: Term) -> str:
 
 def plain_words(term: Term) -> str:
     """What a term is, in words without values."""
-    return " ".join(
-        re.sub(r"\{of\}", term.of, re.sub(r" ?\{(?!of)\w+\}", " some value", f.words)) for f in term.factors
-    )
+    words = " ".join(f.words for f in term.factors).replace("{of}", term.of)
+    return re.sub(r" ?\{\w+\}", " some value", re.sub(r" \(\{\w+\}\)", "", words))
 
 
 def _title(terms: Sequence[Term]) -> str:
@@ -140,6 +141,18 @@ def nearby(candidate: Candidate, reach: float) -> Iterator[Candidate]:
         moved[p.name] = (value, *sides)
     for values in product(*moved.values()):
         yield replace(candidate, shapes={**candidate.shapes, **dict(zip(moved, values, strict=True))})
+
+
+def with_other_held(candidate: Candidate) -> Iterator[Candidate]:
+    """A candidate with each other value that the vocabulary has for a shape that is held."""
+    for p in candidate.law.parameters:
+        if not (p.gain or p.fitted):
+            values = (value_at(p, share, candidate.place) for share in p.grid)
+            yield from (
+                replace(candidate, shapes={**candidate.shapes, p.name: value})
+                for value in values
+                if not math.isclose(value, candidate.shapes[p.name], rel_tol=0.5)
+            )
 
 
 def value_at(parameter: LawParameter, share: float, place: Place) -> float:

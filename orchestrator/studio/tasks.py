@@ -5,7 +5,6 @@ import os
 import pickle
 import shutil
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -115,7 +114,7 @@ def diagnose(project: Project, say: Say) -> None:
     from orchestrator.diagnose import diagnose as find
     from orchestrator.diagnosis.fit.extensible import model_of
     from orchestrator.discover import record
-    from orchestrator.laws.propose import asks_for_laws, propose_laws
+    from orchestrator.laws.propose import with_laws
     from orchestrator.report.html import diagnosis_report
     from orchestrator.report.sentences import verdict_sentence
     from orchestrator.work import resumable
@@ -125,8 +124,7 @@ def diagnose(project: Project, say: Say) -> None:
     source = load_source(_model(project), measurements)
     with resumable(f"{project.folder} {measurements.content_hash}") as work:
         found = find(source, measurements, workers=WORKERS, progress=say, work=work)
-    if asks_for_laws(found):
-        found = replace(found, laws=propose_laws(found, measurements, project.results, workers=WORKERS, progress=say))
+    found = with_laws(found, measurements, project.results, workers=WORKERS, progress=say)
     given = found.steps[0].comparison
     for number, step in enumerate(found.steps):
         _show(project, step.comparison, number)

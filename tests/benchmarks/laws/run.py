@@ -1,10 +1,12 @@
-"""Run the benchmark of laws beyond the library: `python -m tests.benchmarks.laws.run RESULTS.jsonl [PART OF A NAME ...]`; cases that are done are left."""
+"""Run the benchmark of laws beyond the library: `python -m tests.benchmarks.laws.run RESULTS.jsonl`; cases that are done are left."""
 
+import argparse
 import json
-import sys
 import tempfile
 import time
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
+from itertools import permutations
 from pathlib import Path
 
 import numpy as np
@@ -13,12 +15,13 @@ from fmus.catalogue import find_modelica_model
 from orchestrator.discover import discover
 from orchestrator.greybox.expression import evaluate_numbers
 from orchestrator.greybox.laws import laws
-from orchestrator.greybox.memory import remembered
+from orchestrator.greybox.memory import memories
+from orchestrator.greybox.places import coordinate
 from orchestrator.laws.proposal import LawProposal
 from orchestrator.measurements import load_measurements
 from orchestrator.verdicts.result import NamedEffect
 from tests.benchmarks.laws.cases import CASES, Hidden
-from tests.benchmarks.laws.plants import PLANTS
+from tests.benchmarks.laws.plants import PLANTS, Plant
 from tests.benchmarks.laws.truth import Truth, record
 
 WORKERS = 2
@@ -30,6 +33,7 @@ class Score:
     """What came out of a case: `off` is the error of the proposed force as a share of the true one (rms, held-out trial)."""
 
     case: str
+    seed: int
     verdict: str
     named: tuple[str, ...]
     proposed: str
@@ -38,84 +42,122 @@ class Score:
     off: float | None
     simplest: bool
     held_out_ratio: float | None
+    library_ratio: float
     before_ratio: float
     worse: bool
     seconds: float
+    processor_seconds: float
 
 
-def score(case: Hidden, seed: int = 0) -> Score:
-    """Run one case."""
+def score(case: Hidden, seed: int = 0, workers: int = WORKERS) -> Score:
+    """Run one case; errors over several signals are root mean squares, in units of each one's noise."""
     plant = PLANTS[case.plant]
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         truth = record(case, folder, seed)
         source = find_modelica_model(f"{folder / plant.model}.mo:{plant.model}")
-        began = time.monotonic()
-        found = discover(source, load_measurements(str(folder)), folder / "out", workers=WORKERS)
-        seconds = time.monotonic() - began
+        began = time.monotonic(), time.process_time()
+        found = discover(source, load_measurements(str(folder)), folder / "out", workers=workers)
+        seconds, processor = time.monotonic() - began[0], time.process_time() - began[1]
     first = found.laws[0] if found.laws else None
-    output, noise = plant.output[0], truth[2].noise
-    before = found.diagnosis.held_out.rmse_before[output] / noise
-    after = None if first is None else first.held_out_after[output] / noise
-    off = None if first is None else _off(first, plant.states, truth[2])
+    noise, held_out = truth[2].noise, found.diagnosis.held_out
+    before = _over(held_out.rmse_before, noise)
+    after = None if first is None else _over(first.held_out_after, noise)
     return Score(
         f"{case.plant}: {case.name}",
+        seed,
         found.diagnosis.verdict,
         tuple(e.id for e in found.diagnosis.effects),
         "" if first is None else first.formula,
         "" if first is None else first.sentence,
         () if first is None else tuple(effect.id for effect in first.beside),
-        off,
+        None if first is None else _off(first, plant, case, truth[2]),
         first is not None and not first.beside and any(_is(first, terms) for terms in case.simplest),
         after,
+        _over(held_out.rmse_after, noise),
         before,
         after is not None and after > 1.02 * before,
         seconds,
+        processor,
     )
 
 
+def _over(errors: Mapping[str, float], noise: Mapping[str, float]) -> float:
+    return float(np.sqrt(np.mean([(errors[s] / noise[s]) ** 2 for s in noise])))
+
+
 def _is(law: LawProposal, terms: frozenset[str]) -> bool:
-    return any(law.id == "_and_".join(order) for order in (sorted(terms), sorted(terms, reverse=True)))
+    return any(law.id == "_and_".join(order)[:60] for order in permutations(terms))
 
 
-def _off(law: LawProposal, states: tuple[str, ...], truth: Truth) -> float:
-    """Error of a proposal's force along the true held-out trial, without what effects beside it give."""
-    known = {name: truth.states[:, k] for k, name in enumerate(states)} | {"u": truth.input, "time": truth.time}
-    coordinates = {key: known[variable] for key, variable in zip(law.law.seen, law.coordinates, strict=True)}
-    names = dict(coordinates) | {key: value.value for key, value in law.parameters.items()}
-    for state, rate in law.law.states.items():
-        names[state] = remembered(rate, state, names, truth.time)
+def _off(law: LawProposal, plant: Plant, case: Hidden, truth: Truth) -> float:
+    """Error of a proposal's force along the true held-out trial, with what effects beside it give; none where it acts elsewhere."""
+    known = {name: truth.states[:, k] for k, name in enumerate(plant.names)} | {"u": truth.input, "time": truth.time}
+    names = {key: coordinate(variable, known) for key, variable in zip(law.law.seen, law.coordinates, strict=True)}
+    names |= {key: value.value for key, value in law.parameters.items()}
+    names |= memories(law.law.states, names, truth.time)
     force = np.asarray(evaluate_numbers(law.law.expression, names), dtype=float)
     for effect in law.beside:
-        force = force + _shipped(effect, states, known)
-    return float(np.sqrt(np.mean((force - truth.force) ** 2) / max(np.mean(truth.force**2), 1e-300)))
+        force = force + _shipped(effect, plant, known)
+    signs = case.at or {plant.hit: 1}
+    sites = [_site(plant, state) for state in signs]
+    if (
+        law.site not in (sites[0], *("-".join(order) for order in permutations(sites)))
+        or "-" in law.site
+        and len(sites) < 2
+    ):
+        return float("inf")
+    sign = signs[next(iter(signs))] * (-1 if "-" in law.site and law.site.split("-")[0] != sites[0] else 1)
+    return float(np.sqrt(np.mean((force - sign * truth.force) ** 2) / max(np.mean(truth.force**2), 1e-300)))
 
 
-def _shipped(effect: NamedEffect, states: tuple[str, ...], known: dict[str, np.ndarray]) -> np.ndarray:
-    """The force of an effect of the library at the only balance; no number for what changes a parameter, input or output."""
+def _site(plant: Plant, state: str) -> str:
+    """The name of a balance: the position whose speed the state is, else the state."""
+    rate = f") = {state}"
+    return next((e.removeprefix("der(").removesuffix(rate) for e in plant.equations if e.endswith(rate)), state)
+
+
+def _shipped(effect: NamedEffect, plant: Plant, known: dict[str, np.ndarray]) -> np.ndarray:
+    """The force of an effect of the library; no number for what changes a parameter, input or output, or acts between balances."""
     for law in laws():
         public = {p.name: next((n for n in (p.name, law.renamed.get("N.m", {}).get(p.name)) if n in effect.parameters), "") for p in law.parameters}  # fmt: skip
-        moves = law.place == "motion" and len(states) == 2
-        if effect.id in (law.id, *law.names.values()) and all(public.values()) and (moves or law.place == "storage"):
-            speed = next((s for s in states if s != effect.site), effect.site)
-            names = {"q": known[effect.site], "x": known[effect.site], "v": known[speed], "t": known["time"]}
+        moving = [s for s in plant.names if _site(plant, s) == effect.site]
+        if (
+            effect.id in (law.id, *law.names.values())
+            and all(public.values())
+            and law.place in ("motion", "storage")
+            and moving
+            and not law.states
+        ):
+            names = {"q": known[effect.site], "x": known[effect.site], "v": known[moving[0]], "t": known["time"]}
             names |= {key: np.float64(effect.parameters[name].value) for key, name in public.items()}
             return np.asarray(evaluate_numbers(law.expression, names), dtype=float)
     return np.full(len(known["time"]), np.nan)
 
 
 def main() -> None:
-    results, *parts = sys.argv[1:]
-    file = Path(results)
-    done = {json.loads(line)["case"] for line in file.read_text().splitlines()} if file.exists() else set()
-    for case in CASES:
-        name = f"{case.plant}: {case.name}"
-        if name in done or (parts and not any(part in name for part in parts)):
+    """Run cases, and add a line for each to the results."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("results", type=Path)
+    parser.add_argument("parts", nargs="*", help="parts of names of cases; all without")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--sample", type=int, default=0, help="so many cases, drawn by the seed")
+    parser.add_argument("--workers", type=int, default=WORKERS)
+    args = parser.parse_args()
+    file: Path = args.results
+    rows = [json.loads(line) for line in file.read_text().splitlines()] if file.exists() else []
+    done = {row["case"] for row in rows if row["seed"] == args.seed}
+    cases = {f"{case.plant}: {case.name}": case for case in CASES}
+    if args.sample:
+        drawn = np.random.default_rng(args.seed).permutation(len(cases))[: args.sample]
+        cases = {name: case for k, (name, case) in enumerate(cases.items()) if k in drawn}
+    for name, case in cases.items():
+        if name in done or (args.parts and not any(part in name for part in args.parts)):
             continue
-        found = score(case)
+        found = score(case, args.seed, args.workers)
         with file.open("a") as stream:
             stream.write(json.dumps(asdict(found)) + "\n")
-        print(f"{name}: {found.verdict} {found.named} | {found.proposed} off {found.off} ratio {found.held_out_ratio} of {found.before_ratio:.3g} ({found.seconds:.0f} s)", flush=True)  # fmt: skip
+        print(f"{name}: {found.verdict} {found.named} | {found.proposed} {found.beside} off {found.off} ratio {found.held_out_ratio} of {found.before_ratio:.3g}, library {found.library_ratio:.3g} ({found.processor_seconds:.0f} s)", flush=True)  # fmt: skip
 
 
 if __name__ == "__main__":
