@@ -15,13 +15,13 @@ from orchestrator.diagnosis.advise.advice import with_next_experiment
 from orchestrator.diagnosis.advise.left_open import with_open_questions
 from orchestrator.diagnosis.advise.unexplained import unexplained_forces, where_forces_lack, with_law
 from orchestrator.diagnosis.background import Background
+from orchestrator.diagnosis.decide.confusion import rivals
 from orchestrator.diagnosis.fit.evidence import LearningData, Refit
 from orchestrator.diagnosis.linear.carried_noise import NoiseOfSignals
 from orchestrator.diagnosis.prepared import Prepared, prepared
 from orchestrator.diagnosis.referee.adjusted import adjusted_parameters
 from orchestrator.diagnosis.referee.conclude import conclude
-from orchestrator.diagnosis.referee.referee import Referee, Refereed, version_name
-from orchestrator.diagnosis.referee.runners_up import runners_up
+from orchestrator.diagnosis.referee.referee import Referee, version_name
 from orchestrator.diagnosis.referee.tried import tried
 from orchestrator.diagnosis.search.cutting import TooLong, cut, is_worth_a_cut
 from orchestrator.diagnosis.search.search import Progress, Searcher
@@ -126,21 +126,21 @@ def _diagnosed(
     with Background(workers) as background:
         lacking = background.begin(lambda: where_forces_lack(asked.plain, asked.learning))
         later = background.begin(lambda: asked.in_metric(asked.data.held_out))
-        path = searcher.run()
+        path = _settled(searcher, searcher.run())
         held_out, (where, findings) = later(), lacking()
     if may_cut:
         _ask_for_a_cut(path, held_out)
     held_out = _as_carried_by(path, searcher, held_out, asked.learning)
     referee = Referee(source, measurements, asked.nominal, held_out, workers)
-    refereed, scale = _refereed(referee, searcher, path, progress)
-    found = conclude(
-        asked.nominal, refereed, referee, searcher, declared=asked.noise_is_declared, impossible=asked.impossible
-    )
+    base = searcher.trace.stages[0].tangent.base
+    scale = searcher.test_of(path[-1].refit if path else base).colour.scale
+    refereed = referee.judge(base, path, scale, named_effects, progress)
+    found = conclude(asked.nominal, refereed, searcher, declared=asked.noise_is_declared, impossible=asked.impossible)
     found = replace(found, findings=findings)
     best = refereed.accepted[-1].refit if refereed.accepted else None
     named = best if found.verdict in ("named", "ambiguous") else None
     found = replace(found, where=with_law(where, asked.plain, named, searcher.learning))
-    found = _with_what_was_fitted(found, named or searcher.trace.stages[0].tangent.base)
+    found = _with_what_was_fitted(found, named or base)
     of_data = asked.notes((*searcher.learning.trials, *held_out.trials))
     outcomes = tried(found.ranking, searcher.trace, named, [entry.refit for entry in refereed.accepted])
     found = replace(found, warnings=(*found.warnings, *of_data), tried=outcomes)
@@ -185,24 +185,18 @@ def _as_carried_by(
     return held_out
 
 
-def _refereed(
-    referee: Referee, searcher: Searcher, path: Sequence[Accepted], progress: Progress
-) -> tuple[Refereed, float]:
-    """What held-out trials confirm, rivals asked too, and the power of the noise that is left."""
-    base = searcher.trace.stages[0].tangent.base
-    scale = searcher.test_of(path[-1].refit if path else base).colour.scale
-    refereed = referee.judge(base, path, scale, named_effects, progress)
-    if path and path[-1].refit.labels in refereed.refused:
-        tied = runners_up(path[-1].refit, searcher.trace, scale, searcher.fitter.finished)
-        refereed = referee.instead(refereed, base, tied, scale, named_effects, progress)
-    for _ in range(MOST_SECOND_THOUGHTS if refereed.accepted else 0):
-        last = refereed.accepted[-1].refit
+def _settled(searcher: Searcher, path: list[Accepted]) -> list[Accepted]:
+    """The path to the likeliest set: what acts like the last set's effects takes its place if learning trials speak for it."""
+    without = searcher.trace.stages[0].tangent.base.cost
+    for _ in range(MOST_SECOND_THOUGHTS if path else 0):
+        last = path[-1].refit
         searcher.try_collinear(last)
-        scale = searcher.test_of(last).colour.scale
-        refereed = referee.reconsidered(refereed, base, searcher.trace.refitted, scale, named_effects, progress)
-        if refereed.accepted[-1].refit is last:
+        like = rivals(last, searcher.trace.refitted, searcher.test_of(last).colour.scale, missing=without)
+        if not like or like[0].odds >= 1.0:
             break
-    return refereed, searcher.test_of(refereed.accepted[-1].refit if refereed.accepted else base).colour.scale
+        rival = like[0].refit
+        path = [*(entry for entry in path if entry.refit.labels < rival.labels), Accepted(rival, path[-1].p_value)]
+    return path
 
 
 def _with_what_was_fitted(found: Diagnosis, fitted: Refit) -> Diagnosis:

@@ -65,25 +65,24 @@ def test_parameters_of_the_rest_that_could_be_anything_are_free() -> None:
 
 
 @pytest.mark.parametrize(
-    ("extra", "lower", "held_out", "odds"),
+    ("extra", "lower", "odds"),
     [
-        ([0.5, 2.0, 0.4], 1.0, 0.0, 1.0),  # it explains more, and is no likelier for that
-        ([0.5, 2.0, 0.4], 0.0, 2.0, np.exp(2.0)),
-        ([0.5, 2.0, 0.4], -4.0, 0.0, np.exp(2.0)),
-        ([0.5, 2.0, 0.4], 0.0, 4.0, None),  # odds of 55
-        ([0.0, 0.01, 0.4], 1.0, 0.0, None),  # ruled out
-        ([0.1, 0.001, 0.001], 100.0, 0.0, None),  # it is there, and too small to matter
-        ([0.5, 0.1, 0.4], 1.0, 0.0, np.exp(-0.5) * ROWS**0.5),  # only vS is free; odds of 19.2
+        ([0.5, 2.0, 0.4], 1.0, 1.0),  # it explains more, and is no likelier for that
+        ([0.5, 2.0, 0.4], -4.0, np.exp(2.0)),
+        ([0.5, 2.0, 0.4], -8.0, None),  # odds of 55
+        ([0.0, 0.01, 0.4], 1.0, None),  # ruled out
+        ([0.1, 0.001, 0.001], 100.0, None),  # it is there, and too small to matter
+        ([0.5, 0.1, 0.4], 1.0, np.exp(-0.5) * ROWS**0.5),  # only vS is free; odds of 19.2
     ],
 )
 def test_friction_that_may_be_larger_near_rest_is_listed_beside_coulomb_friction(
-    extra: list[float], lower: float, held_out: float, odds: float | None
+    extra: list[float], lower: float, odds: float | None
 ) -> None:
     """`extra` is tauExtra, its standard deviation, and that of vS = 0.2; `lower` by how much the misfit is lower."""
     plain = fitted("coulomb_friction", [1.0], [0.01])
     other = fitted("stribeck_friction", [1.0, extra[0], 0.2], [0.01, extra[1], extra[2]], ROWS - lower)
 
-    found = rivals(plain, [plain, other], 1.0, lambda _: held_out)
+    found = rivals(plain, [plain, other], 1.0)
 
     assert [(r.by, r.holds_it) for r in found] == ([] if odds is None else [("stribeck_friction", True)])
     assert [r.odds for r in found] == ([] if odds is None else [pytest.approx(odds)])
@@ -105,7 +104,7 @@ def test_larger_law_is_a_rival_where_the_record_has_room_for_its_rest_whatever_i
     plain = fitted("coulomb_friction", [1.0], [0.01])
     other = fitted("stribeck_friction", [1.0, 0.0, 0.2], [0.01, extra, 0.4], ROWS - lower)
 
-    found = rivals(plain, [plain, other], 1.0, lambda _: 0.0, lambda *_: room)
+    found = rivals(plain, [plain, other], 1.0, lambda *_: room)
 
     assert [r.odds for r in found] == ([] if odds is None else [pytest.approx(odds)])
 
@@ -127,8 +126,8 @@ def test_rest_that_only_keeps_a_machine_from_creeping_is_no_law_of_it(
     other = fitted("stribeck_friction", [1.0, 0.1, 0.01], [0.01, 0.1, 0.006])
     other.fit.at_bound[2] = slowest
 
-    found = rivals(other, [plain, other], 1.0, lambda _: 0.0, missing=missing)
-    back = rivals(plain, [plain, other], 1.0, lambda _: 0.0, missing=missing)
+    found = rivals(other, [plain, other], 1.0, missing=missing)
+    back = rivals(plain, [plain, other], 1.0, missing=missing)
 
     assert [r.odds for r in found] == ([0.0] if creeps else [])
     assert [r.by for r in back] == ([] if creeps else ["stribeck_friction"])

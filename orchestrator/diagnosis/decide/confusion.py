@@ -38,15 +38,13 @@ def rivals(
     best: Refit,
     tried: Sequence[Refit],
     scale: float,
-    held_out: Callable[[Refit], float],
     room_for: Callable[[Refit, Candidate, Candidate], float | None] = lambda other, old, by: None,
     missing: float = 0.0,
 ) -> tuple[Rival, ...]:
     """Sets of equal size that differ from the best one in one effect and that the data do not rule out.
 
-    The odds are exp(difference of BIC / 2), the misfit counted in units of `scale`, by which what is left differs from
-    white noise of the declared level, times the odds that held-out trials give, whose logarithm `held_out` returns for
-    a set. Several sites of one effect count once. A law that holds the one in its place, and more, is at most as likely
+    The odds are exp(difference of BIC / 2) of the learning trials, the misfit counted in units of `scale`, by which what is
+    left differs from white noise of the declared level. Several sites of one effect count once. A law that holds the one in its place, and more, is at most as likely
     as the simpler law, and none of its own where the rest is too small to matter. It pays nothing for parameters that
     the data leave free, as they take no noise away. Where `room_for` tells how likely it is with all that its rest may
     be, that alone counts: a fit of it is but the nearest of several minima. Where a rest that acts next to rest only
@@ -75,8 +73,6 @@ def rivals(
             behind = -float(np.log(room))
         elif behind >= np.log(HOPELESS) or rest < MATTERS:
             behind = np.inf
-        else:
-            behind += held_out(other)
         if holds_it and _only_hinders_creeping((other, by), (best, old), scale, missing):
             behind = np.inf
         odds = max(float(np.exp(np.clip(behind, -50, 50))), least)

@@ -1,6 +1,6 @@
 """From a search and its referee to a diagnosis: what is left, the verdict, the ranking, and warnings."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from orchestrator.compare.result import Comparison
 from orchestrator.diagnosis.decide.bayes_factor import BayesFactors
@@ -14,7 +14,7 @@ from orchestrator.diagnosis.linear.calibration import Stage
 from orchestrator.diagnosis.linear.coverage import coverage
 from orchestrator.diagnosis.linear.thresholds import NOTABLE, PRACTICAL, SIGNIFICANT
 from orchestrator.diagnosis.referee.ranking import rank
-from orchestrator.diagnosis.referee.referee import Referee, Refereed
+from orchestrator.diagnosis.referee.referee import Refereed
 from orchestrator.diagnosis.referee.thresholds import CLEAR, MOST_NOISE
 from orchestrator.diagnosis.search.search import Searcher
 from orchestrator.library.candidate import Candidate
@@ -28,7 +28,6 @@ TRUST: dict[Verdict, float] = {"adequate": 1.0, "cannot_tell": 1.0, "named": 0.9
 def conclude(
     nominal: Comparison,
     refereed: Refereed,
-    referee: Referee,
     searcher: Searcher,
     *,
     declared: bool,
@@ -51,9 +50,7 @@ def conclude(
     scale = stage.colour.scale
     bayes_factors = BayesFactors(best, searcher.learning, scale)
     without = first.tangent.base.cost
-    like = (
-        () if best is None else rivals(best, trace.refitted, scale, _odds(referee, best, scale), bayes_factors, without)
-    )
+    like = () if best is None else rivals(best, trace.refitted, scale, bayes_factors, without)
     blind, confusable = blind_sites(first, searcher.candidates), groups(like)
     against = {} if best is None else least_odds(best, trace.refitted, like)
     against |= dict.fromkeys(refereed.refused, DECISIVE)
@@ -137,10 +134,6 @@ def _left(first: Stage, stage: Stage, refereed: Refereed, declared: bool) -> Lef
 def _changing(searcher: Searcher, best: Refit, stage: Stage) -> tuple[Change, ...]:
     """Effects that are not the same in all trials, as far as a machine's own drift would not do; noise must be declared."""
     return changes(stage.tangent, stage.colour.scale, lambda effect: searcher.without(best, effect), CLEAR, NOTABLE)
-
-
-def _odds(referee: Referee, best: Refit, scale: float) -> Callable[[Refit], float]:
-    return lambda other: referee.odds(best, other, scale)
 
 
 def _on_the_search(impossible: Sequence[str], blind: Sequence[str], resting: bool) -> list[str]:

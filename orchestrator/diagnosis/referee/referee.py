@@ -1,4 +1,7 @@
-"""Held-out trials as referee: an effect stays if they are followed better with it."""
+"""Held-out trials as referee: an effect that learning trials chose stays if they are followed better with it.
+
+They confirm or refuse; between sets of effects they choose nothing.
+"""
 
 import math
 from collections.abc import Callable, Sequence
@@ -8,7 +11,6 @@ from fmus.errors import MisfitError
 from orchestrator.blackbox.source import Source
 from orchestrator.compare.comparison import compare
 from orchestrator.compare.result import Comparison
-from orchestrator.diagnosis.decide.confusion import rivals
 from orchestrator.diagnosis.fit.evidence import LearningData, Refit
 from orchestrator.diagnosis.referee.adjusted import adjusted_parameters
 from orchestrator.diagnosis.referee.thresholds import SILENT
@@ -72,28 +74,6 @@ class Referee:
             begun = self._asked(begun, base, entry, scale, effects_of, progress)
         return begun
 
-    def instead(
-        self,
-        refereed: Refereed,
-        base: Refit,
-        tied: Sequence[Accepted],
-        scale: float,
-        effects_of: Callable[[Refit], tuple[NamedEffect, ...]],
-        progress: Callable[[str], None],
-    ) -> Refereed:
-        """The same, or with the first of the sets `tied` with a refused one that held-out trials confirm.
-
-        They must hold the confirmed effects. The more of them are asked, the likelier it is that held-out trials speak
-        for one by chance: the second pays odds of 2 to 1 for that, the third 3 to 1.
-        """
-        kept, found = refereed.accepted[-1].refit.labels if refereed.accepted else frozenset[str](), refereed
-        able = [entry for entry in tied if kept < entry.refit.labels and entry.refit.labels not in refereed.refused]
-        for number, entry in enumerate(able, 2):
-            found = self._asked(found, base, entry, scale, effects_of, progress, number)
-            if len(found.accepted) > len(refereed.accepted):
-                break
-        return found
-
     def _asked(
         self,
         before: Refereed,
@@ -102,7 +82,6 @@ class Referee:
         scale: float,
         effects_of: Callable[[Refit], tuple[NamedEffect, ...]],
         progress: Callable[[str], None],
-        number: int = 1,
     ) -> Refereed:
         """The path with a further set on it if held-out trials confirm that, else with the set among the refused ones."""
         found, last = entry.refit, before.accepted[-1].refit if before.accepted else base
@@ -113,7 +92,7 @@ class Referee:
             after, now = self._compared(found, model), self._follow(found)
         except MisfitError:
             return refused  # what cannot even be simulated on held-out trials explains nothing
-        if not confirmed(last.fit, found.fit, self._follow(last), now, scale, number):
+        if not confirmed(last.fit, found.fit, self._follow(last), now, scale):
             return refused
         step = Step(effects_of(found), after, adjusted_parameters(found))
         return replace(
@@ -122,34 +101,6 @@ class Referee:
             steps=(*before.steps, step),
             held_out=(*before.held_out, now.cost),
         )
-
-    def odds(self, best: Refit, other: Refit, scale: float) -> float:
-        """Logarithm of the odds that held-out trials give for the first of two sets."""
-        try:
-            return 0.5 * (self._follow(other).misfit - self._follow(best).misfit) / scale
-        except MisfitError:
-            return math.inf
-
-    def reconsidered(
-        self,
-        refereed: Refereed,
-        base: Refit,
-        tried: Sequence[Refit],
-        scale: float,
-        effects_of: Callable[[Refit], tuple[NamedEffect, ...]],
-        progress: Callable[[str], None],
-    ) -> Refereed:
-        """The same, or with a rival in place of the last set if all trials together speak for it."""
-        if not refereed.accepted:
-            return refereed
-        last = refereed.accepted[-1]
-        like = rivals(last.refit, tried, scale, lambda other: self.odds(last.refit, other, scale), missing=base.cost)
-        if not like or like[0].odds >= 1.0:
-            return refereed
-        rival = like[0].refit
-        inside = [entry for entry in refereed.accepted[:-1] if entry.refit.labels < rival.labels]
-        again = self.judge(base, [*inside, Accepted(rival, last.p_value)], scale, effects_of, progress)
-        return again if again.accepted and again.accepted[-1].refit is rival else refereed
 
     def _follow(self, found: Refit) -> Fit:
         key = (found.labels, found.values.tobytes())
@@ -166,16 +117,15 @@ class Referee:
         return compare(model, self.measurements, workers=self.workers, floor=self.nominal.noise_floor)
 
 
-def confirmed(learned: Fit, found: Fit, held_out: Fit, now: Fit, scale: float, number: int = 1) -> bool:
+def confirmed(learned: Fit, found: Fit, held_out: Fit, now: Fit, scale: float) -> bool:
     """Whether held-out trials follow a set better than the one before it, or at least have nothing to say of it.
 
     Args:
         learned, found: fits of the learning trials, before and after.
         held_out, now: the same for the held-out trials.
         scale: power of the noise in the metric.
-        number: how many sets have been asked in one another's place, this one included.
     """
-    gain, enough = held_out.misfit - now.misfit, CONFIRMED + 2 * math.log(number)
+    gain, enough = held_out.misfit - now.misfit, CONFIRMED
     if gain / scale >= enough:
         return True
     expected = (learned.cost - found.cost) * now.rows
