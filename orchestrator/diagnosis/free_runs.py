@@ -16,7 +16,7 @@ from orchestrator.diagnosis.advise.left_open import with_open_questions
 from orchestrator.diagnosis.advise.unexplained import unexplained_forces, where_forces_lack, with_law
 from orchestrator.diagnosis.background import Background
 from orchestrator.diagnosis.decide.confusion import rivals
-from orchestrator.diagnosis.fit.evidence import LearningData, Refit
+from orchestrator.diagnosis.fit.evidence import LearningData, Refit, refit
 from orchestrator.diagnosis.linear.carried_noise import NoiseOfSignals
 from orchestrator.diagnosis.prepared import Prepared, prepared
 from orchestrator.diagnosis.referee.adjusted import adjusted_parameters
@@ -26,6 +26,7 @@ from orchestrator.diagnosis.referee.tried import tried
 from orchestrator.diagnosis.search.cutting import TooLong, cut, is_worth_a_cut
 from orchestrator.diagnosis.search.search import Progress, Searcher
 from orchestrator.diagnosis.search.stretches import follow_closely, lost_after
+from orchestrator.diagnosis.search.thresholds import ROUGH
 from orchestrator.diagnosis.search.trace import Accepted
 from orchestrator.library.cards import EffectCard
 from orchestrator.measurements import MeasurementSet
@@ -128,8 +129,8 @@ def _diagnosed(
         later = background.begin(lambda: asked.in_metric(asked.data.held_out))
         path = _settled(searcher, searcher.run())
         held_out, (where, findings) = later(), lacking()
-    if may_cut:
-        _ask_for_a_cut(path, held_out)
+    if may_cut and path:
+        _ask_for_a_cut(path[-1].refit, searcher.learning)
     held_out = _as_carried_by(path, searcher, held_out, asked.learning)
     referee = Referee(source, measurements, asked.nominal, held_out, workers)
     base = searcher.trace.stages[0].tangent.base
@@ -168,11 +169,19 @@ def _searcher(asked: Prepared, workers: int, progress: Progress, work: Work | No
     )
 
 
-def _ask_for_a_cut(path: Sequence[Accepted], held_out: LearningData) -> None:
-    """Raise TooLong if the best set follows held-out trials over their first part only."""
-    lost = lost_after(path[-1].refit, held_out) if path else None
+def _ask_for_a_cut(best: Refit, learning: LearningData) -> None:
+    """Raise TooLong if the best set, fitted to the other learning trials, follows the last one over its first part only."""
+    if not best.effects.contacts or len(learning.trials) < 2:
+        return
+    others, last = (
+        replace(learning, trials=learning.trials[part], metrics=learning.metrics[part])
+        for part in (slice(None, -1), slice(-1, None))
+    )
+    nuisances = best.fit.values[best.size :]
+    again = refit(best.effects, others, best.values, nuisances, tolerance=ROUGH, settled=True)
+    lost = lost_after(again, last)
     if lost is not None and is_worth_a_cut(lost, 0):
-        raise TooLong(lost * held_out.step)
+        raise TooLong(lost * learning.step)
 
 
 def _as_carried_by(
