@@ -35,7 +35,7 @@ from orchestrator.work import Work
 
 # An error along learning trials of so many times the floor asks for a look at the balance equations, whatever was named.
 MUCH_LEFT = 2.0
-# What removes less of the error along held-out trials, although much is left, is doubted.
+# What removes less of the error along learning trials, although much is left, is doubted.
 LEAST_REMOVED = 0.5
 SURE, NAMES = ("named", "adequate"), ("named", "ambiguous")
 
@@ -140,19 +140,19 @@ def _asks_for_more(found: Diagnosis, is_fmu: bool) -> bool:
     left = _left(found) >= MUCH_LEFT
     if is_fmu:
         return found.verdict not in SURE or left or len(found.effects) > 1
-    return found.verdict not in (*NAMES, "adequate") or (left and found.held_out.reducible_removed < LEAST_REMOVED)
+    return found.verdict not in (*NAMES, "adequate") or (left and _removed(found) < LEAST_REMOVED)
 
 
 def _better_of(found: Diagnosis, second: Diagnosis) -> Diagnosis:
     """Of what free runs named and what balance equations named, that which leaves less of the learning trials.
 
-    What free runs named and leaves more than half of the error along held-out trials gives way to what balance equations name,
+    What free runs named and leaves more than half of the error along learning trials gives way to what balance equations name,
     and is doubted if nothing helps there; so is one of several answers that all leave much. Fewer effects at the balance
     equations go before more elsewhere that leave as much.
     """
     seconds = found.seconds + second.seconds
     names = found.verdict in NAMES
-    removed = found.held_out.reducible_removed
+    removed = _removed(found)
     shaky = removed < LEAST_REMOVED or (found.verdict == "ambiguous" and _left(found) >= MUCH_LEFT)
     if second.verdict == "named" or (second.verdict == "ambiguous" and not names):
         simpler = len(second.effects) < len(found.effects) and _left(second) <= (1 + Thresholds().alike) * _left(found)
@@ -161,12 +161,20 @@ def _better_of(found: Diagnosis, second: Diagnosis) -> Diagnosis:
             warnings = (*second.warnings, *(note for note in found.warnings if "not tried" not in note))
             return replace(second, where=found.where or second.where, warnings=warnings, seconds=seconds)
     elif names and shaky and second.verdict not in NAMES:
-        reason = f"it removes {removed:.0%} of the error along held-out trials"
+        reason = f"it removes {removed:.0%} of the error along learning trials"
         found = doubted(found, f"{reason}, and nothing helps at the balance equations")
     return replace(found, seconds=seconds)
 
 
-def _left(found: Diagnosis) -> float:
-    """Error along learning trials after the last step, over the floor."""
-    learning = found.steps[-1].comparison.learning
+def _left(found: Diagnosis, step: int = -1) -> float:
+    """Error along learning trials after a step, the last one if it is left out, over the floor."""
+    learning = found.steps[step].comparison.learning
     return math.inf if learning is None else learning.over_floor
+
+
+def _removed(found: Diagnosis) -> float:
+    """Share of the error along learning trials above the floor that the answer takes away; all of it where none is left."""
+    before, after = _left(found, 0), _left(found)
+    if after <= 1.0 or not math.isfinite(before):
+        return float(after <= 1.0)
+    return (before - after) / max(before - 1.0, 1e-9)

@@ -10,17 +10,21 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "report"))
 from builders import diagnosis
 
 from orchestrator import diagnose
-from orchestrator.verdicts.result import Diagnosis, Verdict
+from orchestrator.verdicts.result import Diagnosis, Step, Verdict
 
 
 def _answer(verdict: Verdict, left: float, removed: float = 0.9) -> Diagnosis:
-    """A diagnosis that leaves so many noise floors of the learning trials, and removes a share of the held-out error."""
+    """A diagnosis that leaves so many noise floors of the learning trials, and has removed a share of what exceeds the floor."""
     found = diagnosis(verdict)
-    last = found.steps[-1]
-    assert last.comparison.learning is not None
-    learning = replace(last.comparison.learning, over_floor=left)
-    steps = (*found.steps[:-1], replace(last, comparison=replace(last.comparison, learning=learning)))
-    return replace(found, steps=steps, held_out=replace(found.held_out, reducible_removed=removed), seconds=1.0)
+    before = 1.0 + (left - 1.0) / (1.0 - removed)
+    steps = (_with_error(found.steps[0], before), *found.steps[1:-1], _with_error(found.steps[-1], left))
+    return replace(found, steps=steps, seconds=1.0)
+
+
+def _with_error(step: Step, over_floor: float) -> Step:
+    assert step.comparison.learning is not None
+    learning = replace(step.comparison.learning, over_floor=over_floor)
+    return replace(step, comparison=replace(step.comparison, learning=learning))
 
 
 @pytest.mark.parametrize(
@@ -66,7 +70,7 @@ def test_what_names_something_is_the_answer_where_free_runs_named_nothing() -> N
 def test_a_set_that_removes_little_is_doubted_where_nothing_helps_at_the_balance_equations() -> None:
     found = diagnose._better_of(_answer("named", 100.0, removed=0.11), _answer("unknown", 100.0))
     assert found.verdict == "unknown" and found.best and not found.effects
-    assert "removes 11% of the error along held-out trials" in found.warnings[0]
+    assert "removes 11% of the error along learning trials" in found.warnings[0]
     assert diagnose._better_of(_answer("named", 3.0, removed=0.9), _answer("unknown", 100.0)).verdict == "named"
 
 
