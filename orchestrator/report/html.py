@@ -44,6 +44,8 @@ from orchestrator.verdicts.result import Diagnosis
 if TYPE_CHECKING:
     from jinja2 import Environment
 
+# Parts behind the answer that are open from the beginning; the others show their heading until somebody wants to know.
+UNFOLDED = 2
 # Pictures and drawings of fixed colours stay on white in dark pages.
 DRAWN = "figure img, .arm-replay svg, svg.curves"
 
@@ -173,6 +175,7 @@ def _filled(template: str, page: Page, selector: str, dark: str) -> str:
         .render(
             page=page,
             shown=[(f"part-{number}", part) for number, part in enumerate(page.sections) if not part.is_empty],
+            unfolded=UNFOLDED,
             colours=css_variables(selector) + dark,
             style=(replay_style() if page.replay else "") + (answer_style() if page.answer else ""),
             script=script,

@@ -6,6 +6,7 @@ from typing import Any
 
 from orchestrator.compare.result import Comparison
 from orchestrator.ledger import LedgerEntry
+from orchestrator.report.answer.words import what
 from orchestrator.report.numbers import digits, estimate_parts, percent, quantity
 from orchestrator.report.sentences import effect_name, errors, ranked_name
 from orchestrator.report.summary import Fact
@@ -147,7 +148,7 @@ def tried_table(tried: Sequence[Tried]) -> tuple[PageTable, ...]:
 def kin_table(entries: Sequence[Kin]) -> tuple[PageTable, ...]:
     """Return which effects act like the named ones in these data, the most alike first; nothing if none does."""
     rows = tuple(
-        (_at(k.effect.card.id, k.effect.site), _at(k.other.card.id, k.other.site), digits(k.cosine))
+        (*(what({"id": each.card.id, "site": each.site}) for each in (k.effect, k.other)), digits(k.cosine))
         for k in entries[:MAX_TRIED]
     )
     headings = ("named", "acts alike", "cosine between them")
@@ -158,16 +159,12 @@ def excitation_table(entries: Sequence[Coverage]) -> tuple[PageTable, ...]:
     """Return what effects need in order to show and how much of it the data have, what is lacking first."""
     ordered = sorted(entries, key=lambda entry: entry.is_enough)
     rows = tuple(
-        (_at(e.effect, e.site), e.words, digits(e.found), "enough" if e.is_enough else "too little")
+        (what({"id": e.effect, "site": e.site}), e.words, digits(e.found), "enough" if e.is_enough else "too little")
         for e in ordered[:MAX_TRIED]
     )
     left = len(ordered) - MAX_TRIED
     caption = "What effects need in order to show" + (f"; {left} more are in the JSON result" if left > 0 else "")
     return (PageTable(caption, ("effect", "needs", "the data have", ""), rows),) if rows else ()
-
-
-def _at(effect: str, site: str) -> str:
-    return f"{effect.replace('_', ' ')} at {site}"
 
 
 def experiment_rows(experiment: Mapping[str, Any] | None) -> tuple[tuple[str, str], ...]:

@@ -6,7 +6,7 @@ from typing import Any
 from orchestrator.compare.result import Comparison
 from orchestrator.ledger import LedgerEntry, newest
 from orchestrator.report.answer.answer import WITHIN_NOISE, answer_of
-from orchestrator.report.answer.words import joined, name_of, place_of
+from orchestrator.report.answer.words import joined, what
 from orchestrator.report.numbers import percent, quantity, ratio
 from orchestrator.verdicts.result import Diagnosis, NamedEffect, RankedSet
 
@@ -18,7 +18,7 @@ def effect_name(effect: NamedEffect) -> str:
         >>> effect_name(NamedEffect("coulomb_friction", "joint1", {}))
         'coulomb friction at joint1'
     """
-    return f"{name_of(effect.id)} {place_of(effect.site)}".strip()
+    return what({"id": effect.id, "site": effect.site})
 
 
 def ranked_name(entry: RankedSet) -> str:
@@ -26,9 +26,7 @@ def ranked_name(entry: RankedSet) -> str:
     if not entry.effects:
         return "nothing added"
     sites = entry.sites if len(entry.effects) == len(entry.sites) else ("",) * len(entry.effects)
-    return " + ".join(
-        f"{name_of(effect)} {place_of(site)}".strip() for effect, site in zip(entry.effects, sites, strict=True)
-    )
+    return " + ".join(what({"id": effect, "site": site}) for effect, site in zip(entry.effects, sites, strict=True))
 
 
 def errors(rmse: Mapping[str, float], units: Mapping[str, str]) -> str:

@@ -13,7 +13,7 @@ from orchestrator.studio.live import Live
 from orchestrator.studio.project import MATCH, Project, file_stamp
 from orchestrator.studio.receive import make_way
 from orchestrator.studio.tell import telling
-from orchestrator.studio.text import bullets, details, heading, html_table, paragraph
+from orchestrator.studio.text import bullets, details, heading, html_table, menu, paragraph
 
 HEADINGS = ("column", "data", "unit", "model variable", "unit in the model", "what becomes of it", "between samples")
 
@@ -91,16 +91,7 @@ def _menu(project: Project, column: str, key: str, options: dict[str, str], chos
             await run.io_bound(make_way, project)
             project.wish(column, key, str(event.args))
 
-    select = ui.element("select").props(f'id="{id}"').classes("studio-select")
-    select.props["aria-label"] = f"{label} of {column}"
-    select.on("change", choose, js_handler="(event) => emit(event.target.value)")
-    with select:
-        for value, text in options.items():
-            option = ui.element("option")
-            option.props["value"] = value
-            option.props["selected"] = value == chosen
-            with option:
-                ui.html(html.escape(text), tag="span", sanitize=False)
+    menu(id, f"{label} of {column}", options, chosen, choose, labelled=False)
 
 
 def _unit(project: Project, column: str, unit: str, place: int) -> None:

@@ -1,7 +1,5 @@
 """The first part of a project: which model, which measurements."""
 
-import html
-from collections.abc import Callable, Mapping
 from functools import cache
 
 from nicegui import run, ui
@@ -13,7 +11,7 @@ from orchestrator.studio.live import Live
 from orchestrator.studio.project import MATCH, Project
 from orchestrator.studio.receive import DATA_ENDINGS, MODEL_ENDINGS, make_way
 from orchestrator.studio.tell import telling
-from orchestrator.studio.text import bullets, details, heading, paragraph
+from orchestrator.studio.text import bullets, details, heading, menu, paragraph
 
 # Files that are named at once; a list of hundreds would push everything else away.
 FEW = 3
@@ -68,24 +66,11 @@ def _model(project: Project) -> Live:
             await run.io_bound(make_way, project)
             project.choose_model(str(event.args))
 
-    with ui.element("label").props('for="built-in"'):
-        ui.html("Built-in model", sanitize=False, tag="span")
-
     def build() -> None:
-        chosen = project.model
-        select = ui.element("select").props('id="built-in"').classes("studio-select")
-        select.on("change", choose, js_handler="(event) => emit(event.target.value)")
-        with select:
-            options = {} if chosen in model_names() else {"": f"{chosen or 'none'} is chosen"}
-            for name, text in (options | model_names()).items():
-                option = ui.element("option")
-                option.props["value"] = name
-                option.props["selected"] = name == (chosen if chosen in model_names() else "")
-                if not name:
-                    option.props["disabled"] = True
-                with option:
-                    ui.html(html.escape(text), tag="span", sanitize=False)
-
+        known = project.model in model_names()
+        other = {} if known else {"": f"{project.model or 'none'} is chosen"}
+        chosen = str(project.model) if known else ""
+        menu("built-in", "Built-in model", other | model_names(), chosen, choose, closed=("",))
         _classes(project)
 
     return Live(lambda: project.model, build)
@@ -104,23 +89,6 @@ def _classes(project: Project) -> None:
             project.choose_model(f"{file}:{event.args}", names)
 
     menu("model-class", "Class of the file", {name: name for name in names}, chosen, choose)
-
-
-def menu(
-    id: str, label: str, options: Mapping[str, str], chosen: str, choose: Callable[[GenericEventArguments], object]
-) -> None:
-    """A labelled menu; `options` maps a value to what is shown."""
-    with ui.element("label").props(f'for="{id}"'):
-        ui.html(html.escape(label), sanitize=False, tag="span")
-    select = ui.element("select").props(f'id="{id}"').classes("studio-select")
-    select.on("change", choose, js_handler="(event) => emit(event.target.value)")
-    with select:
-        for value, text in options.items():
-            option = ui.element("option")
-            option.props["value"] = value
-            option.props["selected"] = value == chosen
-            with option:
-                ui.html(html.escape(text), tag="span", sanitize=False)
 
 
 def _files(project: Project) -> None:

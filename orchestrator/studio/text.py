@@ -1,9 +1,10 @@
-"""Headings, paragraphs, lists and tables as the elements that they are, with text from outside escaped."""
+"""Headings, paragraphs, lists, tables and menus as the elements that they are, with text from outside escaped."""
 
 import html
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 
 from nicegui import ui
+from nicegui.events import GenericEventArguments
 
 from orchestrator.report.page import PageTable
 from orchestrator.studio.views.parts import table
@@ -44,3 +45,32 @@ def details(summary: str) -> ui.element:
     with box, ui.element("summary"):
         ui.html(html.escape(summary), tag="span", sanitize=False)
     return box
+
+
+def menu(
+    id: str,
+    label: str,
+    options: Mapping[str, str],
+    chosen: str,
+    choose: Callable[[GenericEventArguments], object],
+    *,
+    closed: Collection[str] = (),
+    labelled: bool = True,
+) -> None:
+    """A menu; `options` maps a value to what is shown, `closed` ones cannot be chosen. In a table the label is heard only."""
+    if labelled:
+        with ui.element("label").props(f'for="{id}"'):
+            ui.html(html.escape(label), sanitize=False, tag="span")
+    select = ui.element("select").props(f'id="{id}"').classes("studio-select")
+    if not labelled:
+        select.props["aria-label"] = label
+    select.on("change", choose, js_handler="(event) => emit(event.target.value)")
+    with select:
+        for value, text in options.items():
+            option = ui.element("option")
+            option.props["value"] = value
+            option.props["selected"] = value == chosen
+            if value in closed:
+                option.props["disabled"] = True
+            with option:
+                ui.html(html.escape(text), tag="span", sanitize=False)
