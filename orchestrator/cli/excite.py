@@ -27,8 +27,7 @@ def excited(system: "System", stop: float | None) -> tuple["System", list[str]]:
         MisfitError: if no end is known.
     """
     from orchestrator.regress.prepare import driven
-    from orchestrator.regress.wave import generated
-    from orchestrator.studio.swap_drive import within_ranges
+    from orchestrator.regress.wave import generated, within_ranges
 
     start = system.run.start or 0.0
     stop = system.run.stop if stop is None else stop

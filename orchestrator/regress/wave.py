@@ -1,16 +1,21 @@
 """Waves that drive inputs: their values over time, and the times at which they jump."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from fmus.errors import MisfitError
+from orchestrator.cosim.component import Port
 from orchestrator.measurements.toml_values import number
 from orchestrator.measurements.wording import nearest, shown
 
+# Periods in the run of the first input, and how many more each further input has: no two move together.
+PERIODS, MORE = 3.0, math.sqrt(2.0)
+# The share of a range that is not declared: of the start value around it, or 1 where that is 0.
+AROUND = 0.2
 # Times this close, as a share of the step, are the same.
 _SAME = 1e-9
 
@@ -167,3 +172,33 @@ _KINDS: dict[str, tuple[Callable[[Mapping[str, Any], float, float, float], Wave]
     "table": (_table, {"times": None, "values": None, "hold": False}),
 }
 GENERATORS = tuple(_KINDS)
+
+
+def swing(port: Port) -> tuple[float, float]:
+    """Middle and half of the range in which an input is moved: the declared one, else around its nominal or start value.
+
+    >>> swing(Port("a", "input", minimum=0.0, maximum=1.0))
+    (0.5, 0.5)
+    >>> swing(Port("L", "input", start=0.18))[0]
+    0.18
+    """
+    start = float(port.start or 0.0)
+    if port.minimum is not None and port.maximum is not None and math.isfinite(port.maximum - port.minimum):
+        return (port.minimum + port.maximum) / 2, (port.maximum - port.minimum) / 2
+    half = abs(port.nominal) if port.nominal else AROUND * abs(start) or 1.0
+    middle = start
+    if port.minimum is not None and middle - half < port.minimum:
+        middle = port.minimum + half
+    if port.maximum is not None and middle + half > port.maximum:
+        middle = port.maximum - half
+    return middle, half
+
+
+def within_ranges(ports: Sequence[Port], stop: float) -> dict[str, dict[str, Any]]:
+    """A sine for each input over its range, each with a frequency of its own."""
+    waves = {}
+    for place, port in enumerate(ports):
+        middle, half = swing(port)
+        frequency = (PERIODS + MORE * place) / stop
+        waves[port.name] = {"kind": "sine", "amplitude": half, "frequency": frequency, "offset": middle}
+    return waves

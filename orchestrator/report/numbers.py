@@ -74,6 +74,16 @@ def ratio(value: float) -> str:
     return f"{digits(value)} times"
 
 
+def unbroken(text: str) -> str:
+    r"""Return a sentence for a page that wraps lines: between a number and its unit no line ends.
+
+    Example:
+        >>> unbroken("joint1 is 3 mm apart, 4.1 % of it")
+        'joint1 is 3\xa0mm apart, 4.1\xa0% of it'
+    """
+    return re.sub(r"(?<![\w.])(\d[\d.]*(?:e[+-]?\d+)?) (?=[^\W\d_]|%|°)", "\\1\u00a0", text)
+
+
 def percent(share: float) -> str:
     """Return a share as a percentage with one decimal below 10 % and none above.
 

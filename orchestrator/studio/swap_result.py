@@ -7,7 +7,7 @@ import numpy as np
 from nicegui import ui
 
 from orchestrator.report.arm_drawing.curves import Line, Panel, curves_svg
-from orchestrator.report.numbers import digits, percent, quantity
+from orchestrator.report.numbers import digits, percent, quantity, unbroken
 from orchestrator.report.page import PageTable
 from orchestrator.report.palette import Colour
 from orchestrator.studio.text import bullets, details, heading, page_table, paragraph
@@ -17,7 +17,7 @@ MOST_ROWS = 200
 
 def swap_result(found: Mapping[str, Any]) -> None:
     """Show everything, the most important first."""
-    paragraph(verdict(found), "studio-verdict")
+    paragraph(unbroken(verdict(found)), "studio-verdict")
     for name, run in zip(found["files"], found["runs"], strict=True):
         if run["error"]:
             paragraph(f"{name} did not run: {run['error']}", "studio-problem")

@@ -79,3 +79,11 @@ def test_no_experiment_is_proposed_where_none_helps(case: str) -> None:
 def test_no_answer_names_a_place_of_the_machine_it_ran_on() -> None:
     for case in CASES:
         assert not re.search(r'"(?:/[\w.-]+){2,}', (ANSWERS / f"{case}.json").read_text())
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_no_row_that_fits_closer_is_given_odds_against_it_and_no_reason_speaks_of_nats(case: str) -> None:
+    rivals = answer_of(document_of(case)).rivals
+
+    assert all(not rival.odds for rival in rivals if rival.reason.startswith("fits closer"))
+    assert not any("nats" in rival.reason or "BIC" in rival.reason for rival in rivals)

@@ -10,7 +10,7 @@ from studio_process import ROOT, Studio, sign_in, start
 
 SCREENSHOTS = ROOT / "build" / "screenshots"
 # How long a busy machine may take until a page shows what it should; windows have the same limit for what is done in them.
-PATIENCE_MS = 15_000
+PATIENCE_MS = 60_000
 expect.set_options(timeout=PATIENCE_MS)
 
 

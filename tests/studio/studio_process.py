@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-PATIENCE_S = 60.0
+PATIENCE_S = 180.0
 ROOT = Path(__file__).parents[2]
 
 
@@ -59,7 +59,7 @@ def sign_in(studio: Studio) -> dict[str, Any]:
     """Use the one-time link as a browser does; the session cookie in Playwright's form."""
     jar = http.cookiejar.CookieJar()
     opener = urllib.request.build_opener(urllib.request.HTTPCookieProcessor(jar))
-    with opener.open(studio.link, timeout=30):
+    with opener.open(studio.link, timeout=PATIENCE_S):
         pass
     [cookie] = jar
     return {"name": cookie.name, "value": cookie.value, "url": studio.url}

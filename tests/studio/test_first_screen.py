@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -71,7 +72,7 @@ def visible_text(tab: Page) -> str:
     script = """(height) => [...document.querySelectorAll('.studio-answer .a-verdict *, .studio-answer svg text, .studio-answer td,'
         + ' .studio-answer th, .studio-answer h3')].filter((e) => { const box = e.getBoundingClientRect();
         return box.height > 0 && box.bottom <= height; }).map((e) => e.textContent).join(' ')"""
-    return str(tab.evaluate(script, HEIGHT))
+    return str(tab.evaluate(script, HEIGHT)).replace("\u00a0", " ")
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -92,6 +93,10 @@ def test_the_first_screen_answers_what_the_json_says(
     before, after = rms_over_floor(held_out, "rmse_before"), rms_over_floor(held_out, "rmse_after")
     assert shown_as(text, before), "the error as given"
     assert "Next:" in text
+    if document["effects"] and document["verdict"] == "named":
+        button = tab.get_by_role("button", name=re.compile("^Add ")).inner_text()
+        assert button in tab.locator(".a-verdict p").last.inner_text(), "the button does what the sentence says"
+    assert "…" not in "".join(tab.locator(".a-axis").all_inner_texts()), "a label is cut"
     for effect in document["effects"] if document["verdict"] == "named" else ():
         assert effect["id"].replace("_", " ") in text.lower()
         assert all(part in text for part in effect["site"].split("+"))

@@ -77,6 +77,25 @@ def test_a_report_never_scrolls_sideways(report: tuple[Page, list[str]], width: 
     assert page.evaluate("document.documentElement.scrollWidth") <= width
 
 
+def test_behind_the_answer_of_a_report_parts_show_their_heading_until_they_are_opened_or_printed(
+    report: tuple[Page, list[str]],
+) -> None:
+    page, _ = report
+    page.set_viewport_size({"width": 1280, "height": 800})
+    closed = page.evaluate("document.documentElement.scrollHeight")
+    page.locator(".why > summary").click()
+    replay = page.locator(".arm-replay").bounding_box()
+    picture = page.locator(".why > div figure").first.bounding_box()
+    parts = page.locator("details.part:not([open])")
+
+    assert replay is not None and picture is not None and parts.count() >= 4
+    assert page.evaluate("document.documentElement.scrollHeight") < closed + replay["height"] + picture["height"] + 1600
+    page.emulate_media(media="print")
+    assert (parts.last.locator("> div").bounding_box() or {"height": 0})["height"] > 20
+    page.emulate_media(media="screen")
+    page.locator(".why > summary").click()
+
+
 def test_a_report_prints_with_the_summary_on_a_page_of_its_own(
     report: tuple[Page, list[str]], tmp_path: Path, screenshot: Callable[[Page, str], Path]
 ) -> None:

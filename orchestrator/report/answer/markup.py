@@ -12,6 +12,7 @@ from orchestrator.report.answer.residual import worst_residual
 from orchestrator.report.answer.rivals import Rival
 from orchestrator.report.answer.witness import shape_words, stated, witnesses_of
 from orchestrator.report.answer.words import capital
+from orchestrator.report.numbers import unbroken
 
 # Formulas that have room beside each other.
 MOST_LAWS = 3
@@ -24,12 +25,16 @@ def answer_style() -> str:
 
 def verdict_html(answer: Answer) -> str:
     """The sentence, its figures, and what is next."""
-    parts = [f"<h2>{html.escape(answer.headline)}</h2>"]
+    parts = [f"<h2>{_text(answer.headline)}</h2>"]
     if answer.detail or answer.caution:
-        caution = f' <span class="a-caution">{html.escape(answer.caution)}</span>' if answer.caution else ""
-        parts.append(f'<p class="a-detail">{html.escape(answer.detail)}{caution}</p>')
-    parts.append(f'<p><span class="a-next">Next:</span> {html.escape(answer.next_step)}</p>')
+        caution = f' <span class="a-caution">{_text(answer.caution)}</span>' if answer.caution else ""
+        parts.append(f'<p class="a-detail">{_text(answer.detail)}{caution}</p>')
+    parts.append(f'<p><span class="a-next">Next:</span> {_text(answer.next_step)}</p>')
     return "".join(parts)
+
+
+def _text(sentence: str) -> str:
+    return html.escape(unbroken(sentence))
 
 
 def evidence_html(answer: Answer, document: Mapping[str, Any]) -> str:
