@@ -105,6 +105,7 @@ def import_data(
     _require_an_output(plan, loaded)
     case = write_plan(plan, target)
     notes = (*plan.notes, *(note for note in load_measurements(target).notes if note not in plan.notes))
+    notes += _assumed_units(plan, loaded)
     notes += tuple(
         f"no column is the input {v.name!r} of the model, which stays at {v.start or 0.0:g} {v.unit or ''}".rstrip()
         for v in (loaded.inputs if loaded else ())
@@ -200,6 +201,21 @@ def _rows(plan: "Plan", loaded: "Model | None") -> list[dict[str, Any]]:
             }
         )
     return rows
+
+
+def _assumed_units(plan: "Plan", loaded: "Model | None") -> tuple[str, ...]:
+    """Degrees taken as radians are an error that no later check may find, so it is said."""
+    units = {v.name: v.unit for v in (*loaded.inputs, *loaded.outputs) if v.unit not in ("", "1")} if loaded else {}
+    assumed = [
+        f"{column} ({units[variable]})"
+        for column, variable in plan.variable_of.items()
+        if column not in plan.units and variable in units
+    ]
+    if not assumed:
+        return ()
+    return (
+        f"no unit is stated, so the model's is taken: {', '.join(assumed)}; --unit COLUMN=UNIT says what else it is",
+    )
 
 
 def _require_an_output(plan: "Plan", loaded: "Model | None") -> None:

@@ -112,6 +112,15 @@ def test_a_temperature_in_degrees_celsius_is_a_kelvin_variable_with_its_offset(t
     assert kelvin[0] == pytest.approx(293.15) and kelvin[-1] - kelvin[0] < 1.0
 
 
+def test_a_unit_that_no_header_states_is_said_to_be_taken_from_the_model(tmp_path: Path) -> None:
+    rows = "".join(f"{k / 100},{k % 7},{k / 50}\n" for k in range(100))
+    (tmp_path / "a.csv").write_text(f"time,torque [N.m],phi\n{rows}")
+
+    told = " ".join(run(tmp_path / "a.csv", "--model", "drive", "--yes").output.split())
+
+    assert "no unit is stated, so the model's is taken: phi (rad);" in told
+
+
 def test_several_files_are_trials_of_which_the_last_third_is_held_out(tmp_path: Path) -> None:
     for number in range(1, 7):
         rows = [f"{k / 100:.2f};{k / 50:.3f}".replace(".", ",") for k in range(40)]

@@ -96,7 +96,7 @@ def test_the_first_screen_answers_what_the_json_says(
     if document["effects"] and document["verdict"] == "named":
         button = tab.get_by_role("button", name=re.compile("^Add ")).inner_text()
         assert button in tab.locator(".a-verdict p").last.inner_text(), "the button does what the sentence says"
-    assert "…" not in "".join(tab.locator(".a-axis").all_inner_texts()), "a label is cut"
+    assert "…" not in "".join(tab.locator(".a-axis").all_text_contents()), "a label is cut"
     for effect in document["effects"] if document["verdict"] == "named" else ():
         assert effect["id"].replace("_", " ") in text.lower()
         assert all(part in text for part in effect["site"].split("+"))
