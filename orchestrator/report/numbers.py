@@ -115,6 +115,24 @@ def estimate_parts(found: Estimate) -> tuple[str, str]:
     return value, f"[{low_text}, {high_text}]"
 
 
+def ticks(low: float, high: float, most: int = 6) -> list[float]:
+    """Return round values for an axis between two limits, at most as many.
+
+    Example:
+        >>> ticks(-0.043, 0.04), ticks(0.0, 10.0)
+        ([-0.04, -0.02, 0.0, 0.02, 0.04], [0.0, 2.0, 4.0, 6.0, 8.0, 10.0])
+    """
+    if not 0 < high - low < math.inf:
+        return [low]
+    power = math.floor(math.log10((high - low) / most))
+    for factor in (1, 2, 2.5, 5, 10, 20):
+        step = factor * 10.0**power
+        first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
+        if last - first < most:
+            break
+    return [round(k * step, 1 - power) for k in range(first, last + 1)]
+
+
 def _to_width(value: float, half_width: float) -> str:
     if not math.isfinite(value) or not math.isfinite(half_width) or half_width == 0:
         return digits(value)

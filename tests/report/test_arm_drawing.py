@@ -23,8 +23,9 @@ from orchestrator.report.arm_drawing import (
     replay_html,
 )
 from orchestrator.report.arm_drawing.arrows import LARGEST_TURN, RADIUS, force_path, torque_path
-from orchestrator.report.arm_drawing.curves import extremes, ticks
 from orchestrator.report.arm_drawing.shape import Corner, joints, muscle_path
+from orchestrator.report.numbers import ticks
+from orchestrator.report.thinning import extremes
 
 ANGLES = st.tuples(st.floats(-0.5, 1.8), st.floats(-0.2, 2.5))
 MUSCLES = range(6)

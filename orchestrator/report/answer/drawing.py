@@ -11,7 +11,7 @@ from orchestrator.report.answer.answer import Bar
 from orchestrator.report.answer.residual import Residual
 from orchestrator.report.answer.witness import Witness
 from orchestrator.report.answer.words import times, unit_text
-from orchestrator.report.numbers import engineering_exponent, prefixed, takes_prefix
+from orchestrator.report.numbers import engineering_exponent, prefixed, takes_prefix, ticks
 
 # Points of a curve that a picture of this width can show.
 MOST_POINTS = 500
@@ -19,21 +19,6 @@ MOST_POINTS = 500
 LONGEST = 255
 # Letters that the title of a wide picture has room for.
 MOST_TITLE = 70
-
-
-def ticks(low: float, high: float, most: int = 6) -> list[float]:
-    """Round values between two limits, at most as many.
-
-    >>> ticks(-0.043, 0.04)
-    [-0.04, -0.02, 0.0, 0.02, 0.04]
-    """
-    span = high - low
-    if not span > 0 or not math.isfinite(span):
-        return [low]
-    power = 10.0 ** math.floor(math.log10(span / most))
-    step = next(power * factor for factor in (1, 2, 5, 10, 20) if span / (power * factor) <= most)
-    first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
-    return [round(k * step, 12) for k in range(first, last + 1)]
 
 
 class _Axes:

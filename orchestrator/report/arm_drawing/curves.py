@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from orchestrator.report.numbers import digits
+from orchestrator.report.numbers import digits, ticks
 from orchestrator.report.palette import SURFACES, Colour
 from orchestrator.report.thinning import extremes
 
@@ -91,20 +91,6 @@ def _time_axis(time: np.ndarray, height: int) -> str:
         for value in ticks(float(time[0]), float(time[-1]), 8)
     )
     return f'{shown}<text x="4" y="{height - 6}" fill="{Colour.QUIET}">time (s)</text>'
-
-
-def ticks(low: float, high: float, most: int = 5) -> list[float]:
-    """Round numbers, at most `most`, from `low` to `high`.
-
-    Example:
-        >>> ticks(-0.31, 0.72), ticks(0.0, 10.0)
-        ([-0.2, 0.0, 0.2, 0.4, 0.6], [0.0, 2.5, 5.0, 7.5, 10.0])
-    """
-    power = 10.0 ** np.floor(np.log10((high - low) / most))
-    steps = (power * factor for factor in (1, 2, 2.5, 5, 10, 20))
-    step = next(s for s in steps if np.floor(high / s + 1e-9) - np.ceil(low / s - 1e-9) < most)
-    first, last = int(np.ceil(low / step - 1e-9)), int(np.floor(high / step + 1e-9))
-    return [float(f"{k * step:.6g}") for k in range(first, last + 1)]
 
 
 def _half(line: Line) -> np.ndarray:
