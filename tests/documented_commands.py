@@ -44,7 +44,7 @@ BESIDE = {"misfit hil view": "misfit hil hold --virtual --seconds 15 --rate 100"
 KEEPS = ("misfit hil compile",)
 # Exit code 1 says that the machine is too slow now: for the usual rate, or it stood still so long that the arm was stopped.
 AS_FAST_AS_IT_IS = ("misfit hil check", "misfit hil hold", "misfit hil record", "misfit hil stimulate")
-STOOD_STILL = "no believable position"
+STOOD_STILL = "this machine is too busy"
 
 
 @dataclass(frozen=True)
