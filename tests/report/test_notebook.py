@@ -107,7 +107,7 @@ def test_plot_gives_a_picture_that_says_what_it_shows(kind: str) -> None:
 def test_numbers_are_those_of_the_result() -> None:
     found = diagnosis(n=60)
 
-    assert "tauC[1] 37.3 mN·m (36.1 to 38.5)" in found._repr_html_()
+    assert "tauC[1] 37.3 mN·m (36.1 to 38.5)" in found._repr_html_().replace("\u00a0", " ")
     table = result()._repr_html_()
     assert "arm.&lt;b&gt;" in table and "<b>" not in table
     assert re.search(r"arm.q</th><td>rad</td><td>0</td><td>0</td><td>4</td><td>4</td>", table)

@@ -46,10 +46,12 @@ def report(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterat
 
 def test_a_report_asks_nothing_of_the_network_and_its_replay_works(report: tuple[Page, list[str]]) -> None:
     page, seen = report
+    page.locator(".why > summary").click()
     page.get_by_role("slider", name="Time").press("ArrowRight")
 
     assert seen == []
     assert page.get_by_role("slider", name="Time").get_attribute("aria-valuetext") is not None
+    page.locator(".why > summary").click()
 
 
 @pytest.mark.parametrize(("scheme", "paper"), [("light", "rgb(255, 255, 255)"), ("dark", "rgb(21, 25, 30)")])
@@ -92,7 +94,7 @@ def test_behind_the_answer_of_a_report_parts_show_their_heading_until_they_are_o
     assert page.evaluate("document.documentElement.scrollHeight") < closed + replay["height"] + picture["height"] + 1600
     page.emulate_media(media="print")
     assert (parts.last.locator("> div").bounding_box() or {"height": 0})["height"] > 20
-    page.emulate_media(media="screen")
+    page.emulate_media(media="null")
     page.locator(".why > summary").click()
 
 

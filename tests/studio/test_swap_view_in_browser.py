@@ -103,7 +103,7 @@ def test_same_fmu_twice_does_not_part(tab: Page, studio: Studio, fmus: list[Path
     expect(tab.get_by_text(re.compile("The interface of the new one fits where the old one is"))).to_be_visible(
         timeout=PATIENCE_MS
     )
-    expect(tab.get_by_text(re.compile("that moved agrees? within 0.1 % of"))).to_be_visible()
+    expect(tab.get_by_text(re.compile(r"that moved agrees? within 0.1\s% of"))).to_be_visible()
     expect(tab.get_by_text("They do not differ")).to_be_visible()
     assert tab.locator("table", has_text="Signals that both have").locator("td").first.inner_text() == "never"
 
