@@ -23,7 +23,7 @@ def models() -> None:
     from orchestrator.models.symbolic import SymbolicModel
 
     for name, model in built_in_models().items():
-        click.echo(click.wrap_text(f"{name}: {model.description} ({model.class_name})", 78, "", "    "))
+        click.echo(click.wrap_text(f"{name}  {model.description} ({model.class_name})", 78, "", "    "))
         try:
             found = SymbolicModel(name, model.compile())
         except ModelicaError as error:
