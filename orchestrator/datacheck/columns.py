@@ -13,8 +13,8 @@ from orchestrator.datacheck.prediction import Predictor
 Left = Callable[[Change], float]
 # Changes that are looked at more closely after a first look.
 SHORTLIST = 4
-# With more changes than this, pushes would take too long.
-MOST_PUSHED = 40
+# More changes than this get a first look only with free pushes, which take long.
+MOST_PUSHED, BEST_PUSHED = 40, 8
 KINDS: Mapping[str, Kind] = {"shift": "offset", "swap": "swap", "clock": "time_unit", "delay": "delay"}
 
 
@@ -67,12 +67,14 @@ def wrong_columns(predictor: Predictor, units: Mapping[str, str]) -> tuple[Findi
     if not found and before > limits.OUT_OF_SCALE:
         scaled = [each for each in closely if each.change.way == "scale"]
         found = judged(before, scaled, predictor.left, limits.SCALE)
-    if found or before < limits.WELL_PREDICTED or not predictor.can_be_pushed or len(changes) > MOST_PUSHED:
+    if found or before < limits.WELL_PREDICTED or not predictor.can_be_pushed:
         return found
     pushed = predictor.left_when_pushed
     with_pushes = pushed(NO_CHANGE)
     if with_pushes < limits.WELL_PREDICTED:
         return ()
+    if len(changes) > MOST_PUSHED:
+        changes = sorted(changes, key=lambda change: pushed(change, few=True))[:BEST_PUSHED]
     return judged(with_pushes, [Tried(c, pushed(c)) for c in changes], pushed, limits.PUSHED)
 
 
@@ -102,13 +104,14 @@ def is_sharp(tried: Tried, left: Left, limit: limits.Limit) -> bool:
         return all(left(each) > limits.AS_GOOD * tried.left for each in halves)
     if change.way not in ("scale", "shift") or change.value == -1.0:
         return True
+    worse = 1.0
     if change.way == "shift":
         moved = [change.with_value(change.value + d * limits.CLOSE_ANGLE) for d in (-1, 1)]
     else:
         size = max(abs(change.value), 1 / abs(change.value))
-        reach = limit.close if size < limits.NEAR_ONE else limit.loose
+        reach, worse = (limit.close, 1.0) if size < limits.NEAR_ONE else (limit.loose, limit.worse)
         moved = [change.with_value(change.value * (1 + d * reach)) for d in (-1, 1)]
-    return all(left(each) >= tried.left for each in moved)
+    return all(left(each) >= worse * tried.left for each in moved)
 
 
 def _finding(best: Tried, before: float, others: Sequence[Change]) -> Finding:

@@ -8,13 +8,14 @@ class Limit:
     """What a right change has to reach: it leaves less than `left`, and `drop` times less than the record as it is does.
 
     `close` is how near to a well-known factor of the size of a physical gain the one must be that is fitted freely, `loose` how
-    near to one beyond it.
+    near to one beyond it, where what it leaves has to grow by `worse` on both sides.
     """
 
     left: float
     drop: float
     close: float
     loose: float = 0.25
+    worse: float = 1.0
 
 
 # Where a model leaves less than this share of what a record shows over short stretches, no column is looked at.
@@ -23,7 +24,7 @@ NOTHING_WRONG = 0.01
 WELL_PREDICTED = 0.05
 PLAIN = Limit(left=0.15, drop=15.0, close=0.06)
 # With free pushes, more is explained of any record, and gains are less sharp.
-PUSHED = Limit(left=0.1, drop=8.0, close=0.25)
+PUSHED = Limit(left=0.1, drop=8.0, close=0.25, loose=0.9, worse=1.5)
 # A model that moves more than ten times as much as the record has the wrong scale, whatever else it lacks; a factor is right
 # then if the model predicts with it at all, and worse with nearly twice and with a tenth of it.
 OUT_OF_SCALE = 100.0

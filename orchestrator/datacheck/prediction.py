@@ -108,10 +108,10 @@ class Predictor:
         assert isinstance(self.model, SymbolicModel)
         return PushedModel(self.model, self.data.output_names)
 
-    def left_when_pushed(self, change: Change = NO_CHANGE) -> float:
+    def left_when_pushed(self, change: Change = NO_CHANGE, *, few: bool = False) -> float:
         """The same as `left` for the model with free pushes; see `pushes`."""
         noise = change.noise(self.noise, self.names)[len(self.data.input_names) :]
-        return float(max(self._pushed.left(self.stretches(change), noise).max(), LEAST))
+        return float(max(self._pushed.left(self.stretches(change, few=few), noise).max(), LEAST))
 
 
 def unexplained(model: Model, parts: Sequence[Stretch], names: Sequence[str], noise: np.ndarray) -> np.ndarray:

@@ -116,12 +116,17 @@ def _moved(column: str, seconds: float) -> str:
 
 
 def _lag(predictor: Predictor, inputs: tuple[str, ...], step: float) -> tuple[float, float, float] | None:
-    """Samples by which inputs come too early, and what the model leaves without and with them moved; None if nobody knows."""
+    """Samples by which inputs come too early, and what the model leaves without and with them moved; None if nobody knows.
+
+    Friction that a model lacks makes outputs lead, too, so such a model gets free pushes.
+    """
+    lacks = predictor.can_be_pushed and predictor.left() > limits.WELL_PREDICTED
+    left_with = predictor.left_when_pushed if lacks else predictor.left
 
     def left(samples: float) -> float:
-        return predictor.left(Change("delay", inputs, samples * step, ""))
+        return left_with(Change("delay", inputs, samples * step, ""))
 
-    before = predictor.left(NO_CHANGE)
+    before = left_with(NO_CHANGE)
     if before < limits.EXACT:
         return 0.0, before, before
     tried = {lag: left(lag) for lag in (-2.0, 2.0)} | {0.0: before}

@@ -274,13 +274,25 @@ def _pruned(
         return needed and bool(less.candidates) and all(c.id == "parameter_error" for c in gone)
 
     while best.candidates:
-        without = []
-        for k in range(best.size):
-            rest = (*best.candidates[:k], *best.candidates[k + 1 :])
-            without.append(fit_more(rest) if rest else judge.nominal)
-            without += [fit_more((*rest[:k], other, *rest[k:])) for other in simpler(best.candidates[k])]
-        idle = [s for s in without if s is not None and not judge.earned(best, s, given(best, s)) and not missed(s)]
-        if not idle:
+        smaller = (s for s in _smaller(best, fit_more, simpler, judge.nominal) if s is not None)
+        idle = (s for s in smaller if not judge.earned(best, s, given(best, s)) and not missed(s))
+        less = next(idle, None)
+        if less is None:
             return best
-        best = min(idle, key=lambda s: s.loss)
+        best = less
     return best
+
+
+def _smaller(
+    best: FittedSet,
+    fit_more: Callable[[tuple[Candidate, ...]], FittedSet | None],
+    simpler: Callable[[Candidate], Sequence[Candidate]],
+    nominal: FittedSet,
+) -> Iterator[FittedSet | None]:
+    """The sets without one effect, or with a simpler one in its place, the weakest first; fitted when they are asked for."""
+    for weak in sorted(best.candidates, key=best.evidence):
+        k = best.candidates.index(weak)
+        rest = (*best.candidates[:k], *best.candidates[k + 1 :])
+        yield fit_more(rest) if rest else nominal
+        for other in simpler(weak):
+            yield fit_more((*rest[:k], other, *rest[k:]))

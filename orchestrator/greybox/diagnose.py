@@ -122,9 +122,8 @@ def _about_its_answer(outcome: Outcome, limits: Thresholds) -> Case | None:
     case = retaped_case(outcome.case, chosen.fit.box, chosen.fit.theta)
     setting, _ = nominal_set(case, limits)
     fit, extended = chosen.fit, extend(case.base, case.balances, case.signals, chosen.candidates)
-    box = GreyBox(
-        extended.system, extended.outputs, extended.balances, fit.box.theta, case.data.trials[0].held, extended.begin
-    )
+    held, starts = case.data.trials[0].held, (extended.begin, extended.unsure)
+    box = GreyBox(extended.system, extended.outputs, extended.balances, fit.box.theta, held, *starts)
     again = with_losses(chosen.candidates, setting.fitter.fit(box, fit.theta, fit.priors, fit.noise))
     return case if abs(again.loss - chosen.loss) > limits.nats else None
 

@@ -19,12 +19,14 @@ OUTPUT = "reading({})"
 @dataclass(frozen=True, eq=False)
 class Extended:
     """A system with candidates; `outputs` are what is compared. `begin(t, x, u, d, p)` is what the states that candidates
-    bring with them start with, at the first instant of a trial with states x of the model."""
+    bring with them start with, at the first instant of a trial with states x of the model, and `unsure` the standard deviations
+    of that."""
 
     system: SymbolicSystem
     outputs: tuple[str, ...]
     balances: tuple[str, ...]
     begin: ca.Function
+    unsure: tuple[float, ...]
 
 
 def own_inputs(system: SymbolicSystem, balances: Sequence[Balance]) -> tuple[Variable, ...]:
@@ -70,6 +72,7 @@ class _Extension:
         self.own: list[tuple[Variable, Any]] = []
         self.states: list[tuple[Variable, Any, Any]] = []
         self.starts: list[Any] = []
+        self.unsure: list[float] = []
         self.symbol = symbol
 
     def build(self) -> Extended:
@@ -133,7 +136,9 @@ class _Extension:
         for state, rate in candidate.law.states.items():
             record = Variable(candidate.state_symbol(state), "", "", 0.0)
             self.states.append((record, names[state], evaluate(rate, names)))
-            start = self.zero(evaluate(candidate.law.starts.get(state, "0"), names))
+            unsure = candidate.law.unknown_starts.get(state)
+            self.unsure.append(candidate.shapes[unsure] if unsure else 0.0)
+            start = self.zero(0.0 if unsure else evaluate(candidate.law.starts.get(state, "0"), names))
             earlier = [symbol for _, symbol, _ in self.states[: len(self.starts)]]
             if earlier:  # what a law sees may hold the state of another one before it
                 start = ca.substitute(start, ca.vertcat(*earlier), ca.vertcat(*self.starts))
@@ -175,6 +180,7 @@ class _Extension:
             consistent=None,
             relations=None,
         )
-        start_of_terms = ca.densify(column(self.starts))
+        terms = column(self.starts)  # what begins at zero is not stored, so that nobody has to ask for it
+        start_of_terms = ca.sparsify(terms) if isinstance(terms, ca.SX) else ca.densify(terms)
         begin = ca.Function("begin", [self.t, column(self.x), u, self.d, every], [start_of_terms])
-        return Extended(system, outputs, balances, begin)
+        return Extended(system, outputs, balances, begin, tuple(self.unsure))

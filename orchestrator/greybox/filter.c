@@ -14,6 +14,7 @@ typedef struct {
   double *slope;               /* n rows of ny x ntheta */
   double *ahead, *mean;        /* n rows of nx: before and after the measurements of an instant */
   double *transition, *ahead_covariance, *covariance; /* n rows of nx x nx, or NULL */
+  double *push, *reading, *missed; /* n rows of nx x nb, ny x nx, ny: answer to forces, slopes of outputs, what they miss; or NULL */
 } filter_problem;
 
 /* out (rows x width) = J [dx; dfree] for the first `width` of x0, free. */
@@ -96,6 +97,8 @@ int misfit_filter_greybox(const problem *m, const filter_problem *g) {
       memcpy(P, B, sizeof(double) * (size_t)(nx * nx));
       if (g->transition)
         for (int i = 0; i < nx; i++) memcpy(g->transition + ((size_t)k * nx + i) * nx, s + i * width, sizeof(double) * (size_t)nx);
+      if (g->push)
+        for (int i = 0; i < nx; i++) memcpy(g->push + ((size_t)k * nx + i) * nb, s + i * width + nx, sizeof(double) * (size_t)nb);
     }
     if (!all_finite(x, nx) || !all_finite(P, nx * nx)) break;
     memcpy(g->ahead + (size_t)k * nx, x, sizeof(double) * (size_t)nx);
@@ -106,6 +109,11 @@ int misfit_filter_greybox(const problem *m, const filter_problem *g) {
     for (int i = 0; i < nx; i++)
       for (int j = 0; j < nx + nb; j++) s[i * width + j] = i == j ? 1.0 : 0.0;
     slopes_of(m, &m->output, jy, ny, width, s, dy);
+    if (g->reading)
+      for (int c = 0; c < ny; c++) {
+        memcpy(g->reading + ((size_t)k * ny + c) * nx, dy + c * width, sizeof(double) * (size_t)nx);
+        g->missed[(size_t)k * ny + c] = g->measured[(size_t)k * ny + c] - y[c];
+      }
     memcpy(xs, x, sizeof(double) * (size_t)nx);
     memcpy(ks, s, sizeof(double) * (size_t)ns);
     for (int c = 0; c < ny; c++) {
@@ -151,4 +159,62 @@ int misfit_filter_greybox(const problem *m, const filter_problem *g) {
   close_workspace(&f);
   close_workspace(&h);
   return k;
+}
+
+/* Minus twice the log likelihood of a trial, up to a constant, with other noise than it was filtered with: the model in lines about
+ * that run. `moved` is by how much the measurements of an instant moved the states then; infinite if a variance is not positive. */
+double misfit_relinearised(const long long *sizes, const double *t, const double *transition, const double *push,
+                           const double *reading, const double *missed, const double *moved, const double *spread,
+                           const double *intensity, const double *noise) {
+  const int n = (int)sizes[0], nx = (int)sizes[1], nb = (int)sizes[2], ny = (int)sizes[3];
+  double *memory = calloc((size_t)(2 * nx * nx + 3 * nx) + 1, sizeof(double)), cost = 0;
+  if (!memory) return INFINITY;
+  double *P = memory, *A = P + nx * nx, *x = A + nx * nx, *ahead = x + nx, *shared = ahead + nx;
+  for (int i = 0; i < nx; i++) P[i * nx + i] = spread[i] * spread[i];
+  for (int k = 0; k < n; k++) {
+    if (k > 0) {
+      const double *F = transition + (size_t)k * nx * nx, *b = push + (size_t)k * nx * nb, span = t[k] - t[k - 1];
+      for (int i = 0; i < nx; i++) x[i] -= moved[(size_t)(k - 1) * nx + i];
+      for (int i = 0; i < nx; i++) {
+        ahead[i] = 0;
+        for (int j = 0; j < nx; j++) {
+          double sum = 0;
+          for (int l = 0; l < nx; l++) sum += F[i * nx + l] * P[l * nx + j];
+          A[i * nx + j] = sum;
+          ahead[i] += F[i * nx + j] * x[j];
+        }
+      }
+      for (int i = 0; i < nx; i++)
+        for (int j = 0; j <= i; j++) {
+          double sum = 0;
+          for (int l = 0; l < nx; l++) sum += A[i * nx + l] * F[j * nx + l];
+          for (int q = 0; q < nb; q++) sum += b[i * nb + q] * b[j * nb + q] * intensity[q] * intensity[q] / span;
+          P[i * nx + j] = P[j * nx + i] = sum;
+        }
+      memcpy(x, ahead, sizeof(double) * (size_t)nx);
+    }
+    for (int c = 0; c < ny; c++) {
+      const double *row = reading + ((size_t)k * ny + c) * nx, seen = missed[(size_t)k * ny + c];
+      if (isnan(seen)) continue;
+      double variance = noise[c] * noise[c], surprise = seen;
+      for (int i = 0; i < nx; i++) {
+        shared[i] = 0;
+        for (int j = 0; j < nx; j++) shared[i] += P[i * nx + j] * row[j];
+        surprise -= row[i] * x[i];
+      }
+      for (int i = 0; i < nx; i++) variance += row[i] * shared[i];
+      if (!(variance > 0)) {
+        free(memory);
+        return INFINITY;
+      }
+      cost += surprise * surprise / variance + log(variance);
+      for (int i = 0; i < nx; i++) x[i] += shared[i] / variance * surprise;
+      for (int i = 0; i < nx; i++)
+        for (int j = 0; j < nx; j++) P[i * nx + j] -= shared[i] * shared[j] / variance;
+      for (int i = 0; i < nx; i++)
+        if (P[i * nx + i] < 0) P[i * nx + i] = 0;
+    }
+  }
+  free(memory);
+  return cost;
 }

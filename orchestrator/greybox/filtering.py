@@ -5,12 +5,12 @@ theta, S and the sensors' noise (Schweppe 1965; Kristensen, Madsen, Jorgensen, A
 """
 
 import ctypes
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
-from typing import Any
 
+import casadi as ca
 import numpy as np
 
 from fmus.errors import ComponentError
@@ -39,6 +39,9 @@ class _FilterProblem(ctypes.Structure):
             "transition",
             "ahead_covariance",
             "covariance",
+            "push",
+            "reading",
+            "missed",
         )
     ]
 
@@ -87,10 +90,36 @@ class Filtered:
         return -0.5 * float(np.sum(self.innovation[seen] ** 2 / self.variance[seen] + np.log(self.variance[seen])))
 
 
+@dataclass(frozen=True, eq=False)
+class InLines:
+    """A model in lines about a run of the filter, for the likelihood of a trial with other noise: a hundredth of a run's cost.
+
+    `transition` (n, nx, nx), `push` (n, nx, nb), `reading` (n, ny, nx) and `missed` (n, ny) are the slopes and errors of that run,
+    `moved` (n, nx) by how much measurements moved its states, `spread` (nx,) of the first ones.
+    """
+
+    time: np.ndarray
+    transition: np.ndarray
+    push: np.ndarray
+    reading: np.ndarray
+    missed: np.ndarray
+    moved: np.ndarray
+    spread: np.ndarray
+
+    def log_likelihood(self, intensity: np.ndarray, noise: np.ndarray) -> float:
+        """Of the measurements, up to a constant; minus infinity where the filter fails."""
+        n, nx, nb = self.push.shape
+        sizes = np.array([n, nx, nb, self.missed.shape[1]], dtype=np.longlong)
+        own = [np.ascontiguousarray(part, dtype=float) for part in (self.spread, intensity, noise)]
+        parts = (sizes, self.time, self.transition, self.push, self.reading, self.missed, self.moved, *own)
+        return -0.5 * float(_library().misfit_relinearised(*(ctypes.c_void_p(part.ctypes.data) for part in parts)))
+
+
 class GreyBox:
     """A model with its balance inputs and free parameters, compiled for the filter.
 
-    `begin(t, x, u, d, p)` says what the states start with that candidates bring with them, zero without it.
+    `begin(t, x, u, d, p)` says what the states start with that candidates bring with them, zero without it, and `unsure` by how
+    much they may differ from that (standard deviations).
     """
 
     def __init__(
@@ -100,10 +129,11 @@ class GreyBox:
         balances: Sequence[str],
         theta: Sequence[str],
         held: Sequence[str] = (),
-        begin: Callable[..., Any] | None = None,
+        begin: ca.Function | None = None,
+        unsure: Sequence[float] = (),
     ):
         self.system, self.outputs, self.balances, self.theta = system, tuple(outputs), tuple(balances), tuple(theta)
-        self.begin = begin
+        self.begin, self.unsure = begin, np.array(unsure, dtype=float)
         self.compiled = CompiledModel(system, outputs, (*balances, *theta), held=held)
 
     def run(
@@ -127,6 +157,38 @@ class GreyBox:
         Raises:
             ComponentError: if a value stops being finite, with the time.
         """
+        n, nx = len(trial.time), len(self.system.states)
+        matrices = [np.zeros((n, nx, nx)) for _ in range(3)] if covariances else []
+        result = self._filtered(trial, theta, intensity, noise, substeps, slopes, matrices)
+        return Filtered(*result, *matrices)
+
+    def in_lines(
+        self, trial: Trial, theta: np.ndarray, intensity: np.ndarray, noise: np.ndarray, *, substeps: int = 1
+    ) -> InLines:
+        """The model in lines about the run of a trial; arguments as of `run`.
+
+        Raises:
+            ComponentError: if a value stops being finite, with the time.
+        """
+        n, nx, ny, nb = len(trial.time), len(self.system.states), len(self.outputs), len(self.balances)
+        shapes = ((n, nx, nx), (n, nx, nb), (n, ny, nx), (n, ny))
+        transition, push, reading, missed = (np.zeros(shape) for shape in shapes)
+        matrices = [transition, None, None, push, reading, missed]
+        *_, ahead, mean = self._filtered(trial, theta, intensity, noise, substeps, False, matrices)
+        time = np.ascontiguousarray(trial.time, dtype=float)
+        return InLines(time, transition, push, reading, missed, mean - ahead, self._spread(trial))
+
+    def _filtered(
+        self,
+        trial: Trial,
+        theta: np.ndarray,
+        intensity: np.ndarray,
+        noise: np.ndarray,
+        substeps: int,
+        slopes: bool,
+        matrices: Sequence[np.ndarray | None],
+    ) -> list[np.ndarray]:
+        """Innovations, variances, slopes, states before and after; `matrices` are filled, in the order of filter.c."""
         compiled, system = self.compiled, self.system
         n, nx, ny, nt = len(trial.time), len(system.states), len(self.outputs), len(self.theta) if slopes else 0
         values = compiled.with_values([*np.zeros(len(self.balances)), *theta])
@@ -142,22 +204,31 @@ class GreyBox:
         code = compiled._machine_code
         problem = _Problem(*sizes, *(part.ctypes.data for part in (*keep, compiled._held)), 0.0, *code.with_slopes)
         start = np.concatenate([trial.start, self._begun(trial, values)])
-        spread = np.concatenate([trial.spread, np.zeros(nx - len(trial.start))])
-        parts = (trial.measured, start, spread, intensity, noise)
+        parts = (trial.measured, start, self._spread(trial), intensity, noise)
         own = [np.ascontiguousarray(part, dtype=float) for part in parts]
         result = [np.empty((n, ny)), np.empty((n, ny)), np.empty((n, ny, nt)), np.empty((n, nx)), np.empty((n, nx))]
-        matrices = [np.zeros((n, nx, nx)) for _ in range(3)] if covariances else []
-        places = [a.ctypes.data for a in (*own, *result, *matrices)] + [None] * (3 - len(matrices))
+        wanted = [None if part is None else part.ctypes.data for part in matrices]
+        places = [*(a.ctypes.data for a in (*own, *result)), *wanted, *[None] * (6 - len(wanted))]
         request = _FilterProblem(len(self.balances), int(slopes), *places)
         reached = _library().misfit_filter_greybox(ctypes.byref(problem), ctypes.byref(request))
         if reached != n:
             raise ComponentError(f"{system.name} left the finite numbers at t = {trial.time[max(reached, 0)]:.4g} s")
-        return Filtered(*result, *matrices)
+        return result
+
+    def _spread(self, trial: Trial) -> np.ndarray:
+        """Standard deviations of the first states, those that candidates bring with them included."""
+        more = len(self.system.states) - len(trial.spread)
+        return np.concatenate([trial.spread, self.unsure if len(self.unsure) else np.zeros(more)])
+
+    @cached_property
+    def _begins_at_zero(self) -> bool:
+        """Whether all that candidates bring with them begins at zero, which costs no call."""
+        return self.begin is None or self.begin.nnz_out(0) == 0
 
     def _begun(self, trial: Trial, values: np.ndarray) -> np.ndarray:
         """States that candidates bring with them, at the first sample."""
         more = len(self.system.states) - len(trial.start)
-        if not more or self.begin is None:
+        if not more or self.begin is None or self._begins_at_zero:
             return np.zeros(more)
         time, given = trial.time[0], trial.inputs[0]
         delayed = self.system.history(time, given, values)[0]
@@ -166,4 +237,6 @@ class GreyBox:
 
 @cache
 def _library() -> ctypes.CDLL:
-    return ctypes.CDLL(str(build_library(SIMULATOR.read_text() + _SOURCE.read_text(), level=FOR_LOOPS)))
+    library = ctypes.CDLL(str(build_library(SIMULATOR.read_text() + _SOURCE.read_text(), level=FOR_LOOPS)))
+    library.misfit_relinearised.restype = ctypes.c_double
+    return library

@@ -17,6 +17,8 @@ ROUNDS, STEPS = 5, 4
 # Rounds, and steps of the noise in each of them, of a rough fit.
 ROUGHLY = 3, 2
 MOST_SUBSTEPS = 16
+# Times that the model is put in lines for the noise.
+LOOKS = 3
 # Logarithms of noise: differences for slopes, and the longest step.
 DIFFERENCE, FARTHEST = 0.05, 2.0
 LOG_RANGE = np.log(1e8)
@@ -211,12 +213,28 @@ class Fitter:
 
         # A rough fit holds what sensors do: it is the forces that an effect makes smaller.
         varied = nb if steps == ROUGHLY[1] and nb else len(logs)
+        at, low, high = logs[:varied], low[:varied], high[:varied]
 
-        def objective(at: np.ndarray) -> float:
-            return work.value(theta, [Noise.of(np.concatenate([at, logs[varied:]]), nb)])
+        def own(at: np.ndarray) -> Noise:
+            return Noise.of(np.concatenate([at, logs[varied:]]), nb)
 
-        found, value = _descended(objective, logs[:varied], low[:varied], high[:varied], steps)
-        return Noise.of(np.concatenate([found, logs[varied:]]), nb), value
+        def looked(at: np.ndarray) -> tuple[float, Callable[[np.ndarray], float]]:
+            lines = work.in_lines(theta, own(at))
+            return lines(own(at)), lambda other: lines(own(other))
+
+        value, objective = looked(at)
+        for _ in range(LOOKS if np.isfinite(value) else 0):
+            found, _ = _descended(objective, at, low, high, 2 * STEPS)
+            reached, again = looked(found)
+            while reached >= value and np.abs(found - at).max() > DIFFERENCE:  # too far for lines
+                found = at + (found - at) / 4
+                reached, again = looked(found)
+            if reached >= value:
+                break
+            gained, at, value, objective = value - reached, found, reached, again
+            if gained < ENOUGH:
+                break
+        return own(at), value + work.priors.cost(theta)
 
 
 def _descended(
@@ -298,6 +316,18 @@ class Work:
         except ComponentError:
             return np.inf
         return total if np.isfinite(total) else np.inf
+
+    def in_lines(self, theta: np.ndarray, noise: Noise) -> Callable[[Noise], float]:
+        """Minus the log likelihood of the only trial, without priors, with other noise by lines about this one: exact there.
+
+        Infinite where the model fails.
+        """
+        try:
+            [trial] = self.trials
+            lines = self.box.in_lines(trial, theta, noise.intensity, noise.sensors, substeps=self.substeps)
+        except ComponentError:
+            return lambda other: np.inf
+        return lambda other: -lines.log_likelihood(other.intensity, other.sensors)
 
     def normal(self, theta: np.ndarray, noise: Sequence[Noise]) -> tuple[np.ndarray, np.ndarray]:
         """Gradient and Gauss-Newton's curvature at frozen gains."""

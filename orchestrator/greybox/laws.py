@@ -73,7 +73,8 @@ class Law:
 
     `expression` is Modelica text in the place's coordinates and the law's parameters: what it adds to a balance, what an
     input becomes (in `u`), or what an output becomes (in `y`). `states` are hidden states with their derivatives, `starts` is what
-    they begin with, else 0. `units` restricts the law to places whose balance or position has one of these units; `names` and `titles` are its id and words where a unit has its own.
+    they begin with, else 0; `unknown_starts` names the parameter that is the size of what a state begins with in any trial, which the
+    filter finds. `units` restricts the law to places whose balance or position has one of these units; `names` and `titles` are its id and words where a unit has its own.
     `written` is how a law is written back if an equation of the model holds what the law changes: `net` is all else that flows
     into a balance, which Modelica cannot name, `storage` what its equation multiplies der(x) with; `written_states` are rates of
     states written so. A `single` law acts at one balance, never between two. The gain of a `curved` law enters linearly near zero
@@ -97,6 +98,7 @@ class Law:
     renamed: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     states: Mapping[str, str] = field(default_factory=dict)
     starts: Mapping[str, str] = field(default_factory=dict)
+    unknown_starts: Mapping[str, str] = field(default_factory=dict)
     contains: tuple[str, ...] = ()
     alike: tuple[str, ...] = ()
     bounded: bool = False

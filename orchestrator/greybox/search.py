@@ -6,6 +6,7 @@ Each set that was fitted keeps its loss by stretch of the record, which is what 
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from orchestrator.greybox.candidates import Candidate
 from orchestrator.greybox.extended import extend
 from orchestrator.greybox.filtering import GreyBox, Trial
 from orchestrator.greybox.fit import Fit, Fitter, Noise, Priors, Work
+from orchestrator.greybox.periodic import frequency_of_its_own
 from orchestrator.greybox.prepare import first_noise
 from orchestrator.greybox.screen import best_subsets, normal_equations, stretches_of
 from orchestrator.greybox.thresholds import Thresholds
@@ -42,8 +44,12 @@ class FittedSet:
     @property
     def loss(self) -> float:
         """Minus the log likelihood, with half the logarithm of the number of samples for each parameter (Schwarz 1978)."""
-        samples = sum(int(np.count_nonzero(run.variance > 0)) for run in self.fit.runs)
-        return float(self.losses.sum()) + 0.5 * len(self.fit.theta) * float(np.log(samples))
+        return float(self.losses.sum()) + len(self.fit.theta) * self.price
+
+    @cached_property
+    def price(self) -> float:
+        """What a parameter has to bring, in nats."""
+        return 0.5 * float(np.log(sum(int(np.count_nonzero(run.variance > 0)) for run in self.fit.runs)))
 
     @property
     def size(self) -> int:
@@ -57,6 +63,8 @@ class FittedSet:
 
     def value(self, candidate: Candidate, parameter: str) -> tuple[float, float]:
         """Value and standard deviation of a parameter; a deviation of 0 is a held one."""
+        if own := [state for state, size in candidate.law.unknown_starts.items() if size == parameter]:
+            return self._size([candidate.state_symbol(state) for state in own])
         names = self.fit.box.theta
         symbol = next(candidate.symbol(p) for p in candidate.law.parameters if p.name == parameter)
         if symbol not in names:
@@ -64,7 +72,21 @@ class FittedSet:
         place = names.index(symbol)
         return float(self.fit.theta[place]), float(self.deviations[place])
 
-    @property
+    def _size(self, states: Sequence[str]) -> tuple[float, float]:
+        """Root mean square over trials of the length of some states at the end, and its standard deviation by trials' scatter."""
+        places = [[v.name for v in self.fit.box.system.states].index(name) for name in states]
+        squares = np.array([np.sum(run.mean[-1, places] ** 2) for run in self.fit.runs])
+        size = float(np.sqrt(squares.mean()))
+        spread = float(np.std(np.sqrt(squares), ddof=1) / np.sqrt(len(squares))) if len(squares) > 1 else 0.0
+        return size, spread
+
+    def evidence(self, candidate: Candidate) -> float:
+        """By how many nats the record would be less probable without an effect, by curvature; without end for one without gains."""
+        places = [self.fit.box.theta.index(candidate.symbol(p)) for p in candidate.gains]
+        nats = 0.5 * (self.fit.theta[places] / np.maximum(self.deviations[places], 1e-300)) ** 2
+        return float(np.sum(nats)) if places else np.inf
+
+    @cached_property
     def deviations(self) -> np.ndarray:
         """Standard deviations of the free parameters by the sandwich over blocks, at least the curvature's."""
         return _deviations(self.fit)
@@ -109,6 +131,7 @@ class Search:
                     self._extended.add(one.key)
                     self._try(self._screened(self.fit(one.candidates) or one, 1), limits.additions)
                     self._try_wrong_together(one)
+                    self._try_periodic(one)
             if self.best is best:
                 self._try_alike(best)
                 if self.best is best:
@@ -157,13 +180,21 @@ class Search:
         self, about: FittedSet, offered: Sequence[Candidate], largest: int, substeps: int
     ) -> list[tuple[Candidate, ...]]:
         mine = about.candidates
-        others = [c for c in offered if all(c.is_apart_from(own) for own in mine)]
+        others = [c for c in offered if c.gains and all(c.is_apart_from(own) for own in mine)]
         everyone = (*mine, *others)
         limits = self.setting.thresholds
         extended = extend(self.setting.base, self.setting.balances, self.setting.signals, everyone)
         columns = [(c, p) for c in everyone for p in c.gains]
         names = [c.symbol(p) for c, p in columns]
-        box = GreyBox(extended.system, extended.outputs, extended.balances, names, self.setting.held, extended.begin)
+        box = GreyBox(
+            extended.system,
+            extended.outputs,
+            extended.balances,
+            names,
+            self.setting.held,
+            extended.begin,
+            extended.unsure,
+        )
         known = dict(zip(about.fit.box.theta, about.fit.theta, strict=True))
         theta = np.array([known.get(name, 0.0) for name in names])
         n = len(names)
@@ -211,8 +242,10 @@ class Search:
         return chosen
 
     def _try_without(self, best: FittedSet) -> None:
-        """Fit every subset of a set, so that each member has to earn its place."""
-        for k in range(best.size):
+        """Fit every subset of a set that may be likelier, so that each member has to earn its place."""
+        for k, own in enumerate(best.candidates):
+            if best.evidence(own) > self.setting.thresholds.hopeless + best.price * len(own.gains):
+                continue
             candidates = (*best.candidates[:k], *best.candidates[k + 1 :])
             if frozenset(c.family for c in candidates) not in self.fitted:
                 self._fit(candidates)
@@ -222,6 +255,14 @@ class Search:
         together = wrong_together(self.candidates, self.setting.thresholds.most_parameters)
         if len(together) > 1:
             self._fit((*(c for c in about.candidates if c.id != "parameter_error"), *together))
+
+    def _try_periodic(self, about: FittedSet) -> None:
+        """Fit a set with a periodic force beside it where what disturbs a balance has a frequency of its own."""
+        for candidate in (c for c in self.candidates if c.law.unknown_starts and c.family not in about.key):
+            assert candidate.place.balance is not None
+            by_chance = self.setting.thresholds.by_chance
+            if hertz := frequency_of_its_own(about.fit, candidate.place.balance.state, by_chance):
+                self._fit((*about.candidates, candidate.begun_with({"frequency": hertz})))
 
     def _try_alike(self, best: FittedSet) -> None:
         """Fit sets in which a law gives way to one elsewhere that does the same to a linear plant, from the values that were found.
@@ -329,7 +370,9 @@ def fit_set(
     extended = extend(setting.base, setting.balances, setting.signals, everyone)
     free = [(c, p) for c in everyone for p in (*c.gains, *c.fitted_shapes)]
     names = [c.symbol(p) for c, p in free]
-    box = GreyBox(extended.system, extended.outputs, extended.balances, names, setting.held, extended.begin)
+    box = GreyBox(
+        extended.system, extended.outputs, extended.balances, names, setting.held, extended.begin, extended.unsure
+    )
     start = np.array([c.shapes.get(p.name, 0.0) for c, p in free])
     spread = np.array([c.spread(p) for c, p in free])
     low, high = np.array([c.limits(p) for c, p in free]).reshape(-1, 2).T

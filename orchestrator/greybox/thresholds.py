@@ -13,6 +13,8 @@ class Thresholds:
     blocks less probable by more than `hopeless` nats is not fitted. All parameters of a model that has no more than
     `most_parameters` are tried as wrong together.
 
+    A periodic force is tried where the strongest of all frequencies would be as strong `by_chance` no more often than this.
+
     Decision: a set is better than another beyond doubt if its log likelihood, less the price of its parameters, is higher by
     `standard_errors` of the sum of differences over stretches and by `nats`. An effect earns its place if predictions over the
     horizon are `least_improvement` better with it, or if it brings `least_share` of what the whole set gains; never if they are
@@ -42,6 +44,7 @@ class Thresholds:
     rounds: int = 4
     most_effects: int = 4
     most_parameters: int = 12
+    by_chance: float = 1e-3
     hopeless: float = 5.0
     standard_errors: float = 1.64
     nats: float = 3.0

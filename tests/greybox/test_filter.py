@@ -67,3 +67,16 @@ def test_a_sample_that_was_not_measured_takes_no_part(tmp_path: Path) -> None:
     found = box.run(gap, np.array([30.0]), np.array([0.4]), np.array([3e-3]))
     assert found.variance[7, 0] == 0.0 and found.innovation[7, 0] == 0.0
     assert np.isfinite(found.log_likelihood)
+
+
+def test_a_linear_model_in_lines_has_the_likelihood_of_a_run_with_any_other_noise(tmp_path: Path) -> None:
+    box, trial = _box(tmp_path)
+    measured = np.array(trial.measured)
+    measured[7] = np.nan
+    trial = Trial("gap", trial.time, trial.inputs, measured, trial.start, trial.spread)
+    theta = np.array([30.0])
+    lines = box.in_lines(trial, theta, np.array([0.4]), np.array([3e-3]), substeps=4)
+    for intensity, noise in ((0.4, 3e-3), (0.01, 1e-2), (5.0, 1e-4)):
+        other = np.array([intensity]), np.array([noise])
+        expected = box.run(trial, theta, *other, substeps=4).log_likelihood
+        assert abs(lines.log_likelihood(*other) - expected) < 1e-7 * abs(expected)

@@ -34,9 +34,14 @@ UNITS = {
 }
 
 
+def _sized(law: Law, size: float) -> dict[str, float]:
+    """The parameters of a law, and states that begin with anything, where it is of some size."""
+    return {p.name: size if p.gain else 0.5 for p in law.parameters} | dict.fromkeys(law.unknown_starts, size)
+
+
 @pytest.mark.parametrize("law", laws(), ids=lambda law: f"{law.id}-{law.place}")
 def test_a_law_changes_nothing_while_its_gains_are_zero(law: Law) -> None:
-    values = NAMES | {p.name: 0.0 if p.gain else 0.5 for p in law.parameters}
+    values = NAMES | _sized(law, 0.0)
     unchanged = {
         "input": NAMES["u"],
         "between_inputs": NAMES["u"],
@@ -50,9 +55,7 @@ def test_a_law_changes_nothing_while_its_gains_are_zero(law: Law) -> None:
 @pytest.mark.parametrize("law", [law for law in laws() if not law.curved], ids=lambda law: f"{law.id}-{law.place}")
 def test_a_laws_gains_enter_linearly(law: Law) -> None:
     def at(share: float) -> float:
-        return float(
-            evaluate_numbers(law.expression, NAMES | {p.name: share if p.gain else 0.5 for p in law.parameters})
-        )
+        return float(evaluate_numbers(law.expression, NAMES | _sized(law, share)))
 
     assert at(2.0) - at(1.0) == pytest.approx(at(1.0) - at(0.0))
 

@@ -72,6 +72,17 @@ def sign(v: float) -> float:
     return float(np.tanh(v / 1e-3))
 
 
+class Shaking:
+    """A force of one frequency that begins each trial with another phase."""
+
+    def __init__(self, size: float, hertz: float) -> None:
+        self.size, self.hertz, self.phase = size, hertz, 0.0
+
+    def __call__(self, t: float, x: float, v: float, force: float) -> float:
+        self.phase += 2.0 if t == 0 else 0.0
+        return self.size * float(np.sin(2 * np.pi * self.hertz * t + self.phase))
+
+
 CASES: dict[str, tuple[Act, Extra, str, Mapping[str, float]]] = {
     "square": (lambda f: 0.2 * f * np.abs(f), _nothing, "input_curve", {"a": -1.0, "b": 0.2}),
     "rate": (slow, _nothing, "rate_limit", {"rate": 20.0, "share": 1.0}),
@@ -89,6 +100,7 @@ CASES: dict[str, tuple[Act, Extra, str, Mapping[str, float]]] = {
         "force_ripple",
         {"sine": 0.6, "cosine": 0.5, "wavenumber": 60.0},
     ),
+    "shaking": (_as_given, Shaking(0.5, 4.3), "periodic_force", {"amplitude": 0.5, "frequency": 4.3}),
     "moment": (_as_given, lambda t, x, v, f: 0.4 * (t > 2.0), "step_force", {"f0": 0.4, "tBegin": 2.0}),
 }
 
