@@ -136,7 +136,11 @@ def check(virtual: bool, bench: Path | None, rate_hz: float, json_file: str | No
         stack.callback(wire.close)
         findings = []
         is_known = settings.robot == PROFICIO
-        looked = look(wire, rate_hz, time.sleep, settings.limits.joints) if is_known else check_any(wire, kind, rate_hz)
+        looked = (
+            look(wire, rate_hz, time.sleep, settings.limits.joints, settings.waived)
+            if is_known
+            else check_any(wire, kind, rate_hz)
+        )
         for finding in looked:
             findings.append(finding)
             if json_file != "-":

@@ -30,6 +30,7 @@ MODULES = (
     "hil.bus.gate",
     "hil.barrett.link",
     "hil.barrett.start_up",
+    "hil.control.controllers",
     "hil.control.pilot",
     "hil.recording.records",
     "hil.recording.replay",

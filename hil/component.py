@@ -171,9 +171,8 @@ class RobotComponent(Component):
         sent = decision.outcome.torques or (0.0,) * proficio.JOINTS
         seen, values = decision.observed, dict[str, float]()
         for k in _JOINTS:
-            values |= {f"q{k}": float(seen.angles[k - 1]), f"w{k}": float(seen.speeds[k - 1])}
-            values[f"tau{k}"] = float(sent[k - 1])
-        values |= {f"f{axis}": float(part) for axis, part in zip("xyz", seen.force, strict=True)}
+            values |= {f"q{k}": seen.q[k - 1], f"w{k}": seen.w[k - 1], f"tau{k}": sent[k - 1]}
+        values |= {f"f{axis}": part for axis, part in zip("xyz", seen.f, strict=True)}
         values["reaction"] = int(decision.outcome.reaction)
         self._values = values  # all at once: the run reads from another thread
 

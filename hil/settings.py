@@ -132,7 +132,7 @@ class Settings:
 
             return Stimulation(self.stimulation, Placement(self.side, self.shoulder), stiffness, damping)
         if self.controller == "hold":
-            return Hold(stiffness, damping)
+            return Hold(self.stiffness, self.damping)
         if self.controller == "asked":
             return Asked()
         if self.controller == "passive":

@@ -34,8 +34,10 @@ _POSITIONS: Final = [answer_of(k + 1, Group.POSITIONS) for k in range(proficio.J
 _PROPERTIES: Final = [answer_of(k + 1, Group.PROPERTIES) for k in range(proficio.JOINTS)]
 _FORCE: Final = answer_of(Node.FORCE_SENSOR, Group.FORCE)
 _MODULE: Final = answer_of(Node.SAFETY, Group.PROPERTIES)
-_NOTHING: Final[list[Timed]] = []
-_ASKED_EACH_CYCLE: Final = frozenset({*_POSITIONS, _FORCE})
+# What is asked for in each cycle, by identifier: the positions of each motor, then the force.
+_SLOT_OF: Final = {identifier: slot for slot, identifier in enumerate((*_POSITIONS, _FORCE))}
+_SLOTS: Final = proficio.JOINTS + 1
+_FORCE_SLOT: Final = proficio.JOINTS
 
 
 class Awake(Protocol):
@@ -71,6 +73,10 @@ class BarrettLink:
         self._temperature_every = max(round(TEMPERATURE_EVERY_S * 1e9 / limits.period_ns), 1)
         self._temperature_number = robot.motor["TEMP"]
         self._has_module, self._hears_force = robot.module is not None, robot.sensor is not None
+        self._ask_positions = Frame(to_group(Group.ARM), encode_request(robot.motor["P"]))
+        self._ask_force: Frame | None = None
+        if robot.sensor is not None:
+            self._ask_force = Frame(to_node(Node.FORCE_SENSOR), encode_request(robot.sensor["FT"]))
         self._awaited = frozenset(_POSITIONS) | (frozenset({_FORCE}) if self._hears_force else frozenset())
         self._position_answers = [Answers() for _ in _POSITIONS]
         self._force_answers = Answers()
@@ -83,8 +89,8 @@ class BarrettLink:
         absent = Module.WAIVED if MODULE in waived else Module.ABSENT
         self._module: Module | None = absent if robot.module is None else None
         self._has_sensor = robot.sensor is not None or SENSOR in waived
-        # Time in cycles since the module has said its mode; while the session stood still nobody asked it.
-        self._module_silent_ns = 0
+        # Time in cycles since the module has said its mode, and what it watches; while the session stood still nobody asked it.
+        self._mode_silent_ns = self._pendant_silent_ns = 0
         self._warning = self._fault = self._foreign = False
         self._before_ns = 0
 
@@ -105,14 +111,15 @@ class BarrettLink:
 
     def requests(self, arrived: Sequence[Timed]) -> list[Frame]:
         """What a cycle asks for at its beginning; `arrived` are the frames that have come since the last one."""
-        robot, frames = self.robot, list[Frame]()
-        counts: dict[int, int] = {}
-        for _, frame in arrived:
-            counts[frame.identifier] = counts.get(frame.identifier, 0) + 1
-        if not self._is_quiet(counts):
-            frames.append(Frame(to_group(Group.ARM), encode_request(robot.motor["P"])))
-        if robot.sensor is not None and not self._force_answers.would_be_quiet(self.cycle, counts.get(_FORCE, 0)):
-            frames.append(Frame(to_node(Node.FORCE_SENSOR), encode_request(robot.sensor["FT"])))
+        robot, frames, before = self.robot, list[Frame](), [0] * _SLOTS
+        for _, (identifier, _) in arrived:
+            slot = _SLOT_OF.get(identifier, -1)
+            if slot >= 0:
+                before[slot] += 1
+        if not self._is_quiet(before):
+            frames.append(self._ask_positions)
+        if self._ask_force is not None and not self._force_answers.would_be_quiet(self.cycle, before[_FORCE_SLOT]):
+            frames.append(self._ask_force)
         if robot.module is not None and self.cycle % self._module_every in (0, self._module_every // 2):
             name = "MODE" if self.cycle % self._module_every == 0 else "PEN"
             frames.append(Frame(to_node(Node.SAFETY), encode_request(robot.module[name])))
@@ -122,10 +129,10 @@ class BarrettLink:
             frames.append(Frame(to_node(motor), encode_request(robot.motor["TEMP"])))
         return frames
 
-    def _is_quiet(self, arrived: Mapping[int, int]) -> bool:
+    def _is_quiet(self, arrived: list[int]) -> bool:
         """Whether positions are not asked for in this cycle, as an older question for them is open."""
         for motor, answers in enumerate(self._position_answers):
-            if answers.would_be_quiet(self.cycle, arrived.get(_POSITIONS[motor], 0)):
+            if answers.would_be_quiet(self.cycle, arrived[motor]):
                 return True
         return False
 
@@ -136,7 +143,9 @@ class BarrettLink:
     def read(self, start_ns: int, frames: Sequence[Timed]) -> Reading:
         """Take the frames of a cycle in."""
         fresh, age = self._take(start_ns, frames)
-        self._module_silent_ns += min(start_ns - self._before_ns, 2 * self.period_ns) if self._before_ns else 0
+        passed_ns = min(start_ns - self._before_ns, 2 * self.period_ns) if self._before_ns else 0
+        self._mode_silent_ns += passed_ns
+        self._pendant_silent_ns += passed_ns
         self._force_ns = self._force_ns or start_ns
         self._before_ns = start_ns
         self.cycle += 1
@@ -144,7 +153,7 @@ class BarrettLink:
         if len(fresh) < proficio.JOINTS:
             positions = tuple([positions[k] if _NEEDED[k] <= fresh else None for k in range(proficio.JOINTS)])
         doubted = {motor for motor in fresh if self._position_answers[motor].is_doubtful}
-        lost = self._has_module and self._module_silent_ns > MODULE_LOST_NS
+        lost = self._has_module and max(self._mode_silent_ns, self._pendant_silent_ns) > MODULE_LOST_NS
         foreign, self._foreign = self._foreign, False
         return Reading(
             positions=positions,
@@ -164,16 +173,16 @@ class BarrettLink:
     def _take(self, start_ns: int, frames: Sequence[Timed]) -> tuple[set[int], int]:
         """The motors whose position answers this cycle's question, and in time; and how old (ns) the oldest of those
         answers is."""
-        before: dict[int, list[Timed]] = {}
-        since: dict[int, list[Timed]] = {}
-        for timed in frames:
-            at, (identifier, data) = timed
-            if identifier in _ASKED_EACH_CYCLE:
-                part = before if at <= start_ns else since
-                if identifier in part:
-                    part[identifier].append(timed)
+        # By slot: how many answers came before the cycle, when the others did, and what they say.
+        before, times, answers = [0] * _SLOTS, [list[int]() for _ in _SLOT_OF], [list[bytes]() for _ in _SLOT_OF]
+        for at, (identifier, data) in frames:
+            slot = _SLOT_OF.get(identifier, -1)
+            if slot >= 0:
+                if at <= start_ns:
+                    before[slot] += 1
                 else:
-                    part[identifier] = [timed]
+                    times[slot].append(at)
+                    answers[slot].append(data)
                 continue
             try:
                 if identifier in _PROPERTIES:
@@ -186,41 +195,40 @@ class BarrettLink:
                     self._foreign = True
             except FrameError:
                 self.strange_frames += 1
-        self._read_force(start_ns, before.get(_FORCE, []), since.get(_FORCE, []))
-        return self._read_positions(start_ns, before, since)
+        if self._hears_force:
+            self._read_force(start_ns, before[_FORCE_SLOT], times[_FORCE_SLOT], answers[_FORCE_SLOT])
+        return self._read_positions(start_ns, before, times, answers)
 
     def _read_positions(
-        self, start_ns: int, before: Mapping[int, list[Timed]], since: Mapping[int, list[Timed]]
+        self, start_ns: int, before: list[int], times: list[list[int]], answers: list[list[bytes]]
     ) -> tuple[set[int], int]:
         """Match answers to questions: those from before the cycle, or from after its time, belong to an older one."""
         until_ns, fresh, oldest = start_ns + self.listen_ns, set[int](), 0
-        is_asked = not self._is_quiet({identifier: len(found) for identifier, found in before.items()})
-        for motor, answers in enumerate(self._position_answers):
-            found = since.get(_POSITIONS[motor], _NOTHING)
-            if before:
-                answers.belated(len(before.get(_POSITIONS[motor], _NOTHING)))
+        is_asked = not self._is_quiet(before)
+        for motor, matcher in enumerate(self._position_answers):
+            matcher.belated(before[motor])
             if is_asked:
-                answers.asked(self.cycle, start_ns)
-            age = answers.match([at for at, _ in found], until_ns, is_asked=is_asked)
-            in_time = [frame.data for at, frame in found if at <= until_ns]
-            if age is not None and self._position(motor, in_time):
+                matcher.asked(self.cycle, start_ns)
+            age = matcher.match(times[motor], until_ns, is_asked=is_asked)
+            if age is None:
+                continue
+            in_time = [data for k, data in enumerate(answers[motor]) if times[motor][k] <= until_ns]
+            if self._position(motor, in_time):
                 fresh.add(motor)
                 oldest = max(oldest, age)
         return fresh, oldest
 
-    def _read_force(self, start_ns: int, before: list[Timed], since: list[Timed]) -> None:
+    def _read_force(self, start_ns: int, before: int, times: list[int], answers: list[bytes]) -> None:
         """The same for the force sensor's answers."""
-        if not self._hears_force:
-            return
-        answers = self._force_answers
-        is_asked = not answers.would_be_quiet(self.cycle, len(before))
-        answers.belated(len(before))
+        matcher = self._force_answers
+        is_asked = not matcher.would_be_quiet(self.cycle, before)
+        matcher.belated(before)
         if is_asked:
-            answers.asked(self.cycle, start_ns)
-        if answers.match([at for at, _ in since], start_ns + self.listen_ns, is_asked=is_asked) is None:
+            matcher.asked(self.cycle, start_ns)
+        if matcher.match(times, start_ns + self.listen_ns, is_asked=is_asked) is None:
             return
         try:
-            reading = unpack_reading(Group.FORCE, since[0].frame.data)
+            reading = unpack_reading(Group.FORCE, answers[0])
         except FrameError:
             self.strange_frames += 1
             return
@@ -246,10 +254,11 @@ class BarrettLink:
         number, value = decode_value(data)
         if number == self.robot.module["MODE"]:
             self._module = Module(decode_mode(value))
-            self._module_silent_ns = 0
+            self._mode_silent_ns = 0
         elif number == self.robot.module["PEN"]:
             levels = decode_pendant(value)[4:]
             self._warning, self._fault = Level.WARNING in levels, Level.FAULT in levels
+            self._pendant_silent_ns = 0
 
     def _angles(self) -> list[float]:
         """As plain numbers: the core computes several times as long with those of NumPy."""

@@ -22,6 +22,7 @@ from hil.robots import proficio
 from hil.robots.absent import MODULE, SENSOR
 from hil.robots.base import Line, Link, Sleep
 from hil.robots.proficio import Side
+from hil.safety.cycle import Vector
 from hil.safety.limits import Limits
 
 # Waits of the protocol, in s.
@@ -105,8 +106,8 @@ class Robot:
         awaited = frozenset(answer_of(k + 1, Group.POSITIONS) for k in range(proficio.JOINTS))
         return [Frame(to_group(Group.ARM), encode_request(self.motor["P"]))], awaited
 
-    def holding_torques(self, angles: np.ndarray) -> np.ndarray:
-        """Joint torques (3,) in N.m that hold the arm's weight."""
+    def holding_torques(self, angles: Vector) -> Vector:
+        """Joint torques in N.m that hold the arm's weight at angles in rad."""
         return proficio.holding_torques(angles, self.side)
 
     def looser_limits(self, line: Line, limits: Limits) -> list[str]:

@@ -36,12 +36,17 @@ _SCRIPT = """<script>
 </script>"""
 
 NONE = f'{STYLE}<aside id="bench-stop" aria-label="Stop"><p>No session, nothing to stop.</p></aside>'
+NOT_THERE = NONE.replace(
+    "No session, nothing to stop.", "No stop button for this session yet: use the pendant, or Ctrl-C in its terminal."
+)
 
 
 def stop_bar(seen: Watched | None, host: str) -> str:
     """HTML of the bar; `host` is the name under which the browser knows the studio."""
-    if seen is None or seen.stop is None or not seen.stop.port or seen.is_over:
+    if seen is None or seen.is_over:
         return NONE
+    if seen.stop is None or not seen.stop.port:
+        return NOT_THERE
     address = seen.stop.address(OTHER.get(host, "localhost"))
     origin = address.removesuffix(f"/{seen.stop.token}/")
     return (

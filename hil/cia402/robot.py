@@ -12,6 +12,7 @@ from hil.cia402.link import DrivesLink
 from hil.codecs.frame import Frame
 from hil.robots.absent import MODULE, SENSOR
 from hil.robots.base import Line, Link
+from hil.safety.cycle import Vector
 from hil.safety.limits import Limits
 
 
@@ -68,10 +69,10 @@ class DrivesRobot:
         """A SYNC, and the identifiers of the answers."""
         return [Frame(SYNC, b"")], frozenset(map(status_of, self.nodes))
 
-    def holding_torques(self, angles: np.ndarray) -> np.ndarray:
+    def holding_torques(self, angles: Vector) -> Vector:
         """None: what hangs on the drives is not known here, so a robot with a weight needs `gravity = false` and a
         brake or balance."""
-        return np.zeros(len(self.nodes))
+        return (0.0,) * len(self.nodes)
 
     def looser_limits(self, line: Line, limits: Limits) -> list[str]:
         """Joints whose torque needs more than their drive allows."""

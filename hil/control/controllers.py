@@ -1,30 +1,63 @@
 """What asks for torques: each gets where the arm is and says what it would like; the safety core decides."""
 
-from dataclasses import dataclass
-from typing import NamedTuple, Protocol, runtime_checkable
+from collections.abc import Sequence
+from typing import Protocol
 
 import numpy as np
 
-_NOTHING = np.zeros(3)
+from hil.safety.cycle import Record, Vector
+
+_NOTHING = (0.0, 0.0, 0.0)
 
 
-class Observed(NamedTuple):
-    """What a controller sees: time since it took over in s (negative before the arm is armed), joint angles rad, speeds
-    rad/s, wrist force N.
+class Observed(Record):
+    """What a controller sees: time since it took over in s (negative before the arm is armed), joint angles `q` rad, speeds
+    `w` rad/s, wrist force `f` N.
 
-    `sent` N.m is what the core let pass in the last cycle, without the part that holds the weight; `confirm` whether
+    `tau` N.m is what the core let pass in the last cycle, without the part that holds the weight; `confirm` whether
     the operator has just confirmed; `fresh` whether all angles were measured in this cycle; `asked` N.m what a program
-    beside the session asks for, None while it does not.
+    beside the session asks for, None while it does not. `angles`, `speeds`, `force` and `sent` are the four as arrays.
     """
 
-    seconds: float
-    angles: np.ndarray
-    speeds: np.ndarray
-    force: np.ndarray
-    sent: np.ndarray = _NOTHING
-    confirm: bool = False
-    fresh: bool = True
-    asked: tuple[float, ...] | None = None
+    def __init__(
+        self,
+        seconds: float,
+        q: Vector,
+        w: Vector,
+        f: Vector,
+        tau: Vector = _NOTHING,
+        confirm: bool = False,
+        fresh: bool = True,
+        asked: Vector | None = None,
+    ) -> None:
+        self.seconds = seconds
+        self.q = q
+        self.w = w
+        self.f = f
+        self.tau = tau
+        self.confirm = confirm
+        self.fresh = fresh
+        self.asked = asked
+
+    @property
+    def angles(self) -> np.ndarray:
+        """(n,) rad."""
+        return np.array(self.q)
+
+    @property
+    def speeds(self) -> np.ndarray:
+        """(n,) rad/s."""
+        return np.array(self.w)
+
+    @property
+    def force(self) -> np.ndarray:
+        """(3,) N."""
+        return np.array(self.f)
+
+    @property
+    def sent(self) -> np.ndarray:
+        """(n,) N.m."""
+        return np.array(self.tau)
 
 
 class Controller(Protocol):
@@ -33,7 +66,7 @@ class Controller(Protocol):
     One that pauses counts in `turn` how often it has begun to ask: its torque comes up along the ramp each time.
     """
 
-    def torque(self, observed: Observed) -> np.ndarray:
+    def torque(self, observed: Observed) -> np.ndarray | Vector:
         """Joint torques in N.m that it asks for, without those that hold the arm's weight."""
         ...
 
@@ -44,67 +77,37 @@ class Asked:
     def __init__(self) -> None:
         self.turn, self._is_asking = 0, False
 
-    def torque(self, observed: Observed) -> np.ndarray:
+    def torque(self, observed: Observed) -> Vector:
         """The torques that are asked for."""
         if (is_asking := observed.asked is not None) and not self._is_asking:
             self.turn += 1
         self._is_asking = is_asking
-        return np.zeros_like(observed.angles) if observed.asked is None else np.array(observed.asked)
+        return observed.asked if observed.asked is not None else (0.0,) * len(observed.q)
 
 
-@dataclass
 class Hold:
-    """Holds the posture in which the arm was armed: tau = stiffness (q0 - q) - damping w."""
+    """Holds the posture in which the arm was armed: tau = stiffness (q0 - q) - damping w.
 
-    stiffness: np.ndarray
-    damping: np.ndarray
-    _posture: np.ndarray | None = None
+    Args:
+        stiffness: N.m/rad by joint.
+        damping: N.m.s/rad by joint.
+    """
 
-    def torque(self, observed: Observed) -> np.ndarray:
+    def __init__(self, stiffness: Sequence[float], damping: Sequence[float]) -> None:
+        self.stiffness, self.damping = tuple(map(float, stiffness)), tuple(map(float, damping))
+        self._posture: Vector = ()
+
+    def torque(self, observed: Observed) -> Vector:
         """Spring and damper towards the posture."""
-        if observed.seconds <= 0 or self._posture is None:
-            self._posture = observed.angles.copy()
-        torques: np.ndarray = self.stiffness * (self._posture - observed.angles) - self.damping * observed.speeds
-        return torques
+        if observed.seconds <= 0 or not self._posture:
+            self._posture = observed.q
+        posture, q, w = self._posture, observed.q, observed.w
+        return tuple([self.stiffness[k] * (posture[k] - q[k]) - self.damping[k] * w[k] for k in range(len(q))])
 
 
 class Passive:
     """Asks for nothing: the arm's weight is held, a person moves it."""
 
-    def torque(self, observed: Observed) -> np.ndarray:
+    def torque(self, observed: Observed) -> Vector:
         """No torque."""
-        return np.zeros_like(observed.angles)
-
-
-class Shown(NamedTuple):
-    """A signal that a controller shows beside its torque."""
-
-    name: str
-    unit: str
-    description: str
-
-
-@runtime_checkable
-class Showing(Protocol):
-    """A controller that shows what it knows: `signals` are what, `shown` their values in the last cycle."""
-
-    signals: tuple[Shown, ...]
-    shown: tuple[float, ...]
-
-
-@runtime_checkable
-class Modelling(Protocol):
-    """A controller that knows the arm: `unmodelled` N.m of each joint are what it cannot explain of the last motion,
-    None if it cannot tell."""
-
-    unmodelled: tuple[float, ...] | None
-
-
-@runtime_checkable
-class Ending(Protocol):
-    """A controller that knows when it is done."""
-
-    @property
-    def is_done(self) -> bool:
-        """Whether the session may end."""
-        ...
+        return (0.0,) * len(observed.q)

@@ -1,20 +1,24 @@
 """The decision of a cycle, from its frames alone: the same live, in a dry run and in replay."""
 
+import math
 from collections.abc import Collection, Sequence
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
 from hil.codecs.frame import Frame, Timed
-from hil.control.controllers import Controller, Modelling, Observed, Showing
+from hil.control.abilities import Modelling, Showing
+from hil.control.controllers import Controller, Observed
 from hil.control.proof import Proof
 from hil.control.timing import Lateness
 from hil.robots.base import Reading, Robot
 from hil.safety.core import begin, step
-from hil.safety.cycle import Outcome, Reaction, Seen, State, Trip, Vector
+from hil.safety.cycle import Outcome, Reaction, Record, Seen, State, Trip, Vector, replaced
 from hil.safety.limits import Limits
 from hil.safety.motion import follow
 from hil.safety.rules import SLOW_SHARE
+
+_NO_FORCE: Final = (0.0, 0.0, 0.0)
 
 
 class CycleInput(NamedTuple):
@@ -38,19 +42,28 @@ class CycleInput(NamedTuple):
     asked: tuple[float, ...] | None = None
 
 
-class Decision(NamedTuple):
+class Decision(Record):
     """What a cycle sends, and what was known when that was decided.
 
     `passed` (3,) N.m is what the core let pass of the torque `asked` for, without the part that holds the weight;
     `shown` are the controller's own signals.
     """
 
-    frames: list[Frame]
-    outcome: Outcome
-    observed: Observed
-    asked: np.ndarray
-    passed: tuple[float, ...]
-    shown: tuple[float, ...] = ()
+    def __init__(
+        self,
+        frames: list[Frame],
+        outcome: Outcome,
+        observed: Observed,
+        asked: Vector,
+        passed: Vector,
+        shown: tuple[float, ...] = (),
+    ) -> None:
+        self.frames = frames
+        self.outcome = outcome
+        self.observed = observed
+        self.asked = asked
+        self.passed = passed
+        self.shown = shown
 
 
 class Pilot:
@@ -128,21 +141,16 @@ class Pilot:
         if self.state is None:
             positions = tuple([0.0 if q is None else q for q in reading.positions])
             self.state = begin(self.limits, given.start_ns - self.limits.period_ns, positions)
-            self.state = self.state._replace(unsure=self._unsure)
+            self.state = replaced(self.state, unsure=self._unsure)
         # The controller sees what the core believes, never a raw answer.
         motion = follow(self.limits, self.state, given.start_ns, reading.positions, reading.doubted)
-        angles = np.array(motion.positions)
-        armed = self.state.armed_ns
+        q, w, armed = motion.positions, motion.speeds, self.state.armed_ns
         seconds = -1.0 if armed is None else (given.start_ns - armed) * 1e-9
-        sent = np.array(self.state.active)
-        fresh = not any(motion.missing)
-        speeds, force = np.array(motion.speeds), np.array(reading.force or (0.0, 0.0, 0.0))
-        observed = Observed(seconds, angles, speeds, force, sent, given.confirm, fresh, given.asked)
+        force, fresh = reading.force or _NO_FORCE, not any(motion.missing)
+        observed = Observed(seconds, q, w, force, self.state.active, given.confirm, fresh, given.asked)
         asked = self._ask(observed, given.start_ns)
-        support = self.robot.holding_torques(angles) if self.gravity else np.zeros(len(angles))
-        seen = _seen(
-            given, reading, tuple(asked.tolist()), tuple(support.tolist()), self._unmodelled(), self._takeovers
-        )
+        support = _plain(self.robot.holding_torques(q)) if self.gravity else (0.0,) * len(q)
+        seen = _seen(given, reading, asked, support, self._unmodelled(), self._takeovers)
         self.state, outcome = step(self.limits, self.state, seen, motion=motion)
         self.cycle += 1
         passed = self.state.active
@@ -177,23 +185,26 @@ class Pilot:
             return False
         return state.reaction >= Reaction.RELEASE or state.fading == 0.0
 
-    def _ask(self, observed: Observed, now_ns: int) -> np.ndarray:
+    def _ask(self, observed: Observed, now_ns: int) -> Vector:
         """What the controller asks for; one that raises asks for what is no number, which the core does not let pass."""
         is_proving = self.proof is not None and observed.seconds >= 0 and not self.proof.is_done
         try:
             if is_proving and self.proof is not None:
                 self._take_over(self.proof, now_ns)
-                return self.proof.torque(observed)
+                return _plain(self.proof.torque(observed))
             self._take_over(self.controller, now_ns)
             since = (now_ns - self._taken_ns) * 1e-9
             if 0 <= since < observed.seconds:
-                observed = Observed(since, *observed[1:])
-            asked = np.asarray(self.controller.torque(observed), dtype=float).ravel()
+                force, sent = observed.f, observed.tau
+                observed = Observed(
+                    since, observed.q, observed.w, force, sent, observed.confirm, observed.fresh, observed.asked
+                )
+            asked = _plain(self.controller.torque(observed))
             self._take_over(self.controller, now_ns)  # it may just have begun again
             return asked
         except Exception as error:  # a user's own class may raise anything
             self.controller_error = f"{type(error).__name__}: {error}"
-            return np.full(len(self.limits.joints), np.nan)
+            return (math.nan,) * len(self.limits.joints)
 
     def _unmodelled(self) -> tuple[float, ...] | None:
         """What the controller's model of the arm leaves unexplained; nothing is known while somebody else asks for torques."""
@@ -210,6 +221,13 @@ class Pilot:
             self._asking = asking, turn
             self._takeovers += 1
             self._taken_ns = now_ns
+
+
+def _plain(torques: np.ndarray | Vector) -> Vector:
+    """Torques as plain numbers, whatever a controller gave."""
+    if isinstance(torques, tuple):
+        return tuple([float(torque) for torque in torques])
+    return tuple(np.asarray(torques, dtype=float).ravel().tolist())
 
 
 def _seen(

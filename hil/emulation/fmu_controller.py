@@ -50,7 +50,7 @@ class FmuController:
         found = np.zeros(proficio.JOINTS)
         if observed.seconds < 0:
             return found
-        seen = dict(zip(INPUTS, (*observed.angles, *observed.speeds, *observed.force), strict=True))
+        seen = dict(zip(INPUTS, (*observed.q, *observed.w, *observed.f), strict=True))
         if self._time < 0:
             self._fmu.initialise(observed.seconds, None, None)
             self._set(seen)

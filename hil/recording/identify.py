@@ -80,7 +80,7 @@ def _armed_cycles(recording: Path, pilot: Pilot) -> tuple[np.ndarray, np.ndarray
         starts.append(cycle.given.start_ns)
         passed.append(_acted(cycle, decision, pilot))
         took.append(cycle.took)
-        angles.append(decision.observed.angles)
+        angles.append(decision.observed.q)
         fresh.append(decision.observed.fresh)
     if sum(fresh) < _LEAST:
         raise MisfitError(

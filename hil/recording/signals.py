@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from fmus.files import write_atomically
-from hil.control.controllers import Showing
+from hil.control.abilities import Showing
 from hil.control.pilot import Decision, Pilot
 from hil.recording.replay import RecordedCycle, replay
 from hil.trials.controller import Trials
@@ -84,11 +84,9 @@ def write_signals(folder: Path, pilot: Pilot, provenance: dict[str, Any], frame:
 
 def _row(cycle: RecordedCycle, decision: Decision) -> list[float]:
     outcome, observed = decision.outcome, decision.observed
-    torques = outcome.torques if outcome.torques is not None else (0.0,) * len(observed.angles)
-    force = observed.force.tolist()
-    asked = np.asarray(decision.asked, dtype=float).ravel().tolist()
-    motion = (*observed.angles.tolist(), *observed.speeds.tolist())
-    row = [*motion, *torques, *asked, *decision.passed, cycle.took, float(observed.fresh), *force]
+    torques = outcome.torques if outcome.torques is not None else (0.0,) * len(observed.q)
+    asked, fresh = decision.asked, float(observed.fresh)
+    row = [*observed.q, *observed.w, *torques, *asked, *decision.passed, cycle.took, fresh, *observed.f]
     return [*row, float(outcome.reaction), *decision.shown]
 
 

@@ -21,13 +21,16 @@ def absent(robot: Robot) -> list[str]:
 
 def refusals(robot: Robot, waived: Collection[str]) -> list[str]:
     """Why a robot may not be armed for what it lacks, in words; empty if it may."""
-    keys = {name: key for key, name in KEYS.items()}
-    return [
+    return [refusal(name) for name in absent(robot) if name not in waived]
+
+
+def refusal(name: str) -> str:
+    """Why a robot without this safeguard is not armed."""
+    key = next(key for key, safeguard in KEYS.items() if safeguard == name)
+    return (
         f"no {name} answers: {_LACKS[name]}. Look at its cable and power; to run without one all the same, with lower limits,"
-        f" say {keys[name]} = true in [robot] of the bench file"
-        for name in absent(robot)
-        if name not in waived
-    ]
+        f" say {key} = true in [robot] of the bench file"
+    )
 
 
 def warning(waived: Collection[str]) -> str:

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from hil.codecs.frame import Frame, Timed
-from hil.safety.cycle import Module, Outcome, Vector
+from hil.safety.cycle import Module, Outcome, Record, Vector
 from hil.safety.limits import Limits
 
 Sleep = Callable[[float], None]
@@ -46,7 +46,7 @@ class Gains(NamedTuple):
     proof_torque: Vector
 
 
-class Reading(NamedTuple):
+class Reading(Record):
     """What the frames of a cycle say.
 
     `positions` rad by joint, None where no answer to this cycle's question came in time; `age_ns` how old the oldest of
@@ -56,19 +56,35 @@ class Reading(NamedTuple):
     `hil.safety.cycle.Seen`.
     """
 
-    positions: tuple[float | None, ...]
-    age_ns: int | None = None
-    force: Vector | None = None
-    force_saturated: bool = False
-    force_missing_ns: int = 0
-    sensor: bool = True
-    temperatures: tuple[float | None, ...] = ()
-    module: Module | None = Module.ACTIVE
-    warning: bool = False
-    fault: bool = False
-    foreign_torque: bool = False
-    trouble: str = ""
-    doubted: tuple[bool, ...] = ()
+    def __init__(
+        self,
+        positions: tuple[float | None, ...],
+        age_ns: int | None = None,
+        force: Vector | None = None,
+        force_saturated: bool = False,
+        force_missing_ns: int = 0,
+        sensor: bool = True,
+        temperatures: tuple[float | None, ...] = (),
+        module: Module | None = Module.ACTIVE,
+        warning: bool = False,
+        fault: bool = False,
+        foreign_torque: bool = False,
+        trouble: str = "",
+        doubted: tuple[bool, ...] = (),
+    ) -> None:
+        self.positions = positions
+        self.age_ns = age_ns
+        self.force = force
+        self.force_saturated = force_saturated
+        self.force_missing_ns = force_missing_ns
+        self.sensor = sensor
+        self.temperatures = temperatures
+        self.module = module
+        self.warning = warning
+        self.fault = fault
+        self.foreign_torque = foreign_torque
+        self.trouble = trouble
+        self.doubted = doubted
 
 
 class Link(Protocol):
@@ -134,8 +150,8 @@ class Robot(Protocol):
         """Frames that ask for all positions, and the identifiers of the answers."""
         ...
 
-    def holding_torques(self, angles: np.ndarray) -> np.ndarray:
-        """Joint torques (n,) in N.m that hold its weight at joint angles (n,) in rad."""
+    def holding_torques(self, angles: Vector) -> Vector:
+        """Joint torques in N.m, one a joint, that hold its weight at joint angles in rad."""
         ...
 
     def looser_limits(self, line: Line, limits: Limits) -> list[str]:

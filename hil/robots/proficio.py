@@ -107,14 +107,13 @@ def tool_position(angles: np.ndarray, side: Side) -> np.ndarray:
     return np.asarray(_BASE_TO_WORLD @ position + [0.0, _BASE_OFFSET[side], 0.0])
 
 
-def holding_torques(angles: np.ndarray, side: Side) -> np.ndarray:
-    """Joint torques (3,) in N.m that hold the arm against its weight at joint angles (3,) in rad.
+def holding_torques(angles: Sequence[float], side: Side) -> _Vector:
+    """Joint torques in N.m that hold the arm against its weight at the angles of its joints in rad.
 
     From the base outwards the weight is turned into each link's frame, and from the tip inwards moments are summed. In
     plain numbers: a session needs it in every cycle, and NumPy takes ten times as long for three of them.
     """
-    plain: list[float] = angles.tolist()
-    first, second, third = _turn(plain[0], 0), _turn(plain[1], 1), _turn(plain[2], 2)
+    first, second, third = _turn(angles[0], 0), _turn(angles[1], 1), _turn(angles[2], 2)
     weight_1 = _inwards(first, _WEIGHT)
     weight_2 = _inwards(second, weight_1)
     weight_3 = _inwards(third, weight_2)
@@ -122,7 +121,7 @@ def holding_torques(angles: np.ndarray, side: Side) -> np.ndarray:
     outer_3 = _outwards(third, _moment(weight_3, moments[2], (0.0, 0.0, 0.0)))
     outer_2 = _outwards(second, _moment(weight_2, moments[1], outer_3))
     outer_1 = _outwards(first, _moment(weight_1, moments[0], outer_2))
-    return np.array((outer_1[2], outer_2[2], outer_3[2]))
+    return outer_1[2], outer_2[2], outer_3[2]
 
 
 def _turn(angle: float, link: int) -> _Turn:

@@ -6,7 +6,7 @@ Loops count joints, and tuples are made of lists: compiled that is several times
 import math
 from typing import Final
 
-from hil.safety.cycle import Module, Motion, Outcome, Reaction, Seen, State, Trip, Vector, is_finite
+from hil.safety.cycle import Module, Motion, Outcome, Reaction, Seen, State, Trip, Vector, is_finite, replaced
 from hil.safety.limiters import LIMITERS, Limiter, pinch_torque
 from hil.safety.limits import Limits
 from hil.safety.motion import at_rest, follow
@@ -71,8 +71,7 @@ def step(
     if motion is None:
         motion = follow(limits, state, seen.time_ns, seen.positions, seen.doubted)
     state = _armed(limits, state, motion, seen, rules)
-    if seen.controller != state.controller:
-        state = state._replace(controller=seen.controller, ramp_ns=seen.time_ns)
+    takes_over = seen.controller != state.controller or state.armed_ns == seen.time_ns
     trips = tuple([trip for rule in rules if (trip := rule(limits, state, motion, seen)) is not None])
     worst = max(trips, key=_reaction) if trips else None
     stopped, reaction = state.stopped, worst.reaction if worst is not None else Reaction.PASS
@@ -81,11 +80,12 @@ def step(
     if stopped is not None:
         reaction = max(reaction, stopped.reaction)
     fading = _fading(limits, state, motion, reaction)
-    wanted = _wanted(limits, state, motion, seen, reaction, fading)
+    share = 0.0 if takes_over else _share(limits, state, motion, reaction)
+    wanted = _wanted(limits, state, motion, seen, reaction, fading * share)
     sent, limited = _limited(limits, limiters, motion, state.torques, wanted)
     if state.armed_ns is None or reaction >= Reaction.RELEASE:
         sent, limited = (0.0,) * len(limits.joints), ()
-    after = _remember(limits, state, motion, seen, sent, stopped, reaction, fading)
+    after = _remember(limits, state, motion, seen, sent, stopped, reaction, fading, share)
     released = reaction >= Reaction.RELEASE and state.armed_ns is not None
     silent = reaction is Reaction.SILENCE
     return after, Outcome(None if silent else sent, released and not silent, reaction, trips, limited)
@@ -100,11 +100,10 @@ def _armed(limits: Limits, state: State, motion: Motion, seen: Seen, rules: tupl
     if not seen.arm or seen.abort or seen.module not in _MAY_BE_ARMED:
         return state
     fresh = begin(limits, state.time_ns, motion.positions)
-    fresh = fresh._replace(
+    fresh = replaced(
+        fresh,
         motion=state.motion,
         armed_ns=seen.time_ns,
-        ramp_ns=seen.time_ns,
-        controller=seen.controller,
         late=state.late,
         heat=state.heat,
         unsure=state.unsure,
@@ -124,17 +123,24 @@ def _fading(limits: Limits, state: State, motion: Motion, reaction: Reaction) ->
     return max(state.fading - passed / limits.ramp_s, 0.0)
 
 
-def _wanted(limits: Limits, state: State, motion: Motion, seen: Seen, reaction: Reaction, fading: float) -> Vector:
-    """The torque before it is limited: the arm's weight, and what is left of the controller's part."""
+def _share(limits: Limits, state: State, motion: Motion, reaction: Reaction) -> float:
+    """Share of the controller's torque that it may have: it comes up along the ramp, is less while something is in doubt, and
+    does not grow while the arm gives way."""
+    if reaction > Reaction.REDUCE:
+        return state.share
+    most = limits.reduced if reaction is Reaction.REDUCE else 1.0
+    return min(state.share + motion.seconds / limits.ramp_s, most)
+
+
+def _wanted(limits: Limits, state: State, motion: Motion, seen: Seen, reaction: Reaction, left: float) -> Vector:
+    """The torque before it is limited: the arm's weight, and the share that is `left` of the controller's part."""
     support = _support(limits, seen)
     if state.armed_ns is None or reaction >= Reaction.SUPPORT:
         return support
-    up = min((seen.time_ns - state.ramp_ns) * 1e-9 / limits.ramp_s, 1.0)
-    share = max(up, 0.0) * fading * (limits.reduced if reaction is Reaction.REDUCE else 1.0)
     asked = state.asked if reaction is Reaction.COMPLY else seen.asked
     damping = limits.damping if reaction is Reaction.COMPLY else 0.0
     speeds = motion.speeds
-    return tuple([support[k] + share * asked[k] - damping * speeds[k] for k in range(len(speeds))])
+    return tuple([support[k] + left * asked[k] - damping * speeds[k] for k in range(len(speeds))])
 
 
 def _support(limits: Limits, seen: Seen) -> Vector:
@@ -165,6 +171,7 @@ def _remember(
     stopped: Trip | None,
     reaction: Reaction,
     fading: float,
+    share: float,
 ) -> State:
     """The state after a cycle."""
     # What was sent last has acted since then; holding the weight is no gift to anybody who lifts the arm.
@@ -188,11 +195,11 @@ def _remember(
         # While the arm gives way it follows what was asked before: what is asked now may be what went wrong.
         asked=seen.asked if reaction < Reaction.COMPLY else state.asked,
         armed_ns=state.armed_ns,
-        ramp_ns=state.ramp_ns,
-        controller=state.controller,
+        controller=seen.controller,
         stopped=stopped,
         reaction=reaction,
         fading=fading,
+        share=share,
         energy=max(state.energy + given - limits.leak * motion.seconds, 0.0),
         late=state.late + passed_ns if is_late(limits, state, seen) else 0,
         force=seen.force,

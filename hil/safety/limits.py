@@ -68,7 +68,7 @@ class Limits:
         damping: N.m.s/rad of each joint while the arm gives way.
         ramp_s: time in which torque comes up when a controller takes over, and goes down when the arm gives way.
         bandwidth: rad/s of the low pass on speeds.
-        reduced: share of the torque that is left while something is in doubt.
+        reduced: share of the torque that is left while something is in doubt; afterwards it comes back along the ramp.
         missing_comply_s, missing_release_s: time without a position after which the arm gives way, and is let go.
         answer_s: age of an answer, from its question on, beyond which it is not believed.
         late_comply_s: time of cycles in a row that began late or took too long.

@@ -1,6 +1,6 @@
 """Walk through a bus and say in plain words what is there, missing or set up wrongly; nothing is energised."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 
 from fmus.errors import MisfitError
@@ -13,9 +13,12 @@ from hil.codecs.barrett.safety_module import decode_mode, decode_pendant
 from hil.codecs.barrett.tables import Kind
 from hil.codecs.frame import Frame
 from hil.errors import BusError, FrameError
+from hil.robots.absent import MODULE, SENSOR, refusal
 from hil.robots.base import RobotKind, Sleep
 from hil.safety.limits import JointLimits
 
+# Nodes without which a session is refused, unless its bench file says otherwise.
+_SAFEGUARDS = {Kind.SAFETY: MODULE, Kind.FORCE_SENSOR: SENSOR}
 # A cycle is tried so many times; its slowest tells whether a rate can be held.
 TRIES = 200
 
@@ -49,7 +52,9 @@ def check_any(wire: Wire, kind: RobotKind, rate_hz: float) -> Iterator[Finding]:
     yield from (Finding(not missing, words) for words in kind.enumerate(wire))
 
 
-def check(wire: Wire, rate_hz: float, sleep: Sleep, joints: Sequence[JointLimits] = ()) -> Iterator[Finding]:
+def check(
+    wire: Wire, rate_hz: float, sleep: Sleep, joints: Sequence[JointLimits] = (), waived: Collection[str] = ()
+) -> Iterator[Finding]:
     """Look at everything that a session needs; motors are woken for it.
 
     Args:
@@ -57,6 +62,7 @@ def check(wire: Wire, rate_hz: float, sleep: Sleep, joints: Sequence[JointLimits
         rate_hz: cycles a second of the session that is planned.
         sleep: waits so many s.
         joints: limits of the session, which are compared with those of the safety module.
+        waived: safeguards that this bench may do without, see `hil.robots.absent`.
 
     Yields:
         What is well and what is not, each with words for the user.
@@ -79,7 +85,7 @@ def check(wire: Wire, rate_hz: float, sleep: Sleep, joints: Sequence[JointLimits
         return
     by_number = {node.number: node for node in nodes}
     for number, kind in ((1, Kind.MOTOR), (2, Kind.MOTOR), (3, Kind.MOTOR), (8, Kind.FORCE_SENSOR), (10, Kind.SAFETY)):
-        yield _place(by_number.get(number), number, kind)
+        yield _place(by_number.get(number), number, kind, waived)
     for node in nodes:
         if node.number not in (1, 2, 3, 8, 10):
             yield Finding(False, f"node {node.number} is a {node.kind.value} that a Proficio does not have")
@@ -99,13 +105,12 @@ def check(wire: Wire, rate_hz: float, sleep: Sleep, joints: Sequence[JointLimits
     yield _round_trip(wire, motors[0], rate_hz)
 
 
-def _place(node: FoundNode | None, number: int, kind: Kind) -> Finding:
+def _place(node: FoundNode | None, number: int, kind: Kind, waived: Collection[str]) -> Finding:
     if node is None:
-        needed = kind is Kind.MOTOR
-        return Finding(
-            not needed,
-            f"node {number} ({kind.value}) does not answer" + ("" if needed else "; a session can do without"),
-        )
+        words, safeguard = f"node {number} ({kind.value}) does not answer", _SAFEGUARDS.get(kind)
+        if safeguard in waived:
+            return Finding(True, f"{words}; the bench file says that a session may do without, its limits are halved")
+        return Finding(False, words if safeguard is None else f"{words}: {refusal(safeguard)}")
     if node.kind is not kind:
         return Finding(False, f"node {number} is a {node.kind.value}, a {kind.value} belongs there")
     state = "awake" if node.awake else "asleep, a session wakes it"

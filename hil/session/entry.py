@@ -15,7 +15,7 @@ from typing import Any
 
 from fmus.errors import MisfitError
 from hil.bus.wire import Wire, open_wire
-from hil.control.controllers import Ending
+from hil.control.abilities import Ending
 from hil.control.pilot import Decision, Pilot
 from hil.control.timing import Metronome
 from hil.recording.recorder import Recorder

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hil.control.controllers import Observed, Shown
+from hil.control.abilities import Shown
+from hil.control.controllers import Observed
 from hil.emulation.anatomy import anatomy
 from hil.emulation.muscles import Muscles
 from hil.emulation.planar import PLANE, Placement

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from hil.control.controllers import Observed, Shown
+from hil.control.abilities import Shown
+from hil.control.controllers import Observed
 from hil.emulation.anatomy import anatomy
 from hil.emulation.corrections import Corrections
 from hil.emulation.muscles import Muscles

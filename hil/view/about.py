@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from hil.control.controllers import Showing
+from hil.control.abilities import Showing
 from hil.control.pilot import Pilot
 from hil.emulation.planar import Placement
 from hil.settings import Settings

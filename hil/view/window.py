@@ -61,7 +61,7 @@ class Window:
         """Show a cycle; takes a few microseconds. `missed` cycles have been skipped so far."""
         outcome, observed, numbers = decision.outcome, decision.observed, self._numbers
         torques: Sequence[float] = outcome.torques or _NOTHING
-        joints = (observed.angles, observed.speeds, torques, decision.asked, observed.force)
+        joints = (observed.q, observed.w, torques, decision.asked, observed.f)
         armed, stopped = pilot.is_armed, pilot.stopped
         late_us = late_ns * 1e-3
         self._writes += 1

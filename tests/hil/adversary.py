@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hil.safety.core import begin, step
-from hil.safety.cycle import Module, Outcome, Reaction, Seen, State
+from hil.safety.cycle import Module, Outcome, Reaction, Seen, State, replaced
 from hil.safety.limits import Limits
 from tests.hil.cycles import LIMITS
 
@@ -61,7 +61,7 @@ def _episode(random: np.random.Generator, limits: Limits, cycles: int, found: Fo
 
 def _absurd(random: np.random.Generator, seen: Seen, state: State) -> Seen:
     """A cycle with one thing wrong."""
-    return seen._replace(**_CHANGES[random.integers(len(_CHANGES))](random, seen, state))
+    return replaced(seen, **_CHANGES[random.integers(len(_CHANGES))](random, seen, state))
 
 
 def _poisoned(random: np.random.Generator, values: tuple) -> tuple:

@@ -4,7 +4,7 @@ from dataclasses import replace
 from typing import Any
 
 from hil.safety.core import begin, step
-from hil.safety.cycle import Outcome, Seen, State
+from hil.safety.cycle import Outcome, Seen, State, replaced
 from hil.safety.limiters import LIMITERS, Limiter
 from hil.safety.limits import JointLimits, Limits, Zone
 from hil.safety.rules import RULES, Rule
@@ -40,7 +40,7 @@ class Arm:
         wiggle = 1e-6 * (len(self.outcomes) % 2)  # a live encoder never says quite the same
         positions = tuple(q + wiggle for q in self.positions)
         basis = Seen(time_ns=self.now + self.limits.period_ns, positions=positions, asked=zeros, support=zeros)
-        return basis._replace(**seen)
+        return replaced(basis, **seen)
 
     def cycle(self, **seen: Any) -> Outcome:
         self.state, outcome = step(self.limits, self.state, self.calm(**seen), rules=self.rules, limiters=self.limiters)

@@ -23,7 +23,7 @@ from hil.bench_view import page, pictures
 from hil.bench_view.advice import ADVICE, REACTIONS
 from hil.bench_view.residual_map import CELLS, FORGETS_S, ResidualMap
 from hil.bench_view.sentences import PHASES, faults, plain, state, trial
-from hil.bench_view.stop_bar import NONE, stop_bar
+from hil.bench_view.stop_bar import NONE, NOT_THERE, stop_bar
 from hil.bench_view.tables import fault_list, joints
 from hil.bench_view.watched import Life, Past, Sessions, Watched
 from hil.codecs.barrett.safety_module import Button
@@ -184,7 +184,7 @@ def test_no_part_of_the_page_listens_to_the_browser(window: Window, monkeypatch:
 def test_the_button_lies_on_another_site_than_the_page(window: Window, host: str, other: str) -> None:
     seen = Watched.open(window.path)
     assert seen.stop is not None
-    assert stop_bar(seen, host) == NONE  # its server is not up yet
+    assert stop_bar(seen, host) == NOT_THERE  # its server is not up yet
     StopFlag(seen.stop.path).listen(4321)
     assert f'src="http://{other}:4321/{seen.stop.token}/"' in stop_bar(seen, host)
     seen.life = Life.ENDED
@@ -292,3 +292,11 @@ def test_the_button_says_which_session_and_robot_it_stops(window: Window) -> Non
 def test_a_session_that_says_nothing_of_its_limits_is_shown_all_the_same() -> None:
     seen: Any = SimpleNamespace(about={})
     assert joints(seen, seen) == "<p>This session does not say what its limits are.</p>"
+
+
+@pytest.mark.parametrize("stop", [None, SimpleNamespace(port=0)])
+def test_a_session_without_its_stop_button_is_not_called_nothing_to_stop(stop: Any) -> None:
+    running: Any = SimpleNamespace(is_over=False, stop=stop, title="hold (7)")
+    said = stop_bar(running, "127.0.0.1")
+    assert "nothing to stop" not in said
+    assert "use the pendant, or Ctrl-C" in said

@@ -1,19 +1,21 @@
 """`misfit hil check`: what is wrong with a bus is said in words."""
 
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Collection
 
 import pytest
 
 from hil.codecs.barrett.safety_module import Button
 from hil.codecs.barrett.tables import Kind
+from hil.robots.absent import MODULE, SENSOR
 from hil.session.check import check
 from hil.virtual.node import Node
 from tests.hil.bench import Bench
 
 
-def found(bench: Bench, rate_hz: float = 500.0) -> tuple[list[str], list[str]]:
+def found(bench: Bench, rate_hz: float = 500.0, waived: Collection[str] = ()) -> tuple[list[str], list[str]]:
     """What is good, and what is not."""
-    findings = list(check(bench.wire, rate_hz, bench.sleep))
+    findings = list(check(bench.wire, rate_hz, bench.sleep, waived=waived))
     return [f.words for f in findings if f.good], [f.words for f in findings if not f.good]
 
 
@@ -79,12 +81,18 @@ def test_a_bus_without_a_robot_says_what_to_look_at() -> None:
     ]
 
 
-def test_a_robot_without_force_sensor_can_be_used() -> None:
+@pytest.mark.parametrize(
+    ("number", "name", "key"), [(8, SENSOR, "without_force_sensor"), (10, MODULE, "without_safety_module")]
+)
+def test_a_missing_safeguard_is_bad_unless_the_bench_may_do_without(number: int, name: str, key: str) -> None:
     bench = Bench()
-    _without(8)(bench)
-    good, bad = found(bench)
+    _without(number)(bench)
+    _, bad = found(bench)
+    assert len(bad) == 1
+    assert re.search(rf"node {number} \(.*\) does not answer: no {name} answers: .* say {key} = true", bad[0])
+    good, bad = found(bench, waived=(name,))
     assert bad == []
-    assert "node 8 (force/torque sensor) does not answer; a session can do without" in good
+    assert any(f"node {number} " in words and "its limits are halved" in words for words in good)
 
 
 def test_a_rate_that_the_bus_cannot_hold_is_named_with_what_it_leaves() -> None:

@@ -6,6 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from hil.codecs.barrett.identifiers import Group, Node, answer_of
+from hil.codecs.barrett.properties import decode_value
 from hil.codecs.barrett.torques import unpack_torques
 from hil.codecs.frame import Frame, Timed
 from hil.robots import proficio
@@ -130,3 +132,19 @@ def test_random_sequences_of_faults_never_pass_a_limit() -> None:
             motors = np.array(unpack_torques(timed.frame.data)[:3]) / proficio.Controller().torque_units
             slack = np.abs(proficio.JOINT_TO_MOTOR).sum(axis=0) / proficio.Controller().torque_units
             assert np.all(np.abs(proficio.joint_torques(motors)) <= limits + slack)
+
+
+@pytest.mark.parametrize("name", ["MODE", "PEN"])
+def test_a_module_that_no_longer_says_all_that_it_watches_lets_the_arm_go(name: str) -> None:
+    bench = Bench()
+    pilot = bench.pilot()
+    number, answer = pilot.robot.module[name], answer_of(Node.SAFETY, Group.PROPERTIES)
+
+    def lost(timed: Timed) -> list[Timed]:
+        is_it = timed.frame.identifier == answer and decode_value(timed.frame.data).property == number
+        return [] if is_it else [timed]
+
+    bench.run(pilot, 600, lambda cycle: bench.faults.towards_host.append(lost) if cycle == 300 else None)
+    assert str(pilot.stopped) == "module_agrees: the safety module does not answer"
+    # After a quarter of a second of 2 ms each.
+    assert 300 + 120 < bench.cycle < 300 + 135

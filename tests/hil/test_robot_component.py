@@ -11,7 +11,6 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-import numpy as np
 import pyarrow.parquet as pq
 import pytest
 from rich.console import Console
@@ -20,6 +19,7 @@ from rich.progress import Progress
 from fmus.errors import ComponentError, MisfitError
 from hil.component import RobotComponent, open_robot
 from hil.control.controllers import Asked, Observed
+from hil.safety.cycle import replaced
 from hil.session.loop import Summary, Wishes
 from hil.session.recorded import replay_session
 from hil.stop.flag import StopFlag
@@ -156,12 +156,15 @@ def test_a_run_whose_session_is_over_does_not_go_on_with_what_the_robot_said_las
         component.step(0.0, 0.01)
 
 
+STILL = (0.0, 0.0, 0.0)
+
+
 def test_a_run_that_falls_silent_asks_for_nothing_and_begins_again_at_the_foot_of_the_ramp() -> None:
-    asked, seen = Asked(), Observed(1.0, np.zeros(3), np.zeros(3), np.zeros(3))
-    assert asked.torque(seen._replace(asked=(1.0, 0.0, 0.0))).tolist() == [1.0, 0.0, 0.0]
+    asked, seen = Asked(), Observed(1.0, STILL, STILL, STILL)
+    assert asked.torque(replaced(seen, asked=(1.0, 0.0, 0.0))) == (1.0, 0.0, 0.0)
     turn = asked.turn
-    assert asked.torque(seen).tolist() == [0.0, 0.0, 0.0]
-    asked.torque(seen._replace(asked=(1.0, 0.0, 0.0)))
+    assert asked.torque(seen) == (0.0, 0.0, 0.0)
+    asked.torque(replaced(seen, asked=(1.0, 0.0, 0.0)))
     assert asked.turn == turn + 1
 
 

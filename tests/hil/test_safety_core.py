@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from fmus.errors import MisfitError
 from hil.safety.core import begin, step
-from hil.safety.cycle import Module, Motion, Reaction, Seen
+from hil.safety.cycle import Module, Motion, Reaction, Seen, replaced
 from hil.safety.limiters import LIMITERS, braking_only, inwards_only, pinch_torque, torque_rate
 from hil.safety.limits import JointLimits, Limits, Zone, lowered
 from hil.safety.motion import follow
@@ -392,7 +392,7 @@ def test_what_is_said_of_an_encoder_is_said_of_this_cycle_alone() -> None:
         assert (motion.jumps, motion.jumped) == (jumps, pytest.approx(jumped))
         missing = tuple(k for k, gap in enumerate(motion.missing) if gap)
         assert all(motion.halted[k] == 0.0 and motion.still[k] == 0 for k in missing)
-        arm.state = arm.state._replace(motion=motion, time_ns=arm.now + PERIOD)
+        arm.state = replaced(arm.state, motion=motion, time_ns=arm.now + PERIOD)
 
 
 def test_an_encoder_that_stops_keeps_the_speed_from_which_it_did_until_it_moves_again() -> None:
@@ -457,12 +457,41 @@ def test_what_stays_within_its_limit_does_not_stop_the_arm(drive: Drive) -> None
 # --- reactions
 
 
-def test_while_in_doubt_half_the_torque_is_left_and_then_all_again() -> None:
-    arm = Arm().armed()
+def test_while_in_doubt_half_the_torque_is_left_and_then_it_comes_back_along_the_ramp() -> None:
+    arm, given = Arm().armed(), {"asked": (4.0, 0.0), "support": (2.0, 0.0)}
     # Two cycles first: in one the torque could not grow further than to what is expected then.
-    arm.cycles(2, asked=(4.0, 0.0), support=(2.0, 0.0))
-    assert arm.cycle(asked=(4.0, 0.0), support=(2.0, 0.0), warning=True).torques == pytest.approx((4.0, 0.0))
-    assert arm.cycle(asked=(4.0, 0.0), support=(2.0, 0.0)).torques == pytest.approx((6.0, 0.0))
+    assert arm.cycles(2, **given).torques == pytest.approx((6.0, 0.0))
+    assert arm.cycles(3, **given, warning=True).torques == pytest.approx((4.0, 0.0))
+    step = PERIOD_S / LIMITS.ramp_s
+    for k in range(1, 40):
+        left = min(LIMITS.reduced + k * step, 1.0)
+        assert arm.cycle(**given).torques == pytest.approx((2.0 + 4.0 * left, 0.0))
+
+
+def test_doubt_on_the_ramp_neither_stops_it_nor_makes_it_steeper_but_ends_it_at_half() -> None:
+    arm, step = Arm(), PERIOD_S / LIMITS.ramp_s
+    arm.cycle(arm=True, asked=(2.0, 0.0))
+    for k in range(1, 60):
+        found = arm.cycle(asked=(2.0, 0.0), warning=True)
+        assert found.torques == pytest.approx((2.0 * min(k * step, LIMITS.reduced), 0.0))
+
+
+@pytest.mark.parametrize("ramped", [0, 5, 60])
+@pytest.mark.parametrize("doubted", [0, 1, 3])
+def test_no_torque_grows_while_the_arm_gives_way(ramped: int, doubted: int) -> None:
+    """Before it does, it may be in doubt, and its controller may have just taken over."""
+    arm, asked = Arm(replace(LIMITS, ramp_s=0.1)), (2.0, -2.5)
+    arm.cycle(arm=True, asked=asked)
+    for k in range(ramped + doubted):
+        arm.cycle(asked=asked, warning=k >= ramped)
+    last = [abs(torque) for torque in arm.state.active]
+    for _ in range(60):
+        outcome = arm.cycle(asked=asked, abort=True)
+        assert outcome.reaction is Reaction.COMPLY
+        now = [abs(torque) for torque in arm.state.active]
+        assert all(new <= old + 1e-3 for new, old in zip(now, last, strict=True))  # damping of the wiggle
+        last = now
+    assert last == pytest.approx([0.0, 0.0], abs=1e-3)
 
 
 def test_giving_way_fades_what_was_asked_before_and_keeps_the_weight() -> None:
@@ -588,7 +617,7 @@ def test_the_time_is_counted_in_which_a_joint_just_presses_and_rests(torque: flo
     arm = Arm().armed()
     assert arm.state.pinched == begin(LIMITS, 0, (0.0, 0.0)).pinched == (0, 0)
     here = Motion(PERIOD_S, (0.0, 0.85), (0.0, speed), (0, 0), (0, 0))
-    arm.state = arm.state._replace(motion=here, pinched=(0, 5))
+    arm.state = replaced(arm.state, motion=here, pinched=(0, 5))
     arm.cycle(positions=(0.0, None), support=(0.0, torque))  # no answer: position and speed stay what they were
     assert arm.state.pinched == (0, counted)
 

@@ -8,7 +8,7 @@ import pytest
 
 from hil.safety import rules
 from hil.safety.core import begin
-from hil.safety.cycle import Module, Motion, Reaction, Seen, Trip
+from hil.safety.cycle import Module, Motion, Reaction, Seen, Trip, replaced
 from hil.safety.limits import Limits
 from tests.hil.cycles import LIMITS, PERIOD, PERIOD_S
 
@@ -26,7 +26,7 @@ def trip_of(rule: str, changes: dict[str, Any], limits: Limits = LIMITS) -> Trip
     }
     for name, value in changes.items():
         part, field = name.split("_", 1)
-        parts[part] = parts[part]._replace(**{field: value})
+        parts[part] = replaced(parts[part], **{field: value})
     found: Trip | None = getattr(rules, rule)(limits, *parts.values())
     assert found is None or found.rule == rule
     return found

@@ -12,7 +12,7 @@ from hil.errors import BusError
 from hil.robots.answers import Answers, listen_ns
 from hil.robots.base import Gains, Line, Reading, Sleep
 from hil.robots.defaults import limits_of
-from hil.safety.cycle import Module, Outcome
+from hil.safety.cycle import Module, Outcome, Vector
 from hil.safety.limits import JointLimits, Limits
 from hil.virtual.plant import FreeJoints
 from hil.virtual.robot import RealTime
@@ -78,8 +78,8 @@ class ToyRobot:
     def question(self) -> tuple[list[Frame], frozenset[int]]:
         return [Frame(ASK, b"")], frozenset({SAID})
 
-    def holding_torques(self, angles: np.ndarray) -> np.ndarray:
-        return np.zeros(2)
+    def holding_torques(self, angles: Vector) -> Vector:
+        return (0.0, 0.0)
 
     def looser_limits(self, line: Line, limits: Limits) -> list[str]:
         return []

@@ -52,7 +52,9 @@ def digests(seed: int, cycles: int) -> Iterator[tuple[str, float]]:
 
 
 def decisions(folder: Path) -> tuple[float, float]:
-    """us of CPU time of a cycle's questions and decision, and of a cycle of the replay; the least of some runs."""
+    """us of CPU time of a cycle's questions and decision, and of a cycle of the replay; the least of some runs, with the
+    real-time priority that a session has."""
+    from hil.control.timing import real_time_priority
     from hil.recording.replay import cycles_of
     from hil.session.recorded import recorded_pilot, replay_session
 
@@ -60,14 +62,15 @@ def decisions(folder: Path) -> tuple[float, float]:
     decided, replayed = [], []
     for _ in range(RUNS):
         pilot = recorded_pilot(folder)
-        began = time.thread_time()
-        for each in given:
-            pilot.requests()
-            pilot.decide(each)
-        decided.append(time.thread_time() - began)
-        began = time.thread_time()
-        replay_session(folder)
-        replayed.append(time.thread_time() - began)
+        with real_time_priority():
+            began = time.thread_time()
+            for each in given:
+                pilot.requests()
+                pilot.decide(each)
+            decided.append(time.thread_time() - began)
+            began = time.thread_time()
+            replay_session(folder)
+            replayed.append(time.thread_time() - began)
     return 1e6 * min(decided) / len(given), 1e6 * min(replayed) / len(given)
 
 
