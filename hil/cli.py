@@ -4,7 +4,7 @@ import contextlib
 import tempfile
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
@@ -15,9 +15,6 @@ from hil.terminal import ask_arm, ask_home, gaps, robot_of, stopped_by, yes
 from hil.trials_cli import record
 from hil.virtual.cli import robot, tell
 from orchestrator.cli.common import can_be_filled, json_option, quiet_option, show, write_json
-
-if TYPE_CHECKING:
-    pass
 
 
 @click.group()

@@ -15,10 +15,10 @@ from hil.control.pilot import Pilot
 from hil.robots import proficio
 from hil.session.loop import Loop, Summary, Wishes
 from hil.settings import Settings, default_settings
-from hil.virtual.bus import DirectBus
 from hil.virtual.faults import Faults
 from hil.virtual.plant import FreeJoints
 from hil.virtual.robot import VirtualRobot
+from tests.hil.direct_bus import DirectBus
 
 SETTINGS: Settings = replace(default_settings(), gravity=False)
 

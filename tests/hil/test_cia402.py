@@ -25,11 +25,11 @@ from hil.safety.limits import lowered
 from hil.session.loop import Loop, Wishes
 from hil.session.recorded import replay_session
 from hil.session.round_trip import measured, too_slow
-from hil.virtual.bus import DirectBus
 from hil.virtual.drives import VirtualDrive, VirtualDrives
 from hil.virtual.faults import Faults
 from hil.virtual.plant import FreeJoints
 from tests.hil.bench import Beats
+from tests.hil.direct_bus import DirectBus
 
 NODES, GEAR, RATED, RATE = (3, 5), (50.0, -30.0), 0.5, 500.0
 WAIVED = (MODULE, SENSOR)

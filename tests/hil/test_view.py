@@ -91,7 +91,7 @@ for k in range(20000):
     trip = Some(rule='calm', reaction=0, words=str(k))
     outcome = Some(torques=v, reaction=0, trips=(trip,))
     window.put(k + 1, 0, k, Some(stopped=None, is_armed=True, cycle=k, missing_answers=k, refused=None),
-               Some(outcome=outcome, observed=Some(angles=v, speeds=v, force=v), asked=v, shown=v))
+               Some(outcome=outcome, observed=Some(q=v, w=v, f=v), asked=v, shown=v))
 """
 
 

@@ -1,4 +1,4 @@
-"""A bus inside one process: the robot answers the moment it is asked. For tests; time is what the caller says."""
+"""A bus inside one process: the robot answers the moment it is asked, and time is what the caller says."""
 
 from collections import deque
 
