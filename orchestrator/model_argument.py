@@ -11,6 +11,7 @@ from orchestrator.models.contract import Model
 
 if TYPE_CHECKING:
     from orchestrator.blackbox.source import Source
+    from orchestrator.models.symbolic import SymbolicModel
 
 SYSTEM_ENDINGS = (".toml", ".ssd", ".ssp")
 
@@ -86,3 +87,22 @@ def load_modelica(text: str) -> ModelicaModel:
     if text.endswith(".fmu"):
         raise MisfitError(f"{text} is an FMU, whose equations are closed; name its Modelica class (FILE.mo:Class)")
     return find_modelica_model(text)
+
+
+def with_forces(source: ModelicaModel, name: str) -> "SymbolicModel":
+    """The model of a class with an input for the force that it may lack on each of its signals: its own, or those at its balances.
+
+    Its signals are the outputs of which such an input is told, all outputs if there is none.
+
+    Raises:
+        MisfitError: if the class cannot be compiled, or keeps values from event to event.
+    """
+    from orchestrator.models.correction import PREFIX, with_corrections
+    from orchestrator.models.symbolic import SymbolicModel
+
+    system = source.compile()
+    if not any(v.name.startswith(PREFIX) for v in system.inputs):
+        system = with_corrections(*source.balanced())
+    forces = {v.name.removeprefix(PREFIX) for v in system.inputs if v.name.startswith(PREFIX)}
+    shown = [output for output in system.outputs if output in forces]
+    return SymbolicModel(name, system, shown or None)

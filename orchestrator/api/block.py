@@ -179,7 +179,7 @@ class Block:
         """Write the block with its data as JSON; returns the path.
 
         Raises:
-            MisfitError: if a latent function has a prior mean, which is code and no data.
+            MisfitError: if a latent function has a prior mean that is code and no physics model.
         """
         from orchestrator.gp.saved import write_block
 

@@ -204,13 +204,16 @@ class Model:
         """
         from orchestrator.api.block import Block
         from orchestrator.gp.from_trials import learn_missing
+        from orchestrator.model_argument import with_forces
 
         trials, model = self._checked(data)
         if self.is_closed:
             raise MisfitError(
                 f"{self.name}: the force that a closed model lacks cannot be learned; name its Modelica class"
             )
-        bound = trials.bound(model.inputs, model.outputs)
+        if self._version is None:
+            model = with_forces(self._modelica(), self.name)
+        bound = trials.bound(model.inputs, [v for v in model.outputs if v.name in model.signals])  # type: ignore[attr-defined]
         with progress() as say:
             say("finding the missing force along every trial")
             learned = learn_missing(model.restricted(bound.output_names), bound, most)  # type: ignore[attr-defined]

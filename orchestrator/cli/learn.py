@@ -44,14 +44,13 @@ def learn(model: str, data: str, block_file: str, most: int, factors: str, json_
     from orchestrator.gp.saved import write_block
     from orchestrator.gp.trials.coupled import write_coupled
     from orchestrator.measurements import bind, load_measurements
-    from orchestrator.model_argument import load_modelica
-    from orchestrator.models.symbolic import SymbolicModel
+    from orchestrator.model_argument import load_modelica, with_forces
 
     with progress(quiet) as say:
         say(f"reading {data}")
         measurements = load_measurements(data)
-        loaded = SymbolicModel(model, load_modelica(model).compile())
-        bound = bind(measurements, loaded.inputs, loaded.outputs)
+        loaded = with_forces(load_modelica(model), model)
+        bound = bind(measurements, loaded.inputs, [v for v in loaded.outputs if v.name in loaded.signals])
         say("finding the missing force along every trial")
         model_used = loaded.restricted(bound.output_names)
         found = learn_missing(model_used, bound, most, _factors(factors))

@@ -20,7 +20,7 @@ def block_fmu(block: Block, path: Path, fmi_version: str = "2.0", platforms: Seq
     the library.
 
     Raises:
-        MisfitError: if a latent function has a prior mean, or there is no C compiler.
+        MisfitError: if a latent function has a prior mean that is code and no physics model, or there is no C compiler.
     """
     system = block_system(block, path.name.split(".")[0])
     return build_fmu(system, path, fmi_version=fmi_version, platforms=platforms)

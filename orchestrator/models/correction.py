@@ -6,11 +6,12 @@ a flow), it is the flow that gives the measured rate; where the correction acts 
 difference. States that are not measured (an activation, say) are simulated along the measured ones.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import casadi as ca
 
+from fmus.symbolic.balances import Balance
 from fmus.symbolic.system import SymbolicSystem, Variable
 
 PREFIX = "correction_"
@@ -44,6 +45,22 @@ class ResidualSystem:
     system: SymbolicSystem
     signals: tuple[str, ...]
     positions: Mapping[str, Position]
+
+
+def with_corrections(system: SymbolicSystem, balances: Sequence[Balance]) -> SymbolicSystem:
+    """The system with the inputs at its balances as corrections: each of the output that shows what the balance drives.
+
+    An output that reads a position goes before one that reads its speed; where no output reads either, the correction
+    bears the state's name.
+    """
+    names: dict[str, str] = {}
+    if system.rhs.is_a("SXFunction"):
+        symbols = _Symbols(system)
+        read = {state: name for name in reversed(system.outputs) for state, *_ in symbols.read_by(name)}
+        for balance in balances:
+            shown = next((read[state] for state in (balance.position, balance.state) if state in read), balance.state)
+            names[balance.input] = PREFIX + shown
+    return replace(system, inputs=tuple(replace(v, name=names.get(v.name, v.name)) for v in system.inputs))
 
 
 def residual_system(system: SymbolicSystem, signals: Sequence[str]) -> ResidualSystem | None:
@@ -91,15 +108,19 @@ class _Symbols:
         self.states = {v.name: self.x[i] for i, v in enumerate(system.states)}
         self.values = self.states | {v.name: z[i] for i, v in enumerate(system.algebraics)}
 
-    def reading(self, signal: str) -> Position | None:
-        """Find the state that a signal reads, if its derivative is a state too or under the signal's correction; else None."""
+    def read_by(self, signal: str) -> Iterator[tuple[str, ca.SX, ca.SX]]:
+        """States that a signal is a linear function of, with scale and offset."""
         value = self.values[signal]
         others = ca.vertcat(self.time, self.u, self.delayed)
         for state, symbol in self.states.items():
             scale, offset = ca.jacobian(value, symbol), ca.substitute(value, symbol, ca.SX(0))
             free = ca.vertcat(scale, offset)
-            if scale.is_zero() or ca.depends_on(free, self.x) or ca.depends_on(free, others):
-                continue
+            if not (scale.is_zero() or ca.depends_on(free, self.x) or ca.depends_on(free, others)):
+                yield state, scale, offset
+
+    def reading(self, signal: str) -> Position | None:
+        """Find the state that a signal reads, if its derivative is a state too or under the signal's correction; else None."""
+        for state, scale, offset in self.read_by(signal):
             speeds = [name for name, v in self.states.items() if ca.is_equal(self.derivatives[state], v)]
             force = self.inputs.get(PREFIX + signal)
             if speeds or (force is not None and ca.depends_on(self.derivatives[state], force)):

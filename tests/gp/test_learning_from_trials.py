@@ -22,6 +22,7 @@ from orchestrator.gp.trials.judged import Errors, judge, will_not_lose
 from orchestrator.measurements import BoundSet, bind, load_measurements
 from orchestrator.models.compiled import CompiledModel
 from orchestrator.models.symbolic import SymbolicModel
+from tests.laws.oscillator import recorded
 
 CASES = Path(__file__).parents[1] / "cases" / "arm"
 TIME = np.arange(500) * 0.004
@@ -166,6 +167,24 @@ def test_a_muscle_without_positions_is_learned_over_the_length_that_drives_it(
     left = np.interp(samples["time"][:200], run.time, run["model.force"]) - samples["force"][:200]
     alone = found["free_run"]["trials"][trial.with_suffix(".csv").name]["force"]
     assert np.sqrt(np.mean(left**2)) < alone["before"]
+
+
+def test_a_brake_that_a_model_of_ones_own_lacks_is_learned_with_its_formula_unknown(
+    tmp_path: Path, learn: Callable[..., tuple[int, str, str]]
+) -> None:
+    recorded(tmp_path / "data", lambda t, x, v: -4.0 * v / (1 + (v / 0.3) ** 2), seed=3)
+    model = f"{tmp_path / 'data' / 'Mass.mo'}:Mass"
+    code, out, _ = learn(
+        model, tmp_path / "data", "--out", tmp_path / "b.json", "--most", "100", "--factors", "none", "--json", "-"
+    )
+
+    assert code == 0
+    free = json.loads(out)["free_run"]
+    assert free["held_out_after"] < 0.1 * free["held_out_before"]
+    block = read_block(tmp_path / "b.json")
+    speed = np.array([-0.3, 0.0, 0.3])
+    mean, _ = block.predict(block.outputs[0], {"x": np.zeros(3), "x_speed": speed})
+    assert mean == pytest.approx(-4.0 * speed / (1 + (speed / 0.3) ** 2), abs=0.06)  # N, a tenth of the largest
 
 
 def test_a_block_that_is_twice_too_strong_is_shrunk_and_one_that_wins_on_held_out_trials_alone_refused(

@@ -1,8 +1,12 @@
 """Correction residuals: the force that was added in secret is the force that is found."""
 
+from pathlib import Path
+
 import numpy as np
+import pytest
 
 from fmus.catalogue import find_modelica_model
+from orchestrator.model_argument import with_forces
 from orchestrator.models.correction import residual_system
 from orchestrator.models.patch import Attachment, patched_model
 from orchestrator.models.smoothing import SmoothedTrial
@@ -130,3 +134,47 @@ def test_lag_of_a_sensor_is_no_first_order_state_that_a_correction_moves() -> No
     system = patched_model(find_modelica_model("tanks"), "SlowLevels", [lag]).compile()
 
     assert residual_system(system, ["h1", "h2"]) is None
+
+
+OWN = """model Own "A heated wheel, without an input for what it lacks"
+  parameter Real J(unit="kg.m2") = 0.5;
+  parameter Real C(unit="J/K") = 20.0;
+  parameter Real b(unit="N.m.s/rad") = 0.1;
+  parameter Real G(unit="W/K") = 2.0;
+  input Real u(unit="N.m");
+  output Real speed(unit="rad/s");
+  output Real angle(unit="rad");
+  output Real T(unit="K", start=300, fixed=true);
+  output Real twice(unit="rad2/s");
+  Real phi(unit="rad", start=0, fixed=true);
+  Real w(unit="rad/s", start=0, fixed=true);
+equation
+  der(phi) = w;
+  J*der(w) = u - b*w;
+  C*der(T) = b*w^2 - G*(T - 300);
+  speed = w;
+  angle = 2*phi;
+  twice = w*phi;
+end Own;
+"""
+
+
+def test_a_model_of_ones_own_gets_a_force_at_the_balance_behind_each_output_that_shows_one(tmp_path: Path) -> None:
+    (tmp_path / "Own.mo").write_text(OWN)
+    model = with_forces(find_modelica_model(f"{tmp_path / 'Own.mo'}:Own"), "own")
+
+    assert model.signals == ("angle", "T")  # the position goes before its speed; a product shows no state
+    units = {v.name: v.unit for v in model.inputs if v.name != "u"}
+    assert units == {"correction_angle": "N.m", "correction_T": "W"}
+    names, states = [v.name for v in model.inputs], [v.name for v in model.system.states]
+    for signal, state, storage in (("angle", "w", 0.5), ("T", "T", 20.0)):
+        rates = []
+        for force in (0.0, 3.0):
+            given = [force if name == f"correction_{signal}" else 0.0 for name in names]
+            rates.append(
+                np.array(
+                    model.system.rhs(0.0, [310.0, 0.0, 1.0], given, [], [v.start for v in model.system.parameters])[0]
+                ).ravel()
+            )
+        expected = [3.0 / storage if name == state else 0.0 for name in states]
+        assert rates[1] - rates[0] == pytest.approx(expected)
