@@ -6,6 +6,7 @@ from typing import Any
 
 from orchestrator.compare.result import Comparison
 from orchestrator.ledger import LedgerEntry
+from orchestrator.report.answer.rivals import plain_reason
 from orchestrator.report.answer.words import what
 from orchestrator.report.numbers import digits, estimate_parts, percent, quantity
 from orchestrator.report.sentences import effect_name, errors, ranked_name
@@ -139,7 +140,9 @@ def versions_table(entries: Sequence[LedgerEntry]) -> PageTable:
 
 def tried_table(tried: Sequence[Tried]) -> tuple[PageTable, ...]:
     """Return what was tried and what became of it, one set a row; nothing if nothing was tried."""
-    rows = tuple((ranked_name(RankedSet(t.effects, t.sites, 0.0, 0.0)), t.outcome) for t in tried[:MAX_TRIED])
+    rows = tuple(
+        (ranked_name(RankedSet(t.effects, t.sites, 0.0, 0.0)), plain_reason(t.outcome)) for t in tried[:MAX_TRIED]
+    )
     left = len(tried) - MAX_TRIED
     caption = "What was tried, best first" + (f"; {left} more are in the JSON result" if left > 0 else "")
     return (PageTable(caption, ("added to the model", "what became of it"), rows),) if rows else ()

@@ -8,7 +8,7 @@ from nicegui import ui
 
 
 class Folded:
-    """`words` gives the line, `opened` whether it is open; a click holds until `opened` changes."""
+    """`words` gives the line ("" hides the part), `opened` whether it is open; a click holds until `opened` changes."""
 
     def __init__(self, id: str, words: Callable[[], str], opened: Callable[[], bool]) -> None:
         self._words, self._opened = words, opened
@@ -22,7 +22,9 @@ class Folded:
 
     def check(self) -> None:
         """Follow the disk."""
-        self._line.set_text(self._words())
+        words = self._words()
+        self._line.set_text(words)
+        self._box.set_visibility(bool(words))
         opened = self._opened()
         if opened == self._seen:
             return

@@ -53,7 +53,7 @@ def build(project: str) -> None:
     parts.append(AnswerPart(shown))
     with Folded(
         "why",
-        lambda: "Why do you think so?" if diagnosed() else "Where the model fails",
+        lambda: "Why do you think so?" if diagnosed() else "Where the model fails" if compared() else "",
         lambda: compared() and not diagnosed(),
     ) as why:
         parts += [why, diagnosis_part(shown), VersionsPart(shown), replay_part(shown), comparison_part(shown)]

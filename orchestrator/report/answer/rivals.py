@@ -105,14 +105,14 @@ def odds_words(odds: float) -> str:
 def _outcome(document: Document, entry: Mapping[str, Any]) -> str:
     for each in document.get("tried") or ():
         if _pairs(each) == _pairs(entry):
-            return _reason(str(each.get("outcome", "")))
+            return plain_reason(str(each.get("outcome", "")))
     return ""
 
 
-def _reason(outcome: str) -> str:
-    """The last part of an outcome, without the figures of the method.
+def plain_reason(outcome: str) -> str:
+    """The last part of an outcome, without the figures of the method; the JSON has them.
 
-    >>> _reason("weighted error 1.87e+03 (noise alone: 1): explains less than the best set for its size (BIC/2 behind by 1.8)")
+    >>> plain_reason("weighted error 1.87e+03 (noise alone: 1): explains less than the best set for its size (BIC/2 behind by 1.8)")
     'explains less for its number of parameters'
     """
     reason = re.sub(r"\s*\([^()]*\)|, by \S+ nats", "", outcome.rpartition(": ")[2]).strip()
