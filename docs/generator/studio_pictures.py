@@ -223,9 +223,13 @@ def _browser() -> Iterator[tuple["Page", Studio]]:
     """A signed-in tab of a studio that knows nothing yet, and that sees the sessions of this process only."""
     from playwright.sync_api import sync_playwright
 
-    with tempfile.TemporaryDirectory() as home, sync_playwright() as playwright:
-        shared = Path("/dev/shm") if Path("/dev/shm").is_dir() else Path(home)
-        os.environ["MISFIT_SHARED"] = tempfile.mkdtemp(prefix="misfit-pictures-", dir=shared)
+    shared = "/dev/shm" if Path("/dev/shm").is_dir() else None
+    with (
+        tempfile.TemporaryDirectory() as home,
+        tempfile.TemporaryDirectory(prefix="misfit-pictures-", dir=shared) as own,
+        sync_playwright() as playwright,
+    ):
+        os.environ["MISFIT_SHARED"] = own
         studio = start(Path(home) / "workspace")
         browser = playwright.chromium.launch(executable_path=program(), args=FLAGS)
         try:
