@@ -32,15 +32,14 @@ Progress = Callable[[str], None]
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits of the search: so many sums of one, two and three terms are fitted, at `first` and about the best of these `then`,
+    """Limits of the search: so many `fitted` sums of one, two and three terms are fitted,
     unless `seconds` of the processor are over, the best `ended` of them to the end; up to `shown` laws are proposed.
 
     A law is proposed if it takes away `explained` of the missing force's power and improves predictions by `improvement`. The
     price of having looked at many formulas is the logarithm of their number, in nats, for each term.
     """
 
-    first: tuple[int, ...] = (2, 2, 1)
-    then: tuple[int, ...] = (4, 4, 2)
+    fitted: tuple[int, ...] = (4, 4, 2)
     ended: int = 2
     seconds: float = 60.0
     shown: int = 4
@@ -102,36 +101,25 @@ def find_laws(
     with threadpool_limits(limits=1, user_api="blas"), np.errstate(all="ignore"):
         for k, about in enumerate(abouts):
             until = began + limits.seconds * (k + 1) / len(abouts)
-            guesses, count = guessed(outcome, about, None, progress)
-            near = _fitted(outcome, about, guesses, limits.first, until, progress)
-            if near:  # once more about the states that the likeliest formula shows
-                guesses, again = guessed(outcome, about, min(near, key=lambda law: law.fitted.loss), progress)
-                known = {(law.candidate.place.site, law.candidate.law.id) for law in near}
-                guesses = [g for g in guesses if (g.candidate.place.site, g.candidate.law.id) not in known]
-                near += _fitted(outcome, about, guesses, limits.then, until, progress)
-                count += again
-            found += near
+            guesses, count = guessed(outcome, about, progress)
+            found += _fitted(outcome, about, guesses, limits, until, progress)
             looked_at += count
         return _judged(outcome, abouts, found, looked_at, limits, progress)
 
 
-def guessed(outcome: Outcome, about: FittedSet, law: FoundLaw | None, progress: Progress) -> tuple[list[Guess], int]:
-    """Sums of terms at all balances, best first, and the number of terms that were looked at.
-
-    They are looked for about a fitted set, or in place of a `law` beside it, about the states that this shows.
-    """
-    fit, gone = (about.fit, None) if law is None else (law.fitted.fit, law.fitted.candidates[-1])
+def guessed(outcome: Outcome, about: FittedSet, progress: Progress) -> tuple[list[Guess], int]:
+    """Sums of terms at all balances, best first, and the number of terms that were looked at."""
     found: list[Guess] = []
     looked_at = 0
-    for place in wide_places(outcome.case, fit):
+    for place in wide_places(outcome.case, about.fit):
         progress(f"searching for a formula of what acts at {place.site}")
         terms = terms_at(place, further_of(place))
-        answers = responses(fit, place)
-        table = table_of(fit, answers, all_columns(terms, place), gone)
+        answers = responses(about.fit, place)
+        table = table_of(about.fit, answers, all_columns(terms, place))
         looked_at += len(table.columns)
         sums = BeamSearch(table).run()
         for reach in ZOOM:
-            table = table_of(fit, answers, finer_columns(table, sums, reach), gone)
+            table = table_of(about.fit, answers, finer_columns(table, sums, reach))
             sums = BeamSearch(table).run()
         for each in sums:
             parts = [(table.columns[c].term, table.columns[c].candidate) for c in each.columns]
@@ -140,15 +128,10 @@ def guessed(outcome: Outcome, about: FittedSet, law: FoundLaw | None, progress: 
 
 
 def _fitted(
-    outcome: Outcome,
-    about: FittedSet,
-    guesses: Sequence[Guess],
-    counts: Sequence[int],
-    until: float,
-    progress: Progress,
+    outcome: Outcome, about: FittedSet, guesses: Sequence[Guess], limits: Limits, until: float, progress: Progress
 ) -> list[FoundLaw]:
-    """The best guesses of each size, so many as `counts` says, fitted by likelihood while there is time."""
-    chosen = [g for k, count in enumerate(counts, 1) for g in [g for g in guesses if len(g.terms) == k][:count]]
+    """The best guesses of each size, fitted by likelihood while there is time."""
+    chosen = [g for k, count in enumerate(limits.fitted, 1) for g in [g for g in guesses if len(g.terms) == k][:count]]
     found: list[FoundLaw] = []
     for guess in sorted(chosen, key=lambda g: -g.score):
         if guess.score < 0 or (found and time.process_time() > until):

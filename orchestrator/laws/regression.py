@@ -66,26 +66,18 @@ def finer_columns(table: Table, sums: Sequence["Sum"], reach: float) -> tuple[Co
     return tuple(found.values())
 
 
-def table_of(fit: Fit, answers: Sequence[Response], columns: tuple[Column, ...], law: Candidate | None = None) -> Table:
-    """Terms with their shapes as what their forces change of the innovations.
-
-    A `law` of the fit is taken out of it: innovations are then what they would be without it, but about the states and with the
-    noise that it shows.
-    """
+def table_of(fit: Fit, answers: Sequence[Response], columns: tuple[Column, ...]) -> Table:
+    """Terms with their shapes as what their forces change of the innovations."""
     errors, slopes, kept, folds = [], [], [], []
     blocks = stretches_of([len(t.time) for t in fit.trials])
-    own_parameters = {law.symbol(p): p.gain for p in law.law.parameters} if law else {}
-    gone = np.array([name in own_parameters for name in fit.box.theta], dtype=bool)
-    gains = np.array([own_parameters.get(name, False) for name in fit.box.theta], dtype=bool)
     for answer, (error, own, _), block in zip(answers, fit.whitened(), blocks, strict=True):
-        error = error - own[:, :, gains] @ fit.theta[gains]
         forces = np.column_stack([force(c.candidate, answer.coordinates, answer.time) for c in columns])
         forces = np.where(np.isfinite(forces), forces, 0.0)
         scale = np.maximum(np.abs(forces).max(axis=0), 1e-300)
         found = answer.slopes(forces / scale) * scale
         errors.append(error.ravel())
         slopes.append(found.reshape(-1, len(columns)))
-        kept.append(own[:, :, ~gone].reshape(len(error.ravel()), -1))
+        kept.append(own.reshape(len(error.ravel()), -1))
         folds.append(np.repeat(block % FOLDS, error.shape[1]))
     return Table(columns, *(np.concatenate(part) for part in (errors, slopes, kept, folds)))
 
