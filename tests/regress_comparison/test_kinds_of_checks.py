@@ -21,7 +21,7 @@ from orchestrator.regress.comparison import (
     combine,
     compare,
 )
-from orchestrator.regress.comparison.statistic import mean_and_spread
+from orchestrator.regress.comparison.one_number import mean_and_spread
 
 TIME = np.linspace(0.0, 10.0, 1001)
 RAMP = Signal("x", TIME, TIME, "m")

@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 
 from orchestrator.regress.comparison import Signal, Tolerance, compare
 from orchestrator.regress.comparison.distance import distances, window_distances
-from orchestrator.regress.comparison.extremes import range_extremes
-from orchestrator.regress.comparison.prepare import Pair, prepare
+from orchestrator.regress.comparison.prepare import Pair, prepare, range_extremes
 
 # Eighths are exact in binary, so that both ways round alike and ties are real ties.
 eighths = st.integers(-40, 40).map(lambda k: k / 8)

@@ -1,11 +1,88 @@
-"""How far each sample of a result is from what the reference allows."""
+"""How far two curves are apart, in value and in time: jumps, distances, and events moved onto each other."""
+
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from orchestrator.regress.comparison.envelope import values_at, window_range
-from orchestrator.regress.comparison.jumps import SHORT_STEP, bends, isolated_steps, sampled_jumps
-from orchestrator.regress.comparison.prepare import Pair
+from orchestrator.regress.comparison.prepare import Pair, values_at, window_range
 from orchestrator.regress.comparison.signal import Signal
+
+# A step from sample to sample is a jump when it is this share of the whole range ...
+RANGE_SHARE = 0.05
+# ... and this many times the median step; ordinary curves, sampled well, have no such steps.
+MEDIAN_STEPS = 20.0
+MEDIAN_SAMPLES = 4096
+# A small step is a jump, too, when it is this many times its neighbours.
+STANDS_OUT = 3.0
+# Share of a record's length up to which a step is short: the moment of a jump within it does not count.
+SHORT_STEP = 0.01
+
+
+def sampled_jumps(signal: Signal) -> np.ndarray:
+    """Return the indices k where the signal jumps at an unknown moment between the samples k and k + 1.
+
+    All changes of a "hold" signal between different stamps; of a "linear" one the steps that stand out.
+    """
+    steps = np.abs(np.diff(signal.values))
+    apart = np.diff(signal.time) > 0
+    if signal.interpolation == "hold":
+        return np.flatnonzero((steps > 0) & apart)
+    if not len(steps):
+        return np.zeros(0, dtype=int)
+    large = max(RANGE_SHARE * float(np.ptp(signal.values)), MEDIAN_STEPS * _median(steps))
+    return np.flatnonzero((steps >= large) & (steps > 0) & apart)
+
+
+def isolated_steps(values: np.ndarray) -> np.ndarray:
+    """Return the indices k where the step from sample k to k + 1 is several times that before and that after it.
+
+    On a curve that is sampled well neighbouring steps are alike, also around an extreme, where at most one is small.
+    """
+    steps = np.abs(np.diff(values))
+    if len(steps) < 3:
+        return np.zeros(0, dtype=int)
+    around = np.maximum(steps[:-2], steps[2:])
+    return np.flatnonzero(steps[1:-1] > STANDS_OUT * around) + 1
+
+
+def bends(values: np.ndarray) -> np.ndarray:
+    """Return what a curve may leave the straight line between two samples by, at each of them, shape (n,).
+
+    Half the second difference: what a kink between two samples leaves the line by, and four times what a parabola does.
+    """
+    found = np.zeros(len(values))
+    if len(values) > 2:
+        found[1:-1] = np.abs(values[:-2] - 2 * values[1:-1] + values[2:]) / 2
+    return found
+
+
+def exact_jumps(signal: Signal) -> np.ndarray:
+    """Return the indices k where the samples k and k + 1 share a stamp and differ."""
+    shared = np.flatnonzero(signal.time[1:] == signal.time[:-1])
+    return shared[signal.values[shared + 1] != signal.values[shared]]
+
+
+def jump_times(signal: Signal, smallest: float = 0.0, direction: str = "any") -> np.ndarray:
+    """Return when the signal jumps, s, rising; of a linear one the middle of the two samples around a jump.
+
+    A "hold" signal changes at the second of the two samples. Changes up to `smallest`, in the signal's unit, do not
+    count; `direction` is "any", "rising" or "falling".
+    """
+    k = np.sort(np.concatenate([sampled_jumps(signal), exact_jumps(signal)]))
+    heights = signal.values[k + 1] - signal.values[k]
+    if direction != "any":
+        heights = heights if direction == "rising" else -heights
+        k, heights = k[heights > 0], heights[heights > 0]
+    k = k[np.abs(heights) > smallest]
+    if signal.interpolation == "hold":
+        return signal.time[k + 1]
+    return (signal.time[k] + signal.time[k + 1]) / 2
+
+
+def _median(steps: np.ndarray) -> float:
+    """The median, of evenly spread samples where there are many: it is only a yardstick."""
+    return float(np.median(steps[:: 1 + len(steps) // MEDIAN_SAMPLES]))
+
 
 # What a curve bends between samples matters from this share of the tolerance on.
 NOTICEABLE = 0.1
@@ -119,3 +196,44 @@ def _samples_of(time: np.ndarray, start: np.ndarray, end: np.ndarray, inside: bo
     length = np.maximum(np.searchsorted(time, end, "left" if inside else "right") - first, 0)
     begins = np.cumsum(length) - length
     return np.arange(length.sum()) + np.repeat(first - begins, length), np.repeat(np.arange(len(start)), length)
+
+
+@dataclass(frozen=True, eq=False)
+class Alignment:
+    """Jumps of a result, `found`, and of its reference, `due`: moments in s, rising."""
+
+    found: np.ndarray
+    due: np.ndarray
+
+    @property
+    def paired(self) -> bool:
+        """Whether there are jumps, as many in the result as in the reference."""
+        return len(self.found) == len(self.due) > 0
+
+    @property
+    def worst(self) -> int:
+        """Which pair is farthest apart."""
+        return int(np.argmax(np.abs(self.found - self.due)))
+
+    @property
+    def shift_s(self) -> float | None:
+        """The largest shift, s, positive when the result is late; None without pairs."""
+        return float(self.found[self.worst] - self.due[self.worst]) if self.paired else None
+
+
+def align(pair: Pair) -> Alignment:
+    """Return the jumps of both, in order; those that fit into the band do not count."""
+    smallest = 2 * pair.band.half_height
+    return Alignment(jump_times(pair.result, smallest), jump_times(pair.reference, smallest))
+
+
+def amplitude_error(pair: Pair, jumps: Alignment) -> float:
+    """Return the largest distance left once all paired jumps are moved onto the reference's, in the signal's unit.
+
+    The result's time runs faster or slower between its jumps, so that each one falls on the reference's.
+    """
+    ends = pair.result.time[[0, -1]]
+    found = np.concatenate([ends[:1], jumps.found, ends[1:]])
+    due = np.concatenate([ends[:1], np.clip(jumps.due, *ends), ends[1:]])
+    moved = replace(pair.result, time=np.interp(pair.result.time, found, due))
+    return float(distances(replace(pair, result=moved))[0].max())

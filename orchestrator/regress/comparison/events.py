@@ -7,13 +7,20 @@ from typing import ClassVar, Literal, get_args
 import numpy as np
 
 from fmus.errors import MisfitError
-from orchestrator.regress.comparison.figures import at_least, numbers
-from orchestrator.regress.comparison.jumps import jump_times
+from orchestrator.regress.comparison.distance import jump_times
 from orchestrator.regress.comparison.prepare import alone, prepare
-from orchestrator.regress.comparison.result import SignalVerdict
-from orchestrator.regress.comparison.signal import Signal
-from orchestrator.regress.comparison.tolerance import ROUNDING, TIME_ROUNDING, Tolerance
-from orchestrator.regress.comparison.wording import quantity, rounded_up, seconds
+from orchestrator.regress.comparison.signal import (
+    ROUNDING,
+    TIME_ROUNDING,
+    Signal,
+    SignalVerdict,
+    Tolerance,
+    at_least,
+    numbers,
+    quantity,
+    rounded_up,
+    seconds,
+)
 
 Direction = Literal["any", "rising", "falling"]
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from fmus.errors import MisfitError
-from orchestrator.regress.comparison.envelope import values_at
+from orchestrator.regress.comparison.prepare import values_at
 from orchestrator.regress.comparison.signal import Signal
 
 _OPERATORS: dict[type[ast.AST], Callable[..., Any]] = {

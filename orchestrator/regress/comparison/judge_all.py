@@ -2,9 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 
-from orchestrator.regress.comparison.check import Check
-from orchestrator.regress.comparison.result import SignalVerdict
-from orchestrator.regress.comparison.signal import Signal
+from orchestrator.regress.comparison.signal import Check, Signal, SignalVerdict
 
 
 def judge_all(

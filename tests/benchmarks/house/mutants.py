@@ -20,7 +20,7 @@ ROOMS = {
     "hil/safety/rules.py": "tests/hil/test_safety_rules.py tests/hil/test_safety_core.py tests/hil/test_adversary.py",
     "orchestrator/gp/kernels/radial.py": "tests/gp/test_kernels.py tests/gp/test_predictor.py",
     "orchestrator/diagnosis/linear/subsets.py": "tests/diagnosis/test_subsets.py",
-    "orchestrator/regress/comparison/pointwise.py": "tests/regress_comparison",
+    "orchestrator/regress/comparison/tube.py": "tests/regress_comparison",
     "orchestrator/measurements/pulses.py": "tests/measurements/test_pulses.py",
     "orchestrator/cosim/masters/loops.py": "tests/cosim/test_masters.py tests/cosim/test_graph.py",
     "fmus/units.py": "tests/fmus/test_units_by_hand.py tests/fmus/test_lint_units.py tests/measurements/test_bind.py tests/cosim/test_convert.py",
