@@ -135,7 +135,7 @@ class System:
             MisfitError: if it cannot be written as TOML.
         """
         from fmus.files import write_atomically
-        from orchestrator.cosim.toml_text import write_toml
+        from orchestrator.cosim.toml_file import write_toml
 
         target, description = Path(path), self.description
         if target.suffix != ".toml":

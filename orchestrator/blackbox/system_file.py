@@ -19,7 +19,7 @@ from orchestrator.blackbox.sites import ForceSite
 from orchestrator.blackbox.source import FmuSource
 from orchestrator.blackbox.system_source import SystemFile
 from orchestrator.cosim.system import ComponentSpec
-from orchestrator.cosim.toml_text import write_toml
+from orchestrator.cosim.toml_file import write_toml
 
 PLANT = "plant"
 # A lag that is this share of a step has settled at its end.

@@ -31,7 +31,7 @@ def convert(model: str, out: str, quiet: bool) -> None:
 
         write_ssp(system, target)
     elif target.suffix.lower() == ".toml":
-        from orchestrator.cosim.toml_text import write_toml
+        from orchestrator.cosim.toml_file import write_toml
 
         write_file(out, write_toml(_beside(system, target.parent)))
     else:

@@ -8,11 +8,11 @@ from orchestrator.cosim.system import ComponentSpec, Connection, RunSettings, Sy
 
 if TYPE_CHECKING:
     from orchestrator.cosim.load import load_system
+    from orchestrator.cosim.run import simulate
     from orchestrator.cosim.simulation import Simulation
-    from orchestrator.cosim.whole_run import simulate
 
 # What runs a system is imported when it is used; a description alone needs none of it.
-_HOMES = {"Simulation": "simulation", "load_system": "load", "simulate": "whole_run"}
+_HOMES = {"Simulation": "simulation", "load_system": "load", "simulate": "run"}
 
 __all__ = [
     "Component",

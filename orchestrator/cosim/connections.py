@@ -14,9 +14,8 @@ from orchestrator.cosim.component import Port
 from orchestrator.cosim.fmu import has_events
 from orchestrator.cosim.system import Connection, System, Value, split_address
 from orchestrator.cosim.terminals import variables_of
-from orchestrator.cosim.unconnected import unconnected_inputs
 from orchestrator.cosim.values import port_value
-from orchestrator.cosim.wiring import OUTSIDE, Link, Slot, Wiring
+from orchestrator.cosim.wiring import OUTSIDE, Link, Slot, Wiring, unconnected_inputs
 from orchestrator.measurements.wording import nearest
 
 _MOST_PROBLEMS = 10

@@ -4,18 +4,88 @@ import math
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from fmus.errors import MisfitError
 from fmus.trust import is_trusted, trust
 from orchestrator.cosim.assembly import Report
 from orchestrator.cosim.isolate.process import Limits
 from orchestrator.cosim.isolate.simulation import IsolatedSimulation
-from orchestrator.cosim.realtime import Lateness, Pacer
+from orchestrator.cosim.load import load_system
 from orchestrator.cosim.simulation import Simulation
 from orchestrator.cosim.system import System
 from orchestrator.results.column import Column
-from orchestrator.results.recorder import Recorder
+from orchestrator.results.recorder import MemoryRecorder, Recorder
+from orchestrator.results.result import Result
+
+# Sleeping longer than this loses to waiting actively: the system wakes a process up to about 0.1 ms late.
+ACTIVE_S = 2e-4
+
+
+@dataclass(frozen=True)
+class Lateness:
+    """How late communication points were complete, in s of the clock; `missed` counts those late by a step or more.
+
+    `factor` is simulated time over clock time that was asked for; `points` how many communication points there were.
+    """
+
+    factor: float
+    points: int
+    p50: float
+    p99: float
+    largest: float
+    missed: int
+
+    def to_json(self) -> dict[str, Any]:
+        """The report as JSON, times in us."""
+        late = {
+            name: round(1e6 * value, 3) for name, value in (("p50", self.p50), ("p99", self.p99), ("max", self.largest))
+        }
+        return {"factor": self.factor, "points": self.points, "lateness_us": late, "missed": self.missed}
+
+
+class Pacer:
+    """Holds a run back so that simulated time is not ahead of the clock.
+
+    `factor` is simulated seconds for each second of the clock. A run that is late is not held back and catches up.
+    """
+
+    def __init__(
+        self,
+        factor: float,
+        clock: Callable[[], float] = time.perf_counter,
+        sleep: Callable[[float], None] = time.sleep,
+    ) -> None:
+        self.factor = factor
+        self._clock, self._sleep = clock, sleep
+        self._began, self._first = 0.0, 0.0
+        self._late: list[float] = []
+        self._missed = 0
+
+    def begin(self, simulated: float) -> None:
+        """Start the clock at a simulated time in s."""
+        self._began, self._first = self._clock(), simulated
+
+    def reached(self, simulated: float, step: float) -> None:
+        """Note that a communication point is complete, `step` s after the last, and wait until it is due."""
+        due = self._began + (simulated - self._first) / self.factor
+        late = self._clock() - due
+        self._late.append(max(late, 0.0))
+        self._missed += late >= step / self.factor
+        if -late > ACTIVE_S:
+            self._sleep(-late - ACTIVE_S)
+        while self._clock() < due:
+            pass
+
+    def report(self) -> Lateness:
+        """How late the points were that have been reached."""
+        late = np.array(self._late or [0.0])
+        p50, p99 = np.percentile(late, [50, 99])
+        return Lateness(self.factor, len(self._late), float(p50), float(p99), float(late.max()), int(self._missed))
+
 
 # Thirty million years: what `--stop inf` means.
 ENDLESS_S = 1e15
@@ -190,3 +260,20 @@ def _paced(
         if watch is not None:
             watch(simulation.time)
     return pacer.report()
+
+
+def simulate(model: System | str | Path, **options: Any) -> Result:
+    """Run a system from beginning to end; all outputs are recorded unless `record` says otherwise.
+
+    Args:
+        model: a system, or whatever `load_system` takes.
+        options: fields of `RunOptions`, such as `stop` and `step` in s.
+
+    Raises:
+        MisfitError: if the system cannot be run, or nothing says for how long.
+        ComponentError: if a component fails; to keep the rows until then, use `run_system` with a recorder.
+    """
+    system = model if isinstance(model, System) else load_system(model)
+    recorder = MemoryRecorder()
+    run_system(system, recorder, RunOptions(**options))
+    return recorder.result()

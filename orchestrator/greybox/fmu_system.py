@@ -13,7 +13,7 @@ from fmus.package import build_fmu
 from orchestrator.blackbox.model import CoupledModel
 from orchestrator.blackbox.source import FmuSource
 from orchestrator.cosim.system import ComponentSpec, Connection, System, Value
-from orchestrator.cosim.toml_text import write_toml
+from orchestrator.cosim.toml_file import write_toml
 from orchestrator.greybox.around import Placed, fmu_with
 from orchestrator.greybox.candidates import fits
 from orchestrator.greybox.expression import renamed

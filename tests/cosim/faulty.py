@@ -12,7 +12,7 @@ from pathlib import Path
 import fmpy
 
 from fmus.runtime.compiler import find_compiler
-from orchestrator.cosim.isolate.warm import end_waiting
+from orchestrator.cosim.isolate.process import end_waiting
 
 # The order of the enumeration in faulty.c.
 FAULTS = [

@@ -13,8 +13,7 @@ from systems import spec, system
 from fmus.errors import ComponentError, MisfitError
 from orchestrator.cli.cosim import run
 from orchestrator.cosim import ComponentSpec, Connection, Simulation, System
-from orchestrator.cosim.toml_file import read_toml
-from orchestrator.cosim.toml_text import write_toml
+from orchestrator.cosim.toml_file import read_toml, write_toml
 from orchestrator.results.recorder import MemoryRecorder
 
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from orchestrator.cosim.realtime import Pacer
+from orchestrator.cosim.run import Pacer
 
 
 class Clock:

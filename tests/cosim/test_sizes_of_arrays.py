@@ -14,8 +14,8 @@ from orchestrator.cosim import ComponentSpec, Connection, RunSettings, System, V
 from orchestrator.cosim.container.package import container_of
 from orchestrator.cosim.load import load_system
 from orchestrator.cosim.simulation import Simulation
-from orchestrator.cosim.ssp.writing import write_ssp
-from orchestrator.cosim.toml_text import write_toml
+from orchestrator.cosim.ssp.document import write_ssp
+from orchestrator.cosim.toml_file import write_toml
 
 DECAY = {"m": 1, "n": 1, "r": 2, "a": [[-1.0]], "b": [[1.0]], "c": [[1.0], [2.0]], "d": [[0.0]] * 2, "x0": [1.0]}
 SUMS = {"m": 2, "n": 2, "r": 2, "a": [[0.0] * 2] * 2, "b": np.eye(2).tolist(), "c": np.eye(2).tolist()}

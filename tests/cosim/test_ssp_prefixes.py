@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from fmus.errors import MisfitError
+from orchestrator.cosim.ssp.files import NAMESPACES, parse, with_prefixes
 from orchestrator.cosim.ssp.parsing import parse_structure
-from orchestrator.cosim.ssp.xml import NAMESPACES, parse, with_prefixes
 
 SSD = """<?xml version="1.0"?>
 <!-- a <comment> comes first -->

@@ -11,8 +11,7 @@ from orchestrator.cosim import ComponentSpec, Connection, RunSettings, System, V
 from orchestrator.cosim.connections import wire
 from orchestrator.cosim.kinds import describe
 from orchestrator.cosim.load import load_system
-from orchestrator.cosim.toml_file import read_toml
-from orchestrator.cosim.toml_text import write_toml
+from orchestrator.cosim.toml_file import read_toml, write_toml
 
 SHORT = """
 # A plant with an effect in front of it.

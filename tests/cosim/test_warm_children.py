@@ -11,7 +11,7 @@ from small_fmus import small_fmu
 
 from fmus.errors import ComponentError
 from orchestrator.cosim import ComponentSpec, System
-from orchestrator.cosim.isolate.warm import MOST_WAITING, end_waiting, waiting
+from orchestrator.cosim.isolate.process import MOST_WAITING, end_waiting, waiting
 from orchestrator.cosim.run import RunOptions, run_system
 from orchestrator.cosim.system import RunSettings, Value
 from orchestrator.results import MemoryRecorder

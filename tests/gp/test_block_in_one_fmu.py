@@ -9,7 +9,7 @@ from fmpy import simulate_fmu
 from fmus.errors import MisfitError
 from orchestrator.cosim.container import build_container
 from orchestrator.cosim.load import load_system
-from orchestrator.cosim.whole_run import simulate
+from orchestrator.cosim.run import simulate
 from orchestrator.gp.block import Block, Output, Term
 from orchestrator.gp.covariance import Latent
 from orchestrator.gp.kernels import OnInputs, SquaredExponential

@@ -7,7 +7,7 @@ import pytest
 
 from fmus.errors import MisfitError
 from orchestrator.cosim.load import load_system
-from orchestrator.cosim.whole_run import simulate
+from orchestrator.cosim.run import simulate
 
 DAMPING, INERTIA, FIRST, STOP = 0.4, 0.5, 3.0, 1.0
 SYSTEM = f"""

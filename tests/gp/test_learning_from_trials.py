@@ -12,7 +12,7 @@ import pytest
 from fmus.catalogue import find_modelica_model
 from orchestrator.cli.main import main
 from orchestrator.cosim.load import load_system
-from orchestrator.cosim.whole_run import simulate
+from orchestrator.cosim.run import simulate
 from orchestrator.gp.from_trials import Learned, cross_validation, learn_missing
 from orchestrator.gp.noise import added_noise
 from orchestrator.gp.observations import observe

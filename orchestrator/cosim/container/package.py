@@ -15,8 +15,7 @@ from fmus.platforms import Platform
 from fmus.runtime.generated import model_identifier
 from fmus.trust import is_trusted, trust
 from orchestrator.cosim.container.description import TYPES2, Heading, build_description, description
-from orchestrator.cosim.container.parts import ContainedPart, contained_parts, part_files
-from orchestrator.cosim.container.planned import PlannedSystem, plan_system
+from orchestrator.cosim.container.planned import ContainedPart, PlannedSystem, contained_parts, part_files, plan_system
 from orchestrator.cosim.container.table import table_code
 from orchestrator.cosim.container.variables import Exposed, exposed_variables
 from orchestrator.cosim.load import load_system

@@ -3,20 +3,38 @@
 import json
 import math
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from fmus.errors import MisfitError
 from orchestrator.cosim.component import INTEGERS, Port
-from orchestrator.cosim.container.controllers import linear_data
-from orchestrator.cosim.container.parts import ContainedPart
-from orchestrator.cosim.container.planned import GIVEN, KINDS, NUMBERS, PlannedSystem
+from orchestrator.cosim.container.planned import GIVEN, KINDS, NUMBERS, ContainedPart, PlannedSystem
 from orchestrator.cosim.container.variables import Exposed
-from orchestrator.cosim.masters.checks import limits
+from orchestrator.cosim.kinds.controller import LinearController
+from orchestrator.cosim.masters.not_finite import limits
 from orchestrator.cosim.masters.operations import Get, Operation, Set, Settle, Shape, Solve, Step
 from orchestrator.cosim.wiring import Link, Slot
+
+
+def linear_data(
+    controller: LinearController, size: float, array: Callable[[str, Iterable[Any]], str]
+) -> dict[str, Any]:
+    """The fields of `LinearData`; `array` writes numbers down and gives their name, `size` s is the step to be prepared."""
+    a, b, c, d = controller.matrices
+    fields: dict[str, Any] = {"n": a.shape[0], "m": b.shape[1], "p": c.shape[0]}
+    fields |= {name: array("double", np.ravel(matrix)) for name, matrix in zip("abcd", (a, b, c, d), strict=True)}
+    if controller.sample_time:
+        return fields | {"sample_time": repr(controller.sample_time)}
+    exact = controller.exact_step(size)
+    names = ("exact_a", "exact_b")
+    return (
+        fields
+        | {"exact_size": repr(size)}
+        | {name: array("double", np.ravel(matrix)) for name, matrix in zip(names, exact, strict=True)}
+    )
+
 
 _OPERATIONS = {Get: "OP_READ", Set: "OP_WRITE", Step: "OP_STEP", Solve: "OP_SOLVE", Shape: "OP_SHAPE"}
 

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from orchestrator.cosim.fmu.description import CO_SIMULATION, SCHEDULED
 from orchestrator.cosim.fmu.instance import Instance
-from orchestrator.cosim.masters.checks import limits
-from orchestrator.cosim.masters.not_finite import NotFinite
+from orchestrator.cosim.masters.not_finite import NotFinite, limits
 from orchestrator.cosim.masters.operations import Get, Operation, Set, Settle, Shape, Solve, Step
 from orchestrator.cosim.wiring import Link, Slot
 

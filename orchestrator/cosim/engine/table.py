@@ -13,8 +13,8 @@ from orchestrator.cosim.engine.forked import own_process_address
 from orchestrator.cosim.engine.native import native_library
 from orchestrator.cosim.engine.rows import Pointer, Rows, can_carry, why_in_python
 from orchestrator.cosim.fmu.instance import DISCARD, Instance
-from orchestrator.cosim.masters.checks import outside
 from orchestrator.cosim.masters.coupling import Coupling
+from orchestrator.cosim.masters.not_finite import outside
 from orchestrator.cosim.masters.operations import Get, Operation, Set, Settle, Solve, Step
 
 # What C's doubles become in Python; integers without a mention.

@@ -83,7 +83,7 @@ def _stepping(spec: ComponentSpec, description: FmuDescription, interface: Inter
             raise MisfitError(
                 f"intermediate_update: {description.path.name} never asks for inputs within a step; leave it out"
             )
-        from orchestrator.cosim.fmu.intermediate import AskingFmu
+        from orchestrator.cosim.fmu.stepping import AskingFmu
 
         return AskingFmu(spec.name, description, interface)
     from orchestrator.cosim.fmu.stepping import SteppingFmu

@@ -1,11 +1,11 @@
-"""What co-simulation and model exchange FMUs share as components: values, parameters, the end."""
+"""What FMUs of all interfaces share as components: values, saved states, the life of a component."""
 
 import weakref
 from collections.abc import Sequence
 from typing import Any
 
 from fmus.errors import ComponentError
-from orchestrator.cosim.component import Port
+from orchestrator.cosim.component import Component, Port
 from orchestrator.cosim.fmu.description import MODEL_EXCHANGE, FmuDescription, Interface
 from orchestrator.cosim.fmu.instance import Access, Instance
 from orchestrator.cosim.fmu.instance1 import ExchangeInstance1, Instance1
@@ -91,3 +91,72 @@ class Values:
         if name not in self.instance.description.by_name:
             raise ComponentError(f"FMU '{self.instance.name}' has no variable {name!r}; see its description")
         return self.instance.description.by_name[name][0]
+
+
+class SavedState:
+    """A state that an FMU keeps for us, freed when nobody refers to it."""
+
+    def __init__(self, instance: Instance) -> None:
+        self._instance, self._time = instance, instance.time
+        self._pointer = instance.save()
+
+    def restore(self) -> None:
+        """Set the FMU back to it."""
+        self._instance.restore(self._pointer)
+        self._instance.time = self._time
+
+    def __del__(self) -> None:
+        if hasattr(self, "_pointer"):
+            self._instance.release(self._pointer)
+
+
+class FmuComponent(Component):
+    """An FMU as a component: what is set before initialisation is kept for it, all else goes to the instance."""
+
+    kind = "fmu"
+
+    def __init__(self, instance: Instance, interface: Interface) -> None:
+        self.instance = instance
+        self.ports, self.feedthrough = instance.description.ports, instance.description.feedthrough
+        self.can_save, self.can_differentiate = interface.can_save, interface.can_differentiate
+        self._values = Values(instance)
+        self._prepared: dict[str, Any] | None = {}
+
+    def initialise(self, time: float, stop: float | None, tolerance: float | None) -> None:
+        """Set what was set before, and enter initialisation."""
+        prepared, self._prepared = self._prepared, None
+        if prepared:
+            self._values.prepare(prepared)
+        self.instance.begin(time, stop, tolerance)
+
+    def start(self) -> None:
+        """Leave initialisation."""
+        self.instance.finish_initialisation()
+
+    def set(self, names: Sequence[str], values: Sequence[Any]) -> None:
+        """Set variables; before initialisation they are kept for it."""
+        if self._prepared is not None:
+            self._prepared.update(zip(names, values, strict=True))
+        else:
+            self._values.set(names, values)
+
+    def get(self, names: Sequence[str]) -> list[Any]:
+        """Values of variables."""
+        return self._values.get(names)
+
+    def save(self) -> object:
+        """The FMU's own copy of its state."""
+        return SavedState(self.instance)
+
+    def restore(self, state: object) -> None:
+        """Go back to a saved state."""
+        assert isinstance(state, SavedState)
+        state.restore()
+
+    def derivative(self, outputs: Sequence[str], inputs: Sequence[str], seed: Sequence[float]) -> list[float]:
+        """Directional derivative by the FMU itself."""
+        return self.instance.directional(outputs, inputs, seed)
+
+    def terminate(self) -> None:
+        """End the run and free the instance."""
+        self.instance.terminate()

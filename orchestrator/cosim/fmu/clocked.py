@@ -7,10 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from orchestrator.cosim.clocked import Clocked
-from orchestrator.cosim.component import StepEnd
-from orchestrator.cosim.fmu.agenda import Agenda, Tick
-from orchestrator.cosim.fmu.clocks import read_clocks
+from orchestrator.cosim.component import Clocked, StepEnd
+from orchestrator.cosim.fmu.clocks import Agenda, Tick, read_clocks
 from orchestrator.cosim.fmu.description import FmuDescription, Interface
 from orchestrator.cosim.fmu.instance3 import Instance3, Size
 from orchestrator.cosim.fmu.stepping import SteppingFmu

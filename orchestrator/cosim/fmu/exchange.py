@@ -3,28 +3,21 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from orchestrator.cosim.component import Component, StepEnd
-from orchestrator.cosim.fmu.base import Values, instantiate
+from orchestrator.cosim.component import StepEnd
+from orchestrator.cosim.fmu.base import FmuComponent, SavedState, instantiate
 from orchestrator.cosim.fmu.description import FmuDescription, Interface
 from orchestrator.cosim.fmu.equations import Equations
-from orchestrator.cosim.fmu.states import SavedState
 from orchestrator.cosim.masters.operations import Operation
 from orchestrator.cosim.progress import Progress
 
 
-class ExchangeFmu(Component):
+class ExchangeFmu(FmuComponent):
     """A model exchange FMU of either version, integrated here."""
 
-    kind = "fmu"
-
     def __init__(self, name: str, description: FmuDescription, interface: Interface) -> None:
+        super().__init__(instantiate(name, description, interface), interface)
         self.name = name
-        self.instance = instantiate(name, description, interface)
-        self.ports, self.feedthrough = description.ports, description.feedthrough
-        self.can_save, self.can_differentiate = interface.can_save, interface.can_differentiate
         self._continuous = {port.name for port in description.ports if port.variability == "continuous"}
-        self._values = Values(self.instance)
-        self._prepared: dict[str, Any] | None = {}
         self._running = False
         self._equations: Equations | None = None
 
@@ -37,30 +30,21 @@ class ExchangeFmu(Component):
 
     def initialise(self, time: float, stop: float | None, tolerance: float | None) -> None:
         """Set what was set before, and enter initialisation."""
-        prepared, self._prepared = self._prepared, None
-        if prepared:
-            self._values.prepare(prepared)
         self.equations.begin(time, tolerance)
-        self.instance.begin(time, stop, tolerance)
+        super().initialise(time, stop, tolerance)
 
     def start(self) -> None:
         """Leave initialisation and settle the first events."""
-        self.instance.finish_initialisation()
+        super().start()
         self.equations.start(self.name)
         self._running = True
 
     def set(self, names: Sequence[str], values: Sequence[Any]) -> None:
         """Set variables; what is not continuous makes an event."""
-        if self._prepared is not None:
-            self._prepared.update(zip(names, values, strict=True))
-        elif not self._running or self._continuous.issuperset(names):
-            self._values.set(names, values)
+        if not self._running or self._continuous.issuperset(names):
+            super().set(names, values)
         else:
             self.equations.change(lambda: self._values.set(names, values))
-
-    def get(self, names: Sequence[str]) -> list[Any]:
-        """Values of variables."""
-        return self._values.get(names)
 
     def step(self, time: float, size: float) -> StepEnd:
         """Integrate, together with the others that share the equations."""
@@ -75,14 +59,6 @@ class ExchangeFmu(Component):
         assert isinstance(state, tuple)
         state[0].restore()
         self.equations.come_back(state[1])
-
-    def derivative(self, outputs: Sequence[str], inputs: Sequence[str], seed: Sequence[float]) -> list[float]:
-        """Directional derivative by the FMU itself."""
-        return self.instance.directional(outputs, inputs, seed)
-
-    def terminate(self) -> None:
-        """End the run and free the instance."""
-        self.instance.terminate()
 
 
 def couple(

@@ -2,13 +2,12 @@
 partition."""
 
 import ctypes
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
-from orchestrator.cosim.component import Component, StepEnd
-from orchestrator.cosim.fmu.agenda import Agenda
-from orchestrator.cosim.fmu.base import Values
-from orchestrator.cosim.fmu.clocks import Clock, read_clocks
+from orchestrator.cosim.component import StepEnd
+from orchestrator.cosim.fmu.base import FmuComponent
+from orchestrator.cosim.fmu.clocks import Agenda, Clock, read_clocks
 from orchestrator.cosim.fmu.description import FmuDescription, Interface
 from orchestrator.cosim.fmu.instance import Double
 from orchestrator.cosim.fmu.instance3 import Instance3
@@ -52,59 +51,39 @@ class ScheduledInstance(Instance3):
         )
 
 
-class ScheduledFmu(Component):
+class ScheduledFmu(FmuComponent):
     """Ticks are served in the order of time, then of priority; a step serves those after its begin until its end.
 
     Inputs are those of the begin of the step. `ticks` are the times in s of input clocks that somebody has to trigger, by name.
     """
 
-    kind = "fmu"
     follows_inputs = False
 
     def __init__(
         self, name: str, description: FmuDescription, interface: Interface, ticks: Mapping[str, Any] | None = None
     ) -> None:
-        self.ports, self.feedthrough = description.ports, description.feedthrough
-        self.instance = ScheduledInstance(name, description, interface)
+        super().__init__(ScheduledInstance(name, description, interface), interface)
+        self.can_save = self.can_differentiate = False
+        self.instance: ScheduledInstance
         inputs = [clock for clock in read_clocks(description.path) if clock.causality == "input"]
         self._agenda = Agenda(inputs, ticks, self.instance.interval)
-        self._values = Values(self.instance)
-        self._prepared: dict[str, Any] | None = {}
         self._first = 0.0
 
     def initialise(self, time: float, stop: float | None, tolerance: float | None) -> None:
         """Set what was set before, and enter initialisation."""
-        prepared, self._prepared = self._prepared, None
-        if prepared:
-            self._values.prepare(prepared)
-        self.instance.begin(time, stop, tolerance)
+        super().initialise(time, stop, tolerance)
         self._first = time
 
     def start(self) -> None:
         """Leave initialisation, and serve what ticks at once."""
-        self.instance.finish_initialisation()
+        super().start()
         self._agenda.begin(self._first)
         self._serve(self._first)
-
-    def set(self, names: Sequence[str], values: Sequence[Any]) -> None:
-        """Set variables; before initialisation they are kept for it."""
-        if self._prepared is not None:
-            self._prepared.update(zip(names, values, strict=True))
-        else:
-            self._values.set(names, values)
-
-    def get(self, names: Sequence[str]) -> list[Any]:
-        """Values of variables."""
-        return self._values.get(names)
 
     def step(self, time: float, size: float) -> StepEnd:
         """Serve all ticks until the end of the step."""
         self._serve(time + size * (1.0 + _ROUNDING))
         return StepEnd(time + size)
-
-    def terminate(self) -> None:
-        """End the run and free the instance."""
-        self.instance.terminate()
 
     def _serve(self, until: float) -> None:
         while (tick := self._agenda.take(until)) is not None:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmus.errors import ComponentError, MisfitError
-from orchestrator.cosim.isolate.memory import SharedMemory
+from orchestrator.cosim.isolate.process import SharedMemory
 from orchestrator.cosim.progress import Progress
 from orchestrator.results.column import Column
 

@@ -1,24 +1,75 @@
 """A child process that answers calls, watched: its end, its silence or its hunger for memory become an error."""
 
+import atexit
+import ctypes
+import mmap
 import os
 import pickle
 import select
 import signal
 import subprocess
+import tempfile
+import threading
 import time
 import weakref
-from collections.abc import Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from fmus.children import child_environment, end_child, python_command, start_child
 from fmus.errors import ComponentError, FmuError, MisfitError, ModelicaError
-from orchestrator.cosim.isolate.memory import SharedMemory
-from orchestrator.cosim.progress import CALLS
-from orchestrator.cosim.system import ComponentSpec
+from orchestrator.cosim.progress import CALLS, ProgressWord
+from orchestrator.cosim.system import ComponentSpec, System
+
+# The word has a page of its own, the result buffer follows.
+PAGE = mmap.PAGESIZE
+
+
+class SharedMemory:
+    """A page with the progress word, and a result buffer that is added when its size is known."""
+
+    def __init__(self, handle: int | None = None) -> None:
+        self.handle = _nameless() if handle is None else handle
+        self._page = mmap.mmap(self.handle, PAGE)
+        self.word = ProgressWord.from_buffer(self._page)
+        if handle is None:
+            self.word.component = -1
+        self._rest: mmap.mmap | None = None
+
+    def reset(self) -> None:
+        """Set the word back to what it is before a run."""
+        ctypes.memset(ctypes.addressof(self.word), 0, ctypes.sizeof(self.word))
+        self.word.component = -1
+
+    @property
+    def page(self) -> mmap.mmap:
+        """The memory of the word."""
+        return self._page
+
+    def buffer(self, rows: int, columns: int) -> NDArray[np.float64]:
+        """The result buffer (rows, columns), the same memory in both processes."""
+        size = PAGE + max(rows * columns * 8, 1)
+        if os.fstat(self.handle).st_size < size:
+            os.ftruncate(self.handle, size)
+        self._rest = mmap.mmap(self.handle, size)
+        return np.frombuffer(self._rest, dtype=float, count=rows * columns, offset=PAGE).reshape(rows, columns)
+
+
+def _nameless() -> int:
+    if hasattr(os, "memfd_create"):
+        handle = os.memfd_create("misfit", os.MFD_CLOEXEC)
+    else:
+        with tempfile.TemporaryFile() as file:
+            handle = os.dup(file.fileno())
+    os.ftruncate(handle, PAGE)
+    return handle
+
 
 ERRORS = {kind.__name__: kind for kind in (MisfitError, ModelicaError, FmuError, ComponentError)}
 SIGNALS = {
@@ -188,3 +239,66 @@ def _end(process: "subprocess.Popen[bytes]", connection: Connection, output: Con
     end_child(process)
     output.close()
     os.close(handle)
+
+
+# Children that wait at a time, and runs after which one has done enough: what FMUs leak must not add up.
+MOST_WAITING, MOST_RUNS = 4, 1000
+
+_waiting: list[tuple[Hashable, Child]] = []
+_lock = threading.Lock()
+
+
+def key_of(system: System) -> Hashable | None:
+    """What a child has loaded that has run a system; None for a system with parts that run a user's own Python."""
+    from orchestrator.cosim.fmu import read_description
+
+    if any(spec.kind != "fmu" for spec in system.components.values()):
+        return None
+    try:
+        files = {Path(system.folder / spec.source) for spec in system.components.values()}
+        return frozenset(read_description(file).digest for file in files)
+    except MisfitError:  # the child says what is wrong with it
+        return None
+
+
+def take(key: Hashable | None) -> Child | None:
+    """A child that waits for these FMUs, None if there is none."""
+    with _lock:
+        for place, (known, child) in enumerate(_waiting):
+            if key is not None and known == key:
+                del _waiting[place]
+                return child
+    return None
+
+
+def put_back(key: Hashable | None, child: Child) -> None:
+    """Let a child wait for the next run, or end it."""
+    child.runs += 1
+    if key is None or child.runs >= MOST_RUNS or child.resident_gib() > 0.5 * child.limits.memory_gib:
+        child.close()
+        return
+    with _lock:
+        _waiting.append((key, child))
+        ended = _waiting[:-MOST_WAITING]
+        del _waiting[:-MOST_WAITING]
+    for _, each in ended:
+        each.close()
+
+
+def end_waiting() -> None:
+    """End all children that wait."""
+    with _lock:
+        ended = [child for _, child in _waiting]
+        _waiting.clear()
+    for child in ended:
+        child.close()
+
+
+def waiting() -> Mapping[Hashable, int]:
+    """How many children wait for which FMUs."""
+    with _lock:
+        keys = [key for key, _ in _waiting]
+    return {key: keys.count(key) for key in keys}
+
+
+atexit.register(end_waiting)

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from fmus.errors import ComponentError, MisfitError
 from orchestrator.cosim.assembly import Report
-from orchestrator.cosim.isolate import warm
-from orchestrator.cosim.isolate.process import Child, Limits, label
+from orchestrator.cosim.isolate.process import Child, Limits, key_of, label, put_back, take
 from orchestrator.cosim.system import System
 from orchestrator.results.recorder import Nowhere, Recorder
 
@@ -30,8 +29,8 @@ class IsolatedSimulation:
 
     def __init__(self, system: System, limits: Limits | None = None, **options: Any) -> None:
         labels, limits = [label(spec) for spec in system.components.values()], limits or Limits()
-        self._key = warm.key_of(system)
-        warmed = warm.take(self._key)
+        self._key = key_of(system)
+        warmed = take(self._key)
         if warmed is not None:
             warmed.begin_again(labels, limits)
         self._child = warmed or Child("simulation", labels, limits)
@@ -118,7 +117,7 @@ class IsolatedSimulation:
                 self._sound = False
             self._state = state
         if self._sound:
-            warm.put_back(self._key, self._child)
+            put_back(self._key, self._child)
         else:
             self._child.close()
 

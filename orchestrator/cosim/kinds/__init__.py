@@ -24,7 +24,7 @@ _OURS = {
     "player": "orchestrator.cosim.kinds.player:open_player",
     "function": "orchestrator.cosim.kinds.function:open_function",
     "controller": "orchestrator.cosim.kinds.controller:open_controller",
-    "python": "orchestrator.cosim.kinds.python_class:open_python",
+    "python": "orchestrator.cosim.kinds.function:open_python",
 }
 # Keys of a component's table that belong to its kind.
 OPTIONS = {

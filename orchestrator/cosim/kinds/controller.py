@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from fmus.errors import ComponentError, MisfitError
 from orchestrator.cosim.component import Component, Port, StepEnd
-from orchestrator.cosim.kinds.code import load_object, told
-from orchestrator.cosim.kinds.named import named_ports
+from orchestrator.cosim.kinds.code import load_object, named_ports, told
 from orchestrator.cosim.system import ComponentSpec
 from orchestrator.measurements.wording import shown
 

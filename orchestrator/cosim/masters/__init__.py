@@ -1,10 +1,8 @@
 """Masters: how components that are coupled get from one communication point to the next."""
 
 from fmus.errors import MisfitError
-from orchestrator.cosim.masters.adaptive import Adaptive
-from orchestrator.cosim.masters.iterative import Iterative
-from orchestrator.cosim.masters.master import Master, MasterSettings, TableMaster
-from orchestrator.cosim.masters.ordered import GaussSeidel, Jacobi, Ordered
+from orchestrator.cosim.masters.master import GaussSeidel, Jacobi, Master, MasterSettings, Ordered, TableMaster
+from orchestrator.cosim.masters.rollback import Adaptive, Iterative
 
 __all__ = ["MASTERS", "Master", "MasterSettings", "TableMaster", "find_master"]
 

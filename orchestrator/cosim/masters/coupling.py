@@ -9,12 +9,10 @@ import numpy as np
 
 from fmus.errors import ComponentError
 from orchestrator.cosim.component import Component, StepEnd
-from orchestrator.cosim.masters.checks import fits, limits, outside
 from orchestrator.cosim.masters.events import Events
 from orchestrator.cosim.masters.loops import solve_loop
-from orchestrator.cosim.masters.not_finite import NotFinite
-from orchestrator.cosim.masters.operations import Get, Operation, Set, Settle, Shape, Solve, Step
-from orchestrator.cosim.masters.shaping import Shaper
+from orchestrator.cosim.masters.not_finite import NotFinite, fits, limits, outside
+from orchestrator.cosim.masters.operations import Get, Operation, Set, Settle, Shape, Shaper, Solve, Step
 from orchestrator.cosim.progress import Progress
 from orchestrator.cosim.wiring import OUTSIDE, Link, Slot, Wiring
 

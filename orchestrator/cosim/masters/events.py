@@ -5,9 +5,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from fmus.errors import ComponentError
-from orchestrator.cosim.clocked import Clocked
-from orchestrator.cosim.masters.carrying import Carrying
-from orchestrator.cosim.masters.operations import Get, Set
+from orchestrator.cosim.component import Clocked
+from orchestrator.cosim.masters.operations import Carrying, Get, Set
 from orchestrator.cosim.wiring import OUTSIDE, Link, Slot, Wiring
 
 # Turns at one instant, after which it will never end.

@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmus.errors import ComponentError
-from orchestrator.cosim.masters.carrying import Carrying
-from orchestrator.cosim.masters.operations import Get, Set, Solve
+from orchestrator.cosim.masters.operations import Carrying, Get, Set, Solve
 
 _MOST_TURNS = 30
 # A value may differ by that much from what comes back around the loop, relative to its size.

@@ -1,8 +1,11 @@
 """What a master does, as a table: reads, writes, loops and steps in their order."""
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any, Protocol
 
+from orchestrator.cosim.component import Component
 from orchestrator.cosim.graph import Loop, Read
 from orchestrator.cosim.wiring import OUTSIDE, Link, Slot, Wiring
 
@@ -134,3 +137,77 @@ def connected_inputs(wiring: Wiring) -> Mapping[str, tuple[Slot, ...]]:
         if OUTSIDE not in (link.source.component, link.target.component):
             found.setdefault(link.target.component, {})[link.target.port.name] = link.target
     return {component: tuple(slots.values()) for component, slots in found.items()}
+
+
+class Carrying(Protocol):
+    """The values of a system, its components, and how values go between them; see `Coupling`."""
+
+    wiring: Wiring
+    components: Mapping[str, Component]
+    values: list[Any]
+    last_good: float
+
+    def get(self, operation: Get, time: float) -> None:
+        """Read outputs and check them."""
+        ...
+
+    def set(self, operation: Set, time: float) -> None:
+        """Copy values along links, check them and write them."""
+        ...
+
+    def copy(self, links: Iterable[Link]) -> None:
+        """Copy values along links, converted."""
+        ...
+
+    def write(self, operation: Set | Shape, time: float) -> None:
+        """Give a component the kept values of its inputs."""
+        ...
+
+    def check(self, operation: Get | Set, time: float) -> None:
+        """Raise ComponentError for the first value that is not finite or outside its range."""
+        ...
+
+
+class Shaper:
+    """What components get as inputs while they step, instead of the values at the beginning of the step.
+
+    Args:
+        extrapolate: along the line through the last two points. A component that interpolates its inputs gets the slope,
+            any other the value in the middle of the step, which serves a step of order two as well.
+        smoothing: time constant in s of a first-order lag that inputs pass, 0 for none.
+    """
+
+    def __init__(self, extrapolate: bool, smoothing: float) -> None:
+        self.extrapolate, self.smoothing = extrapolate, smoothing
+        self._before: dict[int, tuple[float, float]] = {}
+        self._smooth: dict[int, float] = {}
+
+    def apply(self, coupling: Carrying, operation: Shape, time: float, size: float) -> None:
+        """Set the inputs of a component for the step from `time`."""
+        component = coupling.components[operation.component]
+        kept, slopes = [], []
+        for slot in operation.slots:
+            for place in range(slot.first, slot.first + slot.port.size):
+                value = coupling.values[place]
+                kept.append((place, value))
+                smooth = self._smoothed(place, value, size)
+                last_time, last = self._before.get(place, (time, smooth))
+                slopes.append((smooth - last) / (time - last_time) if self.extrapolate and time > last_time else 0.0)
+                self._before[place] = (time, smooth)
+                coupling.values[place] = smooth
+        interpolates = getattr(component, "interpolates_inputs", False)
+        if not interpolates:
+            for (place, _), slope in zip(kept, slopes, strict=True):
+                coupling.values[place] += 0.5 * size * slope
+        coupling.write(operation, time)
+        if interpolates and self.extrapolate:
+            component.slopes([slot.port.name for slot in operation.slots], slopes)  # type: ignore[attr-defined]
+        for place, value in kept:
+            coupling.values[place] = value
+
+    def _smoothed(self, place: int, value: float, size: float) -> float:
+        if self.smoothing <= 0.0:
+            return value
+        before = self._smooth.get(place, value)
+        self._smooth[place] = before + (value - before) * -math.expm1(-size / self.smoothing)
+        return self._smooth[place]

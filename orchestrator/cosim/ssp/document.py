@@ -2,19 +2,25 @@
 
 import json
 import xml.etree.ElementTree as ET
+import zipfile
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict
+from io import BytesIO
+from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
 import numpy as np
 
 from fmus.errors import MisfitError
+from fmus.files import write_atomically
 from fmus.units import SiUnit, si_exponents
 from orchestrator.cosim.addresses import Element, resolve
 from orchestrator.cosim.component import FLOATS, Port
+from orchestrator.cosim.connections import wire
+from orchestrator.cosim.kinds import describe
+from orchestrator.cosim.ssp.files import NAMESPACES, STRUCTURE, qualified
 from orchestrator.cosim.ssp.reading import ANNOTATION
-from orchestrator.cosim.ssp.xml import NAMESPACES, qualified
 from orchestrator.cosim.system import ComponentSpec, Connection, System, Value, split_address
 from orchestrator.cosim.values import port_value
 
@@ -260,3 +266,57 @@ def _xml(value: Any) -> str:
     if isinstance(value, bytes):
         return value.hex()
     return repr(value) if isinstance(value, float) else str(value)
+
+
+def write_ssp(system: System, path: Path) -> Path:
+    """Write a system of FMUs as an SSP; returns the path. The same system gives the same bytes.
+
+    Parameter values are in `resources/parameters.ssv`, in the units of the variables, named `component.variable`.
+
+    Raises:
+        MisfitError: if a component is no FMU, the system does not pass its checks, or the file cannot be written.
+    """
+    others = [name for name, spec in system.components.items() if spec.kind != "fmu"]
+    if others:
+        raise MisfitError(
+            f"system {system.name!r}: {', '.join(others)} cannot be in an SSP, which holds FMUs only; take it out first"
+        )
+    descriptions = {name: describe(spec, system.folder) for name, spec in system.components.items()}
+    wire(system, descriptions)
+    ports = {name: {port.name: port for port in each.ports} for name, each in descriptions.items()}
+    sources = _resources(system)
+    writer = Document(system, ports, sources)
+    document = writer.structure()
+    buffer = BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
+        _add(archive, STRUCTURE, document)
+        if writer.parameters is not None:
+            _add(archive, PARAMETERS, to_bytes(writer.parameters))
+        for name, source in dict(zip(sources.values(), system.components.values(), strict=True)).items():
+            _add(archive, name, (system.folder / source.source).read_bytes())
+    try:
+        write_atomically(path, buffer.getvalue())
+    except OSError as error:
+        raise MisfitError(f"{path} cannot be written: {error.strerror}; choose another place") from error
+    return path
+
+
+def _add(archive: zipfile.ZipFile, name: str, content: bytes) -> None:
+    entry = zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0))
+    entry.compress_type = zipfile.ZIP_DEFLATED
+    entry.external_attr = 0o644 << 16
+    archive.writestr(entry, content)
+
+
+def _resources(system: System) -> dict[str, str]:
+    """Path in the archive of each component's FMU; components with the same file share it."""
+    paths: dict[Path, str] = {}
+    for spec in system.components.values():
+        file = (system.folder / spec.source).resolve()
+        if file not in paths:
+            name, number = file.name, 1
+            while f"resources/{name}" in paths.values():
+                number += 1
+                name = f"{file.stem}_{number}{file.suffix}"
+            paths[file] = f"resources/{name}"
+    return {name: paths[(system.folder / spec.source).resolve()] for name, spec in system.components.items()}

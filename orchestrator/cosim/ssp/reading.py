@@ -11,13 +11,9 @@ from orchestrator.cosim.addresses import resolve
 from orchestrator.cosim.compatible import unit_scaling
 from orchestrator.cosim.component import FLOATS, Port
 from orchestrator.cosim.fmu import read_description
-from orchestrator.cosim.ssp.files import STRUCTURE, unpacked
-from orchestrator.cosim.ssp.flatten import Flat, Way, compose, flatten, inside
-from orchestrator.cosim.ssp.flatten import Path as PartPath
-from orchestrator.cosim.ssp.parameters import transformed
-from orchestrator.cosim.ssp.parsing import parse_structure
-from orchestrator.cosim.ssp.tree import Part
-from orchestrator.cosim.ssp.xml import NAMESPACES, parse
+from orchestrator.cosim.ssp.files import NAMESPACES, STRUCTURE, parse, unpacked
+from orchestrator.cosim.ssp.parsing import parse_structure, transformed
+from orchestrator.cosim.ssp.tree import Flat, Part, Place, Way, compose, flatten, inside
 from orchestrator.cosim.system import ComponentSpec, Connection, RunSettings, System, Value
 from orchestrator.measurements.wording import shown
 
@@ -47,7 +43,7 @@ class _Reader:
 
     def __post_init__(self) -> None:
         self.names = _names(self.flat)
-        self.ports: dict[PartPath, dict[str, Port]] = {}
+        self.ports: dict[Place, dict[str, Port]] = {}
         for path, part in self.flat.components.items():
             assert part.source is not None
             try:
@@ -96,7 +92,7 @@ class _Reader:
             tuple(self.notes),
         )
 
-    def _spec(self, path: PartPath, part: Part, values: Mapping[tuple[PartPath, str], Value]) -> ComponentSpec:
+    def _spec(self, path: Place, part: Part, values: Mapping[tuple[Place, str], Value]) -> ComponentSpec:
         assert part.source is not None
         inside_folder = part.source.is_relative_to(self.folder.resolve())
         source = part.source.relative_to(self.folder.resolve()) if inside_folder else part.source
@@ -161,7 +157,7 @@ class _Reader:
             unit = there or unit
         return factor, offset
 
-    def _unit(self, point: tuple[PartPath, str]) -> Port | None:
+    def _unit(self, point: tuple[Place, str]) -> Port | None:
         """A stand-in with the unit at a point; None where nobody says."""
         port = self.ports.get(point[0], {}).get(point[1])
         if port is not None and port.unit:
@@ -172,13 +168,13 @@ class _Reader:
         part = self.flat.components.get(point[0]) or self.flat.systems[point[0]]
         return Port(point[1], "output", unit=connector.unit, si=part.definitions.get(connector.unit))
 
-    def _address(self, point: tuple[PartPath, str], indices: tuple[int, ...]) -> str:
+    def _address(self, point: tuple[Place, str], indices: tuple[int, ...]) -> str:
         name = f"{point[1]}[{','.join(str(i) for i in indices)}]" if indices else point[1]
         return f"{self.names[point[0]]}.{name}" if point[0] else name
 
-    def _values(self, part: Part, path: PartPath) -> dict[tuple[PartPath, str], Value]:
+    def _values(self, part: Part, path: Place) -> dict[tuple[Place, str], Value]:
         """Values of all bindings: those of outer systems go before those of inner ones, later before earlier."""
-        values: dict[tuple[PartPath, str], Value] = {}
+        values: dict[tuple[Place, str], Value] = {}
         for each in part.parts:
             values |= self._values(each, (*path, each.name))
         for binding in part.bindings:
@@ -190,14 +186,14 @@ class _Reader:
                     self.notes.append(f"parameter {shown(name)} at {place} names no variable and is not used")
         return values
 
-    def _named(self, part: Part, path: PartPath, name: str, value: Value) -> dict[tuple[PartPath, str], Value]:
+    def _named(self, part: Part, path: Place, name: str, value: Value) -> dict[tuple[Place, str], Value]:
         if part.is_component:
             try:
                 resolve(self.ports[path], name, self.names[path])
             except MisfitError:
                 return {}
             return {(path, name): value}
-        found: dict[tuple[PartPath, str], Value] = {}
+        found: dict[tuple[Place, str], Value] = {}
         if name in part.connectors:
             unit = part.connectors[name].unit
             own = value if value.unit or not unit else replace(value, unit=unit, si=part.definitions.get(unit))
@@ -223,9 +219,9 @@ class _Reader:
         return found
 
 
-def _names(flat: Flat) -> dict[PartPath, str]:
+def _names(flat: Flat) -> dict[Place, str]:
     """Component names without dots, one for each path."""
-    names: dict[PartPath, str] = {}
+    names: dict[Place, str] = {}
     for path in flat.components:
         name = wanted = "_".join(path).replace(".", "_")
         number = 1

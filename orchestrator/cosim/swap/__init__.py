@@ -2,7 +2,6 @@
 
 from orchestrator.cosim.swap.apply import Swap, swap
 from orchestrator.cosim.swap.compare import Side, compare
-from orchestrator.cosim.swap.mapping import mapping_text, read_mapping
-from orchestrator.cosim.swap.report import Difference, Match, SwapReport
+from orchestrator.cosim.swap.report import Difference, Match, SwapReport, mapping_text, read_mapping
 
 __all__ = ["Difference", "Match", "Side", "Swap", "SwapReport", "compare", "mapping_text", "read_mapping", "swap"]

@@ -21,8 +21,7 @@ from fmus.errors import MisfitError
 from fmus.files import write_atomically
 from orchestrator.cluster import connected
 from orchestrator.cosim.run import RunOptions
-from orchestrator.cosim.sweep.grid import Case, system_for
-from orchestrator.cosim.sweep.work import Done, run_here, run_there
+from orchestrator.cosim.sweep.grid import Case, Done, run_here, run_there, system_for
 from orchestrator.cosim.system import System
 
 Progress = Callable[[int, int], None]

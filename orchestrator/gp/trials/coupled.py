@@ -9,7 +9,7 @@ import numpy as np
 from fmus.files import write_atomically
 from fmus.package import build_fmu
 from orchestrator.cosim.system import ComponentSpec, Connection, RunSettings, System, Value
-from orchestrator.cosim.toml_text import write_toml
+from orchestrator.cosim.toml_file import write_toml
 from orchestrator.gp.block import Block
 from orchestrator.gp.export import block_fmu
 from orchestrator.gp.trials.judged import Judgement
