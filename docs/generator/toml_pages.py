@@ -55,7 +55,7 @@ TOML_FILES = (
         "case.toml",
         "describes a measurement set",
         "../measurements.md",
-        ("orchestrator.measurements.case_file", "orchestrator.measurements.split_table"),
+        ("orchestrator.measurements.case_file", "orchestrator.measurements.split"),
         {"": "orchestrator.measurements.case_file:_KNOWN_KEYS"},
         "tests/cases/arm/case_009/case.toml",
         _REMARK_KEYS,

@@ -128,8 +128,7 @@ def cases_command(
 @_common
 def trend(folder: str, json_file: str | None, html_file: str | None, quiet: bool) -> None:
     """Show the runs that --history kept in HISTORY: how near each signal came to its limit, and what each case costs."""
-    from orchestrator.regress.history import read
-    from orchestrator.regress.trend import trend_of, trend_page
+    from orchestrator.regress.history import read, trend_of, trend_page
 
     found = trend_of(read(Path(folder)))
     lines = [f"{len(found.runs)} runs of {len(found.verdicts)} cases, {found.runs[0]} to {found.runs[-1]}"]
@@ -229,7 +228,7 @@ def _covered(cases: "Sequence[Case]", workers: int, quiet: bool, suggest: bool) 
 
 
 def _annotate(outcomes: "Sequence[Outcome]") -> None:
-    from orchestrator.regress.annotations import annotations
+    from orchestrator.regress.junit import annotations
 
     for line in annotations(outcomes, Path()):
         click.echo(line, err=True)

@@ -7,7 +7,7 @@ import numpy as np
 from orchestrator.datacheck import limits
 from orchestrator.datacheck.prediction import Predictor
 from orchestrator.measurements import MeasurementSet, bind
-from orchestrator.measurements.dirty.holding import proposed_interpolation
+from orchestrator.measurements.dirty.plan import proposed_interpolation
 from orchestrator.measurements.matching import match_columns
 from orchestrator.models.contract import Model, with_held_inputs
 

@@ -10,8 +10,7 @@ from fmus.errors import MisfitError
 from fmus.units import conversion
 from orchestrator.measurements.dirty.reading import Reading, read_reading
 from orchestrator.measurements.sensors import sensor_key
-from orchestrator.measurements.split import LastThird, Split
-from orchestrator.measurements.split_table import read_split
+from orchestrator.measurements.split import LastThird, Split, read_split
 from orchestrator.measurements.toml_values import TomlTable, number
 from orchestrator.measurements.wording import shown
 

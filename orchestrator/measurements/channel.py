@@ -7,8 +7,7 @@ import numpy as np
 
 from fmus.errors import MisfitError
 from fmus.units import conversion, scaling, si_exponents
-from orchestrator.measurements.bridges import bridged
-from orchestrator.measurements.cleaning import cleaned, pieces
+from orchestrator.measurements.cleaning import bridged, cleaned, pieces
 from orchestrator.measurements.colour import Noise
 from orchestrator.measurements.noise import NoiseLevel, measurement_noise
 from orchestrator.measurements.pulses import excitation_from_pulses, pulse_shape

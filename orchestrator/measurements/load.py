@@ -137,7 +137,7 @@ def _table(file: Path, content: bytes, case: CaseFile, name: str) -> Table:
         return repaired(read_any_table(file, content, reading), reading, needed, case.interpolation)
     if file.suffix.lower() == ".csv":
         return read_table(file, content)
-    from orchestrator.measurements.typed_table import read_typed_table
+    from orchestrator.measurements.table import read_typed_table
 
     return read_typed_table(file)
 
@@ -149,7 +149,7 @@ def read_any_table(file: Path, content: bytes, reading: Reading) -> Table:
         MisfitError: the file is not what [reading] says, or is damaged.
     """
     if file.suffix.lower() in TYPED_ENDINGS:
-        from orchestrator.measurements.typed_table import read_typed_table
+        from orchestrator.measurements.table import read_typed_table
 
         return read_typed_table(file, holes=True)
     return read_text_table(file, content, reading)

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from orchestrator.cosim.system import Value
+from orchestrator.regress.check_tables import Formula
 from orchestrator.regress.comparison import Check, Tolerance
-from orchestrator.regress.formulas import Formula
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ class Case:
         signals: checks by signal; empty: a tube with `tolerance` around each column of the reference.
         formulas: signals that are computed from variables, by name.
         tolerance: for signals without checks of their own.
-        checks: settings of the checks of the whole model by their name, see `wholes`.
+        checks: settings of the checks of the whole model by their name, see `case_file`.
         allowed: changes of the interface that are no difference, as patterns of `VARIABLE.ASPECT`, such as `x.unit` or `*.new`.
     """
 

@@ -5,7 +5,7 @@ import os
 from orchestrator.cosim.isolate.child import Host
 from orchestrator.cosim.kinds.code import told
 from orchestrator.regress.execute import execute
-from orchestrator.regress.watched import Watched
+from orchestrator.regress.recording import Watched
 
 TASK = f"{__name__}:serve"
 

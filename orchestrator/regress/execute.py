@@ -9,16 +9,13 @@ from typing import Literal
 from fmus.errors import ComponentError, MisfitError
 from orchestrator.cosim.system import RunSettings, System
 from orchestrator.regress.case import Case
-from orchestrator.regress.check_tables import default_check
+from orchestrator.regress.check_tables import default_check, variables_for, with_formulas
 from orchestrator.regress.comparison import Check, Signal, SignalVerdict
-from orchestrator.regress.experiments import with_own_experiment
-from orchestrator.regress.formulas import variables_for, with_formulas
 from orchestrator.regress.interface import CHECK, interface_of, judge_interface, path_beside, read_interface
 from orchestrator.regress.outcome import Curve, Outcome, WholeVerdict, curve_of
-from orchestrator.regress.prepare import system_of
-from orchestrator.regress.recording import Recording, missing_reasons, record, wanted_signals
+from orchestrator.regress.prepare import system_of, with_own_experiment
+from orchestrator.regress.recording import Recording, Watched, missing_reasons, record, wanted_signals
 from orchestrator.regress.reference import Expected, at_points, expected_from_file, expected_of_fmu, like
-from orchestrator.regress.watched import Watched
 
 # What an outcome holds beside its verdict.
 Want = Literal["verdict", "signals", "coverage"]

@@ -13,8 +13,7 @@ from orchestrator.measurements.trial import MeasurementSet, Trial
 from orchestrator.measurements.wording import listed
 from orchestrator.regress.case import Case, Reference, Stimulus
 from orchestrator.regress.comparison import Signal, Tolerance
-from orchestrator.regress.experiments import as_table
-from orchestrator.regress.prepare import model_path
+from orchestrator.regress.prepare import as_table, model_path
 from orchestrator.regress.reference import Expected
 
 

@@ -10,8 +10,7 @@ from orchestrator.regress.case import Case, Stimulus
 from orchestrator.regress.check_tables import default_check
 from orchestrator.regress.comparison import Bounds, Signal, SignalVerdict, Tolerance
 from orchestrator.regress.outcome import Outcome
-from orchestrator.regress.reference import expected_of_table, like
-from orchestrator.regress.tables import read_table
+from orchestrator.regress.reference import expected_of_table, like, read_table
 
 
 def case_of(name: str, file: Path, model: str, options: Mapping[str, Any]) -> Case:

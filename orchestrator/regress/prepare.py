@@ -2,6 +2,8 @@
 
 from dataclasses import replace
 
+import numpy as np
+
 from fmus.errors import MisfitError
 from orchestrator.cosim.addresses import resolve
 from orchestrator.cosim.component import Port
@@ -9,10 +11,9 @@ from orchestrator.cosim.kinds import describe
 from orchestrator.cosim.load import load_system
 from orchestrator.cosim.system import ComponentSpec, Connection, System, split_address
 from orchestrator.measurements.wording import nearest
-from orchestrator.regress.case import Case
-from orchestrator.regress.stimulus import SOURCE
-from orchestrator.regress.tables import read_table
-from orchestrator.regress.wave import Wave, checked_wave, generated
+from orchestrator.regress.case import Case, Stimulus
+from orchestrator.regress.reference import read_table, replay_of
+from orchestrator.regress.wave import SOURCE, Wave, checked_wave, generated
 
 # Name of the component that drives the inputs.
 DRIVE = "inputs_of_the_case"
@@ -146,3 +147,28 @@ def _target(system: System, address: str) -> Port:
     component, variable = split_address(address)
     ports = {port.name: port for port in describe(system.component(component), system.folder).ports}
     return resolve(ports, variable, component)[0].port
+
+
+def with_own_experiment(case: Case) -> Case:
+    """The case with the inputs, step and end of the experiment whose results its FMU brings along."""
+    system = load_system(model_path(case))
+    paths = [system.folder / spec.source for spec in system.components.values() if spec.kind == "fmu"]
+    replay = replay_of(paths[0]) if len(paths) == 1 else None
+    if replay is None:
+        return case
+    case = replace(
+        case,
+        stop=case.stop if case.stop is not None else float(replay.results.times[-1]),
+        step=case.step or replay.step,
+    )
+    if case.stimulus.file is not None or case.stimulus.signals:
+        return case
+    waves = {
+        name: as_table(replay.inputs.times, replay.inputs.values[:, k]) for k, name in enumerate(replay.inputs.names)
+    }
+    return replace(case, stimulus=Stimulus(signals=waves))
+
+
+def as_table(time: np.ndarray, values: np.ndarray) -> dict[str, object]:
+    """A generator that goes through points."""
+    return {"kind": "table", "times": np.asarray(time).tolist(), "values": np.asarray(values).tolist()}

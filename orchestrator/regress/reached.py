@@ -19,7 +19,7 @@ from orchestrator.cosim.simulation import Simulation
 from orchestrator.cosim.system import System
 from orchestrator.regress.case import Case
 from orchestrator.regress.prepare import DRIVE, single, system_of
-from orchestrator.regress.watched import Watched
+from orchestrator.regress.recording import Watched
 
 _MOST_POINTS = 20_000
 

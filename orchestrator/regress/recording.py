@@ -8,14 +8,34 @@ from typing import Any
 import numpy as np
 
 from orchestrator.cosim.component import FLOATS, Port
+from orchestrator.cosim.isolate.process import label
 from orchestrator.cosim.kinds import describe
+from orchestrator.cosim.progress import Progress
 from orchestrator.cosim.simulation import Simulation
 from orchestrator.cosim.system import System, split_address
 from orchestrator.measurements.wording import nearest
 from orchestrator.regress.comparison import Signal
 from orchestrator.regress.prepare import DRIVE, single
-from orchestrator.regress.watched import Watched
 from orchestrator.results.recorder import MemoryRecorder
+
+
+def nobody(labels: Sequence[str]) -> None:
+    """Tell nobody."""
+
+
+class Watched(Progress):
+    """Progress that announces what it is about to count; results stay in this process."""
+
+    def __init__(self, memory: Any = None, announce: Callable[[Sequence[str]], None] = nobody) -> None:
+        super().__init__(memory)
+        self._announce = announce
+
+    def begin(self, system: System) -> None:
+        """Say that a system is about to be loaded."""
+        word = self.word
+        word.component, word.call, word.time, word.last_good, word.rows = -1, 0, 0.0, 0.0, 0
+        self._announce([label(spec) for spec in system.components.values()])
+
 
 _MOST_NEAREST = 20
 

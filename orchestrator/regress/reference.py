@@ -1,4 +1,4 @@
-"""What results are compared with, from wherever a case says."""
+"""What the results of a case are compared with, and the tables that hold it."""
 
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping
@@ -10,12 +10,42 @@ from urllib.parse import unquote
 import numpy as np
 
 from fmus.errors import MisfitError
+from orchestrator.measurements.record import time_column
+from orchestrator.measurements.wording import listed
 from orchestrator.regress.case import Case, Reference
 from orchestrator.regress.comparison import Signal, Tolerance
-from orchestrator.regress.tables import Table, read_table
 
 if TYPE_CHECKING:
     from fmus.reference_files import Replay
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """Columns (n,) over `time` (n,) in s, just as the file has them; units where the file says them."""
+
+    time: np.ndarray
+    columns: Mapping[str, np.ndarray]
+    units: Mapping[str, str]
+
+
+def read_table(path: Path) -> Table:
+    """Read a .csv, .parquet, .mf4 or .h5 file with a column time, t or time_s in s.
+
+    Times that fall, repeat or are not finite stay as they are: who compares says what is wrong with them.
+
+    Raises:
+        MisfitError: if there is no such file, it cannot be read, or it has no time.
+    """
+    from orchestrator.results.reading import read_columns
+
+    content, _ = read_columns(path)
+    arrays = {name.strip(): np.asarray(values, dtype=float) for name, values in content.arrays.items()}
+    name = time_column(tuple(arrays), {})
+    if name is None:
+        raise MisfitError(f"{path} has no column time, t or time_s of numbers; its columns are {listed(arrays)}")
+    units = {column.name.strip(): column.unit for column in content.header.columns}
+    time = arrays.pop(name)
+    return Table(time, arrays, units)
 
 
 @dataclass(frozen=True)

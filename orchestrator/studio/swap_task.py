@@ -19,7 +19,7 @@ from orchestrator.cosim.swap import SwapReport
 from orchestrator.regress.one_run import case_of
 from orchestrator.regress.outcome import plain
 from orchestrator.regress.prepare import DRIVE, system_of
-from orchestrator.regress.whole.release import interface_change, interface_report
+from orchestrator.regress.release import interface_change, interface_report
 from orchestrator.report.arm_drawing.curves import MOST_POINTS
 from orchestrator.report.thinning import extremes
 from orchestrator.results import MemoryRecorder, compare_results

@@ -14,9 +14,8 @@ from orchestrator.compare.comparison import compare as compare_with
 from orchestrator.compare.result import Comparison
 from orchestrator.measurements import MeasurementSet, bind, load_measurements
 from orchestrator.measurements.case_file import read_case_file
-from orchestrator.measurements.dirty.case_text import MADE
 from orchestrator.measurements.dirty.plan import Wishes, proposed_plan
-from orchestrator.measurements.dirty.write import write_plan
+from orchestrator.measurements.dirty.write import MADE, write_plan
 from orchestrator.model_argument import load_model, load_source
 from orchestrator.studio.project import (
     COMPARISON,

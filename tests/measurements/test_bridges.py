@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from orchestrator.measurements.bridges import bridged
+from orchestrator.measurements.cleaning import bridged
 
 STEP, RATE = 0.004, 60.0
 

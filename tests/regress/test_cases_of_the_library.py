@@ -7,7 +7,7 @@ import pytest
 
 from fmus.catalogue import built_in_models
 from orchestrator.regress.collect import collect
-from orchestrator.regress.tables import read_table
+from orchestrator.regress.reference import read_table
 
 FOLDER = Path(__file__).parents[1] / "cases" / "regress"
 CASES, WRONG = collect([FOLDER])

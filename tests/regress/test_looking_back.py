@@ -21,10 +21,9 @@ from orchestrator.regress.case_file import read_cases
 from orchestrator.regress.comparison import SignalVerdict
 from orchestrator.regress.coverage import cover
 from orchestrator.regress.execute import execute
-from orchestrator.regress.history import append, read
+from orchestrator.regress.history import append, read, trend_of, trend_page
 from orchestrator.regress.outcome import Outcome
 from orchestrator.regress.suggest import suggestions
-from orchestrator.regress.trend import trend_of, trend_page
 
 
 def _outcome(exceed: float) -> Outcome:

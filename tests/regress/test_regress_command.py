@@ -9,12 +9,11 @@ import numpy as np
 from cases_of_balls import case_file, decay_reference, fmu, misfit
 from junit_rules import junit_problems
 
-from orchestrator.regress.annotations import annotations
 from orchestrator.regress.case_file import read_cases
 from orchestrator.regress.collect import collect
 from orchestrator.regress.comparison import Signal
 from orchestrator.regress.execute import execute
-from orchestrator.regress.junit import junit
+from orchestrator.regress.junit import annotations, junit
 from orchestrator.regress.outcome import Outcome, exit_code
 from orchestrator.regress.update import update_references
 

@@ -12,7 +12,7 @@ from orchestrator.cosim.fmu import read_description
 from orchestrator.regress.case_file import read_cases
 from orchestrator.regress.execute import execute
 from orchestrator.regress.outcome import WholeVerdict
-from orchestrator.regress.whole.release import interface_change
+from orchestrator.regress.release import interface_change
 
 
 def _found(folder: Path, text: str) -> dict[str, WholeVerdict]:

@@ -7,9 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from fmus.errors import MisfitError
-from orchestrator.measurements.dirty.cells import kind_of
+from orchestrator.measurements.dirty.cells import decoded, kind_of
 from orchestrator.measurements.dirty.clock import with_clock
-from orchestrator.measurements.dirty.encoding import decoded
 from orchestrator.measurements.dirty.reading import Reading
 from orchestrator.measurements.dirty.repair import repaired
 from orchestrator.measurements.dirty.sniff import Sniffed, sniff

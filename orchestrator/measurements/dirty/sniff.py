@@ -9,8 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from fmus.errors import MisfitError
-from orchestrator.measurements.dirty.cells import as_number, kind_of, split_line
-from orchestrator.measurements.dirty.encoding import decoded, encoding_of
+from orchestrator.measurements.dirty.cells import as_number, decoded, encoding_of, kind_of, split_line
 from orchestrator.measurements.dirty.header_units import read_unit, split_header
 from orchestrator.measurements.dirty.reading import SEPARATORS, Reading
 from orchestrator.measurements.dirty.text_table import COMMENT, header_names, numbers_of, rows_of, unique_names

@@ -8,10 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from fmus.errors import MisfitError
-from orchestrator.measurements.dirty.cells import MISSING, as_number, split_line
-from orchestrator.measurements.dirty.encoding import decoded
+from orchestrator.measurements.dirty.cells import MISSING, as_number, decoded, split_line
+from orchestrator.measurements.dirty.clock import seconds_of
 from orchestrator.measurements.dirty.reading import SEPARATORS, Reading
-from orchestrator.measurements.dirty.stamps import seconds_of
 from orchestrator.measurements.table import Table
 from orchestrator.measurements.trial import Array
 from orchestrator.measurements.wording import listed, shown

@@ -14,7 +14,7 @@ from orchestrator.cosim.swap.apply import facts
 from orchestrator.cosim.system import System
 from orchestrator.regress.case import Case
 from orchestrator.regress.outcome import WholeVerdict
-from orchestrator.regress.watched import Watched
+from orchestrator.regress.recording import Watched
 
 Level = Literal["patch", "minor", "major"]
 LEVELS: tuple[Level, ...] = ("patch", "minor", "major")

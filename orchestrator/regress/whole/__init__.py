@@ -1,1 +1,0 @@
-"""Checks of a whole model beside its trajectories: each module has `judge(case, system, settings, progress)`."""
