@@ -12,8 +12,7 @@ from itertools import islice
 from pathlib import Path
 
 from fmus.checks.repeatability import check_repeatability, check_snapshots, check_threads
-from fmus.checks.starts import check_starts
-from fmus.checks.structure import check_dependencies, check_derivatives, check_initial_dependencies
+from fmus.checks.structure import check_dependencies, check_derivatives, check_initial_dependencies, check_starts
 from fmus.checks.subject import Subject
 from fmus.checks.trajectories import check_interfaces, check_reference
 

@@ -4,8 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fmus.layout import Layout
-from fmus.start_structure import Mask, sparsity, start_structure
+from fmus.layout import Layout, Mask, sparsity, start_structure
 from fmus.symbolic.system import SymbolicSystem
 
 

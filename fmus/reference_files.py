@@ -18,8 +18,7 @@ import numpy as np
 from fmus.archive import check_xml
 from fmus.description_parts import to_bytes
 from fmus.errors import FmuError
-from fmus.experiment import Array, Experiment, pulses
-from fmus.reference import Reference, solve_reference
+from fmus.reference import Array, Experiment, Reference, pulses, solve_reference
 from fmus.symbolic.system import SymbolicSystem
 
 FOLDER = "extra/org.fmi-standard.fmi-ls-ref"

@@ -10,7 +10,7 @@ from typing import Any
 
 from fmus.archive import check_entry_name
 from fmus.children import run_tool
-from fmus.children.tool import ToolTimeout
+from fmus.children.start import ToolTimeout
 from fmus.errors import FmuError
 from fmus.runtime.compiler import find_compiler, first_error
 

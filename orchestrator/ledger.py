@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from fmus.errors import MisfitError
-from fmus.locks import lock
+from fmus.files import lock
 from orchestrator.compare.result import SetErrors
 from orchestrator.shown import Shown, drawing_of
 from orchestrator.verdicts.result import Estimate, NamedEffect

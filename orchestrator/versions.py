@@ -17,8 +17,7 @@ from orchestrator.diagnosis.fit.candidates import EffectSet, can_join
 from orchestrator.diagnosis.fit.extensible import find_candidates
 from orchestrator.diagnosis.referee.adjusted import with_neighbours
 from orchestrator.greybox.laws import Law
-from orchestrator.library.candidate import Candidate
-from orchestrator.library.cards import EffectCard, effect_library
+from orchestrator.library.cards import Candidate, EffectCard, effect_library
 from orchestrator.models.patch import check_adjusted, check_attached, free_slots, patched_model, patched_source
 from orchestrator.models.symbolic import SymbolicModel
 from orchestrator.verdicts.result import Adjusted, Estimate, NamedEffect

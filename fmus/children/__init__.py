@@ -1,8 +1,15 @@
 """Child processes: Python that never imports from the working directory, and no process that outlives the one that began it."""
 
-from fmus.children.command import child_environment, parent_process, python_command
-from fmus.children.start import end_child, exit_code, run_child, start_child
-from fmus.children.tool import run_tool
+from fmus.children.start import (
+    child_environment,
+    end_child,
+    exit_code,
+    parent_process,
+    python_command,
+    run_child,
+    run_tool,
+    start_child,
+)
 from fmus.children.workers import BrokenWorker, Workers
 
 __all__ = [

@@ -28,7 +28,7 @@ def main() -> None:
     handed_over = [part for part in os.environ.pop("MISFIT_PATH", "").split(os.pathsep) if part]
     sys.path[:] = search_path(sys.path, handed_over)
     if lifeline := os.environ.pop("MISFIT_LIFELINE", ""):
-        from fmus.children.lifeline import end_with
+        from fmus.children.start import end_with
 
         end_with(int(lifeline))
     for package in os.environ.pop("MISFIT_WITHOUT", "").split():

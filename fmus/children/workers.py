@@ -3,15 +3,16 @@
 import pickle
 import queue
 import subprocess
+import sys
 import threading
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from multiprocessing import Pipe
+from multiprocessing.connection import Connection
 from types import TracebackType
 from typing import Any, TypeVar
 
-from fmus.children.command import child_environment, python_command
-from fmus.children.start import end_child, exit_code, start_child
+from fmus.children.start import child_environment, end_child, exit_code, python_command, start_child
 
 Result = TypeVar("Result")
 
@@ -86,7 +87,7 @@ class _Worker:
     def __init__(self) -> None:
         self._connection, theirs = Pipe()
         self._process = start_child(
-            python_command("fmus.children.serve:main", str(theirs.fileno())),
+            python_command("fmus.children.workers:main", str(theirs.fileno())),
             environment=child_environment(),
             pass_fds=[theirs.fileno()],
             stdin=subprocess.DEVNULL,
@@ -104,3 +105,32 @@ class _Worker:
 
     def end(self) -> None:
         end_child(self._process)
+
+
+def main() -> None:
+    """Serve calls that come through the inherited connection."""
+    connection = Connection(int(sys.argv[1]))
+    while True:
+        try:
+            content = connection.recv_bytes()
+        except EOFError:
+            return
+        connection.send_bytes(_answer(content))
+
+
+def _answer(content: bytes) -> bytes:
+    try:
+        function, arguments = pickle.loads(content)
+        return pickle.dumps((True, function(*arguments)), pickle.HIGHEST_PROTOCOL)
+    except Exception as error:
+        return _failure(error)
+
+
+def _failure(error: Exception) -> bytes:
+    answer: tuple[bool, Any] = (False, error)
+    try:
+        content = pickle.dumps(answer, pickle.HIGHEST_PROTOCOL)
+        pickle.loads(content)  # some exceptions can be written, and not read
+    except Exception:
+        return pickle.dumps((False, RuntimeError(f"{type(error).__name__}: {error}")))
+    return content

@@ -15,8 +15,7 @@ from orchestrator.blackbox.library import FORCE_SLOTS, INPUT_SLOTS, Law, Scales,
 from orchestrator.blackbox.model import CoupledModel
 from orchestrator.blackbox.sites import NEGLIGIBLE, Sites, find_sites, plain_sites
 from orchestrator.blackbox.system_source import open_file
-from orchestrator.library.candidate import Candidate
-from orchestrator.library.cards import effect_library
+from orchestrator.library.cards import Candidate, effect_library
 from orchestrator.measurements import BoundSet, MeasurementSet, bind
 
 PULSE_SAMPLES = 24

@@ -6,10 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from orchestrator.control.design import Margins, Wanted, gains, margins
-from orchestrator.control.hold import Array, Controller, Held, Ports, Task, hold
-from orchestrator.control.limb import Limb
-from orchestrator.control.linear import linearised
+from orchestrator.control.design import Margins, Wanted, gains, linearised, margins
+from orchestrator.control.hold import Array, Controller, Held, Limb, Ports, Task, hold
 from orchestrator.cosim.built import built_fmu
 from orchestrator.cosim.component import Component
 from orchestrator.cosim.kinds import open_component

@@ -1,5 +1,6 @@
 """Feedback of joint torques: gains that balance error and effort, and the margins of the sampled loop."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -8,8 +9,30 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmus.errors import MisfitError
+from orchestrator.cosim.component import Component
 
 Array = NDArray[Any]
+
+
+def linearised(
+    component: Component, states: Sequence[str], inputs: Sequence[str], at: Mapping[str, float]
+) -> tuple[Array, Array]:
+    """A (n, n) and B (n, m) of dx = A x + B u about the values `at` of states and inputs.
+
+    The component is initialised there and has not begun to run: it is for this alone.
+
+    Raises:
+        ComponentError: if the FMU gives no directional derivatives.
+    """
+    component.set(list(at), list(at.values()))
+    component.initialise(0.0, None, None)
+    component.start()
+    component.set([name for name in inputs if name in at], [at[name] for name in inputs if name in at])
+    rates = [f"der({name})" for name in states]
+    columns = [component.derivative(rates, [name], [1.0]) for name in (*states, *inputs)]
+    component.terminate()
+    found = np.array(columns).T
+    return found[:, : len(states)], found[:, len(states) :]
 
 
 @dataclass(frozen=True)

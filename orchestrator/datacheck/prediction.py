@@ -12,9 +12,8 @@ from functools import cached_property
 import numpy as np
 
 from fmus.errors import ComponentError
-from orchestrator.datacheck.changes import NO_CHANGE, Change
-from orchestrator.datacheck.pushes import PushedModel, driven_states
-from orchestrator.datacheck.stretches import TINY, WORST, Stretch, bent
+from orchestrator.datacheck.findings import NO_CHANGE, Change
+from orchestrator.datacheck.pushes import TINY, WORST, PushedModel, Stretch, bent, driven_states
 from orchestrator.measurements import BoundSet, BoundTrial
 from orchestrator.models.contract import Model
 from orchestrator.models.symbolic import SymbolicModel

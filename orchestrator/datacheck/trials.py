@@ -6,9 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from orchestrator.datacheck import limits
-from orchestrator.datacheck.changes import NO_CHANGE, Change
 from orchestrator.datacheck.columns import wrong_columns
-from orchestrator.datacheck.findings import Finding
+from orchestrator.datacheck.findings import NO_CHANGE, Change, Finding
 from orchestrator.datacheck.prediction import Predictor
 from orchestrator.measurements import BoundSet
 from orchestrator.models.contract import Model

@@ -18,8 +18,7 @@ from orchestrator.diagnosis.linear.response import Response
 from orchestrator.diagnosis.noise.nuisances import Nuisances, nuisances
 from orchestrator.diagnosis.noise.outliers import without_outliers
 from orchestrator.diagnosis.search.search import Progress
-from orchestrator.library.candidate import Candidate
-from orchestrator.library.cards import EffectCard
+from orchestrator.library.cards import Candidate, EffectCard
 from orchestrator.measurements import BoundSet, BoundTrial, MeasurementSet, bind
 from orchestrator.models.patch import free_slots
 from orchestrator.models.smoothing import SmoothedTrial

@@ -1,5 +1,9 @@
 """The file of a changed class: the user's own text, and the new classes beside the originals."""
 
+import re
+from collections.abc import Mapping
+from typing import Any
+
 from fmus.catalogue import ModelicaModel
 from fmus.errors import ModelicaError
 from fmus.frontend.lint.scope import View
@@ -7,6 +11,87 @@ from fmus.frontend.lint.sources import modelica_text, without_within
 from fmus.frontend.lint.tokens import tokens_of
 from fmus.frontend.lint.tree import ClassDef, Import
 from orchestrator.effects.copies import Copies, Copy, applied, is_stored, outermost
+
+
+def literal(value: float | Mapping[str, float]) -> str:
+    """A number, or an array by its elements' full names, such as `m[1,2]` or `part[1].m[2]`, row-major."""
+    if isinstance(value, int | float):
+        return f"{float(value)!r}".removesuffix(".0") if abs(value) < 1e15 else repr(float(value))
+    numbers = [literal(item) for item in value.values()]
+    shape = [int(part) for part in re.findall(r"[\[,](\d+)", list(value)[-1])]
+    for length in reversed(shape[1:]):
+        numbers = ["{" + ", ".join(numbers[k : k + length]) + "}" for k in range(0, len(numbers), length)]
+    return "{" + ", ".join(numbers) + "}"
+
+
+def extended(name: str, base: str, values: Mapping[str, float | Mapping[str, float]], definition: ClassDef) -> str:
+    """A class that extends another one of the same place with other values, without the last semicolon."""
+    tree: dict[str, Any] = {}
+    for full, value in values.items():
+        *parts, last = full.split(".")
+        place = tree
+        for part in parts:
+            place = place.setdefault(part, {})
+        place[last] = literal(value)
+    modifiers = ",\n    ".join(_written(tree))
+    kind = "block" if definition.kind == "block" else "model"
+    return f"{kind} {name}\n  // values adjusted by misfit\n  extends {base}(\n    {modifiers});\nend {name}"
+
+
+def _written(tree: Mapping[str, Any]) -> list[str]:
+    return [f"{k}({', '.join(_written(v))})" if isinstance(v, dict) else f"{k}={v}" for k, v in tree.items()]
+
+
+def with_terms(equation: str, terms: list[tuple[float, str]], file: str) -> str:
+    """Add terms to an equation.
+
+    Args:
+        equation: its text, `left = right`.
+        terms: the sign of the derivative in left minus right, and the expression to add, for each term.
+        file: for messages.
+    """
+    left, between, right = _sides(equation, file)
+    for sign, expression in terms:
+        if sign > 0:
+            right = _sum(right, expression)
+        else:
+            left = _sum(left, expression)
+    return left + between + right
+
+
+def _sides(equation: str, file: str) -> tuple[str, str, str]:
+    depth = 0
+    for token in tokens_of(equation, file):
+        depth += (token.text in ("(", "{", "[")) - (token.text in (")", "}", "]"))
+        if token.text == "=" and depth == 0:
+            left, right = equation[: token.start], equation[token.end :]
+            first, last = len(left.rstrip()), len(right) - len(right.lstrip())
+            return left[:first], left[first:] + "=" + right[:last], right[last:]
+    raise ModelicaError(f"{file}: '{equation}' is no equation with two sides")
+
+
+def _sum(side: str, expression: str) -> str:
+    expression = expression.strip()
+    if tokens_of(side, "")[0].text == "if":
+        side = f"({side})"
+    elif side.strip() in ("0", "0.0"):
+        return expression
+    if tokens_of(expression, "")[0].text == "if":
+        expression = f"({expression})"
+    if expression.startswith("-"):
+        return f"{side} - {expression[1:].lstrip()}"
+    return f"{side} + {expression}"
+
+
+def in_row(expression: str, row: int, rows: int, iterators: tuple[str, ...]) -> str:
+    """A term of one row of an equation of arrays, or of one round of a loop."""
+    if iterators:
+        if len(iterators) > 1:
+            raise ModelicaError("an equation inside of two loops cannot be changed; write the loops as one")
+        return f"(if {iterators[0]} == {row + 1} then {expression} else 0)"
+    if rows == 1:
+        return expression
+    return "{" + ", ".join(expression if k == row else "0" for k in range(rows)) + "}"
 
 
 def file_text(base: ModelicaModel, root: View, copies: Copies, name: str, wrapper: str | None) -> tuple[str, str]:

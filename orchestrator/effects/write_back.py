@@ -20,14 +20,12 @@ from orchestrator.effects.borders import change_input, change_output
 from orchestrator.effects.changes import Change, InputChange, OutputChange, Term
 from orchestrator.effects.check import Written, check_changes
 from orchestrator.effects.copies import MARK, Copies, Copy, applied
-from orchestrator.effects.equation import in_row, with_terms
 from orchestrator.effects.homes import Home, homes_at, owner_of
 from orchestrator.effects.locate import balance_of, written_at
 from orchestrator.effects.names import heads, plain, position, renamed, replaced
 from orchestrator.effects.points import FlatPoints, points
-from orchestrator.effects.text import file_text
+from orchestrator.effects.text import extended, file_text, in_row, literal, with_terms
 from orchestrator.effects.together import merged
-from orchestrator.effects.values import extended, literal
 
 
 def write_back(

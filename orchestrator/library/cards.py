@@ -289,3 +289,18 @@ def effect_library(folders: Sequence[Path] = ()) -> tuple[EffectCard, ...]:
                 f"{card.card_file}: id = '{card.id}' is taken by {where}; choose another id, or tell them apart by `variant`"
             )
     return tuple(cards)
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """An effect at a site: `element` is its subscript in the parameter arrays (`[3]`), empty for all together."""
+
+    card: EffectCard
+    slot: str
+    element: str
+    site: str
+
+    @property
+    def label(self) -> str:
+        """Short name for progress and messages."""
+        return f"{self.card.id} {self.card.variant}".rstrip() + f" at {self.site}"

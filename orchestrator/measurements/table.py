@@ -10,7 +10,7 @@ import numpy as np
 from fmus.errors import MisfitError
 from orchestrator.measurements.trial import Array
 from orchestrator.measurements.wording import listed, shown
-from orchestrator.results.reading import read_columns
+from orchestrator.results.result import read_columns
 
 # Beyond this a cell is a marker for "no value" or damage, and arithmetic on it would overflow.
 _LARGEST = 1e100

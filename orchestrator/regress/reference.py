@@ -36,7 +36,7 @@ def read_table(path: Path) -> Table:
     Raises:
         MisfitError: if there is no such file, it cannot be read, or it has no time.
     """
-    from orchestrator.results.reading import read_columns
+    from orchestrator.results.result import read_columns
 
     content, _ = read_columns(path)
     arrays = {name.strip(): np.asarray(values, dtype=float) for name, values in content.arrays.items()}

@@ -2,9 +2,8 @@
 
 from orchestrator.results.column import Column, chosen
 from orchestrator.results.compare import ResultComparison, SignalDifference, compare_results
-from orchestrator.results.reading import read_result
 from orchestrator.results.recorder import MemoryRecorder, Nowhere, Recorder, recorder_for
-from orchestrator.results.result import Result
+from orchestrator.results.result import Result, read_result
 
 __all__ = [
     "Column",

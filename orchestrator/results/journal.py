@@ -16,7 +16,7 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from fmus.errors import MisfitError
-from fmus.locks import try_lock
+from fmus.files import try_lock
 from orchestrator.results.arrow import KEY, batch_of, header_of, numpy_of, schema_of
 from orchestrator.results.formats import Content, Header, as_numbers
 

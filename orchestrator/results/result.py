@@ -1,8 +1,9 @@
 """A result in memory: time, columns with units, and where it comes from."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from fmus.errors import MisfitError
 from fmus.units import conversion
 from orchestrator.results.column import Column
+from orchestrator.results.formats import Content, format_of
 from orchestrator.shown import Shown, drawing_of
 
 
@@ -82,3 +84,49 @@ class Result:
             MisfitError: if there is no such column, or its dimension differs.
         """
         return np.asarray(self[name], dtype=float) * conversion(self.column(name).unit, unit)
+
+
+def read_columns(path: Path, wanted: Sequence[str] | None = None) -> tuple[Content, bool]:
+    """Numeric columns of a file, and whether it is complete; also of one that a run is writing or left when it was killed.
+
+    Raises:
+        MisfitError: if the file cannot be read; says what to do.
+    """
+    chosen = format_of(path)
+    unfinished = path.with_name(path.name + ".unfinished")
+    if unfinished.exists():
+        from orchestrator.results.file_recorder import finish_abandoned
+        from orchestrator.results.journal import read_journal
+
+        finish_abandoned(path)
+        try:
+            with unfinished.open("rb") as file:
+                return read_journal(file, path, wanted), False
+        except FileNotFoundError:
+            pass  # it has just been finished
+    if not path.exists():
+        raise MisfitError(f"{path} does not exist; expected a file of results")
+    return chosen.read(path, wanted), True
+
+
+def read_result(path: str | Path, columns: Sequence[str] | None = None) -> Result:
+    """Read a result that `misfit run` wrote, or any table with a column `time` in s.
+
+    Args:
+        path: .parquet, .csv, .h5 or .mf4. If the run that writes it goes on, what is there is read; if it was killed,
+            its side file is made into a proper file first.
+        columns: names to read; all if None.
+
+    Raises:
+        MisfitError: if there is no such file, or it holds no column `time`.
+    """
+    path = Path(path)
+    content, complete = read_columns(path, None if columns is None else ["time", *columns])
+    arrays = dict(content.arrays)
+    time = arrays.pop("time", None)
+    if time is None:
+        raise MisfitError(f"{path} has no column 'time'; columns are {', '.join(list(arrays)[:8])}")
+    header = content.header
+    kept = tuple(column for column in header.columns if column.name != "time")
+    time = np.asarray(time, dtype=float)
+    return Result(time, kept, arrays, header.provenance, header.failure, complete and not header.failure)

@@ -14,9 +14,8 @@ from typing import Literal
 
 from fmus.children import child_environment, python_command, start_child
 from fmus.errors import MisfitError
-from fmus.files import write_atomically
-from fmus.locks import lock as take_lock
-from fmus.locks import try_lock
+from fmus.files import lock as take_lock
+from fmus.files import try_lock, write_atomically
 from orchestrator.elapsed import Elapsed
 from orchestrator.studio.project import Project
 

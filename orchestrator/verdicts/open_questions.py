@@ -3,7 +3,7 @@
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
-from orchestrator.library.candidate import Candidate
+from orchestrator.library.cards import Candidate
 
 # Cosines between what two effects do: above the first data hardly see a difference, above the second a weak one.
 SAME, WEAK = 0.98, 0.9

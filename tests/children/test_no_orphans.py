@@ -12,7 +12,7 @@ import pytest
 from commands import COMMANDS, OTHERS, OTHERS_WITH_MODELS, arguments_of, fmu_that, start
 
 from fmus.children import BrokenWorker, Workers, run_tool
-from fmus.children.tool import ToolTimeout
+from fmus.children.start import ToolTimeout
 
 PATIENCE_S = 60.0
 # A compiler in an endless loop, with a child of its own.

@@ -7,7 +7,7 @@ import pytest
 from commands import COMMANDS, ROOT, arguments_of, decay, fmu_that, start
 
 from fmus.children.boot import search_path
-from fmus.children.command import handed_over
+from fmus.children.start import handed_over
 
 POISON = 'from pathlib import Path\nwith Path("{marker}").open("a") as file:\n    file.write(__file__ + "\\n")\nraise SystemExit("poisoned")\n'
 OURS = ("orchestrator.py", "hil.py", "fmus/__init__.py", "misfit_user.py")

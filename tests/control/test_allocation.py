@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize
 
-from orchestrator.control.allocation import Allocation
+from orchestrator.control.hold import Allocation
 
 ALLOCATION = Allocation(2, 6)
 

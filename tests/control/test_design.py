@@ -7,8 +7,7 @@ import pytest
 from fmus.catalogue import find_modelica_model
 from fmus.errors import MisfitError
 from orchestrator.control.arm import PORTS, arm_component
-from orchestrator.control.design import Wanted, gains, margins
-from orchestrator.control.linear import linearised
+from orchestrator.control.design import Wanted, gains, linearised, margins
 
 # A mass: angle and speed, torque over inertia.
 INERTIA = 0.5

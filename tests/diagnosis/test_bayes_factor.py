@@ -11,8 +11,7 @@ from orchestrator.diagnosis.decide.bayes_factor import BayesFactor, BayesFactors
 from orchestrator.diagnosis.fit.candidates import EffectSet
 from orchestrator.diagnosis.fit.evidence import LearningData, refit
 from orchestrator.diagnosis.fit.extensible import find_candidates
-from orchestrator.library.candidate import Candidate
-from orchestrator.library.cards import effect_library
+from orchestrator.library.cards import Candidate, effect_library
 from orchestrator.models.smoothing import SmoothedTrial
 
 DRIVE = find_modelica_model("drive")

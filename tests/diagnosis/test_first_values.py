@@ -18,8 +18,7 @@ from orchestrator.diagnosis.fit.start_values import StartValues
 from orchestrator.diagnosis.linear.response import Response
 from orchestrator.diagnosis.search.ranges_of_levels import with_ranges_of_levels
 from orchestrator.diagnosis.search.screening import Explanation, Screened, Screener
-from orchestrator.library.candidate import Candidate
-from orchestrator.library.cards import SHIPPED, effect_library, read_card
+from orchestrator.library.cards import SHIPPED, Candidate, effect_library, read_card
 from orchestrator.models.smoothing import SmoothedTrial
 
 TIME = np.arange(0, 5, 0.01)

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from orchestrator.compare.estimates import estimate_floor, floor_sentence
-from orchestrator.compare.repeats import noise_of_repeats
+from orchestrator.compare.estimates import estimate_floor, floor_sentence, noise_of_repeats
 from orchestrator.measurements import BoundSet, BoundTrial, Noise
 from orchestrator.measurements.noise import NoiseLevel
 

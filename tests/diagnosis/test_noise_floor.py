@@ -5,7 +5,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from orchestrator.compare.floor import noise_floor
+from orchestrator.compare.comparison import noise_floor
 from orchestrator.measurements import BoundSet, BoundTrial
 from orchestrator.models.contract import FittedTrial, Model
 

@@ -8,8 +8,7 @@ import numpy as np
 from fmus.catalogue import find_modelica_model
 from orchestrator.diagnosis.fit.extensible import find_candidates
 from orchestrator.diagnosis.search.proposals import unions
-from orchestrator.library.candidate import Candidate
-from orchestrator.library.cards import effect_library
+from orchestrator.library.cards import Candidate, effect_library
 from orchestrator.models.patch import free_slots
 
 SYSTEM = find_modelica_model("drive").compile()

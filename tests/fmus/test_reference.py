@@ -9,9 +9,8 @@ from helpers_systems import integrator, lag, oscillator, pendulum, root
 
 from fmus.archive import extract_fmu
 from fmus.catalogue import built_in_models
-from fmus.experiment import pulses
 from fmus.package import build_fmu
-from fmus.reference import solve_reference
+from fmus.reference import pulses, solve_reference
 from fmus.reference_files import MANIFEST, read_replay, reference_files
 from fmus.symbolic.system import SymbolicSystem
 from fmus.validate import validate_fmu

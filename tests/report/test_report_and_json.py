@@ -9,8 +9,7 @@ from typing import Any
 
 import pytest
 
-from orchestrator.library.candidate import Candidate
-from orchestrator.library.cards import effect_library
+from orchestrator.library.cards import Candidate, effect_library
 from orchestrator.report.html import comparison_report, diagnosis_report
 from orchestrator.verdicts.open_questions import Coverage, Kin
 from orchestrator.verdicts.result import Diagnosis, Tried

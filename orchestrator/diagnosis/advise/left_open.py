@@ -12,7 +12,7 @@ from orchestrator.diagnosis.linear.calibration import Stage
 from orchestrator.diagnosis.linear.collinearity import collinear_effects
 from orchestrator.diagnosis.linear.coverage import coverage
 from orchestrator.diagnosis.linear.response import Response
-from orchestrator.library.candidate import Candidate
+from orchestrator.library.cards import Candidate
 from orchestrator.verdicts.open_questions import Coverage, Doubt
 from orchestrator.verdicts.result import Diagnosis, NamedEffect
 

@@ -19,7 +19,7 @@ from orchestrator.diagnosis.fit.evidence import LearningData, Refit, linearised
 from orchestrator.diagnosis.linear.coverage import variables_of
 from orchestrator.diagnosis.linear.response import Response
 from orchestrator.diagnosis.linear.tangent import orthonormal
-from orchestrator.library.candidate import Candidate
+from orchestrator.library.cards import Candidate
 from orchestrator.models.estimation import Z90
 
 SIZES = np.linspace(MATTERS, 1.0, 41)

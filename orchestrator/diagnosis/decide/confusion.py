@@ -17,7 +17,7 @@ from orchestrator.diagnosis.decide.thresholds import (
 )
 from orchestrator.diagnosis.fit.evidence import Refit
 from orchestrator.diagnosis.linear.subsets import log_sets
-from orchestrator.library.candidate import Candidate
+from orchestrator.library.cards import Candidate
 
 
 @dataclass(frozen=True)

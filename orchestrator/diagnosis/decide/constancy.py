@@ -17,7 +17,7 @@ from orchestrator.diagnosis.decide.thresholds import APART
 from orchestrator.diagnosis.fit.evidence import Refit
 from orchestrator.diagnosis.linear.calibration import most_by_chance
 from orchestrator.diagnosis.linear.tangent import Tangent, orthonormal, split_by_trials
-from orchestrator.library.candidate import Candidate
+from orchestrator.library.cards import Candidate
 
 
 @dataclass(frozen=True)

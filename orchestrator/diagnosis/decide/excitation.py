@@ -8,7 +8,7 @@ import numpy as np
 from orchestrator.diagnosis.decide.thresholds import AS_ELSEWHERE, FOUND, MOST_AT_REST, MOST_UNSEEN, MOVES, SHOWN
 from orchestrator.diagnosis.fit.evidence import LearningData
 from orchestrator.diagnosis.linear.calibration import Stage
-from orchestrator.library.candidate import Candidate
+from orchestrator.library.cards import Candidate
 from orchestrator.models.smoothing import SmoothedTrial
 
 # These act only beyond a level; a range that was never entered says nothing against the data.

@@ -14,8 +14,7 @@ from orchestrator.diagnosis.decide.thresholds import MATTERS, SHAPES, SIZES
 from orchestrator.diagnosis.fit.candidates import EffectSet
 from orchestrator.diagnosis.fit.evidence import Refit
 from orchestrator.diagnosis.fit.thresholds import PINNED
-from orchestrator.library.candidate import Candidate
-from orchestrator.library.cards import EffectCard
+from orchestrator.library.cards import Candidate, EffectCard
 from orchestrator.models.estimation import Z90
 
 

@@ -9,8 +9,7 @@ from fmus.symbolic.system import SymbolicSystem, Variable
 from orchestrator.blackbox.source import Source
 from orchestrator.diagnosis.fit.extended_class import attachments, elements
 from orchestrator.diagnosis.fit.extensible import extensible
-from orchestrator.library.candidate import Candidate
-from orchestrator.library.cards import CardParameter
+from orchestrator.library.cards import Candidate, CardParameter
 from orchestrator.models.patch import Attachment
 from orchestrator.models.symbolic import SymbolicModel
 

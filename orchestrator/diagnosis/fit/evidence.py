@@ -27,7 +27,7 @@ from orchestrator.diagnosis.fit.thresholds import (
 )
 from orchestrator.diagnosis.noise.metric import Metric, stride_for, white_metric
 from orchestrator.diagnosis.noise.nuisances import Nuisances
-from orchestrator.library.candidate import Candidate
+from orchestrator.library.cards import Candidate
 from orchestrator.measurements import BoundSet, BoundTrial
 from orchestrator.models.estimation import STEEPEST, Fit, Prior, Record, fit, linearise
 from orchestrator.models.smoothing import SmoothedTrial

@@ -13,8 +13,7 @@ from fmus.frontend.compile import fingerprint
 from fmus.frontend.together import compile_together
 from fmus.symbolic.system import SymbolicSystem
 from orchestrator.diagnosis.fit.thresholds import KEPT
-from orchestrator.library.candidate import Candidate
-from orchestrator.library.cards import EffectCard
+from orchestrator.library.cards import Candidate, EffectCard
 from orchestrator.library.user_cards import check_absence, check_class, check_slots
 from orchestrator.models.patch import Attachment, check_attached, free_slots, patched_model
 from orchestrator.models.symbolic import SymbolicModel

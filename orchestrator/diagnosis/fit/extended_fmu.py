@@ -6,8 +6,7 @@ from functools import cached_property
 
 from fmus.symbolic.system import SymbolicSystem
 from orchestrator.blackbox.source import FmuSource
-from orchestrator.library.candidate import Candidate
-from orchestrator.library.cards import EffectCard
+from orchestrator.library.cards import Candidate, EffectCard
 from orchestrator.models.symbolic import SymbolicModel
 
 

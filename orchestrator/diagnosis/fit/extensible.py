@@ -10,8 +10,7 @@ from fmus.symbolic.system import SymbolicSystem
 from orchestrator.blackbox.source import FmuSource, Source
 from orchestrator.diagnosis.fit.extended_class import ExtensibleClass
 from orchestrator.diagnosis.fit.extended_fmu import ExtensibleFmu
-from orchestrator.library.candidate import Candidate
-from orchestrator.library.cards import EffectCard
+from orchestrator.library.cards import Candidate, EffectCard
 from orchestrator.models.symbolic import SymbolicModel
 
 

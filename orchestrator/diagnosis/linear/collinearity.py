@@ -13,7 +13,7 @@ from orchestrator.diagnosis.fit.evidence import Refit
 from orchestrator.diagnosis.linear.calibration import Stage
 from orchestrator.diagnosis.linear.tangent import Block, orthonormal
 from orchestrator.diagnosis.linear.thresholds import MOST_LOG_ODDS
-from orchestrator.library.candidate import Candidate
+from orchestrator.library.cards import Candidate
 from orchestrator.verdicts.open_questions import SAME, WEAK, Kin
 
 

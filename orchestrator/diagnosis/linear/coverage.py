@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 import numpy as np
 
 from orchestrator.diagnosis.linear.response import Response
-from orchestrator.library.candidate import Candidate
+from orchestrator.library.cards import Candidate
 from orchestrator.library.needs import Need
 from orchestrator.verdicts.open_questions import Coverage
 

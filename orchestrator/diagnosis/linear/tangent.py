@@ -17,7 +17,7 @@ from orchestrator.diagnosis.linear.response import Response
 from orchestrator.diagnosis.linear.thresholds import AT_END, BETWEEN_STD, BEYOND_SAMPLES, RANK, SHAPES
 from orchestrator.diagnosis.linear.visible import over_noise
 from orchestrator.diagnosis.noise.metric import concatenate
-from orchestrator.library.candidate import Candidate
+from orchestrator.library.cards import Candidate
 from orchestrator.models.estimation import MOST_SHIFT, STEEPEST
 from orchestrator.models.smoothing import SmoothedTrial
 from orchestrator.models.symbolic import Motion, SymbolicModel

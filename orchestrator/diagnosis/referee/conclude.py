@@ -17,7 +17,7 @@ from orchestrator.diagnosis.referee.ranking import rank
 from orchestrator.diagnosis.referee.referee import Refereed
 from orchestrator.diagnosis.referee.thresholds import CLEAR, MOST_NOISE
 from orchestrator.diagnosis.search.search import Searcher
-from orchestrator.library.candidate import Candidate
+from orchestrator.library.cards import Candidate
 from orchestrator.verdicts.result import Diagnosis, HeldOut, Odds, Verdict
 
 # How likely the truth is among the sets tried, by verdict: a judgement, to be replaced by the rates of `make

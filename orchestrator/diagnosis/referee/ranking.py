@@ -11,7 +11,7 @@ from orchestrator.diagnosis.linear.calibration import Stage
 from orchestrator.diagnosis.linear.subsets import log_sets
 from orchestrator.diagnosis.referee.thresholds import UNFITTED
 from orchestrator.diagnosis.search.trace import Trace
-from orchestrator.library.candidate import Candidate
+from orchestrator.library.cards import Candidate
 from orchestrator.verdicts.result import RankedSet
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from orchestrator.diagnosis.fit.evidence import Refit
 from orchestrator.diagnosis.linear.thresholds import SIGNIFICANT
 from orchestrator.diagnosis.search.trace import Trace
-from orchestrator.library.candidate import Candidate
+from orchestrator.library.cards import Candidate
 from orchestrator.verdicts.result import RankedSet, Tried
 
 Key = tuple[tuple[str, str], ...]

@@ -8,7 +8,7 @@ from orchestrator.diagnosis.fit.evidence import Refit
 from orchestrator.diagnosis.linear.calibration import Stage
 from orchestrator.diagnosis.linear.tangent import Block, orthonormal
 from orchestrator.diagnosis.search.thresholds import FAINTEST, WORTH_A_START
-from orchestrator.library.candidate import Candidate
+from orchestrator.library.cards import Candidate
 
 
 def first_values(stage: Stage, chosen: Sequence[Candidate], nearer: Sequence[Refit] = ()) -> list[np.ndarray]:

@@ -22,7 +22,7 @@ from orchestrator.diagnosis.search.stretches import Followed
 from orchestrator.diagnosis.search.tasks import FollowTask, Wanted, done_by
 from orchestrator.diagnosis.search.thresholds import AT_A_TIME, POLISHED, ROUGH
 from orchestrator.diagnosis.search.trace import Trace
-from orchestrator.library.candidate import Candidate
+from orchestrator.library.cards import Candidate
 from orchestrator.models.estimation import Fit
 from orchestrator.models.symbolic import SymbolicModel
 from orchestrator.models.threads import threads

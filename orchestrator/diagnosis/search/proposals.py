@@ -15,7 +15,7 @@ from orchestrator.diagnosis.search.fitting import Setting
 from orchestrator.diagnosis.search.screening import Explanation, Screened, Screener, beside
 from orchestrator.diagnosis.search.tasks import ScreenTask
 from orchestrator.diagnosis.search.thresholds import BY_FREE_RUNS, BY_RESIDUAL, CLEARLY, CLEARLY_LESS
-from orchestrator.library.candidate import Candidate
+from orchestrator.library.cards import Candidate
 
 
 class Proposer:

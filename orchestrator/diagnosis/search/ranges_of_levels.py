@@ -17,8 +17,7 @@ import numpy as np
 from orchestrator.diagnosis.linear.coverage import variables_of
 from orchestrator.diagnosis.linear.response import Response
 from orchestrator.diagnosis.search.thresholds import AT_REST, FARTHER, FIRST, LEVELS, MOST_POINTS
-from orchestrator.library.candidate import Candidate
-from orchestrator.library.cards import CardParameter
+from orchestrator.library.cards import Candidate, CardParameter
 from orchestrator.library.needs import Need
 
 SIDES = ("above", "below", "beyond")

@@ -17,7 +17,7 @@ from orchestrator.diagnosis.fit.canonical import oscillates, oscillations
 from orchestrator.diagnosis.fit.evidence import LearningData, Refit
 from orchestrator.diagnosis.fit.phases import with_phases
 from orchestrator.diagnosis.search.thresholds import CORNER_HZ, MOST_PEAKS, WORTH_A_PEAK
-from orchestrator.library.candidate import Candidate
+from orchestrator.library.cards import Candidate
 from orchestrator.models.estimation import Record, fit
 from orchestrator.models.smoothing import low_pass
 from orchestrator.models.symbolic import SymbolicModel

@@ -15,7 +15,7 @@ from orchestrator.diagnosis.fit.start_values import StartValues
 from orchestrator.diagnosis.fit.thresholds import TOLERANCE
 from orchestrator.diagnosis.search.screening import Explanation, Screener
 from orchestrator.diagnosis.search.stretches import Followed, follow_stretches
-from orchestrator.library.candidate import Candidate
+from orchestrator.library.cards import Candidate
 from orchestrator.models.estimation import Fit, Record
 from orchestrator.work import Work, program_digest
 

@@ -11,7 +11,7 @@ from orchestrator.diagnosis.linear.input_noise import explained_by_noise
 from orchestrator.diagnosis.linear.thresholds import NOTABLE, PRACTICAL, SCATTER, SIGNIFICANT
 from orchestrator.diagnosis.search.screening import Screened
 from orchestrator.diagnosis.search.thresholds import VISIBLE, WORTHWHILE
-from orchestrator.library.candidate import Candidate
+from orchestrator.library.cards import Candidate
 
 
 @dataclass(frozen=True)

@@ -17,8 +17,7 @@ from orchestrator.diagnosis.fit.candidates import EffectSet
 from orchestrator.diagnosis.fit.evidence import smoothed
 from orchestrator.diagnosis.fit.extensible import find_candidates
 from orchestrator.diagnosis.linear.tangent import points
-from orchestrator.library.candidate import Candidate
-from orchestrator.library.cards import effect_library
+from orchestrator.library.cards import Candidate, effect_library
 from orchestrator.measurements import bind, load_measurements
 from orchestrator.models.smoothing import SmoothedTrial
 from orchestrator.models.symbolic import SymbolicModel
