@@ -10,10 +10,11 @@ from fmus.children.start import (
     run_tool,
     start_child,
 )
-from fmus.children.workers import BrokenWorker, Workers
+from fmus.children.workers import BrokenWorker, SilentWorker, Workers
 
 __all__ = [
     "BrokenWorker",
+    "SilentWorker",
     "Workers",
     "child_environment",
     "end_child",

@@ -18,7 +18,15 @@ Result = TypeVar("Result")
 
 
 class BrokenWorker(Exception):
-    """A child process ended in the middle of a call: it crashed, or was killed for lack of memory."""
+    """A child process ended in the middle of a call: it crashed, or was killed for lack of memory; `code` is its exit code."""
+
+    def __init__(self, words: str, code: int | None = None) -> None:
+        super().__init__(words)
+        self.code = code
+
+
+class SilentWorker(BrokenWorker):
+    """A child process gave no answer in time and was killed."""
 
 
 class Workers:
@@ -28,7 +36,7 @@ class Workers:
     it was in; the next call gets a new one.
     """
 
-    def __init__(self, number: int) -> None:
+    def __init__(self, number: int = 1) -> None:
         self._threads = ThreadPoolExecutor(number, "workers")
         self._idle: queue.SimpleQueue[_Worker] = queue.SimpleQueue()
         self._all: set[_Worker] = set()
@@ -37,7 +45,7 @@ class Workers:
 
     def submit(self, function: Callable[..., Result], *arguments: Any) -> "Future[Result]":
         """Call a function in a child; the future raises what the function does, or `BrokenWorker`."""
-        return self._threads.submit(self._call, function, *arguments)
+        return self._threads.submit(self.call, function, *arguments)
 
     def close(self) -> None:
         """End all children, also in the middle of a call; what has not begun is not done."""
@@ -55,10 +63,22 @@ class Workers:
     ) -> None:
         self.close()
 
-    def _call(self, function: Callable[..., Result], *arguments: Any) -> Result:
+    def call(self, function: Callable[..., Result], *arguments: Any, timeout_s: float | None = None) -> Result:
+        """Call a function in an idle child, or in a new one, whatever the number of children is.
+
+        Args:
+            function: importable by name.
+            arguments: what it is called with.
+            timeout_s: s after which the child is killed; None waits for ever.
+
+        Raises:
+            SilentWorker: after `timeout_s`.
+            BrokenWorker: if the child ends before it answers.
+            Exception: what the function raises.
+        """
         worker = self._take()
         try:
-            succeeded, result = worker.call(function, arguments)
+            succeeded, result = worker.call(function, arguments, timeout_s)
         except BrokenWorker:
             with self._lock:
                 self._all.discard(worker)
@@ -94,14 +114,18 @@ class _Worker:
         )
         theirs.close()
 
-    def call(self, function: Callable[..., Any], arguments: tuple[Any, ...]) -> tuple[bool, Any]:
+    def call(
+        self, function: Callable[..., Any], arguments: tuple[Any, ...], timeout_s: float | None
+    ) -> tuple[bool, Any]:
         """Whether the function returned, and what; else what it raised."""
         try:
             self._connection.send_bytes(pickle.dumps((function, arguments), pickle.HIGHEST_PROTOCOL))
+            if timeout_s is not None and not self._connection.poll(timeout_s):
+                raise SilentWorker(f"a worker process gave no answer for {timeout_s:g} s")
             return pickle.loads(self._connection.recv_bytes())
         except (EOFError, OSError) as error:
             code = exit_code(self._process)
-            raise BrokenWorker(f"a worker process ended in the middle of its work (exit code {code})") from error
+            raise BrokenWorker(f"a worker process ended in the middle of its work (exit code {code})", code) from error
 
     def end(self) -> None:
         end_child(self._process)

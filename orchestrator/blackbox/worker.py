@@ -1,12 +1,11 @@
-"""Child process that runs one FMU, so that a crash or a hang in its native code does not take the host along."""
+"""What a child process does that runs one FMU, so that a crash or a hang in its native code does not take the host along."""
 
 import ctypes
 import os
-import sys
 import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
-from multiprocessing.connection import Connection
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -165,11 +164,13 @@ class _Problem(ctypes.Structure):
 class _Instance:
     """One instance of either FMI version and kind, run again and again."""
 
-    def __init__(self, path: Path, folder: Path, cosimulation: bool) -> None:
+    def __init__(self, path: Path, cosimulation: bool) -> None:
         import fmpy
 
         from fmus.archive import extract_fmu
 
+        self._folder = tempfile.TemporaryDirectory()  # it lives as long as the process
+        folder = Path(self._folder.name)
         extract_fmu(path, folder)
         description = fmpy.read_model_description(str(folder), validate=False)
         self.second, self.cosimulation = description.fmiVersion == "2.0", cosimulation
@@ -399,36 +400,29 @@ ANSWERS: dict[type, Any] = {
 }
 
 
-def serve(path: Path, cosimulation: bool, join_forces: bool, connection: Connection) -> None:
-    """Answer requests until the connection closes: ("ok", result) or ("error", message)."""
+def answer(path: Path, cosimulation: bool, join_forces: bool, request: Any) -> tuple[bool, Any]:
+    """Whether the FMU or system at `path` could answer a request, and the answer, else what went wrong in words.
+
+    Args:
+        path: of the FMU or the system file, which stays open for the next request.
+        cosimulation: whether an FMU is stepped, rather than its equations integrated.
+        join_forces: whether forces of a system are joined.
+        request: one of the classes in `ANSWERS`.
+    """
+    try:
+        return True, ANSWERS[type(request)](_opened(path, cosimulation, join_forces), request)
+    except Exception as error:  # whatever native wrappers raise becomes a message for the host
+        return False, " ".join(str(error).split()) or type(error).__name__
+
+
+@cache
+def _opened(path: Path, cosimulation: bool, join_forces: bool) -> Any:
+    """The FMU, or the coupled system that stands in its place."""
     silence = os.open(os.devnull, os.O_WRONLY)
     for stream in (1, 2):  # what an FMU prints belongs to nobody's result
         os.dup2(silence, stream)
-    with tempfile.TemporaryDirectory() as folder:
-        instance: Any = None
-        while True:
-            try:
-                request = connection.recv()
-            except EOFError:
-                return
-            try:
-                if instance is None:
-                    instance = _opened(path, Path(folder), cosimulation, join_forces)
-                connection.send(("ok", ANSWERS[type(request)](instance, request)))
-            except Exception as error:  # whatever native wrappers raise becomes a message for the host
-                connection.send(("error", " ".join(str(error).split()) or type(error).__name__))
-
-
-def main() -> None:
-    """Entry of the child: path of the FMU or system, whether it is stepped and its forces joined, and the end of a pipe."""
-    path, cosimulation, join_forces, handle = sys.argv[1:]
-    serve(Path(path), cosimulation == "1", join_forces == "1", Connection(int(handle)))
-
-
-def _opened(path: Path, folder: Path, cosimulation: bool, join_forces: bool) -> Any:
-    """The FMU, or the coupled system that stands in its place."""
     if path.suffix == ".fmu":
-        return _Instance(path, folder, cosimulation)
+        return _Instance(path, cosimulation)
     from orchestrator.blackbox.system_runs import SystemInstance
 
     return SystemInstance(path, join_forces)
