@@ -43,7 +43,7 @@ def running_options(command: Callable[..., None]) -> Callable[..., None]:
 
 def options_of(given: Mapping[str, Any], realtime: float | None = None) -> "RunOptions":
     """Options of the command line as those of a run."""
-    from orchestrator.cosim.isolate.process import Limits
+    from orchestrator.cosim.isolate.process import ChildLimits
     from orchestrator.cosim.run import RunOptions
 
     for name, what in (
@@ -58,7 +58,7 @@ def options_of(given: Mapping[str, Any], realtime: float | None = None) -> "RunO
     return RunOptions(
         **{name: given[name] for name in ("stop", "step", "master", "tolerance", "every", "isolate")},
         record=tuple(given["record"]) or None,
-        limits=Limits(given["patience"], given["memory"]),
+        limits=ChildLimits(given["patience"], given["memory"]),
         realtime=realtime,
     )
 

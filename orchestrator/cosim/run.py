@@ -12,7 +12,7 @@ import numpy as np
 from fmus.errors import MisfitError
 from fmus.trust import is_trusted, trust
 from orchestrator.cosim.assembly import Report
-from orchestrator.cosim.isolate.process import Limits
+from orchestrator.cosim.isolate.process import ChildLimits
 from orchestrator.cosim.isolate.simulation import IsolatedSimulation
 from orchestrator.cosim.load import load_system
 from orchestrator.cosim.simulation import Simulation
@@ -108,7 +108,7 @@ class RunOptions:
     record: tuple[str, ...] | None = None
     every: int = 1
     isolate: bool | None = None
-    limits: Limits = field(default_factory=Limits)
+    limits: ChildLimits = field(default_factory=ChildLimits)
     realtime: float | None = None
 
     @property

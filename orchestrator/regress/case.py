@@ -43,7 +43,7 @@ class Reference:
 
 
 @dataclass(frozen=True)
-class Limits:
+class CaseLimits:
     """What a case may use: `seconds` in all, `patience_s` s of silence in one call, `memory_gib` GiB; `retries` after a
     failure."""
 
@@ -89,7 +89,7 @@ class Case:
     tolerance: Tolerance = field(default_factory=Tolerance)
     checks: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     allowed: tuple[str, ...] = ()
-    limits: Limits = field(default_factory=Limits)
+    limits: CaseLimits = field(default_factory=CaseLimits)
     tags: tuple[str, ...] = ()
 
     @property

@@ -8,7 +8,7 @@ from fmus.errors import MisfitError
 from orchestrator.cosim.values import value_of
 from orchestrator.measurements.toml_values import TomlTable, number
 from orchestrator.measurements.wording import nearest, shown
-from orchestrator.regress.case import Case, Limits, Reference, Stimulus
+from orchestrator.regress.case import Case, CaseLimits, Reference, Stimulus
 from orchestrator.regress.check_tables import check_names, read_formulas, read_signals, read_tolerance
 from orchestrator.regress.comparison import Check
 from orchestrator.regress.names import ENDING
@@ -240,13 +240,13 @@ def _default_reference(
     return Reference("file", source) if compared or (path.parent / source).is_file() else None
 
 
-def _limits(table: TomlTable) -> Limits:
+def _limits(table: TomlTable) -> CaseLimits:
     table.check_keys(_LIMITS)
     retries = table.values.get("retries", 0)
     if isinstance(retries, bool) or not isinstance(retries, int) or not 0 <= retries <= 10:
         raise table.wrong("retries", "a whole number from 0 to 10")
-    usual = Limits()
-    return Limits(
+    usual = CaseLimits()
+    return CaseLimits(
         table.get_positive("seconds") or usual.seconds,
         table.get_positive("patience_s") or usual.patience_s,
         table.get_positive("memory_gib") or usual.memory_gib,

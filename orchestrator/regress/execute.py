@@ -58,7 +58,7 @@ def _executed(case: Case, progress: Watched, want: Want) -> Outcome:
 
 
 def _judged(case: Case, progress: Watched, keep: bool) -> Outcome:
-    compared = compare(case, progress, may_lack=keep)
+    compared = run_and_compare(case, progress, may_lack=keep)
     wholes, untold = _wholes(compared, progress)
     notes = (
         ()
@@ -87,7 +87,7 @@ def _judged(case: Case, progress: Watched, keep: bool) -> Outcome:
     )
 
 
-def compare(case: Case, progress: Watched | None = None, may_lack: bool = False) -> Compared:
+def run_and_compare(case: Case, progress: Watched | None = None, may_lack: bool = False) -> Compared:
     """Run a case and compare its signals with their references; with `may_lack` the reference may be missing still.
 
     Raises:

@@ -7,8 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 
 from fmus.errors import MisfitError
-from orchestrator.cosim.isolate.process import LOADING_S, Child
-from orchestrator.cosim.isolate.process import Limits as ChildLimits
+from orchestrator.cosim.isolate.process import LOADING_S, Child, ChildLimits
 from orchestrator.regress.case import Case
 from orchestrator.regress.child import TASK
 from orchestrator.regress.execute import Want

@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 from fmus.errors import MisfitError
 from orchestrator.cosim.fmu import FmuDescription, read_description
-from orchestrator.cosim.swap import Side, SwapReport, compare
+from orchestrator.cosim.swap import Side, SwapReport, compare_interfaces
 from orchestrator.cosim.swap.apply import facts
 from orchestrator.cosim.system import System
 from orchestrator.regress.case import Case
@@ -98,7 +98,7 @@ def interface_report(old: FmuDescription, new: FmuDescription) -> SwapReport:
     """Compare two interfaces as somebody who uses every input, output and parameter of the old one."""
     used = {port.name: "used" for port in old.ports if port.causality in _USED and port.type != "Clock"}
     sides = [Side(each.path.name, each.ports, each.feedthrough, facts(each)) for each in (old, new)]
-    return compare(new.path.stem, sides[0], sides[1], used)
+    return compare_interfaces(new.path.stem, sides[0], sides[1], used)
 
 
 def _is_loss(what: str, old: str, new: str) -> bool:

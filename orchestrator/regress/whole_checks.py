@@ -16,7 +16,7 @@ from fmus.children import child_environment, python_command, run_child
 from fmus.errors import ComponentError
 from fmus.units import after_number
 from fmus.validate import validate_fmu
-from orchestrator.cosim.isolate.process import Limits
+from orchestrator.cosim.isolate.process import ChildLimits
 from orchestrator.cosim.isolate.simulation import IsolatedSimulation
 from orchestrator.cosim.simulation import Simulation
 from orchestrator.cosim.system import System
@@ -82,7 +82,7 @@ def determinism(case: Case, system: System, settings: Mapping[str, Any], progres
     """Run the case five times; all outputs count."""
     wanted, _ = wanted_signals(system)
     first = record(system, wanted, progress)
-    limits = Limits(case.limits.patience_s, case.limits.memory_gib)
+    limits = ChildLimits(case.limits.patience_s, case.limits.memory_gib)
     ways: dict[str, Callable[[], Recording]] = {
         "the second run in one process": lambda: record(system, wanted, progress),
         "a run without the loop in C": lambda: record(system, wanted, progress, engine=False),
@@ -104,7 +104,7 @@ def _apart(system: System) -> System:
     return system
 
 
-def _isolated(system: System, wanted: Wanted, limits: Limits, progress: Watched) -> Recording:
+def _isolated(system: System, wanted: Wanted, limits: ChildLimits, progress: Watched) -> Recording:
     progress.leave()  # from here on another process calls the components
     return record(system, wanted, open_=partial(IsolatedSimulation, limits=limits))
 

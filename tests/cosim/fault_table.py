@@ -16,7 +16,7 @@ from faulty import BINARY, binary, description, write_fmu
 
 from fmus.errors import MisfitError
 from fmus.runtime.compiler import find_compiler
-from orchestrator.cosim.isolate.process import Limits
+from orchestrator.cosim.isolate.process import ChildLimits
 from orchestrator.cosim.load import load_system
 from orchestrator.cosim.run import RunOptions, run_system
 from orchestrator.results import read_result, recorder_for
@@ -112,7 +112,7 @@ FAULTS: dict[str, Callable[[], dict[str, str | bytes]]] = {
 def observe(fault: str, folder: Path) -> Outcome:
     """Run the FMU with a fault, recorded to a file of the folder."""
     path = write_fmu(folder / "tank.fmu", FAULTS[fault]())
-    limits = Limits(1.0 if fault == "endless loop" else 60.0, 0.5)
+    limits = ChildLimits(1.0 if fault == "endless loop" else 60.0, 0.5)
     target = folder / "run.parquet"
     code, words = 0, "(runs to its end)"
     try:

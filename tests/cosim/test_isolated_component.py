@@ -9,10 +9,10 @@ from faulty import faulty_fmu, held, left_behind
 from fmus.errors import ComponentError
 from orchestrator.cosim import ComponentSpec
 from orchestrator.cosim.isolate.component import IsolatedComponent
-from orchestrator.cosim.isolate.process import Limits
+from orchestrator.cosim.isolate.process import ChildLimits
 
 # Seconds are generous for all but the endless loop; half a GiB is more than Python needs and less than 10 GB.
-USUAL, HASTY = Limits(60.0, 0.5), Limits(1.0, 0.5)
+USUAL, HASTY = ChildLimits(60.0, 0.5), ChildLimits(1.0, 0.5)
 
 
 @pytest.fixture
@@ -23,7 +23,7 @@ def handles() -> Iterator[None]:
     assert not left_behind(before)
 
 
-def _run(folder: Path, fault: str, limits: Limits = USUAL) -> float:
+def _run(folder: Path, fault: str, limits: ChildLimits = USUAL) -> float:
     """Integrate u = 1 m/s for 1 s in steps of 0.01 s."""
     faulty_fmu(folder, fault)
     component = IsolatedComponent(ComponentSpec("tank", "fmu", f"{fault}.fmu"), folder, limits)

@@ -14,7 +14,7 @@ from small_fmus import small_fmu
 
 from fmus.errors import ComponentError, MisfitError
 from orchestrator.cosim import ComponentSpec, Connection, System
-from orchestrator.cosim.isolate.process import Limits
+from orchestrator.cosim.isolate.process import ChildLimits
 from orchestrator.cosim.isolate.simulation import IsolatedSimulation
 from orchestrator.cosim.run import RunOptions, run_system
 from orchestrator.cosim.simulation import Simulation
@@ -106,7 +106,7 @@ def test_silence_while_the_host_is_slow_is_no_fault_of_the_fmu(tmp_path: Path) -
                 pass
 
     recorder = Slow()
-    run_system(_tank(tmp_path, "none"), recorder, RunOptions(isolate=True, limits=Limits(1.0, 4.0)))
+    run_system(_tank(tmp_path, "none"), recorder, RunOptions(isolate=True, limits=ChildLimits(1.0, 4.0)))
     assert len(recorder.result().time) == 101
 
 

@@ -13,7 +13,7 @@ from fmus.units import SiUnit
 from orchestrator.cosim import ComponentSpec, Connection, Port, RunSettings, System, Value
 from orchestrator.cosim.connections import wire
 from orchestrator.cosim.kinds import describe
-from orchestrator.cosim.swap import Side, compare, mapping_text, read_mapping, swap
+from orchestrator.cosim.swap import Side, compare_interfaces, mapping_text, read_mapping, swap
 
 
 def side(described: Described, name: str = "new.fmu", **changes) -> Side:
@@ -30,7 +30,7 @@ USED = {"x": "drives spring.x2", "v": "drives spring.v2", "Fa": "driven by sprin
 
 
 def of_mass(names=None, used=USED, **changes):
-    return compare("mass", side(MASS, "old.fmu"), side(MASS, **changes), used, names)
+    return compare_interfaces("mass", side(MASS, "old.fmu"), side(MASS, **changes), used, names)
 
 
 def test_the_same_interface_matches_without_a_word():
@@ -74,7 +74,7 @@ def test_a_similar_name_of_the_same_dimension_is_a_question():
 
 def test_two_names_that_are_as_similar_are_not_guessed():
     changed = side(MASS, Fa={"name": "F1"}, Fb={"name": "F2"})
-    report = compare("mass", side(MASS), changed, {"Fa": "driven by spring.F2"})
+    report = compare_interfaces("mass", side(MASS), changed, {"Fa": "driven by spring.F2"})
     assert not report.questions
     assert "has no input 'Fa'" in report.problems[0] and "give its name in a mapping file" in report.problems[0]
 
@@ -107,10 +107,10 @@ def test_an_array_takes_the_place_of_scalars_that_bear_its_name():
     u = Port("u", "input")
     scalars = Described([*(Port(f"q[{k}]", "output", unit="rad") for k in (1, 2)), u], {"q[1]": (), "q[2]": ()})
     array = Described([Port("q", "output", shape=(2,), unit="rad"), u], {"q": ()})
-    report = compare("c", side(scalars), side(array), {"q[1]": "recorded"})
+    report = compare_interfaces("c", side(scalars), side(array), {"q[1]": "recorded"})
     assert [match.new for match in report.matches] == ["q[1]", "q[2]", "u"] and report.works and not report.added
     assert not report.notes
-    back = compare("c", side(array), side(scalars), {"q[2]": "recorded"})
+    back = compare_interfaces("c", side(array), side(scalars), {"q[2]": "recorded"})
     assert [(match.old, match.new, match.use) for match in back.matches[:1]] == [("q", "q", "recorded")]
     assert back.works and not back.notes
 
@@ -118,7 +118,7 @@ def test_an_array_takes_the_place_of_scalars_that_bear_its_name():
 def test_a_new_dependency_of_an_output_is_told():
     more = {**SPRING.feedthrough, "F1": ("x1", "v1", "x2", "v2")}
     old = Side("old", SPRING.ports, {**SPRING.feedthrough, "F1": ("x1", "v1")})
-    report = compare("s", old, Side("new", SPRING.ports, more), {"F1": "recorded", "x2": "driven by mass.x"})
+    report = compare_interfaces("s", old, Side("new", SPRING.ports, more), {"F1": "recorded", "x2": "driven by mass.x"})
     assert report.notes == ("F1 depends on x2 without a delay now, which it did not before",)
 
 
@@ -243,7 +243,7 @@ def test_a_refusal_gives_each_side_its_own_unit_and_none_where_there_is_none():
     report = of_mass(Fa={"unit": "", "minimum": 5.0, "maximum": 6.0}, x={"minimum": 1.0})
     assert report.works
     old, new = side(MASS, "old.fmu", Fa={"unit": "", "maximum": 1.0}), side(MASS, Fa={"minimum": 2.0})
-    problem = compare("mass", old, new, USED).problems[0]
+    problem = compare_interfaces("mass", old, new, USED).problems[0]
     assert "the source is within [-inf, 1], the target within [2, inf] N" in problem
 
 

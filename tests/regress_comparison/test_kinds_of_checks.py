@@ -19,7 +19,7 @@ from orchestrator.regress.comparison import (
     Tolerance,
     Tube,
     combine,
-    compare,
+    compare_signals,
 )
 from orchestrator.regress.comparison.one_number import mean_and_spread
 
@@ -35,16 +35,18 @@ def signal(values: np.ndarray, unit: str = "m", **kinds) -> Signal:
 def test_a_ramp_that_is_late_passes_with_as_much_time_as_it_is_late() -> None:
     late = signal(TIME - 0.25)
 
-    assert compare(late, RAMP, Tolerance(0.0, 0.0, 0.25)).points_outside == 25  # below 0 the reference has no values
-    assert compare(late, RAMP, Tolerance(0.25, 0.0, 0.0)).passed
-    short = compare(late, RAMP, Tolerance(0.0, 0.0, 0.1, from_s=1.0))
+    assert (
+        compare_signals(late, RAMP, Tolerance(0.0, 0.0, 0.25)).points_outside == 25
+    )  # below 0 the reference has no values
+    assert compare_signals(late, RAMP, Tolerance(0.25, 0.0, 0.0)).passed
+    short = compare_signals(late, RAMP, Tolerance(0.0, 0.0, 0.1, from_s=1.0))
     assert not short.passed and short.amplitude_error == pytest.approx(0.15, abs=1e-8)
 
 
 def test_relative_tolerance_is_of_the_range_and_not_of_the_size() -> None:
     high = signal(1e5 + np.sin(TIME), "Pa", nominal=1.0)
 
-    assert compare(signal(high.values + 0.01, "Pa"), high, Tolerance(relative=1e-3)).exceed == pytest.approx(
+    assert compare_signals(signal(high.values + 0.01, "Pa"), high, Tolerance(relative=1e-3)).exceed == pytest.approx(
         0.01 / (1e-3 * np.ptp(high.values) + 1e-5)
     )
 
@@ -52,29 +54,29 @@ def test_relative_tolerance_is_of_the_range_and_not_of_the_size() -> None:
 def test_the_absolute_tolerance_follows_the_nominal_size() -> None:
     quiet = signal(np.zeros(1001), "Pa", nominal=1e5)
 
-    assert compare(signal(np.full(1001, 0.9), "Pa"), quiet, Tolerance()).passed
-    assert not compare(signal(np.full(1001, 1.1), "Pa"), quiet, Tolerance()).passed
+    assert compare_signals(signal(np.full(1001, 0.9), "Pa"), quiet, Tolerance()).passed
+    assert not compare_signals(signal(np.full(1001, 1.1), "Pa"), quiet, Tolerance()).passed
 
 
 def test_rounding_around_zero_is_no_change() -> None:
     zero = signal(np.zeros(1001))
 
-    assert compare(signal(np.full(1001, 1.3e-16)), zero, Tolerance()).passed
+    assert compare_signals(signal(np.full(1001, 1.3e-16)), zero, Tolerance()).passed
 
 
 def test_a_constant_that_changes_is_a_change() -> None:
     one = signal(np.full(1001, 5.0))
 
-    assert compare(signal(np.full(1001, 5.0 + 4e-5)), one, Tolerance()).passed
-    assert not compare(signal(np.full(1001, 5.0 + 6e-5)), one, Tolerance()).passed
+    assert compare_signals(signal(np.full(1001, 5.0 + 4e-5)), one, Tolerance()).passed
+    assert not compare_signals(signal(np.full(1001, 5.0 + 6e-5)), one, Tolerance()).passed
 
 
 def test_a_tolerance_stored_in_single_precision_still_holds() -> None:
-    assert compare(signal(TIME + 0.0010000000475), RAMP, Tolerance(0.001, 0.0)).passed
+    assert compare_signals(signal(TIME + 0.0010000000475), RAMP, Tolerance(0.001, 0.0)).passed
 
 
 def test_a_tolerance_that_hides_everything_is_noted() -> None:
-    verdict = compare(RAMP, RAMP, Tolerance(absolute=5.0))
+    verdict = compare_signals(RAMP, RAMP, Tolerance(absolute=5.0))
 
     assert verdict.passed and "the tolerance is 50% of the reference's range" in verdict.notes[0]
 
@@ -83,16 +85,16 @@ def test_whole_numbers_that_are_held_are_compared_exactly() -> None:
     gear = signal(np.floor(TIME), "1", interpolation="hold")
     other = signal(np.floor(TIME) + (TIME > 9.5), "1", interpolation="hold")
 
-    assert compare(gear, gear, Tolerance(relative=0.5)).passed
-    assert not compare(other, gear, Tolerance(relative=0.5)).passed
+    assert compare_signals(gear, gear, Tolerance(relative=0.5)).passed
+    assert not compare_signals(other, gear, Tolerance(relative=0.5)).passed
 
 
 def test_a_switch_may_be_late_by_the_time_shift_and_no_more() -> None:
     def switch(at: float) -> Signal:
         return Signal("on", [0.0, at, 10.0], [0.0, 1.0, 1.0], "1", "hold")
 
-    within = compare(switch(5.2), switch(5.0), Tolerance(time_shift_s=0.25))
-    beyond = compare(switch(5.3), switch(5.0), Tolerance(time_shift_s=0.25))
+    within = compare_signals(switch(5.2), switch(5.0), Tolerance(time_shift_s=0.25))
+    beyond = compare_signals(switch(5.3), switch(5.0), Tolerance(time_shift_s=0.25))
 
     assert within.passed and within.event_shift_s == pytest.approx(0.2)
     assert not beyond.passed
@@ -105,14 +107,16 @@ def test_a_result_that_is_only_late_names_the_time_shift_with_which_it_passes() 
     def jump(at: float, height: float) -> Signal:
         return signal(np.where(at - 1e-9 <= TIME, height, 0.0) + 0.001 * np.sin(TIME))
 
-    late = compare(jump(5.3, 1.0), jump(5.0, 1.0), Tolerance(0.01, 0.0, 0.1))
-    late_and_high = compare(jump(5.3, 1.2), jump(5.0, 1.0), Tolerance(0.01, 0.0, 0.1))
+    late = compare_signals(jump(5.3, 1.0), jump(5.0, 1.0), Tolerance(0.01, 0.0, 0.1))
+    late_and_high = compare_signals(jump(5.3, 1.2), jump(5.0, 1.0), Tolerance(0.01, 0.0, 0.1))
 
     assert (
         late.would_have_passed_time_shift_s == pytest.approx(0.3)
         and "or would pass with time_shift_s = 0.3" in late.reason
     )
-    assert compare(jump(5.3, 1.0), jump(5.0, 1.0), Tolerance(0.01, 0.0, late.would_have_passed_time_shift_s)).passed
+    assert compare_signals(
+        jump(5.3, 1.0), jump(5.0, 1.0), Tolerance(0.01, 0.0, late.would_have_passed_time_shift_s)
+    ).passed
     assert late_and_high.would_have_passed_time_shift_s is None
 
 
@@ -120,7 +124,7 @@ def test_lateness_and_size_of_a_jump_are_told_apart() -> None:
     def jump(at: float, height: float) -> Signal:
         return Signal("x", [0.0, at, at, 10.0], [0.0, 0.0, height, height], "m")
 
-    verdict = compare(jump(5.3, 1.1), jump(5.0, 1.0), Tolerance(0.01, 0.0, 0.1))
+    verdict = compare_signals(jump(5.3, 1.1), jump(5.0, 1.0), Tolerance(0.01, 0.0, 0.1))
 
     assert verdict.event_shift_s == pytest.approx(0.3) and verdict.amplitude_error == pytest.approx(0.1)
 
@@ -130,17 +134,17 @@ def test_an_event_that_rounding_moves_by_one_sample_is_no_change_but_two_samples
         return signal((np.arange(1001) >= k).astype(float))
 
     for moved in (step(499), step(501)):
-        assert compare(moved, step(500), Tolerance()).passed
+        assert compare_signals(moved, step(500), Tolerance()).passed
         assert not Pointwise().judge(moved, step(500)).passed
     for moved in (step(498), step(502)):
-        assert not compare(moved, step(500), Tolerance()).passed
+        assert not compare_signals(moved, step(500), Tolerance()).passed
 
 
 def test_the_moment_of_a_jump_counts_where_samples_are_far_apart() -> None:
     reference = Signal("on", [0.0, 5.0, 10.0], [0.0, 1.0, 1.0], "1", "hold")
     early = Signal("on", [0.0, 1.0, 10.0], [0.0, 1.0, 1.0], "1", "hold")
 
-    assert not compare(early, reference, Tolerance()).passed
+    assert not compare_signals(early, reference, Tolerance()).passed
 
 
 def test_both_values_at_an_event_are_allowed_at_its_time_only() -> None:
@@ -148,8 +152,8 @@ def test_both_values_at_an_event_are_allowed_at_its_time_only() -> None:
     before = Signal("x", [0.0, 5.0, 5.001, 10.0], [0.0, 0.0, 1.0, 1.0], "m")
     late = Signal("x", [0.0, 5.001, 5.001, 10.0], [0.0, 0.0, 1.0, 1.0], "m")
 
-    assert compare(before, reference, Tolerance()).passed
-    assert compare(late, reference, Tolerance()).points_outside == 1
+    assert compare_signals(before, reference, Tolerance()).passed
+    assert compare_signals(late, reference, Tolerance()).points_outside == 1
 
 
 def test_a_funnel_opens_for_drift_and_no_faster() -> None:
@@ -255,8 +259,8 @@ def test_mean_and_spread_do_not_depend_on_the_samples() -> None:
 def test_chaos_is_compared_up_to_a_horizon() -> None:
     apart = signal(np.where(TIME < 6.0, TIME, TIME + np.sin(50 * TIME)))
 
-    assert not compare(apart, RAMP, Tolerance()).passed
-    assert compare(apart, RAMP, Tolerance(until_s=5.9)).passed
+    assert not compare_signals(apart, RAMP, Tolerance()).passed
+    assert compare_signals(apart, RAMP, Tolerance(until_s=5.9)).passed
 
 
 def test_events_are_counted_and_timed_by_level() -> None:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from orchestrator.regress.comparison import Signal, Tolerance, compare
+from orchestrator.regress.comparison import Signal, Tolerance, compare_signals
 
 STEP, END = 0.01, 4.0
 
@@ -25,7 +25,7 @@ STEPS = [STEP / 5, STEP / 2, STEP / 3, STEP, 2 * STEP, 4 * STEP]
 
 @pytest.mark.parametrize("step", STEPS)
 def test_the_same_curve_recorded_with_another_step_passes(step: float) -> None:
-    verdict = compare(recorded(step), REFERENCE, Tolerance())
+    verdict = compare_signals(recorded(step), REFERENCE, Tolerance())
 
     assert verdict.passed, verdict.reason
 
@@ -33,12 +33,12 @@ def test_the_same_curve_recorded_with_another_step_passes(step: float) -> None:
 @pytest.mark.parametrize("step", STEPS)
 @pytest.mark.parametrize("change", [{"offset": 0.01}, {"gain": 1.01}, {"late": 0.03}], ids=str)
 def test_another_curve_fails_whatever_the_step(step: float, change: dict[str, float]) -> None:
-    assert not compare(recorded(step, **change), REFERENCE, Tolerance()).passed
+    assert not compare_signals(recorded(step, **change), REFERENCE, Tolerance()).passed
 
 
 def test_uneven_stamps_of_the_same_curve_pass() -> None:
     inner = np.random.default_rng(4).uniform(0.0, END, 700)
     time = np.concatenate([[0.0], np.sort(inner), [END]])
 
-    assert compare(Signal("x", time, curve(time), "m"), REFERENCE, Tolerance()).passed
-    assert not compare(Signal("x", time, curve(time) + 0.01, "m"), REFERENCE, Tolerance()).passed
+    assert compare_signals(Signal("x", time, curve(time), "m"), REFERENCE, Tolerance()).passed
+    assert not compare_signals(Signal("x", time, curve(time) + 0.01, "m"), REFERENCE, Tolerance()).passed

@@ -6,7 +6,7 @@ What pyfunnel found is recorded here; `tests/benchmarks/regress/run.py` asks it 
 import numpy as np
 import pytest
 
-from orchestrator.regress.comparison import Signal, Tolerance, compare
+from orchestrator.regress.comparison import Signal, Tolerance, compare_signals
 from tests.benchmarks.regress.run import outside_points
 from tests.benchmarks.regress.signals import SmallCase, long_signal, small_case
 
@@ -57,15 +57,15 @@ def test_an_event_early_by_exactly_the_time_shift_passes_though_pyfunnel_fails_i
     reference = Signal("y", [0.0, 1.0, 1.0, 2.0], [0.0, 0.0, 1.0, 1.0], "V")
     early = Signal("y", [0.0, 0.99, 0.99, 2.0], [0.0, 0.0, 1.01, 1.0], "V")
 
-    assert compare(early, reference, Tolerance(0.01, 0.0, 0.01)).passed
-    assert not compare(early, reference, Tolerance(0.01, 0.0, 0.009)).passed
+    assert compare_signals(early, reference, Tolerance(0.01, 0.0, 0.01)).passed
+    assert not compare_signals(early, reference, Tolerance(0.01, 0.0, 0.009)).passed
 
 
 def test_jumps_within_the_time_shift_pass_and_later_ones_fail_by_as_many_samples_as_they_are_too_late() -> None:
     tolerance = Tolerance(1e-3, 0.0, 2e-3)
 
-    assert compare(long_signal(1e-3), long_signal(), tolerance).passed
-    late = compare(long_signal(4e-3), long_signal(), tolerance)
+    assert compare_signals(long_signal(1e-3), long_signal(), tolerance).passed
+    late = compare_signals(long_signal(4e-3), long_signal(), tolerance)
 
     # 13 jumps, each 2 ms = 20 samples too late; pyfunnel counts the same 260.
     assert late.points_outside == 260

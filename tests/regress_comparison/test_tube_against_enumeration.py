@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from orchestrator.regress.comparison import Signal, Tolerance, compare
+from orchestrator.regress.comparison import Signal, Tolerance, compare_signals
 from orchestrator.regress.comparison.distance import distances, window_distances
 from orchestrator.regress.comparison.prepare import Pair, prepare, range_extremes
 
@@ -108,18 +108,20 @@ def test_the_number_that_would_have_passed_passes_and_a_smaller_one_does_not(
     task: tuple[Signal, Signal, Tolerance],
 ) -> None:
     signal, reference, tolerance = task
-    verdict = compare(signal, reference, tolerance)
+    verdict = compare_signals(signal, reference, tolerance)
     needed = verdict.would_have_passed
     assert needed is not None
 
-    again = compare(signal, reference, Tolerance(needed, tolerance.relative, tolerance.time_shift_s, tolerance.local))
+    again = compare_signals(
+        signal, reference, Tolerance(needed, tolerance.relative, tolerance.time_shift_s, tolerance.local)
+    )
 
     # With a larger tolerance, samples of the reference between those of the result may be the next to fail.
     assert again.passed or again.points_outside == 0
     if not verdict.passed and verdict.points_outside:
         assert needed > (tolerance.absolute or 0.0)
         less = Tolerance(needed * 0.99, tolerance.relative, tolerance.time_shift_s, tolerance.local)
-        assert not compare(signal, reference, less).passed
+        assert not compare_signals(signal, reference, less).passed
 
 
 @settings(max_examples=150, deadline=None)
@@ -136,8 +138,8 @@ def test_verdicts_do_not_depend_on_where_zero_is_or_on_the_unit(
     wider = Tolerance((tolerance.absolute or 0.0) * scale, tolerance.relative, tolerance.time_shift_s)
 
     assert (
-        compare(moved(signal), moved(reference), wider).points_outside
-        == compare(signal, reference, tolerance).points_outside
+        compare_signals(moved(signal), moved(reference), wider).points_outside
+        == compare_signals(signal, reference, tolerance).points_outside
     )
 
 
@@ -146,7 +148,7 @@ def test_verdicts_do_not_depend_on_where_zero_is_or_on_the_unit(
 def test_a_signal_is_the_same_as_itself(task: tuple[Signal, Signal, Tolerance]) -> None:
     signal, _, tolerance = task
 
-    verdict = compare(signal, signal, tolerance)
+    verdict = compare_signals(signal, signal, tolerance)
 
     assert verdict.passed and verdict.amplitude_error == 0.0
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from orchestrator.cosim.component import Port
-from orchestrator.cosim.swap import Side, compare
+from orchestrator.cosim.swap import Side, compare_interfaces
 from orchestrator.studio.swap_interface import Row, interface_rows
 from orchestrator.studio.swap_result import interface_table, signals_table, speed_table, verdict
 
@@ -17,7 +17,7 @@ PORT = Port("x", "parameter", unit="m", start=1.0, variability="tunable")
 
 def rows(old: list[Port], new: list[Port]) -> list[Row]:
     used = {port.name: "used" for port in old}
-    return interface_rows(old, new, compare("c", Side("old", old), Side("new", new), used).matches)
+    return interface_rows(old, new, compare_interfaces("c", Side("old", old), Side("new", new), used).matches)
 
 
 @given(st.lists(st.sampled_from("abcdef"), unique=True, max_size=6))

@@ -7,7 +7,7 @@ from typing import Any
 _LENGTH = 1024
 
 
-class Record(ctypes.Structure):
+class LogRecord(ctypes.Structure):
     """Mirror of `record` in logger.c; the FMU's environment points to it."""
 
     _fields_ = [
@@ -23,7 +23,7 @@ class Messages:
     """The logger of one instance: two callbacks, and the record they write to."""
 
     def __init__(self) -> None:
-        self.record = self._own = Record()
+        self.record = self._own = LogRecord()
         self._open = True
         _tell_c("misfit_use", self._own)
 
@@ -47,7 +47,7 @@ class Messages:
             self.close()
 
 
-def _tell_c(function: str, record: Record) -> None:
+def _tell_c(function: str, record: LogRecord) -> None:
     """Tell the compiled logger which records there are: an FMU that passes it anything else must not make it write there."""
     from orchestrator.cosim.engine.native import native_library
 
@@ -57,21 +57,21 @@ def _tell_c(function: str, record: Record) -> None:
 
 
 # An FMU of version 1 passes its logger nothing that leads to a record of its own.
-_shared = Record()
+_shared = LogRecord()
 
 
-def shared_record() -> Record:
+def shared_record() -> LogRecord:
     """The record of all FMUs of version 1 in this process."""
     from orchestrator.cosim.engine.native import native_library
 
     library = native_library()
-    return _shared if library is None else Record.in_dll(library, "misfit_last1")
+    return _shared if library is None else LogRecord.in_dll(library, "misfit_last1")
 
 
 def _keep(environment: int | None, status: int, category: bytes | None, message: bytes | None) -> None:
     if not environment:
         return
-    record = Record.from_address(environment)
+    record = LogRecord.from_address(environment)
     record.status = status
     record.category = (category or b"")[:59]
     record.message = (message or b"")[: _LENGTH - 1]

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from orchestrator.cosim.component import Component, StepEnd
-from orchestrator.cosim.isolate.process import Child, Limits, label
+from orchestrator.cosim.isolate.process import Child, ChildLimits, label
 from orchestrator.cosim.system import ComponentSpec
 
 
@@ -20,8 +20,8 @@ class _State:
 class IsolatedComponent(Component):
     """Passes every call on; a crash, a hang or too much memory there is a ComponentError here."""
 
-    def __init__(self, spec: ComponentSpec, folder: Path, limits: Limits | None = None) -> None:
-        self._child = Child("component", [label(spec)], limits or Limits())
+    def __init__(self, spec: ComponentSpec, folder: Path, limits: ChildLimits | None = None) -> None:
+        self._child = Child("component", [label(spec)], limits or ChildLimits())
         self._child.send(spec, folder)
         self._dropped: list[int] = []
         for name, value in self._answer().items():

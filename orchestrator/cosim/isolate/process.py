@@ -86,7 +86,7 @@ LOOK_EVERY_S = 0.05
 
 
 @dataclass(frozen=True)
-class Limits:
+class ChildLimits:
     """What a child may use: `patience_s` s of silence in one call, `memory_gib` GiB of memory."""
 
     patience_s: float = 60.0
@@ -108,7 +108,7 @@ class Child:
     # What a user sets to allow more, for messages.
     patience_setting, memory_setting = "--patience", "--memory"
 
-    def __init__(self, task: str, labels: Sequence[str], limits: Limits) -> None:
+    def __init__(self, task: str, labels: Sequence[str], limits: ChildLimits) -> None:
         self.labels, self.limits = list(labels), limits
         self.runs = 0
         self.memory = SharedMemory()
@@ -134,7 +134,7 @@ class Child:
             self._ready.register(source.fileno(), select.POLLIN)
         self.close = weakref.finalize(self, _end, self._process, self._connection, self._output, self.memory.handle)
 
-    def begin_again(self, labels: Sequence[str], limits: Limits) -> None:
+    def begin_again(self, labels: Sequence[str], limits: ChildLimits) -> None:
         """Make ready for another simulation in the same process."""
         self.labels, self.limits, self._said = list(labels), limits, b""
         self.memory.reset()

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from fmus.errors import ComponentError, MisfitError
 from orchestrator.cosim.assembly import Report
-from orchestrator.cosim.isolate.process import Child, Limits, key_of, label, put_back, take
+from orchestrator.cosim.isolate.process import Child, ChildLimits, key_of, label, put_back, take
 from orchestrator.cosim.system import System
 from orchestrator.results.recorder import Nowhere, Recorder
 
@@ -27,8 +27,8 @@ class State:
 class IsolatedSimulation:
     """Offers what `Simulation` does; what an FMU breaks there is a ComponentError here, and the rows until then are kept."""
 
-    def __init__(self, system: System, limits: Limits | None = None, **options: Any) -> None:
-        labels, limits = [label(spec) for spec in system.components.values()], limits or Limits()
+    def __init__(self, system: System, limits: ChildLimits | None = None, **options: Any) -> None:
+        labels, limits = [label(spec) for spec in system.components.values()], limits or ChildLimits()
         self._key = key_of(system)
         warmed = take(self._key)
         if warmed is not None:

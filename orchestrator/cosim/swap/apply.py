@@ -12,7 +12,7 @@ from orchestrator.cosim.component import FLOATS, Port
 from orchestrator.cosim.connections import HasPorts, wire
 from orchestrator.cosim.graph import Loop, plan
 from orchestrator.cosim.kinds import describe
-from orchestrator.cosim.swap.compare import Side, compare
+from orchestrator.cosim.swap.compare import Side, compare_interfaces
 from orchestrator.cosim.swap.report import SwapReport
 from orchestrator.cosim.system import ComponentSpec, Connection, System, Value, split_address
 
@@ -61,7 +61,7 @@ def swap(
         Side(Path(spec.source).name or spec.kind, _with_units(old.ports, spec, system), old.feedthrough, facts(old)),
         Side(file.name, new.ports, new.feedthrough, facts(new)),
     )
-    report = compare(component, *sides, used, names)
+    report = compare_interfaces(component, *sides, used, names)
     problems = [*report.problems, *_abilities(system, spec, new, facts(old).get("fixed step"))]
     if problems:
         return Swap(replace(report, problems=tuple(problems)), None)

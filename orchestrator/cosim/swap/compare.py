@@ -30,7 +30,7 @@ class Side:
     facts: Mapping[str, Any] = field(default_factory=dict)
 
 
-def compare(
+def compare_interfaces(
     component: str, old: Side, new: Side, used: Mapping[str, str], names: Mapping[str, str] | None = None
 ) -> SwapReport:
     """Compare two interfaces.

@@ -6,7 +6,7 @@ from orchestrator.regress.comparison.expression import combine
 from orchestrator.regress.comparison.judge_all import judge_all
 from orchestrator.regress.comparison.one_number import EndValue, Statistics, SteadyState
 from orchestrator.regress.comparison.signal import Check, Interpolation, Signal, SignalVerdict, Tolerance
-from orchestrator.regress.comparison.tube import Funnel, Pointwise, Tube, compare
+from orchestrator.regress.comparison.tube import Funnel, Pointwise, Tube, compare_signals
 
 __all__ = [
     "Bounds",
@@ -24,6 +24,6 @@ __all__ = [
     "Tolerance",
     "Tube",
     "combine",
-    "compare",
+    "compare_signals",
     "judge_all",
 ]

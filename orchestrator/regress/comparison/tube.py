@@ -168,10 +168,10 @@ class Tube:
 
     def judge(self, signal: Signal, reference: Signal | None) -> SignalVerdict:
         """Return the verdict; damaged data are a failed verdict with a reason."""
-        return compare(signal, reference, self.tolerance)
+        return compare_signals(signal, reference, self.tolerance)
 
 
-def compare(signal: Signal, reference: Signal | None, tolerance: Tolerance) -> SignalVerdict:
+def compare_signals(signal: Signal, reference: Signal | None, tolerance: Tolerance) -> SignalVerdict:
     """Judge a result against its reference within a tolerance; see `Tube`.
 
     Both directions are looked at: the result's samples against the reference's curve and, where the stamps differ, the
@@ -179,7 +179,7 @@ def compare(signal: Signal, reference: Signal | None, tolerance: Tolerance) -> S
 
     Example:
         >>> time = [0.0, 1.0, 2.0]
-        >>> compare(Signal("q", time, [0.0, 1.02, 2.0], "rad"), Signal("q", time, [0.0, 1.0, 2.0]), Tolerance()).reason
+        >>> compare_signals(Signal("q", time, [0.0, 1.02, 2.0], "rad"), Signal("q", time, [0.0, 1.0, 2.0]), Tolerance()).reason
         'is off by 0.02 rad at 1 s (1.02 rad, reference 1 rad), 9.9 times the tolerance 0.00202 rad; 1 of 3 samples outside, the first at 1 s; would pass with absolute = 0.018'
     """
     pair = prepare("tube", signal, reference, tolerance)

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from orchestrator.regress.comparison import Signal, Tolerance, Tube, compare, judge_all
+from orchestrator.regress.comparison import Signal, Tolerance, Tube, compare_signals, judge_all
 from orchestrator.regress.comparison.distance import distances
 from orchestrator.regress.comparison.prepare import Pair, prepare
 from tests.benchmarks.regress.signals import HEIGHT, SHIFT_S, SmallCase, long_signal, small_case, uneven_stamps
@@ -55,8 +55,8 @@ def _speed() -> bool:
     kept = True
     print(f"{'comparing 100,001 points, CPU ms':40s} {'misfit':>8s} {'pyfunnel':>9s} {'ratio':>7s}   points outside")
     for name, (result, limit) in long_cases().items():
-        taken = 1e3 * _least_cpu(lambda result=result: compare(result, reference, TOLERANCE))
-        outside = compare(result, reference, TOLERANCE).points_outside
+        taken = 1e3 * _least_cpu(lambda result=result: compare_signals(result, reference, TOLERANCE))
+        outside = compare_signals(result, reference, TOLERANCE).points_outside
         other = _pyfunnel(SmallCase(name, reference, result, SHIFT_S, HEIGHT), rounds=2)
         theirs, ratio, points = ("", "", "pyfunnel is not installed")
         if other is not None:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from fmus.files import write_atomically
-from orchestrator.regress.comparison import Signal, Tolerance, compare
+from orchestrator.regress.comparison import Signal, Tolerance, compare_signals
 from tests.benchmarks.regress.mutants.campaign import Fate
 from tests.benchmarks.regress.mutants.effect import simulated
 from tests.benchmarks.regress.mutants.subjects import Subject
@@ -60,6 +60,6 @@ def _csv_compare_sees(subject: Subject, original: dict[str, np.ndarray], result:
         size = max(float(np.ptp(expected)), abs(float(expected.min())), 0.001)
         tolerance = Tolerance(0.002 * size, 0.0, 0.002 * subject.stop_s)
         found = np.where(np.isfinite(result[name]), result[name], expected)
-        if not compare(Signal(name, time, found), Signal(name, time, expected), tolerance).passed:
+        if not compare_signals(Signal(name, time, found), Signal(name, time, expected), tolerance).passed:
             return True
     return False
