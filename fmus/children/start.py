@@ -111,11 +111,7 @@ def start_child(
     told = {} if sys.platform == "linux" else {"MISFIT_LIFELINE": str(reading)}
     try:
         process = subprocess.Popen(
-            command,
-            env={**environment, **told},
-            pass_fds=(*pass_fds, reading),
-            start_new_session=True,
-            **options,
+            command, env={**environment, **told}, pass_fds=(*pass_fds, reading), start_new_session=True, **options
         )
     except BaseException:
         os.close(reading)

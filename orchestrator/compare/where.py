@@ -90,13 +90,7 @@ def _by_signal(
     curves: Sequence[TrialCurves], name: str, units: Mapping[str, str], floor: Mapping[str, float]
 ) -> dict[str, Any]:
     rmse = _rms(np.concatenate([_residual(c, name) for c in curves]))
-    return {
-        "signal": name,
-        "unit": units[name],
-        "rmse": rmse,
-        "floor": floor[name],
-        "over_floor": rmse / floor[name],
-    }
+    return {"signal": name, "unit": units[name], "rmse": rmse, "floor": floor[name], "over_floor": rmse / floor[name]}
 
 
 def _by_time(curves: Sequence[TrialCurves], name: str) -> list[dict[str, Any]]:

@@ -54,10 +54,7 @@ class Pacer:
     """
 
     def __init__(
-        self,
-        factor: float,
-        clock: Callable[[], float] = time.perf_counter,
-        sleep: Callable[[float], None] = time.sleep,
+        self, factor: float, clock: Callable[[], float] = time.perf_counter, sleep: Callable[[float], None] = time.sleep
     ) -> None:
         self.factor = factor
         self._clock, self._sleep = clock, sleep

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from fmus.errors import MisfitError
 from orchestrator.cosim.assembly import Assembly, assemble
-from orchestrator.cosim.engine.forked import end_copies
+from orchestrator.cosim.engine.native import end_copies
 from orchestrator.cosim.engine.table import Table, left_to_python, why_not
 from orchestrator.cosim.masters import TableMaster
 from orchestrator.cosim.masters.coupling import Coupling
@@ -150,10 +150,7 @@ class Simulation:
         return self.time
 
     def run(
-        self,
-        until: float | None = None,
-        recorder: Recorder | None = None,
-        watch: Callable[[float], None] | None = None,
+        self, until: float | None = None, recorder: Recorder | None = None, watch: Callable[[float], None] | None = None
     ) -> bool:
         """Run to `until` s, or to the stop time of the system; whether it got there, rather than a component ending it.
 

@@ -29,11 +29,7 @@ _ANGULAR_SPEED = {
 }
 _LENGTH = {1e-3: "mm declared as m", 1e3: "m declared as mm", 1e-2: "cm declared as m", 1e2: "m declared as cm"}
 _THOUSAND = {1e-3: "thousandths (milli) declared as whole", 1e3: "thousands (kilo) declared as whole"}
-_FORCE = {
-    G: "kilograms of weight declared as newtons",
-    1 / G: "newtons declared as kilograms of weight",
-    **_THOUSAND,
-}
+_FORCE = {G: "kilograms of weight declared as newtons", 1 / G: "newtons declared as kilograms of weight", **_THOUSAND}
 _FLOW = {
     1 / 60: "per minute declared as per second",
     60.0: "per second declared as per minute",

@@ -98,13 +98,7 @@ class Finding:
         """The entry of `data_checks`."""
         where = {"column": self.column} if self.column else {}
         where |= {"trial": self.trial} if self.trial else {}
-        return {
-            "kind": self.kind,
-            **where,
-            "evidence": self.evidence,
-            "proposal": self.proposal,
-            "strong": self.strong,
-        }
+        return {"kind": self.kind, **where, "evidence": self.evidence, "proposal": self.proposal, "strong": self.strong}
 
     def __str__(self) -> str:
         where = " in ".join(part for part in (self.column, self.trial) if part)

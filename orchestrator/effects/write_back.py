@@ -29,11 +29,7 @@ from orchestrator.effects.together import merged
 
 
 def write_back(
-    base: ModelicaModel,
-    name: str,
-    changes: Sequence[Change],
-    values: Mapping[str, float],
-    folder: Path | None = None,
+    base: ModelicaModel, name: str, changes: Sequence[Change], values: Mapping[str, float], folder: Path | None = None
 ) -> ModelicaModel:
     """Write a class `name` that is `base` with changes, and compile it.
 

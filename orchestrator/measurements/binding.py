@@ -21,11 +21,7 @@ if TYPE_CHECKING:
 ROBOT = "robot"
 
 
-def bind(
-    trial_set: MeasurementSet,
-    inputs: Sequence["Variable"],
-    outputs: Sequence["Variable"],
-) -> BoundSet:
+def bind(trial_set: MeasurementSet, inputs: Sequence["Variable"], outputs: Sequence["Variable"]) -> BoundSet:
     """Express a measurement set in the inputs and outputs of a model.
 
     Args:

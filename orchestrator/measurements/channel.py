@@ -107,11 +107,7 @@ def _column(trial: Trial, column: str) -> Array:
 
 
 def _excitation(
-    trials: tuple[Trial, ...],
-    recorded: list[Array],
-    column: str,
-    unit: str,
-    variable: "Variable",
+    trials: tuple[Trial, ...], recorded: list[Array], column: str, unit: str, variable: "Variable"
 ) -> Channel | None:
     """Read the column as stimulation pulses; None if it is none or already within [0, 1]."""
     if (variable.minimum, variable.maximum) != (0.0, 1.0):

@@ -69,10 +69,7 @@ class ByWindow:
             MisfitError: a window holds fewer than two samples.
         """
         (record,) = records
-        return (
-            _window(record, "learning", *self.learning),
-            _window(record, "held_out", *self.held_out),
-        )
+        return (_window(record, "learning", *self.learning), _window(record, "held_out", *self.held_out))
 
     def notes(self, records: Sequence[Record]) -> tuple[str, ...]:
         """Nothing was assumed: both windows were given."""
@@ -94,10 +91,7 @@ class LastThird:
         if np.sum(~late) < 2 or np.sum(late) < 2:
             return (record.trial("learning"),)
         cut = float(record.time[late][0])
-        return (
-            record.window("learning", start, cut, ~late),
-            record.window("held_out", cut, stop, late),
-        )
+        return (record.window("learning", start, cut, ~late), record.window("held_out", cut, stop, late))
 
     def notes(self, records: Sequence[Record]) -> tuple[str, ...]:
         """Say what was held out."""
@@ -114,8 +108,7 @@ class LastThird:
         first_held_out = len(records) - math.ceil(len(records) / 3) + 1
         numbers = range(1, len(records) + 1)
         return ByNumber(
-            tuple(n for n in numbers if n < first_held_out),
-            tuple(n for n in numbers if n >= first_held_out),
+            tuple(n for n in numbers if n < first_held_out), tuple(n for n in numbers if n >= first_held_out)
         )
 
 
@@ -136,10 +129,7 @@ def read_split(table: TomlTable, n_files: int) -> Split:
     Raises:
         MisfitError: a number or window does not fit the files, or learning and held-out data overlap.
     """
-    windows = (
-        table.get_window("learning_window_s"),
-        table.get_window("held_out_window_s"),
-    )
+    windows = (table.get_window("learning_window_s"), table.get_window("held_out_window_s"))
     numbers = table.get_integers("learning"), table.get_integers("held_out")
     if windows == (None, None):
         return LastThird() if numbers == (None, None) else _by_number(table, numbers, n_files)
@@ -151,9 +141,7 @@ def read_split(table: TomlTable, n_files: int) -> Split:
 
 
 def _by_number(
-    table: TomlTable,
-    numbers: tuple[tuple[int, ...] | None, tuple[int, ...] | None],
-    n_files: int,
+    table: TomlTable, numbers: tuple[tuple[int, ...] | None, tuple[int, ...] | None], n_files: int
 ) -> ByNumber:
     for key, chosen in zip(("learning", "held_out"), numbers, strict=True):
         for n in chosen or ():
@@ -178,9 +166,7 @@ def _by_number(
 
 
 def _by_window(
-    table: TomlTable,
-    windows: tuple[tuple[float, float] | None, tuple[float, float] | None],
-    n_files: int,
+    table: TomlTable, windows: tuple[tuple[float, float] | None, tuple[float, float] | None], n_files: int
 ) -> ByWindow:
     learning, held_out = windows
     if learning is None or held_out is None:

@@ -136,10 +136,5 @@ def decay(folder: Path) -> Path:
 def start(arguments: list[str], folder: Path) -> "subprocess.Popen[str]":
     """Start a command in a folder."""
     return subprocess.Popen(
-        arguments,
-        cwd=folder,
-        env=environment_of(folder),
-        text=True,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
+        arguments, cwd=folder, env=environment_of(folder), text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE
     )

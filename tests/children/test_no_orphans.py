@@ -24,11 +24,9 @@ def test_a_command_that_is_killed_leaves_nothing_behind(command: str, tmp_path: 
     working = tmp_path / "working"
     working.mkdir()
     arguments = arguments_of(command, working, fmu_that("hang", tmp_path / "models"))
-    more = {
-        "hil hold": ["--seconds", "600"],
-        "study caregivers": ["--draws", "100000"],
-        "studio": ["endless"],
-    }.get(command, [])
+    more = {"hil hold": ["--seconds", "600"], "study caregivers": ["--draws", "100000"], "studio": ["endless"]}.get(
+        command, []
+    )
     with start([*arguments, *more], working) as process:
         wanted = {"sweep": 4, "hil hold": 4, "study caregivers": 2}.get(command, 1)
         wait_for(lambda: len(descendants(process.pid)) >= wanted or process.poll() is not None)

@@ -4,16 +4,7 @@ import numpy as np
 import pytest
 
 from fmus.errors import MisfitError
-from orchestrator.control.arm import (
-    MUSCLES,
-    PERSON,
-    PORTS,
-    POSTURES,
-    arm_component,
-    feedback_at,
-    nominal_limb,
-    rounds,
-)
+from orchestrator.control.arm import MUSCLES, PERSON, PORTS, POSTURES, arm_component, feedback_at, nominal_limb, rounds
 from orchestrator.control.hold import Controller, Task, hold
 
 

@@ -137,11 +137,7 @@ MODELS = {
     "resource": Model((Var("y", "output", type="Int32", variability="discrete"),), resources={"y.txt": b"a"}),
     "feedthrough": Model(_FEEDTHROUGH),
     "feedthrough3": Model(
-        (
-            *_FEEDTHROUGH,
-            *(var for pair in _PAIRS for var in _both(*pair)),
-            *_both("binary", "Binary", "666f6f"),
-        )
+        (*_FEEDTHROUGH, *(var for pair in _PAIRS for var in _both(*pair)), *_both("binary", "Binary", "666f6f"))
     ),
     "statespace": Model(_STATESPACE),
 }

@@ -101,12 +101,7 @@ def test_steps_of_the_importer_do_not_change_the_coupling(tmp_path: Path) -> Non
 
 
 def test_inputs_parameters_and_units_reach_the_parts(tmp_path: Path) -> None:
-    what = replace(
-        pair(),
-        inputs={"push": ("mass.fb",)},
-        outputs={"way": "mass.x"},
-        units={"push": "kN", "way": "mm"},
-    )
+    what = replace(pair(), inputs={"push": ("mass.fb",)}, outputs={"way": "mass.x"}, units={"push": "kN", "way": "mm"})
     given = what.with_values({"push": Value(2e-3), "mass.m": Value(2.5), "spring.k": Value(30.0)})
     apart = recorded(given, 0.3, stop=0.3)
 

@@ -26,13 +26,7 @@ def started(component: Component, **values: object) -> Component:
     return component
 
 
-VALUES = {
-    "float64": 1.5,
-    "int32": -7,
-    "boolean": True,
-    "string": "größer",
-    "enumeration": 2,
-}
+VALUES = {"float64": 1.5, "int32": -7, "boolean": True, "string": "größer", "enumeration": 2}
 VALUES3 = {
     **VALUES,
     "float32": 0.25,

@@ -11,15 +11,7 @@ import numpy as np
 import pytest
 
 from fmus.errors import MisfitError
-from orchestrator.results import (
-    Column,
-    MemoryRecorder,
-    Result,
-    chosen,
-    compare_results,
-    read_result,
-    recorder_for,
-)
+from orchestrator.results import Column, MemoryRecorder, Result, chosen, compare_results, read_result, recorder_for
 from orchestrator.results.journal import Journal
 
 ENDINGS = (".parquet", ".csv", ".h5", ".mf4")

@@ -154,10 +154,7 @@ def dirty_files() -> dict[str, Dirty]:
             ).encode()
         ),
         "ISO stamps": Dirty(
-            _table(
-                "timestamp,torque,phi\n",
-                lambda t, u, q: f"2024-03-01T12:00:{t:06.3f}Z,{u:.6f},{q:.6f}",
-            ).encode()
+            _table("timestamp,torque,phi\n", lambda t, u, q: f"2024-03-01T12:00:{t:06.3f}Z,{u:.6f},{q:.6f}").encode()
         ),
         "epoch in ms": Dirty(
             _table("stamp,torque,phi\n", lambda t, u, q: f"{round((epoch + t) * 1000)},{u:.6f},{q:.6f}").encode()
@@ -185,16 +182,13 @@ def dirty_files() -> dict[str, Dirty]:
         ),
         "a spreadsheet that names its separator, cells at the end": Dirty(
             _table(
-                "sep=;\r\nZeit [s];torque [Nm];phi [rad];;\r\n",
-                lambda *row: ";".join(map(_comma, row)) + ";;",
-                "\r\n",
+                "sep=;\r\nZeit [s];torque [Nm];phi [rad];;\r\n", lambda *row: ";".join(map(_comma, row)) + ";;", "\r\n"
             ).encode("cp1252")
         ),
         "LabVIEW, two headers with numbers": Dirty(_labview().encode(), ".txt"),
         "a quoted row of units in brackets": Dirty(
             _table(
-                '"time";"torque";"phi"\n"(s)";"(Nm)";"(deg)"\n',
-                lambda t, u, q: f'"{t:.3f}";"{u:.6f}";"{q * deg:.5f}"',
+                '"time";"torque";"phi"\n"(s)";"(Nm)";"(deg)"\n', lambda t, u, q: f'"{t:.3f}";"{u:.6f}";"{q * deg:.5f}"'
             ).encode()
         ),
         "days since the year 0": Dirty(
@@ -219,8 +213,7 @@ def dirty_files() -> dict[str, Dirty]:
         "remarks between the rows": Dirty(_with_remarks().encode(), ".dat"),
         "a table drawn with bars and dashes": Dirty(
             _table(
-                "| time | torque | phi |\n|------|------|------|\n",
-                lambda t, u, q: f"| {t:.3f} | {u:.6f} | {q:.6f} |",
+                "| time | torque | phi |\n|------|------|------|\n", lambda t, u, q: f"| {t:.3f} | {u:.6f} | {q:.6f} |"
             ).encode(),
             ".txt",
         ),

@@ -13,13 +13,10 @@ GOOD_CSV = b"time,q\n0,1\n1,2\n2,3\n3,4\n"
 
 # Bytes that nearly are a csv or TOML file reach further than random ones.
 csv_like = st.lists(
-    st.sampled_from(["time", "q", "0", "1.5", "-2e-3", "nan", "", '"', "1_0", "x", "9e99"]),
-    max_size=12,
+    st.sampled_from(["time", "q", "0", "1.5", "-2e-3", "nan", "", '"', "1_0", "x", "9e99"]), max_size=12
 ).flatmap(
     lambda cells: st.lists(
-        st.sampled_from([",", "\n", "\r\n", "\r", ";", "\x0b", "\u2028", " "]),
-        min_size=len(cells),
-        max_size=len(cells),
+        st.sampled_from([",", "\n", "\r\n", "\r", ";", "\x0b", "\u2028", " "]), min_size=len(cells), max_size=len(cells)
     ).map(lambda gaps: "".join(c + g for c, g in zip(cells, gaps, strict=True)))
 )
 key = st.sampled_from(

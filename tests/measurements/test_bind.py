@@ -20,16 +20,10 @@ def bound(folder: Path, inputs: list[Variable], outputs: list[Variable] | None =
     return bind(load_measurements(folder), inputs, outputs or [ANGLE])
 
 
-def test_inputs_and_outputs_come_in_the_order_of_the_model(
-    write_case: WriteCase,
-) -> None:
+def test_inputs_and_outputs_come_in_the_order_of_the_model(write_case: WriteCase) -> None:
     folder = write_case({"a.csv": "time,q2,u2,q1,u1\n0,1,2,3,4\n1,1,2,3,4\n"})
 
-    result = bound(
-        folder,
-        [Variable("u1"), Variable("u2")],
-        [Variable("q1"), Variable("w"), Variable("q2")],
-    )
+    result = bound(folder, [Variable("u1"), Variable("u2")], [Variable("q1"), Variable("w"), Variable("q2")])
 
     assert result.input_names == ("u1", "u2")
     assert result.output_names == ("q1", "q2")
@@ -69,9 +63,7 @@ def test_a_mapping_to_no_variable_of_the_model_is_noted(write_case: WriteCase) -
     assert any("'u' is mapped to 'foce', which is no input" in n for n in result.notes)
 
 
-def test_an_input_without_a_column_is_held_at_its_start_value_or_zero(
-    write_case: WriteCase,
-) -> None:
+def test_an_input_without_a_column_is_held_at_its_start_value_or_zero(write_case: WriteCase) -> None:
     folder = write_case({"a.csv": DATA})
     result = bound(folder, [Variable("F", "N", start=2.5), Variable("v", "V")])
     assert result.unconnected_inputs == ("F", "v")
@@ -79,9 +71,7 @@ def test_an_input_without_a_column_is_held_at_its_start_value_or_zero(
     assert "input F has no column and is held at 2.5 N" in result.notes
 
 
-def test_values_are_converted_into_the_units_of_the_model_with_a_note(
-    write_case: WriteCase,
-) -> None:
+def test_values_are_converted_into_the_units_of_the_model_with_a_note(write_case: WriteCase) -> None:
     folder = write_case({"a.csv": DATA}, '[columns]\nq = "deg"\nu = "kN"\n')
     result = bound(folder, [Variable("u", "N")])
     expected = np.array([[10.0], [20.0], [30.0]]) * np.pi / 180
@@ -90,17 +80,13 @@ def test_values_are_converted_into_the_units_of_the_model_with_a_note(
     assert any("multiplied by 1000 (kN to N)" in note for note in result.notes)
 
 
-def test_a_unit_that_nobody_gave_is_taken_from_the_model_with_a_note(
-    write_case: WriteCase,
-) -> None:
+def test_a_unit_that_nobody_gave_is_taken_from_the_model_with_a_note(write_case: WriteCase) -> None:
     result = bound(write_case({"a.csv": DATA}), [])
     assert result.trials[0].outputs[:, 0].tolist() == [10, 20, 30]
     assert any("unit of column 'q' is not given; taken as rad" in n for n in result.notes)
 
 
-def test_a_unit_of_another_dimension_is_refused_with_both_sides_named(
-    write_case: WriteCase,
-) -> None:
+def test_a_unit_of_another_dimension_is_refused_with_both_sides_named(write_case: WriteCase) -> None:
     folder = write_case({"a.csv": DATA}, '[columns]\nq = "N"\n')
     with pytest.raises(MisfitError) as caught:
         bound(folder, [])
@@ -110,17 +96,13 @@ def test_a_unit_of_another_dimension_is_refused_with_both_sides_named(
     assert "[variables]" in message
 
 
-def test_data_without_any_output_are_refused_with_both_lists(
-    write_case: WriteCase,
-) -> None:
+def test_data_without_any_output_are_refused_with_both_lists(write_case: WriteCase) -> None:
     with pytest.raises(MisfitError) as caught:
         bound(write_case({"a.csv": DATA}), [Variable("u")], [Variable("phi")])
     assert "outputs: 'phi'; columns: 'u', 'q', 'extra'" in str(caught.value)
 
 
-def test_a_column_that_one_trial_lacks_is_named_with_the_trial(
-    write_case: WriteCase,
-) -> None:
+def test_a_column_that_one_trial_lacks_is_named_with_the_trial(write_case: WriteCase) -> None:
     folder = write_case({"a.csv": DATA, "b.csv": "time,u\n0,1\n1,1\n"})
     with pytest.raises(MisfitError, match=r"b\.csv: no column 'q'"):
         bound(folder, [])
@@ -132,9 +114,7 @@ def test_noise_is_given_in_the_unit_of_the_model(write_case: WriteCase) -> None:
     assert result.noise_std == {"q": pytest.approx(np.pi / 2)}
 
 
-def test_noise_is_estimated_without_looking_at_held_out_trials(
-    write_case: WriteCase,
-) -> None:
+def test_noise_is_estimated_without_looking_at_held_out_trials(write_case: WriteCase) -> None:
     def data(sigma: float) -> str:
         q = np.random.default_rng(3).normal(0.0, sigma, 2000)
         return "time,q\n" + "".join(f"{k},{v}\n" for k, v in enumerate(q))
@@ -145,9 +125,7 @@ def test_noise_is_estimated_without_looking_at_held_out_trials(
     assert result.noise_std["q"] == pytest.approx(1.0, rel=0.2)
 
 
-def test_stimulation_pulses_become_an_excitation_between_zero_and_one(
-    write_case: WriteCase,
-) -> None:
+def test_stimulation_pulses_become_an_excitation_between_zero_and_one(write_case: WriteCase) -> None:
     stimulation = np.zeros(200)
     stimulation[[50, 60, 70]] = 7.95
     rows = "".join(f"{k / 1000},{s},1\n" for k, s in enumerate(stimulation))
@@ -162,18 +140,14 @@ def test_stimulation_pulses_become_an_excitation_between_zero_and_one(
     assert any("train of pulses at 100 Hz: u is 1" in note for note in result.notes)
 
 
-def test_the_same_pulses_stay_as_they_are_for_an_input_without_that_range(
-    write_case: WriteCase,
-) -> None:
+def test_the_same_pulses_stay_as_they_are_for_an_input_without_that_range(write_case: WriteCase) -> None:
     rows = "".join(f"{k},{7.95 * (k % 10 == 5)},1\n" for k in range(60))
     folder = write_case({"a.csv": "time,u,q\n" + rows}, "learning = [1]\n")
     result = bound(folder, [Variable("u", "V")])
     assert result.trials[0].inputs[:, 0].max() == 7.95
 
 
-def test_a_smooth_command_beyond_its_range_is_kept_with_a_warning(
-    write_case: WriteCase,
-) -> None:
+def test_a_smooth_command_beyond_its_range_is_kept_with_a_warning(write_case: WriteCase) -> None:
     result = bound(write_case({"a.csv": DATA}), [Variable("u", "1", minimum=0.0, maximum=1.0)])
     assert result.trials[0].inputs[:, 0].tolist() == [1, 2, 3]
     (warning,) = [note for note in result.notes if note.startswith("warning")]

@@ -26,11 +26,7 @@ def test_outliers_are_found_where_they_are_and_nowhere_else() -> None:
 
 @pytest.mark.parametrize(
     "signal",
-    [
-        np.where(TIME > 5.0, 1.0, 0.0),
-        np.abs(np.sin(5.0 * TIME)),
-        np.where(np.arange(TIME.size) % 20 == 0, 1.0, 0.0),
-    ],
+    [np.where(TIME > 5.0, 1.0, 0.0), np.abs(np.sin(5.0 * TIME)), np.where(np.arange(TIME.size) % 20 == 0, 1.0, 0.0)],
     ids=["a step", "impacts", "pulses"],
 )
 def test_what_the_signal_does_itself_stays(signal: np.ndarray) -> None:

@@ -24,26 +24,14 @@ BAD_CSV = {
     "header only": (b"time,q\n", ["a.csv, line 1", "no rows of numbers"]),
     "one row": (b"time,q\n0,1\n", ["a.csv", "at least two samples"]),
     "no header": (b"0,1\n1,2\n", ["a.csv, line 1", "column names were expected"]),
-    "text in a cell": (
-        b"time,q\n0,1\n\n1,abc\n",
-        ["a.csv, line 4: column 'q' holds 'abc', expected a number"],
-    ),
+    "text in a cell": (b"time,q\n0,1\n\n1,abc\n", ["a.csv, line 4: column 'q' holds 'abc', expected a number"]),
     "empty cell": (b"time,q\n0,\n1,2\n", ["line 2: column 'q' holds ''"]),
     "grouped digits": (b"time,q\n0,1_0\n1,2\n", ["line 2: column 'q' holds '1_0'"]),
-    "nan": (
-        b"time,q\n0,1\n1,nan\n",
-        ["line 3: column 'q' is nan, expected a finite number"],
-    ),
+    "nan": (b"time,q\n0,1\n1,nan\n", ["line 3: column 'q' is nan, expected a finite number"]),
     "infinity": (b"time,q\n0,-inf\n1,2\n", ["line 2: column 'q' is -inf"]),
-    "short row": (
-        b"time,q\n0,1\n1\n2,3\n",
-        ["line 3: 1 cells, but the header names 2 columns"],
-    ),
+    "short row": (b"time,q\n0,1\n1\n2,3\n", ["line 3: 1 cells, but the header names 2 columns"]),
     "long row": (b"time,q\n0,1,2\n1,2,3\n", ["line 2: 3 cells"]),
-    "time runs back": (
-        b"time,q\n0,1\n0.5,1\n0.25,1\n",
-        ["line 4: time 0.25 s follows 0.5 s", "sort the rows"],
-    ),
+    "time runs back": (b"time,q\n0,1\n0.5,1\n0.25,1\n", ["line 4: time 0.25 s follows 0.5 s", "sort the rows"]),
     "time stands still": (b"time,q\n3,1\n3,1\n", ["line 3: time 3 s follows 3 s"]),
     "no time": (b"x,q\n0,1\n1,1\n", ["no time column", "'x', 'q'"]),
     "same name twice": (b"time,q,q\n0,1,1\n", ["line 1: two columns are named 'q'"]),
@@ -79,10 +67,7 @@ BAD_CASE = {
     "unknown unit": ('[columns]\nq = "furlong"', "[columns]: column 'q'"),
     "unit is no text": ("[columns]\nq = 1", "'q' = 1, expected a string"),
     "time in metres": ('[columns]\ntime = "m"', "expected a unit of time such as s"),
-    "two columns, one variable": (
-        '[variables]\ntime = "x"\nq = "x"',
-        "columns 'time' and 'q' are both mapped to 'x'",
-    ),
+    "two columns, one variable": ('[variables]\ntime = "x"\nq = "x"', "columns 'time' and 'q' are both mapped to 'x'"),
     "negative noise": (
         "[sensors]\nencoder_noise_std_rad = -1e-3",
         "'encoder_noise_std_rad' = -0.001, expected 0 or more",
@@ -126,8 +111,6 @@ def test_a_case_file_in_another_encoding_is_refused(tmp_path: Path) -> None:
     assert "byte 0xff at position 0 is not UTF-8" in message_of(tmp_path)
 
 
-def test_an_error_in_a_deeply_nested_case_file_is_still_one_line(
-    tmp_path: Path,
-) -> None:
+def test_an_error_in_a_deeply_nested_case_file_is_still_one_line(tmp_path: Path) -> None:
     (tmp_path / "case.toml").write_text("a = " + "[" * 5000)
     assert "not valid TOML" in message_of(tmp_path)

@@ -31,10 +31,7 @@ given = true
 def test_a_case_keeps_file_order_units_mapping_and_sensors(write_case: WriteCase, swing: str) -> None:
     measurements = load_measurements(write_case({"a.csv": swing, "b.csv": swing}, CASE))
 
-    assert [(t.name, t.subset) for t in measurements.trials] == [
-        ("b.csv", "learning"),
-        ("a.csv", "held_out"),
-    ]
+    assert [(t.name, t.subset) for t in measurements.trials] == [("b.csv", "learning"), ("a.csv", "held_out")]
     assert measurements.learning == measurements.trials[:1]
     assert measurements.held_out == measurements.trials[1:]
     assert measurements.trials[0].units == {"q": "deg"}
@@ -50,9 +47,7 @@ def test_time_in_milliseconds_is_returned_in_seconds(write_case: WriteCase, swin
     np.testing.assert_allclose(trial.time, np.arange(10) * 1e-4, rtol=1e-15)
 
 
-def test_the_hash_is_that_of_the_case_file_and_every_data_file(
-    write_case: WriteCase,
-) -> None:
+def test_the_hash_is_that_of_the_case_file_and_every_data_file(write_case: WriteCase) -> None:
     data = "t,q\n0,1\n1,2\n"
     folder = write_case({"a.csv": data}, "learning = [1]\nheld_out = []\n")
     expected = hashlib.sha256((folder / "case.toml").read_bytes())
@@ -70,12 +65,7 @@ def test_a_change_in_any_file_changes_the_hash(write_case: WriteCase, swing: str
 
 @pytest.mark.parametrize(
     ("header", "case"),
-    [
-        ("time,q", None),
-        ("q2,t", None),
-        ("q,time_s", None),
-        ("t,Clock [s]", '[variables]\n"Clock [s]" = "time"\n'),
-    ],
+    [("time,q", None), ("q2,t", None), ("q,time_s", None), ("t,Clock [s]", '[variables]\n"Clock [s]" = "time"\n')],
 )
 def test_the_time_column_is_found_and_is_no_ordinary_column(
     write_case: WriteCase, header: str, case: str | None
@@ -86,9 +76,7 @@ def test_the_time_column_is_found_and_is_no_ordinary_column(
     assert [values.tolist() for values in trial.columns.values()] == [[7.0, 7.0]]
 
 
-def test_without_a_time_column_time_is_counted_from_the_sampling_rate(
-    write_case: WriteCase,
-) -> None:
+def test_without_a_time_column_time_is_counted_from_the_sampling_rate(write_case: WriteCase) -> None:
     folder = write_case({"a.csv": "q\n1\n2\n3\n"}, "[sampling]\nrate_hz = 4\n")
     assert load_measurements(folder).trials[0].time.tolist() == [0.0, 0.25, 0.5]
 
@@ -99,9 +87,7 @@ def test_a_rate_that_contradicts_the_time_column_is_noted(write_case: WriteCase,
     assert any("10 Hz" in note and "250 Hz" in note for note in notes)
 
 
-def test_windows_line_ends_blank_lines_quotes_and_a_byte_order_mark_change_nothing(
-    write_case: WriteCase,
-) -> None:
+def test_windows_line_ends_blank_lines_quotes_and_a_byte_order_mark_change_nothing(write_case: WriteCase) -> None:
     plain = write_case({"a.csv": "time,q\n0,1.5\n1,-2e-3\n"})
     expected = load_measurements(plain / "a.csv").trials[0]
     odd = '\ufeff\r\n"time", q\r\n0, 1.5\r\n\r\n"1",-2e-3\r\n'

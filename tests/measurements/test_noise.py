@@ -5,11 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from orchestrator.measurements import (
-    declared_noise,
-    estimated_noise,
-    measurement_noise,
-)
+from orchestrator.measurements import declared_noise, estimated_noise, measurement_noise
 
 N = 20_000
 # Standard error of a MAD estimate is 1.17 sigma / sqrt(n); overlapping differences raise it to
@@ -62,10 +58,7 @@ def test_declared_noise_adds_the_variance_of_the_quantisation() -> None:
     assert declared_noise(sensors, "rad") == pytest.approx(5e-4)
 
 
-@pytest.mark.parametrize(
-    ("unit", "expected"),
-    [("N", 0.25), ("mN", 250.0), ("rad", None), ("1", None), ("", None)],
-)
+@pytest.mark.parametrize(("unit", "expected"), [("N", 0.25), ("mN", 250.0), ("rad", None), ("1", None), ("", None)])
 def test_declared_noise_applies_to_columns_of_its_dimension_only(unit: str, expected: float | None) -> None:
     assert declared_noise({"force_noise_std_N": 0.25}, unit) == expected
 

@@ -30,9 +30,7 @@ def test_without_a_split_the_last_third_of_the_trials_rounded_up_is_held_out(
     assert any("last third of the trials" in note for note in measurements.notes)
 
 
-def test_without_a_split_the_last_third_of_a_single_record_is_held_out(
-    write_case: WriteCase,
-) -> None:
+def test_without_a_split_the_last_third_of_a_single_record_is_held_out(write_case: WriteCase) -> None:
     rows = "".join(f"{k},{k}\n" for k in range(10))
     folder = write_case({"a.csv": "time,q\n" + rows})
 
@@ -87,10 +85,7 @@ def test_a_trial_in_neither_list_is_left_out_and_named(write_case: WriteCase, sw
 @pytest.mark.parametrize(
     ("case", "words"),
     [
-        (
-            "learning = [1, 2]\nheld_out = [2]",
-            "trial 2 is in learning and in held_out",
-        ),
+        ("learning = [1, 2]\nheld_out = [2]", "trial 2 is in learning and in held_out"),
         ("learning = [1, 3]", "learning names trial 3, but there are 2 files"),
         ("held_out = [0]", "held_out names trial 0, but there are 2 files"),
         ("held_out = [1, 2]", "no trial is left for learning"),
@@ -128,10 +123,7 @@ def test_a_split_that_does_not_fit_the_files_is_refused(
             "learning_window_s = [0.6, 0.0]\nheld_out_window_s = [5, 9]",
             "'learning_window_s' = [0.6, 0.0], expected two numbers [start, stop] in s",
         ),
-        (
-            "learning = [1]\nlearning_window_s = [0.0, 0.6]",
-            "both trial numbers (learning, held_out) and windows",
-        ),
+        ("learning = [1]\nlearning_window_s = [0.0, 0.6]", "both trial numbers (learning, held_out) and windows"),
     ],
 )
 def test_windows_that_do_not_fit_the_record_are_refused(

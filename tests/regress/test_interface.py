@@ -11,10 +11,7 @@ from faulty import BINARY, binary, description, write_fmu
 CASE = 'model = "tank.fmu"\nreference = "ref.csv"\n[run]\nstop = 0.4\nstep = 0.1\n'
 MILLIMETRES = (
     ('<Unit name="m">', '<Unit name="mm"><BaseUnit m="1" factor="0.001"/></Unit><Unit name="m">'),
-    (
-        '<Real unit="m" start="0" max="1000"/>',
-        '<Real unit="mm" start="0" max="1000"/>',
-    ),
+    ('<Real unit="m" start="0" max="1000"/>', '<Real unit="mm" start="0" max="1000"/>'),
 )
 INTEGER = (('<Real unit="m/s" start="1"/>', '<Integer start="1"/>'),)
 START = (('<Real unit="m/s" start="1"/>', '<Real unit="m/s" start="2"/>'),)

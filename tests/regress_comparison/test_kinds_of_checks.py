@@ -210,10 +210,7 @@ def test_energy_that_only_falls_passes_the_law_that_it_never_rises() -> None:
 
 
 def test_a_sum_of_signals_is_conserved_where_none_of_them_is() -> None:
-    swing = {
-        "body.x": Signal("body.x", TIME, np.cos(TIME), "m"),
-        "v": Signal("v", TIME, -np.sin(TIME), "m/s"),
-    }
+    swing = {"body.x": Signal("body.x", TIME, np.cos(TIME), "m"), "v": Signal("v", TIME, -np.sin(TIME), "m/s")}
     energy = combine("energy", "0.5 * v**2 + 0.5 * 'body.x'**2", swing, "J")
 
     assert Conserved("constant", Tolerance(1e-12, 0.0)).judge(energy, None).passed

@@ -1,8 +1,10 @@
-"""The C library of the engine, compiled at first use with the compiler of the machine and kept."""
+"""The C library of the engine, compiled at first use with the compiler of the machine and kept; and how copies of this process are told from it."""
 
 import ctypes
 import hashlib
+import mmap
 import os
+import sys
 import tempfile
 from collections.abc import Sequence
 from functools import cache
@@ -13,6 +15,37 @@ from fmus.children import run_tool
 from fmus.errors import MisfitError
 from fmus.files import cache_folder
 from fmus.runtime.compiler import FLAGS, find_compiler, first_error
+
+# `MADV_WIPEONFORK` of Linux: the page is full of zeros in a process that was forked off.
+_WIPE_ON_FORK = 18
+
+
+@cache
+def _page() -> mmap.mmap | None:
+    if sys.platform != "linux":
+        return None
+    page = mmap.mmap(-1, mmap.PAGESIZE, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
+    try:
+        page.madvise(_WIPE_ON_FORK)
+    except OSError:  # a kernel before 4.14
+        return None
+    page[0] = 1
+    return page
+
+
+@cache
+def own_process_address() -> int | None:
+    """Address of a number that is 1 here and 0 in copies of this process; None where the system cannot tell."""
+    page = _page()
+    return None if page is None else ctypes.addressof(ctypes.c_int32.from_buffer(page))
+
+
+def end_copies() -> None:
+    """End this process if it is a copy that an FMU has made."""
+    page = _page()
+    if page is not None and page[0] == 0:
+        os._exit(0)
+
 
 _HERE = Path(__file__).parent
 _LOOP = (_HERE / "loop.c", _HERE / "logger.c")

@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from fmus.errors import ComponentError
 from orchestrator.cosim.component import StepEnd
-from orchestrator.cosim.engine.forked import own_process_address
-from orchestrator.cosim.engine.native import native_library
+from orchestrator.cosim.engine.native import native_library, own_process_address
 from orchestrator.cosim.engine.rows import Pointer, Rows, can_carry, why_in_python
 from orchestrator.cosim.fmu.instance import DISCARD, Instance
 from orchestrator.cosim.masters.coupling import Coupling

@@ -44,12 +44,7 @@ class Instance2(Instance):
     }
 
     def _instantiate(self) -> int | None:
-        self._callbacks = _Callbacks(
-            logger2(),
-            *c_memory(),
-            None,
-            self.messages.environment,
-        )
+        self._callbacks = _Callbacks(logger2(), *c_memory(), None, self.messages.environment)
         resources = unpacked(self.description) / "resources"
         address = self.function("Instantiate", ctypes.c_void_p)(
             self.name.encode(),

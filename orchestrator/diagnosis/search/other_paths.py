@@ -8,7 +8,7 @@ from orchestrator.diagnosis.decide.thresholds import LEFT
 from orchestrator.diagnosis.fit.evidence import Refit
 from orchestrator.diagnosis.fit.thresholds import NEAR_FLOOR
 from orchestrator.diagnosis.linear.thresholds import MOST_EFFECTS
-from orchestrator.library.candidate import Candidate
+from orchestrator.library.cards import Candidate
 
 
 @dataclass(frozen=True)

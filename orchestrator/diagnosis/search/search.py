@@ -27,7 +27,7 @@ from orchestrator.diagnosis.search.ranges_of_levels import with_ranges_of_levels
 from orchestrator.diagnosis.search.tasks import Wanted
 from orchestrator.diagnosis.search.thresholds import BEAM, MOST_ROUNDS, OTHER_PATHS, ROUGH, UNITED
 from orchestrator.diagnosis.search.trace import Accepted, Trace
-from orchestrator.library.candidate import Candidate
+from orchestrator.library.cards import Candidate
 from orchestrator.models.symbolic import SymbolicModel
 from orchestrator.work import Here, Work
 
