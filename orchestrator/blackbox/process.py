@@ -1,5 +1,6 @@
 """Child processes that run one FMU, shared by all who need runs of it."""
 
+import weakref
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,12 @@ class FmuProcesses:
 
     def __init__(self, path: Path, cosimulation: bool, join_forces: bool = False) -> None:
         self.path, self.cosimulation, self.join_forces = path, cosimulation, join_forces
+        self._begin()
+
+    def _begin(self) -> None:
         self._workers = Workers()
+        # Also when nobody asks any more.
+        self._end = weakref.finalize(self, self._workers.close)
 
     def ask(self, request: Request) -> Any:
         """Answer of the FMU.
@@ -39,5 +45,5 @@ class FmuProcesses:
 
     def close(self) -> None:
         """End all children."""
-        self._workers.close()
-        self._workers = Workers()
+        self._end()
+        self._begin()
