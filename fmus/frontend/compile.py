@@ -17,7 +17,9 @@ from fmus.errors import ModelicaError
 from fmus.files import cache_folder, write_atomically
 from fmus.frontend.closure import check_libraries, library_files
 from fmus.frontend.lint import check_units, lint_class
+from fmus.frontend.lint.sources import modelica_text
 from fmus.frontend.messages import explained
+from fmus.frontend.rewrite import rewritten
 from fmus.library import libraries, library_root
 
 TIME_LIMIT_S = 120.0
@@ -69,7 +71,7 @@ def laid_out(model: str, file: Path | None) -> Iterator[tuple[Path, list[Path]]]
             place = copied.joinpath(*name)
             place = place / "package.mo" if path.name == "package.mo" else place.with_name(f"{name[-1]}.mo")
             place.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(path, place)
+            place.write_text(rewritten(modelica_text(path), path.name))
         roots = [copied, root] if copied.is_dir() else [root]
         if file is None:
             yield root / "FESArm" / "package.mo", roots
@@ -141,6 +143,7 @@ def _surroundings() -> str:
     own = (
         here / "worker.py",
         here / "closure.py",
+        here / "rewrite.py",
         here.parent / "flat" / "model.py",
         *sorted((here / "lint").glob("*.py")),
     )

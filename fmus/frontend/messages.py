@@ -14,7 +14,6 @@ _STAGE = re.compile(r"^\w+ failed: \S+ failed in \w+: |^\S+ could not be compile
 _QUOTED = re.compile(r"['`]([A-Za-z_][\w.]*)['`]")
 _COUNTS = re.compile(r"unbalanced model: (\d+) equations, (\d+) unknowns")
 # What the compiler calls things that a user has never heard of.
-_STICKS = ("PartialFriction", "LossyGear", "OneWayClutch")
 _WORDS = {
     "`derivative expression`": "der() of an expression is not supported; declare a variable that equals it, and use its der()",
     "unsupported model algorithm": "an algorithm that reads a variable after it assigned it is not supported; write one "
@@ -49,22 +48,15 @@ def explained(
     sources = Sources(source, roots, packages)
     if "unbalanced" in text or "shape mismatch" in text:
         better = next(wrong_sizes(model, sources), None)
-        better = better or next(_not_flattened(source, sources) if "unbalanced" in text else iter(()), None)
+        better = better or next(_shared(source) if "unbalanced" in text else iter(()), None)
         if better is not None:
             return better
     named = next(_statements(text, source), None) or next(_mentions(text, model, source, sources), None)
     return f"{named or _declaration(model, source, sources)}: {_friendlier(text)}"
 
 
-def _not_flattened(source: Path, sources: Sources) -> Iterator[str]:
-    """What the compiler does not count as it should: variables shared by `outer`, and friction that sticks by events."""
-    for file in dict.fromkeys([source, *sources.files()]):
-        name = file.stem if file.stem in _STICKS else ""
-        if name:
-            yield (
-                f"{source.name}: an element that is a {name} sticks and slides by events, which is not supported; leave it out and let "
-                "misfit look for friction, or write a smooth law, such as -tauC*tanh(w/0.01)"
-            )
+def _shared(source: Path) -> Iterator[str]:
+    """Variables shared by `outer`, which the compiler does not count as it should."""
     for token in _tokens(source):
         if token.text == "outer":
             yield (

@@ -13,7 +13,7 @@ from fmus.symbolic.asserts import check_asserts
 from fmus.symbolic.dae import Dae, Equation, Knowns, column
 from fmus.symbolic.declarations import Declarations
 from fmus.symbolic.definite import check_divisors, starts_of
-from fmus.symbolic.events import Kept, RelationRecorder, check_same_variables
+from fmus.symbolic.events import Kept, RelationRecorder, check_same_variables, without_memory
 from fmus.symbolic.explicit import solve_blocks
 from fmus.symbolic.initialization import initialize, with_guesses
 from fmus.symbolic.reduction import Reduced, reduce_index
@@ -37,19 +37,34 @@ def build_system(dae: Mapping[str, Any], name: str, description: str = "") -> Sy
     """
     arena = Arena(dae)
     refuse_unsupported(arena)
-    refinements = 0
-    try:
-        builder = SystemBuilder(arena, dae, name, description)
-        system = builder.build()
-    except TranslationError:
-        # Long chains of gears magnify rounding; what is no fault of the translation disappears by refinement.
-        refinements = REFINEMENTS
-        builder = SystemBuilder(arena, dae, name, description, refinements=refinements)
-        system = builder.build()
+    # Long chains of gears magnify rounding; what is no fault of the translation disappears by refinement. Equations of ideal diodes
+    # and of clutches that stick have several solutions, or none, until their relations take sides one after the other.
+    failures = []
+    for ways in ({}, {"refinements": REFINEMENTS}, {"by_events": True}):
+        try:
+            return _built(arena, dae, name, description, **ways)
+        except TranslationError as error:
+            failures.append(error)
+    raise failures[0]
+
+
+def _built(
+    arena: Arena, dae: Mapping[str, Any], name: str, description: str, refinements: int = 0, by_events: bool = False
+) -> SymbolicSystem:
+    builder = SystemBuilder(arena, dae, name, description, refinements=refinements, by_events=by_events)
+    system = builder.build()
     if not builder.recorder.found and not builder.declared.memory:
+        if by_events:
+            raise TranslationError(f"{name} has no relations that could take sides")
         return system
-    frozen = SystemBuilder(arena, dae, name, description, freeze=True, refinements=refinements)
-    system = replace(system, relations=frozen.relations(system))
+    frozen = SystemBuilder(arena, dae, name, description, freeze=True, refinements=refinements, by_events=by_events)
+    relations = frozen.relations(system)
+    if by_events and relations is not None:
+        relations = replace(relations, memory=relations.memory or without_memory(relations.rhs))
+        system = replace(system, relations=relations)
+        at_same_points = replace(system, states=builder.declared_states)
+        return replace(system, notes=(*system.notes, *frozen.verified(at_same_points)))
+    system = replace(system, relations=relations)
     verify_relations(system)
     return system
 
@@ -66,8 +81,9 @@ class SystemBuilder:
         *,
         freeze: bool = False,
         refinements: int = 0,
+        by_events: bool = False,
     ) -> None:
-        self.refinements = refinements
+        self.refinements, self.by_events = refinements, by_events
         self.arena, self.source, self.name, self.description = arena, source, name, description
         self.declared = Declarations(arena, name, keeps=freeze)
         self.evaluator = self.declared.evaluator
@@ -112,13 +128,26 @@ class SystemBuilder:
             consistent=start.consistent,
             notes=(*self._choices(reduced), *start.notes, *self._asserts(parameters), *self._units()),
         )
-        rates = [q.derivative for q in dae.quantities if q.derivative is not None]
-        check = solution.function("rates", arguments, [column(rates)])
-        memory = declared.memory.values(knowns.parameters)
-        unchecked = verify(system, check, [s.name() for s in rates], self.source, self.written, memory)
+        self.check = solution.function("rates", arguments, [self._rates(dae)])
+        unchecked = () if self.by_events else self.verified(system)
+        self.declared_states = system.states
         starts = np.array(system.start_of_states(ca.DM(parameters))).ravel()
         with_start = (replace(v, start=float(s)) for v, s in zip(system.states, starts, strict=True))
         return replace(system, states=tuple(with_start), notes=(*system.notes, *unchecked))
+
+    def verified(self, system: SymbolicSystem) -> tuple[str, ...]:
+        """Compare the system with the flat equations; notes on what was not checked.
+
+        Raises:
+            TranslationError: naming an equation that does not hold.
+        """
+        memory = self.declared.memory.values(column(self.declared.parameters))
+        return verify(system, self.check, self.rate_names, self.source, self.written, memory)
+
+    def _rates(self, dae: Dae) -> ca.SX:
+        rates = [q.derivative for q in dae.quantities if q.derivative is not None]
+        self.rate_names = [symbol.name() for symbol in rates]
+        return column(rates)
 
     def _units(self) -> tuple[str, ...]:
         places = self.source.get("unit_places") or []
@@ -158,6 +187,7 @@ class SystemBuilder:
         after = memory.resets(states)
         moves = any(new.element_hash() != old.element_hash() for new, old in zip(after, states, strict=True))
         kept = Kept(memory.symbols, memory.start, self.updates, memory.due, after, moves)
+        self.check = self.recorder.relations(solution, arguments, [self._rates(dae)], kept).rhs
         return self.recorder.relations(solution, arguments, wanted, kept)
 
     def _values(self, dae: Dae, inputs: list[float], parameters: list[float]) -> dict[int, float]:

@@ -1,7 +1,7 @@
 """Relations that make events in an FMU: `x > 1` in an equation, outside `noEvent`, `smooth` and functions."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import casadi as ca
@@ -91,7 +91,8 @@ class RelationRecorder:
         time, parameters = arguments[0], arguments[4]
         timed: list[tuple[_Relation, float | None]] = []
         others: list[tuple[_Relation, float | None]] = []
-        for relation in self.found.values():
+        kept_symbols = {symbol.element_hash() for symbol in (*self.sides, *kept.symbols)}
+        for relation in (_as_jump(each, solution, kept_symbols) for each in self.found.values()):
             rate = _rate_in_time(relation, solution, time, parameters)
             (others if rate is None else timed).append((relation, rate))
         ordered = [relation for relation, _ in (*others, *timed)]
@@ -130,6 +131,16 @@ def without_memory(rhs: ca.Function) -> Remembered:
         due=ca.Function("due", [none], [none]),
         update=ca.Function("update", places, [none, places[1]]),
     )
+
+
+def _as_jump(relation: _Relation, solution: Solution, kept: set[int]) -> _Relation:
+    """Where what is compared jumps only, as integer(x) >= 2 does, it may stop at zero; what is positive where it holds jumps, too."""
+    [difference] = solution.express([relation.difference])
+    moving = [symbol for symbol in ca.symvar(difference) if symbol.element_hash() not in kept]
+    if not ca.simplify(ca.jacobian(difference, column(moving))).is_zero():
+        return relation
+    holds = relation.difference >= 0 if relation.holds_at_zero else relation.difference > 0
+    return replace(relation, difference=2 * holds - 1, size=ca.SX(1))
 
 
 def _rate_in_time(relation: _Relation, solution: Solution, time: ca.SX, parameters: ca.SX) -> float | None:

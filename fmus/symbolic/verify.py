@@ -9,7 +9,7 @@ import numpy as np
 from fmus.errors import ModelicaError
 from fmus.flat import compare
 from fmus.flat.compare import Failure, delayed
-from fmus.symbolic.system import SymbolicSystem, Variable
+from fmus.symbolic.system import Relations, SymbolicSystem, Variable
 
 TOLERANCE = 1e-9
 POINTS = 3
@@ -33,7 +33,8 @@ def verify(
 
     Args:
         system: the translated model.
-        rates: `(t, x, u, d, p) -> values` of all derivatives in the equations.
+        rates: `(t, x, u, d, p) -> values` of all derivatives in the equations; of `(t, x, u, d, p, c)` for a system that is checked
+            where its relations have taken sides, as they do at events.
         rate_names: their names, such as `der(x)`.
         dae: the front end's representation with its `flat` equations.
         equations: number of scalar equations of the model.
@@ -87,24 +88,32 @@ def verify_relations(system: SymbolicSystem) -> None:
         x, u, p = (near(random, v, 0.3) for v in (system.states, system.inputs, system.parameters))
         time = float(random.uniform(0.0, 1.0))
         d = np.array(system.history(time, u, p)[0]).ravel()
-        instants, rising = (np.array(part).ravel() for part in relations.times(p))
-        timed = np.where(rising > 0, time >= instants, time < instants).astype(float)
-        sides = np.zeros(relations.n_indicators)
-        memory = np.array([] if relations.memory is None else relations.memory.start(time, p)).ravel()
-        for _ in range(len(sides) + 1):  # a relation may depend on others
-            g = relations.indicators(time, x, u, d, p, np.concatenate([sides, timed, memory]))[0]
-            sides = (np.array(g).ravel() > 0).astype(float)
-        c = np.concatenate([sides, timed, memory])
+        c, _ = _sides(relations, (time, x, u, d, p))
         kept = np.vstack([np.array(part) for part in relations.rhs(time, x, u, d, p, c)])
         plain = np.vstack([np.array(part) for part in system.rhs(time, x, u, d, p)])
         with np.errstate(invalid="ignore"):
             wrong = np.isfinite(plain) & (np.abs(kept - plain) > 1e-6 * np.maximum(np.abs(kept), np.abs(plain)))
         if wrong.any():
             name = names[int(np.flatnonzero(wrong)[0])]
-            raise ModelicaError(
+            raise TranslationError(
                 f"{system.name}: '{name}' is another with relations that keep their side than with relations "
                 "evaluated; this is a fault of misfit, please report it with the model"
             )
+
+
+def _sides(relations: Relations, arguments: tuple[Any, ...]) -> tuple[np.ndarray, bool]:
+    """Sides and memories after the event iteration of the relations at t, x, u, d, p; whether it came to an end."""
+    time, p = arguments[0], arguments[4]
+    instants, rising = (np.array(part).ravel() for part in relations.times(p))
+    timed = np.where(rising > 0, time >= instants, time < instants).astype(float)
+    sides = np.zeros(relations.n_indicators)
+    memory = np.array([] if relations.memory is None else relations.memory.start(time, p)).ravel()
+    for _ in range(len(sides) + 1):  # a relation may depend on others
+        c = np.concatenate([sides, timed, memory])
+        before, sides = sides, (np.array(relations.indicators(*arguments, c)[0]).ravel() > 0).astype(float)
+        if np.array_equal(before, sides):
+            return c, True
+    return np.concatenate([sides, timed, memory]), False
 
 
 def _place(failure: Failure, files: Mapping[int, tuple[str, str]]) -> str:
@@ -138,9 +147,14 @@ def _points(
         p = near(random, system.parameters, 0.0 if attempt == 0 else 0.1 * spread)
         source, delay = (np.array(part).ravel() for part in system.history(time, u, p))
         d = [delayed(s, t) for s, t in zip(source, delay, strict=True)]
-        dx, z = (np.array(part).ravel() for part in system.rhs(time, x, u, d, p))
-        derivatives = np.array(rates(time, x, u, d, p)).ravel()
-        if not (np.isfinite(dx).all() and np.isfinite(z).all() and np.isfinite(derivatives).all()):
+        arguments: tuple[Any, ...] = (time, x, u, d, p)
+        rhs, settled = system.rhs, True
+        if rates.n_in() > len(arguments) and system.relations is not None:
+            c, settled = _sides(system.relations, arguments)
+            arguments, rhs = (*arguments, c), system.relations.rhs
+        dx, z = (np.array(part).ravel() for part in rhs(*arguments))
+        derivatives = np.array(rates(*arguments)).ravel()
+        if not (settled and np.isfinite(dx).all() and np.isfinite(z).all() and np.isfinite(derivatives).all()):
             continue
         values = {"time": time, **_named(system.states, x), **_named(system.inputs, u), **_named(system.parameters, p)}
         values |= _named(system.algebraics, z) | _named(system.dependents, np.array(system.dependent(p)).ravel())

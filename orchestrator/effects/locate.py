@@ -171,8 +171,8 @@ def written_at(balance: Balance, term: Term, flat: FlatPoints, root: View) -> tu
     file, line, start = flat.place(balance.equation)
     span = balance.equation.span
     assert span is not None
-    text = flat.files[span["source"]][1].encode()
-    end = start + len(text[span["start"] : span["end"]].decode(errors="ignore"))
+    read = flat.files[span["source"]][1]
+    length = len(read.encode()[span["start"] : span["end"]].decode(errors="ignore"))
     paths = [split(name.removeprefix("der(").removesuffix(")"))[:-1] for name in (term.state, *balance.others)]
     for path, depth in ((each, depth) for each in paths for depth in range(len(each), -1, -1)):
         for home in homes_at(root, tuple(path[:depth])):
@@ -180,8 +180,10 @@ def written_at(balance: Balance, term: Term, flat: FlatPoints, root: View) -> tu
                 continue
             own, prefix = home.definition.equations, "".join(f"{part}." for part in path[:depth])
             whole = modelica_text(file_of(home.definition))
-            found = [e for e in own if e.span[0] < end and start < e.span[1]]
-            found = found or _in_block(own, start, home.definition.span[0])
+            # The compiler may have read declarations before the equation in other words, in the same lines.
+            begin = start + _end_of(line, whole) - _end_of(line, read)
+            found = [e for e in own if e.span[0] < begin + length and begin < e.span[1]]
+            found = found or _in_block(own, begin, home.definition.span[0])
             if found:
                 mentioned = [e for e in found if _mentions(whole[slice(*e.span)], term.state.removeprefix(prefix))]
                 return home, mentioned or found
@@ -189,6 +191,10 @@ def written_at(balance: Balance, term: Term, flat: FlatPoints, root: View) -> tu
         f"{file}:{line}: the equation of '{term.state}' stands outside the classes of its parts, such as in a connection; "
         "name the state of a part whose class has the equation"
     )
+
+
+def _end_of(line: int, text: str) -> int:
+    return sum(len(each) + 1 for each in text.split("\n")[:line])
 
 
 def _in_block(equations: Sequence[EquationText], place: int, first: int) -> list[EquationText]:

@@ -198,3 +198,31 @@ def test_directional_derivatives_are_those_of_the_side_taken(tmp_path: Path, ver
                 assert list(slave.getAdjointDerivative(unknowns, knowns, [1.0], 2)) == [by_x, by_u]
     finally:
         slave.freeInstance()
+
+
+@pytest.mark.parametrize(
+    ("number", "relation", "before"),
+    [
+        ("if x > 1 then 2 else 1", "n >= 2", False),
+        ("if x > 1 then 2 else 3", "n <= 2", False),
+        ("if x > 1 then 2 else 3", "n > 2", True),
+        ("integer(2*x)", "n >= 2", False),
+        ("(if x > 1 then 1 else 0) + (if x > 0.9 then 1 else 0)", "n >= 2", False),
+    ],
+)
+def test_a_relation_of_whole_numbers_turns_where_they_jump_onto_its_limit(
+    number: str, relation: str, before: bool, tmp_path: Path
+) -> None:
+    """What is compared is exactly zero from there on, without ever having crossed it."""
+    text = "model M Real x(start=0.7, fixed=true); Integer n; output Real y; equation der(x) = 1; n = {}; y = if {} then 1 else 0; end M;"
+    (tmp_path / "M.mo").write_text(text.format(number, relation))
+    relations = ModelicaModel("M", "M", tmp_path / "M.mo").compile().relations
+    assert relations is not None
+
+    def holds(x: float) -> float:
+        sides = np.zeros(relations.n_indicators)
+        for _ in range(4):
+            sides = (np.array(relations.indicators(0.0, [x], [], [], [], sides)[0]).ravel() > 0).astype(float)
+        return float(relations.rhs(0.0, [x], [], [], [], sides)[1][-1])
+
+    assert [holds(0.7), holds(1.001), holds(1.3)] == [float(before), float(not before), float(not before)]
