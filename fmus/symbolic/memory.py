@@ -169,8 +169,8 @@ class Memory:
 
     def _lookup(self, kind: str, index: int) -> Value:
         """Values during an update: discrete variables have what they become."""
-        if kind in ("discrete_real", "discrete_value") and index in self.branches:
-            return self._now(index)
+        if kind in ("discrete_real", "discrete_value") and (index in self.branches or index in self.declared.discrete):
+            return self._now(index)  # where initial() may hold, which it does not between events
         if kind == "condition":
             return self.condition(index)
         return self.declared.lookup(kind, index)
@@ -178,7 +178,8 @@ class Memory:
     def _now(self, index: int) -> Value:
         if index not in self._current:
             if index not in self.branches:
-                return self.evaluator.value(self.declared.discrete[index])
+                self._current[index] = self.evaluator.value(self.declared.discrete[index])
+                return self._current[index]
             self._current[index] = self.before(index)  # a loop among the values of one instant reads the past
             value = self.before(index)
             for branch in reversed(self.branches[index]):

@@ -81,6 +81,16 @@ def test_friction_that_sticks_starts_and_stops_as_the_closed_form_says(tmp_path:
     assert found["w"] == pytest.approx((3 * (math.cos(begin) - np.cos(t)) - (t - begin)) / 2, abs=1e-6)
 
 
+@pytest.mark.parametrize("start", [-10.0, 10.0])
+def test_friction_that_slides_when_a_run_begins_acts_against_the_motion(start: float, tmp_path: Path) -> None:
+    """The variable that asks initial() is one that another discrete variable asks for."""
+    system = _compiled(FRICTION.replace("w(start=0", f"w(start={start}"), tmp_path)
+    fmu = build_fmu(system, tmp_path / "M.fmu")
+    found = fmpy.simulate_fmu(str(fmu), stop_time=1.0, output_interval=0.05, relative_tolerance=1e-9, solver="CVode")
+    t = found["time"]
+    assert found["w"] == pytest.approx(start + (3 * (1 - np.cos(t)) - math.copysign(1.0, start) * t) / 2, abs=1e-6)
+
+
 @pytest.mark.usefixtures("by_events")
 def test_an_ideal_diode_conducts_one_way(tmp_path: Path) -> None:
     system = _compiled(DIODE, tmp_path)
