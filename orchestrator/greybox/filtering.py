@@ -92,7 +92,7 @@ class Filtered:
 
 @dataclass(frozen=True, eq=False)
 class InLines:
-    """A model in lines about a run of the filter, for the likelihood of a trial with other noise: a hundredth of a run's cost.
+    """A model in lines about a run of the filter, for the likelihood of a trial with other noise, at a sixth of a run's cost or less.
 
     `transition` (n, nx, nx), `push` (n, nx, nb), `reading` (n, ny, nx) and `missed` (n, ny) are the slopes and errors of that run,
     `moved` (n, nx) by how much measurements moved its states, `spread` (nx,) of the first ones.
