@@ -94,10 +94,10 @@ def test_one_file_whose_clocks_differ_from_the_others_is_named(tmp_path: Path) -
 
 
 def test_a_lag_that_not_every_trial_shows_clearly_is_no_clock_of_single_trials() -> None:
-    """Muscles that answer late: in two of six trials inputs moved as a whole explain less than ten times more."""
+    """Muscles that answer late are physics, which forces that the model lacks may stand for: no trial's clock is called wrong."""
     case = Path(__file__).parents[1] / "cases" / "arm" / "case_008"
-    (finding,) = check_data(load_model("arm"), load_measurements(case))
-    assert (finding.kind, finding.trial, finding.strong) == ("delay", "", False)
+    found = check_data(load_model("arm"), load_measurements(case))
+    assert not [finding for finding in found if finding.trial or finding.strong]
 
 
 def test_held_out_trials_forbid_nothing(tmp_path: Path) -> None:

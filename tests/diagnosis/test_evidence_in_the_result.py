@@ -1,5 +1,6 @@
 """A diagnosis carries its evidence: what was tried, where the model fails, and curves, in the page and in JSON alike."""
 
+from html import escape
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ from fmus.catalogue import find_modelica_model
 from orchestrator.diagnose import diagnose
 from orchestrator.library.cards import effect_library
 from orchestrator.measurements import load_measurements
+from orchestrator.report.answer.rivals import plain_reason
 from orchestrator.report.answer.witness import witnesses_of
 from orchestrator.report.html import diagnosis_report
 from orchestrator.verdicts.result import Diagnosis
@@ -82,5 +84,5 @@ def test_page_tells_verdict_first_then_where_it_fails_then_what_was_tried(found:
     places = [page.index(text) for text in ('class="answer"', "Where the missing force is", "What was tried")]
     assert places == sorted(places)
     for entry in found.tried:
-        assert entry.outcome.split(":")[0].split(" (")[0] in page
+        assert escape(plain_reason(entry.outcome)) in page
     assert found.findings[0] in page

@@ -44,5 +44,9 @@ def test_everyone_reads_the_answer_before_the_first_table_of_the_report() -> Non
     found = diagnosis(n=60)
     page = discovery_report(found, entries(found), moving())
 
-    assert page.index("<h2>Coulomb friction at joint1") < page.index("Why do you think so?") < page.index("<h2 id=")
+    assert (
+        page.index("<h2>Coulomb friction at joint1")
+        < page.index("Why do you think so?")
+        < page.index("<h2>What is missing")
+    )
     assert page.index("Why do you think so?") < page.index('alt="Error on held-out trials') < page.index("replayed")
