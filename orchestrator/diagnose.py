@@ -8,6 +8,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
+from threadpoolctl import threadpool_limits
+
 from fmus.library import library_folders
 from orchestrator.blackbox.source import FmuSource, Source
 from orchestrator.compare.comparison import compare
@@ -28,6 +30,7 @@ from orchestrator.measurements import MeasurementSet, bind
 from orchestrator.models.contract import Model
 from orchestrator.models.patch import free_slots
 from orchestrator.models.symbolic import SymbolicModel
+from orchestrator.models.threads import threads
 from orchestrator.verdicts.cannot_tell import first_mend, search_failed
 from orchestrator.verdicts.gate import doubted, without_harm
 from orchestrator.verdicts.result import Diagnosis
@@ -80,7 +83,8 @@ def diagnose(
 
     closed = isinstance(source, FmuSource)
     progress("comparing the model with the measurement")
-    given = compare(model_of(source, source.compile()), measurements, workers=workers, checks=checks)
+    with threadpool_limits(limits=1, user_api="blas"):  # as in both searches
+        given = compare(model_of(source, source.compile()), measurements, workers=workers, checks=checks)
     if not closed and not free_slots(source.compile()):
         found = _by_greybox(source, measurements, given, workers, progress, laws)
     else:
@@ -101,7 +105,8 @@ def diagnose(
         found = replace(found, verdict="adequate", best=())
     if found.verdict == "ambiguous" and isinstance(found.search, Outcome) and not closed:
         progress("choosing the next experiment")
-        found = with_separating_experiment(found, found.search)
+        with threadpool_limits(limits=1, user_api="blas"), threads(workers):
+            found = with_separating_experiment(found, found.search)
     warnings = (*map(str, checks), *found.warnings)
     own = "" if closed or source.file is None else f"{source.file}:{source.class_name}"
     return replace(

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from fmus.errors import ComponentError
 from orchestrator.diagnosis.advise.next_experiment import Explanation, plan
 from orchestrator.diagnosis.advise.thresholds import ALIKE_FORCES, BEYOND, FARTHEST, HOPELESS, NEARLY, POINTS
 from orchestrator.diagnosis.fit.evidence import LearningData, smoothed
@@ -39,7 +40,10 @@ def with_separating_experiment(found: Diagnosis, outcome: Outcome) -> Diagnosis:
     noise = np.array([case.data.noise_std[name] for name in case.signals])
     floor = np.array([max(left.rmse[name], found.noise_floor[name]) for name in case.signals])
     members = [_explanation(outcome, each) for each in (decision.chosen, *decision.rivals)]
-    chosen = plan(members, LearningData(smoothed(case.data.learning, noise), floor))
+    try:
+        chosen = plan(members, LearningData(smoothed(case.data.learning, noise), floor))
+    except (ArithmeticError, LookupError, ValueError, ComponentError):  # advice that fails takes no answer with it
+        chosen = None
     if (chosen is None or chosen.probability < HOPELESS) and (where := _where_forces_differ(outcome, *_apart(outcome))):
         labels = [member.label for member in members[:2]]
         return replace(found, next_experiment={"effects": labels, "do": f"record a trial that goes to {where}"})
@@ -121,6 +125,7 @@ def _explanation(outcome: Outcome, chosen: FittedSet) -> Explanation:
     system = fixed_system(outcome, chosen)
     model = SymbolicModel(outcome.case.source.name, system, outcome.case.signals, fit.box.theta, setting.held)
     label = " + ".join(candidate.label for candidate in chosen.candidates)
-    reach = FARTHEST * np.maximum(np.abs(fit.theta), chosen.deviations)
+    size = np.maximum(np.abs(fit.theta), chosen.deviations)
+    reach = FARTHEST * np.where(size > 0, size, 1.0)
     low, high = np.maximum(fit.priors.low, fit.theta - reach), np.minimum(fit.priors.high, fit.theta + reach)
     return Explanation(label, model, fit.theta, low, high, fit.runs[0].mean[0])
