@@ -1,6 +1,5 @@
 """The processes of a session: what is left when one of them is stopped, killed or told to end."""
 
-import json
 import os
 import signal
 import subprocess
@@ -32,38 +31,12 @@ from hil.virtual.robot import VirtualRobot
 from hil.virtual.serial_adapter import SerialAdapter
 from hil.virtual.socketcand import SocketcandServer
 from tests.hil.bench import Beats, Bench
-
-PATIENCE_S = 60.0
-
-
-def hold(folder: Path, seconds: float) -> subprocess.Popen[str]:
-    code = "from hil.cli import hil; hil()"
-    arguments = ["hold", "--virtual", "--seconds", str(seconds), "--out", str(folder), "--json", "-", "--rate", "100"]
-    return subprocess.Popen(
-        [sys.executable, "-c", code, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    )
-
-
-def cycles_in(folder: Path) -> int:
-    file = folder / "frames.bin"
-    written = file.exists() and file.stat().st_size > 16
-    return sum(record.kind is Kind.CYCLE for record in read_records(folder)) if written else 0
+from tests.hil.held import PATIENCE_S, end_by, hold
 
 
 def decided(folder: Path, frame: Frame) -> list[Timed]:
     """When a session decided to send a frame."""
     return [timed for kind, _, timed in read_records(folder) if kind is Kind.DECIDED and timed.frame == frame]
-
-
-def wait_for_cycles(folder: Path, count: int, process: subprocess.Popen[str]) -> None:
-    deadline = time.monotonic() + PATIENCE_S
-    while time.monotonic() < deadline:
-        if cycles_in(folder) >= count:
-            return
-        if process.poll() is not None:
-            pytest.fail(f"the session ended early: {process.stderr.read() if process.stderr else ''}")
-        time.sleep(0.1)
-    pytest.fail("the session did not begin to cycle")
 
 
 def heard_until(ear: Wire, last: str) -> list[str]:
@@ -77,24 +50,16 @@ def heard_until(ear: Wire, last: str) -> list[str]:
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_polite_end_lets_the_arm_down_and_finishes_the_recording(tmp_path: Path, number: int) -> None:
-    folder = tmp_path / "session"
-    process = hold(folder, 600)
-    wait_for_cycles(folder, 100, process)
-    process.send_signal(number)
-    output, errors = process.communicate(timeout=PATIENCE_S)
-    assert process.returncode == 1, errors
-    assert "Traceback" not in errors
-    assert json.loads(output)["faults"] == ["not_aborted: stopped by the operator"]
-    assert replay_session(folder).first_different is None
-    assert (folder / "signals.parquet").exists()
+    ended = end_by(tmp_path, lambda process, _: process.send_signal(number), "not_aborted")
+    assert ended.code == 1, ended.errors
+    assert "Traceback" not in ended.errors
+    assert ended.faults == ["not_aborted: stopped by the operator"]
+    assert replay_session(ended.folder).first_different is None
+    assert (ended.folder / "signals.parquet").exists()
 
 
 def test_after_kill_9_everything_up_to_then_is_on_disk_and_replays(tmp_path: Path) -> None:
-    folder = tmp_path / "session"
-    process = hold(folder, 600)
-    wait_for_cycles(folder, 100, process)
-    process.kill()
-    process.communicate(timeout=60)
+    folder = end_by(tmp_path, lambda process, _: process.kill(), "killed").folder
     deadline = time.monotonic() + PATIENCE_S
     size = -1
     while (now := (folder / "frames.bin").stat().st_size) != size and time.monotonic() < deadline:
@@ -244,23 +209,24 @@ def watchdog_of(parent: int) -> int:
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="processes are found by /proc here")
 def test_a_watchdog_that_was_stopped_ends_the_session_and_its_torque(tmp_path: Path) -> None:
     """SIGSTOP: the process is there, and watches nothing."""
-    folder = tmp_path / "session"
-    process = hold(folder, 600)
-    wait_for_cycles(folder, 100, process)
-    number = watchdog_of(process.pid)
-    os.kill(number, signal.SIGSTOP)
-    stopped = time.monotonic_ns()
-    idle = parse_frame("404#880000000000")
-    deadline = time.monotonic() + PATIENCE_S
-    while not (last := decided(folder, idle)) and time.monotonic() < deadline:
-        time.sleep(0.05)  # the session lets the arm go by itself
-    os.kill(number, signal.SIGCONT)
-    output, errors = process.communicate(timeout=PATIENCE_S)
-    assert process.returncode == 1, errors
-    assert "Traceback" not in errors
-    assert json.loads(output)["faults"] == ["watched: the watchdog has fallen silent"]
+    idle, stopped, last = parse_frame("404#880000000000"), 0, list[Timed]()
+
+    def stop_the_watchdog(process: "subprocess.Popen[str]", folder: Path) -> None:
+        nonlocal stopped, last
+        number = watchdog_of(process.pid)
+        os.kill(number, signal.SIGSTOP)
+        stopped = time.monotonic_ns()
+        deadline = time.monotonic() + PATIENCE_S
+        while not (last := decided(folder, idle)) and time.monotonic() < deadline:
+            time.sleep(0.05)  # the session lets the arm go by itself
+        os.kill(number, signal.SIGCONT)
+
+    ended = end_by(tmp_path, stop_the_watchdog, "watched")
+    assert ended.code == 1, ended.errors
+    assert "Traceback" not in ended.errors
+    assert ended.faults == ["watched: the watchdog has fallen silent"]
     assert last[0].time_ns > stopped
-    assert replay_session(folder).first_different is None
+    assert replay_session(ended.folder).first_different is None
 
 
 def test_a_watchdog_that_does_not_end_is_ended_without_an_error(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -17,10 +17,7 @@ from hil.recording.replay import read_records
 from hil.session.recorded import replay_session
 from hil.stop.flag import StopFlag
 from hil.stop.server import stop_button, words_of
-
-PATIENCE_S = 60.0
-# Rules that a machine breaks which stalls, and sessions that it may spoil in a row.
-STALLED, TRIES = {"positions_answered", "answered", "on_time", "watched"}, 3
+from tests.hil.held import PATIENCE_S, end_by
 
 
 @pytest.fixture
@@ -150,16 +147,6 @@ def test_the_server_ends_with_a_session_that_was_killed() -> None:
     found.close()
 
 
-def hold(folder: Path, seconds: float) -> subprocess.Popen[str]:
-    arguments = ["hold", "--virtual", "--seconds", str(seconds), "--out", str(folder), "--json", "-", "--rate", "100"]
-    return subprocess.Popen(
-        [sys.executable, "-c", "from hil.cli import hil; hil()", *arguments],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-
-
 def flag_of(process: subprocess.Popen[str]) -> StopFlag:
     """The button of a session."""
     found: list[Path] = []
@@ -172,36 +159,27 @@ def flag_of(process: subprocess.Popen[str]) -> StopFlag:
     return StopFlag(found[0], read_only=True)
 
 
-def begin(folder: Path, seconds: float) -> tuple[subprocess.Popen[str], StopFlag]:
-    """A session that cycles, and its button."""
-    process = hold(folder, seconds)
-    button = flag_of(process)
-    wait_until(lambda: (folder / "frames.bin").exists() and (folder / "frames.bin").stat().st_size > 50_000)
-    return process, button
-
-
 needs_shared_memory = pytest.mark.skipif(not Path("/dev/shm").is_dir(), reason="no /dev/shm")
 
 
 @needs_shared_memory
 def test_a_press_lets_the_arm_down_within_a_second_of_cycles_and_leaves_a_whole_recording(tmp_path: Path) -> None:
-    # A machine that stalls may let a session end before the button is pressed; then another one is begun.
-    for attempt in range(TRIES):
-        folder = tmp_path / f"session_{attempt}"
-        process, button = begin(folder, 600)
+    pressed_ns, status = 0, 0
+
+    def press(process: "subprocess.Popen[str]", _: Path) -> None:
+        nonlocal pressed_ns, status
+        button = flag_of(process)
         pressed_ns = time.monotonic_ns()
         status = ask(button, "POST", f"/{button.token}/stop")[0]
-        output, errors = process.communicate(timeout=PATIENCE_S)
-        assert status == 303 and process.returncode == 1, errors
-        faults = [fault.partition(":")[0] for fault in json.loads(output)["faults"]]
-        if not set(faults) & STALLED:
-            break
-    assert json.loads(output)["faults"] == ["not_aborted: stopped by the operator"]
-    cycles = [record for record in read_records(folder) if record.kind is Kind.CYCLE]
+
+    ended = end_by(tmp_path, press, "not_aborted")
+    assert status == 303 and ended.code == 1, ended.errors
+    assert ended.faults == ["not_aborted: stopped by the operator"]
+    cycles = [record for record in read_records(ended.folder) if record.kind is Kind.CYCLE]
     told = [record.timed.time_ns for record in cycles if record.flags & Flag.ABORT]
     assert (told[0] - pressed_ns) * 1e-9 < 1.0  # 0.01 s on a calm machine
     assert 100 <= len(told) <= 103  # it fades over a second of 100 cycles, then the arm is let go
-    assert replay_session(folder).first_different is None
+    assert replay_session(ended.folder).first_different is None
 
 
 def test_the_flag_of_a_killed_session_is_cleared_away() -> None:
