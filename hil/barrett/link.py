@@ -88,7 +88,8 @@ class BarrettLink:
         self._temperatures: list[float | None] = [None] * proficio.JOINTS
         absent = Module.WAIVED if MODULE in waived else Module.ABSENT
         self._module: Module | None = absent if robot.module is None else None
-        self._has_sensor = robot.sensor is not None or SENSOR in waived
+        # A sensor that has not answered yet is none: nobody knows the force with which the arm would be armed.
+        self._has_sensor = robot.sensor is None and SENSOR in waived
         # Time in cycles since the module has said its mode, and what it watches; while the session stood still nobody asked it.
         self._mode_silent_ns = self._pendant_silent_ns = 0
         self._warning = self._fault = self._foreign = False
@@ -234,7 +235,9 @@ class BarrettLink:
             return
         self._force = tuple(proficio.times(self._force_axes, reading[:3]))
         self._force_saturated = reading.status is not None and bool(reading.status.saturated_gauges)
-        self._force_ns = start_ns
+        self._has_sensor = True
+        if not matcher.is_doubtful:  # else it may be as old as both questions are apart
+            self._force_ns = start_ns
 
     def _position(self, motor: int, answers: Sequence[bytes]) -> bool:
         """Take the position of a motor; not if two nodes answer differently in its name, or it makes no sense."""

@@ -196,7 +196,7 @@ def energy_bounded(limits: Limits, state: State, motion: Motion, seen: Seen) -> 
 def force_bounded(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip | None:
     """A person who pushes hard wins; a sensor that saturates, or repeats itself to the last digit, cannot tell."""
     if not seen.sensor:
-        return Trip("force_bounded", Reaction.RELEASE, "there is no force sensor")
+        return Trip("force_bounded", Reaction.RELEASE, "there is no force sensor, or it has not answered yet")
     if seen.force is None:
         return None
     if seen.force_missing_ns > limits.force_missing_s * SECOND_NS:

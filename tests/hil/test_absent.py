@@ -47,6 +47,17 @@ def test_the_safety_core_does_not_arm_it_either(name: str, is_waived: bool) -> N
     assert is_waived or f"there is no {name}" in str(pilot.refused)
 
 
+@pytest.mark.parametrize("name", NODES)
+def test_a_safeguard_that_falls_silent_between_start_up_and_arming_leaves_the_arm_unarmed(name: str) -> None:
+    bench = Bench()
+    pilot = bench.pilot()
+    next(node for node in bench.robot.nodes if node.number == NODES[name]).powered = False
+    bench.run(pilot, 50)
+    assert not pilot.is_armed
+    assert not any(motor.torque for motor in bench.robot.motors)
+    assert "not answer" in str(pilot.refused)
+
+
 def test_a_bench_file_that_waives_a_safeguard_halves_the_limits_and_says_so_everywhere(tmp_path: Path) -> None:
     path = tmp_path / "bench.toml"
     path.write_text('[bus]\ninterface = "virtual"\n')

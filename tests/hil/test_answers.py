@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from hil.codecs.barrett.identifiers import Group, answer_of
+from hil.codecs.barrett.identifiers import Group, Node, answer_of
 from hil.codecs.frame import Timed
 from hil.control.pilot import Decision
 from hil.robots.answers import Answers
@@ -135,6 +135,27 @@ def test_answers_that_keep_coming_late_stop_the_arm_whatever_their_delay(rate_hz
     # One position that is too old may be believed, until the question after it stays without an answer.
     assert 0 < tripped <= max(7.0, 4.5e3 / rate_hz), tripped
     assert faults and faults[0].startswith("positions_answered"), faults
+
+
+@pytest.mark.parametrize(("rate_hz", "steps"), [(100.0, 5), (500.0, 25)])
+def test_forces_that_grow_old_step_by_step_stop_the_arm_before_their_limit_of_age(rate_hz: float, steps: int) -> None:
+    # Two periods more every tenth answer: each of them comes at a time at which one is awaited.
+    settings = replace(default_settings(rate_hz=rate_hz), gravity=False)
+    bench, period, late, count = Bench(settings=settings), settings.limits.period_ns, [0], [0]
+    pilot = bench.pilot()
+
+    def older(timed: Timed) -> list[Timed]:
+        if timed.frame.identifier != answer_of(Node.FORCE_SENSOR, Group.FORCE):
+            return [timed]
+        count[0] += 1
+        late[0] += 2 * period * (count[0] > 60 and count[0] % 10 == 0 and pilot.stopped is None)
+        return [Timed(timed.time_ns + late[0], timed.frame)]
+
+    bench.faults.towards_host.append(older)
+    faults = bench.run(pilot, 60 + 30 * steps).faults
+    assert faults and faults[0].startswith("force_bounded: the force sensor has not answered"), faults
+    # Nobody believes a force that is older than its limit, and what is noticed names no more than one step beyond it.
+    assert late[0] <= settings.limits.force_missing_s * 1e9 + 2 * period
 
 
 @pytest.mark.parametrize("periods", [0.0, 0.1, 0.3])
