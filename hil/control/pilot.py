@@ -104,7 +104,7 @@ class Pilot:
         # Decisions that took more than their share of the period, so that the next cycle began late or may have.
         self.slow_cycles = 0
         self.controller_error = ""
-        # Why the arm was not armed when that was last looked at.
+        # The trip for which the arm was not armed when somebody last wanted that; None if the module alone did not let it.
         self.refused: Trip | None = None
         self._unsure: tuple[int, ...] = (0,) * len(limits.joints)
 
@@ -155,10 +155,12 @@ class Pilot:
         self.cycle += 1
         passed = self.state.active
         frames = self.link.frames(outcome, self.is_armed)
-        if not self.is_armed and outcome.trips:
-            # Nothing is worth remembering of an arm that was never energised; a first position may have been wrong.
-            worst = max(outcome.trips, key=lambda trip: trip.reaction)
-            self.refused, self._unsure, self.state = worst, self.state.unsure, None
+        if not self.is_armed:
+            if given.arm:
+                self.refused = max(outcome.trips, key=lambda trip: trip.reaction) if outcome.trips else None
+            if outcome.trips:
+                # Nothing is worth remembering of an arm that was never energised; a first position may have been wrong.
+                self._unsure, self.state = self.state.unsure, None
         shown = self._showing.shown if self._showing is not None else ()
         return Decision(frames, outcome, observed, asked, passed, shown)
 

@@ -31,6 +31,11 @@ GIVES_WAY: Final = 1.25
 LET_GO: Final = 2.0
 
 
+def in_ms(time_ns: int) -> str:
+    """A time in milliseconds, to three digits but never as a power of ten."""
+    return f"{time_ns * 1e-6:.3g}" if abs(time_ns) < 999_500_000 else f"{time_ns * 1e-6:.0f}"
+
+
 def is_late(limits: Limits, state: State, seen: Seen) -> bool:
     """Tell whether a cycle began late, or its controller took too long."""
     passed = seen.time_ns - state.time_ns
@@ -68,9 +73,7 @@ def positions_answered(limits: Limits, state: State, motion: Motion, seen: Seen)
     worst, unsure = max(unknown), max(state.unsure)
     if unsure > UNSURE * limits.missing_comply_s * SECOND_NS:
         joint = state.unsure.index(unsure) + 1
-        words = (
-            f"positions of joint {joint} come too late or not at all again and again ({unsure * 1e-6:.3g} ms lately)"
-        )
+        words = f"positions of joint {joint} come too late or not at all again and again ({in_ms(unsure)} ms lately)"
         if worst < limits.missing_release_s * SECOND_NS:
             is_lost = unsure >= limits.missing_release_s * SECOND_NS
             return Trip("positions_answered", Reaction.RELEASE if is_lost else Reaction.COMPLY, words)
@@ -82,9 +85,9 @@ def positions_answered(limits: Limits, state: State, motion: Motion, seen: Seen)
     elif worst >= limits.missing_comply_s * SECOND_NS:
         reaction = Reaction.COMPLY
     joint = unknown.index(worst)
-    words = f"no believable position of joint {joint + 1} for {worst * 1e-6:.3g} ms"
+    words = f"no believable position of joint {joint + 1} for {in_ms(worst)} ms"
     if motion.missing[joint] < worst:
-        words = f"positions of joint {joint + 1} come too late or not at all: none is certain for {worst * 1e-6:.3g} ms"
+        words = f"positions of joint {joint + 1} come too late or not at all: none is certain for {in_ms(worst)} ms"
     return Trip("positions_answered", reaction, words)
 
 
@@ -106,13 +109,13 @@ def encoder_alive(limits: Limits, state: State, motion: Motion, seen: Seen) -> T
             and motion.still[k] >= HALTED_SHARE * limits.frozen_s * SECOND_NS
         ):
             words = (
-                f"the encoder of joint {k + 1} has said exactly the same for {motion.still[k] * 1e-6:.3g} ms, right after"
+                f"the encoder of joint {k + 1} has said exactly the same for {in_ms(motion.still[k])} ms, right after"
                 f" {motion.halted[k]:.2g} rad/s"
             )
             return Trip("encoder_alive", Reaction.COMPLY, words)
         pushed = abs(state.active[k]) > joint.breakaway
         if pushed and motion.still[k] >= limits.frozen_s * SECOND_NS:
-            words = f"joint {k + 1} stands still to the last digit under {state.active[k]:.3g} N.m for {motion.still[k] * 1e-6:.3g} ms"
+            words = f"joint {k + 1} stands still to the last digit under {state.active[k]:.3g} N.m for {in_ms(motion.still[k])} ms"
             return Trip("encoder_alive", Reaction.COMPLY, words)
     return None
 
@@ -124,7 +127,7 @@ def torque_acts(limits: Limits, state: State, motion: Motion, seen: Seen) -> Tri
         return None
     k = state.pressed.index(worst)
     words = (
-        f"joint {k + 1} has not followed {state.active[k]:.3g} N.m for {worst * 1e-6:.3g} ms, and no force at the wrist holds"
+        f"joint {k + 1} has not followed {state.active[k]:.3g} N.m for {in_ms(worst)} ms, and no force at the wrist holds"
         " it: torques do not reach it, or it is blocked"
     )
     # The motors are switched to idle as well: a torque of zero may be lost on its way like those before it.
@@ -149,14 +152,14 @@ def on_time(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip | 
     passed = seen.time_ns - state.time_ns
     period = limits.period_ns
     if passed <= 0:
-        return Trip("on_time", Reaction.SUPPORT, f"the clock moved by {passed / 1e6:.3g} ms between two cycles")
+        return Trip("on_time", Reaction.SUPPORT, f"the clock moved by {in_ms(passed)} ms between two cycles")
     if passed > period + limits.stall_s * SECOND_NS:
-        words = f"the session stood still: {passed / 1e6:.3g} ms between two cycles of {period / 1e6:.3g} ms"
+        words = f"the session stood still: {in_ms(passed)} ms between two cycles of {in_ms(period)} ms"
         return Trip("on_time", Reaction.RELEASE, words)
     if not is_late(limits, state, seen):
         return None
     late = state.late + passed
-    words = f"for {late / 1e6:.3g} ms all cycles were late or took more than half of {period / 1e6:.3g} ms"
+    words = f"for {in_ms(late)} ms all cycles were late or took more than half of {in_ms(period)} ms"
     if late >= limits.late_comply_s * SECOND_NS:
         return Trip("on_time", Reaction.COMPLY, words)
     if late >= LATE_REDUCE * limits.late_comply_s * SECOND_NS:
@@ -200,7 +203,7 @@ def force_bounded(limits: Limits, state: State, motion: Motion, seen: Seen) -> T
     if seen.force is None:
         return None
     if seen.force_missing_ns > limits.force_missing_s * SECOND_NS:
-        words = f"the force sensor has not answered for {seen.force_missing_ns * 1e-6:.3g} ms"
+        words = f"the force sensor has not answered for {in_ms(seen.force_missing_ns)} ms"
         return Trip("force_bounded", Reaction.COMPLY, words)
     size = _size(seen.force)
     if not size <= limits.force:
@@ -208,7 +211,7 @@ def force_bounded(limits: Limits, state: State, motion: Motion, seen: Seen) -> T
     if seen.force_saturated:
         return Trip("force_bounded", Reaction.COMPLY, "the force sensor is beyond its range")
     if state.force_still >= limits.frozen_s * SECOND_NS:
-        words = f"the force sensor has said exactly the same for {state.force_still * 1e-6:.3g} ms"
+        words = f"the force sensor has said exactly the same for {in_ms(state.force_still)} ms"
         return Trip("force_bounded", Reaction.COMPLY, words)
     return None
 
@@ -240,7 +243,7 @@ def unpinched(limits: Limits, state: State, motion: Motion, seen: Seen) -> Trip 
     if worst < limits.pinch_s * SECOND_NS:
         return None
     joint = state.pinched.index(worst) + 1
-    words = f"joint {joint} has pressed without moving for {worst * 1e-6:.3g} ms where it can pinch"
+    words = f"joint {joint} has pressed without moving for {in_ms(worst)} ms where it can pinch"
     return Trip("unpinched", Reaction.COMPLY, words)
 
 
@@ -250,7 +253,7 @@ def model_explains(limits: Limits, state: State, motion: Motion, seen: Seen) -> 
     if worst < limits.effect_s * SECOND_NS:
         return None
     words = (
-        f"for {worst * 1e-6:.3g} ms joint {state.disagreed.index(worst) + 1} has moved as if more than"
+        f"for {in_ms(worst)} ms joint {state.disagreed.index(worst) + 1} has moved as if more than"
         f" {limits.disagreement:g} N.m acted on it that neither the model nor what was learned explains: torques do not reach"
         " it, its encoder is wrong, or somebody holds it where no sensor is"
     )

@@ -30,8 +30,10 @@ from hil.stop.flag import StopFlag
 from hil.view.about import about, session_name
 from hil.view.window import Window
 
-# So long somebody has time to press Activate on the pendant after the operator's word.
-PATIENCE_S = 60.0
+# So long somebody has time to press Activate on the pendant after the operator's word; what is waited for is said after
+# a moment.
+PATIENCE_S, MOMENT_S = 60.0, 1.0
+_NOT_ACTIVE = f"press Activate on the pendant; there are {PATIENCE_S:g} s for it"
 
 
 @dataclass(frozen=True)
@@ -88,14 +90,19 @@ class Opened:
         arming."""
         began = time.monotonic()
         armed: float | None = None if self.armed else began
-        pilot, operator, stop = self.pilot, self.operator, self.stop
+        pilot, operator, stop, heart = self.pilot, self.operator, self.stop, self.loop.heart
+        said = ""
 
         def wishes() -> Wishes:
-            nonlocal armed
+            nonlocal armed, said
             now = time.monotonic()
             if armed is None and pilot.is_armed:
                 armed = now
+            if armed is None and now - began > MOMENT_S and not said:
+                operator.tell(said := f"waiting to arm: {pilot.refused or _NOT_ACTIVE}")
             over = now - began > PATIENCE_S if armed is None else now - armed > seconds
+            # A watchdog that is gone, or has let the arm go, does not come back.
+            over |= armed is None and heart is not None and not heart.is_watched
             over |= isinstance(pilot.controller, Ending) and pilot.controller.is_done
             abort, confirm = operator.abort.is_set(), operator.confirm.is_set()
             if stop.is_pressed:
@@ -115,7 +122,7 @@ class Opened:
         summary, pilot = self.loop.summary, self.pilot
         if self.armed and not pilot.is_armed:
             said = f" ({pilot.controller_error})" if pilot.controller_error else ""
-            summary.faults.append(f"the arm could not be armed: {pilot.refused}{said}")
+            summary.faults.append(f"the arm could not be armed: {pilot.refused or _NOT_ACTIVE}{said}")
         return {
             **nothing(self.settings),
             "cycles": summary.cycles,

@@ -5,6 +5,7 @@ import io
 import os
 import threading
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from click.testing import CliRunner
@@ -13,8 +14,12 @@ from fmus.errors import MisfitError
 from hil import terminal
 from hil.barrett.start_up import Robot
 from hil.cli import hil
+from hil.safety.cycle import Reaction, Trip
+from hil.session import entry
+from hil.session.entry import Opened, Operator
 from hil.terminal import ask_arm, ask_home
 from hil.trials_cli import LISTENER, _operator
+from tests.hil.bench import SETTINGS, Bench
 
 ROBOT = Robot("right", (4096, 4096, 4096), (2700, 2700, 2700), {}, None, None)
 BUS = {"interface": "virtual", "channel": "nowhere"}
@@ -122,3 +127,36 @@ def test_the_trials_of_a_real_robot_ask_the_same_people() -> None:
     with contextlib.ExitStack() as stack:
         operator = _operator(False, False, BUS, True, stack)
         assert (operator.at_home, operator.may_arm) == (ask_home, ask_arm)
+
+
+def test_an_arm_that_only_the_pendant_keeps_from_being_armed_is_not_said_to_be_refused_by_anything_else() -> None:
+    bench = Bench(eager=False)
+    pilot = bench.pilot()
+    bench.run(pilot, 40)  # in the first cycle the module has not answered, in the last one the session has ended
+    assert not pilot.is_armed
+    assert pilot.refused is None
+
+
+@pytest.mark.parametrize(
+    ("refused", "words"),
+    [
+        (None, "press Activate on the pendant"),
+        (
+            Trip("watched", Reaction.RELEASE, "the watchdog has fallen silent"),
+            "watched: the watchdog has fallen silent",
+        ),
+    ],
+)
+def test_what_an_arm_waits_for_is_said_once_and_a_watchdog_that_is_gone_is_not_waited_for(
+    refused: Trip | None, words: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(entry, "MOMENT_S", -1.0)
+    told, heart = list[str](), SimpleNamespace(is_watched=True)
+    pilot = SimpleNamespace(is_armed=False, refused=refused, controller=None)
+    operator = Operator(lambda: True, lambda robot: True, tell=told.append)
+    loop, stop = SimpleNamespace(heart=heart), SimpleNamespace(is_pressed=False)
+    wishes = Opened(SETTINGS, pilot, loop, None, None, True, operator, stop).wishes(1.0)  # type: ignore[arg-type]
+    assert [wishes().over for _ in range(3)] == [False] * 3
+    assert len(told) == 1 and told[0].startswith(f"waiting to arm: {words}")
+    heart.is_watched = False
+    assert wishes().over
