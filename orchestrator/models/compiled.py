@@ -29,6 +29,8 @@ FOR_MODELS, FOR_LOOPS = "-O1", "-O3"
 # A model with long sums in it, such as a Gaussian process, whose exponentials are evaluated several at a time; the last
 # bits differ.
 FOR_LONG_SUMS = "-O2 -ftree-vectorize -ffast-math -nostartfiles"
+# Four at a time instead of two, where the processor can: 1.5 times as fast.
+WIDE, CPU = "-mavx2 -mfma", Path("/proc/cpuinfo")
 # Trials of which a model with delays remembers what it delays.
 KEPT_TRIALS = 8
 # Error of a step of a system that makes and breaks contact, as a share of the largest value of each state so far. Steps of
@@ -307,6 +309,13 @@ def linear_answer(
 @cache
 def _simulator() -> ctypes.CDLL:
     return ctypes.CDLL(str(build_library(SIMULATOR.read_text(), level=FOR_LOOPS)))
+
+
+@cache
+def level_for_long_sums(cpu: Path = CPU) -> str:
+    """Flags of the compiler for a model with long sums in it, on the processor that `cpu` describes: code is compiled where it runs."""
+    found = re.search(r"^flags\s*:(.*)$", cpu.read_text() if cpu.is_file() else "", flags=re.MULTILINE)
+    return f"{FOR_LONG_SUMS} {WIDE}" if found and {"avx2", "fma"} <= set(found[1].split()) else FOR_LONG_SUMS
 
 
 def build_library(source: str, driver: Path | None = None, *, level: str = FOR_MODELS) -> Path:

@@ -1,6 +1,8 @@
 """Compiled free runs: closed forms, delays, sensitivities against finite differences."""
 
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from pathlib import Path
 from threading import Barrier
 
 import casadi as ca
@@ -11,7 +13,14 @@ from scipy import linalg
 from fmus.catalogue import ModelicaModel, find_modelica_model
 from fmus.errors import ComponentError, ModelicaError
 from fmus.symbolic.system import SymbolicSystem, Variable
-from orchestrator.models.compiled import CompiledModel, _without_repetitions, linear_answer
+from orchestrator.models.compiled import (
+    FOR_LONG_SUMS,
+    WIDE,
+    CompiledModel,
+    _without_repetitions,
+    level_for_long_sums,
+    linear_answer,
+)
 from orchestrator.models.patch import Attachment, check_attached, patched_model
 
 TIME = np.linspace(0, 1, 501)
@@ -182,6 +191,42 @@ def test_answer_of_a_linear_system_equals_the_recurrence_written_out() -> None:
         assert np.allclose(answers[i], show[i] @ x + direct[i] @ changes[i])
         if i < n - 1:
             x = step[i] @ (x + half[i] * push[i] @ changes[i]) + half[i] * push[i + 1] @ changes[i + 1]
+
+
+@pytest.mark.parametrize(
+    ("cpu", "wide"),
+    [
+        ("flags\t\t: fpu sse2 avx2 fma\nbugs\t: spectre\n", True),
+        ("flags\t\t: fpu sse2 avx\nbugs\t: no avx2, no fma\n", False),  # 2011
+        ("Features\t: fp asimd\n", False),  # Arm
+        (None, False),
+    ],
+)
+def test_long_sums_use_vectors_of_four_only_where_the_processor_has_them(
+    cpu: str | None, wide: bool, tmp_path: Path
+) -> None:
+    if cpu is not None:
+        (tmp_path / "cpuinfo").write_text(cpu)
+    assert level_for_long_sums(tmp_path / "cpuinfo") == f"{FOR_LONG_SUMS} {WIDE}" * wide + FOR_LONG_SUMS * (not wide)
+
+
+def test_a_long_sum_of_exponentials_is_the_same_however_wide_its_vectors_are() -> None:
+    points, weights = np.linspace(-2.0, 2.0, 301), np.sin(np.arange(301.0))
+    t, x, u, d, p = (ca.MX.sym(name, n) for name, n in zip("txudp", (1, 1, 1, 0, 0), strict=True))
+    total = ca.dot(ca.DM(weights), ca.exp(-0.5 * (ca.DM(points) - u) ** 2))
+    system = replace(
+        lag(),
+        parameters=(),
+        rhs=ca.Function("rhs", [t, x, u, d, p], [-x, total]),
+        history=ca.Function("history", [t, u, p], [ca.MX(0, 1), ca.MX(0, 1)]),
+        dependent=ca.Function("dependent", [p], [ca.MX(0, 1)]),
+        initial=ca.Function("initial", [p], [ca.DM(0)]),
+    )
+    model = CompiledModel(system, ["y"], level=level_for_long_sums())
+    at = np.cos(7 * TIME)
+    run = model.run(TIME, at[:, None], model.parameters, np.zeros(1), sensitivities=True)
+    truth = np.exp(-0.5 * (points - at[:, None]) ** 2) @ weights
+    np.testing.assert_allclose(run.outputs[:, 0], truth, rtol=0, atol=1e-12)
 
 
 def test_threads_that_share_a_model_not_yet_compiled_get_the_same_run() -> None:

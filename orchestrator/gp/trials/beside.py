@@ -15,7 +15,7 @@ from orchestrator.gp.block import Block
 from orchestrator.gp.export import mean_expressions
 from orchestrator.gp.trials.places import MISSING, places_of
 from orchestrator.measurements import BoundTrial
-from orchestrator.models.compiled import FOR_LONG_SUMS, CompiledModel
+from orchestrator.models.compiled import CompiledModel, level_for_long_sums
 from orchestrator.models.contract import FittedTrial
 from orchestrator.models.correction import PREFIX, ResidualSystem
 from orchestrator.models.smoothing import SmoothedTrial
@@ -37,7 +37,7 @@ class ModelBeside(SymbolicModel):
     def __init__(self, model: SymbolicModel, block: Block) -> None:
         self._model = model
         super().__init__(f"{model.name} with its block", _joined(model, block), model.signals)
-        self.compiled = CompiledModel(self.system, self.signals, level=FOR_LONG_SUMS)
+        self.compiled = CompiledModel(self.system, self.signals, level=level_for_long_sums())
 
     @cached_property
     def residual(self) -> ResidualSystem | None:
