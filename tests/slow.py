@@ -69,6 +69,7 @@ SLOW = {
     },
     "tests/benchmarks/diagnosis/test_fixed_cases.py": "tests/diagnosis/test_shipped_cases.py: named, nothing missing, unknown",
     "tests/gp/test_learning_from_trials.py::test_a_brake_that_a_model_of_ones_own": "models/test_correction.py: forces at balances; the same on the arm",
+    "tests/gp/test_learning_from_trials.py::test_torques_that_stay": "models/test_held_inputs.py: the missing force under held torques",
     "tests/diagnosis/test_excitation.py::test_muscle_that_is_never_stimulated": "test_next_experiment.py: silent muscles and machines at rest, effect by effect",
     "tests/diagnosis/test_work.py::test_scheduler_that_does_not_answer": "cosim/test_run_command.py: the same line of a sweep",
     "tests/greybox/test_unnamed.py::test_laws_that_come_near_a_force_of_no_library_are_the_best_set_and_not_named[quintic": "the same test on another force",

@@ -1,6 +1,6 @@
 """The force that a model lacks along trials, as a result that draws itself."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -69,13 +69,16 @@ def missing(model: Any, data: Data) -> Missing:
     Raises:
         MisfitError: if the model does not show which force it lacks.
     """
+    from orchestrator.datacheck.holding import with_interpolation
+    from orchestrator.models.contract import with_held_inputs
     from orchestrator.models.missing_force import missing_forces
     from orchestrator.models.smoothing import SmoothedTrial
 
+    data = replace(data, measurements=with_interpolation(model, data.measurements))
     bound = data.bound(model.inputs, model.outputs)
     noise = np.array([bound.noise_std[name] for name in bound.output_names])
     trials = [SmoothedTrial(t.time, t.inputs, t.outputs, noise) for t in bound.trials]
-    restricted = model.restricted(bound.output_names)
+    restricted: Any = with_held_inputs(model.restricted(bound.output_names), bound.trials[0].held)
     if restricted.residual is None:
         return Missing(model.name, _of_closed(restricted, trials, bound.trials))
     found = missing_forces(restricted, trials)

@@ -4,7 +4,7 @@ import shutil
 import tempfile
 import weakref
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
@@ -203,6 +203,7 @@ class Model:
                 not make free runs along the held-out trials better; the message says why.
         """
         from orchestrator.api.block import Block
+        from orchestrator.datacheck.holding import with_interpolation
         from orchestrator.gp.from_trials import learn_missing
         from orchestrator.model_argument import with_forces
 
@@ -213,6 +214,7 @@ class Model:
             )
         if self._version is None:
             model = with_forces(self._modelica(), self.name)
+        trials = replace(trials, measurements=with_interpolation(model, trials.measurements))
         bound = trials.bound(model.inputs, [v for v in model.outputs if v.name in model.signals])  # type: ignore[attr-defined]
         with progress() as say:
             say("finding the missing force along every trial")

@@ -40,6 +40,7 @@ def learn(model: str, data: str, block_file: str, most: int, factors: str, json_
 
     The block is judged by free runs along the held-out trials; one that makes them worse is shrunk, or refused with exit code 1.
     """
+    from orchestrator.datacheck.holding import with_interpolation
     from orchestrator.gp.from_trials import learn_missing
     from orchestrator.gp.saved import write_block
     from orchestrator.gp.trials.coupled import write_coupled
@@ -48,8 +49,8 @@ def learn(model: str, data: str, block_file: str, most: int, factors: str, json_
 
     with progress(quiet) as say:
         say(f"reading {data}")
-        measurements = load_measurements(data)
         loaded = with_forces(load_modelica(model), model)
+        measurements = with_interpolation(loaded, recorded := load_measurements(data))
         bound = bind(measurements, loaded.inputs, [v for v in loaded.outputs if v.name in loaded.signals])
         say("finding the missing force along every trial")
         model_used = loaded.restricted(bound.output_names)
@@ -60,7 +61,8 @@ def learn(model: str, data: str, block_file: str, most: int, factors: str, json_
             say("building the FMUs of model and block")
             write_coupled(model_used, found.block, found.judgement, bound.held_out, Path(block_file).with_suffix(""))
     units = {variable.name: variable.unit for variable in loaded.outputs}
-    show("\n".join(_lines(found, block_file, units)), quiet or json_file == "-")
+    lines = [note for note in measurements.notes if note not in recorded.notes] + _lines(found, block_file, units)
+    show("\n".join(lines), quiet or json_file == "-")
     system = str(Path(block_file).with_suffix("") / "system.toml") if found.block is not None else None
     written = block_file if found.block is not None else None
     write_json(

@@ -72,6 +72,7 @@ def learn_missing(
     """
     if not data.learning:
         raise MisfitError("there is no learning trial to learn from; name some in case.toml")
+    model = model.with_held(data.trials[0].held)
     noise = np.array([data.noise_std[name] for name in data.output_names])
     points = coordinates(model, data.learning)
     chosen = drives(model, data.learning, points) if factors is None else places_of(model, factors)

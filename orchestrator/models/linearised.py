@@ -42,6 +42,7 @@ class Equations:
     def __init__(self, model: SymbolicModel, parameters: np.ndarray) -> None:
         system = model.system
         self._parameters = ca.DM(parameters)
+        self._held = np.array([v.name in model.compiled.held for v in system.inputs], dtype=bool)
         t, p = ca.SX.sym("t"), ca.SX.sym("p", len(system.parameters))
         x, u = ca.SX.sym("x", len(system.states)), ca.SX.sym("u", len(system.inputs))
         dx, z = system.rhs(t, x, u, ca.SX(0, 1), p)
@@ -76,9 +77,10 @@ class Equations:
         )
 
     def _steps(self, time: np.ndarray, states: np.ndarray, inputs: np.ndarray, substeps: int) -> np.ndarray:
-        """Where a Runge-Kutta step from each sample leads, with inputs linear in between, (n - 1, nx)."""
+        """Where a Runge-Kutta step from each sample leads, with inputs linear in between or held, (n - 1, nx)."""
         rates = self._rates.map(len(time) - 1)
-        size, change = np.diff(time)[None, :] / substeps, (inputs[1:] - inputs[:-1]).T / substeps
+        size = np.diff(time)[None, :] / substeps
+        change = np.where(self._held, 0.0, inputs[1:] - inputs[:-1]).T / substeps
         now, x, u = time[None, :-1], states[:-1].T, inputs[:-1].T
         for _ in range(substeps):
             a = np.array(rates(now, x, u, self._parameters))

@@ -9,6 +9,8 @@ from orchestrator.compare.comparison import compare
 from orchestrator.datacheck.holding import with_interpolation
 from orchestrator.measurements import load_measurements
 from orchestrator.model_argument import load_model
+from orchestrator.models.missing_force import missing_forces
+from orchestrator.models.smoothing import SmoothedTrial
 from tests.datacheck.records import drive
 
 J = 0.02
@@ -32,6 +34,20 @@ def test_a_held_input_gives_the_parabolas_of_constant_torques() -> None:
     inputs[:, [v.name for v in model.inputs].index("torque")] = torque
     run = model.simulate(time, inputs, ["phi"], {v.name: 0.0 for v in model.system.states})
     np.testing.assert_allclose(run[:, 0], angles(time, torque), rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize(("held", "lacks"), [(["torque"], False), ([], True)])
+def test_a_held_torque_is_no_missing_force_unless_it_is_taken_for_straight_lines(held: list[str], lacks: bool) -> None:
+    random = np.random.default_rng(6)
+    time, torque = 0.02 * np.arange(200), np.repeat(random.normal(size=20), 10)
+    model = load_model("drive").restricted(["phi"]).with_held(held)  # type: ignore[attr-defined]
+    inputs = np.zeros((200, len(model.inputs)))
+    inputs[:, [v.name for v in model.inputs].index("torque")] = torque
+    phi = angles(time, torque)[:, None] + 1e-5 * random.normal(size=(200, 1))
+    (force,) = missing_forces(model, [SmoothedTrial(time, inputs, phi, np.array([1e-5]))])
+    inside = np.abs(force.mean[10:-10]) < 3 * force.std[10:-10]
+    assert bool(np.sqrt(np.mean(force.mean**2)) > 0.02) is lacks  # N.m, where torques have 1
+    assert lacks or inside.mean() > 0.95
 
 
 @pytest.mark.parametrize(("interpolation", "most"), [("hold", 2e-6), ("linear", np.inf)])

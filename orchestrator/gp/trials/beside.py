@@ -37,7 +37,8 @@ class ModelBeside(SymbolicModel):
     def __init__(self, model: SymbolicModel, block: Block) -> None:
         self._model = model
         super().__init__(f"{model.name} with its block", _joined(model, block), model.signals)
-        self.compiled = CompiledModel(self.system, self.signals, level=level_for_long_sums())
+        held = model.compiled.held
+        self.compiled = CompiledModel(self.system, self.signals, level=level_for_long_sums(), held=held)
 
     @cached_property
     def residual(self) -> ResidualSystem | None:

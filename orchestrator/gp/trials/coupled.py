@@ -71,13 +71,22 @@ def _system(model: SymbolicModel, block: Block, places: dict[str, Place], names:
 
 def _along(system: System, trial: BoundTrial, stem: str, driven: Sequence[str], start: Mapping[str, float]) -> System:
     """The system driven by a trial's inputs from its first states on."""
-    player = ComponentSpec("trial", "player", f"{stem}.csv")
-    played = [Connection(f"trial.{name}", target) for name in driven for target in system.inputs[name]]
+    held = [name for name in driven if name in trial.held]
+    players = {"trial": ComponentSpec("trial", "player", f"{stem}.csv")}
+    if held:
+        players["held"] = ComponentSpec(
+            "held", "player", f"{stem}.csv", options={"columns": held, "interpolation": "hold"}
+        )
+    played = [
+        Connection(f"{'held' if name in held else 'trial'}.{name}", target)
+        for name in driven
+        for target in system.inputs[name]
+    ]
     step = float(np.median(np.diff(trial.time))) / STEPS
     settings = RunSettings(float(trial.time[0]), float(trial.time[-1]), step, options={"extrapolation": 1})
     left = {name: targets for name, targets in system.inputs.items() if name not in driven}
     model = replace(system.components["model"], values={name: Value(value) for name, value in start.items()})
-    components = {**system.components, "model": model, "trial": player}
+    components = {**system.components, "model": model, **players}
     name = f"{system.name} along {stem}"
     return replace(
         system, name=name, components=components, connections=(*system.connections, *played), inputs=left, run=settings

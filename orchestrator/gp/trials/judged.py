@@ -151,13 +151,14 @@ def _confirmation(
 
 
 def will_not_lose(*pairs: tuple[Errors, Errors], noise: Mapping[str, float]) -> bool:
-    """Whether a further trial does not lose, at `LEVEL`, if logarithms of the ratios of errors are normal over trials.
+    """Whether a further trial does not lose, at `LEVEL`, if ratios of errors are normal over trials.
 
-    The prediction limit for one more of n values is mean + t sd sqrt(1 + 1/n) (Student's t with n - 1 degrees of freedom).
+    The prediction limit for one more of n values is mean + t sd sqrt(1 + 1/n) (Student's t with n - 1 degrees of freedom). Ratios
+    and not their logarithms: of 0.002 and 0.1 both are gains, and their difference is no reason to expect a loss.
     """
     least = min(noise.values())
     ratios = [
-        np.log(max(_rms(after.trials[name]), least) / max(_rms(row), least))
+        max(_rms(after.trials[name]), least) / max(_rms(row), least)
         for before, after in pairs
         for name, row in before.trials.items()
     ]
@@ -165,7 +166,7 @@ def will_not_lose(*pairs: tuple[Errors, Errors], noise: Mapping[str, float]) -> 
     if n < ENOUGH_TRIALS:
         return True
     limit = np.mean(ratios) + scipy.stats.t.ppf(LEVEL, n - 1) * np.std(ratios, ddof=1) * np.sqrt(1.0 + 1.0 / n)
-    return bool(limit < np.log(1.0 + MOST_LOSS))
+    return bool(limit < 1.0 + MOST_LOSS)
 
 
 def free_run_errors(model: SymbolicModel, block: Block | None, trials: Sequence[BoundTrial], noise: Array) -> Errors:

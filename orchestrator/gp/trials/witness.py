@@ -33,7 +33,7 @@ def witness_functions(model: SymbolicModel, measurements: MeasurementSet) -> Hea
     """What functions the learning trials need; nothing where the model shows no force that it may lack, or no input moves."""
     try:
         data = bind(measurements, model.inputs, model.outputs)
-        used = model.restricted(data.output_names)
+        used = model.restricted(data.output_names).with_held(data.trials[0].held)
         points = coordinates(used, data.learning)
         factors = drives(used, data.learning, points)
         if not factors:

@@ -16,6 +16,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from fmus.files import write_atomically
+from orchestrator.datacheck.holding import with_interpolation
 from orchestrator.gp.from_trials import learn_missing
 from orchestrator.gp.trials.judged import free_run_errors
 from orchestrator.measurements import BoundSet, bind, load_measurements
@@ -88,7 +89,7 @@ def _learned(case: Case) -> Row:
     began = time.process_time()
     loaded = SymbolicModel("arm", load_modelica("arm").compile())
     data = _bound(loaded, case.data)
-    model = loaded.restricted(data.output_names)
+    model = loaded.restricted(data.output_names).with_held(data.trials[0].held)
     noise = np.array([data.noise_std[name] for name in data.output_names])
     found = learn_missing(model, data)
     seconds = time.process_time() - began
@@ -117,7 +118,7 @@ def _learned(case: Case) -> Row:
 
 
 def _bound(model: SymbolicModel, folder: Path) -> BoundSet:
-    return bind(load_measurements(folder), model.inputs, model.outputs)
+    return bind(with_interpolation(model, load_measurements(folder)), model.inputs, model.outputs)
 
 
 if __name__ == "__main__":
