@@ -146,15 +146,20 @@ def scatter_between(one: FittedSet, other: FittedSet) -> float:
 @dataclass(frozen=True, eq=False)
 class Decision:
     """The grade, the chosen set, its rivals (sets that explain the record as well), all sets best first, the share that is
-    explained, the number of windows in a trial over which predictions were compared, and reasons."""
+    explained, who compared them, and reasons."""
 
     grade: Grade
     chosen: FittedSet
     rivals: tuple[FittedSet, ...]
     ranked: tuple[FittedSet, ...]
     explained: float
-    windows: int = HORIZONS[0]
+    judge: Judge
     reasons: tuple[str, ...] = ()
+
+    @property
+    def windows(self) -> int:
+        """Number of windows in a trial over which predictions were compared."""
+        return self.judge.windows
 
 
 def decide(
@@ -181,7 +186,7 @@ def decide(
     ranked = _ranked(sets)
     judge = Judge.of(nominal, sets, limits, scale)
     if adequate:
-        return Decision("adequate", nominal, (), ranked, 1.0, judge.windows)
+        return Decision("adequate", nominal, (), ranked, 1.0, judge)
     first = _undefeated(ranked, judge)
     first = fit_more(first.candidates) or first if first.candidates else first
     pruned = _pruned(first, judge, fit_more, simpler)
@@ -193,7 +198,7 @@ def decide(
     if not chosen.candidates:
         best = next((s for s in ranked if s.candidates), nominal)
         nothing = "no effect of the library helps beyond doubt"
-        return Decision("unknown", best, (), ranked, explained, judge.windows, (nothing,))
+        return Decision("unknown", best, (), ranked, explained, judge, (nothing,))
     rivals = tuple(s for s in ranked if judge.rivals(chosen, s))
     if (twin := same(chosen)) is not None:
         rivals, ranked = (*(s for s in rivals if s is not twin), twin), _ranked([*ranked, twin])
@@ -201,7 +206,7 @@ def decide(
     if not reasons and (approximation := unnamed(chosen, judge)):
         reasons = (approximation,)
     grade: Grade = "improves" if reasons else "ambiguous" if rivals else "named"
-    return Decision(grade, chosen, rivals, ranked, explained, judge.windows, reasons)
+    return Decision(grade, chosen, rivals, ranked, explained, judge, reasons)
 
 
 def _ranked(sets: Sequence[FittedSet]) -> tuple[FittedSet, ...]:

@@ -38,7 +38,7 @@ from orchestrator.measurements import MeasurementSet
 from orchestrator.models.symbolic import SymbolicModel
 from orchestrator.models.threads import threads
 from orchestrator.verdicts.cannot_tell import search_failed
-from orchestrator.verdicts.result import Diagnosis, HeldOut, RankedSet, Step, Tried, Verdict
+from orchestrator.verdicts.result import Diagnosis, HeldOut, RankedSet, Step, Tried, Verdict, reducible_removed
 
 VERDICTS: dict[str, Verdict] = {
     "named": "named",
@@ -263,7 +263,10 @@ def _answer(
         p_value=None,
         noise_floor=given.noise_floor,
         held_out=HeldOut(
-            given.held_out.rmse, shown.held_out.rmse, given.noise_floor, _removed(given, shown) if named else 0.0
+            given.held_out.rmse,
+            shown.held_out.rmse,
+            given.noise_floor,
+            reducible_removed(given.held_out.over_floor, shown.held_out.over_floor) if named else 0.0,
         ),
         warnings=tuple(_warnings(outcome, verdict, reasons)),
         next_experiment=None,
@@ -357,29 +360,19 @@ def _held_out_error(outcome: Outcome, found: FittedSet, scale: np.ndarray) -> fl
     return float(np.sqrt(np.mean(np.mean(squares, axis=0) / scale**2)))
 
 
-def _removed(given: Comparison, after: Comparison) -> float:
-    """Share of the held-out error above the floor that is gone, 0 to 1."""
-    assert given.held_out is not None and after.held_out is not None
-    before, now = given.held_out.over_floor, after.held_out.over_floor
-    if before <= 1.0:
-        return float(np.clip((before - now) / max(before, 1e-300), 0.0, 1.0))
-    return float(np.clip((before - now) / (before - 1.0), 0.0, 1.0))
-
-
 def _ranking(decision: Decision, nominal: FittedSet) -> tuple[RankedSet, ...]:
-    """All fitted sets, the chosen one first; `score` is the share of the best gain in likelihood.
+    """All fitted sets, the chosen one first; `score` is the share of what the model as given leaves unexplained that is gone.
 
     Probabilities take the scatter of the difference over the record for its standard deviation.
     """
     order = [decision.chosen, *(s for s in decision.ranked if s is not decision.chosen)]
     order = [s for s in order if s.candidates] or [nominal]
     weights = np.array([_weight(s, decision) for s in order])
-    gain = max(nominal.loss - min(s.loss for s in order), 1e-9)
     return tuple(
         RankedSet(
             tuple(c.id for c in s.candidates),
             tuple(c.place.site for c in s.candidates),
-            float(np.clip((nominal.loss - s.loss) / gain, 0.0, 1.0)),
+            decision.judge.explained(s),
             float(w / weights.sum()),
         )
         for s, w in zip(order, weights, strict=True)

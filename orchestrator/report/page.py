@@ -7,7 +7,7 @@ from typing import Any
 from orchestrator.compare.result import Comparison
 from orchestrator.ledger import LedgerEntry
 from orchestrator.report.answer.rivals import plain_reason
-from orchestrator.report.answer.words import what
+from orchestrator.report.answer.words import share, what
 from orchestrator.report.numbers import digits, estimate_parts, percent, quantity
 from orchestrator.report.sentences import effect_name, errors, ranked_name
 from orchestrator.report.summary import Fact
@@ -121,8 +121,8 @@ def held_out_table(held_out: HeldOut, units: Mapping[str, str]) -> tuple[PageTab
         was, now = _against_floor(before, floor, unit), _against_floor(after, floor, unit)
         rows.append((signal, was[0], now[0], was[1], was[2], now[2]))
     headings = ("signal", "before", "after", "noise floor", "before / floor", "after / floor")
-    share = f"{percent(held_out.reducible_removed)} of the reducible error removed"
-    return (PageTable(f"Held-out error (rms): {share}", headings, tuple(rows)),) if rows else ()
+    removed = f"{share(held_out.reducible_removed)} of the avoidable error is gone"
+    return (PageTable(f"Held-out error (rms): {removed}", headings, tuple(rows)),) if rows else ()
 
 
 def versions_table(entries: Sequence[LedgerEntry]) -> PageTable:

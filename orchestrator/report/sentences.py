@@ -76,15 +76,16 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
     return answer_of(diagnosis.to_json()).text
 
 
-def experiment_sentence(experiment: Mapping[str, Any]) -> str:
-    """Return what to do next, and what is expected of it as far as that was computed."""
+def experiment_sentence(experiment: Mapping[str, Any], said: str = "") -> str:
+    """Return what to do next unless it was `said` already, and what is expected of it as far as that was computed."""
     do = str(experiment.get("do", experiment.get("experiment", "")))
     if do.startswith("no "):
-        return f"{do[:1].upper()}{do[1:]}."
-    text = f"Next experiment: {do}"
+        return "" if do[1:] in said else f"{do[:1].upper()}{do[1:]}."
+    text = "" if do in said else f"Next experiment: {do}. "
     if "probability_to_separate" not in experiment:
-        return f"{text}."
+        return text.strip()
     chance, gain = experiment["probability_to_separate"], experiment["expected_gain"]
     apart = joined(name.replace("_", " ") for name in experiment["effects"])
     better = f"; a repetition would separate them {ratio(gain)} less" if gain > 1 else ""
-    return f"{text}. It tells apart {apart} with a probability of {percent(chance)}{better}."
+    it = "It" if text else "That experiment"
+    return f"{text}{it} tells apart {apart} with a probability of {percent(chance)}{better}."

@@ -107,15 +107,19 @@ def lines_of(lines: Sequence[str]) -> Text:
 
 
 def diagnosis_table(diagnosis: Diagnosis) -> Group:
-    """Return the verdict sentence, the best of the ranking unless there is nothing to explain, and what is left open."""
-    left_open = [_plain(f"Note: {note}") for note in note_sentences(diagnosis.warnings)]
-    if diagnosis.next_experiment is not None and diagnosis.next_experiment.get("effects"):
-        left_open.append(_plain(experiment_sentence(diagnosis.next_experiment)))
-    if diagnosis.verdict == "adequate" or not diagnosis.ranking:
-        return Group(_plain(verdict_sentence(diagnosis)), *left_open)
+    """Return the answer and what is next, what else it could be unless there is nothing to explain, and what is left open."""
     answer = answer_of(diagnosis.to_json())
+    left_open = [_plain(f"Note: {note}") for note in note_sentences(diagnosis.warnings) if note != answer.caution]
+    proposed = diagnosis.next_experiment
+    if proposed and proposed.get("effects") and (sentence := experiment_sentence(proposed, answer.next_step)):
+        left_open.append(_plain(sentence))
+    first = (_plain(answer.text), _plain(f"Next: {answer.next_step}"))
+    if not answer.rivals:
+        return Group(*first, *left_open)
     table = _table()
-    table.add_column("what else it could be", overflow="fold", ratio=3)
+    table.add_column(
+        "what else it could be" if answer.rivals[0].named else "what it could be", overflow="fold", ratio=3
+    )
     table.add_column("odds against", overflow="fold", min_width=12, ratio=1)
     table.add_column("why", overflow="fold", ratio=2)
     for place, rival in enumerate(answer.rivals, start=1):
@@ -124,8 +128,7 @@ def diagnosis_table(diagnosis: Diagnosis) -> Group:
         table.caption = answer.not_tried
     left_over = [_plain(f"{line}.") for line in diagnosis.findings]
     left_over += [_plain(f"{curve.sentence()}.") for curve in diagnosis.latent_forces]
-    following = _plain(f"Next: {answer.next_step}")
-    return Group(_plain(answer.text), following, table, *left_over, *left_open)
+    return Group(*first, table, *left_over, *left_open)
 
 
 def _table() -> Table:

@@ -49,7 +49,7 @@ class NamedEffect:
 
 @dataclass(frozen=True)
 class RankedSet:
-    """A set of effects that was tried; `score` is the share of the reducible learning error it removes."""
+    """A set of effects that was tried; `score` is the share of what the model as given lacks that it explains."""
 
     effects: tuple[str, ...]
     sites: tuple[str, ...]
@@ -100,12 +100,19 @@ class Step:
         }
 
 
+def reducible_removed(before: float, after: float) -> float:
+    """Share of the error above the floor that is gone, at most 1, and 0 if none was above it; errors are multiples of the floor.
+
+    >>> reducible_removed(11.0, 2.0), reducible_removed(11.0, 0.9), reducible_removed(0.8, 0.1)
+    (0.9, 1.0, 0.0)
+    """
+    return min((before - after) / (before - 1.0), 1.0) if before > 1.0 else 0.0
+
+
 @dataclass(frozen=True)
 class HeldOut:
-    """Free-run error of the held-out trials by signal, before and after, and the floor.
-
-    `reducible_removed` = (before - after) / (before - floor), on root mean squares over signals of rmse / floor.
-    """
+    """Free-run error of the held-out trials by signal, before and after, and the floor; `reducible_removed` as below, on root
+    mean squares over signals of rmse / floor."""
 
     rmse_before: Mapping[str, float]
     rmse_after: Mapping[str, float]

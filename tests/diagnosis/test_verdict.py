@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 
 from fmus.errors import MisfitError
-from orchestrator.diagnosis.decide.verdict import Left, decide, reducible_removed
+from orchestrator.diagnosis.decide.verdict import Left, decide
 from orchestrator.diagnosis.referee.conclude import _left
 from orchestrator.diagnosis.referee.referee import confirmed
 from orchestrator.library.cards import SHIPPED, effect_library, read_card
 from orchestrator.models.estimation import Fit
+from orchestrator.verdicts.result import reducible_removed
 
 
 def left(

@@ -44,6 +44,9 @@ def test_the_witness_is_the_missing_force_with_the_law_through_it(tmp_path: Path
     assert picture["coordinate"] == "v" and picture["unit"] == "N"
     np.testing.assert_allclose(force, -2.5 * x, atol=0.2)
     np.testing.assert_allclose(law, force, atol=0.2)
+    # One definition of what a set explains: in the ranking as in what is left of it.
+    assert found.unexplained_share is not None
+    assert found.ranking[0].score == pytest.approx(1.0 - found.unexplained_share)
 
 
 def test_held_out_trials_choose_nothing(tmp_path: Path) -> None:

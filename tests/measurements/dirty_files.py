@@ -1,4 +1,4 @@
-"""One recording of a drive, written as 30 programs would have written it."""
+"""One recording of a drive, written as 35 programs would have written it."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -39,6 +39,11 @@ KINDS = (
     "columns of words",
     "units behind underscores",
     "names of a robot's topics, ns",
+    "digits in groups, signs of a word processor",
+    "digits in groups of apostrophes",
+    "milliseconds behind a colon",
+    "every row twice",
+    "headers over two lines",
 )
 
 
@@ -112,6 +117,10 @@ def _shuffled() -> str:
     lines = _table("t,torque,phi\n", lambda t, u, q: f"{t:.2f},{u:.6f},{q:.6f}").splitlines()
     lines[51], lines[52] = lines[52], lines[51]
     return "\n".join([*lines[:100], lines[99], *lines[100:], "End of recording"])
+
+
+def _grouped(value: float, blank: str) -> str:
+    return f"{value:,.1f}".replace(",", blank)
 
 
 @cache
@@ -243,6 +252,33 @@ def dirty_files() -> dict[str, Dirty]:
             _table(
                 "time_ns,torque.data,phi.data,header.stamp\n",
                 lambda t, u, q: f"{int(round(t * 1e9))},{u:.6f},{q:.6f},{epoch + t:.3f}",
+            ).encode()
+        ),
+        "digits in groups, signs of a word processor": Dirty(
+            _table(
+                "time [ms];torque [uN.m];phi [urad]\n",
+                lambda t, u, q: ";".join(_grouped(x, "\u202f") for x in (t * 1e3, u * 1e6, q * 1e6)).replace(
+                    "-", "\u2212"
+                ),
+            ).encode()
+        ),
+        "digits in groups of apostrophes": Dirty(
+            _table(
+                "time [ms];torque [uN.m];phi [urad]\n",
+                lambda t, u, q: ";".join(_grouped(x, "'") for x in (t * 1e3, u * 1e6, q * 1e6)),
+            ).encode()
+        ),
+        "milliseconds behind a colon": Dirty(
+            _table(
+                "clock,torque,phi\n", lambda t, u, q: f"12:00:{t:06.3f}".replace(".", ":") + f",{u:.6f},{q:.6f}"
+            ).encode()
+        ),
+        "every row twice": Dirty(
+            _table("time,torque,phi\n", lambda t, u, q: "\n".join(2 * [f"{t:.2f},{u:.6f},{q:.6f}"])).encode()
+        ),
+        "headers over two lines": Dirty(
+            _table(
+                '"Time\n[s]","Torque\n[Nm]","phi\n[deg]"\n', lambda t, u, q: f"{t:.2f},{u:.6f},{q * deg:.5f}"
             ).encode()
         ),
     }

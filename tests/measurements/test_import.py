@@ -29,8 +29,8 @@ def imported(folder: Path, kind: str) -> Path:
     return folder
 
 
-def test_there_are_thirty_dirty_files() -> None:
-    assert len(KINDS) == 30 and tuple(dirty_files()) == KINDS
+def test_there_are_thirty_five_dirty_files() -> None:
+    assert len(KINDS) == 35 and tuple(dirty_files()) == KINDS
 
 
 def test_seconds_of_a_machine_that_has_run_for_long_are_no_days(tmp_path: Path) -> None:

@@ -9,6 +9,8 @@ import pytest
 
 from orchestrator.report.answer import answer_of
 from orchestrator.report.answer.markup import answer_html
+from orchestrator.report.page import held_out_table
+from orchestrator.verdicts.result import HeldOut
 
 ANSWERS = Path(__file__).parents[1] / "answers"
 CASES = sorted(path.stem for path in ANSWERS.glob("*.json"))
@@ -32,6 +34,17 @@ def test_what_the_effect_removes_has_one_figure_that_of_held_out_trials(case: st
     assert not re.search(r"probabilit", page)
     named = next((rival for rival in answer.rivals if rival.named), None)
     assert named is None or "%" not in named.reason
+
+
+@pytest.mark.parametrize(("removed", "words"), [(0.9837, "98 %"), (0.9999, "more than 99 %"), (1.0, "100 %")])
+def test_a_report_says_the_removed_share_twice_and_in_the_same_words(removed: float, words: str) -> None:
+    """The table behind the answer spoke of a reducible error, and rounded 99.99 % to 100 %."""
+    document = document_of("arm")
+    held_out = document["held_out"] | {"reducible_removed": removed}
+    (table,) = held_out_table(HeldOut(**held_out), dict.fromkeys(held_out["noise_floor"], "rad"))
+
+    assert f"{words} of the avoidable error" in table.caption
+    assert f": {words} of the avoidable error." in answer_of(document | {"held_out": held_out}).detail
 
 
 @pytest.mark.parametrize("case", CASES)

@@ -2,6 +2,7 @@
 
 import io
 import math
+import re
 from dataclasses import replace
 
 import pytest
@@ -10,6 +11,7 @@ from rich.console import Console, RenderableType
 
 from orchestrator.cli.common import wrapped
 from orchestrator.compare.result import SetErrors
+from orchestrator.report.answer import answer_of
 from orchestrator.report.numbers import quantity
 from orchestrator.report.tables import (
     LedgerTable,
@@ -132,18 +134,19 @@ def test_the_terminal_says_what_is_left_open_and_what_to_do_next(verdict: Verdic
 
     text = " ".join(piped(diagnosis_table(found)).split())
 
-    assert "Note: tauC[1] was pinned by 12 reversals only." in text
-    assert (
-        "Next experiment: reverse slowly. It tells apart coulomb friction and payload with a probability of 98 %"
-        in text
-    )
+    assert text.count("tauC[1] was pinned by 12 reversals only.") == 1
+    do = "That experiment" if verdict == "cannot_tell" else "Next experiment: reverse slowly. It"
+    assert f"{do} tells apart coulomb friction and payload with a probability of 98 %" in text
     assert "a repetition would separate them 12.0 times less." in text
 
 
 def test_an_experiment_that_only_a_card_knows_is_said_without_figures() -> None:
     found = replace(diagnosis("ambiguous"), next_experiment={"effects": ["payload"], "do": "hold a known mass"})
 
-    assert piped(diagnosis_table(found)).endswith("Next experiment: hold a known mass.\n")
+    text = piped(diagnosis_table(found))
+
+    assert text.count("hold a known mass") == 1 and "Next: Record this: hold a known mass.\n" in text
+    assert "with a probability" not in text
 
 
 @pytest.mark.parametrize(
@@ -161,6 +164,37 @@ def test_an_experiment_that_only_a_card_knows_is_said_without_figures() -> None:
 )
 def test_every_verdict_is_a_plain_sentence(verdict: Verdict, words: str) -> None:
     assert words in verdict_sentence(diagnosis(verdict))
+
+
+EXPERIMENT = {
+    "do": "reverse each joint slowly",
+    "effects": ("coulomb_friction", "viscous_friction"),
+    "probability_to_separate": 0.97,
+    "expected_gain": 1.0,
+}
+
+
+@pytest.mark.parametrize("verdict", ["adequate", "named", "ambiguous", "unknown", "cannot_tell"])
+def test_a_terminal_says_the_answer_and_the_next_step_of_every_verdict_first_and_nothing_twice(
+    verdict: Verdict,
+) -> None:
+    """What is adequate had no next step; a proposed experiment was named twice, as what is next and once more."""
+    found = replace(diagnosis(verdict), next_experiment=EXPERIMENT)
+    answer = answer_of(found.to_json())
+
+    text = " ".join(piped(diagnosis_table(found)).split())
+
+    assert text.startswith(f"{answer.headline} ")
+    assert text.index(f"Next: {answer.next_step}") == len(answer.text) + 1
+    assert text.count("reverse each joint slowly") == 1
+    assert text.count("with a probability of 97 %") == 1
+
+
+def test_two_effects_are_them_in_every_sentence() -> None:
+    answer = answer_of(diagnosis("named").to_json())
+
+    assert "Adding them takes the error" in answer.detail and answer.next_step == "Add them to the model."
+    assert not re.search(r"\bit\b", f"{answer.detail} {answer.caution}")
 
 
 def test_the_verdict_without_held_out_trials_claims_nothing_about_them() -> None:

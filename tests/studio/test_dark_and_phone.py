@@ -13,6 +13,12 @@ CLIPPED = """() => [...document.querySelectorAll('.view-scroll, pre')]
   .filter((box) => box.scrollWidth > box.clientWidth + 1).map((box) => box.ariaLabel || box.className)"""
 
 
+# Letters of drawings, in pixels of the screen, that are smaller than a reader of a phone can make out.
+SMALL = """(least) => [...document.querySelectorAll('svg text')].filter((text) => text.getClientRects().length)
+  .map((text) => [text.textContent, parseFloat(getComputedStyle(text).fontSize) * text.getScreenCTM().a])
+  .filter(([, size]) => size < least)"""
+
+
 def open_why(tab: Page, studio: Studio) -> None:
     tab.goto(f"{studio.url}/project/{project_of(studio, document_of('arm')).id}")
     tab.get_by_role("button", name="Why do you think so?").click()
@@ -41,6 +47,18 @@ def test_no_table_of_a_result_is_clipped_on_a_phone_and_each_cell_says_its_colum
     cell = tab.locator("td[data-label='90 % interval']").first
     before = cell.evaluate("(cell) => getComputedStyle(cell, '::before').content")
     assert json.loads(before) == "90 % interval: "
+
+
+@pytest.mark.parametrize("width", [360, 390, 820, 1280])
+def test_letters_of_drawings_are_large_enough_on_every_screen(width: int, tab: Page, studio: Studio) -> None:
+    """On a phone those of the wide pictures had 5 pixels, those of the versions too."""
+    tab.set_viewport_size({"width": width, "height": 800})
+    open_why(tab, studio)
+    tab.screenshot(path=ROOT / "build" / "screenshots" / f"letters_{width}.png", full_page=True)
+
+    assert tab.locator(".answer svg:visible").count() >= 3
+    assert tab.evaluate(SMALL, 9) == []
+    assert tab.evaluate("document.documentElement.scrollWidth") <= width
 
 
 def test_what_was_drawn_on_white_is_dark_on_a_dark_page(tab: Page, studio: Studio) -> None:

@@ -184,7 +184,7 @@ def test_after_add_the_error_falls_in_the_pictures_whose_axes_stay(tab: Page, st
     project = project_of(studio, document)
     tab.goto(f"{studio.url}/project/{project.id}")
     pictures = tab.locator(".a-grid-of-four").inner_html()
-    better = tab.locator("rect.a-better")
+    better = tab.locator("rect.a-better:visible")
     assert better.evaluate("(bar) => getComputedStyle(bar).animationName") == "none"
 
     held_out = document["held_out"]
@@ -199,6 +199,6 @@ def test_after_add_the_error_falls_in_the_pictures_whose_axes_stay(tab: Page, st
     # It begins at the length of the bar of the model as given.
     begin = "(bar) => { const [a] = bar.getAnimations(); a.pause(); a.currentTime = 0; return getComputedStyle(bar).width; }"
     assert float(better.evaluate(begin).removesuffix("px")) == float(
-        tab.locator("rect.a-given").get_attribute("width") or 0
+        tab.locator("rect.a-given:visible").get_attribute("width") or 0
     )
     assert tab.locator(".a-grid-of-four").inner_html() == pictures

@@ -9,17 +9,6 @@ from orchestrator.diagnosis.linear.thresholds import SCATTER
 from orchestrator.verdicts.result import Verdict
 
 
-def reducible_removed(before: float, after: float) -> float:
-    """Share of the error above the floor that is gone, 0 if none was above it; errors are multiples of the floor.
-
-    >>> reducible_removed(11.0, 2.0)
-    0.9
-    >>> reducible_removed(0.8, 0.1)
-    0.0
-    """
-    return (before - after) / (before - 1.0) if before > 1.0 else 0.0
-
-
 @dataclass(frozen=True)
 class Left:
     """What a set of effects leaves of all trials, in the metric, where noise has the mean square `noise`.

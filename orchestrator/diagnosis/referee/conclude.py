@@ -8,7 +8,7 @@ from orchestrator.diagnosis.decide.confusion import disguise, groups, least_odds
 from orchestrator.diagnosis.decide.constancy import Change, changes
 from orchestrator.diagnosis.decide.excitation import blind_sites, is_at_rest
 from orchestrator.diagnosis.decide.thresholds import DECISIVE
-from orchestrator.diagnosis.decide.verdict import Left, decide, reducible_removed
+from orchestrator.diagnosis.decide.verdict import Left, decide
 from orchestrator.diagnosis.fit.evidence import Refit
 from orchestrator.diagnosis.linear.calibration import Stage
 from orchestrator.diagnosis.linear.coverage import coverage
@@ -18,7 +18,7 @@ from orchestrator.diagnosis.referee.referee import Refereed
 from orchestrator.diagnosis.referee.thresholds import CLEAR, MOST_NOISE
 from orchestrator.diagnosis.search.search import Searcher
 from orchestrator.library.cards import Candidate
-from orchestrator.verdicts.result import Diagnosis, HeldOut, Odds, Verdict
+from orchestrator.verdicts.result import Diagnosis, HeldOut, Odds, Verdict, reducible_removed
 
 # How likely the truth is among the sets tried, by verdict: a judgement, to be replaced by the rates of `make
 # bench-diagnosis`.

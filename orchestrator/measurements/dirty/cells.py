@@ -49,7 +49,24 @@ def decoded(path: Path, content: bytes, encoding: str) -> list[str]:
         text = content.decode(encoding)
     except (UnicodeDecodeError, LookupError) as error:
         raise MisfitError(f"{path}: is no text in the encoding {encoding!r}; correct encoding in [reading]") from error
-    return text.replace("\r\n", "\n").replace("\r", "\n").replace("\0", "").split("\n")
+    return _with_whole_cells(text.replace("\r\n", "\n").replace("\r", "\n").replace("\0", "").split("\n"))
+
+
+def _with_whole_cells(lines: list[str]) -> list[str]:
+    """Put cells in quotes that go over a few lines into the first of them; the others are left empty, so that numbers stay.
+
+    >>> _with_whole_cells(['"time', '[s]",q', "0,1"])
+    ['"time [s]",q', '', '0,1']
+    """
+    for start in range(min(HEAD, len(lines))):
+        if lines[start].count('"') % 2 == 0:
+            continue
+        for end in range(start + 2, min(start + MOST_LINES, len(lines)) + 1):
+            whole = " ".join(lines[start:end])
+            if whole.count('"') % 2 == 0:
+                lines[start:end] = [whole, *[""] * (end - start - 1)]
+                break
+    return lines
 
 
 Kind = Literal["number", "stamp", "missing", "text"]
@@ -92,12 +109,17 @@ MISSING = frozenset(
         "invalid",
     ]
 ) | {""}
+# Lines above the table that are looked at for cells over several lines, and how many lines such a cell may have.
+HEAD, MOST_LINES = 50, 5
+# A minus and blanks as word processors and spreadsheets write them.
+_TYPESET = str.maketrans({"\u2212": "-", "\u00a0": " ", "\u202f": " ", "\u2009": " ", "\u2019": "'"})
 _FORTRAN = re.compile(r"(\d\.?)[dD]([+-]?\d+)$")
 _GROUPED = {
     ".": re.compile(r"[+-]?\d{1,3}(?:,\d{3})+(?:\.\d+)?"),
     ",": re.compile(r"[+-]?\d{1,3}(?:\.\d{3})+(?:,\d+)?"),
 }
-_CLOCK = r"\d{1,3}:\d{2}(?::\d{2})?(?:[.,]\d+)?(?:\s*[AaPp][Mm])?"
+_BLANKS = re.compile(r"[+-]?\d{1,3}(?:[ ']\d{3})+(?:[.,]\d+)?")
+_CLOCK = r"\d{1,3}:\d{2}(?::\d{2}(?::\d{3})?)?(?:[.,]\d+)?(?:\s*[AaPp][Mm])?"
 _DATE = r"(?:\d{1,4}[-./]\d{1,2}[-./]\d{1,4}|\d{1,2}[-. /][A-Za-z]{3}[-. /]\d{2,4}|\d{8})"
 _STAMP = re.compile(
     rf"(?:{_DATE}[T ]\s*(?:{_CLOCK}|\d{{6}}(?:[.,]\d+)?)|{_DATE}|{_CLOCK})\s*(?:Z|UTC|[+-]\d{{2}}:?\d{{2}})?"
@@ -120,9 +142,13 @@ def split_line(line: str, separator: str) -> list[str]:
 def as_number(cell: str, decimal: str) -> float | None:
     """Read a finite number, with digits in groups or without; None for anything else.
 
-    >>> as_number("1.234,5", ","), as_number("1,5", "."), as_number("2D-03", ".")
-    (1234.5, None, 0.002)
+    >>> as_number("1.234,5", ","), as_number("1,5", "."), as_number("2D-03", "."), as_number("\u22121\u202f234.5", ".")
+    (1234.5, None, 0.002, -1234.5)
     """
+    if not cell.isascii():
+        cell = cell.translate(_TYPESET)
+    if _BLANKS.fullmatch(cell):
+        cell = cell.replace(" ", "").replace("'", "")
     other = "," if decimal == "." else "."
     if other in cell:
         if not _GROUPED[decimal].fullmatch(cell):

@@ -20,7 +20,7 @@ _MONTHS = {
     for n, name in enumerate(["jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec"], 1)
 }
 _DATE = re.compile(r"(\d{1,4})[-./ ]([A-Za-z]{3}|\d{1,2})[-./ ](\d{1,4})|(\d{4})(\d{2})(\d{2})")
-_CLOCK = re.compile(r"(?:(\d{1,3}):)?(\d{1,2}):(\d{2}(?:[.,]\d+)?)\s*([AaPp][Mm])?")
+_CLOCK = re.compile(r"(?:(\d{1,3}):)?(\d{1,2}):(\d{2}(?:[.,]\d+|:\d{3})?)\s*([AaPp][Mm])?")
 _PACKED = re.compile(r"T(\d{2})(\d{2})(\d{2}(?:[.,]\d+)?)")
 
 
@@ -53,7 +53,7 @@ def _clock(stamp: str, start: int) -> float:
     match = packed or _CLOCK.search(stamp, start)
     if match is None:
         return float("nan")
-    hours, minutes, seconds = (float((part or "0").replace(",", ".")) for part in match.groups()[:3])
+    hours, minutes, seconds = (float(re.sub("[,:]", ".", part or "0")) for part in match.groups()[:3])
     if not packed and match[1] is None and start:
         # After a date 12:30 is hours and minutes; alone it is minutes and seconds.
         hours, minutes, seconds = minutes, seconds, 0.0

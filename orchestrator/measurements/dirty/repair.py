@@ -90,7 +90,8 @@ def _in_order(table: Table, reading: Reading, notes: list[str]) -> tuple[Table, 
     repeats = np.diff(time[order]) == 0
     if not repeats.any():
         return _rows(table, order), time[order]
-    if np.mean(repeats) > COARSE:
+    copies = repeats & np.all(np.diff(_rows(table, order).values, axis=0) == 0, axis=1)
+    if np.mean(repeats) > COARSE and not np.array_equal(copies, repeats):
         notes.append(
             f"{table.path.name}: the clock repeats its stamps; rows of one stamp are spread evenly up to the next"
         )

@@ -127,7 +127,9 @@ def _detail(document: Document, effects: Sequence[Mapping[str, Any]], before: fl
     if not effects:
         return _present(before)
     found = sizes(effects)
-    return " ".join(part for part in (f"Size: {found}." if found else "", _buys(document, before, after)) if part)
+    return " ".join(
+        part for part in (f"Size: {found}." if found else "", _buys(document, effects, before, after)) if part
+    )
 
 
 def _present(before: float) -> str:
@@ -138,11 +140,11 @@ def _present(before: float) -> str:
     return f"On held-out trials the model is off by {times(before)} times the noise."
 
 
-def _buys(document: Document, before: float, after: float) -> str:
+def _buys(document: Document, effects: Sequence[Mapping[str, Any]], before: float, after: float) -> str:
     """What adding the effects does to the error that nobody had looked at."""
     if math.isnan(before) or math.isnan(after):
         return "No trial was held out, so what it buys is not proven."
-    it = "the first" if document.get("verdict") == "ambiguous" else "it"
+    it = _them(document, effects)
     fall = f"Adding {it} takes the error on held-out trials from {times(before)} to {times(after)} times the noise"
     removed = (document.get("held_out") or {}).get("reducible_removed")
     if after >= before:
@@ -150,6 +152,13 @@ def _buys(document: Document, before: float, after: float) -> str:
     if before <= 1.0 or removed is None or not math.isfinite(removed):
         return f"{fall}."
     return f"{fall}: {share(removed)} of the avoidable error."
+
+
+def _them(document: Document, effects: Sequence[Mapping[str, Any]]) -> str:
+    """What stands for the effects in a sentence."""
+    if document.get("verdict") == "ambiguous":
+        return "the first"
+    return "it" if len(effects) < 2 else "them"
 
 
 def _caution(document: Document, effects: Sequence[Mapping[str, Any]], before: float, after: float) -> str:
@@ -160,7 +169,7 @@ def _caution(document: Document, effects: Sequence[Mapping[str, Any]], before: f
             return f"Free runs are within the noise; {left} of the force that still disturbs the model in between is not explained."
         return f"{capital(left)} of the missing force is still not explained."
     if effects and not math.isnan(after) and after > WITHIN_NOISE:
-        return f"What is left, {times(after)} times the noise, is not explained by it."
+        return f"What is left, {times(after)} times the noise, is not explained by {_them(document, effects)}."
     if document.get("verdict") == "unknown" and (best := document.get("best")):
         return f"Closest in the library: {joined(what(effect) for effect in best)}; it is not proven."
     if document.get("verdict") == "cannot_tell" and (open_notes := _open_notes(document)):
@@ -181,7 +190,7 @@ def _next_step(document: Document, effects: Sequence[Mapping[str, Any]], best: S
     do = str(experiment.get("do", experiment.get("experiment", "")))
     match document.get("verdict"):
         case "named":
-            return "Add it to the model." if len(effects) < 2 else "Add them to the model."
+            return f"Add {_them(document, effects)} to the model."
         case "adequate":
             return "Nothing has to be added; use the model as it is."
         case "ambiguous" if do:

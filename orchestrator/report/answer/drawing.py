@@ -17,8 +17,10 @@ from orchestrator.report.numbers import engineering_exponent, prefixed, takes_pr
 MOST_POINTS = 500
 # The longest bar; answer.css lets the bar of the effects fall from there.
 LONGEST = 255
-# Letters that the title of a wide picture has room for.
-MOST_TITLE = 70
+# How wide a picture is drawn: for a column of a page, and for a phone, where letters of the wide one would be of 6 pixels.
+WIDE, NARROW = 560, 340
+# Letters that a title has room for.
+MOST_TITLE, MOST_TITLE_NARROW = 70, 48
 
 
 class _Axes:
@@ -83,41 +85,45 @@ def witness_svg(found: Witness) -> str:
     return _svg(300, 168, words, parts)
 
 
-def bars_svg(bars: Sequence[Bar]) -> str:
-    """Errors as multiples of the noise, on a linear scale from 0."""
+def bars_svg(bars: Sequence[Bar], narrow: bool = False) -> str:
+    """Errors as multiples of the noise, on a linear scale from 0; in a `narrow` picture labels stand above the bars."""
     longest = max((bar.value for bar in bars if math.isfinite(bar.value)), default=1.0)
+    left, row, above = (0, 42, 18) if narrow else (196, 34, 0)
     parts = []
     for place, bar in enumerate(bars):
-        y = 4 + 34 * place
+        y = 4 + row * place
         width = max(1.5, LONGEST * min(bar.value / longest, 1.0)) if math.isfinite(bar.value) else LONGEST
         label = bar.label if len(bar.label) <= 30 else f"{bar.label[:29]}…"
-        parts.append(f'<text class="a-axis" x="188" y="{y + 15}" text-anchor="end">{html.escape(label)}</text>')
-        parts.append(f'<rect class="a-{bar.kind}" x="196" y="{y}" width="{width:.1f}" height="20"/>')
+        at = f'x="0" y="{y + 12}"' if narrow else f'x="{left - 8}" y="{y + 15}" text-anchor="end"'
+        parts.append(f'<text class="a-axis" {at}>{html.escape(label)}</text>')
+        parts.append(f'<rect class="a-{bar.kind}" x="{left}" y="{y + above}" width="{width:.1f}" height="20"/>')
         parts.append(
-            f'<text class="a-title" x="{196 + width + 6:.1f}" y="{y + 15}">{"1" if bar.kind == "floor" else times(bar.value)} ×</text>'
+            f'<text class="a-title" x="{left + width + 6:.1f}" y="{y + above + 15}">{"1" if bar.kind == "floor" else times(bar.value)} ×</text>'
         )
     words = "Error on held-out trials: " + ", ".join(f"{bar.label} {times(bar.value)} times the noise" for bar in bars)
-    return _svg(560, 34 * len(bars), words, parts)
+    return _svg(NARROW if narrow else WIDE, row * len(bars), words, parts)
 
 
-def residual_svg(found: Residual) -> str:
+def residual_svg(found: Residual, narrow: bool = False) -> str:
     """Before and after on one axis, with the noise as a grey band."""
     exponent = _exponent(float(np.abs(found.before).max()), found.unit)
     scale = 10.0**-exponent
     before, noise = scale * found.before, 2 * scale * found.noise
     after = None if found.after is None else scale * found.after
+    whole = NARROW if narrow else WIDE
     # The range is that of the model as given: what improves is seen to shrink.
     axes = _Axes(
-        (46, 24, 552, 146),
+        (46, 24, whole - 8, 146),
         (float(found.time[0]), float(found.time[-1])),
         _room(min(float(before.min()), -noise), max(float(before.max()), noise)),
     )
     unit = _unit(found.unit, exponent)
-    room = max(9, MOST_TITLE - len(f"Error of {found.signal},  ({unit}): before, after"))
+    start, most = (0, MOST_TITLE_NARROW) if narrow else (46, MOST_TITLE)
+    room = max(9, most - len(f"Error of {found.signal},  ({unit}): before, after"))
     title = f"Error of {found.signal}, {_short(found.trial, room)} ({unit}):"
     legend = f'<tspan class="a-ink-given"> {"as given" if after is None else "before"}</tspan>'
     legend += ', <tspan class="a-ink-after">after</tspan>' if after is not None else ""
-    parts = [f'<text class="a-title" x="46" y="13">{html.escape(title)}{legend}</text>']
+    parts = [f'<text class="a-title" x="{start}" y="13">{html.escape(title)}{legend}</text>']
     parts.append(axes.grid("time (s)"))
     top, bottom = axes.y(noise), axes.y(-noise)
     parts.append(
@@ -128,7 +134,7 @@ def residual_svg(found: Residual) -> str:
         parts.append(axes.line(found.time, np.clip(after, *axes.y_range), "a-after"))
     words = f"Error of {found.signal} along {found.trial}: rms {np.sqrt(np.mean(before**2)):.3g} as given"
     words += f", {np.sqrt(np.mean(after**2)):.3g} with the effect" if after is not None else ""
-    return _svg(560, 182, f"{words} ({_unit(found.unit, exponent)})", parts)
+    return _svg(whole, 182, f"{words} ({_unit(found.unit, exponent)})", parts)
 
 
 def _svg(width: int, height: int, words: str, parts: Sequence[str]) -> str:

@@ -1,7 +1,8 @@
 """The first screen as HTML, the same for the studio, reports and notebooks."""
 
 import html
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -74,7 +75,8 @@ def _buys(answer: Answer) -> str:
     if not answer.bars:
         return ""
     heading = "What it buys, on trials never used for learning" if len(answer.bars) > 2 else "How far the model is off"
-    return _section(heading, bars_svg(answer.bars) + _small("Error as a multiple of the sensor noise; linear scale."))
+    drawn = _either(partial(bars_svg, answer.bars))
+    return _section(heading, drawn + _small("Error as a multiple of the sensor noise; linear scale."))
 
 
 def _failed(document: Mapping[str, Any]) -> str:
@@ -82,9 +84,8 @@ def _failed(document: Mapping[str, Any]) -> str:
     if found is None:
         return ""
     heading = "Where it failed, before and after" if found.after is not None else "Where the error is largest"
-    return _section(
-        heading, residual_svg(found) + _small("The held-out trial with the largest error; grey: the noise.")
-    )
+    drawn = _either(partial(residual_svg, found))
+    return _section(heading, drawn + _small("The held-out trial with the largest error; grey: the noise."))
 
 
 def _rivals(answer: Answer) -> str:
@@ -103,6 +104,11 @@ def _row(rival: Rival, odds: bool) -> str:
     kind = ' class="a-named"' if rival.named else ""
     first = f'<td class="a-odds">{html.escape(rival.odds)}</td>' if odds else ""
     return f'<tr{kind}><th scope="row">{html.escape(rival.name)}</th>{first}<td>{html.escape(rival.reason)}</td></tr>'
+
+
+def _either(draw: Callable[[bool], str]) -> str:
+    """A picture for a column of a page and the same for a phone; answer.css shows the one that has its letters' size."""
+    return f'<div class="a-wide">{draw(False)}</div><div class="a-narrow">{draw(True)}</div>'
 
 
 def _section(heading: str, content: str) -> str:

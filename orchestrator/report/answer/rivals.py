@@ -11,7 +11,7 @@ Document = Mapping[str, Any]
 MOST = 4
 # Odds above this are beyond doubt for whoever reads them.
 CLEAR = 1000.0
-# A rival that removes this much less of the learning error than the named set explains less; closer ones are told by odds.
+# A rival whose share of what is missing is this much less than the named set's explains less; closer ones are told by odds.
 LESS = 0.02
 # Outcomes of the method that speak of learning trials without saying so, or in its own words.
 PLAIN = {
@@ -63,10 +63,10 @@ def _rival(document: Document, entry: Mapping[str, Any], own: Mapping[str, Any] 
     odds = _odds(document, entry, own)
     if own is None:
         # Nothing is named that it could be behind of: what it does to the error says most.
-        said = f"removes {share(score)} of the learning error"
+        said = f"explains {share(score)} of what is missing"
         return Rival(name, "", said if score > 0 else _outcome(document, entry) or said, False)
     if float(own.get("score", 0.0)) - score > LESS:
-        return Rival(name, odds, f"explains less: {share(score)} of the learning error", False)
+        return Rival(name, odds, f"explains less: {share(score)} of what is missing", False)
     outcome = _outcome(document, entry) or "fits about as well here"
     return Rival(name, "" if outcome.startswith("fits closer") else odds, outcome, False)
 

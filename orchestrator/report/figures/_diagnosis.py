@@ -28,9 +28,9 @@ def ranking(diagnosis: Diagnosis) -> str:
     ax.set_yticks(places, [label(ranked_name(entry), 60) for entry in entries], fontsize=8)
     ax.set_xlim(min([0.0, *shares]), 130)
     ax.set_xticks(range(0, 101, 20))
-    ax.set_xlabel("share of the reducible learning error removed (%)", fontsize=9)
+    ax.set_xlabel("share of what is missing that a set explains (%)", fontsize=9)
     ax.invert_yaxis()
-    best = "; ".join(f"{ranked_name(entry)} removes {percent(entry.score)}" for entry in entries[:3])
+    best = "; ".join(f"{ranked_name(entry)} explains {percent(entry.score)}" for entry in entries[:3])
     return image(figure, f"Ranking of {len(diagnosis.ranking)} sets of effects: {best}.")
 
 

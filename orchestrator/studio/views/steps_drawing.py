@@ -12,13 +12,15 @@ from orchestrator.report.numbers import digits
 from orchestrator.report.palette import SURFACES, Colour
 from orchestrator.studio.views.steps import Step, decades, drawable, summary
 
-WIDTH, HEIGHT = 900, 300
-LEFT, RIGHT, TOP, BOTTOM = 70, 20, 46, 72
+# Of the place of one version, of which a picture has room for a few at least: it is no wider than a phone if it has few.
+VERSION, FEWEST = 110, 3
+HEIGHT = 318
+LEFT, RIGHT, TOP, BOTTOM = 70, 20, 46, 90
 LETTER = 7.5
 FALL_S = 0.9
 
 STYLE = f"""
-.steps-drawing {{ width: 100%; height: auto; max-height: {HEIGHT}px; display: block; font: 14px system-ui, sans-serif; }}
+.steps-drawing {{ width: 100%; height: auto; display: block; font: 14px system-ui, sans-serif; }}
 .steps-drawing .falls {{ transform-box: fill-box; transform-origin: bottom;
   animation: steps-fall {FALL_S}s ease-in-out both; }}
 .steps-drawing .appears {{ animation: steps-appear 0.3s ease-in both; }}
@@ -37,15 +39,15 @@ def drawing(steps: Sequence[Step], already_shown: int | None = None) -> str:
     """
     moving = len(steps) if already_shown is None else already_shown
     low, high = decades(steps)
-    parts = [_axis(low, high)]
-    wide = (WIDTH - LEFT - RIGHT) / max(len(steps), 4)
+    right = LEFT + VERSION * max(len(steps), FEWEST)
+    parts = [_axis(low, high, right)]
     for place, step in enumerate(steps):
         before = steps[max(0, place - 1)]
         delay = (place - moving) * FALL_S if place >= moving else None
-        parts.append(_version(step, before, LEFT + place * wide, wide, (low, high), delay))
-    parts.append(_floor(low, high) + _legend(any(step.held_out is not None for step in steps)))
+        parts.append(_version(step, before, LEFT + place * VERSION, (low, high), delay))
+    parts.append(_floor(low, high, right) + _legend(any(step.held_out is not None for step in steps), right))
     text = html.escape(summary(steps))
-    return f'<svg class="steps-drawing" viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{text}">{"".join(parts)}</svg>'
+    return f'<svg class="steps-drawing" style="max-width: {right + RIGHT}px" viewBox="0 0 {right + RIGHT} {HEIGHT}" role="img" aria-label="{text}">{"".join(parts)}</svg>'
 
 
 def height_of(value: float, decade: tuple[int, int]) -> float:
@@ -54,17 +56,17 @@ def height_of(value: float, decade: tuple[int, int]) -> float:
     return (math.log10(value) - low) / (high - low) * (HEIGHT - TOP - BOTTOM)
 
 
-def _version(step: Step, before: Step, left: float, wide: float, decade: tuple[int, int], delay: float | None) -> str:
+def _version(step: Step, before: Step, left: float, decade: tuple[int, int], delay: float | None) -> str:
     kinds = [("learning", step.learning, before.learning), ("held-out", step.held_out, before.held_out)]
     bars = [(kind, value, earlier) for kind, value, earlier in kinds if value is not None]
-    bar = min(60.0, 0.7 * wide / len(bars))
-    start = left + (wide - bar * len(bars)) / 2
+    bar = min(60.0, 0.7 * VERSION / len(bars))
+    start = left + (VERSION - bar * len(bars)) / 2
     drawn = [
         _bar(kind, value, earlier, start + k * bar, bar, decade, delay) for k, (kind, value, earlier) in enumerate(bars)
     ]
-    middle = left + wide / 2
-    lines = [f"version {step.version}", *textwrap.wrap(step.added, max(10, int(wide / LETTER)))[:2]]
-    words = "".join(_label(middle, HEIGHT - BOTTOM + 20 + 18 * k, text, wide) for k, text in enumerate(lines))
+    middle = left + VERSION / 2
+    lines = [f"version {step.version}", *textwrap.wrap(step.added, int(VERSION / LETTER))[:3]]
+    words = "".join(_label(middle, HEIGHT - BOTTOM + 20 + 18 * k, text, VERSION) for k, text in enumerate(lines))
     return "".join(drawn) + words
 
 
@@ -90,33 +92,33 @@ def _bar(
     )
 
 
-def _axis(low: int, high: int) -> str:
+def _axis(low: int, high: int, right: int) -> str:
     lines = []
     for power in range(low, high + 1):
         y = HEIGHT - BOTTOM - height_of(10.0**power, (low, high))
         lines.append(
-            f'<line x1="{LEFT}" x2="{WIDTH - RIGHT}" y1="{y:.1f}" y2="{y:.1f}" stroke="{SURFACES["rule"]}"/>'
+            f'<line x1="{LEFT}" x2="{right}" y1="{y:.1f}" y2="{y:.1f}" stroke="{SURFACES["rule"]}"/>'
             f'<text x="{LEFT - 8}" y="{y + 5:.1f}" text-anchor="end" fill="{Colour.QUIET}">{10.0**power:g}</text>'
         )
-    title = f'<text x="{LEFT - 50}" y="14" fill="{Colour.QUIET}">error / noise floor</text>'
+    title = f'<text x="0" y="14" fill="{Colour.QUIET}">error / noise floor</text>'
     return title + "".join(lines)
 
 
-def _floor(low: int, high: int) -> str:
+def _floor(low: int, high: int, right: int) -> str:
     y = HEIGHT - BOTTOM - height_of(1.0, (low, high))
     return (
-        f'<line x1="{LEFT}" x2="{WIDTH - RIGHT}" y1="{y:.1f}" y2="{y:.1f}" stroke="{Colour.FLOOR}" stroke-width="2"'
-        f' stroke-dasharray="7 4"/><text x="{WIDTH - RIGHT}" y="{y - 6:.1f}" text-anchor="end" fill="{Colour.FLOOR}">'
+        f'<line x1="{LEFT}" x2="{right}" y1="{y:.1f}" y2="{y:.1f}" stroke="{Colour.FLOOR}" stroke-width="2"'
+        f' stroke-dasharray="7 4"/><text x="{right}" y="{y - 6:.1f}" text-anchor="end" fill="{Colour.FLOOR}">'
         "noise floor</text>"
     )
 
 
-def _legend(held_out: bool) -> str:
+def _legend(held_out: bool, right: int) -> str:
     kinds = [("learning trials", SURFACES["paper"], Colour.LEARNING)]
     kinds += [("held-out trials", Colour.HELD_OUT, Colour.HELD_OUT)] if held_out else []
     marks = []
     for place, (name, fill, edge) in enumerate(reversed(kinds)):
-        x = WIDTH - RIGHT - 130 * (place + 1)
+        x = right - 126 * (place + 1)
         marks.append(
             f'<circle cx="{x}" cy="9" r="6" fill="{fill}" stroke="{edge}" stroke-width="2"/>'
             f'<text x="{x + 12}" y="14" fill="{Colour.INK}">{name}</text>'
