@@ -42,8 +42,9 @@ JOINTS: Mapping[str, tuple[float, float, str]] = {
     "torque": (0.0, 1e3, "N.m"),
     "torque_rate": (0.0, 1e5, "N.m/s"),
     "speed": (0.0, 20.0, "rad/s"),
-    "low": (-1e3, 1e3, "rad"),
-    "high": (-1e3, 1e3, "rad"),
+    # Three turns; more is an angle in degrees.
+    "low": (-20.0, 20.0, "rad"),
+    "high": (-20.0, 20.0, "rad"),
     "margin": (0.0, 0.5, "rad"),
     "breakaway": (0.0, 1e3, "N.m"),
     "continuous": (0.0, math.inf, "N.m"),
@@ -53,6 +54,7 @@ GAINS: Mapping[str, tuple[float, float, str]] = {
     "damping": (0.0, 200.0, "N.m.s/rad"),
     "proof_torque": (0.0, 1e3, "N.m"),
 }
+PLACES: Mapping[str, tuple[float, float, str]] = {"shoulder": (-math.pi, math.pi, "rad")}
 WHOLE = ("oscillation",)
 
 
@@ -75,6 +77,7 @@ def check_numbers(table: Mapping[str, Any], known: Mapping[str, tuple[float, flo
                 raise MisfitError(f"{key} = {value:g}; a whole number was expected")
             if math.isfinite(value) and (value > high or (low != 0.0 and value < low)):
                 hint = "; times are in seconds" if unit == "s" and value > high else ""
+                hint = "; is it in degrees?" if unit == "rad" else hint
                 raise MisfitError(f"{key} = {value:g} {unit} is outside [{low:g}, {high:g}] {unit}{hint}")
 
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from fmus.errors import MisfitError
-from hil.bench_values import GAINS, JOINTS, LIMITS, check_effect_is_seen, check_numbers, check_proof, table_of
+from hil.bench_values import GAINS, JOINTS, LIMITS, PLACES, check_effect_is_seen, check_numbers, check_proof, table_of
 from hil.control.controllers import Asked, Controller, Hold, Passive
 from hil.control.proof import Proof
 from hil.emulation.planar import Placement
@@ -242,6 +242,7 @@ def _settings(document: dict[str, Any], name: str, rate_hz: float) -> Settings:
         found = replace(found, bus=bus, limits=limits, gravity=gravity, waived=waived)
         given = {**controller, **robot}
         check_numbers(given, GAINS)
+        check_numbers(robot, PLACES)
         lists: dict[str, Any] = {
             key: tuple(map(float, given[key])) for key in ("stiffness", "damping", "proof_torque") if key in given
         }

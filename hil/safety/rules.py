@@ -113,7 +113,8 @@ def encoder_alive(limits: Limits, state: State, motion: Motion, seen: Seen) -> T
                 f" {motion.halted[k]:.2g} rad/s"
             )
             return Trip("encoder_alive", Reaction.COMPLY, words)
-        pushed = abs(state.active[k]) > joint.breakaway
+        # Who holds the joint against its torque is seen at the wrist.
+        pushed = abs(state.active[k]) - pushing(limits, seen) > joint.breakaway
         if pushed and motion.still[k] >= limits.frozen_s * SECOND_NS:
             words = f"joint {k + 1} stands still to the last digit under {state.active[k]:.3g} N.m for {in_ms(motion.still[k])} ms"
             return Trip("encoder_alive", Reaction.COMPLY, words)

@@ -45,6 +45,9 @@ def trip_of(rule: str, changes: dict[str, Any], limits: Limits = LIMITS) -> Trip
         ("encoder_alive", {"s_active": (0.0, 3.1), "m_still": (10**9, 39_999_999)}, PASS),
         ("encoder_alive", {"s_active": (0.0, 3.1), "m_still": (0, 40_000_000)}, COMPLY),
         ("encoder_alive", {"s_active": (-3.1, 0.0), "m_still": (40_000_000, 0)}, COMPLY),
+        # A force F holds back F reach = 0.8 F at most.
+        ("encoder_alive", {"s_active": (3.1, 0.0), "m_still": (10**9, 0), "n_force": (0.0, 0.13, 0.0)}, PASS),
+        ("encoder_alive", {"s_active": (3.1, 0.0), "m_still": (10**9, 0), "n_force": (0.0, 0.12, 0.0)}, COMPLY),
         ("on_time", {"n_time_ns": 0}, SUPPORT),
         ("on_time", {"n_time_ns": -1}, SUPPORT),
         ("on_time", {"n_time_ns": 1}, PASS),

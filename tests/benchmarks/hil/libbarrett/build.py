@@ -15,7 +15,14 @@ FLAGS = ("-O1", "-w", "-fPIC", "-pthread", "-fcommon")
 CXX = (*FLAGS, "-std=gnu++11", "-fpermissive")
 # Today's compilers want the word; the library's are ten years older.
 _HOLDERS = ("tuple_grouper.h", "tuple_splitter.h")
-_HEADER = "/usr/include/libconfig.h++"
+# What has to be installed, by a header of it, and its package in Debian; folders in CPATH are looked into first, as g++ does.
+_NEEDED = {
+    "libconfig.h++": "libconfig++-dev",
+    "boost/thread.hpp": "libboost-thread-dev",
+    "boost/system/error_code.hpp": "libboost-system-dev",
+    "gsl/gsl_version.h": "libgsl-dev",
+    "curses.h": "libncurses-dev",
+}
 
 
 class NotBuilt(Exception):
@@ -35,6 +42,11 @@ def build(source: Path, eigen: Path, into: Path, workers: int = 2) -> Path:
     for path, words in ((source / "src/products/puck.cpp", "libbarrett's source"), (eigen / "Eigen/Array", "Eigen 2")):
         if not path.exists():
             raise NotBuilt(f"{path.parent.parent} is not {words}: {path} is missing")
+    headers = {name: _header(name) for name in _NEEDED}
+    if missing := [_NEEDED[name] for name, path in headers.items() if path is None]:
+        raise NotBuilt(
+            f"not installed: {', '.join(missing)}; what was unpacked into folders is found by CPATH and LIBRARY_PATH"
+        )
     tree = into / "source"
     if not tree.exists():
         into.mkdir(parents=True, exist_ok=True)
@@ -50,6 +62,11 @@ def build(source: Path, eigen: Path, into: Path, workers: int = 2) -> Path:
     return client
 
 
+def _header(name: str) -> Path | None:
+    folders = [folder for folder in os.environ.get("CPATH", "").split(os.pathsep) if folder]
+    return next((path for folder in (*folders, "/usr/include") if (path := Path(folder) / name).exists()), None)
+
+
 def _mend(tree: Path, into: Path) -> None:
     """The two places where today's compilers and today's libconfig differ from those of the library's time."""
     for name in _HOLDERS:
@@ -60,7 +77,7 @@ def _mend(tree: Path, into: Path) -> None:
     # The example's arm of three joints comes with the stops of one with four; these are a Proficio's.
     (tree / "config/calibration_data/wam3/zerocal.conf").write_text("home = ( -1.01, -0.96, 2.84 );\n")
     getter = "public: config_setting_t *getCSetting() const { return _setting; } private:\n"
-    header = Path(_HEADER).read_text()
+    header = (_header("libconfig.h++") or Path()).read_text()
     (into / "libconfig.h++").write_text(re.sub(r"(\n\s*config_setting_t \*_setting;)", rf"\n{getter}\1", header))
 
 
