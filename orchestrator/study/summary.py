@@ -140,18 +140,19 @@ def bars(study: Study) -> list[Bar]:
         Bar("cost of leaving out joint speeds, points", strong_mean(paper).median - blind.median, 15.0, inf),
     ]
     hardest = chosen(study, *MAIN, LIMITS[1])
+    weak_ones = f"caregivers of {LIMITS[1]:g} N"
     found.append(
         Bar(
-            f"caregivers of {LIMITS[1]:g} N: mean improvement of the four strong muscles, %",
+            f"{weak_ones}: mean improvement of the four strong muscles, %",
             strong_mean(hardest).median,
             STRONG_FOUR,
             inf,
         )
     )
+    worst = min(muscle.low for muscle in improvements(hardest))
+    found.append(Bar(f"{weak_ones}: least improvement of any muscle in any seed, %", worst, NO_LOSS, inf))
     for variant in ("joint", "clear of stops", "compensated", "refitted"):
         hard = improvements(chosen(study, variant, "small", LIMITS[1]))
         least = min(muscle.median for muscle in hard)
-        found.append(
-            Bar(f"caregivers of {LIMITS[1]:g} N, {variant}: least improvement of a muscle, %", least, NO_LOSS, inf)
-        )
+        found.append(Bar(f"{weak_ones}, {variant}: least improvement of a muscle, %", least, NO_LOSS, inf))
     return found

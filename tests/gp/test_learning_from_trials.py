@@ -17,6 +17,7 @@ from orchestrator.cosim.run import simulate
 from orchestrator.gp.from_trials import Learned, cross_validation, learn_missing
 from orchestrator.gp.noise import added_noise
 from orchestrator.gp.observations import observe
+from orchestrator.gp.posterior import condition
 from orchestrator.gp.saved import read_block
 from orchestrator.gp.trials.functions import needed_functions
 from orchestrator.gp.trials.judged import Errors, judge, will_not_lose
@@ -233,6 +234,30 @@ def test_an_input_that_is_zero_at_all_data_taken_is_not_needed() -> None:
         ("", True, True),
         ("pulse", False, False),
     ]
+
+
+def test_of_a_function_and_its_stand_in_times_an_input_that_hardly_moves_one_stays_beside_others_that_are_needed() -> (
+    None
+):
+    """Each of the two can be spared; when both went, an oven's radiation went with them."""
+    rng = np.random.default_rng(4)
+    x = rng.uniform(-1.0, 1.0, (80, 1))
+    room, power = 293.0 + 0.1 * rng.normal(size=80), rng.uniform(size=80)
+    lacks = 3.0 * np.sin(2.0 * x[:, 0]) + power * np.cos(x[:, 0])
+    seen = observe(
+        "T",
+        x,
+        {"T": 1.0, "T:power": power, "T:room": room},
+        lacks + 0.01 * rng.normal(size=80),
+        added_noise(np.full(80, 0.01), 0.01),
+    )
+    found, verdicts = needed_functions(seen, "T")
+    needed = [each.factor for each in verdicts if each.needed]
+    assert "power" in needed
+    assert len(needed) == 2
+    posterior, (told,) = condition(found.latents, found.observations), found.observations
+    left = lacks - posterior.mean(dict(told.coefficients), x)[:, 0]
+    assert np.sqrt(np.mean(left**2)) < 0.02
 
 
 def test_each_learning_trial_judges_a_block_that_was_made_without_it(bound: BoundSet, learned: Learned) -> None:

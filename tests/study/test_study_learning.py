@@ -4,6 +4,7 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from multiprocessing import get_context
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -18,9 +19,13 @@ from orchestrator.study.draws import DrawTask, Problem, tasks
 from orchestrator.study.muscles import MUSCLES, capabilities
 from orchestrator.study.noise_models import learn
 from orchestrator.study.selection import EXCLUDED_N, clear_of_stops, only, settled
+from orchestrator.study.study import Case, Study
+from orchestrator.study.summary import bars
 from orchestrator.study.variants import VARIANTS, Setting, outcome
 from orchestrator.study.work import Processes, alone, do_all
 from orchestrator.work import Resumable
+
+CLAIMS = ("mean improvement of the four strong muscles, %", "least improvement of any muscle in any seed, %")
 
 
 def directly(problem: Problem, chosen: np.ndarray) -> np.ndarray:
@@ -235,3 +240,33 @@ def test_draw_tasks_hold_all_draws_once() -> None:
     assert [(task.chunk, task.count) for task in todo] == [(0, 128), (1, 128), (2, 44)]
     assert all(isinstance(task, DrawTask) for task in todo)
     assert EXCLUDED_N > 1e5
+
+
+@pytest.mark.parametrize(
+    ("strength", "worst", "missed"),
+    [
+        (36.0, -4.0, []),
+        (34.0, -4.0, ["mean improvement of the four strong muscles, %"]),
+        (36.0, -6.0, ["least improvement of any muscle in any seed, %"]),
+    ],
+)
+def test_at_both_strengths_the_strong_four_gain_35_and_no_muscle_of_any_seed_loses_more_than_5_percent(
+    strength: float, worst: float, missed: list[str]
+) -> None:
+    gains = {seed: np.full(6, strength) / 100.0 for seed in range(10)}
+    gains[7][2] = worst / 100.0  # the biceps of one seed
+    cases = [
+        Case(seed, "small", limit, way, SimpleNamespace(improvement=gain))  # type: ignore[arg-type]
+        for seed, gain in gains.items()
+        for limit in (140.0, 90.0)
+        for way in ("joint", "without velocity", "clear of stops", "compensated", "refitted")
+    ]
+    line = SimpleNamespace(line=SimpleNamespace(slope=1.0, r2=0.8))
+    study = Study(
+        672, tuple(gains), 0, {(s, limit): (line, line) for s in gains for limit in (140.0, 90.0)}, tuple(cases), ()
+    )  # type: ignore[misc]
+
+    found = [bar for bar in bars(study) if bar.claim.removeprefix("caregivers of 90 N: ") in CLAIMS]
+
+    assert len(found) == 4
+    assert {bar.claim.removeprefix("caregivers of 90 N: ") for bar in found if not bar.met} == set(missed)

@@ -66,13 +66,19 @@ def needed_functions(observation: Observation, output: str) -> tuple[Fit, tuple[
         rest = [other for other in counts if other != name]
         gains[name] = float(_fitted(_with(observation, rest), best.latents).value - best.value)
     kept = [name for name in counts if gains[name] > price]
-    if not kept and counts:  # functions that stand in for each other: the data may still need one of them
-        alone = {name: _fitted(_with(observation, [name]), best.latents) for name in counts}
-        first = min(alone, key=lambda name: alone[name].value)
-        gains[first] = _fitted(_with(observation, []), {}).value - alone[first].value
-        kept = [first] if gains[first] > price else []
+    most = best
     if len(kept) < len(counts):
-        best = _fitted(_with(observation, kept), best.latents)
+        best = _fitted(_with(observation, kept), most.latents)
+    # Functions that stand in for each other, such as one alone and one times an input that hardly moves: each can be spared, all cannot.
+    # The best of several must gain the logarithm of their number more (extended BIC).
+    while (left := [name for name in counts if name not in kept]) and best.value - most.value > price:
+        more = {name: _fitted(_with(observation, [*kept, name]), most.latents) for name in left}
+        first = min(left, key=lambda name: more[name].value)
+        gain = float(best.value - more[first].value)
+        if not gain > price + np.log(len(left)):
+            break
+        gains[first], best = gain, more[first]
+        kept = [name for name in counts if name in (*kept, first)]
     verdicts = tuple(
         Verdict(name, output, name.removeprefix(output).removeprefix(":"), sizes[name], gains.get(name, 0.0), price)
         for name in sizes
