@@ -82,7 +82,7 @@ def read_case_file(path: Path, content: bytes, files_found: tuple[str, ...]) -> 
     reading, readings = read_reading(table.get_table("reading"))
     return CaseFile(
         files=files,
-        split=read_split(table, len(files)),
+        split=read_split(table, files),
         units=_units(table.get_table("columns")),
         variables=_variables(table.get_table("variables")),
         sensors=sensors,

@@ -121,16 +121,17 @@ def _window(record: Record, subset: Subset, start: float, stop: float) -> Trial:
     return record.window(subset, start, stop, rows)
 
 
-def read_split(table: TomlTable, n_files: int) -> Split:
+def read_split(table: TomlTable, files: Sequence[str]) -> Split:
     """Read the split that a case.toml asks for; without any, the last third is held out.
 
-    Of `learning` and `held_out` one may be absent: it is then the rest of the files.
+    Of `learning` and `held_out` one may be absent: it is then the rest of the `files`.
 
     Raises:
         MisfitError: a number or window does not fit the files, or learning and held-out data overlap.
     """
     windows = (table.get_window("learning_window_s"), table.get_window("held_out_window_s"))
-    numbers = table.get_integers("learning"), table.get_integers("held_out")
+    numbers = table.get_positions("learning", files), table.get_positions("held_out", files)
+    n_files = len(files)
     if windows == (None, None):
         return LastThird() if numbers == (None, None) else _by_number(table, numbers, n_files)
     if numbers != (None, None):

@@ -2,7 +2,7 @@
 
 import math
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
@@ -69,14 +69,16 @@ class TomlTable:
             raise self.wrong(key, "a list of strings")
         return tuple(values)
 
-    def get_integers(self, key: str) -> tuple[int, ...] | None:
-        """A list of whole numbers."""
-        values = self._get_list(key, "a list of whole numbers")
+    def get_positions(self, key: str, names: Sequence[str]) -> tuple[int, ...] | None:
+        """A list of positions in `names`, counted from 1, each written as a number or as the name itself."""
+        wanted = f"a list of trial numbers, such as [1, 2], or of names in files, such as {shown(list(names[:1]))}"
+        values = self._get_list(key, wanted)
         if values is None:
             return None
-        if not all(type(value) is int for value in values):
-            raise self.wrong(key, "a list of whole numbers")
-        return tuple(values)
+        positions = [names.index(value) + 1 if value in names else value for value in values]
+        if not all(type(position) is int for position in positions):
+            raise self.wrong(key, wanted)
+        return tuple(positions)
 
     def get_window(self, key: str) -> tuple[float, float] | None:
         """A pair `[start, stop]` of finite numbers with start < stop."""

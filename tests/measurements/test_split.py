@@ -89,8 +89,8 @@ def test_a_trial_in_neither_list_is_left_out_and_named(write_case: WriteCase, sw
         ("learning = [1, 3]", "learning names trial 3, but there are 2 files"),
         ("held_out = [0]", "held_out names trial 0, but there are 2 files"),
         ("held_out = [1, 2]", "no trial is left for learning"),
-        ('learning = ["a.csv"]', "expected a list of whole numbers"),
-        ("learning = 1", "'learning' = 1, expected a list of whole numbers"),
+        ('learning = ["d.csv"]', "expected a list of trial numbers"),
+        ("learning = 1", "'learning' = 1, expected a list of trial numbers"),
         (
             "learning_window_s = [0, 1]\nheld_out_window_s = [1, 2]",
             "windows cut one long record, but there are 2 files",
@@ -132,3 +132,17 @@ def test_windows_that_do_not_fit_the_record_are_refused(
     with pytest.raises(MisfitError) as caught:
         load_measurements(write_case({"a.csv": swing}, case))
     assert words in str(caught.value)
+
+
+def test_trials_may_be_chosen_by_the_names_of_their_files(write_case: WriteCase, swing: str) -> None:
+    case = 'files = ["a.csv", "b.csv", "c.csv"]\nlearning = ["c.csv", 1]\nheld_out = ["b.csv"]\n'
+    folder = write_case(dict.fromkeys(("a.csv", "b.csv", "c.csv"), swing), case)
+    assert subsets(folder) == [("a.csv", "learning"), ("b.csv", "held_out"), ("c.csv", "learning")]
+
+
+def test_a_trial_that_no_file_has_is_refused_with_what_could_be_written(write_case: WriteCase, swing: str) -> None:
+    folder = write_case({"a.csv": swing}, 'learning = ["d.csv"]\n')
+    with pytest.raises(
+        MisfitError, match=r"learning = \['d.csv'\], expected a list of trial numbers, such as \[1, 2\], or of"
+    ):
+        load_measurements(folder)
