@@ -6,9 +6,9 @@ from orchestrator.greybox.laws import Law, laws
 
 TITLES = {
     "motion": "At the balance of forces or torques on something that moves",
-    "between_motions": "Between two things that move",
+    "between_motions": "Between two things that move, or one and an input that moves",
     "storage": "At the balance of a store: heat, charge, volume, amount",
-    "between_storages": "Between two stores",
+    "between_storages": "Between two stores, or a store and an input of its unit",
     "input": "At an input",
     "between_inputs": "From one input to another",
     "output": "At the sensor of an output",

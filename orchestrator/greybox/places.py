@@ -88,7 +88,7 @@ def storage_of(system: SymbolicSystem, balance: Balance) -> float | None:
 
 
 def balance_places(system: SymbolicSystem, balances: Sequence[Balance], seen: Seen) -> list[Place]:
-    """Each balance as a place, and each pair of balances of one unit as what lies between."""
+    """Each balance as a place, and what lies between it and another balance of its unit, or an input of its state's unit."""
     units = {v.name: v.unit or "1" for v in system.states}
     found = [_with_storage(_own(balance, units, seen), system) for balance in balances]
     linked = linked_balances(system, balances, seen)
@@ -97,7 +97,7 @@ def balance_places(system: SymbolicSystem, balances: Sequence[Balance], seen: Se
             stored = not one.position and not other.position and one.unit in FLOWS
             if one.unit == other.unit and (stored or (i, j) in linked):
                 found.append(_between(one, other, units, seen))
-    return found
+    return [*found, *driven_places(system, balances, seen)]
 
 
 def linked_balances(system: SymbolicSystem, balances: Sequence[Balance], seen: Seen) -> set[tuple[int, int]]:
@@ -198,31 +198,70 @@ def _is_speed(balance: Balance, units: Mapping[str, str]) -> bool:
 
 def _between(one: Balance, other: Balance, units: Mapping[str, str], seen: Seen) -> Place:
     """A parallel element from one to the other: it acts on both with opposite signs."""
-    adds = {one.input: 1.0, other.input: -1.0}
     force = max(seen.forces[one.input], seen.forces[other.input])
+    ends = (one.state, other.state), (one.position, other.position)
+    return _across(one, *ends, {one.input: 1.0, other.input: -1.0}, force, units, seen)
+
+
+def _across(
+    one: Balance,
+    states: tuple[str, str],
+    positions: tuple[str, str],
+    adds: Mapping[str, float],
+    force: float,
+    units: Mapping[str, str],
+    seen: Seen,
+) -> Place:
+    """An element that acts by the difference of two states (names), or of two positions, or of both; no name, no difference."""
     own = {"force": one.unit or "1", "time": "s"}
     scales = {"force": force, "time": float(np.ptp(seen.values["time"])) or 1.0}
+    moves = bool(one.position) or _is_speed(one, units)
+    site, centre, names = "", (0.0, 1.0), {"t": "time"}
+    for key, kind, ends in (
+        ("v" if moves else "x", "speed" if moves else "state", states),
+        ("q", "position", positions),
+    ):
+        if not all(ends):
+            continue
+        difference = seen.values[ends[0]] - seen.values[ends[1]]
+        names[key], own[kind], site = f"({ends[0]} - {ends[1]})", units[ends[0]], f"{ends[0]}-{ends[1]}"
+        centre = _middle(difference)
+        scales[kind] = _rms(difference) if kind == "speed" else centre[1]
+        if kind != "speed":
+            scales["centre"], own["centre"] = 1.0, units[ends[0]]
+    return Place("motion" if moves else "storage", site, one.unit, names, adds, own, scales, centre)
 
-    def difference(a: str, b: str) -> np.ndarray:
-        return seen.values[a] - seen.values[b]
 
-    if one.position:
-        q, v = difference(one.position, other.position), difference(one.state, other.state)
-        centre = _middle(q)
-        scales |= {"speed": _rms(v), "position": centre[1], "centre": 1.0}
-        own |= {"speed": units[one.state], "position": units[one.position], "centre": units[one.position]}
-        names = {"q": f"({one.position} - {other.position})", "v": f"({one.state} - {other.state})", "t": "time"}
-        return Place("motion", f"{one.position}-{other.position}", one.unit, names, adds, own, scales, centre)
-    centre = _middle(difference(one.state, other.state))
-    if _is_speed(one, units):
-        scales |= {"speed": _rms(difference(one.state, other.state))}
-        names = {"v": f"({one.state} - {other.state})", "t": "time"}
-        own |= {"speed": units[one.state]}
-        return Place("motion", f"{one.state}-{other.state}", one.unit, names, adds, own, scales, centre)
-    scales |= {"state": centre[1], "centre": 1.0}
-    own |= {"state": units[one.state], "centre": units[one.state]}
-    names = {"x": f"({one.state} - {other.state})", "t": "time"}
-    return Place("storage", f"{one.state}-{other.state}", one.unit, names, adds, own, scales, centre)
+def driven_places(system: SymbolicSystem, balances: Sequence[Balance], seen: Seen) -> list[Place]:
+    """An element from each balance to each input that its state or position can be compared with: a base, measured surroundings.
+
+    From a store something can flow to any input of its unit; a force acts where the model has an element to that input already.
+    """
+    units = {v.name: v.unit or "1" for v in system.states}
+    forces = {b.input for b in balances}
+    given = [v for v in system.inputs if v.name not in forces and np.ptp(seen.values.get(v.name, 0.0)) > 0]
+    found = []
+    for one in balances:
+        for each in given:
+            states, positions = (
+                (name, each.name) if name and units[name] == (each.unit or "1") else ("", "")
+                for name in (one.state, one.position)
+            )
+            moves = bool(one.position) or _is_speed(one, units)
+            if (states[0] or positions[0]) and (_pushes(system, each.name, one) if moves else one.unit in FLOWS):
+                force = seen.forces[one.input]
+                found.append(_across(one, states, positions, {one.input: 1.0}, force, units, seen))
+    return found
+
+
+def _pushes(system: SymbolicSystem, name: str, balance: Balance) -> bool:
+    """Whether an input acts on a balance by itself."""
+    if not system.rhs.is_a("SXFunction"):
+        return False
+    t, x, u = ca.SX.sym("t"), ca.SX.sym("x", len(system.states)), ca.SX.sym("u", len(system.inputs))
+    d, p = ca.SX.sym("d", system.n_delays), ca.DM([v.start or 0.0 for v in system.parameters])
+    rate = system.rhs(t, x, u, d, p)[0][[v.name for v in system.states].index(balance.state)]
+    return bool(ca.jacobian(rate, u[[v.name for v in system.inputs].index(name)]).nnz())
 
 
 def with_loads(places: Sequence[Place], inputs: Sequence[Place]) -> list[Place]:
@@ -333,6 +372,7 @@ def unscaled_places(system: SymbolicSystem, balances: Sequence[Balance], inputs:
         for other in balances[i + 1 :]:
             if one.unit == other.unit and bool(one.position) == bool(other.position):
                 found.append(_between(one, other, units, seen))
+    found += driven_places(system, balances, seen)
     variables = {v.name: v for v in (*system.states, *system.algebraics)}
     moving = [v for v in system.inputs if v.name in inputs]
     given = input_places(moving, seen)

@@ -304,3 +304,44 @@ end Shaft;
 
 def test_a_height_behind_a_gear_has_no_balance(tmp_path: Path) -> None:
     assert [b.state for b in written(tmp_path, WINCH).balanced()[1]] == ["w"]
+
+
+def test_a_way_to_the_measured_outside_is_named_where_the_model_has_none(tmp_path: Path) -> None:
+    """The model's air loses heat to the wall alone; in truth the window is open."""
+    text = """model House
+  parameter Real Ca(unit="J/K") = 8e4, Cw(unit="J/K") = 1.2e6, Gaw(unit="W/K") = 120, Gwe(unit="W/K") = 40;
+  input Real P(unit="W"), Te(unit="K");
+  output Real Ta(unit="K", start=290);
+  output Real Tw(unit="K", start=289);
+equation
+  Ca*der(Ta) = P + Gaw*(Tw - Ta);
+  Cw*der(Tw) = Gaw*(Ta - Tw) + Gwe*(Te - Tw);
+end House;
+"""
+    model, window, random = written(tmp_path, text), 15.0, np.random.default_rng(8)
+    time = np.arange(0.0, 36000.0, 120.0)
+    for trial in (1, 2, 3):
+        power = np.repeat(random.uniform(0, 2500, len(time) // 30 + 1), 30)[: len(time)]
+        outside = 278 + 4 * np.sin(2 * np.pi * time / 86400 + trial)
+        air = [np.array([290.0, 289.0])]
+        for p, e, f in zip(power[:-1], outside[:-1], outside[1:], strict=True):
+            done = solve_ivp(
+                lambda t, x, p=p, e=e, f=f: [
+                    (p + 120 * (x[1] - x[0]) + window * (e + (f - e) * t / 120 - x[0])) / 8e4,
+                    (120 * (x[0] - x[1]) + 40 * (e + (f - e) * t / 120 - x[1])) / 1.2e6,
+                ],
+                (0, 120),
+                air[-1],
+                rtol=1e-9,
+                atol=1e-9,
+            )
+            air.append(done.y[:, -1])
+        rows = np.column_stack([time, power, outside, np.array(air) + 0.03 * random.standard_normal((len(time), 2))])
+        np.savetxt(tmp_path / f"{trial}.csv", rows, delimiter=",", header="time,P,Te,Ta,Tw", comments="", fmt="%.9g")
+    units = '[columns]\ntime = "s"\nP = "W"\nTe = "K"\nTa = "K"\nTw = "K"\n'
+    (tmp_path / "case.toml").write_text(f'files = ["1.csv", "2.csv", "3.csv"]\nheld_out = [3]\n{units}')
+    effect = the_one(diagnose(model, load_measurements(str(tmp_path)), workers=1))
+    assert (effect.id, effect.site) == ("heat_path", "Ta-Te")
+    assert effect.parameters["G"].value == pytest.approx(window, rel=0.02)
+    file = with_effects(model, [effect], "House_1", tmp_path / "added").file
+    assert file is not None and "Gaw*(Tw - Ta) - heat1_G*(Ta - Te);" in file.read_text()
