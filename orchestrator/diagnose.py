@@ -15,13 +15,14 @@ from orchestrator.blackbox.source import FmuSource, Source
 from orchestrator.compare.comparison import compare
 from orchestrator.compare.result import Comparison
 from orchestrator.datacheck.check import check_data, forbids_physics
-from orchestrator.datacheck.holding import with_interpolation
+from orchestrator.datacheck.holding import open_inputs, turned, with_interpolation
 from orchestrator.diagnosis.advise.rival_laws import with_separating_experiment
 from orchestrator.diagnosis.fit.extensible import model_of
 from orchestrator.diagnosis.free_runs import search_slots
 from orchestrator.diagnosis.search.search import Progress
 from orchestrator.gp.trials.witness import document, sentences, witness_functions
 from orchestrator.greybox.diagnose import Outcome, diagnose_greybox, within_noise
+from orchestrator.greybox.interpolation import held_otherwise
 from orchestrator.greybox.laws import Law
 from orchestrator.greybox.tape import can_be_taped
 from orchestrator.greybox.thresholds import Thresholds
@@ -75,7 +76,37 @@ def diagnose(
     library = effect_library() if cards is None else cards
     progress("checking the record")
     model = model_of(source, source.compile())
+    asked = open_inputs(model, measurements)
     measurements = with_interpolation(model, measurements)
+
+    def search(measured: MeasurementSet) -> Diagnosis:
+        return _diagnosed(source, model, measured, library, workers, progress, work, laws)
+
+    found = search(measurements)
+    if asked and isinstance(found.search, Outcome):
+        progress("asking how inputs run between samples, with what was found")
+        with threadpool_limits(limits=1, user_api="blas"), threads(workers):
+            gains = held_otherwise(found.search, list(asked))
+        if gains:
+            found = search(turned(measurements, asked, gains))
+    if found.verdict == "ambiguous" and isinstance(found.search, Outcome) and not isinstance(source, FmuSource):
+        progress("choosing the next experiment")
+        with threadpool_limits(limits=1, user_api="blas"), threads(workers):
+            found = with_separating_experiment(found, found.search)
+    return found
+
+
+def _diagnosed(
+    source: Source,
+    model: Model,
+    measurements: MeasurementSet,
+    library: Sequence[EffectCard],
+    workers: int,
+    progress: Progress,
+    work: Work | None,
+    laws: Sequence[Law],
+) -> Diagnosis:
+    """The answer, with inputs that run between samples as `measurements` say."""
     source = _holding(source, model, measurements)
     checks = check_data(model, measurements)
     if forbids_physics(checks):
@@ -103,10 +134,6 @@ def diagnose(
             found = replace(found, functions=document(heard), findings=findings, witness=witness)
     if closed and found.verdict == "unknown" and within_noise(found.steps[0].comparison, Thresholds().within):
         found = replace(found, verdict="adequate", best=())
-    if found.verdict == "ambiguous" and isinstance(found.search, Outcome) and not closed:
-        progress("choosing the next experiment")
-        with threadpool_limits(limits=1, user_api="blas"), threads(workers):
-            found = with_separating_experiment(found, found.search)
     warnings = (*map(str, checks), *found.warnings)
     own = "" if closed or source.file is None else f"{source.file}:{source.class_name}"
     return replace(

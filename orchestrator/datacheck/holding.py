@@ -1,5 +1,6 @@
 """Whether inputs were held from sample to sample or ran in straight lines, chosen by the data where the case does not say."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -23,33 +24,54 @@ def with_interpolation(model: Model, measurements: MeasurementSet) -> Measuremen
         MisfitError: if columns and variables do not fit each other.
     """
     data = bind(measurements, model.inputs, model.outputs)
-    if not data.learning or with_held_inputs(model, data.input_names) is model:
+    open_ones = open_inputs(model, measurements)
+    if not open_ones:
         return measurements
     held = data.trials[0].held
     free = Predictor(with_held_inputs(model, held), data, data.learning)
-    columns = tuple(measurements.trials[0].columns)
-    names = [*data.input_names, *data.output_names]
-    column_of = match_columns(columns, measurements.variables, names).column_of
-    open_ones = [
-        name for name in free.moving if name in data.input_names and column_of[name] not in measurements.interpolation
-    ]
-    if not open_ones:
-        return measurements
     before, errors = free.left(), free.errors()
     chosen, notes = dict(measurements.interpolation), list(measurements.notes)
-    for name in open_ones:
-        records = [np.asarray(trial.columns[column_of[name]]) for trial in measurements.learning]
+    for name, column in open_ones.items():
+        records = [np.asarray(trial.columns[column]) for trial in measurements.learning]
         stays = 2 * sum(proposed_interpolation(record) == "hold" for record in records) > len(records)
         fixed = Predictor(with_held_inputs(model, [*held, name]), data, data.learning)
         after, errors_held = fixed.left(), fixed.errors()
         gain = (errors / np.maximum(errors_held, 1e-300)) ** 2
         better = after < limits.WELL_PREDICTED and gain.max() > limits.HELD_DROP and gain.min() > 1 / limits.HELD_WORSE
         holds = (stays and after <= limits.HELD_WORSE * before) or better
-        chosen[column_of[name]] = "hold" if holds else "linear"
+        chosen[column] = "hold" if holds else "linear"
         if holds:
             notes.append(
                 f"{name} is held from sample to sample: {'its record stays and jumps, and ' if stays else ''}over short stretches"
                 f" the model leaves {after:.2g} so, and {before:.2g} with straight lines; [interpolation] of case.toml can say so"
             )
             held, before, errors = (*held, name), after, errors_held
+    return replace(measurements, interpolation=chosen, notes=tuple(notes))
+
+
+def open_inputs(model: Model, measurements: MeasurementSet) -> dict[str, str]:
+    """Inputs that move along learning trials and of whose course between samples nothing is said, by name with their columns.
+
+    Raises:
+        MisfitError: if columns and variables do not fit each other.
+    """
+    data = bind(measurements, model.inputs, model.outputs)
+    if not data.learning or with_held_inputs(model, data.input_names) is model:
+        return {}
+    names = [*data.input_names, *data.output_names]
+    column_of = match_columns(tuple(measurements.trials[0].columns), measurements.variables, names).column_of
+    moving = np.ptp(np.concatenate([trial.inputs for trial in data.learning]), axis=0) > 0
+    moved = [name for name, moves in zip(data.input_names, moving, strict=True) if moves]
+    return {name: column_of[name] for name in moved if column_of[name] not in measurements.interpolation}
+
+
+def turned(measurements: MeasurementSet, columns: Mapping[str, str], gains: Mapping[str, float]) -> MeasurementSet:
+    """The set with the inputs of `gains` (by name, nats that the record gains) held if they were not, and not held if they were."""
+    chosen, notes = dict(measurements.interpolation), list(measurements.notes)
+    for name, gain in gains.items():
+        holds = chosen[columns[name]] != "hold"
+        chosen[columns[name]] = "hold" if holds else "linear"
+        course = "is held from sample to sample" if holds else "runs in straight lines between samples"
+        with_found = f"with the effects that were found the record is likelier so by {gain:.3g} nats"
+        notes.append(f"{name} {course}: {with_found}; [interpolation] of case.toml can say so")
     return replace(measurements, interpolation=chosen, notes=tuple(notes))

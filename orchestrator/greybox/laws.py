@@ -118,12 +118,12 @@ class Law:
     def asks_for(self) -> set[str]:
         """What the law must know of the place that it acts at.
 
-        Names in its formulas: the position `q`, all else that flows into its balance (`net`), the input that drives its balance
-        (`load`). And `position`, if that is a scale of one of its parameters.
+        Names in its formulas: the position `q`, the speed `v`, all else that flows into its balance (`net`), the input that drives
+        its balance (`load`). And `position` and `speed`, if they are scales of its parameters.
         """
         formulas = " ".join((self.expression, *self.states.values()))
         scales = {name for parameter in self.parameters for name, _ in parameter._factors()}
-        return set(re.findall(r"\b(?:q|net|load)\b", formulas)) | ({"position"} & scales) | set(self.needs)
+        return set(re.findall(r"\b(?:q|v|net|load)\b", formulas)) | ({"position", "speed"} & scales) | set(self.needs)
 
     def id_at(self, unit: str) -> str:
         """The id at a balance of this unit."""
