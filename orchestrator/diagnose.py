@@ -19,6 +19,7 @@ from orchestrator.datacheck.holding import open_inputs, turned, with_interpolati
 from orchestrator.diagnosis.advise.rival_laws import with_separating_experiment
 from orchestrator.diagnosis.fit.extensible import model_of
 from orchestrator.diagnosis.free_runs import search_slots
+from orchestrator.diagnosis.referee.referee import Refereed
 from orchestrator.diagnosis.search.search import Progress
 from orchestrator.gp.trials.witness import document, sentences, witness_functions
 from orchestrator.greybox.diagnose import Outcome, diagnose_greybox, within_noise
@@ -180,9 +181,12 @@ def _better_of(found: Diagnosis, second: Diagnosis) -> Diagnosis:
 
     What free runs named and leaves more than half of the error along learning trials gives way to what balance equations name,
     and is doubted if nothing helps there; so is one of several answers that all leave much. Fewer effects at the balance
-    equations go before more elsewhere that leave as much.
+    equations go before more elsewhere that leave as much. The best set of free runs that are not explained to the end stays the
+    best if it takes away more of the error than what balance equations name.
     """
     seconds = found.seconds + second.seconds
+    if found.best and second.verdict in NAMES and _removed(second) < _removed_by_best(found):
+        return replace(found, seconds=seconds)
     names = found.verdict in NAMES
     removed = _removed(found)
     shaky = removed < LEAST_REMOVED or (found.verdict == "ambiguous" and _left(found) >= MUCH_LEFT)
@@ -206,7 +210,17 @@ def _left(found: Diagnosis, step: int = -1) -> float:
 
 def _removed(found: Diagnosis) -> float:
     """Share of the error along learning trials above the floor that the answer takes away; all of it where none is left."""
-    before, after = _left(found, 0), _left(found)
+    return _taken_away(_left(found, 0), _left(found))
+
+
+def _removed_by_best(found: Diagnosis) -> float:
+    """The same share for the best set of free runs, although it is not proven."""
+    steps = found.search.steps if isinstance(found.search, Refereed) else ()
+    over = [step.comparison.learning.over_floor for step in steps if step.comparison.learning is not None]
+    return _taken_away(over[0], over[-1]) if over else 0.0
+
+
+def _taken_away(before: float, after: float) -> float:
     if after <= 1.0 or not math.isfinite(before):
         return float(after <= 1.0)
     return (before - after) / max(before - 1.0, 1e-9)

@@ -83,7 +83,7 @@ def _over_stretches(
     progress: Progress,
 ) -> Diagnosis:
     """The diagnosis `by` trials, which may ask for a cut if told so: whole ones, or stretches of them if effects that make
-    contacts (ids) let no run follow those and are named by these."""
+    contacts (ids) let no run follow those and are named by these, or are the best that these have."""
     began, shown, seconds = time.monotonic(), measurements, 0.0
     for cuts in range(MOST_CUTS + 1):
         try:
@@ -95,7 +95,7 @@ def _over_stretches(
             continue
         if not seconds:
             return found
-        if contacts & {effect.id for effect in found.effects}:
+        if contacts & {effect.id for effect in (*found.effects, *found.best)}:
             note = (
                 f"judged over stretches of {seconds:.3g} s: contacts let free runs follow no whole trial; what is too slow to"
                 " show in a stretch is not looked for"

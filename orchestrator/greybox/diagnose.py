@@ -194,8 +194,8 @@ def decided(
 
 
 def _is_complete(decision: Decision, limits: Thresholds) -> bool:
-    named = decision.grade in ("named", "ambiguous") and decision.explained >= 1 - limits.complete_share
-    return named and _surprise(decision.chosen) < limits.surprising
+    explained = decision.grade == "named" and decision.explained >= 1 - limits.complete_share
+    return explained and _surprise(decision.chosen) < limits.surprising
 
 
 def _surprise(chosen: FittedSet) -> float:
@@ -206,12 +206,14 @@ def _surprise(chosen: FittedSet) -> float:
 
 
 def _better(common: Decision, wider: Decision, judge: Judge) -> Decision:
-    """The decision among all candidates, unless common ones alone predict about as well and were named."""
+    """The decision among all candidates, unless common ones alone were named and predict about as well, or are likelier or fewer."""
     if common.grade not in ("named", "ambiguous"):
         return wider
     judge.windows = common.windows
-    far = judge.ratio(wider.chosen, common.chosen) < 1 - judge.limits.least_improvement
-    return wider if far and wider.grade in ("named", "ambiguous") else common
+    one, other = wider.chosen, common.chosen
+    far = judge.ratio(one, other) < 1 - judge.limits.least_improvement
+    simpler = len(one.fit.theta) <= len(other.fit.theta) and judge.beyond_doubt(one, other)
+    return wider if (far or simpler) and wider.grade in ("named", "ambiguous") else common
 
 
 def _scale(setting: Setting) -> np.ndarray:

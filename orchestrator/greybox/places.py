@@ -248,20 +248,30 @@ def driven_places(system: SymbolicSystem, balances: Sequence[Balance], seen: See
                 for name in (one.state, one.position)
             )
             moves = bool(one.position) or _is_speed(one, units)
-            if (states[0] or positions[0]) and (_pushes(system, each.name, one) if moves else one.unit in FLOWS):
+            own = positions[0] or states[0]
+            if own and (_pulls_to(system, each.name, own, one, seen) if moves else one.unit in FLOWS):
                 force = seen.forces[one.input]
                 found.append(_across(one, states, positions, {one.input: 1.0}, force, units, seen))
     return found
 
 
-def _pushes(system: SymbolicSystem, name: str, balance: Balance) -> bool:
-    """Whether an input acts on a balance by itself."""
+def _pulls_to(system: SymbolicSystem, name: str, own: str, balance: Balance, seen: Seen) -> bool:
+    """Whether the model has an element from a state (`own`) to an input: the balance goes with the input as against the state."""
     if not system.rhs.is_a("SXFunction"):
         return False
-    t, x, u = ca.SX.sym("t"), ca.SX.sym("x", len(system.states)), ca.SX.sym("u", len(system.inputs))
+    states, inputs = [v.name for v in system.states], [v.name for v in system.inputs]
+    t, x, u = ca.SX.sym("t"), ca.SX.sym("x", len(states)), ca.SX.sym("u", len(inputs))
     d, p = ca.SX.sym("d", system.n_delays), ca.DM([v.start or 0.0 for v in system.parameters])
-    rate = system.rhs(t, x, u, d, p)[0][[v.name for v in system.states].index(balance.state)]
-    return bool(ca.jacobian(rate, u[[v.name for v in system.inputs].index(name)]).nnz())
+    rate = system.rhs(t, x, u, d, p)[0][states.index(balance.state)]
+    ends = ca.vertcat(u[inputs.index(name)], x[states.index(own)])
+    slopes = ca.Function("slopes", [t, x, u, d], [ca.densify(ca.jacobian(rate, ends))])
+    n, random = len(seen.values["time"]), np.random.default_rng(3)
+    columns = [[seen.values.get(each, np.zeros(n)) for each in names] for names in (states, inputs)]
+    rows = random.integers(0, n, 5)
+    found = np.array(
+        [np.array(slopes(0.0, *(np.array([c[r] for c in part]) for part in columns), 0.0)).ravel() for r in rows]
+    )
+    return bool(np.all(found[:, 0] * found[:, 1] < 0) and np.all(np.abs(found[:, 0]) <= 1.000001 * np.abs(found[:, 1])))
 
 
 def with_loads(places: Sequence[Place], inputs: Sequence[Place]) -> list[Place]:

@@ -24,7 +24,8 @@ class Thresholds:
     `least_improvement` over the horizon and over whole trials, is not named. Predictions are alike within `alike`, and then
     fewer parameters are chosen. An answer is incomplete if more than `complete_share` is unexplained.
 
-    Rare effects are tried, too, if a parameter of the answer is more than `surprising` standard deviations of its prior off.
+    Rare effects are tried, too, if the answer is ambiguous or incomplete, or a parameter of it is more than `surprising` standard deviations
+    of its prior off.
 
     The horizon is an eighth of a trial, a quarter of that or a sixteenth: the longest over which some likely set errs by less than
     `predictable` times the signals' spread.

@@ -101,6 +101,8 @@ def conclude(
         patched_model=None,
         seconds=0.0,
         steps=refereed.steps if named else refereed.steps[:1],
+        best=refereed.steps[-1].effects if verdict == "unknown" else (),
+        search=refereed,
     )
 
 
