@@ -89,7 +89,9 @@ def diagnose(
         with threadpool_limits(limits=1, user_api="blas"), threads(workers):
             gains = held_otherwise(found.search, list(asked))
         if gains:
-            found = search(turned(measurements, asked, gains))
+            other = turned(measurements, asked, gains)
+            found = search(other)
+            found = replace(found, warnings=(*found.warnings, *other.notes[len(measurements.notes) :]))
     if found.verdict == "ambiguous" and isinstance(found.search, Outcome) and not isinstance(source, FmuSource):
         progress("choosing the next experiment")
         with threadpool_limits(limits=1, user_api="blas"), threads(workers):

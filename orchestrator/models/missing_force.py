@@ -72,8 +72,8 @@ def missing_forces(
     """
     values = model.compiled.parameters if parameters is None else parameters
     try:
-        # Two threads make the small factorisations about 100 times slower.
-        with threadpool_limits(limits=1, user_api="blas"):
+        # Two threads make the small factorisations about 100 times slower; what leaves the finite numbers is refused below.
+        with threadpool_limits(limits=1, user_api="blas"), np.errstate(over="ignore", invalid="ignore"):
             followers = [_Follower(model, trial, values) for trial in trials]
             character = _character(followers)
             found = tuple(each.force(character) for each in followers)

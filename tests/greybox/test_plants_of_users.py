@@ -345,3 +345,42 @@ end House;
     assert effect.parameters["G"].value == pytest.approx(window, rel=0.02)
     file = with_effects(model, [effect], "House_1", tmp_path / "added").file
     assert file is not None and "Gaw*(Tw - Ta) - heat1_G*(Ta - Te);" in file.read_text()
+
+
+def test_an_input_that_was_held_is_found_out_once_the_missing_effect_is_known(tmp_path: Path) -> None:
+    """Half a sample of a smooth force is nothing beside a missing spring, and eight times the noise once the spring is there."""
+    text = """model Oscillator
+  parameter Real m(unit="kg") = 0.8, c(unit="N/m") = 40, d(unit="N.s/m") = 0.6;
+  input Real F(unit="N");
+  output Real x(unit="m", start=0);
+  Real v(unit="m/s", start=0);
+equation
+  der(x) = v;
+  m*der(v) = F - c*x - d*v;
+end Oscillator;
+"""
+    model, random, time = written(tmp_path, text), np.random.default_rng(12), np.arange(0.0, 8.0, 0.01)
+    for trial in (1, 2, 3):
+        waves = [(random.normal(), random.uniform(0.5, 12.0), random.uniform(0.0, 6.0)) for _ in range(6)]
+        force = sum(3.0 * size * np.sin(speed * time + phase) for size, speed, phase in waves)
+        states = [np.zeros(2)]
+        for f in force[:-1]:
+            done = solve_ivp(
+                lambda _, x, f=f: [x[1], (f - 40 * x[0] - 2000 * x[0] ** 3 - 0.6 * x[1]) / 0.8],
+                (0, 0.01),
+                states[-1],
+                rtol=1e-9,
+                atol=1e-11,
+            )
+            states.append(done.y[:, -1])
+        measured = np.array(states)[:, 0] + 3e-4 * random.standard_normal(len(time))
+        rows = np.column_stack([time, force, measured])
+        np.savetxt(tmp_path / f"{trial}.csv", rows, delimiter=",", header="time,F,x", comments="", fmt="%.9g")
+    units = '[columns]\ntime = "s"\nF = "N"\nx = "m"\n'
+    (tmp_path / "case.toml").write_text(f'files = ["1.csv", "2.csv", "3.csv"]\nheld_out = [3]\n{units}')
+    found = diagnose(model, load_measurements(str(tmp_path)), workers=1)
+    effect = the_one(found)
+    assert effect.id == "cubic_stiffness"
+    assert effect.parameters["k3"].value == pytest.approx(2000.0, rel=1e-3)
+    assert any("F is held from sample to sample" in note for note in found.warnings)
+    assert found.held_out.rmse_after["x"] < 1.2 * 3e-4
