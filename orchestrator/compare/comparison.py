@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import scipy
 
-from orchestrator.compare.estimates import estimate_floor
+from orchestrator.compare.estimates import REFUTED, FloorEstimate, estimate_floor, not_refuted
 from orchestrator.compare.result import Comparison, SetErrors, TrialCurves, TrialErrors
 from orchestrator.compare.where import findings, where_it_fails
 from orchestrator.datacheck.check import check_data
@@ -119,11 +119,39 @@ def compare(
     if floor is None:
         floor = noise_floor(model, data, [pair for pair in followed if pair[0].subset == "learning"])
         estimates = estimate_floor(data, floor)
-        floor = {name: estimate.used for name, estimate in estimates.items()}
-        found = summarise(model, measurements, data, followed, floor)
+        found = summarise(model, measurements, data, followed, _used(estimates))
+        kept = not_refuted(estimates, data.noise_std, found.learning.rmse)
+        if kept != estimates:
+            estimates, found = kept, summarise(model, measurements, data, followed, _used(kept))
         checks = check_data(model, measurements) if checks is None else checks
         return replace(found, noise_estimates=estimates, data_checks=tuple(checks))
     return summarise(model, measurements, data, followed, floor)
+
+
+def _used(estimates: Mapping[str, FloorEstimate]) -> dict[str, float]:
+    return {name: estimate.used for name, estimate in estimates.items()}
+
+
+def is_refuted(found: Comparison) -> bool:
+    """Whether free runs along learning trials leave far less of some signal than its noise floor."""
+    return any(found.learning.rmse[name] < REFUTED * floor for name, floor in found.noise_floor.items())
+
+
+def with_floor_of(
+    better: Model, model: Model, given: Comparison, measurements: MeasurementSet, workers: int
+) -> Comparison:
+    """The comparison of a model, judged by a lower floor where a better model's free runs show that there is less noise.
+
+    Args:
+        better: the model with what was found in it. model: the model as it is, whose comparison, with its estimates, is `given`.
+
+    Raises:
+        MisfitError, ComponentError: as `compare`.
+    """
+    other = compare(better, measurements, workers=workers, checks=given.data_checks).noise_estimates
+    estimates = {n: min(each, other[n], key=lambda e: e.used) for n, each in given.noise_estimates.items()}
+    again = compare(model, measurements, workers=workers, floor=_used(estimates))
+    return replace(again, noise_estimates=estimates, data_checks=given.data_checks)
 
 
 def summarise(

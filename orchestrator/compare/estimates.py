@@ -1,7 +1,7 @@
 """Where the noise floor comes from: what sensors declare, what the record shows, what repeats differ by."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
@@ -64,6 +64,8 @@ def _overlap(first: np.ndarray, second: np.ndarray, lag: int) -> tuple[np.ndarra
 
 # Trials that differ by more than this many times the other estimates are no repeats of each other.
 CONSISTENT = 10.0
+# Free runs of a right model leave less than this share of the floor by chance hardly ever, although carried noise is slow.
+REFUTED = 1 / 3
 
 
 @dataclass(frozen=True)
@@ -107,6 +109,27 @@ def estimate_floor(data: BoundSet, floor: Mapping[str, float]) -> dict[str, Floo
             reason += "; repeats differ by far more, so something else changed between them"
         found[name] = FloorEstimate(total, source, reason, declared, record, again, carried)
     return found
+
+
+def not_refuted(
+    estimates: Mapping[str, FloorEstimate], sensor: Mapping[str, float], left: Mapping[str, float]
+) -> dict[str, FloorEstimate]:
+    """Estimates of which free runs leave much less are lowered to what they leave, at least to the noise of the sensor.
+
+    Fast changes of an input count as noise of its sensor where nothing is declared. The command of a controller has as many, and
+    all of them act.
+
+    Args:
+        sensor: standard deviation of each output's noise, in its unit.
+        left: rms that free runs along learning trials leave of each output, in its unit.
+    """
+    reason = "free runs leave far less than noise of the inputs would"
+    return {
+        name: each
+        if left[name] >= REFUTED * each.used
+        else replace(each, used=max(left[name], sensor[name]), source="free runs", reason=reason)
+        for name, each in estimates.items()
+    }
 
 
 def floor_sentence(name: str, unit: str, estimate: FloorEstimate) -> str:

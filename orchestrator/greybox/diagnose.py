@@ -16,7 +16,7 @@ from threadpoolctl import threadpool_limits
 from fmus.errors import ComponentError, MisfitError
 from fmus.symbolic.system import SymbolicSystem
 from orchestrator.blackbox.source import FmuSource, Source
-from orchestrator.compare.comparison import compare
+from orchestrator.compare.comparison import compare, is_refuted, with_floor_of
 from orchestrator.compare.result import Comparison
 from orchestrator.greybox.around import fmu_with, placed
 from orchestrator.greybox.decide import Decision, Judge, decide, scatter_between
@@ -240,6 +240,10 @@ def _answer(
         progress("opening the held-out trials")
         try:
             after = compared(outcome, chosen, given, measurements, workers)
+            if given.noise_estimates and is_refuted(after):
+                better = with_set(outcome, chosen, given.model)
+                given = with_floor_of(better, _as_given(case), given, measurements, workers)
+                after, steps = compared(outcome, chosen, given, measurements, workers), [Step((), given)]
             worse = worse_on_held_out(outcome, chosen, given, after, limits)
         except ComponentError as error:
             worse = f"a free run with it fails: {error}"
@@ -295,11 +299,14 @@ def compared(
     outcome: Outcome, chosen: FittedSet, given: Comparison, measurements: MeasurementSet, workers: int
 ) -> Comparison:
     """Free runs of the model with a set in it along all trials."""
+    return compare(with_set(outcome, chosen, given.model), measurements, workers=workers, floor=given.noise_floor)
+
+
+def with_set(outcome: Outcome, chosen: FittedSet, name: str) -> SymbolicModel:
+    """The model with a set in it, as it is run."""
     if isinstance(outcome.case.source, FmuSource):
-        model = _fmu_with(outcome.case, chosen)
-    else:
-        model = SymbolicModel(given.model, fixed_system(outcome, chosen), outcome.case.signals)
-    return compare(model, measurements, workers=workers, floor=given.noise_floor)
+        return _fmu_with(outcome.case, chosen)
+    return SymbolicModel(name, fixed_system(outcome, chosen), outcome.case.signals)
 
 
 def fixed_system(outcome: Outcome, chosen: FittedSet) -> SymbolicSystem:

@@ -1,11 +1,16 @@
 """The noise floor's estimates: which is used, and why."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+from orchestrator.compare.comparison import compare
 from orchestrator.compare.estimates import estimate_floor, floor_sentence, noise_of_repeats
-from orchestrator.measurements import BoundSet, BoundTrial, Noise
+from orchestrator.measurements import BoundSet, BoundTrial, Noise, load_measurements
 from orchestrator.measurements.noise import NoiseLevel
+from orchestrator.model_argument import load_model
+from tests.shaft import SHAFT
 
 STEP, COUNT, NOISE, FORCE_NOISE = 0.01, 2000, 1e-3, 0.02
 TIME = np.arange(COUNT) * STEP
@@ -73,3 +78,31 @@ def test_a_contradicted_declaration_says_that_the_record_is_used() -> None:
 
     assert found.source == "record"
     assert found.carried == pytest.approx(1.5 * NOISE)  # 2.5^2 = 2^2 + 1.5^2
+
+
+def test_fast_commands_that_all_act_are_no_noise_of_the_input(tmp_path: Path) -> None:
+    """Taken for noise they would move a shaft by hundreds of times what its sensor errs by, and hide as much."""
+    (tmp_path / "shaft.mo").write_text(SHAFT)
+    random, step = np.random.default_rng(4), 0.002
+    for name in ("a", "b", "c"):
+        torque = 0.05 * random.standard_normal(2000)
+        speed = np.concatenate([[0.0], np.cumsum(torque[:-1] * step / 0.02)])
+        angle = np.concatenate([[0.0], np.cumsum(speed[:-1] * step + torque[:-1] * step**2 / 0.04)])
+        rows = np.column_stack([step * np.arange(2000), torque, angle + 1e-4 * random.standard_normal(2000)])
+        np.savetxt(tmp_path / f"{name}.csv", rows, delimiter=",", header="time,torque,phi", comments="", fmt="%.9g")
+    case = """files = ["a.csv", "b.csv", "c.csv"]
+[columns]
+time = "s"
+torque = "N.m"
+phi = "rad"
+[interpolation]
+torque = "hold"
+"""
+    (tmp_path / "case.toml").write_text(case)
+    measurements = load_measurements(str(tmp_path))
+
+    found = compare(load_model(f"{tmp_path / 'shaft.mo'}:Shaft"), measurements)
+
+    assert 1e-4 < found.noise_floor["phi"] < 1.5e-4
+    assert found.noise_estimates["phi"].carried > 1e-3
+    assert "from free runs, because free runs leave far less" in found.noise_sentences[0]
