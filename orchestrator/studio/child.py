@@ -29,7 +29,9 @@ def main() -> None:
     except Exception as error:  # a mistake in this program: one line for the user, the rest in the job's log
         traceback.print_exc()
         state, message = "failed", f"internal error: {type(error).__name__}: {error}"
-    end = {"state": state, "message": " ".join(message.split()), "seconds": time.time() - begun}
+    # Who dropped a file in knows it by its name, not by where the studio keeps it.
+    message = " ".join(message.replace(f"{Path.cwd() / 'measurements'}/", "").split())
+    end = {"state": state, "message": message, "seconds": time.time() - begun}
     write_atomically(FOLDER / "end.json", json.dumps(end).encode())
 
 

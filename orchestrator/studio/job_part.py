@@ -131,6 +131,8 @@ def _hint(project: Project, job: Job, now: Versions) -> str:
         return "Next: correct that and upload the file again."
     if project.model is None:
         return "Next: choose a model or drop in an FMU."
+    if matched and matched["problem"] and matched.get("own_case"):
+        return "Next: choose variables and units in the table below."
     if matched is None or matched["problem"]:
         return "Next: correct what is said about the columns, then upload the file again."
     if project.result(COMPARISON) is None:

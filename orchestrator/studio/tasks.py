@@ -3,6 +3,7 @@
 import json
 import os
 import pickle
+import re
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -67,7 +68,9 @@ def match(project: Project, say: Say) -> None:
         try:
             document["notes"] += bind(measurements, model.inputs, model.outputs).notes
         except MisfitError as error:
-            document["problem"] = str(error)
+            # Where the studio writes case.toml itself, the menus say what is to be said in it.
+            problem = re.sub(r";[^;]*case\.toml.*", "; choose variable and unit below", str(error))
+            document["problem"] = problem if document["own_case"] else str(error)
     _write(project, MATCH, document)
 
 

@@ -58,6 +58,20 @@ def test_a_dirty_file_and_a_modelica_model_are_dropped_and_matched_by_menus(
     angle.select_option("")
     expect(tab.get_by_text("1 of 2 columns are variables of the model.")).to_be_visible(timeout=PATIENCE_MS)
     expect(tab.get_by_text("no column is an output of the model").first).to_be_visible()
+    expect(tab.get_by_text("Next: choose variables and units in the table below.")).to_be_visible()
+    assert "case.toml" not in tab.locator(".studio-problem", has_text="no column is an output").first.inner_text()
+
+
+def test_a_file_that_is_no_table_is_called_by_the_name_it_was_dropped_under(
+    tab: Page, studio: Studio, tmp_path: Path
+) -> None:
+    project = Workspace(studio.workspace).create("A letter")
+    (tmp_path / "letter.csv").write_text("Dear colleague,\nthe data follow.\n")
+    tab.goto(f"{studio.url}/project/{project.id}")
+    tab.locator("#choose-measurements").set_input_files(tmp_path / "letter.csv")
+
+    expect(tab.get_by_text("Looking at the columns failed: letter.csv: no table of numbers")).to_be_visible()
+    assert str(studio.workspace) not in tab.locator("body").inner_text()
 
 
 def test_an_fmu_without_a_program_for_this_machine_is_told_as_such(tab: Page, studio: Studio, tmp_path: Path) -> None:
