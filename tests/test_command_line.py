@@ -1,12 +1,17 @@
 """The command line as a user meets it: one line for a mistake, the right exit code, results in files."""
 
+import fcntl
 import json
 import os
+import re
 import shutil
+import struct
 import subprocess
 import sys
+import termios
 import time
 import zipfile
+from contextlib import suppress
 from importlib.metadata import entry_points
 from pathlib import Path
 
@@ -22,6 +27,23 @@ PENDULUM = CASES / "pendulum"  # takes a third of the time
 def misfit(*arguments: str | Path, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
     command = [str(Path(sys.executable).with_name("misfit")), *map(str, arguments)]
     return subprocess.run(command, capture_output=True, text=True, cwd=cwd, check=False, timeout=300)
+
+
+def on_a_terminal(columns: int, *arguments: str | Path) -> str:
+    """What a terminal of that width shows, without its control codes and what was drawn over."""
+    ours, theirs = os.openpty()
+    fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
+    command = [str(Path(sys.executable).with_name("misfit")), *map(str, arguments)]
+    environment = {name: value for name, value in os.environ.items() if name != "COLUMNS"}
+    process = subprocess.Popen(command, stdout=theirs, stderr=subprocess.DEVNULL, env=environment)
+    os.close(theirs)
+    shown = b""
+    with suppress(OSError):  # Linux ends a closed terminal with an error
+        while part := os.read(ours, 65536):
+            shown += part
+    os.close(ours)
+    assert process.wait(timeout=60) == 0
+    return re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", shown.decode()).replace("\r\n", "\n")
 
 
 def small_case(folder: Path, **changes: str) -> Path:
@@ -328,3 +350,10 @@ def test_devices_and_pipes_are_written_to_and_stay(tmp_path: Path) -> None:
         assert os.read(reading, 10) == b"{}" and pipe.is_fifo()
     finally:
         os.close(reading)
+
+
+def test_no_line_of_a_run_is_wider_than_the_terminal_which_would_break_it_within_a_number() -> None:
+    lines = on_a_terminal(60, "run", "pendulum", "--stop", "1").splitlines()
+
+    assert any("times real time" in line for line in lines)
+    assert max(len(line.rpartition("\r")[2].rstrip()) for line in lines) <= 60

@@ -5,6 +5,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +13,7 @@ import click
 
 from fmus.errors import MisfitError
 from fmus.files import require_name_of_results
-from orchestrator.cli.common import can_be_written, on_screen, write_json
+from orchestrator.cli.common import can_be_written, on_screen, show, write_json
 from orchestrator.cli.running import full_address, options_of, running_options
 from orchestrator.cli.swaps import with_swaps
 
@@ -76,7 +77,7 @@ def run(
     from orchestrator.cosim.summary import SummaryRecorder
     from orchestrator.results import MemoryRecorder, Nowhere, compare_results, read_result, recorder_for
 
-    say = (lambda text: None) if quiet or json_file == "-" else click.echo
+    say = partial(show, quiet=quiet or json_file == "-")
     earlier = read_result(against) if against else None
     system = with_policies(with_settings(load_system(model), values), not_finite)
     excited: list[str] = []

@@ -164,7 +164,7 @@ def validate(files: tuple[str, ...], json_file: str | None, quiet: bool, workers
     notes = [f"{name}: {note}" for name, each in found.items() for note in each.notes]
     if json_file != "-":
         for line in [*lines, *([] if quiet else notes)]:
-            click.echo(line)
+            show(line, False)
     if lines:
         sys.exit(2 if broken else 1)
     if json_file != "-" and not quiet:

@@ -17,6 +17,7 @@ from orchestrator.cli.common import (
     json_option,
     progress,
     quiet_option,
+    show,
     write_file,
     write_json,
 )
@@ -32,11 +33,6 @@ _MOST_LINES = 20  # of a case, on the terminal
 
 def _common(command: Command) -> Command:
     return quiet_option(json_option(command))
-
-
-def _say(text: str, quiet: bool) -> None:
-    if not quiet:
-        click.echo(text)
 
 
 class WithPaths(click.Group):
@@ -103,7 +99,7 @@ def cases_command(
     outcomes = [*broken, *_run(cases, workers, quiet, "signals" if update else "verdict")]
     if update:
         outcomes = _updated(cases, outcomes, quiet)
-    _say("\n".join(_lines(outcomes)), quiet)
+    show("\n".join(_lines(outcomes)), quiet)
     document = outcomes_of.document(outcomes)
     if coverage or suggest:
         document["coverage"] = _covered(cases, workers, quiet, suggest)
@@ -135,7 +131,7 @@ def trend(folder: str, json_file: str | None, html_file: str | None, quiet: bool
     for name, verdicts in found.verdicts.items():
         lines.append(f"{''.join(v[:1].upper() if v != 'passed' else '.' for v in verdicts if v):<20} {name}")
     lines += [f"drifting: {x.case}: {x.signal}, by {x.drift:.2g} of its tolerance" for x in found.drifting]
-    _say("\n".join(lines), quiet or json_file == "-")
+    show("\n".join(lines), quiet or json_file == "-")
     write_json(json_file, found.to_json())
     write_file(html_file, trend_page(found, folder) if html_file else None)
 
@@ -161,7 +157,7 @@ def bisect(folder: str, case_file: str, pattern: str, json_file: str | None, qui
         raise MisfitError(f"{case_file} has {len(cases)} cases to choose from ({names}); name one with -k")
     with _one_lane(quiet) as run:
         found = search(cases[0], versions_in(Path(folder)), run)
-    _say(found.words, quiet or json_file == "-")
+    show(found.words, quiet or json_file == "-")
     write_json(json_file, found.to_json())
     sys.exit(0 if found.first is None else 1)
 
@@ -216,13 +212,13 @@ def _covered(cases: "Sequence[Case]", workers: int, quiet: bool, suggest: bool) 
     found = []
     for model in models:
         document = model.to_json()
-        _say("\n".join(coverage_lines(model)), quiet)
+        show("\n".join(coverage_lines(model)), quiet)
         if suggest:
             from orchestrator.regress.suggest import suggestions
 
             proposed = suggestions(model, run)
             document["suggestions"] = [each.to_json() for each in proposed]
-            _say("\n".join(each.text for each in proposed) or "  nothing was found that reaches more", quiet)
+            show("\n".join(each.text for each in proposed) or "  nothing was found that reaches more", quiet)
         found.append(outcomes_of.plain(document))
     return found
 
@@ -238,7 +234,7 @@ def _updated(cases: "Sequence[Case]", outcomes: "Sequence[Outcome]", quiet: bool
     from orchestrator.regress.update import update_references
 
     after, changes = update_references(cases, outcomes)
-    _say("\n".join(changes) if changes else "no reference changed", quiet)
+    show("\n".join(changes) if changes else "no reference changed", quiet)
     return after
 
 

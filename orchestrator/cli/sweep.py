@@ -11,7 +11,7 @@ from typing import Any
 
 import click
 
-from orchestrator.cli.common import can_be_filled, on_screen, write_json
+from orchestrator.cli.common import can_be_filled, on_screen, show, write_json
 from orchestrator.cli.running import full_address, options_of, running_options
 
 
@@ -66,7 +66,7 @@ def sweep(
     seconds = time.perf_counter() - began
     if not quiet and json_file != "-":
         for line in run_text.study(outcome, seconds, out):
-            click.echo(line)
+            show(line, False)
     done = [{**vars(run), "varied": case.words} for run, case in zip(outcome.runs, cases, strict=True)]
     about = {"schema": "misfit.sweep/1", "model": model, "out": out, "seconds": seconds}
     write_json(json_file, finite({**about, "done_before": outcome.done_before, "runs": done}))

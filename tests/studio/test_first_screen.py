@@ -194,7 +194,7 @@ def test_after_add_the_error_falls_in_the_pictures_whose_axes_stay(tab: Page, st
     (project.results / VERSION.format(1)).write_text(json.dumps({"entry": 1}))
     project.change(wanted=1)
 
-    expect(tab.get_by_text("Pendulum_1 has it: the error on held-out trials fell from 2694 to 341")).to_be_visible()
+    expect(tab.get_by_text("Pendulum_1 has it: the error on held-out trials fell from 2690 to 341")).to_be_visible()
     assert better.evaluate("(bar) => getComputedStyle(bar).animationName") == "a-fall"
     # It begins at the length of the bar of the model as given.
     begin = "(bar) => { const [a] = bar.getAnimations(); a.pause(); a.currentTime = 0; return getComputedStyle(bar).width; }"

@@ -7,8 +7,8 @@ from typing import Any
 
 from orchestrator.report.answer.notes import note_sentences
 from orchestrator.report.answer.rivals import Rival, not_tried, rivals_of
-from orchestrator.report.answer.words import PARAMETER_ERROR, capital, joined, name_of, share, sizes, times, what
-from orchestrator.report.numbers import over_floor
+from orchestrator.report.answer.words import PARAMETER_ERROR, capital, joined, name_of, share, sizes, what
+from orchestrator.report.numbers import digits, over_floor
 
 Document = Mapping[str, Any]
 # An error of up to so many noise floors is what noise alone leaves.
@@ -52,7 +52,9 @@ class Answer:
 
     def added(self, name: str, before: float, now: float, then: str | None) -> "Answer":
         """The same once effects are in the model, whose version is called `name`; `then` is what is still to be added."""
-        fell = f"{name} has it: the error on held-out trials fell from {times(before)} to {times(now)} times the noise."
+        fell = (
+            f"{name} has it: the error on held-out trials fell from {digits(before)} to {digits(now)} times the noise."
+        )
         step = f"Add {then}." if then else "Take the model away: Modelica, FMU and report are under Take away."
         return replace(self, detail=f"{self.detail.partition(' Adding ')[0]} {fell}".strip(), next_step=step)
 
@@ -136,8 +138,8 @@ def _present(before: float) -> str:
     if math.isnan(before):
         return ""
     if before <= WITHIN_NOISE:
-        return f"On held-out trials the model is off by {times(before)} times the noise, which is the noise itself."
-    return f"On held-out trials the model is off by {times(before)} times the noise."
+        return f"On held-out trials the model is off by {digits(before)} times the noise, which is the noise itself."
+    return f"On held-out trials the model is off by {digits(before)} times the noise."
 
 
 def _buys(document: Document, effects: Sequence[Mapping[str, Any]], before: float, after: float) -> str:
@@ -145,10 +147,10 @@ def _buys(document: Document, effects: Sequence[Mapping[str, Any]], before: floa
     if math.isnan(before) or math.isnan(after):
         return "No trial was held out, so what it buys is not proven."
     it = _them(document, effects)
-    fall = f"Adding {it} takes the error on held-out trials from {times(before)} to {times(after)} times the noise"
+    fall = f"Adding {it} takes the error on held-out trials from {digits(before)} to {digits(after)} times the noise"
     removed = (document.get("held_out") or {}).get("reducible_removed")
     if after >= before:
-        return f"Adding {it} does not lower the error on held-out trials ({times(before)} to {times(after)} times the noise)."
+        return f"Adding {it} does not lower the error on held-out trials ({digits(before)} to {digits(after)} times the noise)."
     if before <= 1.0 or removed is None or not math.isfinite(removed):
         return f"{fall}."
     return f"{fall}: {share(removed)} of the avoidable error."
@@ -169,7 +171,7 @@ def _caution(document: Document, effects: Sequence[Mapping[str, Any]], before: f
             return f"Free runs are within the noise; {left} of the force that still disturbs the model in between is not explained."
         return f"{capital(left)} of the missing force is still not explained."
     if effects and not math.isnan(after) and after > WITHIN_NOISE:
-        return f"What is left, {times(after)} times the noise, is not explained by {_them(document, effects)}."
+        return f"What is left, {digits(after)} times the noise, is not explained by {_them(document, effects)}."
     if document.get("verdict") == "unknown" and (best := document.get("best")):
         return f"Closest in the library: {joined(what(effect) for effect in best)}; it is not proven."
     if document.get("verdict") == "cannot_tell" and (open_notes := _open_notes(document)):

@@ -10,8 +10,8 @@ import numpy as np
 from orchestrator.report.answer.answer import Bar
 from orchestrator.report.answer.residual import Residual
 from orchestrator.report.answer.witness import Witness
-from orchestrator.report.answer.words import times, unit_text
-from orchestrator.report.numbers import engineering_exponent, prefixed, takes_prefix, ticks
+from orchestrator.report.answer.words import unit_text
+from orchestrator.report.numbers import digits, engineering_exponent, prefixed, takes_prefix, ticks
 
 # Points of a curve that a picture of this width can show.
 MOST_POINTS = 500
@@ -98,9 +98,9 @@ def bars_svg(bars: Sequence[Bar], narrow: bool = False) -> str:
         parts.append(f'<text class="a-axis" {at}>{html.escape(label)}</text>')
         parts.append(f'<rect class="a-{bar.kind}" x="{left}" y="{y + above}" width="{width:.1f}" height="20"/>')
         parts.append(
-            f'<text class="a-title" x="{left + width + 6:.1f}" y="{y + above + 15}">{"1" if bar.kind == "floor" else times(bar.value)} ×</text>'
+            f'<text class="a-title" x="{left + width + 6:.1f}" y="{y + above + 15}">{"1" if bar.kind == "floor" else digits(bar.value)} ×</text>'
         )
-    words = "Error on held-out trials: " + ", ".join(f"{bar.label} {times(bar.value)} times the noise" for bar in bars)
+    words = "Error on held-out trials: " + ", ".join(f"{bar.label} {digits(bar.value)} times the noise" for bar in bars)
     return _svg(NARROW if narrow else WIDE, row * len(bars), words, parts)
 
 

@@ -5,7 +5,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from orchestrator.report.answer.words import capital, joined, name_of, place_of, share, times
+from orchestrator.report.answer.words import capital, joined, name_of, place_of, share
+from orchestrator.report.numbers import digits
 
 Document = Mapping[str, Any]
 MOST = 4
@@ -99,7 +100,7 @@ def odds_words(odds: float) -> str:
     """
     if odds > CLEAR:
         return "over 1000 : 1"
-    return f"{times(odds)} : 1" if odds > 1.1 else "even"
+    return f"{digits(odds)} : 1" if odds > 1.1 else "even"
 
 
 def _outcome(document: Document, entry: Mapping[str, Any]) -> str:

@@ -101,15 +101,6 @@ def unit_text(unit: str) -> str:
     return "" if unit == "1" else raised.replace(".", "·")
 
 
-def times(value: float) -> str:
-    """A multiple of the noise: three digits, whole numbers from 100 on.
-
-    >>> times(1.268), times(1350.4)
-    ('1.27', '1350')
-    """
-    return f"{value:.0f}" if 100 <= value < 1e5 else digits(value)
-
-
 def share(value: float) -> str:
     """A share in whole per cent; never 100 % of what is not all, nor 0 % of what is something.
 
