@@ -7,6 +7,7 @@ from typing import Literal
 
 import numpy as np
 import pytest
+from accessibility import grave_violations
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, Page
 from studio_process import ROOT, Studio
@@ -52,6 +53,22 @@ def test_a_report_asks_nothing_of_the_network_and_its_replay_works(report: tuple
     assert seen == []
     assert page.get_by_role("slider", name="Time").get_attribute("aria-valuetext") is not None
     page.locator(".why > summary").click()
+
+
+def test_on_a_phone_no_table_of_a_report_is_cut_and_its_figures_keep_their_size(report: tuple[Page, list[str]]) -> None:
+    """Figures of 900 pixels were shrunk to 360, and tables ended at the edge of the screen."""
+    page, _ = report
+    page.set_viewport_size({"width": 390, "height": 844})
+    page.evaluate("document.querySelectorAll('details').forEach((part) => { part.open = true; })")
+
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390
+    cut = "[...document.querySelectorAll('.scroll')].filter((box) => box.scrollWidth > box.clientWidth + 1).length"
+    assert page.evaluate(cut) == 0
+    assert page.locator(".scroll td:visible").count() == page.locator(".scroll td:visible[data-label]").count() > 0
+    assert min(image.bounding_box()["width"] for image in page.locator("figure img").all()) > 650  # type: ignore[index]
+    assert [entry for entry in grave_violations(page) if "scrollable" in str(entry)] == []
+    page.set_viewport_size({"width": 1280, "height": 720})
+    page.evaluate("document.querySelectorAll('details').forEach((part) => { part.open = false; })")
 
 
 @pytest.mark.parametrize(("scheme", "paper"), [("light", "rgb(255, 255, 255)"), ("dark", "rgb(21, 25, 30)")])
