@@ -1,5 +1,6 @@
 """Faults that a man in the middle on the bus makes, or a node, or a controller, in virtual time."""
 
+import itertools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -102,6 +103,12 @@ def _late(periods: float) -> Callable[[Scene], None]:
     return start
 
 
+def _ageing(scene: Scene) -> None:
+    """Forces come two periods later at every tenth answer: each of them when one is awaited, and none missing for long."""
+    count = itertools.count()
+    scene.change(frozenset({FORCE}), lambda t: [Timed(t.time_ns + next(count) // 10 * 2 * scene.period_ns, t.frame)])
+
+
 def _shifted(timed: Timed) -> list[Timed]:
     """A position 0.3 rad of the elbow further."""
     counts = unpack_positions(timed.frame.data).motor + int(0.3 * 9.55 * 4096 / (2 * math.pi))
@@ -184,6 +191,7 @@ FAULTS: tuple[Fault, ...] = (
     Fault("an encoder that jumps by 0.3 rad", lambda s: s.change(frozenset({answer_of(3, Group.POSITIONS)}), _shifted)),
     Fault("a force sensor that is dead", _switched_off(Node.FORCE_SENSOR)),
     Fault("a force sensor that freezes", _frozen(frozenset({FORCE}))),
+    Fault("forces that grow old step by step", _ageing),
     Fault("a safety module that is dead", _switched_off(Node.SAFETY)),
     Fault("a recorder that is dead", lambda s: setattr(s, "recording", False)),
 )
