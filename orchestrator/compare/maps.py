@@ -269,9 +269,36 @@ def _place(m: ErrorMap) -> str:
     if np.sign(m.bias[0]) != np.sign(m.bias[-1]) and min(abs(m.bias[0]), abs(m.bias[-1])) > 0.3 * np.sqrt(
         np.mean(m.rms**2)
     ):
-        way = "flips with the sign of" if m.edges[0] < 0 < m.edges[-1] else "has another sign at the other end of"
-        return f"{way} {m.against}, {where}"
+        return f"{shape(0.5 * (m.edges[:-1] + m.edges[1:]), m.bias)} {m.against}, {where}"
     return where
+
+
+# The share of the variance of means from which on a shape is said in words; shares of two that differ by less do not tell.
+TELLS, ALIKE = 0.85, 0.05
+
+
+def shape(x: np.ndarray, means: np.ndarray) -> str:
+    """How means (n,) go with the middles x (n,) of their bins: the plainest of the shapes that tells most of their variance.
+
+    >>> x = np.array([-2.0, -1.0, 1.0, 2.0])
+    >>> shape(x, -3 * x), shape(x, np.sign(x)), shape(x, x**2)
+    ('falls in proportion to', 'flips with the sign of', 'changes with')
+    """
+    sign, line = explained(np.sign(x), means), explained(x, means)
+    if max(sign, line) < TELLS:
+        return "changes with"
+    if sign > line + ALIKE and np.any(x > 0) and np.any(x < 0):
+        return "flips with the sign of"
+    way = "grows" if float(np.sum((x - x.mean()) * (means - means.mean()))) > 0 else "falls"
+    # A straight line leaves next to nothing.
+    return f"{way} in proportion to" if line > max(sign, 1 - ALIKE) + ALIKE / 2 else f"{way} with"
+
+
+def explained(source: np.ndarray, means: np.ndarray) -> float:
+    """Share of the variance of means (n,) that a multiple of the source (n,) and a constant explain."""
+    if np.ptp(source) == 0 or np.ptp(means) == 0:
+        return 0.0
+    return float(np.corrcoef(source, means)[0, 1] ** 2)
 
 
 def _plain_names(maps: Sequence[ErrorMap]) -> set[str]:

@@ -1,5 +1,6 @@
 """A diagnosis carries its evidence: what was tried, where the model fails, and curves, in the page and in JSON alike."""
 
+import re
 from html import escape
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from orchestrator.diagnose import diagnose
 from orchestrator.library.cards import effect_library
 from orchestrator.measurements import load_measurements
 from orchestrator.report.answer.rivals import plain_reason
-from orchestrator.report.answer.witness import witnesses_of
+from orchestrator.report.answer.witness import shape_words, witnesses_of
 from orchestrator.report.html import diagnosis_report
 from orchestrator.verdicts.result import Diagnosis
 
@@ -39,11 +40,14 @@ def test_every_set_that_was_tried_has_its_outcome_in_words(found: Diagnosis) -> 
     assert all(outcome for outcome in outcomes.values())
 
 
-def test_missing_force_of_the_pendulum_goes_with_the_sign_of_its_speed(found: Diagnosis) -> None:
-    """Its friction is viscous, so the missing torque is in proportion to speed."""
+def test_missing_force_of_the_pendulum_falls_with_its_speed_in_the_findings_as_on_the_first_screen(
+    found: Diagnosis,
+) -> None:
+    """Its friction is viscous, so the missing torque opposes speed; that it flips with the sign would say dry friction."""
     (sentence,) = found.findings
 
-    assert sentence.startswith("missing force on theta: flips with the sign of speed of theta")
+    assert re.match("missing force on theta: falls (with|in proportion to) speed of theta", sentence)
+    assert shape_words(witnesses_of(found.to_json())).startswith("the missing torque opposes speed of theta")
     rows = [row for row in found.where if row["against"] == "speed of theta"]
     middles = [0.5 * (row["from"] + row["to"]) for row in rows]
     assert np.corrcoef(middles, [row["bias"] for row in rows])[0, 1] < -0.95

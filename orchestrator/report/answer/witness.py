@@ -7,14 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from orchestrator.compare.maps import shape
+
 Document = Mapping[str, Any]
 # Panels that have room beside each other.
 MOST_PANELS = 2
-# The share of the dots' variance from which on a shape is said in words.
-TELLS = 0.85
-# Shares of two shapes that differ by less do not tell between them; a straight line leaves next to nothing.
-ALIKE = 0.05
-STRAIGHT = 0.95
 Z90 = 1.645
 QUANTITIES = {
     "N.m": "torque",
@@ -138,15 +135,10 @@ def shape_words(found: Sequence[Witness]) -> str:
     x, force = np.array(first.x), np.array(first.force)
     if np.ptp(x) == 0 or np.ptp(force) == 0:
         return f"{lack} hardly changes with {first.coordinate}"
-    sign, line = _explained(np.sign(x), force), _explained(x, force)
-    slope = float(np.sum((x - x.mean()) * (force - force.mean())))
-    if max(sign, line) < TELLS:
-        return f"{lack} changes with {first.coordinate}"
-    if sign > line + ALIKE and np.any(x > 0) and np.any(x < 0):
-        return f"{lack} flips with the sign of {first.coordinate}"
-    way = "grows with" if slope > 0 else "opposes" if first.coordinate.startswith("speed") else "falls with"
-    straight = line > max(sign, STRAIGHT) + ALIKE / 2
-    return f"{lack} {way} {first.coordinate}{', in proportion to it' if straight else ''}"
+    way = shape(x, force)
+    if first.coordinate.startswith("speed") and way.startswith("falls"):
+        return f"{lack} opposes {first.coordinate}{', in proportion to it' if 'proportion' in way else ''}"
+    return f"{lack} {way} {first.coordinate}"
 
 
 def quantity_of(unit: str) -> str:
@@ -156,12 +148,6 @@ def quantity_of(unit: str) -> str:
     ('torque', 'heat flow', 'acceleration', 'force')
     """
     return QUANTITIES.get(unit, "force" if unit in ("", "N") else "rate")
-
-
-def _explained(source: np.ndarray, force: np.ndarray) -> float:
-    if np.ptp(source) == 0:
-        return 0.0
-    return float(np.corrcoef(source, force)[0, 1] ** 2)
 
 
 def _numbers(values: Any) -> list[float]:
