@@ -307,15 +307,21 @@ def test_models_lists_what_goes_in_and_out() -> None:
     assert lines[drive + 1 : drive + 3] == ["  inputs: torque (N.m)", "  outputs: phi (rad)"]
 
 
-def test_long_work_off_a_terminal_says_now_and_then_where_it_is(capsys: pytest.CaptureFixture[str]) -> None:
-    from orchestrator.cli.common import LINE_EVERY_S, _now_and_then
+def test_one_long_step_off_a_terminal_says_now_and_then_where_it_is(capsys: pytest.CaptureFixture[str]) -> None:
+    """A line came with the next step only: a comparison of ten minutes said nothing."""
+    from orchestrator.cli.common import _now_and_then
 
-    seconds = iter([0.0, 1.0, LINE_EVERY_S, LINE_EVERY_S + 1.0, 2 * LINE_EVERY_S])
-    say = _now_and_then(lambda: next(seconds))
-    for message in ("one", "two", "three", "four"):
-        say(message)
+    said = ""
+    with _now_and_then(every_s=0.02) as say:
+        say("running sensor_lag along every trial")
+        while said.count("\n") < 3:
+            said += capsys.readouterr().err
 
-    assert capsys.readouterr().err == "misfit: 30 s: two\nmisfit: 60 s: four\n"
+    assert all(
+        re.fullmatch(r"misfit: \d+ s.*: running sensor lag along every trial", line) for line in said.splitlines()
+    )
+    time.sleep(0.05)
+    assert capsys.readouterr().err.count("\n") <= 1, "it is quiet once the work has ended"
 
 
 def shell(line: str, folder: Path) -> subprocess.CompletedProcess[str]:

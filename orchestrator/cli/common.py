@@ -4,9 +4,10 @@ import json
 import os
 import sys
 import textwrap
+import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -14,7 +15,7 @@ import click
 
 from fmus.errors import MisfitError
 from fmus.files import try_writing, write_atomically
-from orchestrator.elapsed import Elapsed, columns
+from orchestrator.elapsed import Elapsed, columns, in_words
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -176,7 +177,8 @@ def progress(quiet: bool) -> Iterator[Say]:
         yield lambda message: None
         return
     if not sys.stderr.isatty():
-        yield _now_and_then(time.monotonic)
+        with _now_and_then() as say:
+            yield say
         return
     from rich.console import Console
     from rich.progress import Progress
@@ -219,21 +221,28 @@ def screen_paused() -> Iterator[None]:
             bar.start()
 
 
-def _now_and_then(clock: Callable[[], float]) -> Say:
-    """Say a line on stderr at most every `LINE_EVERY_S`, the first one no sooner than that."""
-    began = last = now = clock()
-    gone = Elapsed(lambda: now)
+@contextmanager
+def _now_and_then(every_s: float = LINE_EVERY_S) -> Iterator[Say]:
+    """Say a line on stderr every so often, also where one step of the work takes longer than that."""
+    began, gone, latest, ended = time.monotonic(), Elapsed(), ["starting"], threading.Event()
 
     def say(message: str) -> None:
-        nonlocal last, now
-        now = clock()
         gone.said(message)
-        if now - last >= LINE_EVERY_S:
-            last = now
-            words = ", ".join(filter(None, (f"{now - began:.0f} s", gone.words)))
-            print(f"misfit: {words}: {message}", file=sys.stderr, flush=True)
+        latest[0] = message
 
-    return say
+    def speak() -> None:
+        while not ended.wait(every_s):
+            words = ", ".join(filter(None, (f"{time.monotonic() - began:.0f} s", gone.words)))
+            with suppress(OSError, ValueError):  # nobody reads any more
+                print(f"misfit: {words}: {in_words(latest[0])}", file=sys.stderr, flush=True)
+
+    speaker = threading.Thread(target=speak, daemon=True)
+    speaker.start()
+    try:
+        yield say
+    finally:
+        ended.set()
+        speaker.join()
 
 
 def show(renderable: Any, quiet: bool) -> None:
