@@ -36,8 +36,9 @@ class Likelihood:
         self._kept: list[Contract] = []
         # A latent function that no observation names has nothing to be learnt from.
         self._seen = [name for name in latents if np.any(self._rows.coefficients.get(name, 0.0))]
-        pairs: dict[bytes, Pairs] = {}
-        self._parts = [_Part.of(self._rows.inputs, self._rows.coefficients[name], pairs) for name in self._seen]
+        first: dict[bytes, _Part] = {}
+        self._parts = [_Part.of(self._rows.inputs, self._rows.coefficients[name], first) for name in self._seen]
+        self._first = tuple(first.values())  # one for each set of places
         kernels = [(name, self._latents[name].kernel) for name in self._seen]
         noises = [(each.name, each.noise) for each in observations if isinstance(each.noise, LearntNoise)]
         self.names = (
@@ -86,7 +87,8 @@ class Likelihood:
         slope = dsyrk(-1.0, weights, beta=p, c=inverse_from_factor(matrix), lower=1, overwrite_c=1)
         slope[np.diag_indices(n)] *= 0.5
         entries = slope.ravel(order="K")
-        by_kernel = [part.slope(entries, of) for part, of in zip(self._parts, slopes, strict=True)]
+        weights_of = {id(part.places): entries[part.places] for part in self._first}
+        by_kernel = [part.slope(weights_of[id(part.places)], of) for part, of in zip(self._parts, slopes, strict=True)]
         by_value = [latents[name].kernel.values * each for name, each in zip(self._seen, by_kernel, strict=True)]
         return value, np.concatenate([*by_value, *_by_noise(observations, np.diagonal(slope)), []])
 
@@ -94,10 +96,15 @@ class Likelihood:
         """Lower triangle in column order, (n, n), and for each latent function what makes slopes of its kernel's values."""
         matrix = np.zeros((self.count, self.count), order="F")
         entries, slopes = matrix.ravel(order="K"), []
+        sums: dict[int, Array] = {}
         for name, part in zip(self._seen, self._parts, strict=True):
             found, contract = latents[name].kernel.on_pairs(part.pairs)
-            entries[part.places] += found if part.factors is None else found * part.factors
+            found = found if part.factors is None else found * part.factors
+            # Where a function stands in the matrix takes as long as the function: those that stand at the same places go there together.
+            sums[id(part.places)] = found + sums[id(part.places)] if id(part.places) in sums else found
             slopes.append(contract)
+        for part in self._first:
+            entries[part.places] += sums[id(part.places)]
         return matrix, slopes
 
 
@@ -114,16 +121,18 @@ class _Part:
     factors: Array | None
 
     @staticmethod
-    def of(points: Array, coefficients: Array, known: dict[bytes, Pairs]) -> "_Part":
+    def of(points: Array, coefficients: Array, known: dict[bytes, "_Part"]) -> "_Part":
         chosen = np.flatnonzero(coefficients)
-        pairs = known.setdefault(chosen.tobytes(), Pairs(points[chosen]))
+        first = known.get(chosen.tobytes())
+        pairs = Pairs(points[chosen]) if first is None else first.pairs
         row, column = chosen[pairs.row], chosen[pairs.column]
+        places = column * len(points) + row if first is None else first.places
         factors = coefficients[row] * coefficients[column]
-        return _Part(pairs, column * len(points) + row, None if np.all(factors == 1.0) else factors)
+        part = _Part(pairs, places, None if np.all(factors == 1.0) else factors)
+        return known.setdefault(chosen.tobytes(), part) if first is None else part
 
-    def slope(self, entries: Array, contract: Contract) -> Array:
-        """Slopes of the kernel's values, of slopes of the covariance."""
-        weights = entries[self.places]
+    def slope(self, weights: Array, contract: Contract) -> Array:
+        """Slopes of the kernel's values, of slopes of the covariance at the places."""
         return contract(weights if self.factors is None else weights * self.factors)
 
 
