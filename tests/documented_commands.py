@@ -47,12 +47,17 @@ AS_FAST_AS_IT_IS = ("misfit hil check", "misfit hil hold", "misfit hil record", 
 STOOD_STILL = "this machine is too busy"
 
 
+# Pages whose programs in Python another test runs: with other names for their files, as a test of pytest.
+PROGRAMS_ELSEWHERE = ("gp.md", "control.md", "regress.md")
+
+
 @dataclass(frozen=True)
 class Command:
-    """A command as the page has it, and the exit code that the page says (0 if it says none)."""
+    """A command as the page has it, or a program in Python, and the exit code that the page says (0 if it says none)."""
 
     line: str
     code: int = 0
+    program: bool = False
 
     def begins(self, *beginnings: str) -> bool:
         """Whether it is one of these."""
@@ -60,9 +65,17 @@ class Command:
 
 
 def blocks(page: Path) -> list[list[Command]]:
-    """The commands of misfit and dask in each block of a page, without the words behind them that say what they do."""
-    texts = re.findall(r"^ *```\w*[^\n]*\n(.*?)^ *```", page.read_text(), re.DOTALL | re.MULTILINE)
-    found = [[_command(line.strip()) for line in text.splitlines()] for text in texts]
+    """The commands of misfit and dask in each block of a page, without the words behind them that say what they do.
+
+    A block in Python is one command: it, after those of the page that stand before it, whose names it may use.
+    """
+    found, before = [], ""
+    for language, text in re.findall(r"^ *```(\w*)[^\n]*\n(.*?)^ *```", page.read_text(), re.DOTALL | re.MULTILINE):
+        if language != "python":
+            found.append([_command(line.strip()) for line in text.splitlines()])
+        elif page.name not in PROGRAMS_ELSEWHERE:
+            before += text
+            found.append([Command(before, program=True)])
     return [commands for block in found if (commands := [each for each in block if each])]
 
 
@@ -100,7 +113,9 @@ def run(block: list[Command], folder: Path) -> None:
             _run_to_its_end(command, folder)
 
 
-def _words(line: str) -> list[str]:
+def _words(line: str, program: bool = False) -> list[str]:
+    if program:
+        return [sys.executable, "-c", line]
     for text, other in REPLACED.items():
         line = line.replace(text, other)
     program, *words = shlex.split(line)
@@ -108,15 +123,15 @@ def _words(line: str) -> list[str]:
     return [str(Path(sys.executable).with_name(program)), *words, *added]
 
 
-def _run(line: str, folder: Path) -> subprocess.CompletedProcess[str]:
+def _run(line: str, folder: Path, program: bool = False) -> subprocess.CompletedProcess[str]:
     kept = {"MISFIT_CACHE": str(folder / "cache")} if line.startswith(KEEPS) else {}
     return subprocess.run(
-        _words(line), cwd=folder, env={**AT_ONCE, **kept}, capture_output=True, text=True, check=False
+        _words(line, program), cwd=folder, env={**AT_ONCE, **kept}, capture_output=True, text=True, check=False
     )
 
 
 def _run_to_its_end(command: Command, folder: Path) -> None:
-    done = _run(command.line, folder)
+    done = _run(command.line, folder, command.program)
     slow = command.begins(*AS_FAST_AS_IT_IS) and (
         "check" in command.line or STOOD_STILL in " ".join(done.stdout.split())
     )

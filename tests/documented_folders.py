@@ -57,9 +57,19 @@ def coupled(folder: Path) -> None:
         (folder / name).write_text(text)
 
 
+def pushed_mass(folder: Path) -> None:
+    """A system of one mass that can be pushed."""
+    (folder / "Mass.mo").write_text(
+        'model Mass\n  parameter Real m(unit="kg") = 1;\n  input Real Fb(unit="N");\n  output Real x(unit="m", start=0, fixed=true);\n'
+        '  Real v(unit="m/s", start=0, fixed=true);\nequation\n  der(x) = v;\n  m*der(v) = Fb;\nend Mass;\n'
+    )
+    (folder / "pair.toml").write_text('[run]\nstep = 0.1\n[components.mass]\nmodelica = "Mass.mo:Mass"\n')
+
+
 BEFORE: dict[str, Callable[[Path], object]] = {
     "bench.md": coupled,
     "black_box_fmus.md": drive,
+    "cosimulation.md": pushed_mass,
     "data_checks.md": swings_in_degrees,
     "effect_cards.md": lambda folder: swings(folder / "swings"),
     "fmus.md": plant,

@@ -125,6 +125,7 @@ SLOW = {
             "laws.md",
             "scale.md",
             "study.md",
+            "python.md",
         )
     },
     "tests/test_documentation_site.py": "test_documentation.py: links and commands of pages; house/test_public_list.py: the reference",
