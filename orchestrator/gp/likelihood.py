@@ -99,9 +99,13 @@ class Likelihood:
         sums: dict[int, Array] = {}
         for name, part in zip(self._seen, self._parts, strict=True):
             found, contract = latents[name].kernel.on_pairs(part.pairs)
-            found = found if part.factors is None else found * part.factors
-            # Where a function stands in the matrix takes as long as the function: those that stand at the same places go there together.
-            sums[id(part.places)] = found + sums[id(part.places)] if id(part.places) in sums else found
+            if part.factors is not None:
+                found *= part.factors
+            # Where a function stands in the matrix takes as long as the function: those at the same places go there together.
+            if id(part.places) in sums:
+                sums[id(part.places)] += found
+            else:
+                sums[id(part.places)] = found
             slopes.append(contract)
         for part in self._first:
             entries[part.places] += sums[id(part.places)]

@@ -37,7 +37,7 @@ class Kernel(ABC):
         """d k(x_i, y_j) / d value, (n, m), one after the other in the order of `values`."""
 
     def on_pairs(self, pairs: Pairs) -> tuple[Array, Callable[[Array], Array]]:
-        """k of each pair, (m,), and a function: from weights (m,) it makes sum_m weights_m d k_m / d value of each value."""
+        """k of each pair, (m,), an array of the caller's, and a function: from weights (m,) it makes sum_m weights_m d k_m / d value of each value."""
         x = pairs.points
 
         def contract(weights: Array) -> Array:

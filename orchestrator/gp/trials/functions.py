@@ -70,15 +70,15 @@ def needed_functions(observation: Observation, output: str) -> tuple[Fit, tuple[
     if len(kept) < len(counts):
         best = _fitted(_with(observation, kept), most.latents)
     # Functions that stand in for each other, such as one alone and one times an input that hardly moves: each can be spared, all cannot.
-    # The best of several must gain the logarithm of their number more (extended BIC).
-    while (left := [name for name in counts if name not in kept]) and best.value - most.value > price:
-        more = {name: _fitted(_with(observation, [*kept, name]), most.latents) for name in left}
-        first = min(left, key=lambda name: more[name].value)
-        gain = float(best.value - more[first].value)
-        if not gain > price + np.log(len(left)):
+    # The largest are tried again first, at the price of one of so many (extended BIC).
+    spared = sorted((name for name in counts if name not in kept), key=lambda name: -sizes[name])
+    for name in spared:
+        if not best.value - most.value > price:
             break
-        gains[first], best = gain, more[first]
-        kept = [name for name in counts if name in (*kept, first)]
+        more = _fitted(_with(observation, [*kept, name]), most.latents)
+        gain = float(best.value - more.value)
+        if gain > price + np.log(len(spared)):
+            gains[name], best, kept = gain, more, [*kept, name]
     verdicts = tuple(
         Verdict(name, output, name.removeprefix(output).removeprefix(":"), sizes[name], gains.get(name, 0.0), price)
         for name in sizes
