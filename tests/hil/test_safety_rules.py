@@ -209,7 +209,7 @@ def test_no_rule_trips_in_a_calm_cycle(rule: str) -> None:
         ),
         ("motion_explained", {"m_speeds": (0.0, 0.8)}, "joint 2 sped up by 0.8 rad/s, and neither"),
         ("force_bounded", {"n_force": (0.0,) * 3, "n_force_missing_ns": 60_000_000}, "not answered for 60 ms"),
-        ("force_bounded", {"n_force": (0.0,) * 3, "n_force_missing_ns": 999_700_000}, "not answered for 1000 ms"),
+        ("force_bounded", {"n_force": (0.0,) * 3, "n_force_missing_ns": 999_500_000}, "not answered for 1000 ms"),
         ("force_bounded", {"n_force": (0.0,) * 3, "n_force_missing_ns": 1_234_000_000}, "not answered for 1234 ms"),
         ("force_bounded", {"n_sensor": False}, "there is no force sensor"),
         ("module_agrees", {"n_module": Module.ABSENT}, "there is no safety module"),

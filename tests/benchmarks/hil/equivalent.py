@@ -2,6 +2,7 @@
 
 EQUIVALENT: dict[str, str] = {
     "motion.py:41: 0.0 + 1": "the rate counts with the time that has passed, and here none has",
+    "`history` -> True": "what is kept of no changes of sign is none",
     "`before.jumps` -> True": "only a motion that a test makes has none",
     "Gt -> GtE in `torque > 0`": "a torque of zero is not beyond the breakaway, so its way is of no account",
     "Gt -> GtE in `(speed - begun) * way > EFFECT`": "they differ where a filtered speed is the limit to the last bit",

@@ -70,7 +70,9 @@ def process_lines(trials: int, rates: tuple[float, ...] = RATES) -> Iterator[Lin
             try:
                 times, told = process_times(way, rate_hz, trials)
             except RuntimeError as error:  # a machine that is too busy for this rate
-                yield Line(way, rate_hz, math.nan, math.nan, math.nan, 0.0, f"not measured here: {error}")
+                yield Line(
+                    way, rate_hz, math.nan, math.nan, math.nan, 0.0, f"not measured here: {str(error).splitlines()[-1]}"
+                )
                 continue
             yield Line(way, rate_hz, times[-1], statistics.median(times), times[-1], PROCESS_MS, told)
 
