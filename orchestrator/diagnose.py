@@ -124,7 +124,8 @@ def _diagnosed(
     else:
         try:
             found = without_harm(search_slots(source, measurements, given, library, workers, progress, work))
-        except (ArithmeticError, LookupError, ValueError) as error:  # numbers that the search cannot go on with
+        # Numbers that the search cannot go on with; CasADi reports what it cannot do as RuntimeError.
+        except (RuntimeError, ArithmeticError, LookupError, ValueError) as error:
             found = search_failed(given, error)
         if _asks_for_more(found, closed) and (not isinstance(source, FmuSource) or can_be_taped(source)):
             progress("looking at every balance equation")

@@ -65,7 +65,7 @@ class Judge:
 
     def defeats(self, other: FittedSet, one: FittedSet) -> bool:
         """Whether a set with no more parameters predicts clearly better than another one, over some horizon, and worse over none."""
-        if other is one or len(other.fit.theta) > len(one.fit.theta):
+        if other is one or other.counted > one.counted:
             return False
         clearly = self.best_ratio(other, one) < 1 - self.limits.defeated
         return clearly and self.ratio(other, one) <= 1 + self.limits.worse
@@ -126,7 +126,7 @@ class Judge:
         """Whether another set, no richer, explains the record as well and predicts it as well."""
         if other is chosen or not other.candidates or other.key >= chosen.key:
             return False
-        if len(other.fit.theta) > len(chosen.fit.theta) or self.beyond_doubt(chosen, other):
+        if other.counted > chosen.counted or self.beyond_doubt(chosen, other):
             return False
         return self.ratio(other, chosen) < 1 + self.limits.alike
 
@@ -247,7 +247,7 @@ def _simplest(chosen: FittedSet, ranked: Sequence[FittedSet], judge: Judge) -> F
     if not chosen.candidates:
         return chosen
     for other in ranked:
-        simpler = other.candidates and len(other.fit.theta) < len(chosen.fit.theta)
+        simpler = other.candidates and other.counted < chosen.counted
         if simpler and not judge.beyond_doubt(chosen, other) and judge.ratio(other, chosen) < 1 + judge.limits.alike:
             return other
     return chosen

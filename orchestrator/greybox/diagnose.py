@@ -212,7 +212,7 @@ def _better(common: Decision, wider: Decision, judge: Judge) -> Decision:
     judge.windows = common.windows
     one, other = wider.chosen, common.chosen
     far = judge.ratio(one, other) < 1 - judge.limits.least_improvement
-    simpler = len(one.fit.theta) <= len(other.fit.theta) and judge.beyond_doubt(one, other)
+    simpler = one.counted <= other.counted and judge.beyond_doubt(one, other)
     return wider if (far or simpler) and wider.grade in ("named", "ambiguous") else common
 
 
@@ -392,7 +392,7 @@ def _ranking(decision: Decision, nominal: FittedSet) -> tuple[RankedSet, ...]:
 def _weight(other: FittedSet, decision: Decision) -> float:
     """How likely a set is beside the chosen one, 0 to 1; one with more parameters had its chance, and lost it, unless it is a rival."""
     chosen = decision.chosen
-    larger = other.key > chosen.key or len(other.fit.theta) > len(chosen.fit.theta)
+    larger = other.key > chosen.key or other.counted > chosen.counted
     if other is chosen or (larger and other not in decision.rivals):
         return float(other is chosen)
     return float(2 * ndtr(-max(other.loss - chosen.loss, 0.0) / max(scatter_between(chosen, other), 1.0)))
@@ -428,7 +428,7 @@ def _tried(decision: Decision, nominal: FittedSet, named: bool) -> tuple[Tried, 
 
 def _beside_the_chosen(found: FittedSet, chosen: FittedSet) -> str:
     """Why a set is not the answer, in words."""
-    behind, more = found.loss - chosen.loss, len(found.fit.theta) - len(chosen.fit.theta)
+    behind, more = found.loss - chosen.loss, found.counted - chosen.counted
     if behind >= 0:
         return f"makes the record less probable than the chosen set does, by {behind:.3g} nats"
     numbers = f"{more} more parameter{'s' if more > 1 else ''}" if more > 0 else "as many parameters"

@@ -32,7 +32,7 @@ class LawParameter:
 
     `kind` is its unit in terms of the place, such as "force/speed^2". A `gain` enters linearly and is 0 where the effect is
     absent; `positive` says that physics allows no negative value, `most` is the largest that it allows, `along` that it has the sign of the model's own response there. Any other parameter is a
-    shape: `grid` holds values in multiples of the record's own scale of that kind, `fitted` says whether it is estimated. `prior` is the standard deviation of a
+    shape: `grid` holds values in multiples of the record's own scale of that kind, `fitted` says whether it is estimated; one that `smooths` is, and counts as none: it says how sharp a corner is. `prior` is the standard deviation of a
     gain's prior. A shape with `waves` counts waves per turn; values of which the record shows fewer waves are left out.
     `value` is what was fitted where the law was found; a shape starts there.
     """
@@ -45,6 +45,7 @@ class LawParameter:
     most: float = math.inf
     grid: tuple[float, ...] = ()
     fitted: bool = True
+    smooths: bool = False
     prior: float = 0.0
     waves: float = 0.0
     description: str = ""

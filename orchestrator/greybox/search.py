@@ -44,7 +44,12 @@ class FittedSet:
     @property
     def loss(self) -> float:
         """Minus the log likelihood, with half the logarithm of the number of samples for each parameter (Schwarz 1978)."""
-        return float(self.losses.sum()) + len(self.fit.theta) * self.price
+        return float(self.losses.sum()) + self.counted * self.price
+
+    @property
+    def counted(self) -> int:
+        """Number of parameters, but for those that only smooth a corner."""
+        return len(self.fit.theta) - sum(p.smooths for c in self.candidates for p in c.fitted_shapes)
 
     @cached_property
     def price(self) -> float:

@@ -90,6 +90,7 @@ def test_two_weak_muscles_live_in_one_slot() -> None:
     assert second is not None
     assert second.slot == candidates[0].slot
     assert can_join(candidates[:1], candidates[0], free_slots(system)) is None
+    assert can_join([candidates[0], second], second, free_slots(system)) is None
 
 
 def test_card_that_lacks_an_entry_is_refused_by_name(tmp_path: Path) -> None:

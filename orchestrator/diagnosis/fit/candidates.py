@@ -95,11 +95,14 @@ class EffectSet:
 
 def can_join(candidates: Sequence[Candidate], other: Candidate, slots: Sequence[str]) -> Candidate | None:
     """Return `other` placed so that it can stand beside `candidates`: in their slot or in a free one, else None."""
-    for mate in candidates:
-        if mate.card.id == other.card.id:
-            if not other.element or mate.element == other.element or mate.card.class_name != other.card.class_name:
-                return None
-            return Candidate(other.card, mate.slot, other.element, other.site)
+    mates = [mate for mate in candidates if mate.card.id == other.card.id]
+    if any(
+        not other.element or mate.element == other.element or mate.card.class_name != other.card.class_name
+        for mate in mates
+    ):
+        return None
+    if mates:
+        return Candidate(other.card, mates[0].slot, other.element, other.site)
     taken = {mate.slot for mate in candidates}
     slot = next((s for s in other.card.slots if s in slots and s not in taken), None)
     return None if slot is None else Candidate(other.card, slot, other.element, other.site)
