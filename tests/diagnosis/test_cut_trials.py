@@ -37,9 +37,10 @@ def test_trials_that_hold_no_two_stretches_stay_whole() -> None:
     assert [t.name for t in cut(measured(), 6.0).trials] == ["learning.csv", "held_out.csv"]
 
 
+@pytest.mark.parametrize("is_proven", [True, False])
 @pytest.mark.parametrize(("named", "stretches", "asked"), [("backlash", 6, 2), ("cogging", 1, 3)])
-def test_diagnosis_over_stretches_counts_only_if_it_names_an_effect_with_contacts(
-    monkeypatch: pytest.MonkeyPatch, named: str, stretches: int, asked: int
+def test_diagnosis_over_stretches_counts_only_if_its_best_effects_hold_one_with_contacts(
+    monkeypatch: pytest.MonkeyPatch, named: str, stretches: int, asked: int, is_proven: bool
 ) -> None:
     seen, of_noise = list[int](), list[MeasurementSet]()
 
@@ -48,7 +49,8 @@ def test_diagnosis_over_stretches_counts_only_if_it_names_an_effect_with_contact
         of_noise.append(whole)
         if may_cut and len(seen) == 1:
             raise TooLong(0.8)
-        return Answer((NamedEffect(named, "joint1", {}),), ())
+        best = (NamedEffect(named, "joint1", {}),)
+        return Answer(best, ()) if is_proven else Answer((), (), best)
 
     monkeypatch.setattr(module, "_diagnosed", diagnosed)
     monkeypatch.setattr(
@@ -87,5 +89,7 @@ def test_stretches_of_the_last_cut_are_judged_as_they_are(monkeypatch: pytest.Mo
 class Answer:
     """What counts of a diagnosis."""
 
-    def __init__(self, effects: tuple[NamedEffect, ...], warnings: tuple[str, ...]) -> None:
-        self.effects, self.warnings = effects, warnings
+    def __init__(
+        self, effects: tuple[NamedEffect, ...], warnings: tuple[str, ...], best: tuple[NamedEffect, ...] = ()
+    ) -> None:
+        self.effects, self.warnings, self.best = effects, warnings, best

@@ -16,7 +16,7 @@ from hil.recording.replay import read_records
 
 PATIENCE_S = 60.0
 # Rules that a machine breaks which stalls, and sessions that it may spoil in a row.
-STALLED, TRIES = {"positions_answered", "answered", "on_time", "watched"}, 5
+STALLED, TRIES = {"positions_answered", "answered", "on_time", "watched", "force_bounded"}, 5
 
 
 def hold(folder: Path, seconds: float) -> subprocess.Popen[str]:

@@ -143,6 +143,6 @@ def test_trials_may_be_chosen_by_the_names_of_their_files(write_case: WriteCase,
 def test_a_trial_that_no_file_has_is_refused_with_what_could_be_written(write_case: WriteCase, swing: str) -> None:
     folder = write_case({"a.csv": swing}, 'learning = ["d.csv"]\n')
     with pytest.raises(
-        MisfitError, match=r"learning = \['d.csv'\], expected a list of trial numbers, such as \[1, 2\], or of"
+        MisfitError, match=r"'learning' = \['d.csv'\], expected a list of trial numbers, such as \[1, 2\], or of"
     ):
         load_measurements(folder)

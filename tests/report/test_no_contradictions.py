@@ -100,3 +100,15 @@ def test_no_row_that_fits_closer_is_given_odds_against_it_and_no_reason_speaks_o
 
     assert all(not rival.odds for rival in rivals if rival.reason.startswith("fits closer"))
     assert not any("nats" in rival.reason or "BIC" in rival.reason for rival in rivals)
+
+
+def test_a_wrong_value_is_corrected_and_not_added() -> None:
+    document = json.loads((ANSWERS / "thermal.json").read_text())
+    wrong = {
+        "id": "parameter_error",
+        "site": "C",
+        "parameters": {"share": {"value": 0.05, "unit": "1", "ci90": [0.04, 0.06]}},
+    }
+    answer = answer_of(document | {"verdict": "named", "effects": [wrong]})
+    assert "Correcting it takes the error" in answer.detail
+    assert answer.added("House_1", 3.0, 1.0, None).detail.count("the error on held-out trials") == 1

@@ -1,6 +1,7 @@
 """What a diagnosis answers, from its JSON document: the sentence, what it buys, what is next, what else it could be."""
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -56,7 +57,8 @@ class Answer:
             f"{name} has it: the error on held-out trials fell from {digits(before)} to {digits(now)} times the noise."
         )
         step = f"Add {then}." if then else "Take the model away: Modelica, FMU and report are under Take away."
-        return replace(self, detail=f"{self.detail.partition(' Adding ')[0]} {fell}".strip(), next_step=step)
+        size = re.split(" (?:Adding|Correcting) ", self.detail)[0]
+        return replace(self, detail=f"{size} {fell}".strip(), next_step=step)
 
 
 def answer_of(document: Document) -> Answer:
@@ -146,11 +148,12 @@ def _buys(document: Document, effects: Sequence[Mapping[str, Any]], before: floa
     """What adding the effects does to the error that nobody had looked at."""
     if math.isnan(before) or math.isnan(after):
         return "No trial was held out, so what it buys is not proven."
-    it = _them(document, effects)
-    fall = f"Adding {it} takes the error on held-out trials from {digits(before)} to {digits(after)} times the noise"
+    only_values = all(effect["id"] == PARAMETER_ERROR for effect in effects)
+    change = f"{'Correcting' if only_values else 'Adding'} {_them(document, effects)}"
+    fall = f"{change} takes the error on held-out trials from {digits(before)} to {digits(after)} times the noise"
     removed = (document.get("held_out") or {}).get("reducible_removed")
     if after >= before:
-        return f"Adding {it} does not lower the error on held-out trials ({digits(before)} to {digits(after)} times the noise)."
+        return f"{change} does not lower the error on held-out trials ({digits(before)} to {digits(after)} times the noise)."
     if before <= 1.0 or removed is None or not math.isfinite(removed):
         return f"{fall}."
     return f"{fall}: {share(removed)} of the avoidable error."
