@@ -177,13 +177,7 @@ def virtual_settings(
     waived = () if robot == PROFICIO else tuple(KEYS.values())
     limits = lowered(found.limits) if waived else found.limits
     comply = max(limits.missing_comply_s, _VIRTUAL_PATIENCE_S)
-    late = 3 * comply
-    patient = replace(
-        limits,
-        missing_comply_s=comply,
-        missing_release_s=max(limits.missing_release_s, late),
-        force_missing_s=max(limits.force_missing_s, late),
-    )
+    patient = replace(limits, missing_comply_s=comply, missing_release_s=max(limits.missing_release_s, 3 * comply))
     return replace(found, gravity=False, limits=patient, waived=waived)
 
 
