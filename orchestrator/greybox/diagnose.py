@@ -23,13 +23,12 @@ from orchestrator.greybox.decide import Decision, Judge, decide, scatter_between
 from orchestrator.greybox.effects import named_effects
 from orchestrator.greybox.evidence import Case, all_candidates, case_of, held_out_trials, nominal_set
 from orchestrator.greybox.extended import OUTPUT, extend
-from orchestrator.greybox.filtering import GreyBox
 from orchestrator.greybox.fit import Fitter, Noise
 from orchestrator.greybox.laws import Law, laws
 from orchestrator.greybox.mirrored import is_one_delay, mirrored
 from orchestrator.greybox.prediction import squared_errors
 from orchestrator.greybox.prepare import first_noise, least_noise
-from orchestrator.greybox.search import FittedSet, Search, Setting, with_losses
+from orchestrator.greybox.search import FittedSet, Search, Setting, refitted
 from orchestrator.greybox.tape import force_input, retaped_case, taped_case
 from orchestrator.greybox.thresholds import Thresholds
 from orchestrator.greybox.unnamed import unnamed_force
@@ -121,10 +120,7 @@ def _about_its_answer(outcome: Outcome, limits: Thresholds) -> Case | None:
         return None
     case = retaped_case(outcome.case, chosen.fit.box, chosen.fit.theta)
     setting, _ = nominal_set(case, limits)
-    fit, extended = chosen.fit, extend(case.base, case.balances, case.signals, chosen.candidates)
-    held, starts = case.data.trials[0].held, (extended.begin, extended.unsure)
-    box = GreyBox(extended.system, extended.outputs, extended.balances, fit.box.theta, held, *starts)
-    again = with_losses(chosen.candidates, setting.fitter.fit(box, fit.theta, fit.priors, fit.noise))
+    again = refitted(setting, chosen, setting.held)
     return case if abs(again.loss - chosen.loss) > limits.nats else None
 
 
@@ -206,7 +202,8 @@ def _surprise(chosen: FittedSet) -> float:
 
 
 def _better(common: Decision, wider: Decision, judge: Judge) -> Decision:
-    """The decision among all candidates, unless common ones alone were named and predict about as well, or are likelier or fewer."""
+    """The decision among all candidates where common ones named nothing, or where its set predicts clearly better, or is more
+    probable beyond doubt with no more parameters; else that among common ones."""
     if common.grade not in ("named", "ambiguous"):
         return wider
     judge.windows = common.windows

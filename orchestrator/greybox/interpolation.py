@@ -2,11 +2,11 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from fmus.errors import ComponentError
 from orchestrator.greybox.diagnose import Outcome
-from orchestrator.greybox.extended import extend
-from orchestrator.greybox.filtering import GreyBox
-from orchestrator.greybox.search import with_losses
+from orchestrator.greybox.search import refitted
 
 
 def held_otherwise(outcome: Outcome, asked: Sequence[str]) -> dict[str, float]:
@@ -21,25 +21,15 @@ def held_otherwise(outcome: Outcome, asked: Sequence[str]) -> dict[str, float]:
     Returns:
         By input the nats that the record gains, each with those before it turned.
     """
-    case, fit, setting = outcome.case, outcome.decision.chosen.fit, outcome.setting
-    candidates = outcome.decision.chosen.candidates
-    extended = extend(case.base, case.balances, case.signals, candidates)
-    held, loss, found = list(setting.held), outcome.decision.chosen.loss, dict[str, float]()
+    setting, chosen = outcome.setting, outcome.decision.chosen
+    held, loss, found = list(setting.held), chosen.loss, dict[str, float]()
     for name in asked:
         other = [each for each in held if each != name] if name in held else [*held, name]
-        box = GreyBox(
-            extended.system,
-            extended.outputs,
-            extended.balances,
-            fit.box.theta,
-            tuple(other),
-            extended.begin,
-            extended.unsure,
-        )
         try:
-            again = with_losses(candidates, setting.fitter.fit(box, fit.theta, fit.priors, fit.noise)).loss
-        except ComponentError:  # the model does not run so
-            continue
+            with np.errstate(all="ignore"):  # what leaves the finite numbers counts as impossible
+                again = refitted(setting, chosen, other).loss
+        except (RuntimeError, ArithmeticError, LookupError, ValueError, ComponentError):
+            continue  # the model does not run so, and the answer stands
         if loss - again > setting.thresholds.nats:
             found[name] = loss - again
             held, loss = other, again

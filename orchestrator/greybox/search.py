@@ -372,12 +372,9 @@ def fit_set(
         ComponentError: if the model fails from the first values on.
     """
     everyone = tuple(candidates)
-    extended = extend(setting.base, setting.balances, setting.signals, everyone)
     free = [(c, p) for c in everyone for p in (*c.gains, *c.fitted_shapes)]
     names = [c.symbol(p) for c, p in free]
-    box = GreyBox(
-        extended.system, extended.outputs, extended.balances, names, setting.held, extended.begin, extended.unsure
-    )
+    box = _box(setting, everyone, names, setting.held)
     start = np.array([c.shapes.get(p.name, 0.0) for c, p in free])
     spread = np.array([c.spread(p) for c, p in free])
     low, high = np.array([c.limits(p) for c, p in free]).reshape(-1, 2).T
@@ -390,6 +387,23 @@ def fit_set(
         tight = replace(priors, std=np.where(held, 1e-9 * np.maximum(np.abs(start), 1e-9), spread))
         first = setting.fitter.fit(box, start, tight, noise, rough=True).theta
     return with_losses(candidates, setting.fitter.fit(box, first, priors, noise, rough=rough))
+
+
+def refitted(setting: Setting, found: FittedSet, held: Sequence[str]) -> FittedSet:
+    """A set fitted again from the values that were found: in another setting, or with other inputs held between samples.
+
+    Raises:
+        ComponentError: if the model fails from these values on.
+    """
+    fit = found.fit
+    box = _box(setting, found.candidates, fit.box.theta, held)
+    return with_losses(found.candidates, setting.fitter.fit(box, fit.theta, fit.priors, fit.noise))
+
+
+def _box(setting: Setting, candidates: Sequence[Candidate], theta: Sequence[str], held: Sequence[str]) -> GreyBox:
+    extended = extend(setting.base, setting.balances, setting.signals, candidates)
+    starts = extended.begin, extended.unsure
+    return GreyBox(extended.system, extended.outputs, extended.balances, theta, held, *starts)
 
 
 def with_losses(candidates: Sequence[Candidate], fit: Fit) -> FittedSet:
