@@ -12,6 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from fmus.errors import ComponentError
+from orchestrator.datacheck import limits
 from orchestrator.datacheck.findings import NO_CHANGE, Change
 from orchestrator.datacheck.pushes import TINY, WORST, PushedModel, Stretch, bent, driven_states
 from orchestrator.measurements import BoundSet, BoundTrial
@@ -85,6 +86,13 @@ class Predictor:
         parts = self.stretches(NO_CHANGE)
         there = np.concatenate([bent(part.time, part.outputs) for part in parts])
         return np.asarray(np.sqrt(self._shares(NO_CHANGE, few=False) * np.mean(there**2, axis=0)))
+
+    def reaches_noise(self, change: Change) -> bool:
+        """Whether the model errs by hardly more than the noise of each output, with changed columns."""
+        outputs = slice(len(self.data.input_names), None)
+        there = np.concatenate([bent(part.time, part.outputs) for part in self.stretches(change)])
+        errors = np.sqrt(self._shares(change, few=False) * np.mean(there**2, axis=0))
+        return bool(np.all(errors < limits.NEAR_NOISE * change.noise(self.noise, self.names)[outputs]))
 
     @cached_property
     def _as_recorded(self) -> np.ndarray:

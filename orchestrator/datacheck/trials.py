@@ -1,6 +1,6 @@
 """A trial unlike the others, and clocks of inputs and outputs that do not agree."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -51,8 +51,9 @@ def odd_trials(model: Model, data: BoundSet, units: Mapping[str, str]) -> Iterat
 def clock_lags(model: Model, data: BoundSet) -> Iterator[Finding]:
     """Inputs that are recorded late or early against the outputs, in all learning trials or in single ones.
 
-    Outputs that answer before their input are a clock's fault. Outputs that answer late may be a plant with a delay, so
-    that this is told but forbids nothing, unless one trial differs from the others.
+    Outputs that answer before their input are a clock's fault; where friction cannot be tried as the cause, only if the model is
+    as good as the noise with the inputs moved. Outputs that answer late may be a plant with a delay, so that this is told but forbids
+    nothing, unless one trial differs from the others.
     """
     whole = Predictor(model, data, data.learning)
     inputs = tuple(name for name in whole.moving if name in data.input_names)
@@ -85,7 +86,7 @@ def clock_lags(model: Model, data: BoundSet) -> Iterator[Finding]:
             f"outputs answer {abs(common * step):.4g} s {'before' if common < 0 else 'after'} their inputs:"
             f" over short stretches the model leaves {before:.2g} of what the record shows, and {after:.2g} with inputs moved",
             _moved(column, common * step) + ("" if common < 0 else ", unless the plant has a delay"),
-            strong=common < 0,
+            strong=common < 0 and (whole.can_be_pushed or whole.reaches_noise(change)),
             change=change,
         )
     for trial in data.trials:
@@ -117,17 +118,24 @@ def _moved(column: str, seconds: float) -> str:
 def _lag(predictor: Predictor, inputs: tuple[str, ...], step: float) -> tuple[float, float, float] | None:
     """Samples by which inputs come too early, and what the model leaves without and with them moved; None if nobody knows.
 
-    Friction that a model lacks makes outputs lead, too, so such a model gets free pushes.
+    Friction that a model lacks makes outputs lead, too, so a lead counts only if it is one beside free pushes as well.
     """
-    lacks = predictor.can_be_pushed and predictor.left() > limits.WELL_PREDICTED
-    left_with = predictor.left_when_pushed if lacks else predictor.left
+    as_given = predictor.left()
+    if as_given < limits.EXACT:
+        return 0.0, as_given, as_given
+    lacks = as_given > limits.WELL_PREDICTED
+    found = None if lacks and predictor.can_be_pushed else _lag_by(predictor.left, inputs, step)
+    pushes_tell = predictor.can_be_pushed and (lacks or (found is not None and found[0] < 0.0))
+    return _lag_by(predictor.left_when_pushed, inputs, step) if pushes_tell else found
 
+
+def _lag_by(
+    left_with: Callable[[Change], float], inputs: tuple[str, ...], step: float
+) -> tuple[float, float, float] | None:
     def left(samples: float) -> float:
         return left_with(Change("delay", inputs, samples * step, ""))
 
     before = left_with(NO_CHANGE)
-    if before < limits.EXACT:
-        return 0.0, before, before
     tried = {lag: left(lag) for lag in (-2.0, 2.0)} | {0.0: before}
     if before > min(tried.values()):
         tried |= {float(sign * lag): left(sign * lag) for lag in LAGS for sign in (-1, 1)}

@@ -30,6 +30,29 @@ def drive(seed: int, seconds: float = 4.0, rate_hz: float = 100.0, friction: flo
     return {"time": time, "torque": torque(time), "phi": run.y[0] + 1e-4 * random.normal(size=len(time))}
 
 
+def rubbing_slide(number: int, dry: float = 0.8, lead: float = 0.0) -> dict[str, np.ndarray]:
+    """A mass of 2 kg on a spring of 20 N/m with 0.4 N.s/m and dry friction in N, driven by a sine of about 0.7 Hz that is read
+    `lead` s late, sampled with noise of 1e-4 m."""
+    hertz, size = 0.7 * (1 + 0.03 * number), 3.0 * (1 + 0.1 * number)
+    time = np.arange(600) / 100
+
+    def force(t: float | np.ndarray) -> np.ndarray:
+        return np.asarray(size * np.sin(2 * np.pi * hertz * t + number))
+
+    run = solve_ivp(
+        lambda t, x: [x[1], (force(t + lead) - 0.4 * x[1] - dry * np.tanh(x[1] / 1e-3) - 20 * x[0]) / 2],
+        (0, time[-1]),
+        [0.0, 0.0],
+        t_eval=time,
+        method="LSODA",
+        rtol=1e-7,
+        atol=1e-9,
+        max_step=0.01,
+    )
+    noise = 1e-4 * np.random.default_rng(number).normal(size=len(time))
+    return {"time": time, "F": force(time), "x": run.y[0] + noise}
+
+
 def pendulum(seed: int, seconds: float = 4.0, rate_hz: float = 100.0, damping: float = 0.0) -> dict[str, np.ndarray]:
     """A free swing of the built-in pendulum (theta is pi when it hangs), with viscous damping in N.m.s/rad, sampled with noise
     of 1e-4 rad."""

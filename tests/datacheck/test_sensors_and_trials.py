@@ -9,9 +9,10 @@ import pytest
 
 from orchestrator.datacheck.check import check_data, mend
 from orchestrator.datacheck.findings import Finding
-from orchestrator.measurements import load_measurements
+from orchestrator.datacheck.prediction import Predictor
+from orchestrator.measurements import bind, load_measurements
 from orchestrator.model_argument import load_model
-from tests.datacheck.records import drive, write_case
+from tests.datacheck.records import drive, rubbing_slide, write_case
 
 Columns = dict[str, np.ndarray]
 UNITS = {"torque": "N.m", "phi": "rad"}
@@ -86,6 +87,37 @@ def test_outputs_that_answer_before_their_inputs_are_a_clock_and_late_ones_may_b
     (late,) = found_in(tmp_path / "late", lambda columns, number: later(columns, -8 * STEP))
     assert (late.kind, late.strong) == ("delay", False)
     assert mend(load_model("drive"), load_measurements(tmp_path / "late")).done == ()
+
+
+SLIDE = """model Slide
+  input Real F(unit = "N");
+  output Real x(unit = "m");
+  parameter Real m(unit = "kg") = 2, d(unit = "N.s/m") = 0.4, k(unit = "N/m") = 20;
+  Real v(unit = "m/s");
+equation
+  der(x) = v;
+  m*der(v) = F - d*v - k*x;
+end Slide;
+"""
+
+
+def test_dry_friction_at_one_frequency_is_no_wrong_clock_and_a_clock_beside_it_is_one(tmp_path: Path) -> None:
+    """Friction makes the motion at one frequency lead the model's, by the same time in every trial; read by pushes, it does not.
+
+    An FMU cannot be pushed: there only a model that is as good as the noise with inputs moved says that it is the clock.
+    """
+    (tmp_path / "Slide.mo").write_text(SLIDE)
+    model, units = load_model(f"{tmp_path}/Slide.mo:Slide"), {"F": "N", "x": "m"}
+    rubs = load_measurements(write_case(tmp_path / "rubs", rubbing_slide, units))
+    assert not [finding for finding in check_data(model, rubs) if finding.strong]
+    early = load_measurements(write_case(tmp_path / "early", lambda n: rubbing_slide(n, 0.0, 0.06), units))
+    (finding,) = check_data(model, early)
+    assert finding.strong and finding.change is not None
+    assert finding.change.value == pytest.approx(-0.06, abs=0.01)
+    for record, is_clock in ((rubs, False), (early, True)):
+        data = bind(record, model.inputs, model.outputs)
+        reached = Predictor(model, data, data.learning).reaches_noise(finding.change)
+        assert reached is is_clock
 
 
 def test_one_file_whose_clocks_differ_from_the_others_is_named(tmp_path: Path) -> None:
