@@ -42,11 +42,11 @@ def change_input(copies: Copies, root: View, change: InputChange, system: Symbol
     return copy, change.input.replace(name, inner, 1)
 
 
-def change_output(copies: Copies, root: View, change: OutputChange, system: SymbolicSystem) -> str:
+def change_output(copies: Copies, root: View, change: OutputChange, system: SymbolicSystem) -> tuple[Copy, str]:
     """Give the plant's own variable another name, and let the output show the changed one.
 
     Returns:
-        Flat name of the plant's own variable.
+        The copy that declares the output, and the flat name of the plant's own variable.
 
     Raises:
         ModelicaError: if the output's declaration or a use of it cannot be changed.
@@ -74,7 +74,7 @@ def change_output(copies: Copies, root: View, change: OutputChange, system: Symb
     unit = variable.unit if variable is not None else ""
     attributes = f'({"each " if sizes else ""}unit="{unit}")' if unit else ""
     copy.declarations.append(f'output Real {name}{sizes}{attributes} = {expression} "{change.title}";  // {MARK}')
-    return change.output.replace(name, inner, 1)
+    return copy, change.output.replace(name, inner, 1)
 
 
 def _declaration(root: View, name: str, full: str) -> tuple[Home, Component]:

@@ -107,10 +107,10 @@ class _Writer:
         written: dict[int, Written] = {}
         for k, change in enumerate(self.changes):
             if isinstance(change, OutputChange):
-                inner = change_output(self.copies, self.root, change, self.system)
+                copy, inner = change_output(self.copies, self.root, change, self.system)
                 renames[plain(change.output)] = plain(inner)
                 own = {plain(change.output): plain(inner)}
-                names = self._declared_at(self._copy_of_root(), change, "", own)
+                names = self._declared_at(copy, change, "", own)
                 written[k] = Written(change, names, inner=inner)
         for k, change in enumerate(self.changes):
             if isinstance(change, InputChange):

@@ -210,6 +210,18 @@ def test_sensors_of_two_outputs_that_one_line_declares_read_both_wrong(declared:
     assert (shown["a"], shown["b"]) == pytest.approx((3 * 1.5, 3 * 2 * 1.5))
 
 
+def test_sensors_of_outputs_that_a_base_class_declares_are_changed_in_a_copy_of_the_base(tmp_path: Path) -> None:
+    base = "model Base\n  parameter Real k=1;\n  output Real a;\n  Real x(start=1);\nequation\n  der(x) = -k*x;\n  a = x;\nend Base;\n"
+    text = f"{base}\nmodel M\n  extends Base(k=2);\nend M;\n"
+    change = OutputChange("a", "a + zero", {"zero": Parameter(0.25, "1", "")}, "a wrong zero")
+    _, new, _ = written(tmp_path, text, [change], {"k": 3.0})
+    system = new.compile()
+    rates, z = system.rhs(0.0, [1.5], [], [], [v.start for v in system.parameters])
+    assert float(rates) == pytest.approx(-3 * 1.5)
+    shown = dict(zip([v.name for v in system.algebraics], np.array(z).ravel(), strict=True))
+    assert shown["a"] == pytest.approx(1.75)
+
+
 def test_a_lag_of_an_input_and_one_of_an_output_bring_states_of_their_own(tmp_path: Path) -> None:
     lag = InputChange("F", "z", {"T": Parameter(0.5, "s", "")}, "lag", [AddedState("z", "N", 0.0, "(F - z)/T")])
     slow = OutputChange(
