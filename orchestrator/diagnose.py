@@ -6,15 +6,20 @@ at their balance equations (`greybox`).
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 
+import numpy as np
 from threadpoolctl import threadpool_limits
 
+from fmus.catalogue import ModelicaModel
+from fmus.errors import MisfitError
 from fmus.library import library_folders
 from orchestrator.blackbox.source import FmuSource, Source
 from orchestrator.compare.comparison import compare
 from orchestrator.compare.result import Comparison
 from orchestrator.datacheck.check import check_data, forbids_physics
+from orchestrator.datacheck.findings import Finding
 from orchestrator.datacheck.holding import open_inputs, turned, with_interpolation
 from orchestrator.diagnosis.advise.rival_laws import with_separating_experiment
 from orchestrator.diagnosis.fit.extensible import model_of
@@ -23,8 +28,9 @@ from orchestrator.diagnosis.referee.referee import Refereed
 from orchestrator.diagnosis.search.search import Progress
 from orchestrator.gp.trials.witness import document, sentences, witness_functions
 from orchestrator.greybox.diagnose import Outcome, diagnose_greybox, within_noise
-from orchestrator.greybox.interpolation import held_otherwise
+from orchestrator.greybox.interpolation import RunsOtherwise, held_for_nothing, held_otherwise
 from orchestrator.greybox.laws import Law
+from orchestrator.greybox.other_answer import OtherAnswer, other_answer
 from orchestrator.greybox.tape import can_be_taped
 from orchestrator.greybox.thresholds import Thresholds
 from orchestrator.library.cards import EffectCard, effect_library
@@ -36,6 +42,7 @@ from orchestrator.models.threads import threads
 from orchestrator.verdicts.cannot_tell import first_mend, search_failed
 from orchestrator.verdicts.gate import doubted, without_harm
 from orchestrator.verdicts.result import Diagnosis
+from orchestrator.versions import extended_class
 from orchestrator.work import Work
 
 # An error along learning trials of so many times the floor asks for a look at the balance equations, whatever was named.
@@ -80,18 +87,30 @@ def diagnose(
     asked = open_inputs(model, measurements)
     measurements = with_interpolation(model, measurements)
 
-    def search(measured: MeasurementSet) -> Diagnosis:
-        return _diagnosed(source, model, measured, library, workers, progress, work, laws)
+    checks = check_data(model, measurements)
 
-    found = search(measurements)
+    def search(measured: MeasurementSet, asked: Sequence[str]) -> Diagnosis:
+        return _diagnosed(source, model, measured, checks, library, workers, progress, work, laws, asked)
+
+    as_assumed, notes, early = measurements, len(measurements.notes), dict[str, float]()
+    try:
+        found = search(measurements, list(asked))
+    except RunsOtherwise as stopped:
+        early = stopped.gains
+        measurements = turned(measurements, asked, early)
+        found = search(measurements, ())
     if asked and isinstance(found.search, Outcome):
         progress("asking how inputs run between samples, with what was found")
+        setting, chosen = found.search.setting, found.search.decision.chosen
         with threadpool_limits(limits=1, user_api="blas"), threads(workers):
-            gains = held_otherwise(found.search, list(asked))
-        if gains:
-            other = turned(measurements, asked, gains)
-            found = search(other)
-            found = replace(found, warnings=(*found.warnings, *other.notes[len(measurements.notes) :]))
+            if back := held_for_nothing(setting, chosen, list(early)):
+                rest = {name: gain for name, gain in early.items() if name not in back}
+                measurements = turned(as_assumed, asked, rest)
+            gains = held_otherwise(setting, chosen, [name for name in asked if name not in early])
+        if gains or back:
+            measurements = turned(measurements, asked, gains)
+            found = search(measurements, ())
+    found = replace(found, warnings=(*found.warnings, *measurements.notes[notes:]))
     if found.verdict == "ambiguous" and isinstance(found.search, Outcome) and not isinstance(source, FmuSource):
         progress("choosing the next experiment")
         with threadpool_limits(limits=1, user_api="blas"), threads(workers):
@@ -103,15 +122,16 @@ def _diagnosed(
     source: Source,
     model: Model,
     measurements: MeasurementSet,
+    checks: tuple[Finding, ...],
     library: Sequence[EffectCard],
     workers: int,
     progress: Progress,
     work: Work | None,
     laws: Sequence[Law],
+    asked: Sequence[str],
 ) -> Diagnosis:
     """The answer, with inputs that run between samples as `measurements` say."""
     source = _holding(source, model, measurements)
-    checks = check_data(model, measurements)
     if forbids_physics(checks):
         return replace(first_mend(model, measurements, checks, workers), mended=measurements.mended)
 
@@ -120,16 +140,21 @@ def _diagnosed(
     with threadpool_limits(limits=1, user_api="blas"):  # as in both searches
         given = compare(model_of(source, source.compile()), measurements, workers=workers, checks=checks)
     if not closed and not free_slots(source.compile()):
-        found = _by_greybox(source, measurements, given, workers, progress, laws)
+        found = _by_greybox(source, measurements, given, workers, progress, laws, asked)
     else:
         try:
             found = without_harm(search_slots(source, measurements, given, library, workers, progress, work))
         # Numbers that the search cannot go on with; CasADi reports what it cannot do as RuntimeError.
         except (RuntimeError, ArithmeticError, LookupError, ValueError) as error:
             found = search_failed(given, error)
-        if _asks_for_more(found, closed) and (not isinstance(source, FmuSource) or can_be_taped(source)):
+        other = None if closed else _in_grey_box(source, found, measurements, library)
+        if other is not None:
+            found = replace(found, unexplained_share=other.unexplained, incomplete=_is_incomplete(found, other))
+        if (_asks_for_more(found, closed) or found.incomplete) and (
+            not isinstance(source, FmuSource) or can_be_taped(source)
+        ):
             progress("looking at every balance equation")
-            found = _better_of(found, _by_greybox(source, measurements, given, workers, progress, laws))
+            found = _better_of(found, _by_greybox(source, measurements, given, workers, progress, laws, asked), other)
         if isinstance(model, SymbolicModel) and found.verdict != "adequate":
             progress("asking which inputs what is missing goes with")
             heard = witness_functions(model, measurements)
@@ -164,8 +189,29 @@ def _by_greybox(
     workers: int,
     progress: Progress,
     laws: Sequence[Law],
+    asked: Sequence[str],
 ) -> Diagnosis:
-    return diagnose_greybox(source, measurements, given=given, workers=workers, progress=progress, more=laws)
+    return diagnose_greybox(
+        source, measurements, given=given, workers=workers, progress=progress, more=laws, asked=asked
+    )
+
+
+def _in_grey_box(
+    source: Source, found: Diagnosis, measurements: MeasurementSet, library: Sequence[EffectCard]
+) -> OtherAnswer | None:
+    """What free runs named as the grey box sees it; None if they leave little, or nothing named, or the filter cannot follow it."""
+    if found.verdict not in NAMES or _left(found) < MUCH_LEFT or not isinstance(source, ModelicaModel):
+        return None
+    fitted = sum(len(effect.parameters) for effect in found.effects) + len(found.adjusted)
+    cannot = (MisfitError, RuntimeError, ArithmeticError, LookupError, ValueError)
+    with suppress(*cannot), threadpool_limits(limits=1, user_api="blas"), np.errstate(all="ignore"):
+        answer = extended_class(source, found.effects, library, found.adjusted)
+        return other_answer(source, answer, fitted, measurements, Thresholds())
+    return None
+
+
+def _is_incomplete(found: Diagnosis, other: OtherAnswer) -> bool:
+    return found.verdict == "named" and other.unexplained > Thresholds().complete_share
 
 
 def _asks_for_more(found: Diagnosis, is_fmu: bool) -> bool:
@@ -179,8 +225,11 @@ def _asks_for_more(found: Diagnosis, is_fmu: bool) -> bool:
     return found.verdict not in (*NAMES, "adequate") or (left and _removed(found) < LEAST_REMOVED)
 
 
-def _better_of(found: Diagnosis, second: Diagnosis) -> Diagnosis:
-    """Of what free runs named and what balance equations named, that which leaves less of the learning trials.
+def _better_of(found: Diagnosis, second: Diagnosis, other: OtherAnswer | None = None) -> Diagnosis:
+    """Of what free runs named and what balance equations named, that which leaves less of the learning trials, or is likelier.
+
+    Where free runs leave much (`other` is what they named as the grey box sees it), it is not for the sensors' noise, and the
+    likelihood with forces that disturb the plant counts.
 
     What free runs named and leaves more than half of the error along learning trials gives way to what balance equations name,
     and is doubted if nothing helps there; so is one of several answers that all leave much. Fewer effects at the balance
@@ -195,7 +244,8 @@ def _better_of(found: Diagnosis, second: Diagnosis) -> Diagnosis:
     shaky = removed < LEAST_REMOVED or (found.verdict == "ambiguous" and _left(found) >= MUCH_LEFT)
     if second.verdict == "named" or (second.verdict == "ambiguous" and not names):
         simpler = len(second.effects) < len(found.effects) and _left(second) <= (1 + Thresholds().alike) * _left(found)
-        if found.verdict != "named" or removed < LEAST_REMOVED or _left(second) < _left(found) or simpler:
+        likelier = other is not None and other.gives_way_to(second.search.decision.chosen, Thresholds())
+        if found.verdict != "named" or removed < LEAST_REMOVED or _left(second) < _left(found) or simpler or likelier:
             # What had no place at the borders of an FMU was tried at its balances.
             warnings = (*second.warnings, *(note for note in found.warnings if "not tried" not in note))
             return replace(second, where=found.where or second.where, warnings=warnings, seconds=seconds)

@@ -69,18 +69,34 @@ def add_effects(
         return _around(base, effects, folder, library)
     if _at_equations(base, effects, library, laws):
         return _written_back(base, effects, folder, laws)
-    effect_set, values = _placed(base, effects, library)
+    return _built(base, extended_class(base, effects, library, adjusted, folder), folder)
+
+
+def extended_class(
+    base: ModelicaModel,
+    effects: Sequence[NamedEffect],
+    cards: Sequence[EffectCard],
+    adjusted: Sequence[Adjusted] = (),
+    folder: Path | None = None,
+) -> ModelicaModel:
+    """A class that extends a model with effects in its slots, written to a folder, by default in the cache.
+
+    Arguments and errors are those of `add_effects`.
+    """
+    effect_set, values = _placed(base, effects, cards)
     attachments = effect_set.attachments(values)
     changed = with_neighbours(base.compile(), adjusted)
     comment = f"{base.class_name} with {', '.join(effect.id for effect in effects)}"
     if adjusted:
         comment += f"; adjusted within tolerances: {', '.join(map(str, adjusted))}"
-    name = _free_name(base, folder, lambda n: patched_source(base, n, attachments, comment, changed))
+    name = f"{base.class_name.rsplit('.', 1)[-1]}_{len(effects)}"
+    if folder is not None:
+        name = _free_name(base, folder, lambda n: patched_source(base, n, attachments, comment, changed))
     source = patched_model(base, name, attachments, adjusted=changed, comment=comment, folder=folder)
     system = source.compile()
     check_attached(system, attachments)
     check_adjusted(system, changed)
-    return _built(base, source, folder)
+    return source
 
 
 def _at_equations(

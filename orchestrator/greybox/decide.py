@@ -130,6 +130,13 @@ class Judge:
             return False
         return self.ratio(other, chosen) < 1 + self.limits.alike
 
+    def is_same_model(self, one: FittedSet, other: FittedSet) -> bool:
+        """Whether two sets with as many parameters make the record as probable all along: a further spring, and a wrong value
+        of the one there is."""
+        if one is other or one.counted != other.counted or not one.candidates:
+            return False
+        return max(abs(one.loss - other.loss), scatter_between(one, other)) < self.limits.identical
+
 
 def _left(found: FittedSet, given: FittedSet) -> np.ndarray:
     """Power of the disturbing force at each balance over all trials, over that of the model `given`, (nb,)."""
@@ -146,7 +153,7 @@ def scatter_between(one: FittedSet, other: FittedSet) -> float:
 @dataclass(frozen=True, eq=False)
 class Decision:
     """The grade, the chosen set, its rivals (sets that explain the record as well), all sets best first, the share that is
-    explained, who compared them, and reasons."""
+    explained, who compared them, reasons, and sets that are the chosen model in other parameters."""
 
     grade: Grade
     chosen: FittedSet
@@ -155,6 +162,7 @@ class Decision:
     explained: float
     judge: Judge
     reasons: tuple[str, ...] = ()
+    aliases: tuple[FittedSet, ...] = ()
 
     @property
     def windows(self) -> int:
@@ -199,6 +207,10 @@ def decide(
         best = next((s for s in ranked if s.candidates), nominal)
         nothing = "no effect of the library helps beyond doubt"
         return Decision("unknown", best, (), ranked, explained, judge, (nothing,))
+    alike = [chosen, *(s for s in ranked if judge.is_same_model(s, chosen))]
+    chosen = min(alike, key=lambda s: (surprise(s) >= limits.surprising, s.added))
+    aliases = tuple({s.key: s for s in alike if s.key != chosen.key}.values())
+    ranked = tuple(s for s in ranked if s.key not in {alias.key for alias in aliases})
     rivals = tuple(s for s in ranked if judge.rivals(chosen, s))
     if (twin := same(chosen)) is not None:
         rivals, ranked = (*(s for s in rivals if s is not twin), twin), _ranked([*ranked, twin])
@@ -206,7 +218,14 @@ def decide(
     if not reasons and (approximation := unnamed(chosen, judge)):
         reasons = (approximation,)
     grade: Grade = "improves" if reasons else "ambiguous" if rivals else "named"
-    return Decision(grade, chosen, rivals, ranked, explained, judge, reasons)
+    return Decision(grade, chosen, rivals, ranked, explained, judge, reasons, aliases)
+
+
+def surprise(found: FittedSet) -> float:
+    """By how many standard deviations of its prior the most surprising parameter of a set is off: data sheets err by percents."""
+    priors = found.fit.priors
+    gains = np.array([p.gain for c in found.candidates for p in (*c.gains, *c.fitted_shapes)], dtype=bool)
+    return float(np.max(np.abs(found.fit.theta / priors.std)[gains], initial=0.0))
 
 
 def _ranked(sets: Sequence[FittedSet]) -> tuple[FittedSet, ...]:

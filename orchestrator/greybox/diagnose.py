@@ -19,11 +19,12 @@ from orchestrator.blackbox.source import FmuSource, Source
 from orchestrator.compare.comparison import compare, is_refuted, with_floor_of
 from orchestrator.compare.result import Comparison
 from orchestrator.greybox.around import fmu_with, placed
-from orchestrator.greybox.decide import Decision, Judge, decide, scatter_between
+from orchestrator.greybox.decide import Decision, Judge, decide, scatter_between, surprise
 from orchestrator.greybox.effects import named_effects
 from orchestrator.greybox.evidence import Case, all_candidates, case_of, held_out_trials, nominal_set
 from orchestrator.greybox.extended import OUTPUT, extend
 from orchestrator.greybox.fit import Fitter, Noise
+from orchestrator.greybox.interpolation import RunsOtherwise, held_otherwise
 from orchestrator.greybox.laws import Law, laws
 from orchestrator.greybox.mirrored import is_one_delay, mirrored
 from orchestrator.greybox.prediction import squared_errors
@@ -76,12 +77,15 @@ def diagnose_greybox(
     progress: Progress = lambda message: None,
     limits: Thresholds | None = None,
     more: Sequence[Law] = (),
+    asked: Sequence[str] = (),
 ) -> Diagnosis:
     """Find which effects a model lacks at its balance equations, inputs and outputs; `more` are laws beside the shipped ones.
 
-    `given` is the comparison of the model as it is, which is made if it is left out.
+    `given` is the comparison of the model as it is, which is made if it is left out. `asked` are inputs whose course between
+    samples nobody has said.
 
     Raises:
+        RunsOtherwise: if the record says of some of them that they run otherwise than assumed, as soon as a set shows it.
         MisfitError: if the data do not fit the model or hold no trials of one kind.
         ComponentError: if the model cannot be simulated.
     """
@@ -99,13 +103,13 @@ def diagnose_greybox(
             progress("comparing the model with the measurement")
             given = compare(_as_given(case), measurements, workers=workers)
         try:
-            outcome = decided(case, limits, progress, more, agrees=within_noise(given, limits.agrees))
+            outcome = decided(case, limits, progress, more, asked, agrees=within_noise(given, limits.agrees))
             for _ in range(RETAPED if isinstance(source, FmuSource) else 0):
                 again = _about_its_answer(outcome, limits)
                 if again is None:
                     break
                 progress("looking at the FMU's rates once more, with what was found")
-                outcome = decided(again, limits, progress, more, agrees=within_noise(given, limits.agrees))
+                outcome = decided(again, limits, progress, more, asked, agrees=within_noise(given, limits.agrees))
             found = _answer(outcome, given, measurements, limits, workers, progress)
         except (RuntimeError, ArithmeticError, LookupError, ValueError, ComponentError) as error:
             # CasADi reports what it cannot do as RuntimeError; a search that fails says so, and the comparison stands.
@@ -140,11 +144,18 @@ def _fmu_with(case: Case, chosen: FittedSet) -> SymbolicModel:
 
 
 def decided(
-    case: Case, limits: Thresholds, progress: Progress, more: Sequence[Law] = (), *, agrees: bool = True
+    case: Case,
+    limits: Thresholds,
+    progress: Progress,
+    more: Sequence[Law] = (),
+    asked: Sequence[str] = (),
+    *,
+    agrees: bool = True,
 ) -> Outcome:
     """The search for effects and its decision, without held-out trials.
 
-    `more` are laws beside the shipped ones. `agrees`: free runs of the model as given stay within the noise; without that no
+    `more` are laws beside the shipped ones, `asked` inputs that may run otherwise between samples, which stops the search.
+    `agrees`: free runs of the model as given stay within the noise; without that no
     model is adequate.
     """
     progress("estimating how much the model leaves unexplained")
@@ -157,7 +168,12 @@ def decided(
     candidates = () if adequate else all_candidates(case, nominal, (*laws(), *more))
     common = [c for c in candidates if not c.rare]
     progress(f"{len(common)} candidates at {len({c.place.site for c in common})} places")
-    search = Search(setting, common, nominal, progress)
+
+    def seen(best: FittedSet) -> None:
+        if gains := held_otherwise(setting, best, asked):
+            raise RunsOtherwise(gains)
+
+    search = Search(setting, common, nominal, progress, seen)
 
     def decided_among(sets: Sequence[FittedSet]) -> Decision:
         return decide(
@@ -191,14 +207,7 @@ def decided(
 
 def _is_complete(decision: Decision, limits: Thresholds) -> bool:
     explained = decision.grade == "named" and decision.explained >= 1 - limits.complete_share
-    return explained and _surprise(decision.chosen) < limits.surprising
-
-
-def _surprise(chosen: FittedSet) -> float:
-    """By how many standard deviations of its prior the most surprising parameter of a set is off: data sheets err by percents."""
-    priors = chosen.fit.priors
-    gains = np.array([p.gain for c in chosen.candidates for p in (*c.gains, *c.fitted_shapes)], dtype=bool)
-    return float(np.max(np.abs(chosen.fit.theta / priors.std)[gains], initial=0.0))
+    return explained and surprise(decision.chosen) < limits.surprising
 
 
 def _better(common: Decision, wider: Decision, judge: Judge) -> Decision:
@@ -439,6 +448,10 @@ def _warnings(outcome: Outcome, verdict: Verdict, reasons: Sequence[str]) -> lis
         found.append(f"the best set is {names}, not proven: {'; '.join(reasons) or 'rivals explain as much'}")
     elif verdict == "unknown":
         found.append(f"nothing is named: {'; '.join(reasons)}")
+    for alias in outcome.decision.aliases if verdict in ("named", "ambiguous") else ():
+        others = (c for c in alias.candidates if c.family not in outcome.decision.chosen.key)
+        words = " and ".join(f"{c.id.replace('_', ' ')} at {c.place.site}" for c in others)
+        found.append(f"{words} would be the same change of the model in other parameters")
     if not outcome.case.balances:
         found.append("the model has no balance equation, so effects were looked for at inputs and outputs only")
     return found

@@ -5,32 +5,65 @@ from collections.abc import Sequence
 import numpy as np
 
 from fmus.errors import ComponentError
-from orchestrator.greybox.diagnose import Outcome
-from orchestrator.greybox.search import refitted
+from orchestrator.greybox.decide import scatter_between
+from orchestrator.greybox.search import FittedSet, Setting, refitted
 
 
-def held_otherwise(outcome: Outcome, asked: Sequence[str]) -> dict[str, float]:
-    """Inputs that run otherwise between samples than was assumed, by the likelihood of the chosen set.
+class RunsOtherwise(Exception):
+    """Stops a search: some inputs run otherwise between samples than it assumes; `gains` are the nats that the record gains by input."""
+
+    def __init__(self, gains: dict[str, float]) -> None:
+        super().__init__(f"other inputs are held: {', '.join(gains)}")
+        self.gains = gains
+
+
+def held_otherwise(setting: Setting, chosen: FittedSet, asked: Sequence[str]) -> dict[str, float]:
+    """Inputs that run otherwise between samples than was assumed, by the likelihood of a fitted set.
 
     A model that lacks much predicts so badly that half a sample of an input makes no difference; with what it lacked, it does.
 
     Args:
-        outcome: a search that is over.
+        setting: the model and the trials, with the inputs that are held.
+        chosen: the set.
         asked: names of inputs that were measured and whose course between samples nobody has said.
 
     Returns:
-        By input the nats that the record gains, each with those before it turned.
+        By input the nats that the record gains beyond doubt, each with those before it turned.
     """
-    setting, chosen = outcome.setting, outcome.decision.chosen
-    held, loss, found = list(setting.held), chosen.loss, dict[str, float]()
+    held, best, found = list(setting.held), chosen, dict[str, float]()
     for name in asked:
-        other = [each for each in held if each != name] if name in held else [*held, name]
-        try:
-            with np.errstate(all="ignore"):  # what leaves the finite numbers counts as impossible
-                again = refitted(setting, chosen, other).loss
-        except (RuntimeError, ArithmeticError, LookupError, ValueError, ComponentError):
-            continue  # the model does not run so, and the answer stands
-        if loss - again > setting.thresholds.nats:
-            found[name] = loss - again
-            held, loss = other, again
+        other = _turned(held, name)
+        again = _fitted(setting, chosen, other)
+        if again is not None and _beyond_doubt(again, best, setting):
+            found[name] = best.loss - again.loss
+            held, best = other, again
     return found
+
+
+def held_for_nothing(setting: Setting, chosen: FittedSet, turned: Sequence[str]) -> dict[str, float]:
+    """Inputs of those that a search turned whose course the set that it came to does not need: half a sample less of a delay
+    was as good. By input the nats that turning it back costs."""
+    found = {}
+    for name in turned:
+        again = _fitted(setting, chosen, _turned(setting.held, name))
+        if again is not None and not _beyond_doubt(chosen, again, setting):
+            found[name] = chosen.loss - again.loss
+    return found
+
+
+def _turned(held: Sequence[str], name: str) -> list[str]:
+    return [each for each in held if each != name] if name in held else [*held, name]
+
+
+def _fitted(setting: Setting, chosen: FittedSet, held: Sequence[str]) -> FittedSet | None:
+    """The set with these inputs held; None if the model does not run so, and the answer stands."""
+    try:
+        with np.errstate(all="ignore"):  # what leaves the finite numbers counts as impossible
+            return refitted(setting, chosen, held)
+    except (RuntimeError, ArithmeticError, LookupError, ValueError, ComponentError):
+        return None
+
+
+def _beyond_doubt(better: FittedSet, other: FittedSet, setting: Setting) -> bool:
+    gain, limits = other.loss - better.loss, setting.thresholds
+    return gain > limits.nats and gain > limits.standard_errors * scatter_between(better, other)

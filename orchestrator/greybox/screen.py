@@ -38,6 +38,12 @@ class Normal:
     square: np.ndarray
     count: np.ndarray
 
+    def from_zero(self, theta: np.ndarray) -> "Normal":
+        """The same for parameters (m,) counted from zero instead of from `theta`, where they were fitted: each may be left out."""
+        vector = self.vector - self.matrix @ theta
+        square = self.square - 2 * self.vector @ theta + np.einsum("k,bkl,l->b", theta, self.matrix, theta)
+        return Normal(self.matrix, vector, square, self.count)
+
     @property
     def folds(self) -> "Normal":
         """The same, summed over the stretches of each fold."""

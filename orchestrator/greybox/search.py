@@ -114,9 +114,15 @@ class Search:
     """Fits sets of candidates, each once."""
 
     def __init__(
-        self, setting: Setting, candidates: Sequence[Candidate], nominal: FittedSet, progress: Progress
+        self,
+        setting: Setting,
+        candidates: Sequence[Candidate],
+        nominal: FittedSet,
+        progress: Progress,
+        seen: Callable[[FittedSet], None] = lambda best: None,
     ) -> None:
-        self.setting, self.candidates, self.progress = setting, tuple(candidates), progress
+        """`seen` is called with each set that is the best one after a round, and may stop the search by an exception."""
+        self.setting, self.candidates, self.progress, self.seen = setting, tuple(candidates), progress, seen
         self.fitted: dict[Key, FittedSet] = {nominal.key: nominal}
         self.nominal = nominal
         self._refined: set[Key] = set()
@@ -130,7 +136,9 @@ class Search:
         for _ in range(limits.rounds):
             best = self._settled()
             self.progress(f"best so far: {', '.join(c.label for c in best.candidates) or 'nothing missing'}")
+            self.seen(best)
             self._try_without(best)
+            self._try_fewer(best)
             for one in sorted(self.fitted.values(), key=lambda s: s.loss)[: limits.extended]:
                 if one.added < limits.most_effects and one.key not in self._extended:
                     self._extended.add(one.key)
@@ -166,23 +174,23 @@ class Search:
             if self.fit(best.candidates) in (best, None):
                 return best
 
-    def _screened(self, about: FittedSet, largest: int) -> list[tuple[Candidate, ...]]:
-        """Sets by linear regression about a fitted one, which they contain.
+    def _screened(self, about: FittedSet, largest: int, *, fewer: bool = False) -> list[tuple[Candidate, ...]]:
+        """Sets by linear regression about a fitted one, which they contain, or need not if they are to have `fewer` parameters.
 
         Laws with states of their own may be too fast for steps as long as the samples; steps become shorter then, and at last
         these laws are left out.
         """
         for shorter in SHORTER:
             try:
-                return self._by_regression(about, self.candidates, largest, shorter * about.fit.substeps)
+                return self._by_regression(about, self.candidates, largest, shorter * about.fit.substeps, fewer)
             except ComponentError as error:
                 failed = error
         self.progress(f"laws with states of their own are left out: {failed}")
         stateless = [c for c in self.candidates if not c.law.states]
-        return self._by_regression(about, stateless, largest, about.fit.substeps)
+        return self._by_regression(about, stateless, largest, about.fit.substeps, fewer)
 
     def _by_regression(
-        self, about: FittedSet, offered: Sequence[Candidate], largest: int, substeps: int
+        self, about: FittedSet, offered: Sequence[Candidate], largest: int, substeps: int, fewer: bool
     ) -> list[tuple[Candidate, ...]]:
         mine = about.candidates
         others = [c for c in offered if c.gains and all(c.is_apart_from(own) for own in mine)]
@@ -217,7 +225,10 @@ class Search:
             (c, int(low == 0.0) - int(high == 0.0)) for (c, _), (low, high) in zip(columns, limits_of, strict=True)
         ]
         spread = [c.spread(p) for c, p in columns]
-        found = best_subsets(normal_equations(linear), signs, kept, largest, spread)
+        normal = normal_equations(linear)
+        if fewer:
+            return [s.candidates for s in best_subsets(normal.from_zero(theta), signs, (), largest, spread)]
+        found = best_subsets(normal, signs, kept, largest, spread)
         return [(*mine, *screened.candidates) for screened in found if screened.score > -limits.hopeless]
 
     def _try(self, sets: Sequence[tuple[Candidate, ...]], count: int) -> None:
@@ -254,6 +265,17 @@ class Search:
             candidates = (*best.candidates[:k], *best.candidates[k + 1 :])
             if frozenset(c.family for c in candidates) not in self.fitted:
                 self._fit(candidates)
+
+    def _try_fewer(self, best: FittedSet) -> None:
+        """Fit sets of fewer parameters that explain as much by regression about the best one, whose members may all be left out.
+
+        Members that came one after the other may stand for one that was not looked at when the first of them came.
+        """
+        limits = self.setting.thresholds
+        if best.size > 1:
+            largest = min(limits.largest_set, best.size - 1)
+            found = [each for each in self._screened(best, largest, fewer=True) if _parameters(each) < best.counted]
+            self._try(found, limits.additions)
 
     def _try_wrong_together(self, about: FittedSet) -> None:
         """Fit a set with all parameters of the model as wrong."""
@@ -404,6 +426,11 @@ def _box(setting: Setting, candidates: Sequence[Candidate], theta: Sequence[str]
     extended = extend(setting.base, setting.balances, setting.signals, candidates)
     starts = extended.begin, extended.unsure
     return GreyBox(extended.system, extended.outputs, extended.balances, theta, held, *starts)
+
+
+def _parameters(candidates: Sequence[Candidate]) -> int:
+    """Number of parameters that count, as in `FittedSet.counted`."""
+    return sum(len(c.gains) + sum(not p.smooths for p in c.fitted_shapes) for c in candidates)
 
 
 def with_losses(candidates: Sequence[Candidate], fit: Fit) -> FittedSet:

@@ -384,3 +384,64 @@ end Oscillator;
     assert effect.parameters["k3"].value == pytest.approx(2000.0, rel=1e-3)
     assert any("F is held from sample to sample" in note for note in found.warnings)
     assert found.held_out.rmse_after["x"] < 1.2 * 3e-4
+
+
+HOIST = """model Hoist
+  constant Real g(unit="m/s2") = 9.81;
+  parameter Real m1(unit="kg") = 300 "cabin", m2(unit="kg") = 250 "counterweight", mp(unit="kg") = 50 "pulley";
+  input Real F(unit="N");
+  output Real x(unit="m", start=0);
+  Real v(unit="m/s", start=0);
+equation
+  der(x) = v;
+  (m1 + m2 + mp)*der(v) = F + (m1 - m2)*g;
+end Hoist;
+"""
+
+
+@pytest.mark.slow  # test_screen holds its algebra
+def test_one_wrong_mass_is_named_and_no_constant_force_beside_another_wrong_mass(tmp_path: Path) -> None:
+    """A cabin that is 3 % heavier is a weight and an inertia: the weight alone was found first, as a constant force."""
+    folder = record(
+        tmp_path,
+        lambda x, F: [x[1], (F + 59 * 9.81 - 40 * np.tanh(x[1] / 2e-3)) / 609],
+        [0.0, 0.0],
+        (-1100.0, -60.0),
+        0.05,
+        240,
+        {"x": ("m", lambda x: x[0], 2e-4)},
+        ("F", "N"),
+    )
+    found = diagnose(written(tmp_path, HOIST), load_measurements(str(folder)), workers=1)
+    named = {(effect.id, effect.site): effect.parameters for effect in found.effects}
+    assert set(named) == {("coulomb_friction", "x"), ("parameter_error", "m1")}
+    assert named["parameter_error", "m1"]["share"].value == pytest.approx(0.03, abs=1e-3)
+
+
+def test_a_wrong_value_of_a_spring_is_named_and_the_spring_beside_it_is_no_rival(tmp_path: Path) -> None:
+    text = """model Swing
+  parameter Real m(unit="kg") = 2, c(unit="N/m") = 30, d(unit="N.s/m") = 1;
+  input Real F(unit="N");
+  output Real x(unit="m", start=0);
+  Real v(unit="m/s", start=0);
+equation
+  der(x) = v;
+  m*der(v) = F - c*x - d*v;
+end Swing;
+"""
+    folder = record(
+        tmp_path,
+        lambda x, F: [x[1], (F - 31.5 * x[0] - x[1]) / 2],
+        [0.0, 0.0],
+        (-3.0, 3.0),
+        0.02,
+        240,
+        {"x": ("m", lambda x: x[0], 1e-4)},
+        ("F", "N"),
+    )
+    found = diagnose(written(tmp_path, text), load_measurements(str(folder)), workers=1)
+    effect = the_one(found)
+    assert (effect.id, effect.site) == ("parameter_error", "c")
+    assert effect.parameters["share"].value == pytest.approx(0.05, rel=0.02)
+    assert "passive stiffness at x would be the same change of the model in other parameters" in found.warnings
+    assert all(entry.effects != ("passive_stiffness",) for entry in found.ranking)
