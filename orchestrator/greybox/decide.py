@@ -130,13 +130,6 @@ class Judge:
             return False
         return self.ratio(other, chosen) < 1 + self.limits.alike
 
-    def is_same_model(self, one: FittedSet, other: FittedSet) -> bool:
-        """Whether two sets with as many parameters make the record as probable all along: a further spring, and a wrong value
-        of the one there is."""
-        if one is other or one.counted != other.counted or not one.candidates:
-            return False
-        return max(abs(one.loss - other.loss), scatter_between(one, other)) < self.limits.identical
-
 
 def _left(found: FittedSet, given: FittedSet) -> np.ndarray:
     """Power of the disturbing force at each balance over all trials, over that of the model `given`, (nb,)."""
@@ -180,6 +173,7 @@ def decide(
     adequate: bool,
     unnamed: Callable[[FittedSet, Judge], str] = lambda chosen, judge: "",
     same: Callable[[FittedSet], FittedSet | None] = lambda chosen: None,
+    one_model: Callable[[FittedSet, FittedSet], bool] = lambda one, other: False,
 ) -> Decision:
     """Choose a set and grade it.
 
@@ -190,6 +184,7 @@ def decide(
         adequate: whether the model as given leaves nothing but noise.
         unnamed: says why a set is no more than an approximation of a law that no candidate has; empty if it is not.
         same: a set that no data can tell from another one, if there is one.
+        one_model: whether two sets are one model in other parameters.
     """
     ranked = _ranked(sets)
     judge = Judge.of(nominal, sets, limits, scale)
@@ -207,7 +202,7 @@ def decide(
         best = next((s for s in ranked if s.candidates), nominal)
         nothing = "no effect of the library helps beyond doubt"
         return Decision("unknown", best, (), ranked, explained, judge, (nothing,))
-    alike = [chosen, *(s for s in ranked if judge.is_same_model(s, chosen))]
+    alike = [chosen, *(s for s in ranked if one_model(s, chosen))]
     chosen = min(alike, key=lambda s: (surprise(s) >= limits.surprising, s.added))
     aliases = tuple({s.key: s for s in alike if s.key != chosen.key}.values())
     ranked = tuple(s for s in ranked if s.key not in {alias.key for alias in aliases})

@@ -29,6 +29,7 @@ from orchestrator.greybox.laws import Law, laws
 from orchestrator.greybox.mirrored import is_one_delay, mirrored
 from orchestrator.greybox.prediction import squared_errors
 from orchestrator.greybox.prepare import first_noise, least_noise
+from orchestrator.greybox.same_model import is_same_model
 from orchestrator.greybox.search import FittedSet, Search, Setting, refitted
 from orchestrator.greybox.tape import force_input, retaped_case, taped_case
 from orchestrator.greybox.thresholds import Thresholds
@@ -186,6 +187,7 @@ def decided(
             adequate,
             lambda chosen, judge: unnamed_force(chosen, [c.place for c in candidates], setting, judge),
             same,
+            lambda one, other: is_same_model(one, other, nominal, limits),
         )
 
     def same(chosen: FittedSet) -> FittedSet | None:
@@ -196,6 +198,7 @@ def decided(
 
     decision = decided_among(search.run() if common else [nominal])
     if len(candidates) > len(common) and not _is_complete(decision, limits):
+        seen(decision.chosen)
         progress(f"{len(candidates) - len(common)} rare candidates beside them")
         sets = search.widen(candidates)
         if other := mirrored(sets[0], candidates, case.base):  # the two differ in the first samples

@@ -121,7 +121,7 @@ class Search:
         progress: Progress,
         seen: Callable[[FittedSet], None] = lambda best: None,
     ) -> None:
-        """`seen` is called with each set that is the best one after a round, and may stop the search by an exception."""
+        """`seen` is called with the best set of the first round, and may stop the search by an exception."""
         self.setting, self.candidates, self.progress, self.seen = setting, tuple(candidates), progress, seen
         self.fitted: dict[Key, FittedSet] = {nominal.key: nominal}
         self.nominal = nominal
@@ -133,10 +133,11 @@ class Search:
         limits = self.setting.thresholds
         self._try(self._screened(self.nominal, limits.largest_set), limits.shortlist)
         self._try_wrong_together(self.nominal)
-        for _ in range(limits.rounds):
+        for number in range(limits.rounds):
             best = self._settled()
             self.progress(f"best so far: {', '.join(c.label for c in best.candidates) or 'nothing missing'}")
-            self.seen(best)
+            if number == 0:
+                self.seen(best)
             self._try_without(best)
             self._try_fewer(best)
             for one in sorted(self.fitted.values(), key=lambda s: s.loss)[: limits.extended]:

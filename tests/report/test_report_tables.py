@@ -166,6 +166,22 @@ def test_every_verdict_is_a_plain_sentence(verdict: Verdict, words: str) -> None
     assert words in verdict_sentence(diagnosis(verdict))
 
 
+def test_what_rivals_share_is_said_to_be_missing_and_their_difference_with_its_place() -> None:
+    found = diagnosis("ambiguous")
+    document = found.to_json()
+    sites = {"cubic_stiffness": "z", "passive_stiffness": "z"}
+    document["effects"] = [{**document["effects"][0], "id": id, "site": site} for id, site in sites.items()]
+    document["effects"].append({**document["effects"][0], "id": "parameter_error", "site": "R"})
+    document["confusable"] = [["passive_stiffness", "parameter_error"]]
+    first = {"effects": ["cubic_stiffness", "passive_stiffness", "parameter_error"], "sites": ["z", "z", "R"]}
+    second = {"effects": ["cubic_stiffness", "parameter_error", "parameter_error"], "sites": ["z", "R", "k"]}
+    document["ranking"] = [{**first, "score": 1.0, "probability": 0.5}, {**second, "score": 1.0, "probability": 0.5}]
+    assert answer_of(document).headline == (
+        "Cubic stiffness at z is missing and the model's value of R is wrong, and beside that one of these, which the data cannot"
+        " tell apart: passive stiffness at z or the value of k."
+    )
+
+
 EXPERIMENT = {
     "do": "reverse each joint slowly",
     "effects": ("coulomb_friction", "viscous_friction"),

@@ -93,7 +93,7 @@ def _headline(document: Document, effects: Sequence[Mapping[str, Any]]) -> str:
         case "named":
             return _missing(effects) + (", but not all that is missing." if document.get("incomplete") else ".")
         case "ambiguous":
-            return f"Something is missing, and these data cannot tell which: {_choice(document, effects)}."
+            return _ambiguous(document, effects)
         case "unknown":
             return "Something is missing that no effect in the library explains."
         case _:
@@ -115,10 +115,31 @@ def _missing(effects: Sequence[Mapping[str, Any]]) -> str:
     return capital(" and ".join(parts)) or "An effect is missing"
 
 
+def _ambiguous(document: Document, effects: Sequence[Mapping[str, Any]]) -> str:
+    """What all sets that fit share, and in what they differ."""
+    sets: list[dict[tuple[str, str], Mapping[str, Any]]] = [{(e["id"], e["site"]): e for e in effects}]
+    groups = [set(group) for group in document.get("confusable") or ()]
+    for entry in document.get("ranking") or ():
+        other: dict[tuple[str, str], Mapping[str, Any]] = {(i, s): {"id": i, "site": s} for i, s in _pairs(entry)}
+        if {id for id, _ in sets[0].keys() ^ other.keys()} in groups:
+            groups.remove({id for id, _ in sets[0].keys() ^ other.keys()})
+            sets.append(other)
+    shared = [e for pair, e in sets[0].items() if all(pair in each for each in sets)]
+    choices = [[e for pair, e in each.items() if pair not in {(s["id"], s["site"]) for s in shared}] for each in sets]
+    if groups or len(sets) < 2 or not shared or not all(choices):
+        return f"Something is missing, and these data cannot tell which: {_choice(document, effects)}."
+    told = joined([joined(map(what, each), "and") for each in choices], "or")
+    return f"{_missing(shared)}, and beside that one of these, which the data cannot tell apart: {told}."
+
+
+def _pairs(entry: Mapping[str, Any]) -> list[tuple[str, str]]:
+    return list(zip(entry["effects"], entry.get("sites") or (), strict=False))
+
+
 def _choice(document: Document, effects: Sequence[Mapping[str, Any]]) -> str:
     places = {each["id"]: what(each) for each in effects}
     for entry in document.get("ranking") or ():
-        for id, site in zip(entry["effects"], entry.get("sites") or (), strict=False):
+        for id, site in _pairs(entry):
             places.setdefault(id, what({"id": id, "site": site}))
     groups = [
         joined((places.get(each) or name_of(each) for each in group), "or")
