@@ -40,6 +40,11 @@ class FmuSource:
     def prepare(path: Path, measurements: MeasurementSet, *, stepped: bool = False) -> "FmuSource":
         """Look at an FMU and at the data that it is to explain.
 
+        Args:
+            path: the FMU.
+            measurements: the trials.
+            stepped: whether it is stepped in co-simulation although it offers model exchange.
+
         Raises:
             MisfitError: if the file is no FMU that can be run, or the data do not fit it.
             ComponentError: if it fails.

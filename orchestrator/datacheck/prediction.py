@@ -122,7 +122,14 @@ class Predictor:
 
 
 def unexplained(model: Model, parts: Sequence[Stretch], names: Sequence[str], noise: np.ndarray) -> np.ndarray:
-    """Share (ny,) of the outputs' bent part that the model does not predict; more than 1 where it is worse than nothing."""
+    """Share (ny,) of the outputs' bent part that the model does not predict; more than 1 where it is worse than nothing.
+
+    Args:
+        model: the model.
+        parts: stretches of the record.
+        names: the outputs (ny of them).
+        noise: (ny,), standard deviation of each.
+    """
     left, there = np.zeros(len(names)), np.zeros(len(names))
     for part in parts:
         size = np.sum(bent(part.time, part.outputs) ** 2, axis=0)

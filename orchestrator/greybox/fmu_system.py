@@ -63,6 +63,12 @@ class _Plan:
 def write_fmu_system(source: FmuSource, effects: Sequence[NamedEffect], folder: Path, name: str) -> Path:
     """Write `NAME.toml` and the FMUs that it names to a folder, or `NAME.fmu` alone if all effects act at rates inside of it.
 
+    Args:
+        source: the original FMU.
+        effects: the effects, each with its site and values.
+        folder: where to write; it is made if it is not there.
+        name: name of the file, without ending.
+
     Returns:
         The path of the file.
 
@@ -109,6 +115,11 @@ def _values(source: FmuSource, effects: Sequence[NamedEffect]) -> dict[str, Valu
 
 def version_model(source: FmuSource, effects: Sequence[NamedEffect], signals: Sequence[str]) -> CoupledModel:
     """The FMU with effects, as a model that follows trials.
+
+    Args:
+        source: the original FMU.
+        effects: the effects, each with its site and values.
+        signals: outputs that the model shows.
 
     Raises:
         MisfitError: if the FMU has no place for one of them.

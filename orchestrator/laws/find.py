@@ -91,6 +91,12 @@ def find_laws(
     """Laws that explain what the library leaves, the one to be shown first first; none where nothing is beyond doubt.
 
     They are looked for in place of the library's best set and, if that set is `named`, beside it.
+
+    Args:
+        outcome: the search for effects of the library.
+        limits: limits of this search, `Limits()` by default.
+        progress: called with one line at each place.
+        named: whether the library's best set was named.
     """
     limits = limits or Limits()
     began = time.process_time()
@@ -108,7 +114,13 @@ def find_laws(
 
 
 def guessed(outcome: Outcome, about: FittedSet, progress: Progress) -> tuple[list[Guess], int]:
-    """Sums of terms at all balances, best first, and the number of terms that were looked at."""
+    """Sums of terms at all balances, best first, and the number of terms that were looked at.
+
+    Args:
+        outcome: the search for effects of the library.
+        about: the fitted set whose innovations are explained.
+        progress: called with one line at each place.
+    """
     found: list[Guess] = []
     looked_at = 0
     for place in wide_places(outcome.case, about.fit):

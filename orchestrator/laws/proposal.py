@@ -87,7 +87,15 @@ class LawProposal:
 def proposal_of(
     outcome: Outcome, found: FoundLaw, before: Mapping[str, float], after: Mapping[str, float], share: float
 ) -> LawProposal:
-    """A found law with its values, for the reader; `before` and `after` are held-out errors, `share` what it explains."""
+    """A found law with its values, for the reader; `before` and `after` are held-out errors, `share` what it explains.
+
+    Args:
+        outcome: the search for effects of the library.
+        found: the law, fitted.
+        before: held-out error of each signal with the model as given, in its unit.
+        after: the same with the law.
+        share: share of the missing force's power that the law explains.
+    """
     candidate, place = found.candidate, found.candidate.place
     *beside, effect = named_effects(found.fitted)  # the law is the last of its set
     own, values = _apart(candidate.law, effect.parameters, place.coordinates.values())

@@ -10,7 +10,14 @@ from orchestrator.verdicts.result import Estimate
 
 
 def sentence_of(terms: Sequence[Term], law: Law, values: Mapping[str, Estimate], variables: Mapping[str, str]) -> str:
-    """Such as `dry friction that fades with a time constant of 3 s, and viscous friction`."""
+    """Such as `dry friction that fades with a time constant of 3 s, and viscous friction`.
+
+    Args:
+        terms: the terms of the law.
+        law: the law.
+        values: its values by name.
+        variables: the model's variable for each coordinate of the law.
+    """
     parts = []
     for number, term in enumerate(terms, start=1):
         end = str(number) if len(terms) > 1 else ""

@@ -156,7 +156,13 @@ def with_other_held(candidate: Candidate) -> Iterator[Candidate]:
 
 
 def value_at(parameter: LawParameter, share: float, place: Place) -> float:
-    """A grid point in the place's own scale; a `centre` is a position within the range of what was seen."""
+    """A grid point in the place's own scale; a `centre` is a position within the range of what was seen.
+
+    Args:
+        parameter: the parameter.
+        share: the grid point, in scales of the place.
+        place: where the law acts.
+    """
     if parameter.kind.startswith("centre"):
         return place.range[0] + share * place.range[1]
     return share * parameter.scale(place.scales)

@@ -143,7 +143,17 @@ class SymbolicModel:
         return model.run_fit(record, found, 0, steps)
 
     def run_fit(self, record: Record, found: Fit, trial: int, substeps: int) -> FittedTrial:
-        """Free run of a trial with fitted parameters and start values."""
+        """Free run of a trial with fitted parameters and start values.
+
+        Args:
+            record: the trial.
+            found: a fit of several trials.
+            trial: number of this one among them, from 0.
+            substeps: integration steps in a sample interval.
+
+        Raises:
+            ComponentError: if the run fails.
+        """
         start = found.starts[trial]
         parameters = self.compiled.with_values(found.values)
         before = found.before(trial)
@@ -158,6 +168,11 @@ class SymbolicModel:
         They change by less than 1e-5 of their range, and less than a share of their `noise` (ny,): that error is the same
         in thousands of samples, and would be found. Where the run is far from the measurement, it need not be closer to
         the exact one than `NEGLIGIBLE` of that distance.
+
+        Args:
+            record: the trial, with start values.
+            parameters: values of all parameters.
+            noise: (ny,), standard deviation of each output; infinite where it does not count.
         """
         return enough_substeps(
             self.compiled, record.time, record.inputs, parameters, record.start, CLOSE, noise, record.measured
@@ -167,6 +182,11 @@ class SymbolicModel:
         """The same for the correction residual along a trial, whose states are those that are not measured.
 
         A rough integration is enough for a first look; but a stiff effect, such as a tendon, must stay stable.
+
+        Args:
+            trial: what was measured, with speeds and accelerations.
+            parameters: values of all parameters.
+            start: first values of the states that are not measured.
         """
         inputs = self.residual_inputs(trial)
         return enough_substeps(self.compiled_residual, trial.time, inputs, parameters, start, ROUGH)
@@ -267,6 +287,16 @@ def enough_substeps(
     They change by less than `share` of their range and `UNSEEN` of their noise, or, as a root mean square, by less than
     `NEGLIGIBLE` of their distance from what was `measured`. Steps at which a run leaves the finite numbers are too
     long. One is enough with contacts, where steps are as short as they must be.
+
+    Args:
+        model: the compiled model.
+        time: (n,) in s.
+        inputs: (n, nu).
+        parameters: values of all parameters.
+        start: (nx,), first values of the states.
+        share: share of an output's range by which it may change.
+        noise: (ny,), standard deviation of each output; infinite where it does not count.
+        measured: (n, ny), what the run is compared with, if it is.
     """
     if not model.system.states or model.system.contacts:
         return 1

@@ -207,13 +207,22 @@ class Instance(ABC):
 
     def directional(self, unknowns: Sequence[str], knowns: Sequence[str], seed: Sequence[float]) -> list[float]:
         """Directional derivative of scalar unknowns by scalar knowns, in a direction."""
-        rows, columns = (
-            (ctypes.c_uint32 * len(names))(*(self.description.by_name[name][1] for name in names))
-            for names in (unknowns, knowns)
-        )
+        rows, columns = ([self.description.by_name[name][1] for name in names] for names in (unknowns, knowns))
+        return self.directional_by_reference(rows, columns, seed)
+
+    def directional_by_reference(
+        self, unknowns: Sequence[int], knowns: Sequence[int], seed: Sequence[float]
+    ) -> list[float]:
+        """The same for variables by their value references."""
+        rows, columns = ((ctypes.c_uint32 * len(part))(*part) for part in (unknowns, knowns))
         result = (Double * len(unknowns))()
         self._directional(rows, columns, (Double * len(seed))(*seed), result)
         return list(result)
+
+    def reset(self) -> None:
+        """Go back to what the instance was when it was made."""
+        self.call("Reset")
+        self._running = self._failed = False
 
     @abstractmethod
     def _instantiate(self) -> int | None: ...
