@@ -30,6 +30,12 @@ class Heading:
 def description(planned: PlannedSystem, variables: Sequence[Exposed], heading: Heading, version: int) -> bytes:
     """modelDescription.xml; the value reference of a variable is its place in the list.
 
+    Args:
+        planned: the system, with the order of its calls.
+        variables: what the container shows.
+        heading: name, identifier and dates.
+        version: 2 or 3, of FMI.
+
     Raises:
         MisfitError: if two components mean different things by the name of an enumeration's unit.
     """
