@@ -143,7 +143,7 @@ def _changes(
         parameters[own] = Parameter(estimate.value, estimate.unit, parameter.description)
     title = law.title_at(place.unit)
     expression = law.written or law.expression
-    if "net" in law.asks_for:
+    if "storage" in " ".join((expression, *law.written_states.values())):
         names["storage"] = _storage(effect, number, place, parameters)
     names |= {k: v for k, v in place.coordinates.items()} | {"t": "time"}
     names |= {state: f"{_plain(effect.id)}{number + 1}_{state}" for state in law.states}

@@ -30,10 +30,11 @@ def where_forces_differ(outcome: Outcome, one: tuple[FittedSet, Candidate], othe
         other: the same of a rival.
 
     Returns:
-        Empty if either force has a memory, they act at different places, or differ nowhere by much.
+        Empty if either force has a memory or goes with an acceleration, they act at different places, or differ nowhere by much.
     """
     a, b = one[1], other[1]
-    if a.place.site != b.place.site or not a.place.adds or a.law.states or b.law.states or a.law.asks_for & {"net"}:
+    moved = a.law.states or b.law.states or "net" in a.law.asks_for | b.law.asks_for
+    if a.place.site != b.place.site or not a.place.adds or moved:
         return ""
     texts = sorted({*_used(a), *_used(b)})
     if not texts:

@@ -12,10 +12,12 @@ from orchestrator.greybox.expression import evaluate, evaluate_numbers
 
 # Steps in a sample interval for a memory whose rate is no line in it.
 SUBSTEPS = 8
+# A gain that enters linearly near zero only is looked at there, at this share of its scale.
+LINEAR = 1e-6
 
 
 def force(candidate: Candidate, coordinates: Mapping[str, np.ndarray], time: np.ndarray) -> np.ndarray:
-    """The force (n,) of a law with one gain, which is 1, along coordinates (n,).
+    """The force (n,) of a law per unit of its one gain, along coordinates (n,).
 
     Args:
         candidate: the law at its place, with its shapes.
@@ -24,8 +26,10 @@ def force(candidate: Candidate, coordinates: Mapping[str, np.ndarray], time: np.
     """
     names: dict[str, Any] = dict(coordinates) | dict(candidate.shapes)
     names |= memories(candidate.law.states, names, time)
-    values = evaluate_numbers(candidate.law.expression, names | {p.name: 1.0 for p in candidate.gains})
-    return np.broadcast_to(np.asarray(values, dtype=float), time.shape)
+    (gain,) = candidate.gains
+    unit = LINEAR * gain.scale(candidate.place.scales) if candidate.law.curved else 1.0
+    values = evaluate_numbers(candidate.law.expression, names | {gain.name: unit})
+    return np.broadcast_to(np.asarray(values, dtype=float) / unit, time.shape)
 
 
 def memories(states: Mapping[str, str], names: Mapping[str, Any], time: np.ndarray) -> dict[str, np.ndarray]:

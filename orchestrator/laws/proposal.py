@@ -118,7 +118,7 @@ def proposal_of(
     unit = {"q": "position", "v": "speed", "x": "state", "t": "time"}
     return LawProposal(
         law=law,
-        formula=renamed(law.expression, variables),
+        formula=renamed(law.written or law.expression, variables),
         sentence=law.title,
         site=place.site,
         unit=place.unit,
@@ -145,13 +145,14 @@ def _apart(law: Law, values: Mapping[str, Estimate], variables: Iterable[str]) -
     return replace(
         law,
         expression=renamed(law.expression, names),
+        written=renamed(law.written, names),
         states={names.get(state, state): renamed(rate, names) for state, rate in law.states.items()},
         parameters=tuple(replace(p, name=names.get(p.name, p.name)) for p in law.parameters),
     ), {names.get(name, name): value for name, value in values.items()}
 
 
 def _words(law: Law) -> set[str]:
-    return set(re.findall(r"[A-Za-z_]\w*", " ".join([law.expression, *law.states.values()])))
+    return set(re.findall(r"[A-Za-z_]\w*", " ".join([law.expression, law.written, *law.states.values()])))
 
 
 def _seen(outcome: Outcome, found: FoundLaw) -> dict[str, tuple[float, float]]:

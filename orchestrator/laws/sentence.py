@@ -31,7 +31,7 @@ def _filled(factor: Factor, term: Term, end: str, values: Mapping[str, Estimate]
         if match[1] == "of":
             return variables.get(term.of, term.of)
         found = values[match[1] + end]
-        return f"{found.value:.3g} {found.unit}".strip()
+        return f"{found.value:.3g} {found.unit if found.unit != '1' else ''}".strip()
 
     return re.sub(r"\{(\w+)\}", value, factor.words)
 

@@ -53,7 +53,8 @@ def terms_at(place: Place, further: Sequence[str]) -> list[Term]:
     heavy = [term for term in alone if term.carrier.weighs]
     held = [term for term in heavy if not term.of and term.carrier not in factors("free")]
     fast = [term for term in held if term.carrier in factors("speed")]
-    about = {"by_time": heavy, "by_memory" if moves else "by_state_memory": fast if moves else held}
+    loads = [Term(f) for f in factors("inertia")] if place.storage is not None else []
+    about = {"by_time": [*heavy, *loads], "by_memory" if moves else "by_state_memory": fast if moves else held}
     if placed and not place.turns:
         about["by_position"] = [*fast, *(term for term in heavy if term.of)]
     found = alone
@@ -75,32 +76,51 @@ def _asks_for_a_position(factor: Factor) -> bool:
 
 def law_of(terms: Sequence[Term], place: Place) -> Law:
     """The law that is a sum of terms; names of their constants get numbers if there is more than one term."""
+    own = "v" if place.kind == "motion" else "x"
     texts: list[str] = []
+    loads: list[str] = []
+    pushes: list[str] = []
     parameters: list[LawParameter] = []
     states: dict[str, str] = {}
     for number, term in enumerate(terms, start=1):
         end = str(number) if len(terms) > 1 else ""
         names = {p.name: p.name + end for f in term.factors for p in f.shapes}
         names |= {s: s + end for f in term.factors for s in f.states} | ({OF: term.of} if term.of else {})
-        gain = LawParameter(f"k{end}", _kind(term), gain=True, description=_describe(term))
+        gain = LawParameter(f"k{end}", _kind(term, place), gain=True, description=_describe(term))
         shapes = [replace(p, name=names[p.name], kind=_of(p.kind, term)) for f in term.factors for p in f.shapes]
         parameters += [gain, *shapes]
         sign = "" if term.carrier in (*factors("free"), *factors("further")) else "-"
-        texts.append(sign + "*".join([gain.name, *(renamed(f.text, names) for f in term.factors if f.text != "1")]))
+        shares = [gain.name, *(renamed(f.text, names) for f in term.factors if f.text != "1")]
+        texts.append(sign + "*".join(shares).replace("(own)", f"({own})"))
+        if term.carrier in factors("inertia"):
+            loads.append("*".join(share for share in shares if not share.startswith("der(")))
+        else:
+            pushes.append(texts[-1])
         for f in term.factors:
             states |= {names[s]: renamed(rate, names) for s, rate in f.states.items()}
-    text = texts[0] + "".join(f" {t[0]} {t[1:]}" if t.startswith("-") else f" + {t}" for t in texts[1:])
+    text, written = _sum(texts), ""
+    if loads:
+        # What pushes the model's own storage is shared with what was added to it.
+        written, added = text, " + ".join(loads)
+        text = f"(storage*({_sum(pushes) or 0}) - ({added})*net)/(storage + {added})"
     name = "_and_".join(term.id for term in terms)
-    return Law(name, _title(terms), place.kind, text, tuple(parameters), states=states, names={}, bounded=False)  # type: ignore[arg-type]
+    return Law(
+        name, _title(terms), place.kind, text, tuple(parameters), states=states, curved=bool(loads), written=written
+    )  # type: ignore[arg-type]
 
 
-def _kind(term: Term) -> str:
+def _sum(texts: Sequence[str]) -> str:
+    return "".join(texts[:1]) + "".join(f" {t[0]} {t[1:]}" if t.startswith("-") else f" + {t}" for t in texts[1:])
+
+
+def _kind(term: Term, place: Place) -> str:
     """`force/speed/position^2`, for the gain of a term."""
     powers: dict[str, int] = {}
     for f in term.factors:
         for name, power in f.powers.items():
             powers[name] = powers.get(name, 0) + power
-    named = {term.of if name == OF else name: power for name, power in powers.items()}
+    means = {OF: term.of, "own": "speed" if place.kind == "motion" else "state"}
+    named = {means.get(name, name): power for name, power in powers.items()}
     return "/".join(["force", *(name if power == 1 else f"{name}^{power}" for name, power in named.items())])
 
 
