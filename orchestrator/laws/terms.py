@@ -104,9 +104,8 @@ def law_of(terms: Sequence[Term], place: Place) -> Law:
         written, added = text, " + ".join(loads)
         text = f"(storage*({_sum(pushes) or 0}) - ({added})*net)/(storage + {added})"
     name = "_and_".join(term.id for term in terms)
-    return Law(
-        name, _title(terms), place.kind, text, tuple(parameters), states=states, curved=bool(loads), written=written
-    )  # type: ignore[arg-type]
+    law = Law(name, _title(terms), place.kind, text, tuple(parameters), states=states)  # type: ignore[arg-type]
+    return replace(law, curved=bool(loads), written=written)
 
 
 def _sum(texts: Sequence[str]) -> str:
