@@ -148,7 +148,8 @@ def _fitted(
     for guess in sorted(chosen, key=lambda g: -g.score):
         if guess.score < 0 or (found and time.process_time() > until):
             continue
-        progress(f"fitting {guess.candidate.law.expression} at {guess.candidate.place.site}")
+        law = guess.candidate.law
+        progress(f"fitting {law.written or law.expression} at {guess.candidate.place.site}")
         beside = about.candidates
         try:
             fitted = fit_set(outcome.setting, (*beside, guess.candidate), about.fit.noise, rough=True)

@@ -47,7 +47,9 @@ def terms_at(place: Place, further: Sequence[str]) -> list[Term]:
     """Every term of the vocabulary at a place, with further variables by their coordinates."""
     moves = place.kind == "motion"
     placed = moves and "position" in place.units
-    own = [*factors("speed" if moves else "state"), *(factors("position") if placed and not place.turns else [])]
+    # What follows an input's position has no speed: how fast the input moves is not known.
+    own = list(factors("state")) if not moves else list(factors("speed")) if "speed" in place.units else []
+    own += factors("position") if placed and not place.turns else []
     alone = [Term(f) for f in (*own, *factors("free"))]
     alone += [Term(f, None, of) for f in factors("further") for of in further]
     heavy = [term for term in alone if term.carrier.weighs]

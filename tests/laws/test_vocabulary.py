@@ -40,10 +40,21 @@ SPEED = Place(
 )
 
 
+BASE = Place(
+    "motion",
+    "x-u",
+    "N",
+    {"q": "(x - u)", "t": "time", "of_u": "u"},
+    {},
+    *({name: d[name] for name in UNITS if name != "speed"} for d in (UNITS, SCALES)),
+    (0.0, 1.0),
+)
 HEAVY = replace(MOTION, storage=2.0)
 
 
-@pytest.mark.parametrize("place", [MOTION, SPEED, STORE, HEAVY], ids=["motion", "speed alone", "storage", "known mass"])
+@pytest.mark.parametrize(
+    "place", [MOTION, SPEED, STORE, BASE, HEAVY], ids=["motion", "speed alone", "storage", "base", "known mass"]
+)
 def test_every_term_is_a_number_for_every_state_and_each_constant_has_a_unit(place: Place) -> None:
     time = np.linspace(0.0, 1.0, 20)
     wave = np.sin(9 * time)
