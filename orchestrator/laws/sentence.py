@@ -30,7 +30,7 @@ def _filled(factor: Factor, term: Term, end: str, values: Mapping[str, Estimate]
     def value(match: re.Match[str]) -> str:
         if match[1] == "of":
             return variables.get(term.of, term.of)
-        found = values[match[1] + end]
+        found = values.get(match[1] + end) or values[match[1]]  # without a number if several terms share it
         return f"{found.value:.3g} {found.unit if found.unit != '1' else ''}".strip()
 
     return re.sub(r"\{(\w+)\}", value, factor.words)

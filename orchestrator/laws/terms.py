@@ -76,8 +76,21 @@ def _asks_for_a_position(factor: Factor) -> bool:
     return re.search(r"\bposition\b", kinds) is not None
 
 
-def law_of(terms: Sequence[Term], place: Place) -> Law:
-    """The law that is a sum of terms; names of their constants get numbers if there is more than one term."""
+def modulators_of_several(terms: Sequence[Term]) -> set[str]:
+    """Ids of modulators with constants that more than one term has, those of further variables left out."""
+    ids = [term.modulator.id for term in terms if term.modulator and term.modulator.shapes]
+    return {each for each in ids if ids.count(each) > 1 and each not in {f.id for f in factors("by_further_memory")}}
+
+
+def law_of(terms: Sequence[Term], place: Place, *, shared: bool = False) -> Law:
+    """The law that is a sum of terms; names of their constants get numbers if there is more than one term.
+
+    Args:
+        terms: what is summed.
+        place: where it acts.
+        shared: whether a modulator of several terms has the same constants in all of them.
+    """
+    common = modulators_of_several(terms) if shared else set()
     own = "v" if place.kind == "motion" else "x"
     texts: list[str] = []
     loads: list[str] = []
@@ -86,11 +99,12 @@ def law_of(terms: Sequence[Term], place: Place) -> Law:
     states: dict[str, str] = {}
     for number, term in enumerate(terms, start=1):
         end = str(number) if len(terms) > 1 else ""
-        names = {p.name: p.name + end for f in term.factors for p in f.shapes}
-        names |= {s: s + end for f in term.factors for s in f.states} | ({OF: term.of} if term.of else {})
+        ended = [(f, "" if f is term.modulator and f.id in common else end) for f in term.factors]
+        names = {p.name: p.name + last for f, last in ended for p in f.shapes}
+        names |= {s: s + last for f, last in ended for s in f.states} | ({OF: term.of} if term.of else {})
         gain = LawParameter(f"k{end}", _kind(term, place), gain=True, description=_describe(term))
         shapes = [replace(p, name=names[p.name], kind=_of(p.kind, term)) for f in term.factors for p in f.shapes]
-        parameters += [gain, *shapes]
+        parameters += [gain, *(p for p in shapes if p.name not in {known.name for known in parameters})]
         sign = "" if term.carrier in (*factors("free"), *factors("further")) else "-"
         shares = [gain.name, *(renamed(f.text, names) for f in term.factors if f.text != "1")]
         texts.append(sign + "*".join(shares).replace("(own)", f"({own})"))

@@ -83,6 +83,21 @@ def test_a_mass_that_is_picked_up_shares_all_that_pushes_with_the_own_mass() -> 
     assert next(p for p in law.parameters if p.name == "k2").unit(UNITS) == "N.s2/m"
 
 
+def test_two_losses_that_fade_alike_have_one_time_constant() -> None:
+    loss, cube, fading = (
+        factors("state")[0],
+        factors("state")[2],
+        next(f for f in factors("by_time") if f.id == "fading"),
+    )
+    terms = [Term(loss, fading), Term(cube, fading)]
+    apart, shared = law_of(terms, STORE), law_of(terms, STORE, shared=True)
+    assert [p.name for p in apart.parameters] == ["k1", "T1", "k2", "T2"]
+    assert [p.name for p in shared.parameters] == ["k1", "T", "k2"]
+    at = {"k1": 2.0, "k2": 3.0, "x": 4.0, "t": 1.0}
+    both = [evaluate_numbers(law.expression, at | dict.fromkeys(("T", "T1", "T2"), 5.0)) for law in (apart, shared)]
+    assert both[0] == both[1] == pytest.approx(-(2.0 * 4.0 + 3.0 * 64.0) * np.exp(-0.2))
+
+
 def test_a_memory_with_constant_input_rises_as_the_exponential_does() -> None:
     time = np.linspace(0.0, 2.0, 41)
     found = remembered("(3 - z)/0.5", "z", {}, time)
