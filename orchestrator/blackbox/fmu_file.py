@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -32,8 +32,6 @@ class FmuFile:
     path: Path
     stepped: bool = False
     content_hash: str = field(init=False)
-    # Whether the file itself says how finely it is stepped, as a system does.
-    has_own_steps: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         """Read it once, so that a broken file is found at once."""

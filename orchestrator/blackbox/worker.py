@@ -2,14 +2,16 @@
 
 import ctypes
 import os
+import tempfile
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from fmus.errors import MisfitError
 from orchestrator.cosim.fmu.base import instantiate
 from orchestrator.cosim.fmu.description import CO_SIMULATION, MODEL_EXCHANGE, read_description
 
@@ -170,6 +172,7 @@ class _Instance:
         description = read_description(path)
         interface = description.interface(CO_SIMULATION if cosimulation else MODEL_EXCHANGE)
         self.fmu = instantiate(path.name, description, interface)
+        self.description = description
         self.second, self.cosimulation = description.version == 2, cosimulation
         self.interpolates = interface.interpolates_inputs
         self._used = False
@@ -190,6 +193,10 @@ class _Instance:
 
     def set_time(self, time: float) -> None:
         self.fmu.call("SetTime", ctypes.c_double(time))
+
+    def numbers(self, references: Sequence[int]) -> Sequence[int]:
+        """The FMU's own references of variables."""
+        return references
 
     def set(self, references: Sequence[int], values: Sequence[float]) -> None:
         if references:
@@ -222,12 +229,31 @@ class _Instance:
         return values
 
 
+class _Joined(_Instance):
+    """A coupled system in one FMU, whose variables have the places in `names` as references."""
+
+    def __init__(self, path: Path, names: Sequence[str]) -> None:
+        super().__init__(path, True)
+        self._own = [self.description.by_name[name][1] for name in names]
+
+    def begin(self, time: float, settings: dict[int, list[float]]) -> None:
+        """As of any FMU."""
+        super().begin(time, {self._own[reference]: values for reference, values in settings.items()})
+
+    def numbers(self, references: Sequence[int]) -> Sequence[int]:
+        """The FMU's own references of variables."""
+        return [self._own[reference] for reference in references]
+
+
 def _run(instance: _Instance, request: RunRequest) -> list[tuple[int, np.ndarray]]:
     """Number of samples reached and outputs (n, nz) of each variant; see runner.c for what negative numbers mean."""
     wiring, n = request.wiring, len(request.time)
     library = ctypes.CDLL(str(request.library))
     kept: list[Any] = [
-        *((ctypes.c_uint * max(len(r), 1))(*r) for r in (wiring.inputs, wiring.sensed, wiring.outputs)),
+        *(
+            (ctypes.c_uint * max(len(r), 1))(*instance.numbers(r))
+            for r in (wiring.inputs, wiring.sensed, wiring.outputs)
+        ),
         (ctypes.c_int * max(len(wiring.differenced), 1))(*wiring.differenced),
         (ctypes.c_int * max(request.inputs.shape[1], 1))(*request.held),
     ]
@@ -414,6 +440,22 @@ def _opened(path: Path, cosimulation: bool, join_forces: bool) -> Any:
         os.dup2(silence, stream)
     if path.suffix == ".fmu":
         return _Instance(path, cosimulation)
-    from orchestrator.blackbox.system_runs import SystemInstance
+    return opened_system(path, join_forces)
 
-    return SystemInstance(path, join_forces)
+
+def opened_system(path: Path, join_forces: bool) -> Any:
+    """A coupled system as one FMU, which runs in C; or step by step in Python, if it holds what no FMU can hold."""
+    from orchestrator.blackbox.exposed import exposed
+    from orchestrator.blackbox.system_runs import SystemInstance
+    from orchestrator.cosim.container import container_of
+    from orchestrator.cosim.load import load_system
+
+    seen = exposed(load_system(path), path.name, join_forces=join_forces)
+    # What is shown by its own name is so in the FMU without being asked for.
+    named = {name: address for name, address in seen.system.outputs.items() if name != address}
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            files, _ = container_of(replace(seen.system, outputs=named), "system", Path(folder))
+        except MisfitError:
+            return SystemInstance(seen)
+        return _Joined(files[0], [*seen.inputs, *seen.system.outputs, *seen.starts])

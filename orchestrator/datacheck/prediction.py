@@ -105,6 +105,11 @@ class Predictor:
         noise = change.noise(self.noise, self.names)[len(self.data.input_names) :]
         return unexplained(self.model, self.stretches(change, few=few), self.data.output_names, noise)
 
+    @property
+    def is_stepped(self) -> bool:
+        """Whether the model makes steps of its own, so that a run takes as long as the time that it goes through."""
+        return isinstance(self.model, SymbolicModel) and self.model.is_stepped
+
     @cached_property
     def can_be_pushed(self) -> bool:
         """Whether the model's equations are open and hold speeds, which friction may brake."""

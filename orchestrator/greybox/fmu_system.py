@@ -12,8 +12,8 @@ from fmus.files import cache_folder, write_atomically
 from fmus.package import build_fmu
 from orchestrator.blackbox.model import CoupledModel
 from orchestrator.blackbox.source import FmuSource
+from orchestrator.blackbox.system_file import write_with_steps
 from orchestrator.cosim.system import ComponentSpec, Connection, System, Value
-from orchestrator.cosim.toml_file import write_toml
 from orchestrator.greybox.around import Placed, fmu_with
 from orchestrator.greybox.candidates import fits
 from orchestrator.greybox.expression import renamed
@@ -102,7 +102,7 @@ def write_fmu_system(source: FmuSource, effects: Sequence[NamedEffect], folder: 
     )
     path = folder / f"{name}.toml"
     comment = f"{source.class_name} with {', '.join(f'{effect.id} at {effect.site}' for effect in effects)}"
-    write_atomically(path, f"# {comment}\n\n{write_toml(system)}".encode())
+    write_with_steps(system, path, comment, source)
     return path
 
 

@@ -76,6 +76,9 @@ class FreeRun:
 class CompiledModel:
     """Machine code of one system for a chosen tuple of outputs and of free parameters."""
 
+    # Whether it chooses its steps itself, as a coupled system does, so that a sample interval is one step.
+    has_own_steps = False
+
     def __init__(
         self,
         system: SymbolicSystem,

@@ -55,6 +55,9 @@ class Motion(Protocol):
 class SymbolicModel:
     """A `SymbolicSystem` as a model: `free` parameters can be fitted, the others keep their values."""
 
+    # Whether it makes steps of its own, as an FMU for co-simulation does.
+    is_stepped = False
+
     def __init__(
         self,
         name: str,
@@ -286,7 +289,7 @@ def enough_substeps(
 
     They change by less than `share` of their range and `UNSEEN` of their noise, or, as a root mean square, by less than
     `NEGLIGIBLE` of their distance from what was `measured`. Steps at which a run leaves the finite numbers are too
-    long. One is enough with contacts, where steps are as short as they must be.
+    long. One is enough with contacts, where steps are as short as they must be, and of what has steps of its own.
 
     Args:
         model: the compiled model.
@@ -298,7 +301,7 @@ def enough_substeps(
         noise: (ny,), standard deviation of each output; infinite where it does not count.
         measured: (n, ny), what the run is compared with, if it is.
     """
-    if not model.system.states or model.system.contacts:
+    if not model.system.states or model.system.contacts or model.has_own_steps:
         return 1
 
     def outputs(count: int) -> np.ndarray | None:
