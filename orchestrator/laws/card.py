@@ -87,7 +87,7 @@ def _documentation(proposal: LawProposal) -> str:
         for name, (low, high) in proposal.seen.items()
     )
     errors = "; ".join(
-        f"{escape(s)} {proposal.held_out_before[s]:.4g} -> {proposal.held_out_after[s]:.4g}"
+        f"{escape(s)} {proposal.held_out_before[s]:.4g} -> {proposal.held_out_after[s]:.4g} {proposal.held_out_units.get(s, '')}".rstrip()
         for s in proposal.held_out_after
     )
     text = (

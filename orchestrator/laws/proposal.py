@@ -42,6 +42,7 @@ class LawProposal:
     explained_share: float
     held_out_before: Mapping[str, float]
     held_out_after: Mapping[str, float]
+    held_out_units: Mapping[str, str]
     curve: Witness | None = None
     alike: tuple[str, ...] = ()
     separated_by: str = ""
@@ -75,6 +76,7 @@ class LawProposal:
             "explained_share": self.explained_share,
             "held_out_before": dict(self.held_out_before),
             "held_out_after": dict(self.held_out_after),
+            "held_out_units": dict(self.held_out_units),
             "alike": list(self.alike),
             "separated_by": self.separated_by,
             "curve": None if self.curve is None else asdict(self.curve),
@@ -129,6 +131,9 @@ def proposal_of(
         explained_share=share,
         held_out_before=before,
         held_out_after=after,
+        held_out_units={
+            v.name: v.unit for v in (*outcome.case.base.states, *outcome.case.base.algebraics) if v.name in after
+        },
         curve=_curve(outcome, found),
     )
 
