@@ -155,6 +155,12 @@ def default_settings(
 ) -> Settings:
     """Settings of a robot on a bus that is still to be named; `options` are the keys of its kind.
 
+    Args:
+        side: of the arm.
+        rate_hz: cycles a second.
+        robot: name of its kind.
+        options: keys of that kind.
+
     Raises:
         MisfitError: if the rate is not between 10 and 1000 Hz, or there is no such kind.
     """
@@ -169,6 +175,12 @@ def virtual_settings(
     """Settings of a virtual robot, which has no weight to hold; more patient than those of a real one.
 
     Drives alone have neither safety module nor force sensor: virtual ones may do without, with lower limits as always.
+
+    Args:
+        side: of the arm.
+        rate_hz: cycles a second.
+        robot: name of its kind.
+        options: keys of that kind.
 
     Raises:
         MisfitError: if the rate is not between 10 and 1000 Hz.

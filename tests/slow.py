@@ -6,8 +6,11 @@ Each entry says which quicker test guards the same promise; docs/decisions/019 h
 # Beginning of a node id -> what guards the promise in `make test`.
 SLOW = {
     **{
-        f"tests/children/test_no_orphans.py::test_a_command_that_is_killed_leaves_nothing_behind[hil {name}]": "the same test on `hil hold`, whose children these start"
-        for name in ("record", "stimulate")
+        f"tests/children/test_no_orphans.py::test_a_command_that_is_killed_leaves_nothing_behind[{command}]": "the same test on the commands whose children these start; test_poisoned_folder.py: no room starts any on its own"
+        for command in (
+            *("diagnose", "discover", "learn", "add", "convert", "import", "models", "regress bisect"),
+            *("hil check", "hil compile", "hil identify", "hil record", "hil robot", "hil stimulate"),
+        )
     },
     **{
         f"tests/greybox/test_delays.py::test_{name}": "the same file: the only sensor is late, and how that is written"
@@ -23,7 +26,7 @@ SLOW = {
         for name in (
             *(
                 f"a_rare_law_is_named_with_its_values[{law}]"
-                for law in ("rate", "saturation", "load", "moment", "square")
+                for law in ("rate", "saturation", "load", "moment", "square", "shaking", "ripple")
             ),
             "a_lag_of_a_linear_plants_input",
             "friction_that_grows_with_the_position",
@@ -79,10 +82,14 @@ SLOW = {
     "tests/blackbox/test_coupled_systems.py::test_comparison_is_that": "the same file: an effect at a connected force explains the data",
     "tests/blackbox/test_hidden_effects_on_plants.py::test_hidden_effect_is_named_and_its_size_found[pendulum": "the same test on tanks",
     "tests/blackbox/test_hidden_effects_on_plants.py::test_hidden_effect_is_named_and_its_size_found[two-mass": "the same test on tanks",
+    "tests/greybox/test_plants_of_users.py::test_a_slow_thermocouple": "test_delays.py on a late sensor; test_slow_errors.py on a store of heat",
+    "tests/greybox/test_sensors_and_memory.py::test_friction_that_develops": "laws/test_vocabulary.py on terms with a memory; test_laws.py on every law",
+    "tests/greybox/test_sensors_and_memory.py::test_a_wrong_zero": "the same file on a wrong scale; test_delays.py: two names of one effect stay two",
     "tests/greybox/test_late_sensors.py": "test_delays.py: the only sensor is late, and the input takes its place",
     "tests/greybox/test_elastic_drives.py::test_a_load_on_a_spring_is_named": "the written model in the same file, test_laws.py on every law",
     "tests/greybox/test_wrong_parameters.py::test_four": "test_laws.py on every law, and laws/test_discovered_laws.py on records without a law",
-    "tests/greybox/test_balances_of_fmus.py::test_dry_friction_is_named_though_an_effect": "dry friction in the same file, without the search before it",
+    "tests/greybox/test_balances_of_fmus.py::test_dry_friction_that_an_fmu_lacks": "the same file on a wrong value, and on friction at a rate of the FMU that is written into it",
+    "tests/greybox/test_balances_of_fmus.py::test_dry_friction_is_named_though_an_effect": "the same file on a wrong value of an FMU",
     # The gallery: buck and all nulls stay.
     **{
         f"tests/test_gallery.py::test_the_hidden_effect_is_named_and_sized_within_three_percent[{case}]": "the same test on buck, and greybox/test_gallery_effects.py"

@@ -54,6 +54,14 @@ def with_balances(
 ) -> tuple[SymbolicSystem, tuple[Balance, ...]]:
     """Translate a flat DAE as `build_system` does, with an input at each balance equation.
 
+    Args:
+        dae: the flat model, as the compiler gives it.
+        name: name of the model.
+        description: what it is, in a line.
+
+    Returns:
+        The system, and its balances, each with the name of its input.
+
     Raises:
         ModelicaError: for a construct outside the supported subset.
     """

@@ -32,6 +32,11 @@ def build_system(dae: Mapping[str, Any], name: str, description: str = "") -> Sy
 
     Relations in `if` expressions are evaluated as they stand, without events; `relations` has the events.
 
+    Args:
+        dae: the flat model, as the compiler gives it.
+        name: name of the model.
+        description: what it is, in a line.
+
     Raises:
         ModelicaError: for a construct outside the supported subset, named with its place.
     """

@@ -45,6 +45,13 @@ def linear_stage(name: str, matrix: ca.SX, right: ca.SX, unknowns: Sequence[Unkn
     """Orthogonal factorisation at run time, for coefficients of which none is sure to be a good pivot.
 
     The result is NaN if the equations are singular.
+
+    Args:
+        name: of the solver.
+        matrix: coefficients (n, n).
+        right: right-hand side (n, 1).
+        unknowns: the n unknowns.
+        place: file and line of the equations, for messages.
     """
     n = len(unknowns)
     pattern = matrix.sparsity()

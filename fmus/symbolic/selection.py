@@ -41,6 +41,13 @@ def choose_dummies(
     Derivatives of the least preferred variables are taken first; among equals those with the largest coefficients at
     the start. A choice that is singular at the start is avoided where there is another.
 
+    Args:
+        residuals: the equations, each zero where it holds.
+        rates: derivatives, as symbols.
+        preferences: how much each of their variables should stay a state.
+        values: numbers of symbols at the start, by their hash.
+        places: file and line of each equation, for messages.
+
     Returns:
         Positions among `rates`.
 

@@ -61,7 +61,13 @@ class Solution:
         return list(found)
 
     def function(self, name: str, knowns: Sequence[ca.SX], wanted: Sequence[ca.SX]) -> ca.Function:
-        """Make a function of columns of knowns; it is free of solvers where the wanted columns need none."""
+        """Make a function of columns of knowns; it is free of solvers where the wanted columns need none.
+
+        Args:
+            name: name of the function.
+            knowns: columns of symbols.
+            wanted: columns of expressions in them, and in what is solved for.
+        """
         wanted = self.express(wanted)
         needed = self._needed(wanted)
         if not needed:

@@ -115,7 +115,13 @@ class SymbolicSystem:
     contacts: bool = False
 
     def start_of_states(self, parameters: ca.DM, inputs: ca.DM | None = None, time: float = 0.0) -> ca.DM:
-        """Start values of the states at given parameters; inputs have their own start values unless given."""
+        """Start values of the states at given parameters; inputs have their own start values unless given.
+
+        Args:
+            parameters: values of all parameters.
+            inputs: values of the inputs.
+            time: in s.
+        """
         declared = self.initial(parameters)
         if self.consistent is None:
             return declared

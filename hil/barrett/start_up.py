@@ -232,7 +232,15 @@ def _zero(wire: Line, robot: Robot, at_home: Callable[[], bool]) -> None:
 
 
 def ask(wire: Line, node: int, property: int, timeout_s: float, tries: int = 1) -> int | None:
-    """Value of a node's property; None if it does not answer in time. Answers to older questions are passed over."""
+    """Value of a node's property; None if it does not answer in time. Answers to older questions are passed over.
+
+    Args:
+        wire: the bus.
+        node: number of the node.
+        property: number of the property.
+        timeout_s: to wait for an answer, in s.
+        tries: questions, at most.
+    """
     for _ in range(tries):
         value = _asked(wire, node, property, timeout_s)
         if value is not None:
@@ -257,6 +265,12 @@ def _asked(wire: Line, node: int, property: int, timeout_s: float) -> int | None
 
 def must(wire: Line, node: int, name: str, numbers: Mapping[str, int] = MONITOR) -> int:
     """Value of a property that a session cannot do without.
+
+    Args:
+        wire: the bus.
+        node: number of the node.
+        name: of the property.
+        numbers: of properties by name.
 
     Raises:
         BusError: if the node does not answer.

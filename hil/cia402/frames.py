@@ -78,6 +78,11 @@ def pack_command(node: int, controlword: int, permille: int = 0) -> Frame:
     """A drive's command.
 
     Example:
+    Args:
+        node: number of the drive.
+        controlword: as CiA 402 has it.
+        permille: torque, in thousandths of the rated one.
+
         >>> str(pack_command(2, ENABLE, -250))
         '202#0F0006FF'
     """

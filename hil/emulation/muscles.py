@@ -46,7 +46,17 @@ class Muscles:
     def torques(
         self, activations: np.ndarray, q: np.ndarray, w: np.ndarray, strength: np.ndarray | float = 1.0
     ) -> np.ndarray:
-        """Joint torques (2,) in N.m, flexion positive, of muscles that have shares `strength` (6,) of their nominal force."""
+        """Joint torques (2,) in N.m, flexion positive, of muscles that have shares `strength` (6,) of their nominal force.
+
+        Args:
+            activations: (6,), 0 to 1.
+            q: angles (2,) in rad.
+            w: speeds (2,) in rad/s.
+            strength: share of each muscle's nominal force.
+
+        Raises:
+            ComponentError: if an FMU fails.
+        """
         return np.asarray(self.anatomy.arms @ (strength * self.forces(activations, q, w)))
 
 

@@ -28,7 +28,13 @@ _MAY_BE_ARMED = (Module.ACTIVE, Module.WAIVED)
 
 
 def begin(limits: Limits, time_ns: int, positions: Vector) -> State:
-    """The state before the first cycle: not armed, at rest."""
+    """The state before the first cycle: not armed, at rest.
+
+    Args:
+        limits: of the arm and its cycle.
+        time_ns: time of the clock, in ns.
+        positions: of the joints, in rad.
+    """
     count = len(limits.joints)
     zeros = (0.0,) * count
     return State(

@@ -15,6 +15,13 @@ def follow(limits: Limits, state: State, time_ns: int, found: Positions, doubted
 
     Speeds are differences over the measured time, through a first-order low pass (backward Euler):
     w = (w0 + W dt dq/dt)/(1 + W dt), W the bandwidth.
+
+    Args:
+        limits: of the arm and its cycle.
+        state: after the last cycle.
+        time_ns: time of the clock, in ns.
+        found: position of each joint in rad, None where it did not come.
+        doubted: which of them may be older than the cycle.
     """
     before = state.motion
     # A clock that stood still or went back leaves no time.

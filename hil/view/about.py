@@ -18,6 +18,13 @@ def about(settings: Settings, pilot: Pilot, folder: Path | None, stop: Path, dry
     """All of it, as JSON takes it.
 
     `clock_ns` is what the wall clock is ahead of the monotonic one; `arm` is there while an arm is emulated.
+
+    Args:
+        settings: of the session.
+        pilot: who asks for torques.
+        folder: of the recording, if there is one.
+        stop: the file that ends the session.
+        dry_run: whether nothing is said on the bus.
     """
     controller = pilot.controller
     found: dict[str, Any] = {

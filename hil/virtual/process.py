@@ -16,6 +16,11 @@ from hil.virtual.body import Body
 def virtual_robot(side: Side = "right", body: Body | None = None, kind: str = PROFICIO) -> Iterator[dict[str, object]]:
     """Run one, with an arm on it or without; yields what python-can needs to reach it.
 
+    Args:
+        side: of the arm.
+        body: the arm that lies on it.
+        kind: name of the robot's kind.
+
     Raises:
         ComponentError: if it does not come up.
     """

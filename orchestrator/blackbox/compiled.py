@@ -10,7 +10,7 @@ import numpy as np
 from fmus.errors import ComponentError
 from orchestrator.blackbox.coupled import CoupledSystem
 from orchestrator.blackbox.ports import Port
-from orchestrator.blackbox.process import FmuProcesses
+from orchestrator.blackbox.process import SYSTEM_ENDINGS, FmuProcesses
 from orchestrator.blackbox.sites import Sites
 from orchestrator.blackbox.worker import RunRequest, Variant
 from orchestrator.models.compiled import NOTHING_BEFORE, CompiledModel, FreeRun, build_library
@@ -36,6 +36,7 @@ class CoupledRuns(CompiledModel):
         super().__init__(system, outputs, free, held=held)
         self.coupled, self.sites, self.settable, self.processes = system, sites, tuple(settable), processes
         self._columns = [list(system.outputs).index(name) for name in outputs]
+        self.has_own_steps = processes.path.suffix.lower() in SYSTEM_ENDINGS
         self._n_states = 0 if processes.cosimulation else len(sites.states)
 
     def run(

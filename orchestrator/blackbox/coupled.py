@@ -40,7 +40,13 @@ class CoupledSystem(SymbolicSystem):
 
 
 def couple(name: str, sites: Sites, mounted: Sequence[Mounted]) -> CoupledSystem:
-    """Join laws with an FMU; parameters are named `slot.name`, with `[k]` for those of one site each."""
+    """Join laws with an FMU; parameters are named `slot.name`, with `[k]` for those of one site each.
+
+    Args:
+        name: name of the coupled system.
+        sites: where the FMU lets laws act.
+        mounted: the laws, each with its slot and site.
+    """
     return _Coupling(name, sites, mounted).build()
 
 

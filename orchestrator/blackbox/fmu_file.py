@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -32,8 +32,6 @@ class FmuFile:
     path: Path
     stepped: bool = False
     content_hash: str = field(init=False)
-    # Whether the file itself says how finely it is stepped, as a system does.
-    has_own_steps: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         """Read it once, so that a broken file is found at once."""
@@ -108,6 +106,13 @@ class FmuFile:
     ) -> np.ndarray:
         """Jacobians (n, nx + outputs, nx + inputs) of rates and outputs along a free run; model exchange only.
 
+        Args:
+            time: (n,) in s.
+            inputs: (n, nu), in the order of the FMU's inputs.
+            start: (nx,), first values of the states.
+            substeps: integration steps in a sample interval.
+            held: names of the inputs that are held between samples; the others run in straight lines.
+
         Raises:
             ComponentError: if the FMU fails.
         """
@@ -129,6 +134,12 @@ class FmuFile:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Rates and outputs (n, nx + outputs) and their Jacobians (n, nx + outputs, nx + inputs) at given points; model
         exchange only. `settings` are values of parameters by value reference.
+
+        Args:
+            time: (n,) in s.
+            states: (n, nx).
+            inputs: (n, nu), in the order of the FMU's inputs.
+            settings: values of parameters by value reference.
 
         Raises:
             ComponentError: if the FMU fails.

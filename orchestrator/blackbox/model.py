@@ -37,6 +37,7 @@ class CoupledModel(SymbolicModel):
         self.name, self.system, self.coupled = name, system, system
         self.signals = tuple(signals if signals is not None else system.outputs)
         self.file, self.sites = file, sites
+        self.is_stepped = file.description.cosimulation
         settable = file.description.settable
         self.compiled = CoupledRuns(system, sites, settable, file.processes, self.signals, free, held)
 
@@ -81,10 +82,6 @@ class CoupledModel(SymbolicModel):
         scale, offset = (float(values[names.index(name)]) if name in names else absent for name, absent in wanted)
         return scale, offset
 
-    def substeps(self, record: Record, parameters: np.ndarray, noise: np.ndarray | float = np.inf) -> int:
-        """As for any model; a coupled system says itself how finely it is stepped, so a sample interval is one step."""
-        return 1 if self.file.has_own_steps else super().substeps(record, parameters, noise)
-
     @property
     def shows_jacobians(self) -> bool:
         """Whether the FMU can be asked how it answers to small changes: model exchange, with no effect around it."""
@@ -103,8 +100,8 @@ class CoupledModel(SymbolicModel):
         return CoupledModel(self.name, self.coupled, self.file, self.sites, signals, free, self.compiled.held)
 
     def with_held(self, held: Sequence[str]) -> "CoupledModel":
-        """The same model whose inputs `held` stay until the next sample; inputs of a coupled system run in lines."""
-        if self.file.has_own_steps or tuple(held) == self.compiled.held:
+        """The same model whose inputs `held` stay until the next sample."""
+        if tuple(held) == self.compiled.held:
             return self
         return CoupledModel(self.name, self.coupled, self.file, self.sites, self.signals, self.compiled.free, held)
 

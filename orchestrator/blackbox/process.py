@@ -8,6 +8,7 @@ from fmus.children import BrokenWorker, SilentWorker, Workers
 from fmus.errors import ComponentError
 from orchestrator.blackbox.worker import PathRequest, ProbeRequest, RatesRequest, RunRequest, SlopesRequest, answer
 
+SYSTEM_ENDINGS = (".toml", ".ssd", ".ssp")
 TIME_LIMIT_S = 300.0
 Request = RunRequest | ProbeRequest | RatesRequest | PathRequest | SlopesRequest
 

@@ -102,7 +102,16 @@ def plain_sites(description: Description) -> Sites:
 
 
 def find_positions(probe: Probe, outputs: np.ndarray, states: np.ndarray) -> dict[int, Position]:
-    """Outputs that read one state, and the state that is its rate, from Jacobians taken at `states` with these `outputs`."""
+    """Outputs that read one state, and the state that is its rate, from Jacobians taken at `states` with these `outputs`.
+
+    Args:
+        probe: Jacobians of rates and outputs at one point.
+        outputs: values of the outputs there.
+        states: values of the states there.
+
+    Returns:
+        Positions by the number of the output, from 0.
+    """
     found = {}
     for k, row in enumerate(probe.outputs_by_states):
         state = _single(row)

@@ -1,7 +1,7 @@
 """An FMU where the diagnosis expects the source of a model: its candidates, and its extension with effects."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TypeAlias
 
@@ -35,10 +35,16 @@ class FmuSource:
     fmu: FmuFile
     sites: Sites
     held: tuple[str, ...] = ()
+    measurements: MeasurementSet | None = field(default=None, compare=False, repr=False)
 
     @staticmethod
     def prepare(path: Path, measurements: MeasurementSet, *, stepped: bool = False) -> "FmuSource":
         """Look at an FMU and at the data that it is to explain.
+
+        Args:
+            path: the FMU.
+            measurements: the trials.
+            stepped: whether it is stepped in co-simulation although it offers model exchange.
 
         Raises:
             MisfitError: if the file is no FMU that can be run, or the data do not fit it.
@@ -48,7 +54,9 @@ class FmuSource:
         plain = plain_sites(fmu.started)
         data = bind(measurements, plain.inputs, plain.outputs)
         sites = find_sites(fmu.started, data, fmu.positions(), _gains(fmu, data))
-        return FmuSource(name=str(path), class_name=path.stem, file=path, fmu=fmu, sites=sites)
+        return FmuSource(
+            name=str(path), class_name=path.stem, file=path, fmu=fmu, sites=sites, measurements=measurements
+        )
 
     def compile(self) -> CoupledSystem:
         """The FMU alone."""

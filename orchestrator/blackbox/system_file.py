@@ -1,6 +1,5 @@
 """An FMU or a system with effects as a system: the original, one FMU for each effect, and a file that connects them."""
 
-import json
 import math
 import re
 import shutil
@@ -9,17 +8,24 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
 
+import numpy as np
+
 from fmus.catalogue import ModelicaModel
+from fmus.files import write_atomically
 from fmus.package import build_fmu
 from fmus.symbolic.system import SymbolicSystem
 from orchestrator.blackbox.coupled import Mounted
 from orchestrator.blackbox.extended import beside, extended
 from orchestrator.blackbox.library import CLASSES, FORCE_SLOTS, INPUT_SLOTS, OUTPUT_SLOTS, Scales
 from orchestrator.blackbox.sites import ForceSite
-from orchestrator.blackbox.source import FmuSource
+from orchestrator.blackbox.source import FmuSource, fmu_model
 from orchestrator.blackbox.system_source import SystemFile
-from orchestrator.cosim.system import ComponentSpec
+from orchestrator.cosim.fmu.description import read_description
+from orchestrator.cosim.system import ComponentSpec, Connection, RunSettings, System
 from orchestrator.cosim.toml_file import write_toml
+from orchestrator.measurements import MeasurementSet, bind
+from orchestrator.models.smoothing import SmoothedTrial
+from orchestrator.models.symbolic import ROUGH, enough_substeps
 
 PLANT = "plant"
 # A lag that is this share of a step has settled at its end.
@@ -74,7 +80,10 @@ def write_system(
     _place(
         plan, source, mounted, values, folder, {i: (f"{PLANT}.{v.name}",) for i, v in enumerate(source.sites.inputs)}
     )
-    path.write_text(_text(plan, comment))
+    components = {label: ComponentSpec(label, source=file) for label, file in plan.components.items()}
+    connections = tuple(Connection(*ends) for ends in plan.connections)
+    system = System(name, components, connections, plan.inputs, plan.outputs, folder=folder)
+    write_with_steps(system, path, comment, source)
     return path
 
 
@@ -180,13 +189,45 @@ def _valued(part: Mounted, place: int, scales: Scales, values: Mapping[str, floa
     return replace(system, name=part.law.card.class_name, parameters=tuple(parameters))
 
 
-def _text(plan: _Plan, comment: str) -> str:
-    lines = [f"# {comment}", "", "[components]"]
-    lines += [f"{name} = {json.dumps(file)}" for name, file in plan.components.items()]
-    lines += ["", "# Inputs and outputs of the system, and what they are inside."]
-    inputs = {name: at[0] if len(at) == 1 else list(at) for name, at in plan.inputs.items()}
-    for title, table in (("inputs", inputs), ("outputs", plan.outputs)):
-        lines += [f"[{title}]", *(f"{json.dumps(name)} = {json.dumps(at)}" for name, at in table.items()), ""]
-    for start, end in plan.connections:
-        lines += ["[[connections]]", f"from = {json.dumps(start)}", f"to = {json.dumps(end)}", ""]
-    return "\n".join(lines)
+def write_with_steps(system: System, path: Path, comment: str, source: FmuSource) -> None:
+    """Write a system around an FMU, with a communication step so short that the system does what the diagnosis promised.
+
+    The step is the sample interval or a fraction of it, at which halving hardly changes the run along the first learning
+    trial. Between steps inputs are held, or go on along lines where that allows longer steps.
+
+    Args:
+        system: without a step.
+        comment: first line of the file.
+        source: the FMU, with the data that it was looked at with.
+    """
+
+    def write(settings: RunSettings) -> None:
+        write_atomically(path, f"# {comment}\n\n{write_toml(replace(system, run=settings))}".encode())
+
+    if source.measurements is None or not read_description(source.file).interface().variable_step:
+        write(system.run)
+        return
+    record = source.measurements.learning[0] if source.measurements.learning else source.measurements.trials[0]
+    interval = float(np.median(np.diff(record.time)))
+    found = []
+    for extrapolation in (0.0, 1.0):
+        options = {"extrapolation": extrapolation} if extrapolation else {}
+        settings = replace(system.run, step=float(f"{interval:.9g}"), options=options)
+        write(settings)
+        found.append((_parts_of_interval(path, source.measurements), extrapolation, settings))
+    count, _, settings = min(found, key=lambda each: each[:2])
+    write(replace(settings, step=float(f"{interval / count:.9g}")))
+
+
+def _parts_of_interval(path: Path, measurements: MeasurementSet) -> int:
+    """How many steps in a sample interval a system takes that is written with one."""
+    whole = fmu_model(path)
+    data = bind(measurements, whole.inputs, whole.outputs)
+    trial = (data.learning or data.trials)[0]
+    model = whole.with_held(trial.held).restricted(data.output_names)
+    noise = np.array([data.noise_std[name] for name in data.output_names])
+    record = model.record(SmoothedTrial(trial.time, trial.inputs, trial.outputs, noise))
+    compiled = model.compiled
+    compiled.has_own_steps = False
+    start, values = record.start, compiled.parameters
+    return enough_substeps(compiled, record.time, record.inputs, values, start, ROUGH, noise, record.measured)

@@ -1,16 +1,14 @@
-"""A coupled system in the child process that otherwise runs one FMU: the same calls, answered by a co-simulation."""
+"""A coupled system that cannot be one FMU, in the child process that otherwise runs one: the same calls, answered by a co-simulation."""
 
 import ctypes
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from fmus.errors import MisfitError
-from orchestrator.blackbox.exposed import Exposed, exposed
-from orchestrator.cosim.load import load_system
+from orchestrator.blackbox.exposed import Exposed
 from orchestrator.cosim.simulation import SavedPoint, Simulation
 from orchestrator.cosim.system import Value, split_address
 from orchestrator.cosim.wiring import OUTSIDE, Link, Slot
@@ -36,12 +34,10 @@ class _Handle:
 class SystemInstance:
     """A system with the calls of an FMI 2.0 co-simulation, for `runner.c`; run again and again."""
 
-    path: Path
-    join_forces: bool
+    exposed: Exposed
     second: bool = True
     cosimulation: bool = True
     interpolates: bool = False
-    failure: str = ""
     _simulation: Simulation | None = None
     _points: dict[Any, SavedPoint] = field(default_factory=dict)
     _of: Any = None
@@ -50,9 +46,12 @@ class SystemInstance:
     _last: dict[int, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        self.exposed: Exposed = exposed(load_system(self.path), self.path.name, join_forces=self.join_forces)
         self.fmu = _Handle(self)
         self._set, self._get, self._step = _VALUES(self._write), _VALUES(self._read), _STEP(self._advance)
+
+    def numbers(self, references: Sequence[int]) -> Sequence[int]:
+        """They are those of the description."""
+        return references
 
     def begin(self, time: float, settings: dict[int, list[float]]) -> None:
         """Start a run at a time, with start values by reference; a start that was there before is returned to."""
@@ -137,7 +136,6 @@ class SystemInstance:
         """Nothing may be raised through C."""
         try:
             call()
-        except Exception as error:
-            self.failure = " ".join(str(error).split()) or type(error).__name__
+        except Exception:
             return ERROR
         return OK

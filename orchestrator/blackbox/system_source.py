@@ -4,16 +4,14 @@ import hashlib
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 from orchestrator.blackbox.exposed import Exposed, exposed, require_components
 from orchestrator.blackbox.fmu_file import FmuFile
 from orchestrator.blackbox.ports import Description
-from orchestrator.blackbox.process import FmuProcesses
+from orchestrator.blackbox.process import SYSTEM_ENDINGS, FmuProcesses
 from orchestrator.blackbox.sites import Position
 from orchestrator.cosim.load import load_system
-
-ENDINGS = (".toml", ".ssd", ".ssp")
 
 
 def open_file(path: Path, *, stepped: bool = False, join_forces: bool = False) -> FmuFile:
@@ -26,7 +24,7 @@ def open_file(path: Path, *, stepped: bool = False, join_forces: bool = False) -
     Raises:
         MisfitError: if the file is neither, or cannot be run.
     """
-    if path.suffix.lower() in ENDINGS:
+    if path.suffix.lower() in SYSTEM_ENDINGS:
         return SystemFile(path, join_forces=join_forces)
     return FmuFile(path, stepped)
 
@@ -41,7 +39,6 @@ class SystemFile(FmuFile):
 
     stepped: bool = True
     join_forces: bool = False
-    has_own_steps: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         """Read it and the files of its components once, so that what is wrong is found at once."""

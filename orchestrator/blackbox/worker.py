@@ -4,12 +4,16 @@ import ctypes
 import os
 import tempfile
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+from fmus.errors import MisfitError
+from orchestrator.cosim.fmu.base import instantiate
+from orchestrator.cosim.fmu.description import CO_SIMULATION, MODEL_EXCHANGE, read_description
 
 NUDGE = 1e-6
 
@@ -165,70 +169,80 @@ class _Instance:
     """One instance of either FMI version and kind, run again and again."""
 
     def __init__(self, path: Path, cosimulation: bool) -> None:
-        import fmpy
-
-        from fmus.archive import extract_fmu
-
-        self._folder = tempfile.TemporaryDirectory()  # it lives as long as the process
-        folder = Path(self._folder.name)
-        extract_fmu(path, folder)
-        description = fmpy.read_model_description(str(folder), validate=False)
-        self.second, self.cosimulation = description.fmiVersion == "2.0", cosimulation
-        kind = "CoSimulation" if cosimulation else "ModelExchange"
-        self.fmu = fmpy.instantiate_fmu(str(folder), description, fmi_type=kind)
-        stepping = description.coSimulation
-        self.interpolates = cosimulation and self.second and bool(stepping.canInterpolateInputs)
+        description = read_description(path)
+        interface = description.interface(CO_SIMULATION if cosimulation else MODEL_EXCHANGE)
+        self.fmu = instantiate(path.name, description, interface)
+        self.description = description
+        self.second, self.cosimulation = description.version == 2, cosimulation
+        self.interpolates = interface.interpolates_inputs
         self._used = False
 
     def begin(self, time: float, settings: dict[int, list[float]]) -> None:
         """Reset, set start values, initialise."""
-        fmu = self.fmu
         if self._used:
-            fmu.reset()
+            self.fmu.reset()
         self._used = True
-        if self.second:
-            fmu.setupExperiment(startTime=time)
         for reference, values in settings.items():
             self.set([reference], values)
-        if self.second:
-            fmu.enterInitializationMode()
-        else:
-            fmu.enterInitializationMode(startTime=time)
-        fmu.exitInitializationMode()
+        self.fmu.begin(time, None, None)
+        self.fmu.finish_initialisation()
         if not self.cosimulation:
-            update = fmu.newDiscreteStates if self.second else fmu.updateDiscreteStates
-            while update()[0]:
+            while self.fmu.update_discrete_states().again:
                 pass
-            fmu.enterContinuousTimeMode()
+            self.fmu.call("EnterContinuousTimeMode")
+
+    def set_time(self, time: float) -> None:
+        self.fmu.call("SetTime", ctypes.c_double(time))
+
+    def numbers(self, references: Sequence[int]) -> Sequence[int]:
+        """The FMU's own references of variables."""
+        return references
 
     def set(self, references: Sequence[int], values: Sequence[float]) -> None:
         if references:
-            (self.fmu.setReal if self.second else self.fmu.setFloat64)(list(references), list(values))
+            self._values("Set", references, np.array(values, dtype=float))
 
     def get(self, references: Sequence[int], count: int) -> np.ndarray:
-        if not references:
-            return np.zeros(0)
-        if self.second:
-            return np.array(self.fmu.getReal(list(references)))
-        return np.array(self.fmu.getFloat64(list(references), nValues=count))
+        return self._values("Get", references, np.zeros(count)) if references else np.zeros(0)
 
     def states(self, count: int) -> np.ndarray:
-        values = (ctypes.c_double * count)()
-        self.fmu.getContinuousStates(values, count)
-        return np.array(values)
+        return self._vector("GetContinuousStates", np.zeros(count))
 
     def set_states(self, values: np.ndarray) -> None:
-        self.fmu.setContinuousStates((ctypes.c_double * len(values))(*values), len(values))
+        self._vector("SetContinuousStates", np.ascontiguousarray(values, dtype=float))
 
     def rates(self, count: int) -> np.ndarray:
-        values = (ctypes.c_double * count)()
-        get = self.fmu.getDerivatives if self.second else self.fmu.getContinuousStateDerivatives
-        get(values, count)
-        return np.array(values)
+        return self._vector("GetDerivatives" if self.second else "GetContinuousStateDerivatives", np.zeros(count))
 
     def address(self, second: str, third: str) -> int | None:
-        name = f"fmi2{second}" if self.second else f"fmi3{third}"
-        return ctypes.cast(getattr(self.fmu.dll, name), ctypes.c_void_p).value
+        return self.fmu.address(second if self.second else third)
+
+    def _vector(self, function: str, values: np.ndarray) -> np.ndarray:
+        self.fmu.call(function, values.ctypes.data_as(ctypes.c_void_p), ctypes.c_size_t(len(values)))
+        return values
+
+    def _values(self, verb: str, references: Sequence[int], values: np.ndarray) -> np.ndarray:
+        numbers = (ctypes.c_uint32 * len(references))(*references), ctypes.c_size_t(len(references))
+        count = () if self.second else (ctypes.c_size_t(len(values)),)
+        function = f"{verb}{self.fmu.kinds['Float64'][0]}"
+        self.fmu.call(function, *numbers, values.ctypes.data_as(ctypes.c_void_p), *count)
+        return values
+
+
+class _Joined(_Instance):
+    """A coupled system in one FMU, whose variables have the places in `names` as references."""
+
+    def __init__(self, path: Path, names: Sequence[str]) -> None:
+        super().__init__(path, True)
+        self._own = [self.description.by_name[name][1] for name in names]
+
+    def begin(self, time: float, settings: dict[int, list[float]]) -> None:
+        """As of any FMU."""
+        super().begin(time, {self._own[reference]: values for reference, values in settings.items()})
+
+    def numbers(self, references: Sequence[int]) -> Sequence[int]:
+        """The FMU's own references of variables."""
+        return [self._own[reference] for reference in references]
 
 
 def _run(instance: _Instance, request: RunRequest) -> list[tuple[int, np.ndarray]]:
@@ -236,7 +250,10 @@ def _run(instance: _Instance, request: RunRequest) -> list[tuple[int, np.ndarray
     wiring, n = request.wiring, len(request.time)
     library = ctypes.CDLL(str(request.library))
     kept: list[Any] = [
-        *((ctypes.c_uint * max(len(r), 1))(*r) for r in (wiring.inputs, wiring.sensed, wiring.outputs)),
+        *(
+            (ctypes.c_uint * max(len(r), 1))(*instance.numbers(r))
+            for r in (wiring.inputs, wiring.sensed, wiring.outputs)
+        ),
         (ctypes.c_int * max(len(wiring.differenced), 1))(*wiring.differenced),
         (ctypes.c_int * max(request.inputs.shape[1], 1))(*request.held),
     ]
@@ -315,7 +332,7 @@ def _jacobian(
     if request.directional:
         unknown = [*request.rates, *wiring.outputs]
         columns = [
-            np.array(instance.fmu.getDirectionalDerivative(unknown, [known], [1.0]))
+            np.array(instance.fmu.directional_by_reference(unknown, [known], [1.0]))
             for known in (*request.states, *wiring.inputs)
         ]
     else:
@@ -336,7 +353,7 @@ def _path(instance: _Instance, request: PathRequest) -> np.ndarray:
     instance.begin(float(time[0]), {})
 
     def rate(k: int, at: float, x: np.ndarray) -> np.ndarray:
-        instance.fmu.setTime(at)
+        instance.set_time(at)
         instance.set_states(x)
         lines = np.array([np.interp(at, time, column) for column in inputs.T])
         instance.set(request.wiring.inputs, np.where(held, inputs[k], lines).tolist())
@@ -344,7 +361,7 @@ def _path(instance: _Instance, request: PathRequest) -> np.ndarray:
 
     found = []
     for k, at in enumerate(time):
-        instance.fmu.setTime(float(at))
+        instance.set_time(float(at))
         found.append(_jacobian(instance, request, x, inputs[k])[1])
         h = (time[min(k + 1, len(time) - 1)] - at) / request.substeps
         for j in range(request.substeps if h > 0 else 0):
@@ -372,7 +389,7 @@ def _rates(instance: _Instance, request: RatesRequest) -> np.ndarray:
     instance.begin(float(request.time[0]), {})
     found = np.zeros_like(request.states)
     for k, (time, states, inputs) in enumerate(zip(request.time, request.states, request.inputs, strict=True)):
-        instance.fmu.setTime(float(time))
+        instance.set_time(float(time))
         instance.set_states(states)
         instance.set(request.wiring.inputs, inputs.tolist())
         found[k] = instance.rates(states.size)
@@ -384,7 +401,7 @@ def _slopes(instance: _Instance, request: SlopesRequest) -> tuple[np.ndarray, np
     instance.begin(float(request.time[0]), request.settings)
     values, slopes = [], []
     for time, states, inputs in zip(request.time, request.at, request.inputs, strict=True):
-        instance.fmu.setTime(float(time))
+        instance.set_time(float(time))
         here, jacobian = _jacobian(instance, request, states, inputs)
         values.append(here)
         slopes.append(jacobian)
@@ -423,6 +440,22 @@ def _opened(path: Path, cosimulation: bool, join_forces: bool) -> Any:
         os.dup2(silence, stream)
     if path.suffix == ".fmu":
         return _Instance(path, cosimulation)
-    from orchestrator.blackbox.system_runs import SystemInstance
+    return opened_system(path, join_forces)
 
-    return SystemInstance(path, join_forces)
+
+def opened_system(path: Path, join_forces: bool) -> Any:
+    """A coupled system as one FMU, which runs in C; or step by step in Python, if it holds what no FMU can hold."""
+    from orchestrator.blackbox.exposed import exposed
+    from orchestrator.blackbox.system_runs import SystemInstance
+    from orchestrator.cosim.container import container_of
+    from orchestrator.cosim.load import load_system
+
+    seen = exposed(load_system(path), path.name, join_forces=join_forces)
+    # What is shown by its own name is so in the FMU without being asked for.
+    named = {name: address for name, address in seen.system.outputs.items() if name != address}
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            files, _ = container_of(replace(seen.system, outputs=named), "system", Path(folder))
+        except MisfitError:
+            return SystemInstance(seen)
+        return _Joined(files[0], [*seen.inputs, *seen.system.outputs, *seen.starts])

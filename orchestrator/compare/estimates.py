@@ -133,7 +133,13 @@ def not_refuted(
 
 
 def floor_sentence(name: str, unit: str, estimate: FloorEstimate) -> str:
-    """All estimates in a sentence."""
+    """All estimates in a sentence.
+
+    Args:
+        name: the output.
+        unit: its unit.
+        estimate: the estimates of its noise floor, and which of them counts.
+    """
     parts = [
         f"{label} {value:.3g}"
         for label, value in (

@@ -75,7 +75,14 @@ def feedback_at(target: Array, wanted: Wanted | None = None) -> Array:
 
 
 def margins_at(target: Array, controller: Controller, parameters: Mapping[str, float], step: float) -> Margins:
-    """Margins of the loop around the arm with these parameters, linearised where the controller holds it."""
+    """Margins of the loop around the arm with these parameters, linearised where the controller holds it.
+
+    Args:
+        target: angles in rad.
+        controller: the controller.
+        parameters: of the arm, by name.
+        step: of the controller, in s.
+    """
     activations, slope = controller.slope(np.concatenate([target, np.zeros(2)]))
     at = dict(zip(PORTS.states, [*target, 0.0, 0.0], strict=True)) | dict(
         zip(PORTS.activations, activations, strict=True)
@@ -101,7 +108,14 @@ def rounds(
     parameters: Mapping[str, float], count: int, postures: Sequence[Array] = POSTURES, task: Task | None = None
 ) -> list[Round]:
     """Reach and hold all postures with an arm of these parameters, `count` times; what each round showed is learned for
-    the next."""
+    the next.
+
+    Args:
+        parameters: of the arm, by name.
+        count: number of rounds.
+        postures: angles in rad.
+        task: how long and how exactly each is held.
+    """
     task = task or Task()
     middle = np.mean(postures, axis=0)
     controller = Controller(nominal_limb(), feedback_at(middle), len(MUSCLES))

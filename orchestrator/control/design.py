@@ -21,6 +21,12 @@ def linearised(
 
     The component is initialised there and has not begun to run: it is for this alone.
 
+    Args:
+        component: the plant.
+        states: names of n states.
+        inputs: names of m inputs.
+        at: their values.
+
     Raises:
         ComponentError: if the FMU gives no directional derivatives.
     """
@@ -80,7 +86,15 @@ def gains(a: Array, b: Array, wanted: Wanted) -> Array:
 
 
 def margins(a: Array, b: Array, feedback: Array, step: float, delay_steps: int = 1) -> Margins:
-    """Margins of u = -K x, computed every `step` s and applied `delay_steps` later."""
+    """Margins of u = -K x, computed every `step` s and applied `delay_steps` later.
+
+    Args:
+        a: (n, n), of the plant.
+        b: (n, p), of the plant.
+        feedback: K, (p, n).
+        step: in s.
+        delay_steps: steps from a measurement to its effect.
+    """
     n, p = b.shape
     plant = control.c2d(control.ss(a, b, feedback, np.zeros((p, p))), step)
     shift = control.ss(np.zeros((p, p)), np.eye(p), np.eye(p), np.zeros((p, p)), step)

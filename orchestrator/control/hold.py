@@ -174,6 +174,14 @@ def hold(
 ) -> list[Held]:
     """Reach and hold targets, angles (p,) each, one after the other; the limb begins at rest at `start`.
 
+    Args:
+        component: the limb.
+        ports: names of its states and inputs.
+        controller: what holds it.
+        start: angles in rad.
+        targets: angles in rad.
+        task: how long and how exactly each is held.
+
     Raises:
         ComponentError: if the FMU fails, or the limb leaves the finite numbers.
     """

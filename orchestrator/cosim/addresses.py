@@ -31,6 +31,11 @@ def resolve(ports: Mapping[str, Port], variable: str, component: str) -> list[El
     A name is a port, an element `x[k]` (counted through from 1) or `x[i,j]` of an array, or the common name of scalar
     ports `x[1]`, `x[2]`, ... as FMI 2 has them for an array.
 
+    Args:
+        ports: the ports of the component, by name.
+        variable: the name.
+        component: name of the component, for messages.
+
     Raises:
         MisfitError: if there is no such variable or element; the message names the nearest.
     """

@@ -124,6 +124,15 @@ def assemble(
 ) -> Assembly:
     """Check and load a system.
 
+    Args:
+        system: the system.
+        progress: where it is noted what is called.
+        record: addresses of what is recorded; None for the outputs of the system.
+        stop: end of the run in s; None for that of the system.
+        step: communication step in s; None for that of the system.
+        master: name of the algorithm; None for that of the system.
+        tolerance: relative tolerance of the components; None for that of the system.
+
     Raises:
         MisfitError: if it does not fit together, or nothing says how large steps are.
         ComponentError: if a component cannot be loaded.
@@ -209,7 +218,14 @@ def initial_order(
     feedthrough: Mapping[str, Mapping[str, Sequence[str]]],
     wanted: Mapping[tuple[str, str], None],
 ) -> tuple[Read | Loop, ...]:
-    """What depends on what during initialisation, which FMUs may declare apart."""
+    """What depends on what during initialisation, which FMUs may declare apart.
+
+    Args:
+        wiring: the links between ports.
+        described: description of each component.
+        feedthrough: inputs that each output follows within a step, by component.
+        wanted: component and variable of what is read, in this order.
+    """
     initial = {name: getattr(described[name], "initial_feedthrough", feedthrough[name]) for name in feedthrough}
     return plan(wiring, initial, wanted)
 
@@ -238,6 +254,13 @@ def settings_of(
     tolerance: float | None = None,
 ) -> MasterSettings:
     """What the master is told; `own_steps` are those that components insist on, in s, by name.
+
+    Args:
+        system: the system.
+        described: description of each component.
+        own_steps: steps in s that components insist on, by name; None where one does not.
+        step: communication step in s; None for that of the system.
+        tolerance: relative tolerance; None for that of the system.
 
     Raises:
         MisfitError: if nothing says how large steps are.

@@ -29,6 +29,11 @@ class Transfer:
 def transfer(source: Port, target: Port, connection: Connection) -> Transfer:
     """Check type, variability, unit and range of two ports, and give the conversion.
 
+    Args:
+        source: the port whose value is given.
+        target: the port that takes it.
+        connection: how, with the factors or the mapping that it declares.
+
     Raises:
         MisfitError: if the value of the source cannot be given to the target; the message does not name the ports.
     """

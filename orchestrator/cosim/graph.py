@@ -76,7 +76,13 @@ def without_feedthrough(wiring: Wiring, component: str) -> Mapping[str, Sequence
 
 
 def forced_delay(wiring: Wiring, component: str, feedthrough: Mapping[str, Sequence[str]]) -> Delay | None:
-    """What comes one step late where a component's outputs do not follow its inputs; None where nothing does."""
+    """What comes one step late where a component's outputs do not follow its inputs; None where nothing does.
+
+    Args:
+        wiring: the links between ports.
+        component: name of the component.
+        feedthrough: inputs that each output follows; an output that is not named follows all.
+    """
     driven = list(dict.fromkeys(link.target.port.name for link in wiring.to_component(component)))
     read = dict.fromkeys(link.source.port.name for link in wiring.from_component(component))
     late = {name: [each for each in feedthrough.get(name, driven) if each in driven] for name in read}

@@ -26,6 +26,11 @@ def port_value(port: Port, given: Value, definitions: Mapping[str, SiUnit] | Non
     Text is read as the port's type needs it, a number with a unit behind it included: `"2.5 mm"`. An item of an enumeration
     may be given by name, Binary as hexadecimal text.
 
+    Args:
+        port: the port.
+        given: the value, with a unit if it has one.
+        definitions: units that the system defines.
+
     Raises:
         MisfitError: if the port cannot be set or the value does not fit; the message does not name the component.
     """

@@ -23,6 +23,11 @@ def undriven(inputs: Sequence[Variable], data: BoundSet, measurements: Measureme
 
     A start value other than 0 is a statement on an input that was not recorded, such as an ambient temperature. The finding
     is strong where no input of the model is driven at all.
+
+    Args:
+        inputs: inputs of the model.
+        data: the trials in the model's units.
+        measurements: the same as recorded, with columns that no variable is.
     """
     inputs = [v for v in inputs if not v.name.startswith(PREFIX)]  # a force that misfit adds is no input of a user's
     idle = [v.name for v in inputs if v.name in data.unconnected_inputs and not v.start]

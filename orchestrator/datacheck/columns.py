@@ -130,7 +130,13 @@ class Tried:
 
 
 def possible_changes(moving: Sequence[str], units: Mapping[str, str], outputs: Sequence[str]) -> list[Change]:
-    """Everything that a person may have got wrong with the columns, one thing at a time."""
+    """Everything that a person may have got wrong with the columns, one thing at a time.
+
+    Args:
+        moving: names of the variables that move in the record.
+        units: their units by name.
+        outputs: which of them are outputs.
+    """
     found = [Change("clock", ("time",), factor, meaning) for factor, meaning in CLOCK.items()]
     for names in _groups(moving, units):
         found += [Change("scale", names, factor, meaning) for factor, meaning in factors(units[names[0]]).items()]
@@ -164,6 +170,8 @@ def wrong_columns(predictor: Predictor, units: Mapping[str, str]) -> tuple[Findi
     if before < limits.NOTHING_WRONG:
         return ()
     changes = possible_changes(predictor.moving, units, predictor.data.output_names)
+    if predictor.is_stepped:  # a run through a thousand times the time takes a thousand times as long
+        changes = [change for change in changes if change.way != "clock" or change.value < 1]
     first = sorted((Tried(c, predictor.left(c, few=True)) for c in changes), key=lambda tried: tried.left)
     closely = [Tried(each.change, predictor.left(each.change)) for each in first[:SHORTLIST]]
     found = judged(before, closely, predictor.left, limits.PLAIN)
@@ -182,7 +190,14 @@ def wrong_columns(predictor: Predictor, units: Mapping[str, str]) -> tuple[Findi
 
 
 def judged(before: float, tried: Sequence[Tried], left: Left, limit: limits.Limit) -> tuple[Finding, ...]:
-    """The best change as a finding, if it leaves little, much less than before, and by its own amount the least."""
+    """The best change as a finding, if it leaves little, much less than before, and by its own amount the least.
+
+    Args:
+        before: share of the motion that the model does not predict, as recorded.
+        tried: the changes, each with the share that it leaves.
+        left: gives the share that a further change leaves.
+        limit: what counts as little, and as much less.
+    """
     ranked = sorted(tried, key=lambda each: (each.left, len(each.change.columns)))
     good = [each for each in ranked if each.left < limit.left and before > limit.drop * each.left]
     good = [each for each in good if each.left <= limits.AS_GOOD * good[0].left]
@@ -200,7 +215,13 @@ def _likeliest(good: Sequence[Tried]) -> Tried:
 
 
 def is_sharp(tried: Tried, left: Left, limit: limits.Limit) -> bool:
-    """Whether the amount of a change, if it were free, would be the well-known one; a gain of physics is anything."""
+    """Whether the amount of a change, if it were free, would be the well-known one; a gain of physics is anything.
+
+    Args:
+        tried: the change, with the share that it leaves.
+        left: gives the share that another change leaves.
+        limit: how near the amount must be.
+    """
     change = tried.change
     if change.way == "clock":  # a time in which nothing moves predicts whatever is slow, and half of it as well
         halves = [change.with_value(change.value * factor) for factor in (0.5, 2.0)]

@@ -31,7 +31,13 @@ class Change:
     meaning: str
 
     def applied(self, time: np.ndarray, values: np.ndarray, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
-        """Return the changed time (n,) and the changed series (n, k) of the variables `names`."""
+        """Return the changed time (n,) and the changed series (n, k) of the variables `names`.
+
+        Args:
+            time: (n,) in s.
+            values: (n, k).
+            names: the variables of the k columns.
+        """
         if self.way == "clock":
             return time * self.value, values
         places = [names.index(name) for name in self.columns if name in names]
@@ -106,7 +112,13 @@ class Finding:
 
 
 def mended(model: Model, measurements: MeasurementSet, findings: Sequence[Finding]) -> MeasurementSet:
-    """Return the set with the changes of the findings; its content hash tells it from the one as recorded."""
+    """Return the set with the changes of the findings; its content hash tells it from the one as recorded.
+
+    Args:
+        model: the model, which says what the columns are.
+        measurements: the set as recorded.
+        findings: what was found; those without a change are passed over.
+    """
     variables = {v.name: v.unit for v in (*model.inputs, *model.outputs)}
     columns = tuple(measurements.trials[0].columns)
     column_of = match_columns(columns, measurements.variables, list(variables)).column_of

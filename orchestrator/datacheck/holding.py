@@ -66,7 +66,13 @@ def open_inputs(model: Model, measurements: MeasurementSet) -> dict[str, str]:
 
 
 def turned(measurements: MeasurementSet, columns: Mapping[str, str], gains: Mapping[str, float]) -> MeasurementSet:
-    """The set with the inputs of `gains` (by name, nats that the record gains) held if they were not, and not held if they were."""
+    """The set with the inputs of `gains` (by name, nats that the record gains) held if they were not, and not held if they were.
+
+    Args:
+        measurements: the set.
+        columns: column of each input.
+        gains: by how many nats the record is likelier so, by input.
+    """
     chosen, notes = dict(measurements.interpolation), list(measurements.notes)
     for name, gain in gains.items():
         holds = chosen[columns[name]] != "hold"

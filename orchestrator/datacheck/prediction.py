@@ -105,6 +105,11 @@ class Predictor:
         noise = change.noise(self.noise, self.names)[len(self.data.input_names) :]
         return unexplained(self.model, self.stretches(change, few=few), self.data.output_names, noise)
 
+    @property
+    def is_stepped(self) -> bool:
+        """Whether the model makes steps of its own, so that a run takes as long as the time that it goes through."""
+        return isinstance(self.model, SymbolicModel) and self.model.is_stepped
+
     @cached_property
     def can_be_pushed(self) -> bool:
         """Whether the model's equations are open and hold speeds, which friction may brake."""
@@ -122,7 +127,14 @@ class Predictor:
 
 
 def unexplained(model: Model, parts: Sequence[Stretch], names: Sequence[str], noise: np.ndarray) -> np.ndarray:
-    """Share (ny,) of the outputs' bent part that the model does not predict; more than 1 where it is worse than nothing."""
+    """Share (ny,) of the outputs' bent part that the model does not predict; more than 1 where it is worse than nothing.
+
+    Args:
+        model: the model.
+        parts: stretches of the record.
+        names: the outputs (ny of them).
+        noise: (ny,), standard deviation of each.
+    """
     left, there = np.zeros(len(names)), np.zeros(len(names))
     for part in parts:
         size = np.sum(bent(part.time, part.outputs) ** 2, axis=0)

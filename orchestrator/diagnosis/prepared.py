@@ -85,6 +85,15 @@ def prepared(
     """Compare a model with trials, which may be stretches of `whole` ones, and compile it with each effect; `given` is the
     comparison with the whole ones.
 
+    Args:
+        source: the model.
+        measurements: the trials to learn from and to judge by.
+        whole: the trials as recorded, the same object as `measurements` unless that holds stretches of them.
+        given: the comparison of the model with `whole`.
+        cards: the effects to choose from.
+        workers: processes that compile at a time.
+        progress: called with one line at each stage.
+
     Raises:
         MisfitError: if there are no learning or no held-out trials.
         ComponentError: if the model itself cannot be simulated.
@@ -125,7 +134,19 @@ def in_metric(
     floor: Mapping[str, float],
     extra: Nuisances,
 ) -> LearningData:
-    """Trials with the metric of the noise that is declared or shows in the record, carried through the model."""
+    """Trials with the metric of the noise that is declared or shows in the record, carried through the model.
+
+    Args:
+        source: the model.
+        plain: its equations or runs, with the signals that are measured.
+        data: all trials, with the noise of each signal.
+        trials: those of them that are wanted.
+        floor: noise floor of each output, in its unit.
+        extra: parameters with tolerances, and the shift of the clocks.
+
+    Returns:
+        The trials without outliers, each with its metric, in which noise is white with power 1.
+    """
     noise = np.array([data.noise_std[name] for name in data.output_names])
     outputs, inputs = ([data.noise_of(name) for name in names] for names in (data.output_names, data.input_names))
     fast = np.array([each.std for each in inputs])

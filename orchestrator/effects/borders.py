@@ -45,6 +45,12 @@ def change_input(copies: Copies, root: View, change: InputChange, system: Symbol
 def change_output(copies: Copies, root: View, change: OutputChange, system: SymbolicSystem) -> tuple[Copy, str]:
     """Give the plant's own variable another name, and let the output show the changed one.
 
+    Args:
+        copies: the copies of classes that are changed.
+        root: the model.
+        change: the output, and the expression that it shows from now on.
+        system: the model's equations.
+
     Returns:
         The copy that declares the output, and the flat name of the plant's own variable.
 

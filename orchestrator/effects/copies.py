@@ -146,7 +146,13 @@ def removals(gone: list[Component], together: list[Component]) -> Iterable[tuple
 
 
 def with_modifiers(text: str, component: Component, modifiers: dict[str, str]) -> str:
-    """A declared component with more modifiers."""
+    """A declared component with more modifiers.
+
+    Args:
+        text: the component as it is declared.
+        component: what was read of it.
+        modifiers: expression of each modifier by name.
+    """
     if not modifiers:
         return text
     added = ", ".join(f"{name}={value}" for name, value in modifiers.items())
@@ -161,7 +167,16 @@ def with_modifiers(text: str, component: Component, modifiers: dict[str, str]) -
 
 
 def applied(text: str, edits: Iterable[tuple[int, int, str]], span: Span | None = None) -> str:
-    """A text, or a part of it, with pieces replaced."""
+    """A text, or a part of it, with pieces replaced.
+
+    Args:
+        text: the text.
+        edits: first and last place of each piece, and what stands there from now on.
+        span: the part that is wanted; the whole by default.
+
+    Raises:
+        ModelicaError: if two pieces overlap.
+    """
     first, last = span or (0, len(text))
     found, at = [], first
     # What is inserted where a piece is replaced stands in front of it; insertions at one place keep their order.

@@ -34,7 +34,14 @@ class Home:
 
 
 def homes_of(view: View, path: Path, deriving: Home | None = None, clause: Extends | None = None) -> Iterator[Home]:
-    """A part's class and all that it extends, nearest first."""
+    """A part's class and all that it extends, nearest first.
+
+    Args:
+        view: the class as it is seen from the part.
+        path: names of the parts that lead to it.
+        deriving: the class that extends it, if that is where one comes from.
+        clause: the clause by which it does.
+    """
     home = Home(path, view, deriving, clause)
     yield home
     for extends in view.definition.all_bases:

@@ -40,6 +40,12 @@ class Balance:
 def balance_of(term: Term, flat: FlatPoints, states: Sequence[str], values: Sequence[Mapping[str, float]]) -> Balance:
     """The flat equation that a term belongs to.
 
+    Args:
+        term: what is to be added, and to the balance of which state.
+        flat: the flat equations, which can be evaluated.
+        states: names of the states.
+        values: values of all variables at several points.
+
     Raises:
         ModelicaError: if there is none, or if it is written nowhere.
     """
@@ -164,6 +170,12 @@ def _is_name(equation: FlatEquation) -> bool:
 
 def written_at(balance: Balance, term: Term, flat: FlatPoints, root: View) -> tuple[Home, list[EquationText]]:
     """The class and the text of a flat equation; several where it stands in the branches of an if.
+
+    Args:
+        balance: the flat equation.
+        term: what is to be added to it.
+        flat: the flat equations, with the texts that they were read from.
+        root: the model.
 
     Raises:
         ModelicaError: if no text is found.

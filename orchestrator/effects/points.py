@@ -19,7 +19,13 @@ Values = dict[str, float]
 
 
 def points(system: SymbolicSystem, count: int, seed: int = 0) -> Iterator[Values]:
-    """Values of all scalars by name, with `der(x)` of the states and `time`, where all of them are finite."""
+    """Values of all scalars by name, with `der(x)` of the states and `time`, where all of them are finite.
+
+    Args:
+        system: the equations.
+        count: number of points that are wanted; fewer are given where most are not finite.
+        seed: of the draws.
+    """
     random = np.random.default_rng(seed)
     found = 0
     for attempt in range(MOST_TRIES):

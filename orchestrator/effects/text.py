@@ -25,7 +25,14 @@ def literal(value: float | Mapping[str, float]) -> str:
 
 
 def extended(name: str, base: str, values: Mapping[str, float | Mapping[str, float]], definition: ClassDef) -> str:
-    """A class that extends another one of the same place with other values, without the last semicolon."""
+    """A class that extends another one of the same place with other values, without the last semicolon.
+
+    Args:
+        name: name of the new class.
+        base: name of the class that it extends.
+        values: values by full name such as `arm.joint1.d`, in the parameters' units.
+        definition: the class that it extends, as it was read.
+    """
     tree: dict[str, Any] = {}
     for full, value in values.items():
         *parts, last = full.split(".")
@@ -84,7 +91,17 @@ def _sum(side: str, expression: str) -> str:
 
 
 def in_row(expression: str, row: int, rows: int, iterators: tuple[str, ...]) -> str:
-    """A term of one row of an equation of arrays, or of one round of a loop."""
+    """A term of one row of an equation of arrays, or of one round of a loop.
+
+    Args:
+        expression: the term.
+        row: the row or round, from 0.
+        rows: number of rows.
+        iterators: names of the loops around the equation.
+
+    Raises:
+        ModelicaError: for an equation inside of two loops.
+    """
     if iterators:
         if len(iterators) > 1:
             raise ModelicaError("an equation inside of two loops cannot be changed; write the loops as one")

@@ -30,6 +30,11 @@ def agreements(one: Block, other: Block, most: int = 300) -> tuple[Agreement, ..
     """Outputs that both blocks have, compared at the data of both, at most `most` points of them.
 
     Blocks over other inputs have nothing to compare.
+
+    Args:
+        one: a block.
+        other: another one.
+        most: points at which they are compared, at most.
     """
     if list(one.inputs) != list(other.inputs):
         return ()

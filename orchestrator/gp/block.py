@@ -110,7 +110,16 @@ class Block:
         return mean[:, output.component], np.sqrt(variance)
 
     def slope(self, output: Output, values: Mapping[str, float], direction: Mapping[str, float]) -> float:
-        """Directional derivative of the mean; inputs that the direction does not name do not move."""
+        """Directional derivative of the mean; inputs that the direction does not name do not move.
+
+        Args:
+            output: the output.
+            values: inputs and factors by name, in their units.
+            direction: how each of them moves, in its unit.
+
+        Returns:
+            In the output's unit, for a move by `direction`.
+        """
         point, k = self.point(values), output.component
         seed = np.array([direction.get(name, 0.0) for name in self.inputs])
         total = float(self.posterior.gradient(self.coefficients(output, values), point)[0, k] @ seed)
@@ -120,7 +129,16 @@ class Block:
         return total
 
     def deviation_slope(self, output: Output, values: Mapping[str, float], direction: Mapping[str, float]) -> float:
-        """Directional derivative of the standard deviation; 0 where it is 0, since there it has none."""
+        """Directional derivative of the standard deviation; 0 where it is 0, since there it has none.
+
+        Args:
+            output: the output.
+            values: inputs and factors by name, in their units.
+            direction: how each of them moves, in its unit.
+
+        Returns:
+            In the output's unit, for a move by `direction`.
+        """
         deviation = self.deviation(output, values)
         if deviation == 0.0:
             return 0.0

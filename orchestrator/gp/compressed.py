@@ -57,7 +57,15 @@ class Compressed:
         return max(total - float(phi @ phi), 0.0) + float(phi @ self._told(phi))
 
     def learn(self, new: Rows, phi: Array, total: float, off: Array, noise: float) -> None:
-        """Learn that a row is `off` what is expected, (p,), with this variance of noise."""
+        """Learn that a row is `off` what is expected, (p,), with this variance of noise.
+
+        Args:
+            new: the row, its inputs and coefficients.
+            phi: its covariances with the rows that are kept, as their Cholesky factor gives them, (n,).
+            total: its prior variance.
+            off: what it is off, (p,).
+            noise: variance of its noise.
+        """
         n, novel = self.count, max(total - float(phi @ phi), 0.0)
         if novel <= max(_SHARE_OF_NOISE * noise, _SHARE_OF_VARIANCE * total):
             self._tell(phi, off, noise + novel)

@@ -40,7 +40,13 @@ def known(latents: Latents, names: Mapping[str, Any]) -> None:
 
 
 def covariance(latents: Latents, one: Rows, other: Rows) -> Array:
-    """sum_f a_f,i k_f(x_i, y_j) b_f,j of rows with coefficients a and b, (n, m); latent functions are independent."""
+    """sum_f a_f,i k_f(x_i, y_j) b_f,j of rows with coefficients a and b, (n, m); latent functions are independent.
+
+    Args:
+        latents: the latent functions.
+        one: n rows.
+        other: m rows.
+    """
     total = np.zeros((len(one.inputs), len(other.inputs)))
     for name, a in one.coefficients.items():  # in their order, so that sums are the same bits in every process
         b = other.coefficients.get(name, np.zeros(0))
@@ -67,7 +73,13 @@ def variances(latents: Latents, rows: Rows) -> Array:
 
 
 def mean(latents: Latents, rows: Rows, components: int) -> Array:
-    """Prior mean of rows, (n, components)."""
+    """Prior mean of rows, (n, components).
+
+    Args:
+        latents: the latent functions.
+        rows: n rows.
+        components: number of components of each function.
+    """
     total = np.zeros((len(rows.inputs), components))
     for name, a in rows.coefficients.items():
         function = latents[name].mean
@@ -77,7 +89,16 @@ def mean(latents: Latents, rows: Rows, components: int) -> Array:
 
 
 def shaped(name: str, found: Array, shape: tuple[int, ...]) -> Array:
-    """What a prior mean function returned, if it has the shape; one component may lack its axis."""
+    """What a prior mean function returned, if it has the shape; one component may lack its axis.
+
+    Args:
+        name: name of the latent function, for the message.
+        found: what its mean returned.
+        shape: (n, components).
+
+    Raises:
+        MisfitError: for another shape, or numbers that are not finite.
+    """
     found = np.asarray(found, dtype=float)
     if found.size == np.prod(shape) and found.shape[:1] == shape[:1]:
         found = found.reshape(shape)

@@ -19,6 +19,12 @@ def block_fmu(block: Block, path: Path, fmi_version: str = "2.0", platforms: Seq
     It has no states. Slopes are exact, by its directional derivatives. The square of the number of data is the size of
     the library.
 
+    Args:
+        block: the block.
+        path: the file to write.
+        fmi_version: "2.0" or "3.0".
+        platforms: platforms beside this machine's that it gets a library for.
+
     Raises:
         MisfitError: if a latent function has a prior mean that is code and no physics model, or there is no C compiler.
     """

@@ -113,6 +113,11 @@ def cross_validation(block: Block, trials: Sequence[BoundTrial], of_row: NDArray
     """Blocks with the same hyperparameters, each without the data of some trials, and these trials.
 
     One trial alone leaves nothing to learn from without it: there the block is asked about what it has seen.
+
+    Args:
+        block: learned from all trials.
+        trials: the trials.
+        of_row: number of the trial of each row of data, from 0.
     """
     if len(trials) < 2:
         return [(block, trials)]

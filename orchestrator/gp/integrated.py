@@ -136,6 +136,12 @@ def fit_for_intervals(name: str, latent: Latent, data: Observation, seed: int = 
     Up to `OPEN` data it is that of `Mixture.representative` over the range of the inputs; more data leave nothing open,
     and it is the most probable one.
 
+    Args:
+        name: name of the latent function.
+        latent: the function, with first values of its hyperparameters.
+        data: what was observed of it.
+        seed: of the draws.
+
     Raises:
         MisfitError: as `fit`.
     """

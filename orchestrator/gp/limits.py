@@ -73,6 +73,12 @@ def box(likelihood: Likelihood, observations: Sequence[Observation], limits: Map
     A length scale lies within `REACH` of the range of its input where the latent function is seen. Where the input never
     varies, the data say nothing about its length scale: it stays what the kernel has, and is named in `held`.
 
+    Args:
+        likelihood: the likelihood, with its parameters.
+        observations: the data.
+        limits: bounds by the parameters' names.
+        units: units of inputs and outputs by name.
+
     Raises:
         MisfitError: if a limit names no parameter, is empty, or has a unit of another dimension.
     """
@@ -125,6 +131,11 @@ def weak_priors(likelihood: Likelihood, observations: Sequence[Observation], giv
     Log-normal: a variance about the mean square of the values, by a factor of 10; noise about a tenth of their root
     mean square, by a factor of 10; a length scale about three tenths of the range of its input (about three turns of the
     function within it), by a factor of 3. Each factor is one standard deviation.
+
+    Args:
+        likelihood: the likelihood, with its parameters.
+        observations: the data.
+        given: the box; what has a prior or is held keeps that.
     """
     mean, precision, rows = given.mean.copy(), given.precision.copy(), stacked(observations)
     for k, name in enumerate(likelihood.names):

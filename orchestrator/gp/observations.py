@@ -50,6 +50,13 @@ def observe(
 ) -> Observation:
     """Make an observation of one latent function by its name, or of a combination by coefficients; checks all of it.
 
+    Args:
+        name: name of the observation, for messages.
+        inputs: (n, d), or (n,) for one input.
+        of: name of a latent function, or coefficients, (n,) or one number, by name.
+        values: (n, p), or (n,) for one component.
+        noise: standard deviation of each value, (n,) or one number; or noise that is to be learnt.
+
     Raises:
         MisfitError: if shapes do not fit, a number is not finite or a standard deviation is negative.
     """
@@ -68,7 +75,16 @@ def observe(
 
 
 def coefficients_of(of: str | Mapping[str, ArrayLike], count: int, name: str) -> dict[str, Array]:
-    """Coefficients by latent function, each (count,); a name alone means 1."""
+    """Coefficients by latent function, each (count,); a name alone means 1.
+
+    Args:
+        of: name of a latent function, or coefficients by name.
+        count: number of rows.
+        name: name of the observation, for messages.
+
+    Raises:
+        MisfitError: if there are none, or they are not one for each row.
+    """
     given = {of: 1.0} if isinstance(of, str) else of
     if not given:
         raise MisfitError(f"{name}: no latent function; expected a name, or coefficients by name")

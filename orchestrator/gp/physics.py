@@ -67,6 +67,15 @@ def prior_means_of(
 ) -> tuple[PriorMean, tuple[PriorMean, ...]]:
     """`prior_means` of a built-in model or FILE.mo:Class, which blocks can be saved with: their files name the model.
 
+    Args:
+        model: name of a built-in model, or FILE.mo:Class.
+        values: variables of the model, (p,).
+        states: (d,) states that the functions depend on.
+        factors: inputs of the model.
+
+    Returns:
+        The mean where all factors are 0, and what each factor adds at 1.
+
     Raises:
         MisfitError: as `prior_means`, or if there is no such model.
     """

@@ -53,7 +53,14 @@ class Posterior:
         return expected, np.maximum(left, 0.0)
 
     def covariance(self, of: Of, inputs: ArrayLike, other_of: Of, other_inputs: ArrayLike) -> Array:
-        """Covariance of a component of one combination with the same component of another, (m, k)."""
+        """Covariance of a component of one combination with the same component of another, (m, k).
+
+        Args:
+            of: a latent function, or coefficients of a combination.
+            inputs: points (m, d).
+            other_of: the other one.
+            other_inputs: its points (k, d).
+        """
         one, other = self._query(of, inputs), self._query(other_of, other_inputs)
         explained = self._explained(one).T @ self._explained(other)
         return covariance(self.latents, one, other) - explained
@@ -125,7 +132,13 @@ def condition(latents: Latents, observations: Sequence[Observation]) -> Posterio
 
 
 def residuals_and_noise(latents: Latents, rows: Rows, observations: Sequence[Observation]) -> tuple[Array, Array]:
-    """Values less the prior mean, (n, p), and the variance of the noise, (n,)."""
+    """Values less the prior mean, (n, p), and the variance of the noise, (n,).
+
+    Args:
+        latents: the latent functions.
+        rows: all rows.
+        observations: what was observed at them, in the same order.
+    """
     values = np.concatenate([each.values for each in observations])
     deviation = np.concatenate([each.deviation for each in observations])
     return values - mean(latents, rows, values.shape[1]), deviation * deviation

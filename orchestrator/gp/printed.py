@@ -25,6 +25,12 @@ def condition_printed(
     of combinations less what the data of the other functions alone say about these. `sum`: the block is the sum over
     all functions.
 
+    Args:
+        latents: the latent functions.
+        observations: the data.
+        latent: name of the one that is wanted.
+        reading: "raw", "residual" or "sum".
+
     Raises:
         MisfitError: if the latent function is in no observation or the reading is none of these.
     """

@@ -37,6 +37,12 @@ def remove_by_numpy(lower: Array, half: Array, count: int, place: int) -> None:
     The block behind the place, L, becomes the factor of L L' + l l' (l its column). That is L M with M M' = I + v v' and
     v = inv(L) l, whose factor is known in closed form: with s_j = 1 + sum_{k<=j} v_k^2, M_jj = sqrt(s_j / s_{j-1}) and
     M_kj = v_k v_j / sqrt(s_j s_{j-1}) below it (Gill, Golub, Murray and Saunders 1974).
+
+    Args:
+        lower: (room, room), as for `remove`; changed in place.
+        half: (components, room); changed in place, too.
+        count: number of rows before.
+        place: the row that goes, from 0.
     """
     n = count
     block = lower[place + 1 : n, place + 1 : n].copy(order="F")

@@ -19,6 +19,11 @@ _POINTS, _SAME = 20, 1e-6
 def expected_of(name: str, latent: Latent, observations: Sequence[Observation]) -> dict[str, Any]:
     """What a file says of a prior mean: its model with the version, and what it expects at some of the data.
 
+    Args:
+        name: name of the latent function, for messages.
+        latent: the function.
+        observations: the data.
+
     Raises:
         MisfitError: if the mean is code and names no model.
     """
@@ -33,6 +38,11 @@ def expected_of(name: str, latent: Latent, observations: Sequence[Observation]) 
 
 def same_as_saved(name: str, given: Mapping[str, Any], observations: Sequence[Observation]) -> PriorMean:
     """The prior mean that a file names, if its model still says what it said when the block was made.
+
+    Args:
+        name: name of the latent function, for messages.
+        given: what the file says of its mean.
+        observations: the data in the file.
 
     Raises:
         MisfitError: if there is no such model, or it says something else: the block was learned as what another lacks.

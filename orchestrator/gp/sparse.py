@@ -61,6 +61,12 @@ def condition_sparse(latents: Latents, observations: Sequence[Observation], coun
     Rows are chosen greedily: each time the one of which the others leave most open, in standard deviations of its
     noise, among 4000 drawn at random.
 
+    Args:
+        latents: the latent functions.
+        observations: the data.
+        count: rows that are kept, at most.
+        seed: of the draw of candidates.
+
     Raises:
         MisfitError: if an observation names an unknown latent function or has no noise.
     """

@@ -32,6 +32,11 @@ _LEAST = 1e-300
 def mean_of(posterior: Posterior, latent: str, x: ca.MX) -> ca.MX:
     """Expected values (p, 1) of a latent function at a point (d, 1).
 
+    Args:
+        posterior: the posterior.
+        latent: name of the latent function.
+        x: the point.
+
     Raises:
         MisfitError: if it has a prior mean that is Python code; that of a physics model is a formula.
     """
@@ -49,7 +54,13 @@ def mean_of(posterior: Posterior, latent: str, x: ca.MX) -> ca.MX:
 
 
 def deviation_of(posterior: Posterior, coefficients: dict[str, ca.MX], x: ca.MX) -> ca.MX:
-    """Standard deviation of each component of a combination of latent functions at a point (d, 1)."""
+    """Standard deviation of each component of a combination of latent functions at a point (d, 1).
+
+    Args:
+        posterior: the posterior.
+        coefficients: factor of each latent function, by name.
+        x: the point.
+    """
     n = len(posterior.rows.inputs)
     shared, total = ca.MX.zeros(n, 1), ca.MX(0)
     for latent, factor in coefficients.items():

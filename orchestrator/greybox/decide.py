@@ -32,7 +32,14 @@ class Judge:
 
     @classmethod
     def of(cls, nominal: FittedSet, sets: Sequence[FittedSet], limits: Thresholds, scale: np.ndarray) -> "Judge":
-        """With the longest windows over which one of the likeliest sets predicts."""
+        """With the longest windows over which one of the likeliest sets predicts.
+
+        Args:
+            nominal: the model as given, fitted.
+            sets: the fitted sets.
+            limits: thresholds of the decision.
+            scale: spread of each signal (ny,) over the learning trials, in its unit.
+        """
         judge = cls(nominal, limits, scale)
         best = sorted(sets, key=lambda s: s.loss)[: limits.refined]
         far = (w for w in HORIZONS if min(judge.error(s, w) for s in best) < limits.predictable)
@@ -95,7 +102,13 @@ class Judge:
 
     def takes_away(self, best: FittedSet, less: FittedSet, given: FittedSet) -> float:
         """Share of the disturbing force's power with the model `given` that an effect takes away which a smaller set lacks, at the
-        balance where it is most: another effect may have explained all that was missing at a different one."""
+        balance where it is most: another effect may have explained all that was missing at a different one.
+
+        Args:
+            best: the larger set.
+            less: the same without one effect.
+            given: the model as given.
+        """
         fallen = float(np.max(_left(less, given) - _left(best, given), initial=0.0))
         return fallen - (self._moved(best, given) - self._moved(less, given))
 
@@ -106,7 +119,13 @@ class Judge:
         return max(float(np.max((after - before) / np.maximum(errors, 1e-300), initial=0.0)), 0.0)
 
     def earned(self, best: FittedSet, less: FittedSet, given: FittedSet) -> bool:
-        """Whether the effect that a smaller set lacks has earned its place in the larger one, beside what the model `given` lacks."""
+        """Whether the effect that a smaller set lacks has earned its place in the larger one, beside what the model `given` lacks.
+
+        Args:
+            best: the larger set.
+            less: the same without one effect.
+            given: the model as given.
+        """
         limits = self.limits
         if less.loss - best.loss < limits.nats:
             return False

@@ -85,6 +85,18 @@ def diagnose_greybox(
     `given` is the comparison of the model as it is, which is made if it is left out. `asked` are inputs whose course between
     samples nobody has said.
 
+    Args:
+        source: the model: a Modelica class, or an FMU that can be asked for its rates.
+        measurements: learning and held-out trials.
+        given: the comparison of the model as it is, which is made if it is left out.
+        workers: fits that run at a time.
+        progress: called with one line at each stage.
+        limits: thresholds of search and decision, the shipped ones by default.
+        more: laws beside the shipped ones.
+
+    Returns:
+        The verdict with effects, values in SI units and evidence; the search itself is in `search`.
+
     Raises:
         RunsOtherwise: if the record says of some of them that they run otherwise than assumed, as soon as a set shows it.
         MisfitError: if the data do not fit the model or hold no trials of one kind.
@@ -158,6 +170,13 @@ def decided(
     `more` are laws beside the shipped ones, `asked` inputs that may run otherwise between samples, which stops the search.
     `agrees`: free runs of the model as given stay within the noise; without that no
     model is adequate.
+
+    Args:
+        case: the model beside its trials.
+        limits: thresholds of search and decision.
+        progress: called with one line at each stage.
+        more: laws beside the shipped ones.
+        agrees: whether free runs of the model as given stay within the noise; without that no model is adequate.
     """
     progress("estimating how much the model leaves unexplained")
     setting, nominal = nominal_set(case, limits)
@@ -307,12 +326,29 @@ def within_noise(given: Comparison, factor: float) -> bool:
 def compared(
     outcome: Outcome, chosen: FittedSet, given: Comparison, measurements: MeasurementSet, workers: int
 ) -> Comparison:
-    """Free runs of the model with a set in it along all trials."""
+    """Free runs of the model with a set in it along all trials.
+
+    Args:
+        outcome: the search.
+        chosen: a fitted set.
+        given: the comparison of the model as it is, whose noise floor counts.
+        measurements: all trials.
+        workers: runs at a time.
+
+    Raises:
+        ComponentError: if the model with the set cannot be simulated.
+    """
     return compare(with_set(outcome, chosen, given.model), measurements, workers=workers, floor=given.noise_floor)
 
 
 def with_set(outcome: Outcome, chosen: FittedSet, name: str) -> SymbolicModel:
-    """The model with a set in it, as it is run."""
+    """The model with a set in it, as it is run.
+
+    Args:
+        outcome: the search.
+        chosen: a fitted set.
+        name: what the model is called.
+    """
     if isinstance(outcome.case.source, FmuSource):
         return _fmu_with(outcome.case, chosen)
     return SymbolicModel(name, fixed_system(outcome, chosen), outcome.case.signals)
@@ -346,7 +382,15 @@ def fixed_system(outcome: Outcome, chosen: FittedSet) -> SymbolicSystem:
 def worse_on_held_out(
     outcome: Outcome, chosen: FittedSet, given: Comparison, after: Comparison, limits: Thresholds
 ) -> str:
-    """Why a set may not be named: it makes predictions or free runs of held-out trials worse; empty if it does not."""
+    """Why a set may not be named: it makes predictions or free runs of held-out trials worse; empty if it does not.
+
+    Args:
+        outcome: the search.
+        chosen: a fitted set.
+        given: free runs of the model as it is.
+        after: free runs with the set in it.
+        limits: thresholds of the decision.
+    """
     scale = _scale(outcome.setting)
     one, other = (_held_out_error(outcome, found, scale) for found in (chosen, outcome.nominal))
     assert given.held_out is not None and after.held_out is not None

@@ -3,6 +3,7 @@
 import math
 import re
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from fmus.catalogue import ModelicaModel
@@ -40,9 +41,16 @@ def _named(found: FittedSet, candidate: Candidate) -> NamedEffect:
 
 
 def with_effects(
-    base: ModelicaModel, effects: Sequence[NamedEffect], name: str, folder: object = None, more: Sequence[Law] = ()
+    base: ModelicaModel, effects: Sequence[NamedEffect], name: str, folder: Path | None = None, more: Sequence[Law] = ()
 ) -> ModelicaModel:
     """A class `name` that is a model with effects, written as a person would; `more` are laws beside the shipped ones.
+
+    Args:
+        base: the model.
+        effects: the effects, each with its site and values.
+        name: name of the class.
+        folder: where the file is written, as `name.mo`; None: in the cache.
+        more: laws beside the shipped ones.
 
     Raises:
         MisfitError: if an effect is unknown, or the model has no such place for it.
@@ -59,7 +67,7 @@ def with_effects(
         if effect not in errors
         for change in _changes(effect, places, balances, number, more)
     ]
-    return write_back(base, name, changes, wrong, folder)  # type: ignore[arg-type]
+    return write_back(base, name, changes, wrong, folder)
 
 
 def law_effects(base: ModelicaModel, law: Law) -> list[NamedEffect]:
@@ -94,7 +102,13 @@ def _read_back(entry: Mapping[str, Any]) -> NamedEffect:
 
 
 def knows(effect: NamedEffect, base: ModelicaModel, more: Sequence[Law] = ()) -> bool:
-    """Whether an effect is a law at a place of a model; `more` are laws beside the shipped ones."""
+    """Whether an effect is a law at a place of a model; `more` are laws beside the shipped ones.
+
+    Args:
+        effect: the effect, with its site.
+        base: the model.
+        more: laws beside the shipped ones.
+    """
     system, balances = base.balanced()
     return _found(effect, unscaled_places(system, balances, _inputs(system, balances)), more) is not None
 
@@ -129,7 +143,7 @@ def _changes(
         parameters[own] = Parameter(estimate.value, estimate.unit, parameter.description)
     title = law.title_at(place.unit)
     expression = law.written or law.expression
-    if "net" in law.asks_for:
+    if "storage" in " ".join((expression, *law.written_states.values())):
         names["storage"] = _storage(effect, number, place, parameters)
     names |= {k: v for k, v in place.coordinates.items()} | {"t": "time"}
     names |= {state: f"{_plain(effect.id)}{number + 1}_{state}" for state in law.states}

@@ -122,7 +122,13 @@ def response_signs(case: Case, nominal: FittedSet) -> dict[tuple[str, str], floa
 
 
 def all_candidates(case: Case, nominal: FittedSet, library: Sequence[Law] | None = None) -> tuple[Candidate, ...]:
-    """Every law at every place that it fits."""
+    """Every law at every place that it fits.
+
+    Args:
+        case: the model beside its trials.
+        nominal: the model as given, fitted, which shows the scales of its variables.
+        library: the laws, the shipped ones by default.
+    """
     library = laws() if library is None else library
     if isinstance(case.source, FmuSource):  # its equations are closed, and its parameters hold still
         closed = [law for law in library if not law.asks_for & {"net", "load"} and law.place != "between_inputs"]

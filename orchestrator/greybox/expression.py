@@ -54,6 +54,11 @@ def evaluate(text: str, names: Mapping[str, Any], functions: Mapping[str, Any] =
     >>> float(evaluate("-b*v^2 + max(q, 0)", {"b": 2.0, "v": 3.0, "q": -1.0}))
     -18.0
 
+    Args:
+        text: the expression, as in Modelica.
+        names: value of each name: numbers, arrays, or symbols that `functions` know.
+        functions: the functions that it may call, by name.
+
     Raises:
         MisfitError: for what is no such expression, or a name without a value.
     """

@@ -101,6 +101,13 @@ class Fitter:
     ) -> Fit:
         """Fit from first values; a `rough` fit takes few steps.
 
+        Args:
+            box: the model with its effects, filtered along trials.
+            theta: first values (k,) of the free parameters.
+            priors: their bounds and spreads.
+            noise: first values of the noise of each trial, by default those that the fitter was made with.
+            rough: whether a few steps are enough.
+
         Raises:
             ComponentError: if the model fails from the first values on.
         """

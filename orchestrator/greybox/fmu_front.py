@@ -38,6 +38,12 @@ def write_with_laws(source: FmuSource, seen: Outline, effects: Sequence[Placed],
 
     It runs on this kind of machine alone, in model exchange alone, and offers no directional derivatives.
 
+    Args:
+        source: the original FMU.
+        seen: its balances and the inputs that act there.
+        effects: the laws, each with its place and values.
+        path: the file to write.
+
     Raises:
         MisfitError: if a law has memory or depends on time, or the FMU has no library for Linux on x86-64.
     """

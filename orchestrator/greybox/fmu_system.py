@@ -12,8 +12,8 @@ from fmus.files import cache_folder, write_atomically
 from fmus.package import build_fmu
 from orchestrator.blackbox.model import CoupledModel
 from orchestrator.blackbox.source import FmuSource
+from orchestrator.blackbox.system_file import write_with_steps
 from orchestrator.cosim.system import ComponentSpec, Connection, System, Value
-from orchestrator.cosim.toml_file import write_toml
 from orchestrator.greybox.around import Placed, fmu_with
 from orchestrator.greybox.candidates import fits
 from orchestrator.greybox.expression import renamed
@@ -63,6 +63,12 @@ class _Plan:
 def write_fmu_system(source: FmuSource, effects: Sequence[NamedEffect], folder: Path, name: str) -> Path:
     """Write `NAME.toml` and the FMUs that it names to a folder, or `NAME.fmu` alone if all effects act at rates inside of it.
 
+    Args:
+        source: the original FMU.
+        effects: the effects, each with its site and values.
+        folder: where to write; it is made if it is not there.
+        name: name of the file, without ending.
+
     Returns:
         The path of the file.
 
@@ -96,7 +102,7 @@ def write_fmu_system(source: FmuSource, effects: Sequence[NamedEffect], folder: 
     )
     path = folder / f"{name}.toml"
     comment = f"{source.class_name} with {', '.join(f'{effect.id} at {effect.site}' for effect in effects)}"
-    write_atomically(path, f"# {comment}\n\n{write_toml(system)}".encode())
+    write_with_steps(system, path, comment, source)
     return path
 
 
@@ -109,6 +115,11 @@ def _values(source: FmuSource, effects: Sequence[NamedEffect]) -> dict[str, Valu
 
 def version_model(source: FmuSource, effects: Sequence[NamedEffect], signals: Sequence[str]) -> CoupledModel:
     """The FMU with effects, as a model that follows trials.
+
+    Args:
+        source: the original FMU.
+        effects: the effects, each with its site and values.
+        signals: outputs that the model shows.
 
     Raises:
         MisfitError: if the FMU has no place for one of them.

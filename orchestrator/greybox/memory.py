@@ -12,25 +12,48 @@ from orchestrator.greybox.expression import evaluate, evaluate_numbers
 
 # Steps in a sample interval for a memory whose rate is no line in it.
 SUBSTEPS = 8
+# A gain that enters linearly near zero only is looked at there, at this share of its scale.
+LINEAR = 1e-6
 
 
 def force(candidate: Candidate, coordinates: Mapping[str, np.ndarray], time: np.ndarray) -> np.ndarray:
-    """The force (n,) of a law with one gain, which is 1, along coordinates (n,)."""
+    """The force (n,) of a law per unit of its one gain, along coordinates (n,).
+
+    Args:
+        candidate: the law at its place, with its shapes.
+        coordinates: what the law depends on, by its names for them.
+        time: in s.
+    """
     names: dict[str, Any] = dict(coordinates) | dict(candidate.shapes)
     names |= memories(candidate.law.states, names, time)
-    values = evaluate_numbers(candidate.law.expression, names | {p.name: 1.0 for p in candidate.gains})
-    return np.broadcast_to(np.asarray(values, dtype=float), time.shape)
+    (gain,) = candidate.gains
+    unit = LINEAR * gain.scale(candidate.place.scales) if candidate.law.curved else 1.0
+    values = evaluate_numbers(candidate.law.expression, names | {gain.name: unit})
+    return np.broadcast_to(np.asarray(values, dtype=float) / unit, time.shape)
 
 
 def memories(states: Mapping[str, str], names: Mapping[str, Any], time: np.ndarray) -> dict[str, np.ndarray]:
-    """The states (n,) of a law, by name, that begin at zero."""
+    """The states (n,) of a law, by name, that begin at zero.
+
+    Args:
+        states: rate of each state, as an expression.
+        names: what the rates depend on: numbers, or series (n,).
+        time: (n,) in s.
+    """
     if len(states) == 1:
         return {state: remembered(rate, state, names, time) for state, rate in states.items()}
     return _stepped(states, names, np.diff(time, prepend=time[0])) if states else {}
 
 
 def remembered(rate: str, state: str, names: Mapping[str, Any], time: np.ndarray) -> np.ndarray:
-    """A memory (n,) that begins at zero: where its rate is a + b * memory, by the exact step for constant a and b."""
+    """A memory (n,) that begins at zero: where its rate is a + b * memory, by the exact step for constant a and b.
+
+    Args:
+        rate: rate of the memory, as an expression.
+        state: name of the memory in it.
+        names: what the rate depends on: numbers, or series (n,).
+        time: (n,) in s.
+    """
     start = np.broadcast_to(np.asarray(evaluate_numbers(rate, {**names, state: 0.0}), dtype=float), time.shape)
     slope = np.asarray(evaluate_numbers(rate, {**names, state: 1.0}), dtype=float) - start
     step = np.diff(time, prepend=time[0])

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import combinations
 from typing import Any
 
 import casadi as ca
@@ -73,14 +74,35 @@ def coordinate(text: str, known: Mapping[str, Any]) -> Any:
     return known[text]
 
 
-def storage_of(system: SymbolicSystem, balance: Balance) -> float | None:
-    """What a balance's equation multiplies the rate of its state with, if that is a number and its force moves nothing else."""
+def _rates(system: SymbolicSystem) -> tuple[list[ca.SX], ca.SX] | None:
+    """Time, states, inputs and delayed values as symbols, and the rates of the states in them with parameters as given.
+
+    None for equations that are solved by iteration.
+    """
     if not system.rhs.is_a("SXFunction"):
         return None
-    t, x, d = ca.SX.sym("t"), ca.SX.sym("x", len(system.states)), ca.SX.sym("d", system.n_delays)
-    u, p = ca.SX.sym("u", len(system.inputs)), ca.DM([v.start or 0.0 for v in system.parameters])
-    place = [v.name for v in system.inputs].index(balance.input)
-    slopes = ca.simplify(ca.jacobian(system.rhs(t, x, u, d, p)[0], u[place]))
+    sizes = {"t": 1, "x": len(system.states), "u": len(system.inputs), "d": system.n_delays}
+    symbols = [ca.SX.sym(name, size) for name, size in sizes.items()]
+    return symbols, system.rhs(*symbols, ca.DM([v.start or 0.0 for v in system.parameters]))[0]
+
+
+def _at_samples(symbols: Sequence[ca.SX], formulas: ca.SX, system: SymbolicSystem, seen: Seen) -> np.ndarray:
+    """Values (5, k) of formulas (k,) at five samples of the record."""
+    n = len(seen.values["time"])
+    function = ca.Function("at_samples", list(symbols), [ca.densify(formulas)])
+    columns = [[seen.values.get(v.name, np.zeros(n)) for v in part] for part in (system.states, system.inputs)]
+    rows = np.random.default_rng(3).integers(0, n, 5)
+    values = [function(0.0, *([c[row] for c in part] for part in columns), 0.0) for row in rows]
+    return np.hstack([np.array(each) for each in values]).T
+
+
+def storage_of(system: SymbolicSystem, balance: Balance) -> float | None:
+    """What a balance's equation multiplies the rate of its state with, if that is a number and its force moves nothing else."""
+    equations = _rates(system)
+    if equations is None:
+        return None
+    (_, _, u, _), rates = equations
+    slopes = ca.simplify(ca.jacobian(rates, u[[v.name for v in system.inputs].index(balance.input)]))
     own = [v.name for v in system.states].index(balance.state)
     if not slopes.is_constant() or slopes.nnz() != 1 or not float(ca.DM(slopes)[own]):
         return None
@@ -88,7 +110,13 @@ def storage_of(system: SymbolicSystem, balance: Balance) -> float | None:
 
 
 def balance_places(system: SymbolicSystem, balances: Sequence[Balance], seen: Seen) -> list[Place]:
-    """Each balance as a place, and what lies between it and another balance of its unit, or an input of its state's unit."""
+    """Each balance as a place, and what lies between it and another balance of its unit, or an input of its state's unit.
+
+    Args:
+        system: the equations, with an input at each balance.
+        balances: the balances.
+        seen: what the record shows of the variables.
+    """
     units = {v.name: v.unit or "1" for v in system.states}
     found = [_with_storage(_own(balance, units, seen), system) for balance in balances]
     linked = linked_balances(system, balances, seen)
@@ -105,57 +133,40 @@ def linked_balances(system: SymbolicSystem, balances: Sequence[Balance], seen: S
 
     The slope of one force in the other's state is the same both ways, and stays if both states move alike. Between the joints
     of a linkage forces go over, too, but not by the difference of their angles, so nothing lies between them.
+
+    Args:
+        system: the equations, with an input at each balance.
+        balances: the balances.
+        seen: what the record shows of the variables.
+
+    Returns:
+        Numbers of the two balances of each pair; none for equations that are solved by iteration.
     """
-    names = [v.name for v in system.states]
-    t, d = ca.SX.sym("t"), ca.SX.sym("d", system.n_delays)
-    x, u = ca.SX.sym("x", len(names)), ca.SX.sym("u", len(system.inputs))
-    p = ca.DM([v.start or 0.0 for v in system.parameters])
-    if not system.rhs.is_a("SXFunction") or len(balances) < 2:
+    equations = _rates(system)
+    if equations is None or len(balances) < 2:
         return set()
-    rates = ca.vertcat(*(system.rhs(t, x, u, d, p)[0][names.index(b.state)] for b in balances))
-    places = [[v.name for v in system.inputs].index(b.input) for b in balances]
-    forces = ca.solve(ca.jacobian(rates, ca.vertcat(*(u[k] for k in places))), rates)
-    n, random = len(seen.values["time"]), np.random.default_rng(3)
-    inputs = np.column_stack([seen.values.get(v.name, np.zeros(n)) for v in system.inputs])
-    states = np.column_stack([seen.values[name] for name in names])
-    found = set()
-    for i, one in enumerate(balances):
-        for j in range(i + 1, len(balances)):
-            if bool(one.position) == bool(balances[j].position) and _by_difference(
-                [t, x, u, d], forces, names, (i, one), (j, balances[j]), states, inputs, random
-            ):
-                found.add((i, j))
-    return found
+    symbols, rates = equations
+    x, u = symbols[1:3]
+    states, inputs = ([v.name for v in part] for part in (system.states, system.inputs))
+    own = ca.vertcat(*(rates[states.index(b.state)] for b in balances))
+    forces = ca.solve(ca.jacobian(own, ca.vertcat(*(u[inputs.index(b.input)] for b in balances))), own)
 
-
-def _by_difference(
-    arguments: Sequence[ca.SX],
-    forces: ca.SX,
-    names: Sequence[str],
-    one: tuple[int, Balance],
-    other: tuple[int, Balance],
-    states: np.ndarray,
-    inputs: np.ndarray,
-    random: np.random.Generator,
-) -> bool:
-    (i, a), (j, b) = one, other
-    x = arguments[1]
-    pairs = [(a.state, b.state)] + ([(a.position, b.position)] if a.position and b.position else [])
-    for first, second in pairs:
-        k, m = names.index(first), names.index(second)
+    def by_difference(i: int, j: int, first: str, second: str) -> bool:
+        k, m = states.index(first), states.index(second)
         slopes = ca.vertcat(ca.jacobian(forces[i], x[m]), ca.jacobian(forces[j], x[k]))
-        shift = ca.jacobian(slopes, x)[:, [k, m]]
-        function = ca.Function("link", list(arguments), [ca.densify(slopes), ca.densify(ca.sum2(shift))])
-        rows = random.integers(0, len(states), 5)
-        numbers = [
-            [np.array(part).ravel() for part in function(0.0, states[r], inputs[r], np.zeros(arguments[3].numel()))]
-            for r in rows
-        ]
-        there = max(float(np.abs(s).max()) for s, _ in numbers)
-        same = all(abs(s[0] - s[1]) <= 1e-6 * there and np.abs(m).max() <= 1e-6 * there for s, m in numbers)
-        if there > 0 and same:
-            return True
-    return False
+        shift = ca.sum2(ca.jacobian(slopes, x)[:, [k, m]])
+        found = _at_samples(symbols, ca.vertcat(slopes, shift), system, seen)
+        there = float(np.abs(found[:, :2]).max())
+        nothing = np.column_stack([found[:, 0] - found[:, 1], found[:, 2:]])
+        return there > 0 and bool(np.abs(nothing).max() <= 1e-6 * there)
+
+    return {
+        (i, j)
+        for (i, one), (j, other) in combinations(enumerate(balances), 2)
+        if bool(one.position) == bool(other.position)
+        for ends in ((one.state, other.state), (one.position, other.position))
+        if all(ends) and by_difference(i, j, *ends)
+    }
 
 
 def _with_storage(place: Place, system: SymbolicSystem) -> Place:
@@ -236,6 +247,11 @@ def driven_places(system: SymbolicSystem, balances: Sequence[Balance], seen: See
     """An element from each balance to each input that its state or position can be compared with: a base, measured surroundings.
 
     From a store something can flow to any input of its unit; a force acts where the model has an element to that input already.
+
+    Args:
+        system: the equations, with an input at each balance.
+        balances: the balances.
+        seen: what the record shows of the variables.
     """
     units = {v.name: v.unit or "1" for v in system.states}
     forces = {b.input for b in balances}
@@ -257,20 +273,13 @@ def driven_places(system: SymbolicSystem, balances: Sequence[Balance], seen: See
 
 def _pulls_to(system: SymbolicSystem, name: str, own: str, balance: Balance, seen: Seen) -> bool:
     """Whether the model has an element from a state (`own`) to an input: the balance goes with the input as against the state."""
-    if not system.rhs.is_a("SXFunction"):
+    equations = _rates(system)
+    if equations is None:
         return False
-    states, inputs = [v.name for v in system.states], [v.name for v in system.inputs]
-    t, x, u = ca.SX.sym("t"), ca.SX.sym("x", len(states)), ca.SX.sym("u", len(inputs))
-    d, p = ca.SX.sym("d", system.n_delays), ca.DM([v.start or 0.0 for v in system.parameters])
-    rate = system.rhs(t, x, u, d, p)[0][states.index(balance.state)]
-    ends = ca.vertcat(u[inputs.index(name)], x[states.index(own)])
-    slopes = ca.Function("slopes", [t, x, u, d], [ca.densify(ca.jacobian(rate, ends))])
-    n, random = len(seen.values["time"]), np.random.default_rng(3)
-    columns = [[seen.values.get(each, np.zeros(n)) for each in names] for names in (states, inputs)]
-    rows = random.integers(0, n, 5)
-    found = np.array(
-        [np.array(slopes(0.0, *(np.array([c[r] for c in part]) for part in columns), 0.0)).ravel() for r in rows]
-    )
+    symbols, rates = equations
+    states, inputs = ([v.name for v in part] for part in (system.states, system.inputs))
+    ends = ca.vertcat(symbols[2][inputs.index(name)], symbols[1][states.index(own)])
+    found = _at_samples(symbols, ca.jacobian(rates[states.index(balance.state)], ends).T, system, seen)
     return bool(np.all(found[:, 0] * found[:, 1] < 0) and np.all(np.abs(found[:, 0]) <= 1.000001 * np.abs(found[:, 1])))
 
 
@@ -338,7 +347,14 @@ def response_places(
     signs: Mapping[tuple[str, str], float] | None = None,
 ) -> list[Place]:
     """Each way from an input that moves to an output that is measured; with `signs` (by input and output) only those that the
-    model has."""
+    model has.
+
+    Args:
+        inputs: inputs of the model.
+        outputs: outputs that are measured.
+        seen: what the record shows of them.
+        signs: sign of the model's own response by input and output, 0 for none.
+    """
     found = []
     for one in input_places(inputs, seen):
         for other in output_places(outputs, seen):
@@ -373,7 +389,13 @@ def parameter_places(system: SymbolicSystem, duration: float = 1.0) -> list[Plac
 
 
 def unscaled_places(system: SymbolicSystem, balances: Sequence[Balance], inputs: Sequence[str]) -> list[Place]:
-    """The places of a model without a record: scales are 1, and every two balances of one unit have something between them."""
+    """The places of a model without a record: scales are 1, and every two balances of one unit have something between them.
+
+    Args:
+        system: the equations, with an input at each balance.
+        balances: the balances.
+        inputs: names of the model's own inputs.
+    """
     every = [*(v.name for v in system.states), *inputs, *system.outputs, "time"]
     seen = Seen({name: np.array([-1.0, 1.0]) for name in every}, {b.input: 1.0 for b in balances})
     units = {v.name: v.unit or "1" for v in system.states}
@@ -393,7 +415,13 @@ def unscaled_places(system: SymbolicSystem, balances: Sequence[Balance], inputs:
 
 
 def with_others(places: Sequence[Place], variables: Sequence[Variable], seen: Seen) -> list[Place]:
-    """Places at balances with further variables that a law there may speak of."""
+    """Places at balances with further variables that a law there may speak of.
+
+    Args:
+        places: all places.
+        variables: what laws may speak of, as far as the record shows it.
+        seen: what the record shows.
+    """
     others = {v.name: (v.unit or "1", _rms(seen.values[v.name])) for v in variables if v.name in seen.values}
     return [replace(p, others=others) if p.kind in ("motion", "storage") else p for p in places]
 

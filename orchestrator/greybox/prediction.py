@@ -23,6 +23,14 @@ def squared_errors(
     """Mean squared errors of free runs over `count` windows of each trial, (windows, ny).
 
     Runs begin from the filtered states at the beginning of each window; one that fails counts as infinitely wrong.
+
+    Args:
+        box: the model with its effects.
+        theta: values (k,) of its free parameters.
+        trials: the trials.
+        runs: the filter along each of them.
+        substeps: integration steps in a sample interval.
+        count: windows of each trial at most; fewer where that would leave too few samples in each.
     """
     found = []
     values = box.compiled.with_values([*np.zeros(len(box.balances)), *theta])

@@ -30,6 +30,12 @@ def trials_of(
 
     A state that an output shows starts at what was measured, its rate at the slope of the first samples; both may be off by
     as much as they vary in the record, so that the first measurements decide. Others start as declared.
+
+    Args:
+        bound: trials in the model's units.
+        system: the equations, with an input at each balance.
+        signals: outputs that are measured.
+        balances: the balances.
     """
     return [_trial(each, system, signals, balances) for each in bound]
 
@@ -128,7 +134,17 @@ def least_noise(trials: Sequence[Trial]) -> np.ndarray:
 
 
 def first_noise(box: GreyBox, trials: Sequence[Trial], balances: Sequence[Balance], theta: np.ndarray) -> Noise:
-    """Noise that makes the record most probable among powers of ten: process noise from the size of the states' rates."""
+    """Noise that makes the record most probable among powers of ten: process noise from the size of the states' rates.
+
+    Args:
+        box: the model as given.
+        trials: the trials.
+        balances: its balances.
+        theta: values (k,) of its free parameters.
+
+    Raises:
+        ComponentError: if the filter follows the trials with no noise that is tried.
+    """
     sensors = np.array(
         [_white(np.concatenate([t.measured[:, k] for t in trials])) for k in range(trials[0].measured.shape[1])]
     )
@@ -187,7 +203,15 @@ def _gain(box: GreyBox, trial: Trial, balance: Balance, j: int) -> float:
 def seen_by(
     box: GreyBox, runs: Sequence[object], trials: Sequence[Trial], balances: Sequence[Balance], signals: Sequence[str]
 ) -> Seen:
-    """Series of all variables as the filter shows them, and the size of the forces at each balance."""
+    """Series of all variables as the filter shows them, and the size of the forces at each balance.
+
+    Args:
+        box: the model as given.
+        runs: the filter along each trial.
+        trials: the trials.
+        balances: the model's balances.
+        signals: names of what was measured, in the order of its columns.
+    """
     system = box.system
     means = np.concatenate([run.mean for run in runs])  # type: ignore[attr-defined]
     values = {v.name: means[:, i] for i, v in enumerate(system.states)}

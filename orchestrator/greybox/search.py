@@ -415,6 +415,11 @@ def fit_set(
 def refitted(setting: Setting, found: FittedSet, held: Sequence[str]) -> FittedSet:
     """A set fitted again from the values that were found: in another setting, or with other inputs held between samples.
 
+    Args:
+        setting: the trials and thresholds.
+        found: a fitted set.
+        held: names of the inputs that are held between samples.
+
     Raises:
         ComponentError: if the model fails from these values on.
     """

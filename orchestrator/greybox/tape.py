@@ -97,6 +97,11 @@ def retaped_case(case: Case, box: GreyBox, theta: np.ndarray) -> Case:
     Lines about what the model as given makes of a record are wrong to second order in what it lacks: beside a late sensor, two
     values of a pendulum seemed wrong.
 
+    Args:
+        case: the FMU beside its trials.
+        box: the model with effects.
+        theta: values (k,) of its free parameters.
+
     Raises:
         ComponentError: if the FMU fails.
     """
@@ -362,7 +367,13 @@ def outline(source: FmuSource) -> Outline:
 
 
 def force_input(system: SymbolicSystem, inputs: Sequence[Variable], balance: Balance) -> str:
-    """The FMU's input that acts on a balance as a force does; empty if none does."""
+    """The FMU's input that acts on a balance as a force does; empty if none does.
+
+    Args:
+        system: the equations along the record.
+        inputs: the FMU's inputs.
+        balance: the balance.
+    """
     return next((v.name for v in inputs if v.unit == balance.unit and _acts(system, v.name, balance)), "")
 
 

@@ -33,7 +33,13 @@ class Witness:
 
 
 def witnesses(case: Case, nominal: FittedSet, chosen: FittedSet) -> tuple[Witness, ...]:
-    """One picture for each balance that the chosen set acts on, or for all if it acts on none."""
+    """One picture for each balance that the chosen set acts on, or for all if it acts on none.
+
+    Args:
+        case: the model beside its trials.
+        nominal: the model as given, fitted.
+        chosen: the set that was chosen.
+    """
     touched = {name for c in chosen.candidates for name in c.place.adds}
     shown = [b for b in case.balances if b.input in touched] or list(case.balances)
     return tuple(found for b in shown if (found := _witness(case, nominal, chosen, b)) is not None)

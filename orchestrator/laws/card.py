@@ -29,7 +29,9 @@ def card_text(law: Law) -> str:
     lines = [
         f"{key} = {json.dumps(value)}" for key, value in (("id", law.id), ("title", law.title), ("place", law.place))
     ]
-    lines += [f"expression = {json.dumps(law.expression)}", f"units = {json.dumps(list(law.units))}"]
+    lines += [f"expression = {json.dumps(law.expression)}"]
+    lines += [f"written = {json.dumps(law.written)}"] if law.written else []
+    lines += [f"units = {json.dumps(list(law.units))}"]
     lines += [f"site = {json.dumps(law.site)}"]
     for table, entries in (("also", law.also), ("states", law.states)):
         if entries:
@@ -58,7 +60,7 @@ def class_text(proposal: LawProposal) -> str:
     law = proposal.law
     names = {variable: key for key, variable in _names(proposal).items()}
     inputs = {names[v]: unit for v, unit in proposal.coordinates.items() if v != "time"}
-    expression = renamed(law.expression, {"t": "time"})
+    expression = renamed(law.written or law.expression, {"t": "time"})
     lines = [f'block {law.id} "{_plain(law.title)}"']
     lines += [f"  input Real {name}{_unit(unit)};" for name, unit in inputs.items()]
     for parameter in law.parameters:
@@ -85,7 +87,7 @@ def _documentation(proposal: LawProposal) -> str:
         for name, (low, high) in proposal.seen.items()
     )
     errors = "; ".join(
-        f"{escape(s)} {proposal.held_out_before[s]:.4g} -> {proposal.held_out_after[s]:.4g}"
+        f"{escape(s)} {proposal.held_out_before[s]:.4g} -> {proposal.held_out_after[s]:.4g} {proposal.held_out_units.get(s, '')}".rstrip()
         for s in proposal.held_out_after
     )
     text = (

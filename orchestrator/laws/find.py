@@ -4,6 +4,7 @@ At each balance the vocabulary's terms and their sums are searched on the whiten
 likelihood that judges effects of the library, and nothing is proposed that does not beat the model without it beyond doubt.
 """
 
+import re
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -21,7 +22,7 @@ from orchestrator.greybox.laws import laws
 from orchestrator.greybox.search import FittedSet, fit_set, with_losses, wrong_together
 from orchestrator.laws.regression import BeamSearch, all_columns, finer_columns, table_of
 from orchestrator.laws.response import responses
-from orchestrator.laws.terms import Term, joined, terms_at, with_other_held
+from orchestrator.laws.terms import Term, joined, law_of, modulators_of_several, terms_at, with_other_held
 from orchestrator.laws.wide_places import further_of, wide_places
 
 # Grids of shapes become finer by these steps, in doublings.
@@ -76,9 +77,11 @@ class FoundLaw:
         return {term.id for term in self.terms}
 
     def extends(self, other: "FoundLaw") -> bool:
-        """Whether it has all that another law has, and more."""
+        """Whether it has all that another law has."""
         same = self.candidate.place.site == other.candidate.place.site
-        return same and {c.family for c in self.beside} >= {c.family for c in other.beside} and self.names > other.names
+        return (
+            same and {c.family for c in self.beside} >= {c.family for c in other.beside} and self.names >= other.names
+        )
 
 
 def find_laws(
@@ -91,6 +94,12 @@ def find_laws(
     """Laws that explain what the library leaves, the one to be shown first first; none where nothing is beyond doubt.
 
     They are looked for in place of the library's best set and, if that set is `named`, beside it.
+
+    Args:
+        outcome: the search for effects of the library.
+        limits: limits of this search, `Limits()` by default.
+        progress: called with one line at each place.
+        named: whether the library's best set was named.
     """
     limits = limits or Limits()
     began = time.process_time()
@@ -108,7 +117,13 @@ def find_laws(
 
 
 def guessed(outcome: Outcome, about: FittedSet, progress: Progress) -> tuple[list[Guess], int]:
-    """Sums of terms at all balances, best first, and the number of terms that were looked at."""
+    """Sums of terms at all balances, best first, and the number of terms that were looked at.
+
+    Args:
+        outcome: the search for effects of the library.
+        about: the fitted set whose innovations are explained.
+        progress: called with one line at each place.
+    """
     found: list[Guess] = []
     looked_at = 0
     for place in wide_places(outcome.case, about.fit):
@@ -136,7 +151,8 @@ def _fitted(
     for guess in sorted(chosen, key=lambda g: -g.score):
         if guess.score < 0 or (found and time.process_time() > until):
             continue
-        progress(f"fitting {guess.candidate.law.expression} at {guess.candidate.place.site}")
+        law = guess.candidate.law
+        progress(f"fitting {law.written or law.expression} at {guess.candidate.place.site}")
         beside = about.candidates
         try:
             fitted = fit_set(outcome.setting, (*beside, guess.candidate), about.fit.noise, rough=True)
@@ -162,7 +178,9 @@ def _judged(
     # A formula has to beat other values of the model's own parameters, too.
     given = [*abouts, *_with_other_values(outcome, abouts)]
     judges = [Judge(about, dear, outcome.scale, outcome.decision.windows) for about in given]
-    ended = _foretelling([_to_the_end(outcome, law) for law in _promising(found, limits)], judges[0])
+    promising = _promising(found, limits)
+    promising += [one for law in promising for one in _with_shared_constants(outcome, law)]
+    ended = _foretelling([_to_the_end(outcome, law) for law in promising], judges[0])
     ranked = sorted(ended, key=lambda law: law.fitted.loss)
     if not ranked:
         return ()
@@ -199,6 +217,24 @@ def _promising(found: Sequence[FoundLaw], limits: Limits) -> list[FoundLaw]:
     for law in ranked:
         groups.setdefault((bool(law.beside), law.constants), []).append(law)
     return [law for group in groups.values() for law in group[: limits.ended]]
+
+
+def _with_shared_constants(outcome: Outcome, law: FoundLaw) -> list[FoundLaw]:
+    """A law whose terms have a modulator in common with the same constants in each, such as one time of fading for two losses."""
+    if not modulators_of_several(law.terms):
+        return []
+    own, place = law.candidate, law.candidate.place
+    shared = law_of(law.terms, place, shared=True)
+    values = {p.name: law.fitted.value(own, p.name)[0] for p in own.law.parameters}
+    first = {re.sub(r"\d+$", "", name): value for name, value in reversed(values.items())}
+    candidate = Candidate(
+        shared, place, {p.name: values.get(p.name) or first[p.name] for p in shared.parameters if not p.gain}
+    )
+    try:
+        fitted = fit_set(outcome.setting, (*law.beside, candidate), law.fitted.fit.noise, rough=True)
+    except (ComponentError, np.linalg.LinAlgError):
+        return []
+    return [replace(law, candidate=fitted.candidates[-1], fitted=fitted)] if np.isfinite(fitted.loss) else []
 
 
 def _foretelling(found: Sequence[FoundLaw], judge: Judge) -> list[FoundLaw]:

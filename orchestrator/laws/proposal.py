@@ -42,6 +42,7 @@ class LawProposal:
     explained_share: float
     held_out_before: Mapping[str, float]
     held_out_after: Mapping[str, float]
+    held_out_units: Mapping[str, str]
     curve: Witness | None = None
     alike: tuple[str, ...] = ()
     separated_by: str = ""
@@ -75,6 +76,7 @@ class LawProposal:
             "explained_share": self.explained_share,
             "held_out_before": dict(self.held_out_before),
             "held_out_after": dict(self.held_out_after),
+            "held_out_units": dict(self.held_out_units),
             "alike": list(self.alike),
             "separated_by": self.separated_by,
             "curve": None if self.curve is None else asdict(self.curve),
@@ -87,7 +89,15 @@ class LawProposal:
 def proposal_of(
     outcome: Outcome, found: FoundLaw, before: Mapping[str, float], after: Mapping[str, float], share: float
 ) -> LawProposal:
-    """A found law with its values, for the reader; `before` and `after` are held-out errors, `share` what it explains."""
+    """A found law with its values, for the reader; `before` and `after` are held-out errors, `share` what it explains.
+
+    Args:
+        outcome: the search for effects of the library.
+        found: the law, fitted.
+        before: held-out error of each signal with the model as given, in its unit.
+        after: the same with the law.
+        share: share of the missing force's power that the law explains.
+    """
     candidate, place = found.candidate, found.candidate.place
     *beside, effect = named_effects(found.fitted)  # the law is the last of its set
     own, values = _apart(candidate.law, effect.parameters, place.coordinates.values())
@@ -110,7 +120,7 @@ def proposal_of(
     unit = {"q": "position", "v": "speed", "x": "state", "t": "time"}
     return LawProposal(
         law=law,
-        formula=renamed(law.expression, variables),
+        formula=renamed(law.written or law.expression, variables),
         sentence=law.title,
         site=place.site,
         unit=place.unit,
@@ -121,6 +131,9 @@ def proposal_of(
         explained_share=share,
         held_out_before=before,
         held_out_after=after,
+        held_out_units={
+            v.name: v.unit for v in (*outcome.case.base.states, *outcome.case.base.algebraics) if v.name in after
+        },
         curve=_curve(outcome, found),
     )
 
@@ -137,13 +150,14 @@ def _apart(law: Law, values: Mapping[str, Estimate], variables: Iterable[str]) -
     return replace(
         law,
         expression=renamed(law.expression, names),
+        written=renamed(law.written, names),
         states={names.get(state, state): renamed(rate, names) for state, rate in law.states.items()},
         parameters=tuple(replace(p, name=names.get(p.name, p.name)) for p in law.parameters),
     ), {names.get(name, name): value for name, value in values.items()}
 
 
 def _words(law: Law) -> set[str]:
-    return set(re.findall(r"[A-Za-z_]\w*", " ".join([law.expression, *law.states.values()])))
+    return set(re.findall(r"[A-Za-z_]\w*", " ".join([law.expression, law.written, *law.states.values()])))
 
 
 def _seen(outcome: Outcome, found: FoundLaw) -> dict[str, tuple[float, float]]:

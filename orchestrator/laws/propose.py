@@ -10,10 +10,10 @@ from fmus.errors import ComponentError
 from orchestrator.compare.result import Comparison
 from orchestrator.greybox.decide import Judge
 from orchestrator.greybox.diagnose import Outcome, compared, worse_on_held_out
+from orchestrator.greybox.forces_apart import where_forces_differ
 from orchestrator.laws.card import write_files
 from orchestrator.laws.find import FoundLaw, Limits, find_laws
 from orchestrator.laws.proposal import LawProposal, proposal_of
-from orchestrator.laws.separate import with_rivals
 from orchestrator.measurements import MeasurementSet
 from orchestrator.verdicts.result import Diagnosis
 
@@ -83,7 +83,7 @@ def _proposed(
     limits: Limits | None,
 ) -> tuple[LawProposal, ...]:
     given = diagnosis.steps[0].comparison
-    found: list[LawProposal] = []
+    found: list[tuple[FoundLaw, LawProposal]] = []
     for law in find_laws(outcome, limits, progress, named=diagnosis.verdict in ("named", "ambiguous")):
         progress(f"opening the held-out trials for {law.candidate.law.expression}")
         with np.errstate(all="ignore"):
@@ -92,8 +92,22 @@ def _proposed(
             except ComponentError:
                 continue  # a law whose free runs fail is no answer
             if not _worse(outcome, law, given, after, diagnosis):
-                found.append(_proposal(outcome, law, given, after))
-    return with_rivals([p for k, p in enumerate(found) if not any(_same(p, other) for other in found[:k])])
+                found.append((law, _proposal(outcome, law, given, after)))
+    different = [each for k, each in enumerate(found) if not any(_same(each[1], other) for _, other in found[:k])]
+    return tuple(_with_rivals(outcome, each, [o for o in different if o is not each]) for each in different)
+
+
+def _with_rivals(
+    outcome: Outcome, one: tuple[FoundLaw, LawProposal], others: list[tuple[FoundLaw, LawProposal]]
+) -> LawProposal:
+    """A proposal with the formulas of the others that explain the record alike, and what separates it from the first."""
+    (law, proposal), words = one, ""
+    for other, _ in others[:1]:
+        where = where_forces_differ(outcome, (law.fitted, law.candidate), (other.fitted, other.candidate))
+        words = f"record a trial that goes to {where}" if where else ""
+        if law.candidate.law.states or other.candidate.law.states:
+            words = "they differ in what they remember: record a longer trial, with pauses"
+    return replace(proposal, alike=tuple(other.formula for _, other in others), separated_by=words)
 
 
 def _worse(outcome: Outcome, law: FoundLaw, given: Comparison, after: Comparison, diagnosis: Diagnosis) -> bool:

@@ -57,7 +57,13 @@ def all_columns(terms: Sequence[Term], place: Place) -> tuple[Column, ...]:
 
 
 def finer_columns(table: Table, sums: Sequence["Sum"], reach: float) -> tuple[Column, ...]:
-    """The terms of the best sums with shapes about those that they have there."""
+    """The terms of the best sums with shapes about those that they have there.
+
+    Args:
+        table: the terms with the shapes that were looked at.
+        sums: sums of them, best first.
+        reach: how far the new shapes are from theirs, in doublings.
+    """
     chosen = dict.fromkeys(c for each in sums[:ZOOMED] for c in each.columns)
     found = {}
     for column in (table.columns[c] for c in chosen):
@@ -67,7 +73,13 @@ def finer_columns(table: Table, sums: Sequence["Sum"], reach: float) -> tuple[Co
 
 
 def table_of(fit: Fit, answers: Sequence[Response], columns: tuple[Column, ...]) -> Table:
-    """Terms with their shapes as what their forces change of the innovations."""
+    """Terms with their shapes as what their forces change of the innovations.
+
+    Args:
+        fit: the filter's fit whose innovations are explained.
+        answers: how the innovations of each trial answer to a force.
+        columns: the terms, each with its shape.
+    """
     errors, slopes, kept, folds = [], [], [], []
     blocks = stretches_of([len(t.time) for t in fit.trials])
     for answer, (error, own, _), block in zip(answers, fit.whitened(), blocks, strict=True):

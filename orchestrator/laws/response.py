@@ -62,18 +62,20 @@ class _Slopes:
         names = [v.name for v in system.parameters]
         push = sum(factor * ca.jacobian(rates, p)[:, names.index(name)] for name, factor in place.adds.items())
         seen = ca.jacobian(outputs, x)
-        self.function = ca.Function("slopes", [t, x, u, d, p], [ca.densify(push), ca.densify(seen)])
+        own = [v.name for v in system.states].index(place.balance.state) if place.balance else 0
+        net = (place.storage or 0.0) * rates[own]
+        self.function = ca.Function("slopes", [t, x, u, d, p], [ca.densify(push), ca.densify(seen), ca.densify(net)])
         self.values = fit.box.compiled.with_values([*np.zeros(len(fit.box.balances)), *fit.theta])
         self.delays, self.nx, self.ny = system.n_delays, len(system.states), len(fit.box.outputs)
         self.names = [v.name for v in system.states], [v.name for v in system.inputs]
 
-    def at(self, time: np.ndarray, states: np.ndarray, inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Rates per unit of force (n, nx), and outputs per state (n, ny, nx)."""
+    def at(self, time: np.ndarray, states: np.ndarray, inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Rates per unit of force (n, nx), outputs per state (n, ny, nx), and what flows into the balance (n,)."""
         n = len(time)
         many = self.function.map(n)
         given = (time[None], states.T, inputs.T, np.zeros((self.delays, n)), np.tile(self.values[:, None], (1, n)))
-        push, seen = (np.array(part) for part in many(*given))
-        return push.T, seen.reshape(self.ny, n, self.nx).transpose(1, 0, 2)
+        push, seen, net = (np.array(part) for part in many(*given))
+        return push.T, seen.reshape(self.ny, n, self.nx).transpose(1, 0, 2), net.ravel()
 
 
 def _response(slopes: _Slopes, trial: Trial, run: Filtered, place: Place) -> Response:
@@ -84,8 +86,8 @@ def _response(slopes: _Slopes, trial: Trial, run: Filtered, place: Place) -> Res
     between[1:] = 0.5 * (trial.inputs[:-1] + trial.inputs[1:])
     time = trial.time.copy()
     time[1:] = 0.5 * (trial.time[:-1] + trial.time[1:])
-    push, _ = slopes.at(time, middle, between)
-    _, seen = slopes.at(trial.time, run.ahead, trial.inputs)
+    push, _, net = slopes.at(time, middle, between)
+    _, seen, _ = slopes.at(trial.time, run.ahead, trial.inputs)
     closed, drive, rows = np.zeros((n, nx, nx)), np.zeros((n, nx)), np.zeros((n, ny, nx))
     after = np.eye(nx)
     for k in range(n):
@@ -108,4 +110,6 @@ def _response(slopes: _Slopes, trial: Trial, run: Filtered, place: Place) -> Res
     known = {name: middle[:, i] for i, name in enumerate(states)}
     known |= {name: between[:, i] for i, name in enumerate(inputs)} | {"time": time}
     coordinates = {key: coordinate(text, known) for key, text in place.coordinates.items()}
+    if place.storage is not None:
+        coordinates |= {"net": net, "storage": np.full(n, place.storage)}
     return Response(closed, drive, rows, coordinates, trial.time)

@@ -10,7 +10,14 @@ from orchestrator.verdicts.result import Estimate
 
 
 def sentence_of(terms: Sequence[Term], law: Law, values: Mapping[str, Estimate], variables: Mapping[str, str]) -> str:
-    """Such as `dry friction that fades with a time constant of 3 s, and viscous friction`."""
+    """Such as `dry friction that fades with a time constant of 3 s, and viscous friction`.
+
+    Args:
+        terms: the terms of the law.
+        law: the law.
+        values: its values by name.
+        variables: the model's variable for each coordinate of the law.
+    """
     parts = []
     for number, term in enumerate(terms, start=1):
         end = str(number) if len(terms) > 1 else ""
@@ -23,8 +30,8 @@ def _filled(factor: Factor, term: Term, end: str, values: Mapping[str, Estimate]
     def value(match: re.Match[str]) -> str:
         if match[1] == "of":
             return variables.get(term.of, term.of)
-        found = values[match[1] + end]
-        return f"{found.value:.3g} {found.unit}".strip()
+        found = values.get(match[1] + end) or values[match[1]]  # without a number if several terms share it
+        return f"{found.value:.3g} {found.unit if found.unit != '1' else ''}".strip()
 
     return re.sub(r"\{(\w+)\}", value, factor.words)
 

@@ -47,13 +47,16 @@ def terms_at(place: Place, further: Sequence[str]) -> list[Term]:
     """Every term of the vocabulary at a place, with further variables by their coordinates."""
     moves = place.kind == "motion"
     placed = moves and "position" in place.units
-    own = [*factors("speed" if moves else "state"), *(factors("position") if placed and not place.turns else [])]
+    # What follows an input's position has no speed: how fast the input moves is not known.
+    own = list(factors("state")) if not moves else list(factors("speed")) if "speed" in place.units else []
+    own += factors("position") if placed and not place.turns else []
     alone = [Term(f) for f in (*own, *factors("free"))]
     alone += [Term(f, None, of) for f in factors("further") for of in further]
     heavy = [term for term in alone if term.carrier.weighs]
     held = [term for term in heavy if not term.of and term.carrier not in factors("free")]
     fast = [term for term in held if term.carrier in factors("speed")]
-    about = {"by_time": heavy, "by_memory" if moves else "by_state_memory": fast if moves else held}
+    loads = [Term(f) for f in factors("inertia")] if place.storage is not None else []
+    about = {"by_time": [*heavy, *loads], "by_memory" if moves else "by_state_memory": fast if moves else held}
     if placed and not place.turns:
         about["by_position"] = [*fast, *(term for term in heavy if term.of)]
     found = alone
@@ -73,34 +76,66 @@ def _asks_for_a_position(factor: Factor) -> bool:
     return re.search(r"\bposition\b", kinds) is not None
 
 
-def law_of(terms: Sequence[Term], place: Place) -> Law:
-    """The law that is a sum of terms; names of their constants get numbers if there is more than one term."""
+def modulators_of_several(terms: Sequence[Term]) -> set[str]:
+    """Ids of modulators with constants that more than one term has, those of further variables left out."""
+    ids = [term.modulator.id for term in terms if term.modulator and term.modulator.shapes]
+    return {each for each in ids if ids.count(each) > 1 and each not in {f.id for f in factors("by_further_memory")}}
+
+
+def law_of(terms: Sequence[Term], place: Place, *, shared: bool = False) -> Law:
+    """The law that is a sum of terms; names of their constants get numbers if there is more than one term.
+
+    Args:
+        terms: what is summed.
+        place: where it acts.
+        shared: whether a modulator of several terms has the same constants in all of them.
+    """
+    common = modulators_of_several(terms) if shared else set()
+    own = "v" if place.kind == "motion" else "x"
     texts: list[str] = []
+    loads: list[str] = []
+    pushes: list[str] = []
     parameters: list[LawParameter] = []
     states: dict[str, str] = {}
     for number, term in enumerate(terms, start=1):
         end = str(number) if len(terms) > 1 else ""
-        names = {p.name: p.name + end for f in term.factors for p in f.shapes}
-        names |= {s: s + end for f in term.factors for s in f.states} | ({OF: term.of} if term.of else {})
-        gain = LawParameter(f"k{end}", _kind(term), gain=True, description=_describe(term))
+        ended = [(f, "" if f is term.modulator and f.id in common else end) for f in term.factors]
+        names = {p.name: p.name + last for f, last in ended for p in f.shapes}
+        names |= {s: s + last for f, last in ended for s in f.states} | ({OF: term.of} if term.of else {})
+        gain = LawParameter(f"k{end}", _kind(term, place), gain=True, description=_describe(term))
         shapes = [replace(p, name=names[p.name], kind=_of(p.kind, term)) for f in term.factors for p in f.shapes]
-        parameters += [gain, *shapes]
+        parameters += [gain, *(p for p in shapes if p.name not in {known.name for known in parameters})]
         sign = "" if term.carrier in (*factors("free"), *factors("further")) else "-"
-        texts.append(sign + "*".join([gain.name, *(renamed(f.text, names) for f in term.factors if f.text != "1")]))
+        shares = [gain.name, *(renamed(f.text, names) for f in term.factors if f.text != "1")]
+        texts.append(sign + "*".join(shares).replace("(own)", f"({own})"))
+        if term.carrier in factors("inertia"):
+            loads.append("*".join(share for share in shares if not share.startswith("der(")))
+        else:
+            pushes.append(texts[-1])
         for f in term.factors:
             states |= {names[s]: renamed(rate, names) for s, rate in f.states.items()}
-    text = texts[0] + "".join(f" {t[0]} {t[1:]}" if t.startswith("-") else f" + {t}" for t in texts[1:])
+    text, written = _sum(texts), ""
+    if loads:
+        # What pushes the model's own storage is shared with what was added to it.
+        written, added = text, " + ".join(loads)
+        text = f"(storage*({_sum(pushes) or 0}) - ({added})*net)/(storage + {added})"
     name = "_and_".join(term.id for term in terms)
-    return Law(name, _title(terms), place.kind, text, tuple(parameters), states=states, names={}, bounded=False)  # type: ignore[arg-type]
+    law = Law(name, _title(terms), place.kind, text, tuple(parameters), states=states)  # type: ignore[arg-type]
+    return replace(law, curved=bool(loads), written=written)
 
 
-def _kind(term: Term) -> str:
+def _sum(texts: Sequence[str]) -> str:
+    return "".join(texts[:1]) + "".join(f" {t[0]} {t[1:]}" if t.startswith("-") else f" + {t}" for t in texts[1:])
+
+
+def _kind(term: Term, place: Place) -> str:
     """`force/speed/position^2`, for the gain of a term."""
     powers: dict[str, int] = {}
     for f in term.factors:
         for name, power in f.powers.items():
             powers[name] = powers.get(name, 0) + power
-    named = {term.of if name == OF else name: power for name, power in powers.items()}
+    means = {OF: term.of, "own": "speed" if place.kind == "motion" else "state"}
+    named = {means.get(name, name): power for name, power in powers.items()}
     return "/".join(["force", *(name if power == 1 else f"{name}^{power}" for name, power in named.items())])
 
 
@@ -156,7 +191,13 @@ def with_other_held(candidate: Candidate) -> Iterator[Candidate]:
 
 
 def value_at(parameter: LawParameter, share: float, place: Place) -> float:
-    """A grid point in the place's own scale; a `centre` is a position within the range of what was seen."""
+    """A grid point in the place's own scale; a `centre` is a position within the range of what was seen.
+
+    Args:
+        parameter: the parameter.
+        share: the grid point, in scales of the place.
+        place: where the law acts.
+    """
     if parameter.kind.startswith("centre"):
         return place.range[0] + share * place.range[1]
     return share * parameter.scale(place.scales)

@@ -21,7 +21,8 @@ def laws_text(proposals: Sequence[LawProposal]) -> str:
         interval = f"[{value.ci90[0]:.4g}, {value.ci90[1]:.4g}]" if value.ci90[0] < value.ci90[1] else "held"
         lines.append(f"  {name} = {value.value:.4g} {unit} {interval}")
     for signal, after in first.held_out_after.items():
-        lines.append(f"  held-out error of {signal}: {first.held_out_before[signal]:.4g} -> {after:.4g}")
+        errors = f"{first.held_out_before[signal]:.4g} -> {after:.4g} {first.held_out_units.get(signal, '')}"
+        lines.append(f"  held-out error of {signal}: {errors.rstrip()}")
     lines += [f"  explains the record as well: {other.formula} ({other.sentence})" for other in others]
     lines += [f"  {first.separated_by}"] if first.separated_by else []
     return "\n".join([*lines, f"  card: {first.card}; add it with: misfit add {first.card} --to MODEL"])

@@ -13,6 +13,11 @@ from orchestrator.library.cards import EffectCard
 def check_slots(card: EffectCard, model: str, slots: Sequence[str]) -> None:
     """Refuse a card whose slots look like misspelt ones of the model.
 
+    Args:
+        card: the user's card.
+        model: name of the model.
+        slots: names of its free slots.
+
     Raises:
         MisfitError: naming the nearest slot. A card whose slots are simply not in the model passes.
     """

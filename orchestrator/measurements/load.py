@@ -145,6 +145,11 @@ def _table(file: Path, content: bytes, case: CaseFile, name: str) -> Table:
 def read_any_table(file: Path, content: bytes, reading: Reading) -> Table:
     """Read a file as [reading] says, with NaN where a sample has no value.
 
+    Args:
+        file: the file, whose ending says what it is.
+        content: its bytes.
+        reading: how a text file is read.
+
     Raises:
         MisfitError: the file is not what [reading] says, or is damaged.
     """

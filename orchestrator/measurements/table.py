@@ -140,7 +140,14 @@ def _is_number(cell: str) -> bool:
 
 
 def require_finite(path: Path, names: Sequence[str], lines: Sequence[int], values: Array) -> None:
-    """Raise MisfitError for the first cell that is no finite number, or too large to be one."""
+    """Raise MisfitError for the first cell that is no finite number, or too large to be one.
+
+    Args:
+        path: the file, for messages.
+        names: names of the k columns.
+        lines: line of the file for each of the n rows.
+        values: (n, k).
+    """
     # Written so that NaN, which is never smaller than anything, counts as bad.
     bad = np.argwhere(~(np.abs(values) < _LARGEST))
     if bad.size:

@@ -76,6 +76,9 @@ class FreeRun:
 class CompiledModel:
     """Machine code of one system for a chosen tuple of outputs and of free parameters."""
 
+    # Whether it chooses its steps itself, as a coupled system does, so that a sample interval is one step.
+    has_own_steps = False
+
     def __init__(
         self,
         system: SymbolicSystem,
@@ -154,7 +157,13 @@ class CompiledModel:
         return self._machine_code.operations
 
     def delayed(self, time: np.ndarray, inputs: np.ndarray, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Delayed quantities (n, nd) at the samples and their delay times (nd,) s."""
+        """Delayed quantities (n, nd) at the samples and their delay times (nd,) s.
+
+        Args:
+            time: (n,) in s.
+            inputs: (n, nu).
+            parameters: values of all parameters.
+        """
         if not self.system.n_delays:
             return np.zeros((len(time), 0)), np.zeros(0)
         sources, delays, _ = self._delays(time, inputs, parameters)
@@ -320,6 +329,14 @@ def level_for_long_sums(cpu: Path = CPU) -> str:
 
 def build_library(source: str, driver: Path | None = None, *, level: str = FOR_MODELS) -> Path:
     """Compile C source, with the C file that calls it if there is one, once for each content.
+
+    Args:
+        source: the C source.
+        driver: a C file that calls it.
+        level: options of the compiler that say how much it optimises.
+
+    Returns:
+        The shared library, in the cache.
 
     Raises:
         MisfitError: without a C compiler, or if it fails.

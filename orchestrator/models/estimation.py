@@ -203,13 +203,34 @@ def linearise(
     """Weighted residuals of a fit, of data and then of priors, and their slopes in all that was fitted.
 
     The columns are the free parameters, the shift if there is one, and the start values of trial 1, 2, ...
+
+    Args:
+        model: the compiled model.
+        records: the trials, with what is expected of their start values.
+        noise: (ny,), standard deviation of each output.
+        found: the fit.
+        substeps: integration steps in a sample interval.
+        prior: what is expected of free parameters and of the shift.
+        reduce: weighs the errors (n, ny) of a trial, one for all or one each.
+
+    Returns:
+        Residuals (m,) and slopes (m, k).
+
+    Raises:
+        ComponentError: if a run fails.
     """
     problem = _Problem(model, records, noise, substeps, reduce, prior)
     return problem.evaluate(problem.join(found.values, found.shift, found.starts), strict=True)
 
 
 def affordable_evaluations(model: CompiledModel, records: Sequence[Record], substeps: int) -> float:
-    """Evaluations of all free runs after which a fit is given up, however few steps it has made."""
+    """Evaluations of all free runs after which a fit is given up, however few steps it has made.
+
+    Args:
+        model: the compiled model.
+        records: the trials.
+        substeps: integration steps in a sample interval.
+    """
     steps = max(substeps, STEPS_WITH_CONTACTS) if model.system.contacts else substeps
     stages = 4 * steps * sum(len(r.time) for r in records)
     return MOST_OPERATIONS / max(stages * model.operations, 1)

@@ -46,7 +46,18 @@ def explained(
     held: np.ndarray,
     reached: int,
 ) -> str:
-    """One line for a run of Runge's and Kutta's method that failed before sample `reached`."""
+    """One line for a run of Runge's and Kutta's method that failed before sample `reached`.
+
+    Args:
+        system: the equations.
+        time: (n,) in s.
+        inputs: (n, nu).
+        parameters: values of all parameters.
+        start: (nx,), first values of the states.
+        substeps: integration steps in a sample interval.
+        held: which inputs (nu,) are held between samples.
+        reached: number of the sample that the run did not reach.
+    """
     plain = f"{system.name} left the finite numbers at t = {time[max(reached, 0)]:.4g} s"
     if system.n_delays or system.contacts or not system.states or reached * substeps > MOST_STEPS:
         return plain

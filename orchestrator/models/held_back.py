@@ -19,6 +19,12 @@ def ways_before(model: CompiledModel, time: np.ndarray, inputs: np.ndarray, para
 
     Each is off at one of the times before, by as much as it changes in so long (root mean square): one standard
     deviation. What is at rest when the record begins was at rest before.
+
+    Args:
+        model: the compiled model.
+        time: (n,) in s.
+        inputs: (n, nu).
+        parameters: values of all parameters.
     """
     sources, delays = model.delayed(time, inputs, parameters)
     ways = []
@@ -53,7 +59,21 @@ def answers_to(
     plain: np.ndarray,
     substeps: int,
 ) -> np.ndarray:
-    """What a run (n, ny) would differ by, (n, ny, q), had delayed quantities been off in each of q ways."""
+    """What a run (n, ny) would differ by, (n, ny, q), had delayed quantities been off in each of q ways.
+
+    Args:
+        ways: (q, nd, NODES), from `ways_before`.
+        model: the compiled model.
+        time: (n,) in s.
+        inputs: (n, nu).
+        parameters: values of all parameters.
+        start: (nx,), first values of the states.
+        plain: outputs (n, ny) of the run with none of the ways.
+        substeps: integration steps in a sample interval.
+
+    Raises:
+        ComponentError: if a run fails.
+    """
     runs = [model.run(time, inputs, parameters, start, substeps=substeps, before=way).outputs for way in ways]
     return np.stack([run - plain for run in runs], axis=2) if runs else np.zeros((*plain.shape, 0))
 

@@ -42,6 +42,14 @@ def minimise(
     Each step solves a quadratic program with bounds (CasADi, DAQP) whose matrix learns from the gradients (BFGS, damped
     as Powell 1978); a step that does not gain enough is cut. `curvature` is the matrix to begin with, where one is
     known. It ends where a step would gain less than `promise`.
+
+    Args:
+        objective: gives value and gradient (k,) at a point (k,).
+        begin: where to begin, (k,).
+        low: lower bounds, (k,).
+        high: upper bounds, (k,).
+        curvature: matrix (k, k) to begin with; None to learn it.
+        promise: gain of a step, in the unit of the value, below which the search ends.
     """
     here = _Point(begin, *objective(begin))
     if not np.isfinite(here.value) or not np.any(high > low):

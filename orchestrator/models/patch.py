@@ -83,6 +83,14 @@ def patched_model(
 ) -> ModelicaModel:
     """Write the extended class to `folder` (default: the cache) and return it as a model.
 
+    Args:
+        base: the model.
+        name: name of the class that extends it.
+        attachments: the effects, each with its slot and values.
+        adjusted: values of parameters of the model itself, by full name.
+        comment: what the class says of itself.
+        folder: where `name.mo` is written; None: in the cache.
+
     Raises:
         ModelicaError: if the base's file belongs to a package, which cannot be copied on its own.
     """

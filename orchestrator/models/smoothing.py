@@ -112,6 +112,11 @@ def low_pass(series: np.ndarray, order: int, cutoff: float) -> np.ndarray:
     The same as `scipy.signal.sosfiltfilt`, with what depends on the filter alone kept from call to call, and one pass over
     samples that lie side by side for all columns.
 
+    Args:
+        series: (n, ...), equally spaced.
+        order: order of the filter, which is applied twice.
+        cutoff: corner, as a share of half the sampling rate.
+
     Raises:
         ValueError: if there are fewer samples than a filter needs to settle.
     """
@@ -152,6 +157,11 @@ def cutoff_frequency(series: np.ndarray, noise_std: float, step: float) -> float
     The spectrum (Welch, Hann window of 2 s) is compared with the noise's, 2 step std^2, or with the spectrum's own level
     above a quarter of the sampling rate if that is higher. The cutoff is where the signal falls below four times the
     noise for good, at least 2 Hz (or a fiftieth of the sampling rate, for slow plants) and at most a quarter of that rate.
+
+    Args:
+        series: (n,), equally spaced.
+        noise_std: standard deviation of its noise, in its unit.
+        step: time between samples, in s.
     """
     window = min(len(series), max(512, round(2.0 / step)))
     frequency, power = scipy.signal.welch(series, 1 / step, nperseg=window, detrend="linear")

@@ -55,6 +55,9 @@ class Motion(Protocol):
 class SymbolicModel:
     """A `SymbolicSystem` as a model: `free` parameters can be fitted, the others keep their values."""
 
+    # Whether it makes steps of its own, as an FMU for co-simulation does.
+    is_stepped = False
+
     def __init__(
         self,
         name: str,
@@ -143,7 +146,17 @@ class SymbolicModel:
         return model.run_fit(record, found, 0, steps)
 
     def run_fit(self, record: Record, found: Fit, trial: int, substeps: int) -> FittedTrial:
-        """Free run of a trial with fitted parameters and start values."""
+        """Free run of a trial with fitted parameters and start values.
+
+        Args:
+            record: the trial.
+            found: a fit of several trials.
+            trial: number of this one among them, from 0.
+            substeps: integration steps in a sample interval.
+
+        Raises:
+            ComponentError: if the run fails.
+        """
         start = found.starts[trial]
         parameters = self.compiled.with_values(found.values)
         before = found.before(trial)
@@ -158,6 +171,11 @@ class SymbolicModel:
         They change by less than 1e-5 of their range, and less than a share of their `noise` (ny,): that error is the same
         in thousands of samples, and would be found. Where the run is far from the measurement, it need not be closer to
         the exact one than `NEGLIGIBLE` of that distance.
+
+        Args:
+            record: the trial, with start values.
+            parameters: values of all parameters.
+            noise: (ny,), standard deviation of each output; infinite where it does not count.
         """
         return enough_substeps(
             self.compiled, record.time, record.inputs, parameters, record.start, CLOSE, noise, record.measured
@@ -167,6 +185,11 @@ class SymbolicModel:
         """The same for the correction residual along a trial, whose states are those that are not measured.
 
         A rough integration is enough for a first look; but a stiff effect, such as a tendon, must stay stable.
+
+        Args:
+            trial: what was measured, with speeds and accelerations.
+            parameters: values of all parameters.
+            start: first values of the states that are not measured.
         """
         inputs = self.residual_inputs(trial)
         return enough_substeps(self.compiled_residual, trial.time, inputs, parameters, start, ROUGH)
@@ -266,9 +289,19 @@ def enough_substeps(
 
     They change by less than `share` of their range and `UNSEEN` of their noise, or, as a root mean square, by less than
     `NEGLIGIBLE` of their distance from what was `measured`. Steps at which a run leaves the finite numbers are too
-    long. One is enough with contacts, where steps are as short as they must be.
+    long. One is enough with contacts, where steps are as short as they must be, and of what has steps of its own.
+
+    Args:
+        model: the compiled model.
+        time: (n,) in s.
+        inputs: (n, nu).
+        parameters: values of all parameters.
+        start: (nx,), first values of the states.
+        share: share of an output's range by which it may change.
+        noise: (ny,), standard deviation of each output; infinite where it does not count.
+        measured: (n, ny), what the run is compared with, if it is.
     """
-    if not model.system.states or model.system.contacts:
+    if not model.system.states or model.system.contacts or model.has_own_steps:
         return 1
 
     def outputs(count: int) -> np.ndarray | None:

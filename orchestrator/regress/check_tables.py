@@ -48,7 +48,13 @@ def variables_for(names: Sequence[str], formulas: Mapping[str, Formula]) -> tupl
 def with_formulas(
     names: Sequence[str], formulas: Mapping[str, Formula], signals: Mapping[str, Signal]
 ) -> dict[str, Signal]:
-    """The named signals: recorded, or computed where all variables of their formula are there."""
+    """The named signals: recorded, or computed where all variables of their formula are there.
+
+    Args:
+        names: the signals that are wanted.
+        formulas: formulas by the names of the signals that they make.
+        signals: what was recorded.
+    """
     found = {}
     for name in names:
         if name not in formulas:

@@ -36,6 +36,11 @@ class Compared:
 def execute(case: Case, progress: Watched | None = None, want: Want = "verdict") -> Outcome:
     """Run a case and judge it; `want` says what else the outcome holds: the signals, or what the run reached.
 
+    Args:
+        case: the case.
+        progress: where it is noted what runs.
+        want: "verdict", or what else the outcome holds.
+
     Raises:
         Nothing that a case can cause: a component that fails and a case that cannot be run are outcomes.
     """
@@ -175,6 +180,14 @@ def completed(case: Case) -> Case:
 
 def expected_of(case: Case, system: System, progress: Watched | None) -> Expected | None:
     """The reference of a case, from wherever it comes.
+
+    Args:
+        case: the case.
+        system: what it runs.
+        progress: where it is noted what runs.
+
+    Returns:
+        None for a case without a reference.
 
     Raises:
         MisfitError: if it cannot be had.

@@ -50,6 +50,14 @@ class Entry:
 def append(folder: Path, outcomes: Sequence[Outcome], now: datetime | None = None) -> Path:
     """Write the outcomes of a run as a new file of the folder: a row for each case, and one for each check.
 
+    Args:
+        folder: the history.
+        outcomes: of all cases of the run.
+        now: when it was; this moment by default.
+
+    Returns:
+        The new file.
+
     Raises:
         MisfitError: if the folder cannot be written.
     """

@@ -119,7 +119,13 @@ def _shown(value: Any) -> str:
 
 
 def judge_interface(before: Interface, now: Interface, allowed: Sequence[str]) -> WholeVerdict:
-    """Whether nothing changed but what a case allows, by patterns of `VARIABLE.ASPECT`."""
+    """Whether nothing changed but what a case allows, by patterns of `VARIABLE.ASPECT`.
+
+    Args:
+        before: the interface as it was recorded.
+        now: the interface as it is.
+        allowed: patterns such as `mass.start`, of changes that may be.
+    """
     found = list(changes(before, now))
     wrong = [(key, words) for key, words in found if not any(fnmatchcase(key, pattern) for pattern in allowed)]
     figures = {"changed": [key for key, _ in found], "not_allowed": [key for key, _ in wrong]}

@@ -16,6 +16,12 @@ from orchestrator.regress.reference import expected_of_table, like, read_table
 def case_of(name: str, file: Path, model: str, options: Mapping[str, Any]) -> Case:
     """A case without a file: see the fixture `misfit_run` for the options.
 
+    Args:
+        name: name of the case.
+        file: the file that asks for it, for messages and relative paths.
+        model: the FMU or system.
+        options: of the fixture.
+
     Raises:
         MisfitError: if an option is unknown.
     """
@@ -49,6 +55,11 @@ def kept_signals(outcome: Outcome) -> Mapping[str, Signal]:
 
 def compared(result: Mapping[str, Signal], reference: Any, options: Mapping[str, Any]) -> tuple[SignalVerdict, ...]:
     """Verdicts on signals against others, or against those of a file.
+
+    Args:
+        result: signals by name.
+        reference: signals by name, or the path of a table.
+        options: `signals`, and those of a tolerance.
 
     Raises:
         MisfitError: if the file cannot be read or a unit does not fit.

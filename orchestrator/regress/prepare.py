@@ -67,6 +67,12 @@ def single(system: System) -> str:
 def waves_of(case: Case, start: float, stop: float, step: float) -> dict[str, tuple[Wave, str]]:
     """Wave and unit ("": that of the input) for each driven input.
 
+    Args:
+        case: the case.
+        start: beginning of the run, in s.
+        stop: its end, in s.
+        step: its step, in s.
+
     Raises:
         MisfitError: if a file or a generator cannot be used; names the case and the input.
     """

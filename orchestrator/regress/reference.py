@@ -58,7 +58,13 @@ class Expected:
 
 
 def expected_of_table(table: Table, columns: Mapping[str, str], where: str) -> Expected:
-    """Signals of a table; a file says nothing about how to interpolate, so that is taken from the result later."""
+    """Signals of a table; a file says nothing about how to interpolate, so that is taken from the result later.
+
+    Args:
+        table: the table.
+        columns: column of each signal; all columns under their own names if it is empty.
+        where: where the reference comes from, in words.
+    """
     names = columns or {name: name for name in table.columns}
     found = {}
     for name, column in names.items():

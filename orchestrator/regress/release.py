@@ -43,7 +43,17 @@ class InterfaceChange:
 
 
 def judge(case: Case, system: System, settings: Mapping[str, Any], progress: Watched) -> WholeVerdict:
-    """Compare with the last release; a change above the allowed level fails."""
+    """Compare with the last release; a change above the allowed level fails.
+
+    Args:
+        case: the case.
+        system: what it runs.
+        settings: `fmu`, the last release, and `allow`, the level of change.
+        progress: where it is noted what runs.
+
+    Raises:
+        MisfitError: for an unknown level, or a system that is not one FMU.
+    """
     allowed = settings["allow"]
     if allowed not in LEVELS:
         raise MisfitError(f"{case.file}: allow = {allowed!r}; expected one of {', '.join(LEVELS)}")

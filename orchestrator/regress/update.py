@@ -55,6 +55,11 @@ def update_references(cases: Sequence[Case], outcomes: Sequence[Outcome]) -> tup
 def write_table(path: Path, signals: Mapping[str, Signal], names: Mapping[str, str]) -> None:
     """Write signals over time as a whole file; `names` are columns by signal, where they differ.
 
+    Args:
+        path: the file, whose ending says which format it has.
+        signals: signals over one time.
+        names: column of a signal, where it is not its name.
+
     Raises:
         MisfitError: if the file cannot be written.
     """

@@ -59,6 +59,12 @@ def generated(given: Mapping[str, Any], start: float, stop: float, step: float) 
     (amplitude, from_hz, to_hz, offset), `random` (low, high, hold_s, seed: a new level every so often), `table` (times,
     values, hold).
 
+    Args:
+        given: the kind and its values.
+        start: beginning of the run, in s.
+        stop: its end, in s.
+        step: its step, in s.
+
     Raises:
         MisfitError: if the kind or one of its keys is unknown or missing.
     """
@@ -145,6 +151,11 @@ def _numbers(given: Mapping[str, Any], key: str) -> np.ndarray:
 
 def checked_wave(time: np.ndarray, values: np.ndarray, hold: bool) -> Wave:
     """A wave of points from a user.
+
+    Args:
+        time: (n,) in s.
+        values: (n,), in the input's unit.
+        hold: whether a value stays until the next one.
 
     Raises:
         MisfitError: if the points cannot drive an input.

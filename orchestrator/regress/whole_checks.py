@@ -64,7 +64,14 @@ def _same(one: np.ndarray, other: np.ndarray, within: float) -> np.ndarray:
 
 
 def conformance(case: Case, system: System, settings: Mapping[str, Any], progress: Watched) -> WholeVerdict:
-    """Validate each FMU; findings that have one of the accepted texts in them do not count."""
+    """Validate each FMU; findings that have one of the accepted texts in them do not count.
+
+    Args:
+        case: the case.
+        system: what it runs.
+        settings: `accept`, texts of findings.
+        progress: where it is noted what runs.
+    """
     progress.leave()
     paths = [system.folder / spec.source for spec in system.components.values() if spec.kind == "fmu"]
     found = [(path, finding) for path in dict.fromkeys(paths) for finding in validate_fmu(path)]
@@ -79,7 +86,14 @@ def conformance(case: Case, system: System, settings: Mapping[str, Any], progres
 
 
 def determinism(case: Case, system: System, settings: Mapping[str, Any], progress: Watched) -> WholeVerdict:
-    """Run the case five times; all outputs count."""
+    """Run the case five times; all outputs count.
+
+    Args:
+        case: the case, for the limits of its child processes.
+        system: what it runs.
+        settings: none.
+        progress: where it is noted what runs.
+    """
     wanted, _ = wanted_signals(system)
     first = record(system, wanted, progress)
     limits = ChildLimits(case.limits.patience_s, case.limits.memory_gib)
@@ -110,7 +124,14 @@ def _isolated(system: System, wanted: Wanted, limits: ChildLimits, progress: Wat
 
 
 def save_restore(case: Case, system: System, settings: Mapping[str, Any], progress: Watched) -> WholeVerdict:
-    """Run to a share of the way, save, go on to the end, restore, go on again: both ways to the end are the same."""
+    """Run to a share of the way, save, go on to the end, restore, go on again: both ways to the end are the same.
+
+    Args:
+        case: the case.
+        system: what it runs.
+        settings: `at`, the share of the way, and `within`, by how much both ways may differ.
+        progress: where it is noted what runs.
+    """
     wanted, _ = wanted_signals(system)
     start, stop, step = system.run.start or 0.0, system.run.stop, system.run.step
     assert stop is not None and step is not None
@@ -158,6 +179,12 @@ def convergence(case: Case, system: System, settings: Mapping[str, Any], progres
     """Halve the step so many times; the last halving may change no output by more than a share of its range.
 
     The order is log2 of the ratio of two successive changes, nan where they are as small as the FMU's own errors.
+
+    Args:
+        case: the case.
+        system: what it runs.
+        settings: `halvings`, and `within`, the share that is allowed.
+        progress: where it is noted what runs.
     """
     step, halvings = system.run.step, max(2, settings["halvings"])
     assert step is not None
@@ -211,7 +238,14 @@ _GRAIN = 2.0**20
 
 
 def speed(case: Case, system: System, settings: Mapping[str, Any], progress: Watched) -> WholeVerdict:
-    """Run old and new in turn in this process for the time, and each in a process of its own for the memory."""
+    """Run old and new in turn in this process for the time, and each in a process of its own for the memory.
+
+    Args:
+        case: the case.
+        system: the new one.
+        settings: `fmu`, the old one, `runs`, and `at_most` and `memory_at_most`, ratios that are allowed.
+        progress: where it is noted what runs.
+    """
     old = system_of(case, settings["fmu"])
     times: tuple[list[float], list[float]] = ([], [])
     repeats = max(1, round(_AT_LEAST_S / max(_seconds(old, 1, progress), 1e-6)))
@@ -264,6 +298,13 @@ def grown() -> None:
 
 def judge_whole(name: str, case: Case, system: System, settings: Mapping[str, Any], progress: Watched) -> WholeVerdict:
     """The verdict of a check on the system of a case.
+
+    Args:
+        name: name of the check.
+        case: the case.
+        system: what it runs.
+        settings: those of the check.
+        progress: where it is noted what runs.
 
     Raises:
         MisfitError: if it cannot be carried out.

@@ -42,6 +42,11 @@ def arm_replay(model: Model, measurements: MeasurementSet, comparison: Compariso
 
     Residual torques are those of `missing_forces`, with their standard deviations; a model that does not show its forces
     gives a replay without them.
+
+    Args:
+        model: the model as given.
+        measurements: the trials.
+        comparison: their comparison, which says which is the worst.
     """
     trial = worst_trial(comparison)
     if trial is None or not isinstance(model, SymbolicModel) or not set(ANGLES) <= trial.measured.keys():

@@ -81,7 +81,13 @@ def diagnosis_report(diagnosis: Diagnosis, replay: Replay | None = None) -> str:
 
 
 def discovery_report(diagnosis: Diagnosis, entries: list[LedgerEntry], replay: Replay | None = None) -> str:
-    """Return the page of a discovery: the diagnosis with the ledger of the versions it led to."""
+    """Return the page of a discovery: the diagnosis with the ledger of the versions it led to.
+
+    Args:
+        diagnosis: the diagnosis.
+        entries: versions of the ledger.
+        replay: motion of the worst trial, for a planar arm.
+    """
     return render(_diagnosis_page(diagnosis, entries, replay))
 
 

@@ -127,7 +127,15 @@ def result_plot(found: "Result", names: Sequence[str] = ()) -> Shown:
 def forces_plot(
     time: np.ndarray, names: Sequence[str], units: Sequence[str], mean: np.ndarray, std: np.ndarray
 ) -> Shown:
-    """A missing force over time, (n,) s, one panel for each column of `mean` and `std` (n, k); std is NaN where unknown."""
+    """A missing force over time, (n,) s, one panel for each column of `mean` and `std` (n, k); std is NaN where unknown.
+
+    Args:
+        time: in s.
+        names: signals that the forces act on.
+        units: of the forces.
+        mean: (n, k).
+        std: (n, k).
+    """
     panels = [
         Panel(f"missing on {name}", unit, (Line(name, Colour.IMPROVED, mean[:, k], _known(std[:, k])),))
         for k, (name, unit) in enumerate(zip(names, units, strict=True))

@@ -32,6 +32,11 @@ def where_tables(
     """Return a table for each kind of place that has rows, the largest errors (in floors) first.
 
     Keys that a row lacks are left empty; keys that are not known here appear as they are.
+
+    Args:
+        where: rows by the kind of place.
+        units: unit of each signal.
+        floor: noise floor of each signal, in its unit.
     """
     return tuple(_table(kind, rows, units, floor) for kind, rows in where.items() if rows)
 

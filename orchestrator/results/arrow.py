@@ -49,7 +49,14 @@ def header_of(schema: pa.Schema, arrays: Mapping[str, NDArray[Any]]) -> Header:
 def batch_of(
     schema: pa.Schema, columns: Sequence[Column], times: NDArray[np.float64], values: NDArray[np.float64]
 ) -> pa.RecordBatch:
-    """One batch of rows: times (n,), values (n, k)."""
+    """One batch of rows: times (n,), values (n, k).
+
+    Args:
+        schema: of the file.
+        columns: what each column is and how it is stored.
+        times: in s.
+        values: (n, k), in the columns' units.
+    """
     turned = np.ascontiguousarray(values.T)
     arrays = [_array(np.ascontiguousarray(times), "float64")]
     arrays += [_array(part, column.stored_as) for column, part in zip(columns, turned, strict=True)]

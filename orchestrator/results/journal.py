@@ -140,7 +140,13 @@ def header_in(file: IO[bytes], path: Path) -> Header:
 
 
 def read_journal(file: IO[bytes], path: Path, wanted: Sequence[str] | None) -> Content:
-    """Columns of a side file as they are now."""
+    """Columns of a side file as they are now.
+
+    Args:
+        file: the open side file.
+        path: its path, for messages.
+        wanted: names of the columns that are wanted; None for all.
+    """
     header = header_in(file, path)
     file.seek(0)
     with pa.ipc.open_stream(file) as stream:

@@ -51,12 +51,24 @@ class Corrections:
 
 
 def collect(seed: int, trials: Sequence[Trial], people: Sequence[Caregiver]) -> Corrections:
-    """Run all trials and average them."""
+    """Run all trials and average them.
+
+    Args:
+        seed: of the sensor's noise.
+        trials: the trials.
+        people: the caregivers, by their number in the trials.
+    """
     return joined([averaged(run_trial(trial, people[trial.caregiver]), trial, seed) for trial in trials])
 
 
 def averaged(record: Array, trial: Trial, seed: int) -> Corrections:
-    """The four corrections of a trial's record, (n, 6) as of `run_trial`; the force sensor adds its noise."""
+    """The four corrections of a trial's record, (n, 6) as of `run_trial`; the force sensor adds its noise.
+
+    Args:
+        record: of the trial, every step.
+        trial: the trial.
+        seed: of the sensor's noise.
+    """
     rng = np.random.default_rng([seed, 3, trial.number])
     length = round(WINDOW_S / STEP_S)
     count = (len(record) - 1) // length

@@ -60,7 +60,13 @@ class Trial:
 
 
 def draw_caregivers(seed: int, mean: Caregiver, count: int) -> tuple[Caregiver, ...]:
-    """People about a median person, each number log-normal with the spread."""
+    """People about a median person, each number log-normal with the spread.
+
+    Args:
+        seed: of the draw.
+        mean: the median person.
+        count: number of people.
+    """
     rng = np.random.default_rng([seed, 1])
     names = tuple(vars(mean))
     factors = np.exp(SPREAD * rng.standard_normal((count, len(names))))

@@ -74,6 +74,11 @@ def study_of(folders: Sequence[str], seed: int, say: Say) -> dict[str, Any]:
 
     The initial models are those of a careful researcher's few holds (`measure`), drawn with `seed`.
 
+    Args:
+        folders: recorded sessions.
+        seed: of the initial models.
+        say: called with one line at each stage.
+
     Returns:
         The JSON document: improvements in % of the error over the grid, by way to learn and muscle.
     """

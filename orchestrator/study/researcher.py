@@ -33,7 +33,13 @@ class Bench:
 
 
 def measure(seed: int, holds: int, limb: Limb = PAPER) -> dict[str, Bench]:
-    """Bench data by subsystem: 7 positions, `holds` at each, 4 points a hold, each with noise of posture and sensor."""
+    """Bench data by subsystem: 7 positions, `holds` at each, 4 points a hold, each with noise of posture and sensor.
+
+    Args:
+        seed: of the noise.
+        holds: at each position.
+        limb: the arm that is measured.
+    """
     rng = np.random.default_rng([seed, 4])
     return {name: _subsystem(rng, place - 1, holds, limb) for place, name in enumerate(SUBSYSTEMS)}
 

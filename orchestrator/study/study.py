@@ -64,7 +64,15 @@ class Study:
 
 
 def run_study(seeds: tuple[int, ...], draws: int, caregivers: int, work: Work, say: Say) -> Study:
-    """Run the study for some seeds; every step may be done by many hands."""
+    """Run the study for some seeds; every step may be done by many hands.
+
+    Args:
+        seeds: of the study, one run each.
+        draws: draws of corrections for each number of them.
+        caregivers: number of people.
+        work: who does it.
+        say: called with one line now and then.
+    """
     places = [(seed, limit) for seed in seeds for limit in LIMITS]
     collected = dict(
         zip(places, _do(work, [CollectTask(*place, caregivers) for place in places], say, "trials"), strict=True)

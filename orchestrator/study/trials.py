@@ -25,6 +25,11 @@ def run_trial(trial: Trial, caregiver: Caregiver, step: float = STEP_S) -> Array
 
     The arm is at rest at its position and the caregiver holds it against its springs; at time 0 the stimulation sets in.
 
+    Args:
+        trial: posture and stimulation.
+        caregiver: who holds the arm.
+        step: of the simulation, in s.
+
     Raises:
         ComponentError: if a model fails on the way.
     """

@@ -16,6 +16,12 @@ from orchestrator.verdicts.result import Diagnosis, HeldOut, Step
 def first_mend(model: Model, measurements: MeasurementSet, findings: Sequence[Finding], workers: int) -> Diagnosis:
     """Return a diagnosis that cannot tell, with the findings as its first warnings.
 
+    Args:
+        model: the model as given.
+        measurements: the trials as recorded.
+        findings: what is wrong with them, the first that which forbids a diagnosis.
+        workers: runs at a time.
+
     Raises:
         MisfitError: if the model cannot follow the record at all.
     """

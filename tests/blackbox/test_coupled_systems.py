@@ -1,6 +1,7 @@
 """A coupled system is a model: compared as one model of the whole is, and extended at inputs, outputs and connected forces."""
 
 import json
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,10 @@ import pytest
 from click.testing import CliRunner
 
 import misfit
+from orchestrator.blackbox import worker
+from orchestrator.blackbox.exposed import exposed
+from orchestrator.blackbox.source import fmu_model
+from orchestrator.blackbox.system_runs import SystemInstance
 from orchestrator.cli.analyse import compare
 from orchestrator.cosim import load_system
 
@@ -114,6 +119,23 @@ def test_comparison_is_that_of_an_inertia_alone_under_the_amplified_torque(
     assert found["trials"][2]["rmse"]["wheel.phi"] == pytest.approx(alone.trials[2].rmse["phi"], rel=1e-3)
     assert found["noise_floor"]["wheel.phi"] == pytest.approx(alone.noise_floor["phi"], rel=0.05)
     assert any("column 'phi' is taken as 'wheel.phi'" in note for note in found["notes"])
+
+
+def test_a_system_in_one_fmu_gives_what_it_gives_step_by_step(
+    bench: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    model, seen = fmu_model(bench[0]), exposed(load_system(bench[0]), "bench.toml")
+    inputs = np.sin(5 * TIME)[:, None]
+    found = []
+    for instance in (worker.opened_system(bench[0], False), SystemInstance(seen)):
+        monkeypatch.setattr(model.compiled.processes, "ask", partial(worker.ANSWERS[worker.RunRequest], instance))
+        found.append(model.simulate(TIME, inputs, ["wheel.phi"], {"wheel.q": 0.3, "wheel.w": 0.2})[:, 0])
+        assert isinstance(instance, SystemInstance) == (len(found) == 2)
+
+    # J w' = k sin(5 t) from (0.3, 0.2); the master holds the torque over 2 ms, and the command over a sample.
+    exact = 0.3 + 0.2 * TIME + GAIN / INERTIA * (TIME / 5 - np.sin(5 * TIME) / 25)
+    np.testing.assert_allclose(found[0], found[1], rtol=1e-9)
+    np.testing.assert_allclose(found[0], exact, atol=2e-2)
 
 
 @pytest.mark.slow

@@ -1,5 +1,6 @@
 """Jacobians of an FMU along a run are those of its equations, asked for or by differences."""
 
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -13,13 +14,28 @@ J_MOTOR, J_LOAD, K, D = 0.002, 0.005, 20.0, 0.01
 TIME = np.arange(50) * 0.004
 
 
-@pytest.mark.parametrize("fmi_version", ["2.0", "3.0"])
-@pytest.mark.parametrize("asked", [True, False])
+@pytest.fixture(scope="module")
+def fmus(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """Two masses on a shaft, by version of FMI; `sources`: one of FMI 3.0 without a binary for any machine."""
+    system, folder = find_modelica_model("two-mass").compile(), tmp_path_factory.mktemp("fmus")
+    made = {v: build_fmu(system, folder / f"box{v[0]}.fmu", fmi_version=v) for v in ("2.0", "3.0")}
+    with zipfile.ZipFile(made["3.0"]) as whole, zipfile.ZipFile(folder / "sources.fmu", "w") as rest:
+        for name in whole.namelist():
+            if not name.startswith("binaries/"):
+                rest.writestr(name, whole.read(name))
+    return made | {"sources": folder / "sources.fmu"}
+
+
+# That a component of a coupled system is compiled from its sources is tested in tests/cosim, each time.
+SOURCES = pytest.param("sources", True, marks=pytest.mark.slow)
+
+
+@pytest.mark.parametrize(("box", "asked"), [("2.0", True), ("2.0", False), ("3.0", True), ("3.0", False), SOURCES])
 def test_jacobians_of_two_masses_on_a_shaft_follow_from_newtons_law(
-    fmi_version: str, asked: bool, tmp_path: Path
+    box: str, asked: bool, fmus: dict[str, Path]
 ) -> None:
     """J1 w1' = u - k (p1 - p2) - d (w1 - w2), J2 w2' = k (p1 - p2) + d (w1 - w2); states p1, p2, w1, w2; outputs p1, p2."""
-    fmu = FmuFile(build_fmu(find_modelica_model("two-mass").compile(), tmp_path / "box.fmu", fmi_version=fmi_version))
+    fmu = FmuFile(fmus[box])
     assert fmu.description.directional
     if not asked:
         object.__setattr__(fmu.description, "directional", False)

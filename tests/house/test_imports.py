@@ -85,15 +85,16 @@ def _imports() -> frozenset[tuple[str, str]]:
     return frozenset(found)
 
 
-def _named(file: Path) -> set[str]:
+@cache
+def _named(file: Path) -> frozenset[str]:
     """Modules of ours that a file imports: on top, in functions, and for types alone."""
-    found = set()
+    found: set[str] = set()
     for node in ast.walk(ast.parse(file.read_text())):
         names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
         if isinstance(node, ast.ImportFrom) and node.module:
             names += [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
         found |= {name for name in names if name.split(".")[0] in PACKAGES}
-    return found
+    return frozenset(found)
 
 
 def _module(file: Path) -> str:

@@ -24,9 +24,16 @@ CASE = three_trials({"F": "N", "x": "m"}, "abc")
 
 
 def recorded(
-    folder: Path, force: Callable[[float, float, float], float], *, noise: float = 2e-5, seed: int = 0, n: int = 400
+    folder: Path,
+    force: Callable[[float, float, float], float],
+    *,
+    push: Callable[[float, float], float] = lambda t, net: 0.0,
+    noise: float = 2e-5,
+    seed: int = 0,
+    n: int = 400,
 ) -> ModelicaModel:
-    """Write three trials of the mass with a further force of time, position and speed; its model without that force."""
+    """Write three trials of the mass with a further force of time, position and speed, and a `push` of time and all else that
+    pushes; its model without them."""
     random = np.random.default_rng(seed)
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "Mass.mo").write_text(MODEL)
@@ -37,7 +44,8 @@ def recorded(
         pushed = sum(3.0 * np.sin(2 * np.pi * f * time + p) for f, p in waves)
 
         def rates(t: float, y: np.ndarray, pushed: np.ndarray = pushed) -> list[float]:
-            return [y[1], (np.interp(t, time, pushed) - 30.0 * y[0] + force(t, y[0], y[1])) / 2.0]
+            net = float(np.interp(t, time, pushed)) - 30.0 * y[0]
+            return [y[1], (net + force(t, y[0], y[1]) + push(t, net)) / 2.0]
 
         run = solve_ivp(rates, (0, time[-1]), [0.0, 0.0], t_eval=time, rtol=1e-8, atol=1e-10, max_step=0.01)
         rows = np.column_stack([time, pushed, run.y[0] + noise * random.standard_normal(n)])

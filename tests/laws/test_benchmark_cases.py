@@ -21,7 +21,10 @@ def test_sixty_effects_hide_in_the_plants_and_one_null_in_each() -> None:
 
 
 def test_every_simplest_form_is_a_sum_of_terms_of_the_vocabulary() -> None:
-    places = [Place(kind, "x", "N", units=UNITS, scales=dict.fromkeys(UNITS, 1.0)) for kind in ("motion", "storage")]
+    places = [
+        Place(kind, "x", "N", units=UNITS, scales=dict.fromkeys(UNITS, 1.0), storage=1.0)
+        for kind in ("motion", "storage")
+    ]
     known = [{term.id for term in terms_at(place, ["of_u", "of_i"])} for place in places]
     for case in CASES:
         for terms in case.simplest:

@@ -75,6 +75,19 @@ def test_the_class_of_a_law_compiles_and_marks_what_is_extrapolated(braked: tupl
     assert "extrapolated" in Path(law.picture).read_text() or Path(law.picture).stat().st_size > 5000
 
 
+@pytest.mark.slow
+def test_a_load_that_is_picked_up_is_found_in_kg_and_added_to_the_equation(tmp_path: Path) -> None:
+    # m*a = F - k*x with m = 2 kg, and 2.8 kg from t = 2.5 s on, as a force on the 2 kg.
+    recorded(tmp_path, lambda t, x, v: 0.0, push=lambda t, net: -0.8 / 2.8 * net * (t > 2.5), seed=4)
+    law = _found(tmp_path, laws=True).laws[0]
+    assert law.formula.startswith("-k*der(v)*(0.5 + 0.5*tanh(") and law.parameters["k"].unit == "N.s2/m"
+    assert law.parameters["k"].value == pytest.approx(0.8, rel=0.01)
+    assert law.parameters["tFrom"].value == pytest.approx(2.5, abs=0.02)
+    better = Model(f"{tmp_path / 'Mass.mo'}:Mass").add(law)
+    after = better.compare(str(tmp_path), workers=1).held_out
+    assert after is not None and after.over_floor < 1.5
+
+
 @pytest.mark.parametrize("seed", [1, 2])
 def test_noise_gives_no_formula_even_if_one_is_asked_for(tmp_path: Path, seed: int) -> None:
     recorded(tmp_path, lambda t, x, v: 0.0, seed=seed)

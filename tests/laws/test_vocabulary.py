@@ -1,5 +1,6 @@
 """Every term of the vocabulary: its text can be evaluated, its gain has a unit, and the slopes of its force are the filter's."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,7 @@ from oscillator import recorded
 
 from orchestrator.greybox.diagnose import decided
 from orchestrator.greybox.evidence import case_of
+from orchestrator.greybox.expression import evaluate_numbers
 from orchestrator.greybox.memory import force, remembered
 from orchestrator.greybox.places import Place
 from orchestrator.greybox.search import fit_set
@@ -38,11 +40,25 @@ SPEED = Place(
 )
 
 
-@pytest.mark.parametrize("place", [MOTION, SPEED, STORE], ids=["motion", "speed alone", "storage"])
+BASE = Place(
+    "motion",
+    "x-u",
+    "N",
+    {"q": "(x - u)", "t": "time", "of_u": "u"},
+    {},
+    *({name: d[name] for name in UNITS if name != "speed"} for d in (UNITS, SCALES)),
+    (0.0, 1.0),
+)
+HEAVY = replace(MOTION, storage=2.0)
+
+
+@pytest.mark.parametrize(
+    "place", [MOTION, SPEED, STORE, BASE, HEAVY], ids=["motion", "speed alone", "storage", "base", "known mass"]
+)
 def test_every_term_is_a_number_for_every_state_and_each_constant_has_a_unit(place: Place) -> None:
     time = np.linspace(0.0, 1.0, 20)
     wave = np.sin(9 * time)
-    coordinates = dict.fromkeys(place.coordinates, wave) | {"t": time}
+    coordinates = dict.fromkeys([*place.coordinates, "net"], wave) | {"t": time, "storage": np.full(20, 2.0)}
     for term in terms_at(place, further_of(place)):
         law = law_of([term], place)
         for candidate in variants(law, place):
@@ -55,6 +71,31 @@ def test_the_unit_of_a_gain_makes_a_force_of_its_term() -> None:
     law = law_of([Term(drag, warmth)], MOTION)
     assert law.expression == "-k*v*abs(v)*z"
     assert law.parameters[0].unit(UNITS) == "N.s4/m4"
+
+
+def test_a_mass_that_is_picked_up_shares_all_that_pushes_with_the_own_mass() -> None:
+    viscous, load, after = factors("speed")[0], factors("inertia")[0], factors("by_time")[0]
+    law = law_of([Term(viscous), Term(load, after)], HEAVY)
+    at = {"k1": 0.7, "k2": 0.5, "v": 3.0, "t": 4.0, "tFrom2": 1.0, "tWidth2": 0.1, "net": 11.0, "storage": 2.0}
+    rate = (at["net"] + evaluate_numbers(law.expression, at)) / at["storage"]
+    assert rate == pytest.approx((11.0 - 0.7 * 3.0) / (2.0 + 0.5))
+    assert law.written == "-k1*v - k2*der(v)*(0.5 + 0.5*tanh((t - tFrom2)/tWidth2))"
+    assert next(p for p in law.parameters if p.name == "k2").unit(UNITS) == "N.s2/m"
+
+
+def test_two_losses_that_fade_alike_have_one_time_constant() -> None:
+    loss, cube, fading = (
+        factors("state")[0],
+        factors("state")[2],
+        next(f for f in factors("by_time") if f.id == "fading"),
+    )
+    terms = [Term(loss, fading), Term(cube, fading)]
+    apart, shared = law_of(terms, STORE), law_of(terms, STORE, shared=True)
+    assert [p.name for p in apart.parameters] == ["k1", "T1", "k2", "T2"]
+    assert [p.name for p in shared.parameters] == ["k1", "T", "k2"]
+    at = {"k1": 2.0, "k2": 3.0, "x": 4.0, "t": 1.0}
+    both = [evaluate_numbers(law.expression, at | dict.fromkeys(("T", "T1", "T2"), 5.0)) for law in (apart, shared)]
+    assert both[0] == both[1] == pytest.approx(-(2.0 * 4.0 + 3.0 * 64.0) * np.exp(-0.2))
 
 
 def test_a_memory_with_constant_input_rises_as_the_exponential_does() -> None:

@@ -25,6 +25,7 @@ def law(formula: str, slope: float) -> dict[str, Any]:
         "parameters": {"k": {"value": slope, "unit": "N.s/m", "ci90": [slope, slope]}},
         "held_out_before": {"x": 1.0},
         "held_out_after": {"x": 0.1},
+        "held_out_units": {"x": "mm"},
         "separated_by": "faster motion separates them",
         "curve": curve,
     }
@@ -51,6 +52,7 @@ def test_each_proposed_formula_has_its_curve_with_the_law_through_it() -> None:
     found = page([law("-k*v<", 2.0), law("-k*v^3", 3.0)])
     assert found.count("with the fitted law as a line") == 2
     assert "-k*v&lt;" in found
+    assert "x 1 -&gt; 0.1 mm" in found
     assert "-k*v^3" in found
     assert "cannot tell it from -k*v^3" in found
 

@@ -34,6 +34,11 @@ class Reading(NamedTuple):
 def pack_reading(group: Group, values: Sequence[float], status: Status | None = None) -> bytes:
     """Data (6 bytes, 7 with a status) of a reading; `group` tells whether it is a force, torque or acceleration.
 
+    Args:
+        group: what is read.
+        values: three, in N, N.m or m/s2.
+        status: of the sensor, if it is sent along.
+
     Raises:
         ValueRangeError: if a value is outside what the sensor can say, or not finite.
 

@@ -30,6 +30,12 @@ class Heading:
 def description(planned: PlannedSystem, variables: Sequence[Exposed], heading: Heading, version: int) -> bytes:
     """modelDescription.xml; the value reference of a variable is its place in the list.
 
+    Args:
+        planned: the system, with the order of its calls.
+        variables: what the container shows.
+        heading: name, identifier and dates.
+        version: 2 or 3, of FMI.
+
     Raises:
         MisfitError: if two components mean different things by the name of an enumeration's unit.
     """
@@ -180,15 +186,15 @@ def _attributes(variable: Exposed, reference: int) -> dict[str, str]:
     if port.description:
         attributes["description"] = plain_text(port.description)
     attributes |= {"causality": port.causality, "variability": variability}
-    if port.causality == "parameter" or (port.causality == "output" and has_own_start(variable)):
+    if port.causality == "parameter" or has_own_start(variable):
         attributes["initial"] = port.initial or "exact"
     return attributes
 
 
 def has_own_start(variable: Exposed) -> bool:
-    """Whether an output begins at a value that can be set."""
+    """Whether an output or a state begins at a value that can be set."""
     return (
-        variable.port.causality == "output"
+        variable.port.causality in ("output", "local")
         and variable.start is not None
         and variable.port.initial in ("exact", "approx")
     )

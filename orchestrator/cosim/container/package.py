@@ -27,7 +27,16 @@ _NO_GUID = "{00000000-0000-0000-0000-000000000000}"
 def build_container(
     model: Path, folder: Path, platforms: Sequence[Platform] = ()
 ) -> tuple[list[Path], tuple[str, ...]]:
-    """Write NAME.fmu (FMI 2.0) and NAME.fmi3.fmu (FMI 3.0) of a system file (TOML, SSD or SSP); see `container_of`."""
+    """Write NAME.fmu (FMI 2.0) and NAME.fmi3.fmu (FMI 3.0) of a system file (TOML, SSD or SSP); see `container_of`.
+
+    Args:
+        model: the system file.
+        folder: where to write.
+        platforms: platforms beside this machine's that it gets libraries for.
+
+    Returns:
+        The files, and notes on what the container cannot do.
+    """
     return container_of(load_system(model), model.stem, folder, platforms)
 
 

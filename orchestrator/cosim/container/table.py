@@ -21,7 +21,13 @@ from orchestrator.cosim.wiring import Link, Slot
 def linear_data(
     controller: LinearController, size: float, array: Callable[[str, Iterable[Any]], str]
 ) -> dict[str, Any]:
-    """The fields of `LinearData`; `array` writes numbers down and gives their name, `size` s is the step to be prepared."""
+    """The fields of `LinearData`; `array` writes numbers down and gives their name, `size` s is the step to be prepared.
+
+    Args:
+        controller: the controller.
+        size: step in s that is prepared for.
+        array: writes numbers of a C type down and gives their name.
+    """
     a, b, c, d = controller.matrices
     fields: dict[str, Any] = {"n": a.shape[0], "m": b.shape[1], "p": c.shape[0]}
     fields |= {name: array("double", np.ravel(matrix)) for name, matrix in zip("abcd", (a, b, c, d), strict=True)}
@@ -40,7 +46,13 @@ _OPERATIONS = {Get: "OP_READ", Set: "OP_WRITE", Step: "OP_STEP", Solve: "OP_SOLV
 
 
 def table_code(planned: PlannedSystem, variables: Sequence[Exposed], guid: str) -> str:
-    """The text of system.c."""
+    """The text of system.c.
+
+    Args:
+        planned: the system, with the order of its calls.
+        variables: what the container shows.
+        guid: the container's identifier.
+    """
     return _Table(planned, variables).code(guid)
 
 

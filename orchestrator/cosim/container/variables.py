@@ -1,4 +1,4 @@
-"""What importers see of a container: open inputs, the inputs and outputs of the system, all outputs and parameters inside."""
+"""What importers see of a container: open inputs, the inputs and outputs of the system, all outputs, parameters and settable states inside."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -111,11 +111,13 @@ class _Exposing:
                 )
 
     def of_components(self) -> Iterator[Exposed]:
-        """Open inputs, outputs and parameters of components, as `component.variable`."""
+        """Open inputs, outputs, parameters and states whose start can be set, of components, as `component.variable`."""
         for name, part in self.planned.parts.items():
             starts = self.wiring.starts.get(name, {})
+            states = getattr(part.described, "state_names", ())
             for port in part.described.ports:
-                if port.causality not in ("input", "output", "parameter"):
+                begins = port.causality == "local" and port.initial == "exact" and port.name in states
+                if port.causality not in ("input", "output", "parameter") and not begins:
                     continue
                 slot = self.wiring.by_address.get((name, port.name))
                 own = slot.port if slot is not None else port

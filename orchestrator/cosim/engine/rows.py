@@ -29,7 +29,13 @@ def can_carry(slot: Slot) -> bool:
 
 
 def why_in_python(operation: Operation, instances: Mapping[str, Instance], not_finite: NotFinite | None = None) -> str:
-    """What keeps an operation from C, as a name of what it is; empty where nothing does."""
+    """What keeps an operation from C, as a name of what it is; empty where nothing does.
+
+    Args:
+        operation: the operation.
+        instances: FMUs that can be called from C, by component.
+        not_finite: which values need not be finite.
+    """
     if not_finite is not None and not_finite.policies:
         lenient = [slot for slot in getattr(operation, "slots", ()) if not_finite.concerns(slot)]
         if lenient:

@@ -24,6 +24,13 @@ def instantiate(
 ) -> Instance:
     """Instantiate an FMU, as the `kind` of instance that its version has, or another one.
 
+    Args:
+        name: what messages call it.
+        description: what the FMU says of itself.
+        interface: the way it is run.
+        early_return: whether a step may end before it is over.
+        kind: class of the instance; None for that of the FMU's version.
+
     Raises:
         ComponentError: if it refuses, or if it may only be there once in a process and already is.
     """

@@ -88,24 +88,24 @@ class FmuDescription:
 
     @cached_property
     def feedthrough(self) -> Mapping[str, Sequence[str]]:
-        """For each output with declared dependencies the inputs among them."""
-        inputs = {port.name for port in self.ports if port.causality == "input"}
-        return {
-            unknown.name: tuple(name for name in unknown.dependencies if name in inputs)
-            for unknown in self.outputs
-            if unknown.dependencies is not None
-        }
+        """For each output with declared dependencies the inputs among them; a state that is read follows none at once."""
+        return {**dict.fromkeys(self.state_names, ()), **self._declared(self.outputs)}
 
     @cached_property
     def initial_feedthrough(self) -> Mapping[str, Sequence[str]]:
-        """The same during initialisation, where it is declared apart."""
+        """The same during initialisation, where it is declared apart; a state's start may be computed from inputs."""
+        given = {
+            name: () for name in self.state_names if name in self.by_name and self.by_name[name][0].initial == "exact"
+        }
+        return {**given, **self._declared(self.outputs), **self._declared(self.initial_unknowns)}
+
+    def _declared(self, unknowns: Sequence[Dependent]) -> Mapping[str, Sequence[str]]:
         inputs = {port.name for port in self.ports if port.causality == "input"}
-        declared = {
+        return {
             unknown.name: tuple(name for name in unknown.dependencies if name in inputs)
-            for unknown in self.initial_unknowns
+            for unknown in unknowns
             if unknown.dependencies is not None
         }
-        return {**self.feedthrough, **declared}
 
     def interface(self, kind: str | None = None) -> Interface:
         """The wanted interface, or co-simulation where there is a choice, then model exchange.

@@ -88,7 +88,20 @@ class Instance(ABC):
 
     def call(self, name: str, *arguments: Any, what: Callable[[], str] | None = None, allowed: int = WARNING) -> int:
         """Call a function of the instance; `what` gives the words behind its name in an error, `allowed` is the worst
-        status."""
+        status.
+
+        Args:
+            name: name of the function, without `fmi2` or `fmi3`.
+            arguments: behind the instance itself.
+            what: gives the words behind the name in an error.
+            allowed: the worst status that is none.
+
+        Returns:
+            The status.
+
+        Raises:
+            ComponentError: for a worse one.
+        """
         if self._dead:
             raise ComponentError(
                 f"FMU '{self.name}' cannot be used any more at t = {self.time:.9g} s: it failed fatally before"
@@ -109,7 +122,13 @@ class Instance(ABC):
         self._dead = self._dead or status == FATAL
 
     def refused_step(self, status: int, time: float, size: float) -> ComponentError:
-        """The error for a step that failed."""
+        """The error for a step that failed.
+
+        Args:
+            status: what the FMU returned.
+            time: beginning of the step, in s.
+            size: of the step, in s.
+        """
         self.fail(status)
         return ComponentError(
             self._words(
@@ -124,7 +143,14 @@ class Instance(ABC):
         return self._words(f"refused {what} at t = {self.time:.9g} s: status {_status(status)}")
 
     def refused_values(self, verb: str, names: Sequence[str], values: Sequence[Any], status: int) -> str:
-        """The message for a read or write of variables of one type that failed elsewhere, in C."""
+        """The message for a read or write of variables of one type that failed elsewhere, in C.
+
+        Args:
+            verb: "Get" or "Set".
+            names: variables of one type.
+            values: what they were to be set to.
+            status: what the FMU returned.
+        """
         access = self.access(names)[0][0]
         of = named(access, values if verb == "Set" else None)
         function = f"{self.prefix}{verb}{self.kinds[access.kind][0]}"
@@ -132,6 +158,11 @@ class Instance(ABC):
 
     def ended_early(self, status: int, time: float, size: float) -> StepEnd:
         """What it means that a step was discarded.
+
+        Args:
+            status: what the FMU returned.
+            time: beginning of the step, in s.
+            size: of the step, in s.
 
         Raises:
             ComponentError: if it means that the FMU cannot do it.
@@ -172,7 +203,13 @@ class Instance(ABC):
         return tuple(part if isinstance(part, int) else int(self.structure[part]) for part in sizes)
 
     def begin(self, time: float, stop: float | None, tolerance: float | None) -> None:
-        """Enter initialisation."""
+        """Enter initialisation.
+
+        Args:
+            time: beginning of the run, in s.
+            stop: its end, in s, if it is known.
+            tolerance: relative tolerance, if there is one.
+        """
         self.time = time
         self._begin(time, stop, tolerance)
 
@@ -206,14 +243,38 @@ class Instance(ABC):
             self.function(self._state("Free"))(self.component, ctypes.byref(state))
 
     def directional(self, unknowns: Sequence[str], knowns: Sequence[str], seed: Sequence[float]) -> list[float]:
-        """Directional derivative of scalar unknowns by scalar knowns, in a direction."""
-        rows, columns = (
-            (ctypes.c_uint32 * len(names))(*(self.description.by_name[name][1] for name in names))
-            for names in (unknowns, knowns)
-        )
+        """Directional derivative of scalar unknowns by scalar knowns, in a direction.
+
+        Args:
+            unknowns: names of n outputs or derivatives.
+            knowns: names of m inputs or states.
+            seed: the direction, (m,), in their units.
+
+        Returns:
+            The change of each unknown, (n,), in its unit.
+        """
+        rows, columns = ([self.description.by_name[name][1] for name in names] for names in (unknowns, knowns))
+        return self.directional_by_reference(rows, columns, seed)
+
+    def directional_by_reference(
+        self, unknowns: Sequence[int], knowns: Sequence[int], seed: Sequence[float]
+    ) -> list[float]:
+        """The same for variables by their value references.
+
+        Args:
+            unknowns: value references of n outputs or derivatives.
+            knowns: value references of m inputs or states.
+            seed: the direction, (m,), in their units.
+        """
+        rows, columns = ((ctypes.c_uint32 * len(part))(*part) for part in (unknowns, knowns))
         result = (Double * len(unknowns))()
         self._directional(rows, columns, (Double * len(seed))(*seed), result)
         return list(result)
+
+    def reset(self) -> None:
+        """Go back to what the instance was when it was made."""
+        self.call("Reset")
+        self._running = self._failed = False
 
     @abstractmethod
     def _instantiate(self) -> int | None: ...

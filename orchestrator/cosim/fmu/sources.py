@@ -12,6 +12,11 @@ from orchestrator.cosim.fmu.description import FmuDescription, Interface
 def compile_sources(description: FmuDescription, interface: Interface, folder: Path) -> Path:
     """Compile the sources of an unpacked FMU into a shared library.
 
+    Args:
+        description: what the FMU says of itself.
+        interface: the way it is run, with its sources.
+        folder: where the FMU lies unpacked.
+
     Raises:
         FmuError: without a compiler, for sources that are not C, beyond limits of time and memory, or with the compiler's
             first error.

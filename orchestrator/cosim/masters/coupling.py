@@ -87,7 +87,14 @@ class Coupling:
         return True
 
     def carry_out_one(self, operation: Operation, k: int, start: float, size: float) -> bool:
-        """Carry out an operation of step `k`; whether the run goes on."""
+        """Carry out an operation of step `k`; whether the run goes on.
+
+        Args:
+            operation: the operation.
+            k: number of the step, from 0; -1 for before the first one.
+            start: beginning of the run, in s.
+            size: of the step, in s.
+        """
         time = self.not_past_stop(start + (k + 1) * size, size)
         if isinstance(operation, Get):
             self.get(operation, time)
@@ -147,7 +154,14 @@ class Coupling:
         component.set(self._named(operation), [self.fetch(slot) for slot in operation.slots])
 
     def step(self, operation: Step, k: int, start: float, size: float) -> bool:
-        """Let a component advance if it is its turn; whether the run goes on."""
+        """Let a component advance if it is its turn; whether the run goes on.
+
+        Args:
+            operation: the operation.
+            k: number of the step, from 0.
+            start: beginning of the run, in s.
+            size: of the step, in s.
+        """
         if (k + 1) % operation.every != 0:
             return True
         # A component with longer steps of its own is late rather than ahead: it steps when the others have arrived.
@@ -158,7 +172,13 @@ class Coupling:
         return all(self._advance(operation.component, one, other - one) for one, other in pairwise(points))
 
     def finish_step(self, component: str, end: StepEnd, planned: float) -> bool:
-        """Go on where a step ended early; whether the run goes on."""
+        """Go on where a step ended early; whether the run goes on.
+
+        Args:
+            component: its name.
+            end: where it got to.
+            planned: where it was to go, in s.
+        """
         for _ in range(_MOST_PARTS):
             left = planned - end.time
             arrived = left <= 1e-9 * max(1.0, abs(planned))

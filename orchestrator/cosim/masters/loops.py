@@ -22,6 +22,11 @@ def solve_loop(coupling: Carrying, operation: Solve, time: float) -> None:
     With x the values of the torn inputs and g(x) what comes back around the loop, x is moved by (1 - g')^-1 (g(x) - x).
     For a linear loop the first move arrives but for rounding.
 
+    Args:
+        coupling: the components and their values.
+        operation: the loop.
+        time: in s, for messages.
+
     Raises:
         ComponentError: if there is no solution (1 - g' is singular) or none is found; the loop and its gain are named.
     """

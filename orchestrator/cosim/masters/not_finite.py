@@ -28,7 +28,15 @@ def fits(value: Any, low: float, high: float) -> bool:
 
 
 def outside(slot: Slot, element: int, value: Any, time: float, last_good: float) -> ComponentError:
-    """The error for a value that does not fit."""
+    """The error for a value that does not fit.
+
+    Args:
+        slot: the port.
+        element: number of the element, from 0.
+        value: what it was.
+        time: in s.
+        last_good: last time at which all values fitted, in s.
+    """
     port = slot.port
     name = f"{slot.component}.{port.elements[element]}"
     unit = after_number(port.unit)

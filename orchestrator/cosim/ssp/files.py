@@ -45,6 +45,12 @@ def unpacked(path: Path) -> Path:
 def located(uri: str, beside: Path, root: Path, where: str) -> tuple[Path, str]:
     """File and fragment that a relative URI names, seen from the file `beside`; backslashes of Windows are slashes.
 
+    Args:
+        uri: relative; backslashes count as slashes.
+        beside: the file that it stands in.
+        root: the folder that nothing may lead out of.
+        where: file and element, for messages.
+
     Raises:
         MisfitError: if the URI has a scheme, leads out of `root`, or names no file.
     """
@@ -75,6 +81,11 @@ NAMESPACES = {
 
 def parse(content: bytes, path: Path, tag: str) -> ET.Element:
     """Parse a file whose outermost element has to be `tag`, such as `ssd:SystemStructureDescription`.
+
+    Args:
+        content: of the file.
+        path: of the file, for messages.
+        tag: with its prefix.
 
     Raises:
         MisfitError: if it is no well-formed XML, has a DOCTYPE, or holds something else.
@@ -129,6 +140,11 @@ def children(element: ET.Element | None, path: str) -> Iterator[ET.Element]:
 def required(element: ET.Element, attribute: str, where: str) -> str:
     """An attribute that has to be there.
 
+    Args:
+        element: the element.
+        attribute: name of the attribute.
+        where: file and element, for messages.
+
     Raises:
         MisfitError: if it is not.
     """
@@ -140,6 +156,12 @@ def required(element: ET.Element, attribute: str, where: str) -> str:
 
 def number(element: ET.Element, attribute: str, default: float | None, where: str) -> float | None:
     """An attribute that is a number, or the default.
+
+    Args:
+        element: the element.
+        attribute: name of the attribute.
+        default: what it is where it is left out.
+        where: file and element, for messages.
 
     Raises:
         MisfitError: if it is none.
@@ -171,7 +193,13 @@ def local(element: ET.Element) -> str:
 
 
 def units(root: ET.Element, prefix: str, where: str) -> Mapping[str, SiUnit]:
-    """Unit definitions of a file; `prefix` is its namespace."""
+    """Unit definitions of a file; `prefix` is its namespace.
+
+    Args:
+        root: the outermost element.
+        prefix: of the namespace that the definitions have in this kind of file.
+        where: file and element, for messages.
+    """
     found = {}
     for unit in children(root, f"{prefix}:Units/ssc:Unit"):
         base = unit.find("ssc:BaseUnit", NAMESPACES)

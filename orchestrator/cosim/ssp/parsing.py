@@ -56,6 +56,11 @@ def parameter_set(root: ET.Element, where: str) -> dict[str, Value]:
 def mapped(values: Mapping[str, Value], mapping: ET.Element | None, where: str) -> dict[str, Value]:
     """Values under the names of an `ssm:ParameterMapping`, without those that it does not name; all without a mapping.
 
+    Args:
+        values: values by name.
+        mapping: the mapping, None for none.
+        where: file and element, for messages.
+
     Raises:
         MisfitError: if a transformation does not fit a value.
     """
@@ -97,6 +102,11 @@ def transformation(element: ET.Element, where: str) -> Transformation:
 
 def transformed(value: Value, by: Transformation, what: str) -> Value:
     """Apply a transformation to a value.
+
+    Args:
+        value: the value.
+        by: a factor and an offset, or pairs of values.
+        what: the value in words, for messages.
 
     Raises:
         MisfitError: if it is linear and the value has a unit: the standard wants the conversion to the unit of the target
@@ -154,6 +164,11 @@ _DEEPEST = 50
 
 def parse_structure(path: Path, root: Path, depth: int = 0) -> Part:
     """Read an SSD below the folder `root`, and the structures that its components name.
+
+    Args:
+        path: the SSD.
+        root: the folder that nothing may lead out of.
+        depth: how many structures it is nested in.
 
     Raises:
         MisfitError: if a file is missing, unsafe or not what SSP says; the message names file and element.

@@ -143,7 +143,14 @@ def flatten(root: Part) -> Flat:
 
 
 def inside(root: Part, flat: Flat, system: Place, connector: str) -> Iterator[Way]:
-    """Ways from a system's connector to the variables of components that it stands for, parameters included."""
+    """Ways from a system's connector to the variables of components that it stands for, parameters included.
+
+    Args:
+        root: the outermost structure.
+        flat: its components and systems.
+        system: place of the system.
+        connector: name of its connector.
+    """
     part = flat.systems.get(system)
     for wire in () if part is None else part.wires:
         for own, other in ((wire.start, wire.end), (wire.end, wire.start)):

@@ -91,6 +91,11 @@ def cases_of(
 ) -> list[Case]:
     """Every combination; what was named first changes slowest.
 
+    Args:
+        values: values, as text, of each variable.
+        seeds: seeds of each combination.
+        fmus: files that a component may have, by component.
+
     Raises:
         MisfitError: if there are more than a million.
 
@@ -188,7 +193,14 @@ class _WithCase:
 
 
 def run_case(system: System, case: Case, options: RunOptions, target: Path) -> Done:
-    """Run a case into a file; a failure of the model is part of the answer."""
+    """Run a case into a file; a failure of the model is part of the answer.
+
+    Args:
+        system: the system.
+        case: what is different.
+        options: of the run.
+        target: the result file, whose ending says its format.
+    """
     began = time.perf_counter()
     summary = SummaryRecorder(_WithCase(recorder_for(target), case))
     end, failure = float("nan"), ""
@@ -201,7 +213,14 @@ def run_case(system: System, case: Case, options: RunOptions, target: Path) -> D
 
 
 def run_here(system: System, case: Case, options: RunOptions, folder: Path) -> Done:
-    """Run a case into the folder of a data set; its file appears there when it is complete."""
+    """Run a case into the folder of a data set; its file appears there when it is complete.
+
+    Args:
+        system: the system.
+        case: what is different.
+        options: of the run.
+        folder: of the data set.
+    """
     working = folder / "_working" / f"{case.number:06d}.parquet"
     done = run_case(system, case, options, working)
     if working.exists():
@@ -212,7 +231,17 @@ def run_here(system: System, case: Case, options: RunOptions, folder: Path) -> D
 
 
 def run_there(system: System, files: Mapping[str, bytes], case: Case, options: RunOptions) -> tuple[Done, bytes | None]:
-    """Run a case on a machine that has the FMUs in a message only; gives the result file back."""
+    """Run a case on a machine that has the FMUs in a message only; gives the result file back.
+
+    Args:
+        system: the system.
+        files: the FMUs by name.
+        case: what is different.
+        options: of the run.
+
+    Returns:
+        How it ended, and the result file; None if there is none.
+    """
     folder = cache_folder("cluster")
     for name, content in files.items():
         if not (folder / name).exists():

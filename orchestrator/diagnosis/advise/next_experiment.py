@@ -134,6 +134,11 @@ def plan(explanations: Sequence[Explanation], learning: LearningData, scale: flo
     simulated, are left out. All explanations of a machine that only rested rank the experiments to first order, those
     that are told apart worst are refitted.
 
+    Args:
+        explanations: the models to tell apart, with their parameters, the likeliest first.
+        learning: the trials learned from, which say how far inputs and outputs went.
+        scale: power of the noise in the metric.
+
     Returns:
         None for fewer than two explanations, or if no experiment can be simulated.
     """

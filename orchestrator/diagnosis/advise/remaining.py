@@ -28,6 +28,17 @@ def remaining(
     of the best set and more, with as much of that as would matter. Without (the data show no effect, or too little):
     the model as given, and effects that would not show (`unseen`) at their typical sizes, else the sets that fit best
     with each of their effects at least of the size that matters.
+
+    Args:
+        best: the best set, None if there is none.
+        refitted: all fitted sets.
+        confusable: groups of ids that the data cannot tell apart, each led by the named one.
+        nominal: the model as given.
+        learning: the trials learned from.
+        unseen: effects that this record would not show, each a set of its own.
+
+    Returns:
+        The explanations, the best set or the model as given first; none if that has no start values.
     """
     others = {name for group in confusable for name in group[1:]}
     if best is not None and others:

@@ -75,9 +75,3 @@ FEWEST_EVALUATIONS = 40
 
 # An explanation that imitates another one may change its parameters by so many times their size.
 FARTHEST = 10.0
-# So many points of a variable's range are looked at, from the range recorded to that share of it beyond (`BEYOND`).
-POINTS = 13
-# Forces that differ by less than this share of the larger one, wherever they are, are alike.
-ALIKE_FORCES = 0.1
-# Of the points at which two forces differ by this share of the most, the one nearest to the record is proposed.
-NEARLY = 0.9

@@ -25,6 +25,14 @@ def unexplained_forces(nominal: SymbolicModel, best: Refit | None, learning: Lea
 
     Coordinates are positions, speeds, inputs, time, and states that are not measured (an activation, say). A model without
     a residual in its equations, such as an FMU, gives what the signal itself is off by in free runs.
+
+    Args:
+        nominal: the model as given, with the signals that are measured.
+        best: the best set, fitted; None for none.
+        learning: the trials to look along.
+
+    Returns:
+        Forces in the unit of each balance; none if the residual cannot be simulated.
     """
     model, values = (nominal, np.zeros(0)) if best is None else (best.effects.model, best.values)
     try:
@@ -69,6 +77,12 @@ def with_law(
     """The rows of `where_forces_lack` with the mean force that a fitted set of effects supplies in each bin (`law`).
 
     It is the force that is missing without the effects less the one that is missing with them. FMUs are left as they are.
+
+    Args:
+        rows: the maps, a row for each bin.
+        nominal: the model as given, with the signals that are measured.
+        best: the set that was named, fitted; None leaves the rows as they are.
+        learning: the trials that the maps were drawn from.
     """
     if best is None or nominal.residual is None:
         return tuple(rows)

@@ -50,6 +50,17 @@ def rivals(
     be, that alone counts: a fit of it is but the nearest of several minima. Where a rest that acts next to rest only
     follows the trials better, the simpler law is preferred if it leaves no more than a right set may of what is
     `missing`, the mean square without effects.
+
+    Args:
+        best: the best set, fitted.
+        tried: all fitted sets.
+        scale: power of the noise in the metric.
+        room_for: odds, against the best set, of a set with a law that holds one of the best: given that set, the simpler
+            law and the larger one; None where only the fit counts.
+        missing: mean square of the errors without effects, in the metric.
+
+    Returns:
+        One rival for each pair of effects, the likeliest first.
     """
     found: dict[tuple[str, str], Rival] = {}
     own = {c.label: c for c in best.effects.candidates}
@@ -95,7 +106,13 @@ def _only_hinders_creeping(
 
 def least_odds(best: Refit, tried: Sequence[Refit], like: Sequence[Rival]) -> dict[frozenset[str], float]:
     """Odds of the best set against sets with a law in place of a simpler one that it holds, whatever more those
-    explain: those of a rival, or decisive ones, by the labels of the set."""
+    explain: those of a rival, or decisive ones, by the labels of the set.
+
+    Args:
+        best: the best set, fitted.
+        tried: all fitted sets.
+        like: rivals of the best set.
+    """
     listed, found = {rival.refit.labels: rival.odds for rival in like}, dict[frozenset[str], float]()
     for other in tried:
         gone = [c for c in best.effects.candidates if c.label not in other.labels]
@@ -107,7 +124,14 @@ def least_odds(best: Refit, tried: Sequence[Refit], like: Sequence[Rival]) -> di
 
 def disguise(best: Refit, tried: Sequence[Refit], scale: float, choices: int) -> Refit | None:
     """The likeliest set at the limit of what an effect can be, of no more effects than the best one, if beside it that is
-    hopeless: then the truth is a law that the library lacks, whatever else imitates it."""
+    hopeless: then the truth is a law that the library lacks, whatever else imitates it.
+
+    Args:
+        best: the best set, fitted.
+        tried: all fitted sets.
+        scale: power of the noise in the metric.
+        choices: number of candidates that sets are chosen from.
+    """
     pressed = [r for r in tried if len(r.ids) <= len(best.ids) and r.is_present() and r.pressed()]
     likeliest = min(pressed, key=lambda r: half_bic(r, scale, choices), default=None)
     if likeliest is None:
@@ -139,6 +163,11 @@ def half_bic(found: Refit, scale: float, choices: int) -> float:
 
     A set of k effects also pays log(number of such sets among `choices` candidates): the best of many sets fits noise
     better than one that was given (Chen and Chen, Biometrika 95, 2008, with gamma = 1).
+
+    Args:
+        found: a fitted set.
+        scale: power of the noise in the metric, 1 for noise as declared.
+        choices: number of candidates that sets are chosen from.
     """
     parameters = found.size * float(np.log(found.fit.rows))
     return 0.5 * (found.fit.misfit / scale + parameters) + log_sets(choices, len(found.ids))

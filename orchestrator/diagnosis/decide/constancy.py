@@ -75,7 +75,17 @@ def each_for_itself(columns: np.ndarray, rows: Sequence[int]) -> np.ndarray:
 
 def beyond_noise(basis: np.ndarray, error: np.ndarray, scale: float) -> tuple[float, float]:
     """What an orthonormal basis (m, k) takes off the square of an error (m,) beyond noise and its scatter, and the
-    chance that noise of power `scale` takes off as much as it does."""
+    chance that noise of power `scale` takes off as much as it does.
+
+    Args:
+        basis: orthonormal columns (m, k) in the metric.
+        error: what a fit leaves (m,) in the metric.
+        scale: power of the noise in the metric.
+
+    Returns:
+        The drop of the sum of squares beyond what noise explains at most by chance, and the p-value of the whole drop; 0 and
+        1 for no columns.
+    """
     freedom = basis.shape[1]
     if not freedom:
         return 0.0, 1.0

@@ -64,7 +64,13 @@ def _is_shown(key: tuple[str, str], powers: Mapping[tuple[str, str], float], lea
 
 
 def unseen(candidates: Sequence[Candidate], blind: Sequence[str], resting: bool = False) -> list[Candidate]:
-    """Effects to look for, one of each id: some at the first blind site, or at all of them if the machine only rested."""
+    """Effects to look for, one of each id: some at the first blind site, or at all of them if the machine only rested.
+
+    Args:
+        candidates: the effects and sites to choose from.
+        blind: sites at which the record shows no effect.
+        resting: whether no output moved.
+    """
     sites = blind if resting else blind[:1]
     there = [c for c in candidates if c.site in sites and c.card.id not in BEYOND_A_LEVEL]
     return list({c.card.id: c for c in reversed(there)}.values())[::-1][: MOST_AT_REST if resting else MOST_UNSEEN]

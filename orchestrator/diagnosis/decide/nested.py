@@ -29,6 +29,11 @@ def rest_share(found: Refit, larger: Candidate, smaller: EffectCard) -> float:
     """How large what a fitted law has beyond a simpler one may be within its 90 % interval, as a share of what they share.
 
     Of parameters of one unit; NaN if no parameter of the rest has the unit of one that both have.
+
+    Args:
+        found: a fitted set with the larger law in it.
+        larger: the law, as the candidate of that set.
+        smaller: the simpler law, which the larger one holds.
     """
     own, rest = _own(found, larger), _rest(found, larger, smaller)
     counts = rest & np.isfinite([p.meaningful for p in found.effects.card_parameters])
@@ -44,6 +49,11 @@ def at_least(found: Refit, larger: Candidate, smaller: EffectCard) -> np.ndarray
     """Values (k,) of a fitted set in which what a law has beyond a simpler one is as large as matters, if it is smaller.
 
     What hardly shows has no shape of its own, a fit may have left that anywhere: it is the card's then.
+
+    Args:
+        found: a fitted set with the larger law in it.
+        larger: the law, as the candidate of that set.
+        smaller: the simpler law, which the larger one holds.
     """
     own, rest = _own(found, larger), _rest(found, larger, smaller)
     units, away = np.array([v.unit for v in found.effects.variables]), _away(found)
@@ -59,7 +69,13 @@ def at_least(found: Refit, larger: Candidate, smaller: EffectCard) -> np.ndarray
 
 
 def rest_parts(found: Refit, larger: Candidate, smaller: EffectCard) -> tuple[np.ndarray, np.ndarray]:
-    """Places of what a law has beyond a simpler one in a set's parameters: sizes, whose unit both share, and shapes."""
+    """Places of what a law has beyond a simpler one in a set's parameters: sizes, whose unit both share, and shapes.
+
+    Args:
+        found: a fitted set with the larger law in it.
+        larger: the law, as the candidate of that set.
+        smaller: the simpler law, which the larger one holds.
+    """
     own, rest = _own(found, larger), _rest(found, larger, smaller)
     units = np.array([v.unit for v in found.effects.variables])
     sized = np.isin(units, units[own & ~rest])
@@ -68,7 +84,14 @@ def rest_parts(found: Refit, larger: Candidate, smaller: EffectCard) -> tuple[np
 
 def with_simpler(best: Refit, other: Refit, old: Candidate, by: Candidate) -> tuple[np.ndarray, np.ndarray]:
     """Values (k,) of a set with the law `by` in which that is the simpler law `old` of the best set, and nothing else; and
-    sizes (k,) of the rest that are those of the simpler law, element by element."""
+    sizes (k,) of the rest that are those of the simpler law, element by element.
+
+    Args:
+        best: the best set, with the simpler law in it.
+        other: a set with the larger law in its place, whose values are written.
+        old: the simpler law, as the candidate of the best set.
+        by: the larger law, as the candidate of the other set.
+    """
     known = {
         (best.effects.candidates[owner].label, _own_name(best, k)): best.values[k]
         for k, owner in enumerate(best.effects.owners())
@@ -91,6 +114,11 @@ def acts_near_rest_only(found: Refit, larger: Candidate, smaller: EffectCard) ->
 
     There laws of dry friction are smooth, so that machines creep which stand still: a rest that hinders creeping
     follows them better, whatever their friction.
+
+    Args:
+        found: a fitted set with the larger law in it.
+        larger: the law, as the candidate of that set.
+        smaller: the simpler law, which the larger one holds.
     """
     _, shapes = rest_parts(found, larger, smaller)
     low, high = found.effects.bounds()
@@ -99,7 +127,13 @@ def acts_near_rest_only(found: Refit, larger: Candidate, smaller: EffectCard) ->
 
 
 def unpinned(found: Refit, larger: Candidate, smaller: EffectCard) -> int:
-    """Number of parameters of the rest that the data do not pin: what could be anything lowers no misfit by chance."""
+    """Number of parameters of the rest that the data do not pin: what could be anything lowers no misfit by chance.
+
+    Args:
+        found: a fitted set with the larger law in it.
+        larger: the law, as the candidate of that set.
+        smaller: the simpler law, which the larger one holds.
+    """
     loose = ~(found.std < PINNED * np.abs(_away(found)))
     return int(np.count_nonzero(_rest(found, larger, smaller) & loose))
 

@@ -94,7 +94,13 @@ class EffectSet:
 
 
 def can_join(candidates: Sequence[Candidate], other: Candidate, slots: Sequence[str]) -> Candidate | None:
-    """Return `other` placed so that it can stand beside `candidates`: in their slot or in a free one, else None."""
+    """Return `other` placed so that it can stand beside `candidates`: in their slot or in a free one, else None.
+
+    Args:
+        candidates: effects that are in a model.
+        other: the effect to be added.
+        slots: the free slots of the model without effects.
+    """
     mates = [mate for mate in candidates if mate.card.id == other.card.id]
     if any(
         not other.element or mate.element == other.element or mate.card.class_name != other.card.class_name

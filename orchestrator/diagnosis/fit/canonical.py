@@ -42,6 +42,11 @@ def canonical(effects: EffectSet, fit: Fit, records: Sequence[Record]) -> tuple[
     """A fit of a set and its records in the form that has positive amplitudes; the misfit is the same to the last bit.
 
     What was expected of start values turns with them.
+
+    Args:
+        effects: the set.
+        fit: its fit.
+        records: the trials that it was fitted to, with what was expected of their start values.
     """
     if not oscillates(effects):
         return fit, tuple(records)

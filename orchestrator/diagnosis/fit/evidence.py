@@ -344,7 +344,16 @@ def with_nuisances(effects: EffectSet, learning: LearningData) -> SymbolicModel:
 
 
 def fit_nominal(effects: EffectSet, model: SymbolicModel, learning: LearningData) -> Refit:
-    """Fit nuisances and start values of a model without effects; `effects` is the empty set of that model."""
+    """Fit nuisances and start values of a model without effects; `effects` is the empty set of that model.
+
+    Args:
+        effects: the empty set of the model.
+        model: the model as given.
+        learning: the trials in their metrics, with the nuisances.
+
+    Raises:
+        ComponentError: if the model cannot be simulated.
+    """
     extra = learning.nuisances
     model = model.restricted(model.signals, extra.names)
     return _fit(effects, model, learning, extra.mean, extra.low, extra.high)
@@ -352,7 +361,16 @@ def fit_nominal(effects: EffectSet, model: SymbolicModel, learning: LearningData
 
 def follow(found: Refit, learning: LearningData, earlier: Fit | None = None) -> Refit:
     """The model with the values that a fit found, along other trials: only start values and clocks are fitted, from
-    those of an `earlier` fit of these trials if there is one."""
+    those of an `earlier` fit of these trials if there is one.
+
+    Args:
+        found: a fitted set.
+        learning: the trials to follow, in their metrics.
+        earlier: a fit of the same model to the same trials.
+
+    Raises:
+        ComponentError: if the model cannot be simulated.
+    """
     begun, alone, nothing = as_found(found), _without_parameters(learning), np.zeros(0)
     if earlier is None and oscillates(found.effects):
         earlier = _phased(found.effects, begun.model, alone, nothing, found.values)[1]
@@ -425,7 +443,14 @@ def with_starts(records: Sequence[Record], earlier: Fit | None) -> Sequence[Reco
 def enough_steps(
     model: SymbolicModel, records: Sequence[Record], parameters: np.ndarray, learning: LearningData
 ) -> int:
-    """Integration steps in a sample interval that are enough for every trial."""
+    """Integration steps in a sample interval that are enough for every trial.
+
+    Args:
+        model: the model.
+        records: the trials, with start values.
+        parameters: values of all parameters of the model.
+        learning: the same trials, with the noise of their outputs.
+    """
     return max(model.substeps(record, parameters, learning.trials[0].noise) for record in records)
 
 

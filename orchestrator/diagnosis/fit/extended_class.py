@@ -123,7 +123,13 @@ class ExtendedClass:
 def attachments(
     candidates: Sequence[Candidate], system: SymbolicSystem, values: Mapping[str, float]
 ) -> list[Attachment]:
-    """Effects with given values of some parameters, by full name, ready to be written; the others keep those of `system`."""
+    """Effects with given values of some parameters, by full name, ready to be written; the others keep those of `system`.
+
+    Args:
+        candidates: the effects.
+        system: the equations of the model with them.
+        values: values of parameters, in their own units, by full name such as `jointTorque1.b[2]`.
+    """
     all_parameters = {v.name: v.start or 0.0 for v in system.parameters}
     found = []
     for slot, card in _filled(candidates):

@@ -47,7 +47,13 @@ class Extensible(Protocol):
     def model(
         self, system: SymbolicSystem, signals: Sequence[str] | None = None, free: Sequence[str] = ()
     ) -> SymbolicModel:
-        """The model of a system that was made from this source: compiled equations, or runs of an FMU."""
+        """The model of a system that was made from this source: compiled equations, or runs of an FMU.
+
+        Args:
+            system: the equations.
+            signals: names of the outputs that it shows; all by default.
+            free: names of the parameters that are to be fitted.
+        """
         ...
 
     def candidates(self, system: SymbolicSystem, cards: Sequence[EffectCard]) -> tuple[list[Candidate], list[str]]:

@@ -24,7 +24,13 @@ class StartValues:
         return StartValues(tuple(state.name for state in model.system.states), fit.starts, fit.shift)
 
     def in_model(self, model: SymbolicModel, guess: np.ndarray, trials: Sequence[SmoothedTrial]) -> Fit:
-        """A fit of a model at a guess (k,), of which nothing counts but where it begins; other states begin as trials show."""
+        """A fit of a model at a guess (k,), of which nothing counts but where it begins; other states begin as trials show.
+
+        Args:
+            model: a model that may have further states, or lack some.
+            guess: its free parameters.
+            trials: the trials that the start values belong to, in the same order.
+        """
         parameters, starts = model.compiled.with_values(guess), []
         for trial, known in zip(trials, self.starts, strict=True):
             record, by_name = model.record(trial, parameters), dict(zip(self.states, known, strict=True))
@@ -34,6 +40,12 @@ class StartValues:
 
 
 def beginning_at(guess: np.ndarray, starts: Sequence[np.ndarray], shift: float = 0.0) -> Fit:
-    """A fit at a guess (k,) of which nothing counts but the start values (nx,) of each trial and the shift in s."""
+    """A fit at a guess (k,) of which nothing counts but the start values (nx,) of each trial and the shift in s.
+
+    Args:
+        guess: values of the free parameters.
+        starts: start values of each trial.
+        shift: shift of the clocks in s.
+    """
     unknown, inside = np.full(len(guess), np.inf), np.zeros(len(guess), bool)
     return Fit(guess, unknown, tuple(starts), np.inf, inside, 0, shift=shift)

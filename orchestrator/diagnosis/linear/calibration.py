@@ -43,7 +43,16 @@ class Colour:
         return max(self.level**2, slow, 1e-12)
 
     def draw(self, rows: Sequence[int], signals: int, random: np.random.Generator) -> np.ndarray:
-        """One record: trials of `rows` samples and signals each, one after the other."""
+        """One record: trials of `rows` samples and signals each, one after the other.
+
+        Args:
+            rows: numbers (samples times signals) of each trial.
+            signals: number of signals.
+            random: the source of random numbers.
+
+        Returns:
+            Noise (sum of `rows`,) in the metric.
+        """
         parts = []
         for count in rows:
             white = random.standard_normal((count // signals + 50, signals))
@@ -152,7 +161,13 @@ class Stage:
         return float((1 + np.sum(self._nulls[0] >= reached)) / (1 + NULLS))
 
     def p_of_fit(self, misfit: float, parameters: int, effects: int) -> float:
-        """Chance that noise alone lets further effects with so many parameters bring the misfit of a refit so low."""
+        """Chance that noise alone lets further effects with so many parameters bring the misfit of a refit so low.
+
+        Args:
+            misfit: sum of squares that the refit leaves, in the metric.
+            parameters: number of parameters of the further effects.
+            effects: number of further effects.
+        """
         gain = (self.tangent.base.fit.misfit - misfit) / self.colour.level**2
         return self.p_of(score(max(gain, 0.0), parameters, max(self.library.distinct, effects), effects))
 

@@ -46,7 +46,13 @@ def coverage(response: Response, candidates: Sequence[Candidate], values: Mappin
 
 
 def variables_of(candidate: Candidate, need: Need, known: Collection[str]) -> list[str]:
-    """Names of the variable of a need at one element, or at all; a pair `[i,j]` means what goes from i to j, so element i."""
+    """Names of the variable of a need at one element, or at all; a pair `[i,j]` means what goes from i to j, so element i.
+
+    Args:
+        candidate: the effect, at one element or at all.
+        need: what the effect needs to show in a record.
+        known: names of the variables of the model with the effect.
+    """
     name, own = f"{candidate.slot}.{need.variable}", re.sub(r",\d+", "", candidate.element)
     pattern = re.compile(re.escape(name) + (re.escape(own) if own else r"(\[\d+\])?"))
     return [name] if name in known else [full for full in known if pattern.fullmatch(full)]
@@ -65,6 +71,12 @@ def _judged(
 
 def measured(need: Need, limit: float, unit: str, trials: Sequence[np.ndarray]) -> tuple[str, float, float]:
     """A need in words, how much is wanted, and how much the trials (each (n,), in `unit`) have.
+
+    Args:
+        need: what an effect needs to show in a record.
+        limit: the limit that it counts by, in `unit`.
+        unit: unit of the variable.
+        trials: the variable along each trial, (n,) each.
 
     >>> measured(Need("w", "speed", "within", 0.2, 50), 0.2, "rad/s", [np.array([0.1, -0.1, 0.5])])
     ('|speed| below 0.2 rad/s for at least 50 samples', 50, 2.0)

@@ -45,7 +45,13 @@ def noise_free_motion(base: Refit, learning: LearningData, residual: np.ndarray,
 
 
 def started_like(found: Refit, other: Refit, noise_free: Refit) -> Refit:
-    """A fitted set along the noise-free inputs of another one, its start values moved as that one's are."""
+    """A fitted set along the noise-free inputs of another one, its start values moved as that one's are.
+
+    Args:
+        found: the fitted set.
+        other: the other one, along inputs as measured.
+        noise_free: the other one along its noise-free inputs.
+    """
     names = [state.name for state in other.model.system.states]
     starts = []
     for start, before, after in zip(found.fit.starts, other.fit.starts, noise_free.fit.starts, strict=True):

@@ -22,6 +22,12 @@ def metrics_of(response: Response, outputs: Sequence[Noise], inputs: Sequence[No
     model integrates its inputs, both are large and hardly differ, and by chance their difference is none.) Where the
     record of an input has gaps, what it did meanwhile is noise, too. A model that neither is a formula nor shows its
     Jacobians, such as an FMU that is stepped, takes a run for each of them, so they are few.
+
+    Args:
+        response: the model's response to small changes, along the trials.
+        outputs: noise of each output.
+        inputs: noise of each input.
+        seed: of the draws that tell what is too fast for waves.
     """
     std = np.array([noise.steady.std for noise in outputs])
     random, found = np.random.default_rng(seed), []

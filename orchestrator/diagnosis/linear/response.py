@@ -85,7 +85,13 @@ class Response:
 
     def to_input(self, trial: int, column: int, changes: np.ndarray) -> np.ndarray:
         """Change of the outputs (n, ny, k) by k small histories (n, k) of one input; each takes a run where nothing is
-        known of the model's slopes."""
+        known of the model's slopes.
+
+        Args:
+            trial: number of the trial, from 0.
+            column: number of the input, from 0.
+            changes: its histories, in its unit.
+        """
         if self.answers_inputs:
             return self._answer(trial, changes[:, None, :], [column])
         record = self.base.records[trial]

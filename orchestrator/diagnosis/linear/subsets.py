@@ -129,7 +129,14 @@ class _Extension:
 
 
 def score(gain: float, parameters: int, candidates: int, effects: int) -> float:
-    """Minus log(chance of a chi-squared drop >= `gain` with `parameters`) minus log(number of sets of `effects`)."""
+    """Minus log(chance of a chi-squared drop >= `gain` with `parameters`) minus log(number of sets of `effects`).
+
+    Args:
+        gain: drop of the sum of squares in units of the noise's power.
+        parameters: number of parameters of the set.
+        candidates: number of candidates to choose from.
+        effects: number of effects of the set.
+    """
     return -log_tail(gain, parameters) - log_sets(candidates, effects)
 
 

@@ -167,7 +167,13 @@ class Tangent:
         return np.concatenate([data, np.zeros((self.prior_rows, data.shape[1]))])
 
     def blocks(self, candidates: Sequence[Candidate], slots: Sequence[str], side_by_side: SideBySide) -> list[Block]:
-        """Blocks of all candidates that can join the effects of the model; those that cannot run have none."""
+        """Blocks of all candidates that can join the effects of the model; those that cannot run have none.
+
+        Args:
+            candidates: the effects to look at.
+            slots: the free slots of the model without effects.
+            side_by_side: does work on items, several at a time.
+        """
         inside = self.base.effects.candidates
         free = [c for c in candidates if can_join(inside, c, slots) is not None]
         groups = [list(group) for _, group in groupby(free, key=lambda c: (c.card.id, c.card.variant))]

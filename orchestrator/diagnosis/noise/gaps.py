@@ -52,6 +52,12 @@ def _gaps(time: np.ndarray) -> list[tuple[int, int]]:
 
 
 def steps_are_even(steps: np.ndarray, count: int, usual: float) -> np.ndarray:
-    """Whether `count` steps that begin at each sample, as far as there are so many, have no gap among them."""
+    """Whether `count` steps that begin at each sample, as far as there are so many, have no gap among them.
+
+    Args:
+        steps: time (n,) between samples, in s.
+        count: number of steps that are to be even.
+        usual: the usual step, in s.
+    """
     gaps = np.r_[0, np.cumsum(steps > GAP * usual)]
     return np.asarray(gaps[count:] == gaps[:-count])

@@ -92,6 +92,12 @@ def coloured_metric(
 
     `own` holds, for each of the ny signals, the covariance (m, m) of the means of its noise. `early` (n, ny) is by how much
     the signals of each sample are off together, times an independent number of unit variance.
+
+    Args:
+        own: covariance (m, m) of the means of each signal's noise, ny of them.
+        stride: samples in a mean.
+        carried: independent contributions (n, ny, k) of unit variance, in the units of the outputs.
+        early: joint errors (n, ny) of the signals, in their units.
     """
     thinned = thin(carried, stride)
     wide = thinned.reshape(thinned.shape[0] * thinned.shape[1], thinned.shape[2])

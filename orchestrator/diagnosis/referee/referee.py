@@ -68,6 +68,13 @@ class Referee:
         Errors count in the metric, where noise is white, and as evidence in units of `scale`, the power of what noise
         is left. An effect that held-out trials do not show, and the learning trials do, stays. `base` is the model
         without effects.
+
+        Args:
+            base: the model without effects, fitted to the learning trials.
+            path: sets that grow by one effect each, from the search.
+            scale: power of the noise in the metric.
+            effects_of: the effects of a fitted set, with their values.
+            progress: called with one line for each set.
         """
         begun = Refereed((), (Step((), self.nominal),), (self._follow(base).cost,), self._follow(base).rows)
         for entry in path:

@@ -140,7 +140,18 @@ def _screener(same: _Same) -> Screener:
 
 
 def done_by(work: Work, base: Source, signals: Sequence[str], learning: LearningData, wanted: Wanted) -> Refit:
-    """Refit a set of candidates, wherever the work is done."""
+    """Refit a set of candidates, wherever the work is done.
+
+    Args:
+        work: who does it: this process or others.
+        base: the model without effects.
+        signals: outputs that it shows.
+        learning: the trials in their metrics.
+        wanted: the set, and where its fit begins.
+
+    Raises:
+        ComponentError: if the set cannot be simulated.
+    """
     effects = EffectSet(base, wanted.candidates, signals)
     found, records, substeps = work.do(RefitTask(base, tuple(signals), learning, wanted))
     return Refit(effects, with_nuisances(effects, learning), records, found, substeps)

@@ -48,6 +48,15 @@ class Leaf(Kernel):
 
 
 def check_inputs(kernel: Kernel, x: Array, count: int) -> None:
-    """Refuse points of another number of inputs."""
+    """Refuse points of another number of inputs.
+
+    Args:
+        kernel: the kernel, for the message.
+        x: points (n, d).
+        count: the d that it is made for.
+
+    Raises:
+        MisfitError: if there are others.
+    """
     if x.shape[1] != count:
         raise MisfitError(f"{type(kernel).__name__} is made for {count} inputs, the points have {x.shape[1]}")

@@ -50,7 +50,13 @@ class ModelBeside(SymbolicModel):
         return self
 
     def along(self, trial: BoundTrial, shares: Mapping[str, float], noise: Array) -> FittedTrial:
-        """A free run along a trial with these shares of the block's outputs; 0 where none is named."""
+        """A free run along a trial with these shares of the block's outputs; 0 where none is named.
+
+        Args:
+            trial: the trial, in the model's units.
+            shares: share of each output of the block that is added, 1 for all of it.
+            noise: (ny,), standard deviation of each output.
+        """
         names = [v.name for v in self.system.inputs[len(self._model.system.inputs) :]]
         columns = [np.full(len(trial.time), shares.get(name.removeprefix("share of "), 0.0)) for name in names]
         inputs = np.column_stack([trial.inputs, *columns])

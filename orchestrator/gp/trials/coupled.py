@@ -30,6 +30,13 @@ def write_coupled(
     both need, such as activations, are inputs of the system once. Along a trial the run begins where the free run did
     by which the block was judged.
 
+    Args:
+        model: the model.
+        block: the block beside it.
+        judgement: free runs by which the block was judged, if there are any.
+        trials: the trials.
+        folder: where to write; it is made if it is not there.
+
     Raises:
         MisfitError: without a C compiler.
         OSError: if a file cannot be written.

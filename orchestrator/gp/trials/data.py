@@ -23,7 +23,13 @@ def smoothed(trials: Sequence[BoundTrial], noise: Array) -> list[SmoothedTrial]:
 
 
 def table(places: Mapping[str, Place], forces: Sequence[Force], trials: Sequence[BoundTrial]) -> Array:
-    """What is at these places at all samples of all trials, (n, places)."""
+    """What is at these places at all samples of all trials, (n, places).
+
+    Args:
+        places: what is wanted, by name.
+        forces: the missing forces along each trial.
+        trials: the trials.
+    """
     pairs = list(zip(forces, trials, strict=True))
     columns = [np.concatenate([place.along(force, trial) for force, trial in pairs]) for place in places.values()]
     return np.column_stack(columns) if columns else np.zeros((sum(len(f.time) for f in forces), 0))
@@ -43,6 +49,14 @@ def observation(
 
     Errors of a force are alike over its duration, in which several data may lie: their deviations grow so that all of them
     together say as much as one. What no function of the inputs explains is noise of the same kind, whose size is learnt.
+
+    Args:
+        k: number of the output, from 0.
+        forces: the missing forces along each trial.
+        trials: the trials.
+        points: the inputs of the functions.
+        factors: what each further function is multiplied with.
+        most: number of data, about.
     """
     spacing = _spacing(forces, most)
     steps = max(spacing, float(np.median(np.diff(forces[0].time))))
@@ -65,7 +79,13 @@ def trials_of(forces: Sequence[Force], most: int) -> NDArray[np.int64]:
 
 
 def states_and_inputs(forces: Sequence[Force], trials: Sequence[BoundTrial], most: int) -> tuple[Array, Array]:
-    """The model's states (n, nx) and inputs (n, nu) at each datum of `observation`."""
+    """The model's states (n, nx) and inputs (n, nu) at each datum of `observation`.
+
+    Args:
+        forces: the missing forces along each trial.
+        trials: the trials.
+        most: number of data, as for `observation`.
+    """
     spacing = _spacing(forces, most)
     pairs = [(_every(spacing, force), force, trial) for force, trial in zip(forces, trials, strict=True)]
     return (

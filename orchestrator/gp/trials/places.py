@@ -62,7 +62,13 @@ def coordinates(model: SymbolicModel, trials: Sequence[BoundTrial]) -> dict[str,
 
 
 def drives(model: SymbolicModel, trials: Sequence[BoundTrial], taken: Collection[str]) -> dict[str, Place]:
-    """The inputs that move in some trial, such as activations and forces, less those that are coordinates."""
+    """The inputs that move in some trial, such as activations and forces, less those that are coordinates.
+
+    Args:
+        model: the model.
+        trials: the trials.
+        taken: names of what is a coordinate already.
+    """
     return {name: place for name, place in _driven(model, trials).items() if name not in taken}
 
 

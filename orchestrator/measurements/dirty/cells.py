@@ -42,6 +42,11 @@ def encoding_of(path: Path, content: bytes) -> str:
 def decoded(path: Path, content: bytes, encoding: str) -> list[str]:
     """Decode a file and cut it into lines, whatever ends them.
 
+    Args:
+        path: the file, for messages.
+        content: its bytes.
+        encoding: name of the encoding.
+
     Raises:
         MisfitError: the bytes are no text in this encoding, or Python knows no such encoding.
     """

@@ -130,6 +130,12 @@ def proposed_plan(
 ) -> Plan:
     """Look at files and propose how they become a measurement set; what the user says goes first.
 
+    Args:
+        paths: files and folders.
+        inputs: inputs of the model, if there is one.
+        outputs: its outputs.
+        wishes: what the user has said of columns, units and trials.
+
     Raises:
         MisfitError: a file is no table of numbers or has no time, the files have no column in common, or a wish names a
             column or variable that does not exist.

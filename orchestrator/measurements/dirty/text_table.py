@@ -35,6 +35,11 @@ class Rows:
 def read_text_table(path: Path, content: bytes, reading: Reading) -> Table:
     """Read a text file; cells without a number are NaN, columns without numbers are left out, time stamps are in s.
 
+    Args:
+        path: the file, for messages.
+        content: its bytes.
+        reading: how it is read.
+
     Raises:
         MisfitError: the file does not look as [reading] says.
     """
@@ -57,6 +62,11 @@ def read_text_table(path: Path, content: bytes, reading: Reading) -> Table:
 
 def header_names(path: Path, lines: Sequence[str], reading: Reading) -> tuple[str, ...]:
     """The names of all columns: of the line that holds them, or as [reading] gives them; each is unique.
+
+    Args:
+        path: the file, for messages.
+        lines: its lines.
+        reading: how it is read.
 
     Raises:
         MisfitError: the line does not exist.
@@ -88,7 +98,13 @@ def unique_names(names: Sequence[str]) -> tuple[str, ...]:
 
 
 def rows_of(lines: Sequence[str], reading: Reading, width: int) -> Rows:
-    """Split the lines from `first_line` on; empty cells beyond the width are dropped, other widths are stray."""
+    """Split the lines from `first_line` on; empty cells beyond the width are dropped, other widths are stray.
+
+    Args:
+        lines: the lines of the file.
+        reading: how it is read.
+        width: number of columns.
+    """
     cells, numbers, stray = [], [], []
     separator = SEPARATORS[reading.separator]
     for number in range(reading.first_line, len(lines) + 1):

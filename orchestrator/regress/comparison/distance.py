@@ -67,6 +67,11 @@ def jump_times(signal: Signal, smallest: float = 0.0, direction: str = "any") ->
 
     A "hold" signal changes at the second of the two samples. Changes up to `smallest`, in the signal's unit, do not
     count; `direction` is "any", "rising" or "falling".
+
+    Args:
+        signal: the signal.
+        smallest: changes up to this, in the signal's unit, do not count.
+        direction: "any", "rising" or "falling".
     """
     k = np.sort(np.concatenate([sampled_jumps(signal), exact_jumps(signal)]))
     heights = signal.values[k + 1] - signal.values[k]
@@ -135,6 +140,11 @@ def window_distances(pair: Pair, which: np.ndarray, limit: np.ndarray | float = 
 
     What a record cannot know between its samples is only looked for where a sample exceeds the `limit`, one number or
     shape (m,).
+
+    Args:
+        pair: result and reference.
+        which: numbers of the result's samples, (m,).
+        limit: distance, in the signal's unit, beyond which what lies between samples matters.
     """
     result, reference, shift = pair.result, pair.around, pair.band.half_width
     time, values = result.time[which], result.values[which]

@@ -129,6 +129,11 @@ def crossings(signal: Signal, level: float, direction: Direction = "any") -> np.
     """Return when a signal crosses a level, s, rising: from below to it or above, or from there to below it.
 
     Example:
+    Args:
+        signal: the signal.
+        level: in its unit.
+        direction: "any", "rising" or "falling".
+
         >>> crossings(Signal("h", [0.0, 1.0, 2.0], [0.0, 4.0, 0.0]), 1.0)
         array([0.25, 1.75])
     """

@@ -32,6 +32,12 @@ def combine(name: str, formula: str, signals: Mapping[str, Signal], unit: str = 
     Numbers, + - * / **, brackets, pi and the functions sin cos tan exp log sqrt abs minimum maximum are known; a
     variable whose name is no plain word stands in quotes.
 
+    Args:
+        name: name of the new signal.
+        formula: in the names of others.
+        signals: the others.
+        unit: unit of the new signal.
+
     Raises:
         MisfitError: if the formula cannot be read or names something unknown.
 

@@ -24,7 +24,17 @@ from orchestrator.regress.comparison.signal import (
 def judge_number(
     check: str, signal: Signal, what: str, value: float, expected: float, limit: float, when: float
 ) -> SignalVerdict:
-    """Return whether |value - expected| <= limit, all in the signal's unit, as a verdict at the time `when`, s."""
+    """Return whether |value - expected| <= limit, all in the signal's unit, as a verdict at the time `when`, s.
+
+    Args:
+        check: name of the check.
+        signal: the signal, for its name and unit.
+        what: what the number is, in words.
+        value: the number found.
+        expected: the number expected.
+        limit: how far they may be apart.
+        when: time of the value, in s.
+    """
     error = abs(value - expected)
     passed = error <= limit * (1 + 1e-7)
     tolerance = quantity(limit, signal.unit)

@@ -75,6 +75,12 @@ def values_at(time: np.ndarray, values: np.ndarray, query: np.ndarray, interpola
     """Return one value of a curve at each queried time, shape (m,); at an event, one of those it has there.
 
     Before the first and after the last sample the nearest sample counts.
+
+    Args:
+        time: samples (n,) in s.
+        values: (n,).
+        query: times (m,) in s.
+        interpolation: "linear" or "hold".
     """
     if interpolation == "hold":
         return values[np.clip(np.searchsorted(time, query, "right") - 1, 0, None)]
@@ -163,7 +169,13 @@ def _value_defect(signal: Signal, who: str) -> str | None:
 
 
 def coverage_defect(signal: Signal, reference: Signal, tolerance: Tolerance) -> str | None:
-    """Return why the two do not cover the same time, or None; both without other defects."""
+    """Return why the two do not cover the same time, or None; both without other defects.
+
+    Args:
+        signal: the result.
+        reference: the reference.
+        tolerance: with the window that is compared.
+    """
     start = reference.time[0] if tolerance.from_s is None else tolerance.from_s
     end = reference.time[-1] if tolerance.until_s is None else tolerance.until_s
     slack = max(tolerance.time_shift_s, END_SHARE * (reference.time[-1] - reference.time[0]))
@@ -250,7 +262,14 @@ class Pair:
 
 
 def prepare(check: str, signal: Signal, reference: Signal | None, tolerance: Tolerance) -> Pair | SignalVerdict:
-    """Return the pair to compare, or a failed verdict that says why nothing can be compared."""
+    """Return the pair to compare, or a failed verdict that says why nothing can be compared.
+
+    Args:
+        check: name of the check.
+        signal: the result.
+        reference: the reference, None if there is none.
+        tolerance: with the window that is compared.
+    """
     reason = pair_defect(signal, reference, tolerance)
     if reason is not None or reference is None:
         return SignalVerdict(signal.name, False, reason or "", check, signal.unit)
@@ -278,7 +297,13 @@ def _around(reference: Signal, tolerance: Tolerance) -> Signal:
 
 
 def alone(check: str, signal: Signal, tolerance: Tolerance) -> Signal | SignalVerdict:
-    """Return a signal cut to the compared window, or a failed verdict that says why there is nothing to judge."""
+    """Return a signal cut to the compared window, or a failed verdict that says why there is nothing to judge.
+
+    Args:
+        check: name of the check.
+        signal: the result.
+        tolerance: with the window that is judged.
+    """
     reason = tolerance.refusal() or defect(signal, "the result") or window_defect(signal, tolerance)
     if reason is not None:
         return SignalVerdict(signal.name, False, reason, check, signal.unit)
@@ -289,7 +314,13 @@ def alone(check: str, signal: Signal, tolerance: Tolerance) -> Signal | SignalVe
 
 
 def pair_defect(signal: Signal, reference: Signal | None, tolerance: Tolerance) -> str | None:
-    """Return why a signal and its reference cannot be compared, or None."""
+    """Return why a signal and its reference cannot be compared, or None.
+
+    Args:
+        signal: the result.
+        reference: the reference, None if there is none.
+        tolerance: with the window that is compared.
+    """
     if reference is None:
         return "there is no reference; make one with --update or name one in the case"
     return (
@@ -302,7 +333,13 @@ def pair_defect(signal: Signal, reference: Signal | None, tolerance: Tolerance) 
 
 
 def cut(signal: Signal, tolerance: Tolerance, keep_edges: bool = False) -> Signal:
-    """Return a signal within the tolerance's window; `keep_edges` adds the interpolated values at its ends."""
+    """Return a signal within the tolerance's window; `keep_edges` adds the interpolated values at its ends.
+
+    Args:
+        signal: the signal.
+        tolerance: with the window.
+        keep_edges: whether the ends of the window become samples.
+    """
     if tolerance.from_s is None and tolerance.until_s is None:
         return signal
     start = signal.time[0] if tolerance.from_s is None else tolerance.from_s

@@ -170,7 +170,13 @@ def band(tolerance: Tolerance, reference: Signal) -> Band:
 
 
 def limit_around(tolerance: Tolerance, expected: float, nominal: float | None) -> float:
-    """Return how far one number may be from the expected one: `relative` and `local` count of its own size."""
+    """Return how far one number may be from the expected one: `relative` and `local` count of its own size.
+
+    Args:
+        tolerance: the tolerance.
+        expected: the number expected.
+        nominal: its nominal size, in the same unit; None for its own.
+    """
     size = abs(expected) if nominal is None else abs(nominal)
     absolute = max(FLOOR, NOMINAL_SHARE * size) if tolerance.absolute is None else tolerance.absolute
     return absolute + (tolerance.relative + tolerance.local) * abs(expected)

@@ -71,7 +71,14 @@ def _reach(result: Signal, time: np.ndarray, shift: float) -> tuple[np.ndarray, 
 
 
 def outside_verdict(pair: Pair, verdict: SignalVerdict, found: np.ndarray, too_far: np.ndarray) -> SignalVerdict:
-    """Return the verdict on a result with samples outside; `found` are their distances, `too_far` which they are, (n,)."""
+    """Return the verdict on a result with samples outside; `found` are their distances, `too_far` which they are, (n,).
+
+    Args:
+        pair: result and reference.
+        verdict: its figures.
+        found: distances (n,) in the signal's unit.
+        too_far: which samples (n,) are outside.
+    """
     outside = np.flatnonzero(too_far)
     jumps = align(pair)
     left = amplitude_error(pair, jumps) if jumps.shift_s else None
@@ -125,7 +132,14 @@ def _jumps_text(jumps: Alignment, left: float | None, unit: str, shift: float | 
 
 
 def unseen_verdict(pair: Pair, verdict: SignalVerdict, unseen: np.ndarray, amounts: np.ndarray) -> SignalVerdict:
-    """Return the verdict on a result that steps over the samples `unseen` of its reference, by `amounts`, (m,) each."""
+    """Return the verdict on a result that steps over the samples `unseen` of its reference, by `amounts`, (m,) each.
+
+    Args:
+        pair: result and reference.
+        verdict: its figures.
+        unseen: numbers of the reference's samples, (m,).
+        amounts: how far the result is from them, (m,), in the signal's unit.
+    """
     reference, unit = pair.reference, pair.reference.unit
     worst = int(np.argmax(amounts))
     when, value = float(reference.time[unseen[worst]]), float(reference.values[unseen[worst]])
@@ -178,6 +192,14 @@ def compare_signals(signal: Signal, reference: Signal | None, tolerance: Toleran
     reference's samples against the result's, so that a pulse between two samples of the result is not lost.
 
     Example:
+    Args:
+        signal: the result.
+        reference: the reference, None if there is none.
+        tolerance: the tolerance.
+
+    Returns:
+        The verdict; one that failed says why, also where nothing can be compared.
+
         >>> time = [0.0, 1.0, 2.0]
         >>> compare_signals(Signal("q", time, [0.0, 1.02, 2.0], "rad"), Signal("q", time, [0.0, 1.0, 2.0]), Tolerance()).reason
         'is off by 0.02 rad at 1 s (1.02 rad, reference 1 rad), 9.9 times the tolerance 0.00202 rad; 1 of 3 samples outside, the first at 1 s; would pass with absolute = 0.018'
@@ -189,7 +211,13 @@ def compare_signals(signal: Signal, reference: Signal | None, tolerance: Toleran
 
 
 def judge_pair(pair: Pair, kind: str, opening_per_s: float = 0.0) -> SignalVerdict:
-    """Return the verdict on a pair; the band's half-height grows by `opening_per_s`, the signal's unit a second."""
+    """Return the verdict on a pair; the band's half-height grows by `opening_per_s`, the signal's unit a second.
+
+    Args:
+        pair: result and reference.
+        kind: name of the check.
+        opening_per_s: growth of the band's half-height.
+    """
     half_height = np.asarray(pair.band.half_height)
     if opening_per_s:
         half_height = half_height + opening_per_s * np.clip(pair.result.time - pair.reference.time[0], 0.0, None)

@@ -10,8 +10,9 @@ def laws_sentences(laws: Sequence[Mapping[str, Any]]) -> list[str]:
         return []
     first, *others = laws
     constants = ", ".join(f"{name} = {_with_unit(row)}" for name, row in first["parameters"].items())
+    units = first.get("held_out_units", {})  # results of earlier versions have none
     errors = ", ".join(
-        f"{signal} {first['held_out_before'][signal]:.3g} -> {after:.3g}"
+        f"{signal} {first['held_out_before'][signal]:.3g} -> {after:.3g} {units.get(signal, '')}".rstrip()
         for signal, after in first["held_out_after"].items()
     )
     found = [

@@ -50,6 +50,11 @@ def trial_curves(comparison: Comparison, trial: TrialCurves, after: TrialCurves 
     """Return an image of one trial: curves above, residuals with the noise band below, one column for each signal.
 
     `after` is the same trial run by the model with the effects in it, drawn as a third curve.
+
+    Args:
+        comparison: with units and noise floors.
+        trial: the trial.
+        after: the same run by the model with the effects.
     """
     signals = shown_signals(comparison)
     figure, axes = canvas(2, len(signals), 4.4, sharex=True, height_ratios=[3, 2])

@@ -112,6 +112,11 @@ def spectrum(trials: Sequence[TrialCurves], name: str, bins: int = 80) -> tuple[
 
     Hann-windowed periodograms of the trials, averaged in power; white noise of standard deviation s, sampled every
     h seconds, lies at s sqrt(2 h). Samples are taken as evenly spaced.
+
+    Args:
+        trials: curves of each trial.
+        name: the signal.
+        bins: number of bins.
     """
     parts = [_periodogram(curves, name) for curves in trials]
     frequency = np.concatenate([part[0] for part in parts])
@@ -147,7 +152,13 @@ def _speed(trial: TrialCurves, name: str) -> np.ndarray:
 
 
 def binned(against: np.ndarray, residual: np.ndarray, bins: int = BINS) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return centre, mean and standard deviation of a residual in bins of equal population of another quantity."""
+    """Return centre, mean and standard deviation of a residual in bins of equal population of another quantity.
+
+    Args:
+        against: (n,), the other quantity.
+        residual: (n,).
+        bins: number of bins, at most.
+    """
     edges = np.unique(np.quantile(against, np.linspace(0, 1, bins + 1)))
     place = np.clip(np.digitize(against, edges) - 1, 0, max(0, edges.size - 2))
     used = np.unique(place)

@@ -24,7 +24,13 @@ WIDE = 2000
 
 
 def write(path: Path, header: Header, batches: Iterator[pa.RecordBatch]) -> None:
-    """Write numbers so that they read back as the same bits; Booleans as 0 and 1."""
+    """Write numbers so that they read back as the same bits; Booleans as 0 and 1.
+
+    Args:
+        path: the file.
+        header: columns, provenance and failure.
+        batches: rows, the first column of each time in s.
+    """
     line = io.StringIO()
     csv.writer(line, lineterminator="\n").writerow(["time", *(column.name for column in header.columns)])
     options = pc.WriteOptions(include_header=False)

@@ -17,7 +17,13 @@ ROWS_PER_CHUNK = 16_384
 
 
 def write(path: Path, header: Header, batches: Iterator[pa.RecordBatch]) -> None:
-    """Write data sets `time` and one for each column; `/` in a name, which would make folders, becomes `|`."""
+    """Write data sets `time` and one for each column; `/` in a name, which would make folders, becomes `|`.
+
+    Args:
+        path: the file.
+        header: columns, provenance and failure.
+        batches: rows, the first column of each time in s.
+    """
     with h5py.File(path, "w", track_order=True) as file:
         file.attrs["misfit"] = document(header)
         described = [Column("time", "s"), *header.columns]

@@ -22,7 +22,13 @@ ROWS_PER_BLOCK = 131_072
 
 
 def write(path: Path, header: Header, batches: Iterator[pa.RecordBatch]) -> None:
-    """Write one group of channels over a common time; Booleans as 0 and 1, which MF4 has no type for."""
+    """Write one group of channels over a common time; Booleans as 0 and 1, which MF4 has no type for.
+
+    Args:
+        path: the file.
+        header: columns, provenance and failure.
+        batches: rows, the first column of each time in s.
+    """
     with asammdf.MDF(version="4.10") as file:
         file.header.description = document(header)
         first = True

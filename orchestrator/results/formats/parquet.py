@@ -15,7 +15,13 @@ ROWS_PER_GROUP = 131_072
 
 
 def write(path: Path, header: Header, batches: Iterator[pa.RecordBatch]) -> None:
-    """Write groups of rows, so that memory stays bounded."""
+    """Write groups of rows, so that memory stays bounded.
+
+    Args:
+        path: the file.
+        header: columns, provenance and failure.
+        batches: rows, the first column of each time in s.
+    """
     schema = schema_of(header)
     # Dictionaries cost twenty times the rest for numbers that hardly repeat; bytes by their place pack well.
     floats = [field.name for field in schema if pa.types.is_floating(field.type)]

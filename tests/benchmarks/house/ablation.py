@@ -1,15 +1,19 @@
-"""What the rescue mechanisms of the search by free runs do on the shipped cases, and what the answers are without them.
+"""What the rescue mechanisms of the search by free runs do, and what the answers are without them.
 
-    python -m tests.benchmarks.house.ablation [--off NAME ...] [--cases NAME ...]
+    python -m tests.benchmarks.house.ablation [--off NAME ...] [--seed N --families F ... --budget S] [--out DIR]
 
-Each mechanism looks again at a fit that may have gone astray. A row a case: verdict, effects, CPU seconds; then a row a mechanism: how often
-it was asked, and how often what it gave differs from doing nothing. `--off NAME` makes a mechanism do nothing, `--off all` every one.
+Each mechanism looks again at a fit that may have gone astray. Every case is diagnosed with all of them; where one of them gave anything
+but what was there, also without any; where that changes the verdict, the effects or what they are confused with, without each that acted.
+`--off NAME` leaves these mechanisms out of the first diagnosis, too. The cases are the shipped ones or, with `--seed`, those of the benchmark
+`tests.benchmarks.diagnosis` of models with slots, in its order, until S seconds are over. What is done already is kept in DIR.
 """
 
 import argparse
+import json
+import sys
 import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +22,12 @@ from orchestrator.diagnose import diagnose
 from orchestrator.diagnosis.search import fitting, proposals, search
 from orchestrator.diagnosis.search.screening import Screener
 from orchestrator.measurements import load_measurements
+from orchestrator.models.patch import free_slots
+from tests.benchmarks.diagnosis.child import run_child
+from tests.benchmarks.diagnosis.diagnose_cases import answer_of
+from tests.benchmarks.diagnosis.suite import suite
+from tests.benchmarks.diagnosis.truth.families import FAMILIES
+from tests.benchmarks.diagnosis.truth.native import TruthError
 
 CASES = Path(__file__).parents[2] / "cases"
 SHIPPED = {
@@ -28,6 +38,7 @@ SHIPPED = {
     },
     "rat_muscle": ("rat-muscle", "rat_muscle"),
 }
+LIMIT_S = 240.0
 
 
 def _same(self: Any, found: Any, *rest: Any) -> Any:
@@ -86,31 +97,100 @@ def watch(off: set[str], asked: Counter[str], acted: Counter[str]) -> None:
         def counted(*arguments: Any, name: str = name, usual: Any = usual, idle: Any = idle) -> Any:
             asked[name] += 1
             before = _fits(arguments[0])
-            given = (idle if name in off or "all" in off else usual)(*arguments)
+            try:
+                given = (idle if name in off or "all" in off else usual)(*arguments)
+            except Exception:  # such as that trials are to be cut
+                acted[name] += 1
+                raise
             acted[name] += _fits(arguments[0]) != before if idle is _none else _changed(idle, arguments, given)
             return given
 
         setattr(place, attribute, counted)
 
 
+def diagnosed(model: str, folder: Path, off: set[str]) -> dict[str, Any]:
+    """Diagnose a folder without some mechanisms: the answer, CPU seconds, and what the others did."""
+    asked, acted = Counter[str](), Counter[str]()
+    watch(off, asked, acted)
+    found = diagnose(find_modelica_model(model), load_measurements(folder), workers=1)
+    return {
+        "verdict": found.verdict,
+        "effects": sorted(f"{e.id} at {e.site}" for e in found.effects),
+        "confusable": sorted(sorted(group) for group in found.confusable),
+        "left": max(found.held_out.rmse_after.values(), default=float("nan")),
+        "cpu_s": time.process_time(),
+        "asked": asked,
+        "acted": acted,
+    }
+
+
+def _row(model: str, folder: Path, off: Sequence[str], file: Path) -> dict[str, Any]:
+    """What a process of its own says of a case; one that fails or takes too long has the verdict `failed`."""
+    if not file.exists():
+        command = [sys.executable, "-m", "tests.benchmarks.house.ablation", "--one", model, str(folder), str(file)]
+        ended = run_child([*command, "--off", *off], LIMIT_S, file.with_suffix(".txt"))
+        if not file.exists():
+            why = f"no result within {LIMIT_S:g} s" if ended.code is None else ended.said
+            row = {"verdict": "failed", "effects": [], "confusable": [], "left": float("nan"), "cpu_s": ended.cpu_s}
+            file.write_text(json.dumps(row | {"asked": {}, "acted": {}, "why": why}))
+    row = json.loads(file.read_text())
+    said = f"{row['verdict']} | {', '.join(row['effects'])} | {row['left']:.4g} | {row['cpu_s']:.0f}"
+    print(f"| {folder.name} | {', '.join(off)} | {said} |", flush=True)
+    return row
+
+
+def _cases(seed: int | None, families: Sequence[str], out: Path) -> Iterator[tuple[str, Path]]:
+    """Models and folders of the cases, which are made when they are asked for."""
+    if seed is None:
+        yield from ((model, CASES / folder) for model, folder in SHIPPED.values())
+        return
+    for wish in suite("medium", seed):
+        if wish.family in families and free_slots(find_modelica_model(wish.machine).compile()):
+            try:
+                truth = answer_of(wish, out)
+            except TruthError:
+                continue
+            print(f"# {wish.name}: {', '.join(truth['effects'])} {truth['enr_each']}", flush=True)
+            yield wish.machine, out / "cases" / wish.name
+
+
+def _answer(row: dict[str, Any]) -> tuple[Any, ...]:
+    return row["verdict"], row["effects"], row["confusable"]
+
+
 def main() -> None:
     """Diagnose the cases, and print the rows."""
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("--off", nargs="*", default=[], metavar="NAME")
-    options.add_argument("--cases", nargs="*", default=list(SHIPPED), choices=list(SHIPPED))
+    options.add_argument("--seed", type=int)
+    options.add_argument("--families", nargs="*", default=list(FAMILIES), choices=list(FAMILIES))
+    options.add_argument("--budget", type=float, default=float("inf"))
+    options.add_argument("--out", type=Path, default=Path("build/ablation"))
+    options.add_argument("--one", nargs=3, help=argparse.SUPPRESS)
     chosen = options.parse_args()
-    unknown = set(chosen.off) - {"all", *MECHANISMS}
-    if unknown:
+    if unknown := set(chosen.off) - {"all", *MECHANISMS}:
         options.error(f"no mechanism {unknown.pop()!r}; there are {', '.join(MECHANISMS)}")
-    asked, acted = Counter[str](), Counter[str]()
-    watch(set(chosen.off), asked, acted)
-    for case in chosen.cases:
-        model, folder = SHIPPED[case]
-        begun = time.process_time()
-        found = diagnose(find_modelica_model(model), load_measurements(CASES / folder), workers=1)
-        effects = ", ".join(f"{e.id} at {e.site}" for e in found.effects)
-        left = max(found.held_out.rmse_after.values())
-        print(f"| {case} | {found.verdict} | {effects} | {left:.4g} | {time.process_time() - begun:.0f} |", flush=True)
+    if chosen.one:
+        model, folder, file = chosen.one
+        Path(file).write_text(json.dumps(diagnosed(model, Path(folder), set(chosen.off))))
+        return
+    began, asked, acted = time.monotonic(), Counter[str](), Counter[str]()
+    rows = chosen.out / "rows"
+    rows.mkdir(parents=True, exist_ok=True)
+    for model, folder in _cases(chosen.seed, chosen.families, chosen.out):
+        if time.monotonic() - began > chosen.budget:
+            break
+        usual = _row(model, folder, chosen.off, rows / f"{folder.name}.json")
+        asked, acted = asked + Counter(usual["asked"]), acted + Counter(usual["acted"])
+        did = [name for name in MECHANISMS if usual["acted"].get(name)]
+        if (
+            did
+            and usual["verdict"] != "failed"
+            and _answer(_row(model, folder, ["all"], rows / f"{folder.name}_all.json")) != _answer(usual)
+        ):
+            for k, name in enumerate(MECHANISMS):
+                if name in did:
+                    _row(model, folder, [name], rows / f"{folder.name}_{k}.json")
     for name in MECHANISMS:
         print(f"| {name} | {asked[name]} | {acted[name]} |", flush=True)
 

@@ -113,7 +113,7 @@ _OTHERS = (
     _more("circuit", "varistor", lambda t, y, _, u, z: -0.3 * np.sinh(y[1] / 3) / np.sinh(2), "hyperbolic_loss"),
     _more("circuit", "resistor that warms", lambda t, y, _, u, z: -20 * z * y[0], "loss_warming", lambda t, y, _, u, z: (y[0] ** 2 - z) / 0.15, i=1),
     _more("cart", "cord that stiffens", lambda t, y, _, u, z: -900 * max(y[0] - 0.15, 0) ** 3, "cube_above"),
-    _more("cart", "mass picked up", lambda t, y, _, u, z: -1.2 / 4.2 * (u - 18 * y[0] - 0.6 * y[1]) * (t > 5.4), ""),
+    _more("cart", "mass picked up", lambda t, y, _, u, z: -1.2 / 4.2 * (u - 18 * y[0] - 0.6 * y[1]) * (t > 5.4), "inertia_after"),
     _more("cart", "strip of friction", lambda t, y, _, u, z: -1.2 * (0.5 + 0.5 * np.tanh((y[0] - 0.1) / 0.01)) * _sign(y[1], 0.004), "dry_beyond"),
     _more("cart", "friction that wears off", lambda t, y, _, u, z: -1.5 * np.exp(-z / 3) * _sign(y[1], 0.004), "dry_wearing", lambda t, y, _, u, z: abs(y[1])),
     _more("cart", "rate limit of the drive", lambda t, y, _, u, z: z - u, "rate_limit_of_of_u", lambda t, y, _, u, z: float(np.clip((u - z) / 0.005, -12, 12))),

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from itertools import permutations
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -96,6 +97,7 @@ def _off(law: LawProposal, plant: Plant, case: Hidden, truth: Truth) -> float:
     names = {key: coordinate(variable, known) for key, variable in zip(law.law.seen, law.coordinates, strict=True)}
     names |= {key: value.value for key, value in law.parameters.items()}
     names |= memories(law.law.states, names, truth.time)
+    names |= _flows_in(plant, case, truth) if "net" in law.law.asks_for else {}
     force = np.asarray(evaluate_numbers(law.law.expression, names), dtype=float)
     for effect in law.beside:
         force = force + _shipped(effect, plant, known)
@@ -109,6 +111,16 @@ def _off(law: LawProposal, plant: Plant, case: Hidden, truth: Truth) -> float:
         return float("inf")
     sign = signs[next(iter(signs))] * (-1 if "-" in law.site and law.site.split("-")[0] != sites[0] else 1)
     return float(np.sqrt(np.mean((force - sign * truth.force) ** 2) / max(np.mean(truth.force**2), 1e-300)))
+
+
+def _flows_in(plant: Plant, case: Hidden, truth: Truth) -> dict[str, Any]:
+    """What the plant's balance multiplies its rate with, and what flows in without the hidden effect (n,)."""
+    state = next(iter(case.at), plant.hit)
+    k = plant.names.index(state)
+    rates = np.array([plant.rates(u, list(y), {})[k] for u, y in zip(truth.input, truth.states, strict=True)])
+    pushed = plant.rates(truth.input[0], list(truth.states[0]), {state: 1.0})[k]
+    storage = 1.0 / (pushed - rates[0])
+    return {"storage": storage, "net": storage * rates}
 
 
 def _site(plant: Plant, state: str) -> str:
@@ -149,8 +161,9 @@ def main() -> None:
     done = {row["case"] for row in rows if row["seed"] == args.seed}
     cases = {f"{case.plant}: {case.name}": case for case in CASES}
     if args.sample:
-        drawn = np.random.default_rng(args.seed).permutation(len(cases))[: args.sample]
-        cases = {name: case for k, (name, case) in enumerate(cases.items()) if k in drawn}
+        # In the drawn order, so that what has run so far is a sample, too.
+        drawn = np.random.default_rng(args.seed).permutation(list(cases))[: args.sample]
+        cases = {str(name): cases[str(name)] for name in drawn}
     for name, case in cases.items():
         if name in done or (args.parts and not any(part in name for part in args.parts)):
             continue

@@ -70,10 +70,11 @@ def _features(plant: Plant, truth: Truth) -> np.ndarray:
 
 
 if __name__ == "__main__":
-    done = {json.loads(line)["case"] for file in sys.argv[1:] for line in Path(file).read_text().splitlines()}
+    rows = [json.loads(line) for file in sys.argv[1:] for line in Path(file).read_text().splitlines()]
+    seeds = {row["case"]: row["seed"] for row in rows}
     # Of plants with several balances PySINDy would have to be told which states there are.
-    cases = [c for c in CASES if not c.whole and c.name != "nothing"]
-    found = {f"{c.plant}: {c.name}": off(c) for c in cases if f"{c.plant}: {c.name}" in done}
+    cases = {f"{c.plant}: {c.name}": c for c in CASES if not c.whole and c.name != "nothing"}
+    found = {name: off(c, seeds[name]) for name, c in cases.items() if name in seeds}
     for name, error in found.items():
         print(f"{name}: off {error:.1%}")
     print(f"within 5 %: {sum(e <= 0.05 for e in found.values())} of {len(found)}")
