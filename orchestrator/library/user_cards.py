@@ -150,7 +150,7 @@ def _changed(slot: str, base: SymbolicSystem, extended: SymbolicSystem, absent: 
     return ""
 
 
-def _shown(system: SymbolicSystem, found: Sequence[Any]) -> dict[str, float]:
+def _shown(system: SymbolicSystem, found: Any) -> dict[str, float]:
     """Rates and outputs by name, of what `rhs` gives."""
     rates, shown = (np.array(part).ravel().astype(float) for part in found)
     values = {f"der({v.name})": float(rate) for v, rate in zip(system.states, rates, strict=True)}
