@@ -234,9 +234,15 @@ def _better_of(found: Diagnosis, second: Diagnosis, other: OtherAnswer | None = 
     What free runs named and leaves more than half of the error along learning trials gives way to what balance equations name,
     and is doubted if nothing helps there; so is one of several answers that all leave much. Fewer effects at the balance
     equations go before more elsewhere that leave as much. The best set of free runs that are not explained to the end stays the
-    best if it takes away more of the error than what balance equations name.
+    best if it takes away more of the error than what balance equations name. Two effects that free runs cannot tell apart stay
+    two where balance equations name the one without having tried the other.
     """
     seconds = found.seconds + second.seconds
+    if found.verdict == "ambiguous" and second.verdict == "named":
+        alike = {effect for group in found.confusable for effect in group}
+        tried = {effect for ranked in second.ranking for effect in ranked.effects}
+        if {effect.id for effect in second.effects} <= alike and not alike <= tried:
+            return replace(found, seconds=seconds)
     if found.best and second.verdict in NAMES and _removed(second) < _removed_by_best(found):
         return replace(found, seconds=seconds)
     names = found.verdict in NAMES

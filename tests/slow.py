@@ -133,6 +133,8 @@ SLOW = {
             "scale.md",
             "study.md",
             "python.md",
+            "effect_cards.md",  # diagnosis/test_user_cards.py: the same card and records
+            "bench_view.md",  # hil/test_bench_view.py, hil/test_view.py
         )
     },
     "tests/test_documentation_site.py": "test_documentation.py: links and commands of pages; house/test_public_list.py: the reference",

@@ -18,6 +18,7 @@ from pathlib import Path
 import pytest
 
 from fmus.files import write_atomically
+from tests.in_process import misfit_here
 
 CASES = Path(__file__).parent / "cases"
 ARM = CASES / "arm" / "case_003"
@@ -75,7 +76,7 @@ def fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_a_damaged_diagnosis_is_told_in_one_line(rest: str, tmp_path: Path) -> None:
     (tmp_path / "d.json").write_text(f'{{"schema": "misfit.diagnosis/1"{rest}}}')
 
-    done = misfit("add", tmp_path / "d.json")
+    done = misfit_here("add", tmp_path / "d.json")
 
     assert done.returncode == 2
     assert "is damaged" in done.stderr and "Traceback" not in done.stderr
@@ -107,12 +108,15 @@ MISTAKES = {
     "unwritable result": (["compare", "pendulum", str(PENDULUM), "--json", "/proc/none/x.json"], "/proc/none/x.json"),
 }
 
+# One that the command line itself finds, one that a command does.
+AS_PROCESSES = ("unknown command", "missing data")
+
 
 @pytest.mark.parametrize("mistake", MISTAKES)
 def test_mistake_ends_with_code_2_and_one_line_that_helps(mistake: str) -> None:
     arguments, words = MISTAKES[mistake]
 
-    done = misfit(*arguments)
+    done = misfit(*arguments) if mistake in AS_PROCESSES else misfit_here(*arguments)
 
     assert done.returncode == 2
     assert words in done.stderr
@@ -135,7 +139,7 @@ def test_broken_fmu_ends_with_code_2_and_one_line(damage: object, words: str, fm
     shutil.copy(fmu, broken)
     damage(broken)  # type: ignore[operator]
 
-    done = misfit("compare", broken, ARM)
+    done = misfit_here("compare", broken, ARM)
 
     assert done.returncode == 2
     assert words.lower() in done.stderr.lower()
@@ -146,7 +150,7 @@ def test_broken_fmu_ends_with_code_2_and_one_line(damage: object, words: str, fm
 def test_unit_of_another_dimension_names_both_units(tmp_path: Path) -> None:
     data = small_case(tmp_path / "case", **{'q1 = "rad"': 'q1 = "N"'})
 
-    done = misfit("compare", "arm", data)
+    done = misfit_here("compare", "arm", data)
 
     assert done.returncode == 2
     assert "q1" in done.stderr

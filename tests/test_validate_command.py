@@ -1,8 +1,6 @@
 """`misfit validate`: one line a finding, exit code 1 if there is any, and the same as JSON."""
 
 import json
-import subprocess
-import sys
 import time
 import zipfile
 from concurrent.futures import ThreadPoolExecutor
@@ -15,12 +13,7 @@ from fmus.archive import read_archive
 from fmus.catalogue import find_modelica_model
 from fmus.package import build_fmu
 from fmus.validate import validate_fmu
-
-
-def misfit(*arguments: object) -> "subprocess.CompletedProcess[str]":
-    return subprocess.run(
-        [sys.executable, "-m", "orchestrator.cli", *map(str, arguments)], capture_output=True, text=True
-    )
+from tests.in_process import misfit_here
 
 
 @pytest.fixture(scope="module")
@@ -36,19 +29,19 @@ def fmus(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
 
 
 def test_a_good_fmu_ends_with_code_0_and_one_line(fmus: tuple[Path, Path]) -> None:
-    done = misfit("validate", fmus[0])
+    done = misfit_here("validate", fmus[0])
     assert (done.returncode, done.stdout) == (0, "1 FMU without findings\n")
 
 
 def test_findings_end_with_code_1_and_name_the_file(fmus: tuple[Path, Path]) -> None:
-    done = misfit("validate", *fmus)
+    done = misfit_here("validate", *fmus)
     assert done.returncode == 1
     assert "unit 'N.m' is defined as kg1.m1.s-2, but means kg1.m2.s-2" in done.stdout
     assert all(line.startswith(f"{fmus[1]}: ") for line in done.stdout.splitlines())
 
 
 def test_json_holds_the_findings_of_every_file(fmus: tuple[Path, Path]) -> None:
-    done = misfit("validate", *fmus, "--json", "-")
+    done = misfit_here("validate", *fmus, "--json", "-")
     document = json.loads(done.stdout)
     assert done.returncode == 1
     assert document["schema"] == "misfit.validate/1"
@@ -62,7 +55,7 @@ def test_a_file_that_is_no_fmu_keeps_no_other_from_being_checked(fmus: tuple[Pat
     (tmp_path / "loop.fmu").symlink_to("loop.fmu")
     files = [tmp_path / "empty.fmu", fmus[1], tmp_path / "loop.fmu"]
 
-    done = misfit("validate", *files)
+    done = misfit_here("validate", *files)
 
     assert done.returncode == 2 and done.stderr == ""
     lines = done.stdout.splitlines()
@@ -87,7 +80,7 @@ def test_threads_read_schemas_one_after_another(fmus: tuple[Path, Path], monkeyp
 
 def test_a_file_that_is_no_fmu_ends_with_code_2(tmp_path: Path) -> None:
     (tmp_path / "text.fmu").write_text("no archive")
-    done = misfit("validate", tmp_path / "text.fmu")
+    done = misfit_here("validate", tmp_path / "text.fmu")
     assert done.returncode == 2
     assert "text.fmu is not an FMU" in done.stderr
     assert len(done.stderr.splitlines()) == 1

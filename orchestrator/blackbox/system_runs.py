@@ -38,6 +38,7 @@ class SystemInstance:
     second: bool = True
     cosimulation: bool = True
     interpolates: bool = False
+    resets: bool | None = True
     _simulation: Simulation | None = None
     _points: dict[Any, SavedPoint] = field(default_factory=dict)
     _of: Any = None

@@ -4,6 +4,7 @@ At each balance the vocabulary's terms and their sums are searched on the whiten
 likelihood that judges effects of the library, and nothing is proposed that does not beat the model without it beyond doubt.
 """
 
+import math
 import re
 import time
 from collections.abc import Callable, Sequence
@@ -27,6 +28,9 @@ from orchestrator.laws.wide_places import further_of, wide_places
 
 # Grids of shapes become finer by these steps, in doublings.
 ZOOM = (0.5, 0.25)
+
+# Fits are equally likely within this, in nats.
+TIE = 0.5
 
 Progress = Callable[[str], None]
 
@@ -266,13 +270,22 @@ def _better(law: FoundLaw, judge: Judge, limits: Limits) -> bool:
 def _to_the_end(outcome: Outcome, law: FoundLaw) -> FoundLaw:
     """A law whose values are fitted to the end, with the likeliest of each shape that is held.
 
-    How steep dry friction is at rest hardly shows in what regression sees.
+    How steep dry friction is at rest hardly shows in what regression sees, and in a record without reversals not at all.
     """
     fit, candidate = law.fitted.fit, law.fitted.candidates[-1]
     found = with_losses(law.fitted.candidates, outcome.setting.fitter.fit(fit.box, fit.theta, fit.priors, fit.noise))
     values = {p.name: found.value(candidate, p.name)[0] for p in (*candidate.gains, *candidate.fitted_shapes)}
+    fitted = [found]
     for other in with_other_held(candidate.begun_with(values)):
         with suppress(ComponentError, np.linalg.LinAlgError):
-            again = fit_set(outcome.setting, (*law.fitted.candidates[:-1], other), found.fit.noise)
-            found = min(found, again, key=lambda each: each.loss)
+            fitted.append(fit_set(outcome.setting, (*law.fitted.candidates[:-1], other), found.fit.noise))
+    least = min(each.loss for each in fitted)
+    # Where the record cannot tell, what is sharpest, as dry friction and what happens at a moment are.
+    found = min((each for each in fitted if each.loss <= least + TIE), key=_width)
     return replace(law, candidate=found.candidates[-1], fitted=found)
+
+
+def _width(fitted: FittedSet) -> float:
+    """The product of the shapes of a set's law that are held, all of them widths or references."""
+    law = fitted.candidates[-1]
+    return math.prod(abs(law.shapes[p.name]) for p in law.law.parameters if not (p.gain or p.fitted))

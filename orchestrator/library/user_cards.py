@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from difflib import get_close_matches
+from typing import Any
 
 import numpy as np
 
@@ -109,18 +110,21 @@ def check_absence(card: EffectCard, slot: str, base: SymbolicSystem, extended: S
             )
     if not all(map(np.isfinite, absent.values())):
         return
-    changed = _changed_rate(slot, base, extended, absent)
+    changed = _changed(slot, base, extended, absent)
     if changed:
         others = [f"{name} = {v.start:g} {v.unit}".rstrip() for name, v in own.items() if name not in absent]
         hint = f"; parameters that are not in the card: {', '.join(others)}" if others else ""
         raise MisfitError(
-            f"{card.card_file}: class {card.class_name} still changes der({changed}) where the card says that the effect is absent "
+            f"{card.card_file}: class {card.class_name} still changes {changed} where the card says that the effect is absent "
             f"({', '.join(f'{name} = {value:g}' for name, value in absent.items())}){hint}; let the class do nothing there"
         )
 
 
-def _changed_rate(slot: str, base: SymbolicSystem, extended: SymbolicSystem, absent: Mapping[str, float]) -> str:
-    """A state whose rate a class changes at these values of its parameters, at some point; empty if it changes none."""
+def _changed(slot: str, base: SymbolicSystem, extended: SymbolicSystem, absent: Mapping[str, float]) -> str:
+    """A rate or an output that a class changes at these values of its parameters, at some point; empty if it changes none.
+
+    What an effect with states of its own shows depends on them, so then outputs are not compared.
+    """
     if base.n_delays != extended.n_delays:
         return ""
     random, names = np.random.default_rng(0), [v.name for v in base.states]
@@ -137,13 +141,21 @@ def _changed_rate(slot: str, base: SymbolicSystem, extended: SymbolicSystem, abs
         }
         u, t = [(v.start or 0.0) + 0.1 * random.uniform(-1, 1) for v in base.inputs], random.uniform(0, 1)
         d = np.zeros(base.n_delays)
-        one = base.rhs(t, [x.get(name, 0.0) for name in names], u, d, list(fixed.values()))[0]
-        other = extended.rhs(t, list(x.values()), u, d, values)[0]
-        for name, rate in zip(names, np.array(one).ravel(), strict=True):
-            there = [float(r) for n, r in zip(x, np.array(other).ravel(), strict=True) if n == name]
-            if there and np.isfinite([*there, rate]).all() and abs(there[0] - rate) > 1e-6 * (1e-6 + abs(rate)):
+        one = _shown(base, base.rhs(t, [x.get(name, 0.0) for name in names], u, d, list(fixed.values())))
+        other = _shown(extended, extended.rhs(t, list(x.values()), u, d, values))
+        for name in one if len(x) == len(names) else [f"der({state})" for state in names]:
+            here, there = one[name], other.get(name, np.nan)
+            if np.isfinite([here, there]).all() and abs(there - here) > 1e-6 * (1e-6 + abs(here)):
                 return name
     return ""
+
+
+def _shown(system: SymbolicSystem, found: Any) -> dict[str, float]:
+    """Rates and outputs by name, of what `rhs` gives."""
+    rates, shown = (np.array(part).ravel().astype(float) for part in found)
+    values = {f"der({v.name})": float(rate) for v, rate in zip(system.states, rates, strict=True)}
+    names = [v.name for v in system.algebraics]
+    return values | {name: float(shown[names.index(name)]) for name in system.outputs if name in names}
 
 
 def _inside(slot: str, variables: Iterable[Variable]) -> dict[str, Variable]:

@@ -9,6 +9,7 @@ import pytest
 from click.testing import CliRunner
 
 import misfit
+from fmus.errors import ComponentError
 from orchestrator.blackbox import worker
 from orchestrator.blackbox.exposed import exposed
 from orchestrator.blackbox.source import fmu_model
@@ -136,6 +137,32 @@ def test_a_system_in_one_fmu_gives_what_it_gives_step_by_step(
     exact = 0.3 + 0.2 * TIME + GAIN / INERTIA * (TIME / 5 - np.sin(5 * TIME) / 25)
     np.testing.assert_allclose(found[0], found[1], rtol=1e-9)
     np.testing.assert_allclose(found[0], exact, atol=2e-2)
+
+
+@pytest.mark.parametrize("fails", [True, False])
+def test_an_fmu_that_cannot_be_reset_gets_a_new_instance_for_each_run(
+    fails: bool, bench: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    model, instance = fmu_model(bench[0]), worker.opened_system(bench[0], False)
+    plain, stale = type(instance.fmu).reset, [0]
+
+    def reset(fmu: object) -> None:
+        if fails:
+            raise ComponentError("FMU refused the reset")
+        plain(fmu)
+        stale[0] += 1
+
+    def run() -> np.ndarray:
+        return model.simulate(TIME, np.sin(5 * TIME)[:, None], ["wheel.phi"], {"wheel.q": 0.3, "wheel.w": 0.2})
+
+    monkeypatch.setattr(type(instance.fmu), "reset", reset)
+    monkeypatch.setattr(model.compiled.processes, "ask", partial(worker.ANSWERS[worker.RunRequest], instance))
+    once, again = run(), run()
+
+    assert instance.resets is not fails
+    assert np.ptp(once) > 0.1
+    np.testing.assert_array_equal(once, again)
+    assert stale[0] == (0 if fails else 3)
 
 
 @pytest.mark.slow

@@ -93,3 +93,8 @@ def test_a_clock_that_jitters_makes_what_moves_noisy_and_signals_err_together() 
     white = metric(draws)
 
     np.testing.assert_allclose(white @ white.T / 4000, np.eye(120), atol=0.1)
+
+
+def test_what_has_no_columns_keeps_its_rows() -> None:
+    """A model without start values that can be moved has no slopes, but has errors."""
+    assert Metric(1, np.ones(2))(np.zeros((40, 2, 0))).shape == (80, 0)

@@ -52,6 +52,19 @@ def test_what_leaves_less_is_the_answer() -> None:
     assert diagnose._better_of(first, second).seconds == 2.0
 
 
+def test_two_effects_stay_two_until_balance_equations_have_tried_both() -> None:
+    either, one = _answer("ambiguous", 1.0), _answer("named", 1.0)
+    one = replace(one, effects=one.effects[:1])
+    ranked = one.ranking[0]
+    alone = replace(one, ranking=(replace(ranked, effects=("coulomb_friction",), sites=ranked.sites[:1]),))
+    both = replace(
+        alone, ranking=(*alone.ranking, replace(ranked, effects=("viscous_friction",), sites=ranked.sites[:1]))
+    )
+
+    assert diagnose._better_of(either, alone).verdict == "ambiguous"
+    assert diagnose._better_of(either, both).verdict == "named"
+
+
 def test_one_effect_inside_an_fmu_goes_before_three_at_its_borders_that_leave_as_much() -> None:
     one, other = (_answer("named", left) for left in (0.97, 0.95))
     one = replace(one, effects=one.effects[:1])

@@ -176,6 +176,22 @@ def test_typical_mistake_gives_one_line_that_names_the_file_and_what_to_do(mista
     assert "\n" not in message
 
 
+def test_a_sensor_that_reads_falsely_where_its_error_is_absent_is_refused(tmp_path: Path) -> None:
+    """It changes no rate, but what is read."""
+    card = CARD.replace("jointTorque1", "jointSensor1").replace(', "jointTorque2", "jointTorque3"', "")
+    text = (
+        CLASS.replace("JointTorque.PartialJointTorque", "JointSensor.PartialJointSensor")
+        .replace("SI.RotationalDamping", "Real")
+        .replace("tau[i] = -b[i]*w[i]*sin(2*q[i])^2", "y[i] = q[i] + 0.02 + b[i]*q[i]^2")
+    )
+    pendulum = find_modelica_model("pendulum")
+
+    with pytest.raises(MisfitError, match="still changes theta where the card says that the effect is absent"):
+        find_candidates(pendulum, pendulum.compile(), effect_library([write_card(tmp_path / "wrong", card, text)]))
+    right = write_card(tmp_path / "right", card, text.replace(" + 0.02", ""))
+    assert find_candidates(pendulum, pendulum.compile(), effect_library([right]))[0]
+
+
 def test_folder_without_cards_ends_with_code_2_and_says_so(tmp_path: Path) -> None:
     done = misfit("diagnose", "pendulum", "nowhere", "--cards", tmp_path)
 

@@ -41,36 +41,34 @@ def document(measurements: MeasurementSet, **options: object) -> str:
     return json.dumps({**found.to_json(), "seconds": 0})
 
 
-def test_any_number_of_workers_gives_the_same_bytes(swings: MeasurementSet) -> None:
-    one, three = (document(swings, workers=n) for n in (1, 3))
+@pytest.fixture(scope="module")
+def alone(swings: MeasurementSet) -> str:
+    """The document of one worker in this process."""
+    return document(swings, workers=1)
 
-    assert one == three
+
+def test_any_number_of_workers_gives_the_same_bytes(swings: MeasurementSet, alone: str) -> None:
+    assert document(swings, workers=3) == alone
 
 
-def test_finished_fits_are_not_made_again(swings: MeasurementSet, tmp_path: Path) -> None:
-    first, second = (Resumable(Here(), tmp_path) for _ in range(2))
+def test_finished_fits_are_not_made_again_and_another_value_of_the_data_is_another_task(
+    swings: MeasurementSet, alone: str, tmp_path: Path
+) -> None:
+    first, second, third = (Resumable(Here(), tmp_path) for _ in range(3))
 
     documents = [document(swings, workers=1, work=work) for work in (first, second)]
 
-    assert documents[0] == documents[1]
+    assert documents == [alone, alone]
     assert first.remembered == 0
     assert second.remembered == len(list(tmp_path.glob("*.pickle"))) > 0
-
-
-def test_another_value_of_the_data_is_another_task(swings: MeasurementSet, tmp_path: Path) -> None:
-    work = Resumable(Here(), tmp_path)
-    document(swings, workers=1, work=work)
     table = np.genfromtxt(swings.path / "swing.csv", delimiter=",", names=True)
     moved = tmp_path / "moved"
     moved.mkdir()
     rows = np.column_stack([table[name] for name in table.dtype.names])
     rows[5, 1] += 1e-9
     np.savetxt(moved / "swing.csv", rows, delimiter=",", header=",".join(table.dtype.names), comments="")
-
-    again = Resumable(Here(), tmp_path)
-    document(load_measurements(moved), workers=1, work=again)
-
-    assert again.remembered == 0
+    document(load_measurements(moved), workers=1, work=third)
+    assert third.remembered == 0
 
 
 def test_diagnosis_that_was_killed_goes_on_and_ends_the_same(swings: MeasurementSet, tmp_path: Path) -> None:
@@ -99,9 +97,8 @@ def test_diagnosis_that_was_killed_goes_on_and_ends_the_same(swings: Measurement
     assert resumed == afresh
 
 
-def test_a_dask_cluster_gives_the_same_bytes(swings: MeasurementSet) -> None:
+def test_a_dask_cluster_gives_the_same_bytes(swings: MeasurementSet, alone: str) -> None:
     distributed = pytest.importorskip("distributed", reason="Dask is an extra")
-    here = document(swings, workers=1)
 
     with distributed.LocalCluster(
         n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None, protocol="tcp"
@@ -110,7 +107,7 @@ def test_a_dask_cluster_gives_the_same_bytes(swings: MeasurementSet) -> None:
         there = document(swings, workers=1, work=work)
         work.close()
 
-    assert there == here
+    assert there == alone
 
 
 def test_scheduler_that_does_not_answer_is_one_line(tmp_path: Path) -> None:

@@ -11,6 +11,8 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "cosim"))
 
 from small_fmus import small_fmu  # noqa: E402
 
+from tests.in_process import misfit_here  # noqa: E402
+
 MISFIT = str(Path(sys.executable).with_name("misfit"))
 
 
@@ -36,6 +38,4 @@ def decay_reference(path: Path, rate: float = 1.0, stop: float = 2.0, step: floa
 
 def misfit(*arguments: object, folder: Path) -> "subprocess.CompletedProcess[str]":
     """`misfit regress` in a folder."""
-    return subprocess.run(
-        [MISFIT, "regress", *map(str, arguments)], cwd=folder, capture_output=True, text=True, check=False, timeout=120
-    )
+    return misfit_here("regress", *arguments, folder=folder)

@@ -35,7 +35,7 @@ class Metric:
         thinned = thin(series, self.stride)
         if self.whitener.ndim == 1:
             scaled = thinned * self.whitener.reshape(1, -1, *[1] * (thinned.ndim - 2))
-            return scaled.reshape(-1, *thinned.shape[2:])
+            return scaled.reshape(scaled.shape[0] * scaled.shape[1], *thinned.shape[2:])
         flat = thinned.reshape(len(self.whitener), *thinned.shape[2:])
         if flat.ndim == 1:
             return np.asarray(self.whitener @ flat)

@@ -1,6 +1,6 @@
 """What the rescue mechanisms of the search by free runs do, and what the answers are without them.
 
-    python -m tests.benchmarks.house.ablation [--off NAME ...] [--seed N --families F ... --budget S] [--out DIR]
+    python -m tests.benchmarks.house.ablation [--off NAME ...] [--seed N --families F ... --plants P ... --budget S] [--out DIR]
 
 Each mechanism looks again at a fit that may have gone astray. Every case is diagnosed with all of them; where one of them gave anything
 but what was there, also without any; where that changes the verdict, the effects or what they are confused with, without each that acted.
@@ -27,6 +27,7 @@ from tests.benchmarks.diagnosis.child import run_child
 from tests.benchmarks.diagnosis.diagnose_cases import answer_of
 from tests.benchmarks.diagnosis.suite import suite
 from tests.benchmarks.diagnosis.truth.families import FAMILIES
+from tests.benchmarks.diagnosis.truth.machines import MACHINES
 from tests.benchmarks.diagnosis.truth.native import TruthError
 
 CASES = Path(__file__).parents[2] / "cases"
@@ -139,13 +140,17 @@ def _row(model: str, folder: Path, off: Sequence[str], file: Path) -> dict[str, 
     return row
 
 
-def _cases(seed: int | None, families: Sequence[str], out: Path) -> Iterator[tuple[str, Path]]:
+def _cases(seed: int | None, families: Sequence[str], plants: Sequence[str], out: Path) -> Iterator[tuple[str, Path]]:
     """Models and folders of the cases, which are made when they are asked for."""
     if seed is None:
         yield from ((model, CASES / folder) for model, folder in SHIPPED.values())
         return
     for wish in suite("medium", seed):
-        if wish.family in families and free_slots(find_modelica_model(wish.machine).compile()):
+        if (
+            wish.family in families
+            and wish.machine in plants
+            and free_slots(find_modelica_model(wish.machine).compile())
+        ):
             try:
                 truth = answer_of(wish, out)
             except TruthError:
@@ -164,6 +169,7 @@ def main() -> None:
     options.add_argument("--off", nargs="*", default=[], metavar="NAME")
     options.add_argument("--seed", type=int)
     options.add_argument("--families", nargs="*", default=list(FAMILIES), choices=list(FAMILIES))
+    options.add_argument("--plants", nargs="*", default=list(MACHINES), choices=list(MACHINES))
     options.add_argument("--budget", type=float, default=float("inf"))
     options.add_argument("--out", type=Path, default=Path("build/ablation"))
     options.add_argument("--one", nargs=3, help=argparse.SUPPRESS)
@@ -177,7 +183,7 @@ def main() -> None:
     began, asked, acted = time.monotonic(), Counter[str](), Counter[str]()
     rows = chosen.out / "rows"
     rows.mkdir(parents=True, exist_ok=True)
-    for model, folder in _cases(chosen.seed, chosen.families, chosen.out):
+    for model, folder in _cases(chosen.seed, chosen.families, chosen.plants, chosen.out):
         if time.monotonic() - began > chosen.budget:
             break
         usual = _row(model, folder, chosen.off, rows / f"{folder.name}.json")
