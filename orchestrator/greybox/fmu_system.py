@@ -1,5 +1,6 @@
 """An FMU with effects as a system of FMUs: the original, one small FMU for each effect, and a file that connects them."""
 
+import hashlib
 import re
 import shutil
 from collections.abc import Sequence
@@ -46,7 +47,7 @@ class _Plan:
         """Build a component from a class; returns its name."""
         number = 1 + sum(re.fullmatch(rf"{label}\d*", known) is not None for known in self.components)
         name = label if number == 1 else f"{label}{number}"
-        file = cache_folder("laws") / f"{class_name}_{abs(hash(text)):x}.mo"
+        file = cache_folder("laws") / f"{class_name}_{hashlib.sha256(text.encode()).hexdigest()[:16]}.mo"
         write_atomically(file, text.encode())
         build_fmu(ModelicaModel(class_name, class_name, file).compile(), self.folder / f"{name}.fmu")
         self.components[name] = ComponentSpec(name, source=f"{name}.fmu")
