@@ -199,8 +199,12 @@ def _by_greybox(
 def _in_grey_box(
     source: Source, found: Diagnosis, measurements: MeasurementSet, library: Sequence[EffectCard]
 ) -> OtherAnswer | None:
-    """What free runs named as the grey box sees it; None if they leave little, or nothing named, or the filter cannot follow it."""
-    if found.verdict not in NAMES or _left(found) < MUCH_LEFT or not isinstance(source, ModelicaModel):
+    """Several effects that free runs named, as the grey box sees them; None if they leave little, or the filter cannot follow them.
+
+    One effect that takes away most is not doubted: more of them would explain more of any record.
+    """
+    several = found.verdict in NAMES and len(found.effects) > 1
+    if not several or _left(found) < MUCH_LEFT or not isinstance(source, ModelicaModel):
         return None
     fitted = sum(len(effect.parameters) for effect in found.effects) + len(found.adjusted)
     cannot = (MisfitError, RuntimeError, ArithmeticError, LookupError, ValueError)

@@ -16,16 +16,20 @@ from orchestrator.measurements import MeasurementSet
 class OtherAnswer:
     """A model with the effects of an answer in it, fitted with white forces on its balances, beside the model as given.
 
-    `unexplained` is the share of the disturbing forces' power that is left, 0 to 1, as in the answers of the grey box.
+    `parameters` of it were fitted; `unexplained` is the share of the disturbing forces' power that is left, 0 to 1, as in the answers of the grey box.
     """
 
     own: FittedSet
+    parameters: int
     unexplained: float
 
     def gives_way_to(self, other: FittedSet, limits: Thresholds) -> bool:
-        """Whether another set makes the learning trials more probable beyond doubt, each with the price of its parameters."""
+        """Whether another set makes the learning trials more probable beyond doubt, with no more parameters.
+
+        With more of them, it explains more of any record: a pendulum's viscous friction gave way to drag, dry friction and gravity.
+        """
         judge = Judge(self.own, limits, np.ones(1))  # likelihoods alone, so that no scale of signals is asked for
-        return judge.beyond_doubt(other, self.own)
+        return other.counted <= self.parameters and judge.beyond_doubt(other, self.own)
 
 
 def other_answer(
@@ -43,4 +47,4 @@ def other_answer(
     unexplained = 1.0 - Judge(nominal, limits, np.maximum(scale, 1e-300)).explained(own)
     # The price of the parameters goes on the losses, evenly, since the model itself has none that are free.
     priced = own.losses + parameters * own.price / len(own.losses)
-    return OtherAnswer(replace(own, losses=priced), unexplained)
+    return OtherAnswer(replace(own, losses=priced), parameters, unexplained)

@@ -1,6 +1,7 @@
 """What free runs named, in the terms of the grey box: how much it leaves unexplained, and when another set is likelier."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 
@@ -50,3 +51,11 @@ def test_a_parameter_has_to_pay_its_price(measured: MeasurementSet) -> None:
     one, hundred = (seen(model, "viscous_friction", DAMPING, measured, count) for count in (1, 100))
     assert hundred.own.loss - one.own.loss == pytest.approx(99 * one.own.price)
     assert hundred.gives_way_to(one.own, Thresholds())
+
+
+def test_a_set_with_more_parameters_takes_no_answers_place(measured: MeasurementSet) -> None:
+    model = find_modelica_model("pendulum")
+    right, little = (seen(model, "viscous_friction", size, measured, 0) for size in (DAMPING, 0.01 * DAMPING))
+    richer = SimpleNamespace(counted=1, loss=right.own.loss, losses=right.own.losses)
+    assert little.gives_way_to(right.own, Thresholds())
+    assert not little.gives_way_to(richer, Thresholds())  # type: ignore[arg-type]
