@@ -150,9 +150,8 @@ def _diagnosed(
         other = None if closed else _in_grey_box(source, found, measurements, library)
         if other is not None:
             found = replace(found, unexplained_share=other.unexplained, incomplete=_is_incomplete(found, other))
-        if (_asks_for_more(found, closed) or found.incomplete) and (
-            not isinstance(source, FmuSource) or can_be_taped(source)
-        ):
+        doubtful = other is not None and other.unexplained > 1 - LEAST_REMOVED
+        if (_asks_for_more(found, closed) or doubtful) and (not isinstance(source, FmuSource) or can_be_taped(source)):
             progress("looking at every balance equation")
             found = _better_of(found, _by_greybox(source, measurements, given, workers, progress, laws, asked), other)
         if isinstance(model, SymbolicModel) and found.verdict != "adequate":
