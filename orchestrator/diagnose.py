@@ -209,7 +209,8 @@ def _in_grey_box(
     cannot = (MisfitError, RuntimeError, ArithmeticError, LookupError, ValueError)
     with suppress(*cannot), threadpool_limits(limits=1, user_api="blas"), np.errstate(all="ignore"):
         answer = extended_class(source, found.effects, library, found.adjusted)
-        return other_answer(source, answer, fitted, measurements, Thresholds())
+        if answer.compile().n_delays == 0:  # what is delayed is no state of the filter
+            return other_answer(source, answer, fitted, measurements, Thresholds())
     return None
 
 
