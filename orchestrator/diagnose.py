@@ -5,7 +5,7 @@ at their balance equations (`greybox`).
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 
@@ -92,7 +92,27 @@ def diagnose(
     def search(measured: MeasurementSet, asked: Sequence[str]) -> Diagnosis:
         return _diagnosed(source, model, measured, checks, library, workers, progress, work, laws, asked)
 
-    as_assumed, notes, early = measurements, len(measurements.notes), dict[str, float]()
+    found = _as_inputs_run(search, measurements, asked, progress, workers)
+    if found.verdict == "ambiguous" and isinstance(found.search, Outcome) and not isinstance(source, FmuSource):
+        progress("choosing the next experiment")
+        with threadpool_limits(limits=1, user_api="blas"), threads(workers):
+            found = with_separating_experiment(found, found.search)
+    return found
+
+
+def _as_inputs_run(
+    search: Callable[[MeasurementSet, Sequence[str]], Diagnosis],
+    measurements: MeasurementSet,
+    asked: Mapping[str, str],
+    progress: Progress,
+    workers: int,
+) -> Diagnosis:
+    """Search, and search again where the record says that inputs run otherwise between samples than was assumed.
+
+    `asked` are inputs of which nobody has said it, with their columns. A search may stop for that early; what its answer does
+    not need is turned back then.
+    """
+    as_assumed, early = measurements, dict[str, float]()
     try:
         found = search(measurements, list(asked))
     except RunsOtherwise as stopped:
@@ -110,12 +130,7 @@ def diagnose(
         if gains or back:
             measurements = turned(measurements, asked, gains)
             found = search(measurements, ())
-    found = replace(found, warnings=(*found.warnings, *measurements.notes[notes:]))
-    if found.verdict == "ambiguous" and isinstance(found.search, Outcome) and not isinstance(source, FmuSource):
-        progress("choosing the next experiment")
-        with threadpool_limits(limits=1, user_api="blas"), threads(workers):
-            found = with_separating_experiment(found, found.search)
-    return found
+    return replace(found, warnings=(*found.warnings, *measurements.notes[len(as_assumed.notes) :]))
 
 
 def _diagnosed(
@@ -149,7 +164,8 @@ def _diagnosed(
             found = search_failed(given, error)
         other = None if closed else _in_grey_box(source, found, measurements, library)
         if other is not None:
-            found = replace(found, unexplained_share=other.unexplained, incomplete=_is_incomplete(found, other))
+            incomplete = found.verdict == "named" and other.unexplained > Thresholds().complete_share
+            found = replace(found, unexplained_share=other.unexplained, incomplete=incomplete)
         doubtful = other is not None and other.unexplained > 1 - LEAST_REMOVED
         if (_asks_for_more(found, closed) or doubtful) and (not isinstance(source, FmuSource) or can_be_taped(source)):
             progress("looking at every balance equation")
@@ -209,13 +225,11 @@ def _in_grey_box(
     cannot = (MisfitError, RuntimeError, ArithmeticError, LookupError, ValueError)
     with suppress(*cannot), threadpool_limits(limits=1, user_api="blas"), np.errstate(all="ignore"):
         answer = extended_class(source, found.effects, library, found.adjusted)
-        if answer.compile().n_delays == 0:  # what is delayed is no state of the filter
+        if (
+            answer.compile().n_delays == 0
+        ):  # a search at balances beside delays takes minutes, and no case shows that it pays
             return other_answer(source, answer, fitted, measurements, Thresholds())
     return None
-
-
-def _is_incomplete(found: Diagnosis, other: OtherAnswer) -> bool:
-    return found.verdict == "named" and other.unexplained > Thresholds().complete_share
 
 
 def _asks_for_more(found: Diagnosis, is_fmu: bool) -> bool:

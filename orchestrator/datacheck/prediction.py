@@ -81,18 +81,15 @@ class Predictor:
         """
         return float(max(self._shares(change, few).max(), LEAST))
 
-    def errors(self) -> np.ndarray:
+    def errors(self, change: Change = NO_CHANGE) -> np.ndarray:
         """Root mean square error (ny,) over the stretches, in the units of the outputs."""
-        parts = self.stretches(NO_CHANGE)
-        there = np.concatenate([bent(part.time, part.outputs) for part in parts])
-        return np.asarray(np.sqrt(self._shares(NO_CHANGE, few=False) * np.mean(there**2, axis=0)))
+        there = np.concatenate([bent(part.time, part.outputs) for part in self.stretches(change)])
+        return np.asarray(np.sqrt(self._shares(change, few=False) * np.mean(there**2, axis=0)))
 
     def reaches_noise(self, change: Change) -> bool:
         """Whether the model errs by hardly more than the noise of each output, with changed columns."""
-        outputs = slice(len(self.data.input_names), None)
-        there = np.concatenate([bent(part.time, part.outputs) for part in self.stretches(change)])
-        errors = np.sqrt(self._shares(change, few=False) * np.mean(there**2, axis=0))
-        return bool(np.all(errors < limits.NEAR_NOISE * change.noise(self.noise, self.names)[outputs]))
+        noise = change.noise(self.noise, self.names)[len(self.data.input_names) :]
+        return bool(np.all(self.errors(change) < limits.NEAR_NOISE * noise))
 
     @cached_property
     def _as_recorded(self) -> np.ndarray:

@@ -78,9 +78,8 @@ class Judge:
         return clearly and self.ratio(other, one) <= 1 + self.limits.worse
 
     def beyond_doubt(self, better: FittedSet, other: FittedSet) -> bool:
-        """Whether a set is more probable than another by more than the scatter of the difference over the record allows."""
-        gain = other.loss - better.loss
-        return gain > self.limits.nats and gain > self.limits.standard_errors * scatter_between(better, other)
+        """Whether a set is more probable than another beyond doubt."""
+        return beyond_doubt(better, other, self.limits)
 
     def foretells(self, best: FittedSet, less: FittedSet) -> bool:
         """Whether predictions are better in so many windows, and by so much, that scatter does not explain it."""
@@ -154,6 +153,12 @@ def _left(found: FittedSet, given: FittedSet) -> np.ndarray:
     """Power of the disturbing force at each balance over all trials, over that of the model `given`, (nb,)."""
     before, after = (np.sum([n.intensity**2 for n in s.fit.noise], axis=0) for s in (given, found))
     return np.asarray(np.minimum(after / np.maximum(before, 1e-300), 1.0))
+
+
+def beyond_doubt(better: FittedSet, other: FittedSet, limits: Thresholds) -> bool:
+    """Whether a set is more probable than another by more than the scatter of the difference over the record allows."""
+    gain = other.loss - better.loss
+    return gain > limits.nats and gain > limits.standard_errors * scatter_between(better, other)
 
 
 def scatter_between(one: FittedSet, other: FittedSet) -> float:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from fmus.errors import ComponentError
-from orchestrator.greybox.decide import scatter_between
+from orchestrator.greybox.decide import beyond_doubt
 from orchestrator.greybox.search import FittedSet, Setting, refitted
 
 
@@ -34,7 +34,7 @@ def held_otherwise(setting: Setting, chosen: FittedSet, asked: Sequence[str]) ->
     for name in asked:
         other = _turned(held, name)
         again = _fitted(setting, chosen, other)
-        if again is not None and _beyond_doubt(again, best, setting):
+        if again is not None and beyond_doubt(again, best, setting.thresholds):
             found[name] = best.loss - again.loss
             held, best = other, again
     return found
@@ -46,7 +46,7 @@ def held_for_nothing(setting: Setting, chosen: FittedSet, turned: Sequence[str])
     found = {}
     for name in turned:
         again = _fitted(setting, chosen, _turned(setting.held, name))
-        if again is not None and not _beyond_doubt(chosen, again, setting):
+        if again is not None and not beyond_doubt(chosen, again, setting.thresholds):
             found[name] = chosen.loss - again.loss
     return found
 
@@ -62,8 +62,3 @@ def _fitted(setting: Setting, chosen: FittedSet, held: Sequence[str]) -> FittedS
             return refitted(setting, chosen, held)
     except (RuntimeError, ArithmeticError, LookupError, ValueError, ComponentError):
         return None
-
-
-def _beyond_doubt(better: FittedSet, other: FittedSet, setting: Setting) -> bool:
-    gain, limits = other.loss - better.loss, setting.thresholds
-    return gain > limits.nats and gain > limits.standard_errors * scatter_between(better, other)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fmus.catalogue import ModelicaModel
-from orchestrator.greybox.decide import Judge
+from orchestrator.greybox.decide import Judge, beyond_doubt
 from orchestrator.greybox.evidence import case_of, nominal_set
 from orchestrator.greybox.search import FittedSet
 from orchestrator.greybox.thresholds import Thresholds
@@ -28,8 +28,7 @@ class OtherAnswer:
 
         With more of them, it explains more of any record: a pendulum's viscous friction gave way to drag, dry friction and gravity.
         """
-        judge = Judge(self.own, limits, np.ones(1))  # likelihoods alone, so that no scale of signals is asked for
-        return other.counted <= self.parameters and judge.beyond_doubt(other, self.own)
+        return other.counted <= self.parameters and beyond_doubt(other, self.own, limits)
 
 
 def other_answer(

@@ -347,9 +347,7 @@ end House;
     assert file is not None and "Gaw*(Tw - Ta) - heat1_G*(Ta - Te);" in file.read_text()
 
 
-def test_an_input_that_was_held_is_found_out_once_the_missing_effect_is_known(tmp_path: Path) -> None:
-    """Half a sample of a smooth force is nothing beside a missing spring, and eight times the noise once the spring is there."""
-    text = """model Oscillator
+OSCILLATOR = """model Oscillator
   parameter Real m(unit="kg") = 0.8, c(unit="N/m") = 40, d(unit="N.s/m") = 0.6;
   input Real F(unit="N");
   output Real x(unit="m", start=0);
@@ -359,7 +357,11 @@ equation
   m*der(v) = F - c*x - d*v;
 end Oscillator;
 """
-    model, random, time = written(tmp_path, text), np.random.default_rng(12), np.arange(0.0, 8.0, 0.01)
+
+
+def test_an_input_that_was_held_is_found_out_once_the_missing_effect_is_known(tmp_path: Path) -> None:
+    """Half a sample of a smooth force is nothing beside a missing spring, and eight times the noise once the spring is there."""
+    model, random, time = written(tmp_path, OSCILLATOR), np.random.default_rng(12), np.arange(0.0, 8.0, 0.01)
     for trial in (1, 2, 3):
         waves = [(random.normal(), random.uniform(0.5, 12.0), random.uniform(0.0, 6.0)) for _ in range(6)]
         force = sum(3.0 * size * np.sin(speed * time + phase) for size, speed, phase in waves)
@@ -419,19 +421,9 @@ def test_one_wrong_mass_is_named_and_no_constant_force_beside_another_wrong_mass
 
 
 def test_a_wrong_value_of_a_spring_is_named_and_the_spring_beside_it_is_no_rival(tmp_path: Path) -> None:
-    text = """model Swing
-  parameter Real m(unit="kg") = 2, c(unit="N/m") = 30, d(unit="N.s/m") = 1;
-  input Real F(unit="N");
-  output Real x(unit="m", start=0);
-  Real v(unit="m/s", start=0);
-equation
-  der(x) = v;
-  m*der(v) = F - c*x - d*v;
-end Swing;
-"""
     folder = record(
         tmp_path,
-        lambda x, F: [x[1], (F - 31.5 * x[0] - x[1]) / 2],
+        lambda x, F: [x[1], (F - 42 * x[0] - 0.6 * x[1]) / 0.8],
         [0.0, 0.0],
         (-3.0, 3.0),
         0.02,
@@ -439,7 +431,7 @@ end Swing;
         {"x": ("m", lambda x: x[0], 1e-4)},
         ("F", "N"),
     )
-    found = diagnose(written(tmp_path, text), load_measurements(str(folder)), workers=1)
+    found = diagnose(written(tmp_path, OSCILLATOR), load_measurements(str(folder)), workers=1)
     effect = the_one(found)
     assert (effect.id, effect.site) == ("parameter_error", "c")
     assert effect.parameters["share"].value == pytest.approx(0.05, rel=0.02)
