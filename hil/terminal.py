@@ -54,15 +54,22 @@ def gaps(document: Mapping[str, Any]) -> str:
     )
 
 
+# How a virtual robot fails whose process stood still; limits of time grow with the period.
+_STALLED = ("positions_answered", "on_time", "force_bounded: the force sensor has not answered")
+
+
 def stopped_by(document: Mapping[str, Any], virtual: bool) -> str:
     """Lines that say what went wrong in a session, if anything did; a virtual robot on a busy machine answers late."""
+    from hil.robots.defaults import SLOWEST_HZ
+
     lines = ""
     if slow := document.get("slow_cycles", 0):
         lines += f"the controller took more than half of the cycle {slow} times; 6 ms of it in a row halve its torque, 30 ms stop the arm\n"
     lines += "".join(f"stopped by {fault}\n" for fault in document["faults"])
-    late = [fault for fault in document["faults"] if fault.startswith(("positions_answered", "on_time"))]
-    if virtual and late:
-        lines += f"this machine is too busy for a virtual robot at {document['rate_hz']:g} Hz; try --rate 100\n"
+    if virtual and any(fault.startswith(_STALLED) for fault in document["faults"]):
+        rate = float(document["rate_hz"])
+        slower = f"; try --rate {min(100.0, rate / 2):g}" if rate >= 2 * SLOWEST_HZ else ""
+        lines += f"this machine is too busy for a virtual robot at {rate:g} Hz{slower}\n"
     return lines
 
 

@@ -12,6 +12,7 @@ from hil.codecs.barrett.tables import MONITOR
 from hil.codecs.frame import Frame
 from hil.robots import proficio
 from hil.robots.base import Gains, Line, Sleep
+from hil.robots.chain import Chain
 from hil.robots.defaults import limits_of
 from hil.safety.limits import JointLimits, Limits
 
@@ -45,6 +46,11 @@ class Proficio:
         if side not in proficio.HOME:
             raise MisfitError(f"side = {side!r}; left or right was expected")
         self.side: proficio.Side = side
+
+    @property
+    def chain(self) -> Chain:
+        """Its links."""
+        return proficio.chain(self.side)
 
     def limits(self, rate_hz: float) -> Limits:
         """Those in which the vendor's examples move it."""

@@ -19,7 +19,7 @@ ADVICE = {
     ),
     "positions_answered": Advice(
         "A motor did not say in time where it is.",
-        "Look at plugs, termination and load of the bus; `misfit hil check` names a node that is missing.",
+        "Look at plugs, termination and load of the bus; `misfit hil check` names a node that is missing. A virtual robot needs a computer that does little else, or a lower rate.",
     ),
     "encoder_alive": Advice(
         "An encoder has stopped: its joint is pushed and the angle does not change by a single count.",
@@ -58,10 +58,9 @@ ADVICE = {
         "Ask the controller for less stiffness or speed; the limit is `energy` of the bench file.",
     ),
     "force_bounded": Advice(
-        "The force at the wrist is too large, or its sensor cannot be believed.",
-        "Let go of the arm. If nobody held it, zero the force sensor and look at its cable.",
+        "The force at the wrist is too large.", "Let go of the arm. If nobody held it, zero the force sensor."
     ),
-    "cool": Advice("A motor is getting hot.", "Let the arm rest; ask for less torque in long holds."),
+    "cool": Advice("A motor is too hot.", "Let the arm rest; ask for less torque in long holds."),
     "unpinched": Advice(
         "A joint presses against something where it can pinch.", "Look between the links; free what is there."
     ),
@@ -70,29 +69,83 @@ ADVICE = {
         "Ask for less stiffness or more damping; hold the arm less tightly.",
     ),
     "module_agrees": Advice(
-        "The robot's own safety module, or its pendant, has switched the torque off.",
-        "Find out who pressed and why; release the emergency stop, press Activate, start a new session.",
+        "The robot's own safety module has switched the torque off.",
+        "Look at the pendant for the limit that was passed and find its cause; press Activate, start a new session.",
     ),
     "drives_ready": Advice(
-        "A drive has left its operation: it has a fault, or somebody disabled it.",
+        "A drive has left its operation.",
         "Look up its error, remove the cause, start a new session.",
     ),
     "alone_on_the_bus": Advice(
         "Another program sends torques to this robot.", "End the other program; only one may command an arm."
     ),
     "watched": Advice(
-        "The session stood still and the watchdog has let the arm go.",
+        "The watchdog has let the arm go.",
         "Free the computer of other work; the arm sinks slowly, nothing drives it.",
     ),
     "recorded": Advice(
         "What happens can no longer be recorded.", "Is the disk full? Make room and start a new session."
     ),
     "not_aborted": Advice(
-        "Somebody stopped the session: the button, Ctrl-C, or the end of its terminal.",
+        "Somebody stopped the session.",
         "Start a new session when all is clear.",
     ),
     "not_ended": Advice("The session came to its end.", "Nothing needs to be done."),
 }
+
+# A rule that can be broken in several ways: words of the safety core, and what is meant by them.
+CAUSES = {
+    "encoder_alive": (("right after", Advice("An encoder has stopped at once.", ADVICE["encoder_alive"].do)),),
+    "positions_answered": (
+        ("too late", Advice("A motor says too late where it is.", ADVICE["positions_answered"].do)),
+    ),
+    "on_time": (
+        ("stood still", Advice("The session stood still.", ADVICE["on_time"].do)),
+        ("clock moved", Advice("The computer's clock jumped.", "Look for what sets the clock; start a new session.")),
+    ),
+    "force_bounded": (
+        (
+            "sensor has not answered",
+            Advice("The force sensor is silent.", "Look at its cable and supply, and at the load of the bus."),
+        ),
+        (
+            "no force sensor",
+            Advice("There is no force sensor.", "`misfit hil check` names nodes that are missing."),
+        ),
+        (
+            "beyond its range",
+            Advice("The force sensor is at the end of its range.", "Let go of the arm; zero the force sensor."),
+        ),
+        (
+            "exactly the same",
+            Advice("The force sensor has stopped: it repeats itself to the last digit.", "Look at it and its cable."),
+        ),
+    ),
+    "cool": (("getting hot", Advice("A motor is getting hot.", ADVICE["cool"].do)),),
+    "module_agrees": (
+        (
+            "emergency stop",
+            Advice(
+                "The emergency stop was pressed.",
+                "Find out who pressed and why; release it, press Activate, start a new session.",
+            ),
+        ),
+        (
+            "does not answer",
+            Advice("The robot's safety module is silent.", "Look at its cable and supply, and at the bus."),
+        ),
+        ("no safety module", Advice("There is no safety module.", "`misfit hil check` names nodes that are missing.")),
+        ("idle", Advice("Idle was pressed on the pendant.", "Press Activate, start a new session.")),
+        ("warns", Advice("The robot's safety module warns.", "Look at the pendant: a limit of it is near.")),
+    ),
+    "watched": (("fallen silent", Advice("The watchdog is silent.", ADVICE["watched"].do)),),
+}
+
+
+def advice(rule: str, words: str) -> Advice:
+    """What a broken rule means, by the words in which the safety core says how it was broken."""
+    return next((meant for part, meant in CAUSES.get(rule, ()) if part in words), ADVICE[rule])
+
 
 REACTIONS = {
     Reaction.PASS: "nothing: torques pass",

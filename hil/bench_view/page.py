@@ -6,7 +6,7 @@ from nicegui import ui
 
 from hil.bench_view import pictures, tables
 from hil.bench_view.arm_picture import arm_picture
-from hil.bench_view.sentences import Said, state, trial
+from hil.bench_view.sentences import Said, doing, state
 from hil.bench_view.stop_bar import SIGN, stop_bar
 from hil.bench_view.style import CSS
 from hil.bench_view.watched import Sessions, Watched
@@ -151,10 +151,9 @@ def _faults(seen: Watched) -> str:
     return f"<h2>Faults</h2>{tables.fault_list(seen)}"
 
 
-def _trial(seen: Watched) -> str:
-    if not (words := trial(seen)):
-        return ""
-    return f"<h2>Trial</h2><p>{escape(words)}</p>{arm_picture(seen)}<p>Round arrows: residual torque, a quarter turn is 1 N.m. Straight arrow: force on the wrist, 10 cm are 20 N.</p>"
+def _arm(seen: Watched) -> str:
+    words = doing(seen)
+    return f"<h2>{'Trial' if 'trials' in seen.about else 'Arm'}</h2>{f'<p>{escape(words)}</p>' if words else ''}{arm_picture(seen)}"
 
 
 def _residual(seen: Watched) -> str:
@@ -163,17 +162,20 @@ def _residual(seen: Watched) -> str:
             "<h2>Residual</h2><p>This session has no model of an arm to compare the robot with; <code>misfit hil record</code>"
             " has one, and learns what it lacks.</p>"
         )
+    head = "<h2>Residual: where model and robot disagree now</h2>"
+    if not seen.past:
+        return f"{head}<p>Nothing to compare yet: the arm's controller has not been asked for a torque.</p>"
     return (
-        f"<h2>Residual: where model and robot disagree now</h2>{tables.residual(seen)}"
+        f"{head}{tables.residual(seen)}"
         f"<h3>Shoulder</h3>{pictures.traces(seen.lately, 1)}<h3>Elbow</h3>{pictures.traces(seen.lately, 2)}"
         "<p>Solid: residual. Dashed, with its 90 % interval: what has been learned of it.</p>"
     )
 
 
 def _maps(seen: Watched) -> str:
-    if seen.map is None:
+    if seen.map is None or not seen.past:
         return ""
-    means, now = seen.map.means, seen.pair("arm_q")
+    means, now = seen.map.means, seen.arm_angles
     low, high = seen.about["arm"]["low"], seen.about["arm"]["high"]
     drawn = (
         f"<figure><figcaption>{name}, N.m</figcaption>{pictures.residual_map(means[..., k], k + 1, low, high, now)}</figure>"
@@ -185,11 +187,11 @@ def _maps(seen: Watched) -> str:
 _PARTS = {
     "joints": _joints,
     "faults": _faults,
-    "trial": _trial,
+    "arm": _arm,
     "timing": _timing,
     "residual": _residual,
     "maps": _maps,
 }
 # The arm and what it does stand in the first screen.
-_COLUMNS = (("joints", "faults", "timing"), ("trial", "residual", "maps"))
+_COLUMNS = (("joints", "faults", "timing"), ("arm", "residual", "maps"))
 _SLOW = ("maps", "timing")

@@ -4,7 +4,7 @@ import shlex
 import time
 from typing import NamedTuple
 
-from hil.bench_view.advice import ADVICE, REACTIONS
+from hil.bench_view.advice import ADVICE, REACTIONS, advice
 from hil.bench_view.watched import STUCK_S, Life, Watched
 from hil.safety.cycle import Reaction
 from hil.trials.phases import Phase
@@ -75,16 +75,17 @@ def _ended(seen: Watched) -> Said:
     faults = result.get("faults", [])
     if not faults:
         return Said("The session has ended as planned.", _next(seen), "good")
-    rule = str(faults[0]).partition(":")[0]
+    rule, _, words = str(faults[0]).partition(": ")
+    do = advice(rule, words).do if rule in ADVICE else ""
     tone = "calm" if rule in WANTED else "bad"
-    return Said(f"The session has ended. {plain(str(faults[0]))}", f"{_do(rule)} {_next(seen)}".strip(), tone)
+    return Said(f"The session has ended. {plain(str(faults[0]))}", f"{do} {_next(seen)}".strip(), tone)
 
 
 def _next(seen: Watched) -> str:
     if seen.folder is None:
         return "Nothing was recorded."
     folder = shlex.quote(str(seen.folder))
-    further = f" and `misfit compare arm {folder}`" if "trials" in seen.about else ""
+    further = f" and `misfit compare arm {folder}`" if any(seen.folder.glob("trial_*.parquet")) else ""
     return f"The recording is in {seen.folder}. To go on: `misfit hil replay {folder}`{further}."
 
 
@@ -93,12 +94,8 @@ def plain(reason: str) -> str:
     rule, _, words = reason.partition(": ")
     if rule not in ADVICE:
         return reason
-    happened = ADVICE[rule].happened
+    happened = advice(rule, words).happened
     return happened if rule in WANTED else f"{happened.removesuffix('.')} ({words})."
-
-
-def _do(rule: str) -> str:
-    return ADVICE[rule].do if rule in ADVICE else ""
 
 
 def _became(reaction: int) -> str:
@@ -121,13 +118,18 @@ def _fault(seen: Watched, glance: Glance, broken: Broken) -> Fault:
     first, last = ((at - glance.began_ns) * 1e-9 for at in (broken.first_ns, broken.last_ns))
     cycles = "1 cycle" if broken.cycles == 1 else f"{broken.cycles} cycles"
     span = f"at {first:.2f} s" if last - first < 0.005 else f"from {first:.2f} to {last:.2f} s"
-    advice = ADVICE[broken.rule]
+    happened, do = advice(broken.rule, broken.words)
     words = f"{broken.words} ({broken.rule})"
-    return Fault(f"{clock}, {span}, {cycles}", advice.happened, words, _became(broken.reaction), advice.do)
+    return Fault(f"{clock}, {span}, {cycles}", happened, words, _became(broken.reaction), do)
 
 
-def trial(seen: Watched) -> str:
-    """Where a session of trials stands; nothing for others."""
+def doing(seen: Watched) -> str:
+    """Where a session of trials, or of postures held by stimulation, stands; nothing for others."""
+    if (posture := seen.signal("posture")) is not None and "postures" in seen.about:
+        most = seen.about["postures"]
+        if posture > most:
+            return "All postures have been held."
+        return f"Posture {posture:.0f} of {most}." if posture else f"The robot brings the arm to posture 1 of {most}."
     number, phase = seen.signal("trial"), seen.signal("phase")
     if number is None or phase is None or "trials" not in seen.about:
         return ""

@@ -14,6 +14,7 @@ CSS = f"""
 .bench-part:empty {{ display: none; }}
 .bench-part svg {{ max-width: 100%; height: auto; }}
 .bench-part svg.arm {{ max-height: 320px; width: 100%; }}
+.bench-part svg.robot {{ max-height: 300px; width: 100%; }}
 .bench-table {{ border-collapse: collapse; font-variant-numeric: tabular-nums; width: 100%; font-size: 0.92rem; }}
 .bench-table th, .bench-table td {{ text-align: right; padding: 4px 6px; border-bottom: 1px solid {SURFACES["rule"]}; white-space: nowrap; }}
 .bench-table thead th {{ white-space: normal; vertical-align: bottom; color: {Colour.QUIET}; }}

@@ -1,7 +1,7 @@
 """Tables of the bench view, as HTML: joints with their limits, the residual, and what went wrong."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from html import escape
 
 import numpy as np
@@ -22,35 +22,61 @@ def joints(seen: Watched, glance: Glance) -> str:
     limits, most = seen.about.get("joints"), seen.about.get("force")
     if limits is None or most is None:
         return "<p>This session does not say what its limits are.</p>"
-    for k, limit in enumerate(limits):
-        angle, speed, sent = glance.angles[k], glance.speeds[k], glance.torques[k]
+    for number, limit, angle, speed, sent, asked in _each_joint(seen, glance):
         cells = (
-            _number(f"{angle:+.3f}", not limit["low"] <= angle <= limit["high"]),
+            _number(f"{angle:+.3f}", _is_outside(limit, angle)),
             f"{limit['low']:g} to {limit['high']:g}",
-            _number(f"{speed:+.3f}", abs(speed) >= NEAR * limit["speed"]),
+            _number(f"{speed:+.3f}", _is_near(limit["speed"], speed)),
             f"± {limit['speed']:g}",
-            _number(f"{glance.asked[k]:+.2f}", abs(glance.asked[k]) > limit["torque"]),
-            _number(f"{sent:+.2f}", abs(sent) >= NEAR * limit["torque"]),
+            _number(f"{asked:+.2f}", abs(asked) > limit["torque"]),
+            _number(f"{sent:+.2f}", _is_near(limit["torque"], sent)),
             f"± {limit['torque']:g}",
         )
-        rows.append(f'<tr><th scope="row">{k + 1}</th>{"".join(f"<td>{cell}</td>" for cell in cells)}</tr>')
+        rows.append(f'<tr><th scope="row">{number}</th>{"".join(f"<td>{cell}</td>" for cell in cells)}</tr>')
+    hidden = len(limits) - len(rows)
+    more = f"<p>{hidden} more joints are not shown.</p>" if hidden else ""
     head = ("joint", "angle (rad)", "range", "speed (rad/s)", "limit", "asked (N.m)", "sent (N.m)", "limit")
     size = float(np.linalg.norm(glance.force))
     parts = ", ".join(f"{value:+.1f}" for value in glance.force)
     force = f"<p>Force at the wrist: {_number(f'{size:.1f} N', size >= NEAR * most)}, limit {most:g} N (x, y, z: {parts})</p>"
-    return _table("Joints", head, rows) + force
+    return _table("Joints", head, rows) + more + force
+
+
+def joints_at_a_limit(seen: Watched, glance: Glance) -> set[int]:
+    """Numbers of joints that are outside of their range, or near a limit of speed or torque."""
+    return {
+        number
+        for number, limit, angle, speed, sent, _ in _each_joint(seen, glance)
+        if _is_outside(limit, angle) or _is_near(limit["speed"], speed) or _is_near(limit["torque"], sent)
+    }
+
+
+def _each_joint(seen: Watched, glance: Glance) -> Iterator[tuple[int, Mapping[str, float], float, float, float, float]]:
+    """Number, limits, angle, speed, torque sent and asked for; a session's window has room for its first three joints."""
+    values = zip(seen.about["joints"], glance.angles, glance.speeds, glance.torques, glance.asked, strict=False)
+    return ((number, *each) for number, each in enumerate(values, start=1))
+
+
+def _is_outside(limit: Mapping[str, float], angle: float) -> bool:
+    return not limit["low"] <= angle <= limit["high"]
+
+
+def _is_near(limit: float, value: float) -> bool:
+    return abs(value) >= NEAR * limit
 
 
 def timing(seen: Watched, glance: Glance) -> str:
     """How well the session keeps its time, in numbers."""
-    asked = 3 * max(glance.cycles, 1)
+    asked = len(seen.about.get("joints", ())) * max(glance.cycles, 1)
+    rate = "not known yet" if seen.rate_hz is None else f"{seen.rate_hz:.0f} of {1e9 / glance.period_ns:.0f} Hz"
+    missing = f" of {asked} ({percent(glance.missing / asked)})" if asked else ""
     said = (
-        ("rate", f"{'none' if seen.is_over else f'{seen.rate_hz:.0f}'} of {1e9 / glance.period_ns:.0f} Hz"),
+        ("rate", rate),
         ("late, median", f"{micro(glance.late_us(0.5))} at most"),
         ("late, 99 %", f"{micro(glance.late_us(0.99))} at most"),
         ("latest", micro(glance.latest_us)),
         ("cycles skipped", f"{glance.missed} of {glance.cycles + glance.missed}"),
-        ("answers missing", f"{glance.missing} of {asked} ({percent(glance.missing / asked)})"),
+        ("answers missing", f"{glance.missing}{missing}"),
     )
     return "<dl>" + "".join(f"<div><dt>{name}</dt><dd>{words}</dd></div>" for name, words in said) + "</dl>"
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from fmus.errors import MisfitError
 from hil.bench_view.residual_map import ResidualMap
+from hil.emulation.planar import Placement
 from hil.processes import lives, process_of
 from hil.stop.flag import StopFlag
 from hil.view.glance import Glance, Look
@@ -61,11 +62,10 @@ class Watched:
     about: dict[str, Any]
     glance: Glance | None = None
     life: Life = Life.WAITING
-    rate_hz: float = 0.0
     map: ResidualMap | None = None
     past: deque[Past] = field(default_factory=lambda: deque(maxlen=round(PAST_S / PAUSE_S)))
     stop: StopFlag | None = None
-    _before: tuple[int, float] = (0, 0.0)
+    _lately: deque[tuple[int, float]] = field(default_factory=lambda: deque(maxlen=round(1.0 / PAUSE_S)))
 
     @staticmethod
     def open(path: Path) -> "Watched":
@@ -76,7 +76,8 @@ class Watched:
         """
         look = Look(path)
         found = Watched(look, dict(look.about))
-        if (arm := found.about.get("arm")) is not None:
+        arm = found.about.get("arm")
+        if arm is not None and "residual1" in found.about["signals"]:
             found.map = ResidualMap(np.array(arm["low"]), np.array(arm["high"]))
         try:
             found.stop = StopFlag(Path(found.about["stop"]), read_only=True)
@@ -120,6 +121,22 @@ class Watched:
         """Whether its stop button is not to be relied on."""
         return not self.is_over and (self.stop is None or self.stop.silent_s > SILENT_S)
 
+    @property
+    def rate_hz(self) -> float | None:
+        """Cycles a second: of the last second, of all once it is over; None before there are two."""
+        if self.glance is None or not self._lately:
+            return None
+        cycles, since_s = (1, self.glance.began_ns * 1e-9) if self.is_over else self._lately[0]
+        passed_s = self.glance.time_ns * 1e-9 - since_s
+        return (self.glance.cycles - cycles) / passed_s if passed_s > 0 else None
+
+    @property
+    def arm_angles(self) -> np.ndarray | None:
+        """Where the emulated arm is, (2,) in rad; None without one."""
+        if self.glance is None or "arm" not in self.about:
+            return None
+        return Placement(self.about["side"], self.about["arm"]["shoulder"]).angles(np.array(self.glance.angles))
+
     def signal(self, name: str) -> float | None:
         """A signal of its controller; None if it has none of that name."""
         names = self.about.get("signals", [])
@@ -142,13 +159,11 @@ class Watched:
         """Look again."""
         if self.life in (Life.ENDED, Life.KILLED):
             return
-        glance, now = self.look.look(), time.monotonic()
+        glance = self.look.look()
         if glance is not None and (self.glance is None or glance.cycles != self.glance.cycles):
             self.glance = glance
+            self._lately.append((glance.cycles, glance.time_ns * 1e-9))
             self._remember(glance)
-        if self.glance is not None and now - self._before[1] >= 1.0:
-            self.rate_hz = (self.glance.cycles - self._before[0]) / (now - self._before[1]) if self._before[1] else 0.0
-            self._before = (self.glance.cycles, now)
         self.life = self._life()
 
     def _life(self) -> Life:
@@ -163,12 +178,15 @@ class Watched:
         return Life.STUCK if self.silent_s > STUCK_S else Life.RUNNING
 
     def _remember(self, glance: Glance) -> None:
-        residual, learned, angles = self.pair("residual"), self.pair("learned"), self.pair("arm_q")
-        if self.map is None or residual is None or learned is None or angles is None or glance.stage == 0:
+        residual, learned, angles = self.pair("residual"), self.pair("learned"), self.arm_angles
+        if self.map is None or residual is None or learned is None or angles is None:
+            return
+        # Before the controller has been asked for the first time, as in the proof of the arm, all its signals are zero.
+        if glance.stage == 0 or not (unsure := self.signal("unsure")):
             return
         time_s = (glance.time_ns - glance.began_ns) * 1e-9
         self.map.add(time_s, angles, residual)
-        self.past.append(Past(time_s, residual, learned, self.signal("unsure") or 0.0))
+        self.past.append(Past(time_s, residual, learned, unsure))
 
 
 class Sessions:

@@ -10,6 +10,8 @@ from typing import Final, Literal
 
 import numpy as np
 
+from hil.robots.chain import Chain
+
 Side = Literal["left", "right"]
 _Vector = tuple[float, float, float]
 Matrix = tuple[tuple[float, ...], ...]
@@ -45,7 +47,7 @@ _LINKS = ((np.pi / 2, 0.0, 0.0), (0.0, 0.650, 0.0), (-np.pi / 2, 0.435, 0.225))
 # Cosine and sine of the angle about x.
 _TWISTS: tuple[tuple[float, float], ...] = tuple((math.cos(twist), math.sin(twist)) for twist, _, _ in _LINKS)
 _BASE_OFFSET = {"right": -0.540, "left": 0.540}
-_BASE_TO_WORLD = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
+_BASE_TO_WORLD = ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, -1.0, 0.0))
 # Of one kg, in the base's frame.
 _WEIGHT = (0.0, GRAVITY, 0.0)
 
@@ -94,6 +96,11 @@ def times(matrix: Matrix, vector: Sequence[float]) -> list[float]:
     return product
 
 
+def chain(side: Side) -> Chain:
+    """Its links as they are mounted on that side."""
+    return Chain(_LINKS, _BASE_TO_WORLD, (0.0, _BASE_OFFSET[side], 0.0))
+
+
 def tool_position(angles: np.ndarray, side: Side) -> np.ndarray:
     """Position (3,) in m of the tool in the world, z up, at joint angles (3,) in rad.
 
@@ -101,10 +108,7 @@ def tool_position(angles: np.ndarray, side: Side) -> np.ndarray:
         >>> tool_position(np.zeros(3), "right").round(6).tolist()
         [1.085, -0.54, 0.225]
     """
-    position = np.zeros(3)
-    for angle, link in zip(angles[::-1], _LINKS[::-1], strict=True):
-        position = _rotation(angle, link[0]) @ position + _shift(angle, link)
-    return np.asarray(_BASE_TO_WORLD @ position + [0.0, _BASE_OFFSET[side], 0.0])
+    return np.asarray(chain(side).places(angles.tolist())[-1])
 
 
 def holding_torques(angles: Sequence[float], side: Side) -> _Vector:
@@ -136,7 +140,7 @@ def _moment(weight: _Vector, moments: _Vector, outer: _Vector) -> _Vector:
 
 
 def _outwards(turn: _Turn, vector: _Vector) -> _Vector:
-    """A vector of a link's frame in the frame before it: R v, see `_rotation`."""
+    """A vector of a link's frame in the frame before it: R v."""
     (c, s, ct, st), (x, y, z) = turn, vector
     across = ct * y - st * z
     return c * x - s * across, s * x + c * across, st * y + ct * z
@@ -147,13 +151,3 @@ def _inwards(turn: _Turn, vector: _Vector) -> _Vector:
     (c, s, ct, st), (x, y, z) = turn, vector
     along = c * y - s * x
     return c * x + s * y, ct * along + st * z, ct * z - st * along
-
-
-def _rotation(angle: float, twist: float) -> np.ndarray:
-    c, s, ct, st = np.cos(angle), np.sin(angle), np.cos(twist), np.sin(twist)
-    return np.array([[c, -s * ct, s * st], [s, c * ct, -c * st], [0.0, st, ct]])
-
-
-def _shift(angle: float, link: tuple[float, float, float]) -> np.ndarray:
-    _, length, offset = link
-    return np.array([length * np.cos(angle), length * np.sin(angle), offset])

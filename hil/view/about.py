@@ -11,13 +11,14 @@ import numpy as np
 from hil.control.abilities import Showing
 from hil.control.pilot import Pilot
 from hil.emulation.planar import Placement
+from hil.robots.chain import Drawn
 from hil.settings import Settings
 
 
 def about(settings: Settings, pilot: Pilot, folder: Path | None, stop: Path, dry_run: bool) -> Mapping[str, Any]:
     """All of it, as JSON takes it.
 
-    `clock_ns` is what the wall clock is ahead of the monotonic one; `arm` is there while an arm is emulated.
+    `clock_ns` is what the wall clock is ahead of the monotonic one; `chain` are the robot's links if they are known, `arm` is there while an arm is emulated.
 
     Args:
         settings: of the session.
@@ -29,7 +30,7 @@ def about(settings: Settings, pilot: Pilot, folder: Path | None, stop: Path, dry
     controller = pilot.controller
     found: dict[str, Any] = {
         "recording": str(folder.resolve()) if folder is not None else None,
-        "controller": "trials" if settings.protocol is not None else settings.controller,
+        "controller": _controller(settings),
         "side": settings.side,
         "bus": _bus(settings),
         "name": session_name(settings, os.getpid()),
@@ -45,11 +46,21 @@ def about(settings: Settings, pilot: Pilot, folder: Path | None, stop: Path, dry
         "force": settings.limits.force,
         "signals": [signal.name for signal in controller.signals] if isinstance(controller, Showing) else [],
     }
+    if isinstance(settings.kind, Drawn):
+        found["chain"] = settings.kind.chain
     if settings.protocol is not None:
         found["trials"] = len(settings.protocol.trials)
-        found["confirm"] = settings.protocol.confirm
+    if settings.stimulation is not None:
+        found["postures"] = len(settings.stimulation.postures)
+    if settings.protocol is not None or settings.stimulation is not None:
         found["arm"] = _arm(settings)
     return found
+
+
+def _controller(settings: Settings) -> str:
+    if settings.protocol is not None:
+        return "trials"
+    return "stimulation" if settings.stimulation is not None else settings.controller
 
 
 def session_name(settings: Settings, process: int) -> str:
@@ -72,9 +83,9 @@ def _arm(settings: Settings) -> dict[str, Any]:
     joints = settings.limits.joints
     ends = [placement.angles(np.array(end)) for end in zip(*((joint.low, joint.high) for joint in joints), strict=True)]
     return {
+        "shoulder": settings.shoulder,
         "low": np.minimum(*ends).tolist(),
         "high": np.maximum(*ends).tolist(),
         "length": anatomy().length.tolist(),
         "moment_arms": anatomy().arms.tolist(),
-        "deviation": settings.learning.deviation,
     }

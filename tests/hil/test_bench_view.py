@@ -1,5 +1,6 @@
 """The bench view's parts: what it reads, how it says it, and that it has no way to the robot."""
 
+import inspect
 import json
 import math
 import re
@@ -20,15 +21,17 @@ from nicegui.page import page as nicegui_page
 from starlette.requests import Request
 
 from hil.bench_view import page, pictures
-from hil.bench_view.advice import ADVICE, REACTIONS
+from hil.bench_view.advice import ADVICE, CAUSES, REACTIONS, advice
+from hil.bench_view.arm_picture import arm_picture, robot_svg
 from hil.bench_view.residual_map import CELLS, FORGETS_S, ResidualMap
-from hil.bench_view.sentences import PHASES, faults, plain, state, trial
+from hil.bench_view.sentences import PHASES, doing, faults, plain, state
 from hil.bench_view.stop_bar import NONE, NOT_THERE, stop_bar
-from hil.bench_view.tables import fault_list, joints
+from hil.bench_view.tables import fault_list, joints, timing
 from hil.bench_view.watched import Life, Past, Sessions, Watched
 from hil.codecs.barrett.safety_module import Button
+from hil.robots.proficio import tool_position
 from hil.safety.cycle import Reaction
-from hil.safety.rules import RULES
+from hil.safety.rules import RULES, Rule
 from hil.session.loop import Loop, Wishes
 from hil.stop.flag import StopFlag
 from hil.stop.page import READY
@@ -39,6 +42,7 @@ from hil.view import layout
 from hil.view.about import about
 from hil.view.glance import Glance, Look
 from hil.view.window import Window
+from orchestrator.report.palette import Colour
 from tests.hil.bench import SETTINGS, Beats, Bench
 from tests.hil.trial_session import some_trials
 
@@ -86,6 +90,16 @@ def test_every_rule_of_the_safety_core_is_told_in_plain_words_with_what_to_do(ru
     assert "_" not in happened and plain(f"{rule}: 3 N.m").startswith(happened.removesuffix("."))
 
 
+@pytest.mark.parametrize("rule", RULES, ids=lambda rule: rule.__name__)
+def test_a_fault_is_told_by_its_own_cause_and_not_by_all_that_may_break_its_rule(rule: Rule) -> None:
+    source = inspect.getsource(rule)
+    causes = CAUSES.get(rule.__name__, ())
+    told = [ADVICE[rule.__name__], *(meant for _, meant in causes)]
+    assert all(part in source for part, _ in causes), "the safety core does not say so"
+    assert all(advice(rule.__name__, f"some {part} words") == meant for part, meant in causes)
+    assert all(" or " not in each.happened and each.happened.endswith(".") and each.do.endswith(".") for each in told)
+
+
 def test_every_reaction_and_phase_has_words() -> None:
     assert set(REACTIONS) == set(Reaction)
     assert set(PHASES) == set(Phase)
@@ -94,7 +108,7 @@ def test_every_reaction_and_phase_has_words() -> None:
 def test_faults_are_listed_with_their_time_the_gravest_before_what_followed_from_it(window: Window) -> None:
     found = faults(stopped_session(window))
     assert [fault.happened for fault in found] == [
-        ADVICE["module_agrees"].happened,
+        "The emergency stop was pressed.",
         ADVICE["positions_answered"].happened,
     ]
     assert found[0].words == "emergency stop (module_agrees)"
@@ -135,7 +149,7 @@ def test_a_stopped_session_says_why(window: Window) -> None:
     seen.glance = replace(seen.glance, time_ns=time.monotonic_ns())
     said = state(seen)
     assert said.tone == "bad"
-    assert said.headline.startswith("Stopped. The robot's own safety module") and "(emergency stop)." in said.headline
+    assert said.headline == "Stopped. The emergency stop was pressed (emergency stop)."
 
 
 def test_the_state_of_trials_is_a_sentence(window: Window) -> None:
@@ -143,12 +157,12 @@ def test_the_state_of_trials_is_a_sentence(window: Window) -> None:
     names = [signal.name for signal in SIGNALS]
     shown = [0.0] * layout.SIGNALS
     shown[names.index("trial")], shown[names.index("phase")] = 2.0, float(Phase.ANNOUNCE)
-    assert trial(seen) == ""
+    assert doing(seen) == ""
     stopped_session(window)
     glance = seen.look.look()
     assert glance is not None
     seen.glance = replace(glance, shown=tuple(shown))
-    assert trial(seen).startswith("Trial 2 of 2: take hold of the arm")
+    assert doing(seen).startswith("Trial 2 of 2: take hold of the arm")
 
 
 def test_what_a_session_says_of_itself_fits_its_window_with_the_longest_names(window: Window) -> None:
@@ -287,6 +301,69 @@ def test_the_button_says_which_session_and_robot_it_stops(window: Window) -> Non
     assert "session " in seen.title and "(right, " in seen.title
     flag.stops(seen.title)
     assert words_of(flag) == (f"{READY} Stops {seen.title}.", False)
+
+
+def test_the_emulated_arm_is_drawn_where_the_joints_are_before_its_controller_has_been_asked(window: Window) -> None:
+    seen = stopped_session(window)
+    assert seen.glance is not None
+    seen.glance = replace(seen.glance, angles=(0.0, 0.2, 1.5), shown=(0.0,) * layout.SIGNALS)
+    assert seen.arm_angles == pytest.approx([SETTINGS.shoulder + 0.2, 1.5])
+    assert "Round arrows" in arm_picture(seen)
+    seen.past.clear()
+    assert "Nothing to compare yet" in page._residual(seen) and page._maps(seen) == ""
+
+
+def test_a_robot_without_an_emulated_arm_is_drawn_from_its_links_with_joints_at_a_limit_marked(window: Window) -> None:
+    seen = stopped_session(window)
+    del seen.about["arm"], seen.about["trials"]
+    assert seen.glance is not None
+    angles = np.array([0.0, 0.0, np.pi / 2])
+    seen.glance = replace(seen.glance, angles=tuple(angles.tolist()), speeds=(0.0,) * 3, torques=(0.0,) * 3)
+    drawn = ElementTree.fromstring(robot_svg(seen))
+    tip = tool_position(angles, "right")
+    assert drawn.attrib["aria-label"].endswith(f"its tip is at {', '.join(f'{value:.2f}' for value in tip)} m")
+    above, side = ([*map(float, line.attrib["points"].replace(",", " ").split())] for line in drawn.iter("polyline"))
+    # Both views have one scale: what is as far to the right in one is so in the other.
+    assert np.diff(above[::2]) == pytest.approx(np.diff(side[::2]), abs=0.2)
+    assert Colour.BAD not in robot_svg(seen) and "Red:" not in arm_picture(seen)
+    seen.glance = replace(seen.glance, speeds=(0.0, 1.4, 0.0))
+    assert Colour.BAD in robot_svg(seen) and "Red: a joint at a limit." in arm_picture(seen)
+    del seen.about["chain"]
+    assert "links are not known" in arm_picture(seen)
+
+
+@pytest.mark.parametrize("count", [2, 5])
+def test_robots_of_any_number_of_joints_are_shown(window: Window, count: int) -> None:
+    seen = stopped_session(window)
+    seen.about["joints"] = (seen.about["joints"] * 2)[:count]
+    assert seen.glance is not None
+    assert joints(seen, seen.glance).count('scope="row"') == min(count, layout.JOINTS)
+    assert ("2 more joints are not shown" in joints(seen, seen.glance)) == (count == 5)
+    assert f"{seen.glance.missing} of {count * seen.glance.cycles} (" in timing(seen, seen.glance)
+
+
+def test_the_rate_is_that_of_the_last_second_and_of_all_cycles_once_it_is_over() -> None:
+    seen = Watched(SimpleNamespace(), {})  # type: ignore[arg-type]
+    assert seen.rate_hz is None
+    start = _glance((1,), 0.0)
+    for second, cycles in enumerate((1, 101, 151)):
+        glance = replace(start, time_ns=second * 1e9, cycles=cycles)
+        seen.look = SimpleNamespace(look=lambda found=glance: found, path=Path("misfit-view-0-x"))  # type: ignore[assignment]
+        seen.refresh()
+        seen._lately = type(seen._lately)(seen._lately, maxlen=2)
+        seen.life = Life.RUNNING
+    assert seen.rate_hz == 50.0
+    seen.life = Life.ENDED
+    assert seen.rate_hz == 75.0
+
+
+def test_a_session_without_a_recorded_trial_does_not_advise_to_compare(window: Window, tmp_path: Path) -> None:
+    seen = stopped_session(window)
+    seen.life = Life.KILLED
+    seen.about["recording"] = str(tmp_path)
+    assert "misfit compare" not in state(seen).more
+    (tmp_path / "trial_01.parquet").touch()
+    assert f"misfit compare arm {tmp_path}" in state(seen).more
 
 
 def test_a_session_that_says_nothing_of_its_limits_is_shown_all_the_same() -> None:

@@ -17,7 +17,7 @@ from hil.recording.replay import read_records
 from hil.virtual.remote import Remote
 
 PATIENCE_S = 60.0
-RATE_HZ = 100
+RATE_HZ = 50
 # Rules that only a machine breaks that stands still for so long, in s.
 STALLED, STANDSTILL_S = {"watched", "on_time", "positions_answered"}, 0.028
 TRIES = 3
@@ -71,7 +71,7 @@ class Session:
 
 
 def hold(folder: Path) -> Session:
-    """Hold a virtual robot at 100 Hz, until stopped; returns when it is armed.
+    """Hold a virtual robot, until stopped; returns when it is armed.
 
     On a machine that stalls, the watchdog ends a session before it has begun; then another one is begun.
     """

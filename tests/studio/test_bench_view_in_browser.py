@@ -98,6 +98,10 @@ def test_a_fault_is_told_in_plain_words_and_escape_ends_the_session_with_its_rec
     session: Session, tab: Page, studio: Studio, screenshot: Callable[[Page, str], Path]
 ) -> None:
     open_bench(tab, studio)
+    arm = tab.get_by_role("img", name="The robot from above and from the side")
+    expect(arm).to_be_visible()
+    box = arm.bounding_box()
+    assert box is not None and box["y"] + box["height"] < 720, "the arm is not on the first screen"
     session.tell("lose 1")
     # A busy machine adds faults of its own, late answers among them: it says when the first and the last one came.
     fault = tab.locator(".bench-faults li").filter(has_text="A motor did not say in time where it is.")
@@ -123,14 +127,20 @@ def test_a_fault_is_told_in_plain_words_and_escape_ends_the_session_with_its_rec
     screenshot(tab, "bench_ended_820")
 
 
-def test_the_first_tab_reaches_the_stop_button_and_a_click_works_while_the_page_runs_an_endless_script(
-    session: Session, tab: Page, studio: Studio
+def test_the_first_tab_reaches_the_stop_button_and_a_click_stops_its_own_session_while_the_page_runs_an_endless_script(
+    session: Session, tab: Page, studio: Studio, tmp_path: Path, request: pytest.FixtureRequest
 ) -> None:
     x, y = open_bench(tab, studio)
+    other = hold(tmp_path / "other")  # newer, and not the one that this page stops
+    request.addfinalizer(other.kill)
+    expect(tab.get_by_role("navigation", name="Sessions")).to_contain_text(f"session {other.process.pid} with the")
+    named = f"session {session.process.pid} with the Proficio"
+    expect(tab.locator("#bench-stop")).to_contain_text(f"Stops {named}")
     tab.keyboard.press("Tab")
     # The frame is a process of its own: the page gives its focus away at once, and is told later where it went.
     expect(tab.locator("iframe")).to_be_focused()
     expect(tab.frame_locator("iframe").locator("#stop")).to_be_focused()
+    expect(tab.frame_locator("iframe").locator("#told")).to_contain_text(f"Stops {named}")
 
     tab.mouse.wheel(0, 300)  # it stays in sight
     tab.evaluate("setTimeout(() => { for (;;); }, 0)")
@@ -138,6 +148,7 @@ def test_the_first_tab_reaches_the_stop_button_and_a_click_works_while_the_page_
     pressed_ns = time.monotonic_ns()
     tab.mouse.click(x, y)
     let_down(session, pressed_ns)
+    assert other.process.poll() is None
 
 
 def test_the_page_says_how_to_begin_finds_the_session_and_its_button_works_while_the_studio_stands_still(
