@@ -2,6 +2,7 @@
 
 import re
 import shlex
+from importlib.util import find_spec
 from pathlib import Path
 
 import click
@@ -52,10 +53,35 @@ def test_commands_of_a_page_exist_and_have_the_options_that_it_names(page: Path)
         assert {word.partition("=")[0] for word in words if re.match("-{1,2}[a-z]", word)} <= known, line
 
 
-def test_links_of_the_readme_lead_to_files_that_exist() -> None:
+@pytest.mark.parametrize("page", [ROOT / "README.md", ROOT / "CONTRIBUTING.md"], ids=lambda page: page.name)
+def test_links_of_a_page_of_the_repository_lead_to_files_that_exist(page: Path) -> None:
     """Those of all other pages are followed in the built site."""
-    for target in re.findall(r"\]\((?!http)([^)#]+)[^)]*\)", (ROOT / "README.md").read_text()):
+    for target in re.findall(r"\]\((?!http)([^)#]+)[^)]*\)", page.read_text()):
         assert (ROOT / target).exists(), target
+
+
+TARGETS = re.findall(r"^([a-z][a-z-]*):", (ROOT / "Makefile").read_text(), re.MULTILINE)
+TEST_FILES = {path.stem for path in (ROOT / "tests").rglob("test_*.py")}
+
+
+def _is_there(path: str) -> bool:
+    return any(ROOT.glob(path)) if "*" in path else (ROOT / path).exists()
+
+
+@pytest.mark.parametrize("page", [*PAGES, ROOT / "CONTRIBUTING.md"], ids=lambda page: page.name)
+def test_targets_of_make_modules_and_files_of_the_repository_that_a_page_names_exist(page: Path) -> None:
+    code = "\n".join(re.findall(r"```.*?```|`[^`\n]+`", page.read_text(), re.DOTALL)).replace("`", "\n")
+    targets = re.findall(r"(?:^|&& |\$ )make ([a-z][a-z-]*)", code, re.MULTILINE)
+    modules = re.findall(r"python3? -m ([a-z_][\w.]*)", code)
+    # Words in capitals stand for a name; FMUs are the reader's own.
+    found = re.findall(r"(?<![\w/.])(?:tests|docs|orchestrator|hil|fmus|modelica)/[\w./*-]+", code)
+    paths = [path.rstrip("./") for path in found if not re.search(r"/[A-Z]+\b|\.fmu$", path)]
+    files_of_tests = re.findall(r"(?<![\w/])(test_\w+)(?:\.py)?(?![\w(])", code)
+
+    assert [name for name in targets if name not in TARGETS] == []
+    assert [name for name in modules if find_spec(name) is None] == []
+    assert [path for path in paths if not _is_there(path)] == []
+    assert [name for name in files_of_tests if name not in TEST_FILES] == []
 
 
 def test_every_effect_and_model_is_in_the_documentation() -> None:
