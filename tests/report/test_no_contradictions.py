@@ -112,3 +112,12 @@ def test_a_wrong_value_is_corrected_and_not_added() -> None:
     answer = answer_of(document | {"verdict": "named", "effects": [wrong]})
     assert "Correcting it takes the error" in answer.detail
     assert answer.added("House_1", 3.0, 1.0, None).detail.count("the error on held-out trials") == 1
+
+
+def test_the_next_step_for_a_record_that_is_wrong_is_to_mend_it() -> None:
+    """It said to record more motion, below a sentence that said what is wrong with the record there is."""
+    found = {"proposal": "multiply theta by 0.0174533", "strong": True}
+    answer = answer_of(document_of("cannot_tell") | {"data_checks": [found], "next_experiment": None})
+
+    assert "first multiply theta by 0.0174533." in answer.headline
+    assert answer.next_step == "Mend the record (multiply theta by 0.0174533), and diagnose again."

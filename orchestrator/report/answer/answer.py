@@ -97,10 +97,14 @@ def _headline(document: Document, effects: Sequence[Mapping[str, Any]]) -> str:
         case "unknown":
             return "Something is missing that no effect in the library explains."
         case _:
-            wrong = [check["proposal"] for check in document.get("data_checks") or () if check["strong"]]
-            if wrong:
+            if wrong := _wrong_record(document):
                 return f"The record is wrong, so that no physics is named; first {wrong[0]}."
             return "These data cannot tell whether anything is missing."
+
+
+def _wrong_record(document: Document) -> list[str]:
+    """What would mend a record that is wrong, the surest first."""
+    return [check["proposal"] for check in document.get("data_checks") or () if check["strong"]]
 
 
 def _missing(effects: Sequence[Mapping[str, Any]]) -> str:
@@ -227,6 +231,8 @@ def _next_step(document: Document, effects: Sequence[Mapping[str, Any]], best: S
             return "Look at the proposed formula, and add it as a card of your own."
         case "unknown":
             return "Learn the missing force along these trials: misfit learn."
+        case _ if wrong := _wrong_record(document):
+            return f"Mend the record ({wrong[0]}), and diagnose again."
         case _ if do:
             return _record(do)
         case _:
