@@ -8,6 +8,7 @@ from orchestrator.blackbox.source import FmuSource, Source
 from orchestrator.greybox.tape import can_be_taped, outline
 from orchestrator.measurements import MeasurementSet
 from orchestrator.measurements.matching import match_columns
+from orchestrator.measurements.wording import counted
 from orchestrator.models.patch import free_slots
 
 # What adds up in a balance equation of a unit.
@@ -43,8 +44,8 @@ def understood(source: Source, measurements: MeasurementSet) -> list[str]:
     inputs = [v for v in system.inputs if v.name not in added]
     outputs = [v for v in (*system.states, *system.algebraics) if v.name in system.outputs]
     lines = [
-        f"Model {source.class_name}: {_count(len(system.states), 'state')}, {_count(len(inputs), 'input')}, "
-        f"{_count(len(system.outputs), 'output')}, {_count(len(system.parameters), 'parameter')}"
+        f"Model {source.class_name}: {counted(len(system.states), 'state')}, {counted(len(inputs), 'input')}, "
+        f"{counted(len(system.outputs), 'output')}, {counted(len(system.parameters), 'parameter')}"
     ]
     lines += _listed([f"  {_state(v, balances)}" for v in system.states], "states")
     lines += _data(measurements, inputs, outputs)
@@ -60,15 +61,15 @@ def _of_fmu(source: FmuSource, measurements: MeasurementSet) -> list[str]:
     balances = outline(source).balances if can_be_taped(source) else ()
     kind = "co-simulation" if description.cosimulation else "model exchange"
     lines = [
-        f"FMU {source.class_name} ({kind}): {_count(len(states), 'state')}, {_count(len(inputs), 'input')}, "
-        f"{_count(len(outputs), 'output')}, {_count(len(parameters), 'parameter')}"
+        f"FMU {source.class_name} ({kind}): {counted(len(states), 'state')}, {counted(len(inputs), 'input')}, "
+        f"{counted(len(outputs), 'output')}, {counted(len(parameters), 'parameter')}"
     ]
     if balances:
         lines += _listed([f"  {_state(v, balances)}" for v in states], "states")
     lines += _data(measurements, inputs, outputs)
-    where = f"{_count(len(balances), 'balance equation')}, " if balances else ""
-    values = f", the values of {_count(len(parameters), 'parameter')}" if balances else ""
-    paths = f"the paths of {_count(len(inputs), 'input')} and {_count(len(outputs), 'output')}"
+    where = f"{counted(len(balances), 'balance equation')}, " if balances else ""
+    values = f", the values of {counted(len(parameters), 'parameter')}" if balances else ""
+    paths = f"the paths of {counted(len(inputs), 'input')} and {counted(len(outputs), 'output')}"
     return [*lines, f"Places for an effect: {where}{paths}{values}"]
 
 
@@ -108,10 +109,10 @@ def _places(
 ) -> str:
     slots = free_slots(system)
     if slots:
-        return f"Effects will be tried in the model's {_count(len(slots), 'slot')}: {', '.join(slots[:MOST_LISTED])}"
+        return f"Effects will be tried in the model's {counted(len(slots), 'slot')}: {', '.join(slots[:MOST_LISTED])}"
     return (
-        f"Places for an effect: {_count(len(balances), 'balance equation')}, the paths of {_count(len(inputs), 'input')} and "
-        f"{_count(len(outputs), 'output')}, the values of {_count(len(system.parameters), 'parameter')}"
+        f"Places for an effect: {counted(len(balances), 'balance equation')}, the paths of {counted(len(inputs), 'input')} and "
+        f"{counted(len(outputs), 'output')}, the values of {counted(len(system.parameters), 'parameter')}"
     )
 
 
@@ -124,10 +125,6 @@ def _duration(seconds: float) -> str:
 
 def _with_unit(variable: Variable) -> str:
     return f"{variable.name} [{variable.unit}]" if variable.unit not in ("", "1") else variable.name
-
-
-def _count(number: int, word: str) -> str:
-    return f"{number} {word}" if number == 1 else f"{number} {word}s"
 
 
 def _listed(lines: list[str], words: str) -> list[str]:

@@ -23,6 +23,16 @@ def shown(value: object) -> str:
     return text[: _LONGEST_VALUE - 3] + "..."
 
 
+def counted(number: int, word: str) -> str:
+    """A number of things.
+
+    Example:
+        >>> counted(1, "sample"), counted(3, "row")
+        ('1 sample', '3 rows')
+    """
+    return f"{number} {word}{'' if number == 1 else 's'}"
+
+
 def listed(names: Iterable[str]) -> str:
     """Quote names in a row; a long row is cut and says how many are missing.
 

@@ -84,6 +84,16 @@ def unbroken(text: str) -> str:
     return re.sub(r"(?<![\w.])(\d[\d.]*(?:e[+-]?\d+)?) (?=[^\W\d_]|%|°)", "\\1\u00a0", text)
 
 
+def spaced(text: str) -> str:
+    """Return a sentence whose percentages stand apart from their sign, as everywhere.
+
+    Example:
+        >>> spaced("2% of what exceeds the noise")
+        '2 % of what exceeds the noise'
+    """
+    return re.sub(r"(?<=\d)%", " %", text)
+
+
 def percent(share: float) -> str:
     """Return a share as a percentage with one decimal below 10 % and none above.
 

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from nicegui import ui
 
+from orchestrator.measurements.wording import counted
 from orchestrator.report.arm_drawing.curves import Line, Panel, curves_svg
 from orchestrator.report.numbers import digits, percent, quantity, unbroken
 from orchestrator.report.page import PageTable
@@ -36,10 +37,10 @@ def verdict(found: Mapping[str, Any]) -> str:
     breaking = sum(row["breaking"] for row in found["rows"])
     others = len(found["rows"]) - breaking
     if breaking:
-        words = f"{_count(breaking, 'difference')} of the interfaces would break a system"
+        words = f"{counted(breaking, 'difference')} of the interfaces would break a system"
     else:
         words = "The interface of the new one fits where the old one is"
-    words += f", {_count(others, 'difference')} would not." if others else "."
+    words += f", {counted(others, 'difference')} would not." if others else "."
     silent = [name for name, run in zip(found["files"], found["runs"], strict=True) if run["error"]]
     if silent:
         return f"{' and '.join(silent)} did not run, so nothing is known of what {'it does' if len(silent) == 1 else 'they do'}. {words}"
@@ -54,12 +55,12 @@ def verdict(found: Mapping[str, Any]) -> str:
         return f"{words} They have no output in common, so what they do was not compared."
     if not moved:
         return (
-            f"Nothing was exercised: {_count(len(found['signals']), 'output')} stayed constant in both, so it is not known "
+            f"Nothing was exercised: {counted(len(found['signals']), 'output')} stayed constant in both, so it is not known "
             f"whether they agree. Drive the inputs otherwise. {words}"
         )
     still = len(found["signals"]) - len(moved)
-    rest = f" {_count(still, 'more')} stayed constant." if still else ""
-    agree = f"{_count(len(moved), 'output')} that moved {'agrees' if len(moved) == 1 else 'agree'}"
+    rest = f" {still} more stayed constant." if still else ""
+    agree = f"{counted(len(moved), 'output')} that moved {'agrees' if len(moved) == 1 else 'agree'}"
     return (
         f"{words} {agree} within {percent(found['tolerance'])} of {'its' if len(moved) == 1 else 'their'} range.{rest}"
     )
@@ -134,10 +135,6 @@ def _interface(found: Mapping[str, Any]) -> None:
     if lines:
         with details(f"In sentences ({len(lines)}); a release with these changes is a {found['level']} version"):
             bullets(lines[:MOST_ROWS])
-
-
-def _count(number: int, what: str) -> str:
-    return f"{number} {what}{'' if number == 1 or what == 'more' else 's'}"
 
 
 def _number(value: Any) -> float:

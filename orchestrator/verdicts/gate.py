@@ -17,7 +17,7 @@ def without_harm(found: Diagnosis) -> Diagnosis:
     worse = np.sqrt(np.mean((after / floor) ** 2)) / max(float(np.sqrt(np.mean((before / floor) ** 2))), 1e-300)
     if found.verdict not in ("named", "ambiguous") or worse <= 1.0 + WORSE:
         return found
-    return doubted(found, f"free runs along held-out trials become {worse - 1.0:.0%} worse")
+    return doubted(found, f"free runs along held-out trials become {100 * (worse - 1.0):.0f} % worse")
 
 
 def doubted(found: Diagnosis, reason: str) -> Diagnosis:

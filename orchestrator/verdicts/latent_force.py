@@ -41,12 +41,10 @@ class LatentForce:
         largest = int(np.argmax(np.abs(self.force)))
         if max(self.explained) < TELLS:
             most = max(0.0, *self.explained)
-            return (
-                f"what is left of {self.signal} goes with nothing that was recorded; {first} explains {most:.0%} of it"
-            )
+            return f"what is left of {self.signal} goes with nothing that was recorded; {first} explains {100 * most:.0f} % of it"
         return (
             f"what is left of {self.signal} depends most on {first}, then on {second}: both explain"
-            f" {self.explained[1]:.0%} of it on data left out ({first} alone {self.explained[0]:.0%}); it is largest,"
+            f" {100 * self.explained[1]:.0f} % of it on data left out ({first} alone {100 * self.explained[0]:.0f} %); it is largest,"
             f" {self.force[largest]:.3g} {self.unit}, at {first} = {self.at[largest]:.3g} {self.coordinate_units[0]}"
         )
 

@@ -90,4 +90,4 @@ def in_words(said: Sequence[Share]) -> Mapping[tuple[str, str], str]:
 def _phrase(each: Share) -> str:
     less = "less" if each.share < 0.0 else "more"
     size = f"{100.0 * abs(each.share):.3g} % {less} there than the model says"
-    return f"as if {each.factor} acted {size} (explains {each.explained:.0%} of it)"
+    return f"as if {each.factor} acted {size} (explains {100 * each.explained:.0f} % of it)"

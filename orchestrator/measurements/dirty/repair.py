@@ -11,7 +11,7 @@ from fmus.units import conversion
 from orchestrator.measurements.dirty.reading import Reading
 from orchestrator.measurements.table import Table
 from orchestrator.measurements.trial import Array
-from orchestrator.measurements.wording import listed, shown
+from orchestrator.measurements.wording import counted, listed, shown
 
 TIME = "time"
 # A clock that repeats its stamps in more rows than this share is coarse; fewer are copies of a row.
@@ -155,9 +155,7 @@ def _bridged(time: Array, values: Array, limit: float, hold: bool) -> tuple[Arra
 def _words(file: str, column: str, holes: int, lost: int, first: float) -> str:
     done = []
     if holes - lost:
-        done.append(f"{holes - lost} are bridged")
+        done.append(f"{holes - lost} bridged")
     if lost:
-        done.append(f"{lost} rows are cut out")
-    return (
-        f"{file}: {holes} samples of column {shown(column)} have no value (first at {first:.6g} s): {', '.join(done)}"
-    )
+        done.append(f"{counted(lost, 'row')} cut out")
+    return f"{file}: {counted(holes, 'sample')} without a value in column {shown(column)} (first at {first:.6g} s): {', '.join(done)}"

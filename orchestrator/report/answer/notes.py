@@ -3,6 +3,8 @@
 import re
 from collections.abc import Sequence
 
+from orchestrator.report.numbers import spaced
+
 # A row of names in a note is counted instead; the names stand in the JSON result.
 _NAMES = re.compile(r": ((?:[a-z][a-z0-9]*(?:_[a-z0-9]+)*, ){4,}[a-z][a-z0-9_]*)\.?$")
 _CLOSED = re.compile(r"(\w+(?:, \w+)*) (?:is|are) not tried: the FMU would have to expose")
@@ -28,7 +30,7 @@ def note_sentences(notes: Sequence[str]) -> list[str]:
 
 
 def _sentence(note: str) -> str:
-    text = note.rstrip(". ")
+    text = spaced(note.rstrip(". "))
     found = _NAMES.search(text)
     if found:
         count = found[1].count(",") + 1

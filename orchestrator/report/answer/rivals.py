@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from orchestrator.report.answer.words import capital, joined, name_of, place_of, share
-from orchestrator.report.numbers import digits
+from orchestrator.report.numbers import digits, spaced
 
 Document = Mapping[str, Any]
 MOST = 4
@@ -119,7 +119,7 @@ def plain_reason(outcome: str) -> str:
     reason = re.sub(r"\s*\([^()]*\)|, by \S+ nats", "", outcome.rpartition(": ")[2]).strip()
     if CLOSER.match(reason):
         return "fits closer, but not every effect in it is needed"
-    return PLAIN.get(reason, reason)
+    return PLAIN.get(reason, spaced(reason))
 
 
 def _pairs(entry: Mapping[str, Any]) -> list[tuple[str, str]]:
