@@ -13,6 +13,7 @@ from orchestrator.diagnose import diagnose
 from orchestrator.library.cards import effect_library
 from orchestrator.measurements import load_measurements
 from orchestrator.verdicts.result import Diagnosis
+from tests.thinned import thinned
 
 CASES = Path(__file__).parents[1] / "cases"
 ANSWERS: dict[str, Any] = json.loads((CASES / "arm" / "answers.json").read_text())["cases"]
@@ -40,10 +41,18 @@ CALLED = {
 
 @pytest.mark.parametrize("case", NAMEABLE)
 def test_hidden_effects_of_the_arm_are_named_sized_within_three_percent_and_the_error_falls(case: str) -> None:
+    check_arm(run("arm", CASES / "arm" / case), case)
+
+
+def test_a_payload_is_named_and_sized_by_two_trials_at_half_the_rate(tmp_path: Path) -> None:
+    learning = ["trial_01.csv", "trial_02.csv"]
+    folder = thinned(CASES / "arm" / "case_003", tmp_path, 2, learning, ["trial_05.csv"])
+
+    check_arm(run("arm", folder), "case_003")
+
+
+def check_arm(found: Diagnosis, case: str) -> None:
     truth = ANSWERS[case]
-
-    found = run("arm", CASES / "arm" / case)
-
     assert found.verdict == "named"
     assert sorted(effect.id for effect in found.effects) == sorted(truth["effects"])
     before, after = over_signals(found.held_out.rmse_before), over_signals(found.held_out.rmse_after)

@@ -1,8 +1,6 @@
 """Effect cards of a user's own, through the command line: they take part at once, and mistakes name file and key."""
 
 import json
-import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -14,6 +12,7 @@ from fmus.catalogue import find_modelica_model
 from fmus.errors import MisfitError
 from orchestrator.diagnosis.fit.extensible import find_candidates
 from orchestrator.library.cards import effect_library
+from tests.in_process import misfit_here
 
 CARD = """\
 id = "eddy_brake"
@@ -52,17 +51,17 @@ def write_card(folder: Path, card: str = CARD, text: str = CLASS) -> Path:
 
 
 def swings(folder: Path) -> Path:
-    """Three swings of the catalogue's pendulum with the brake, from equations written out here, 100 Hz, 1 mrad noise."""
+    """Three swings of the catalogue's pendulum with the brake, from equations written out here, 50 Hz, 1 mrad noise."""
     folder.mkdir()
     m, a, inertia, g = 0.147585, 0.147755, 1.0912e-4, 9.81001
-    random, time = np.random.default_rng(4), np.arange(0, 6, 0.01)
+    random, time = np.random.default_rng(4), np.arange(0, 5, 0.02)
 
     def slope(t: float, x: np.ndarray) -> list[float]:
         torque = m * g * a * np.sin(x[0]) - TRUE_B * x[1] * np.sin(2 * x[0]) ** 2
         return [x[1], torque / (inertia + m * a**2)]
 
     for k, start in enumerate((1.0, 1.6, 2.0), start=1):
-        run = solve_ivp(slope, (0, 6), [start, 0], t_eval=time, rtol=1e-9, atol=1e-10)
+        run = solve_ivp(slope, (0, 5), [start, 0], t_eval=time, rtol=1e-9, atol=1e-10)
         rows = np.column_stack([time, run.y[0] + 1e-3 * random.standard_normal(len(time))])
         np.savetxt(folder / f"swing_{k}.csv", rows, delimiter=",", header="time,theta", comments="", fmt="%.9g")
     (folder / "case.toml").write_text(
@@ -72,18 +71,13 @@ def swings(folder: Path) -> Path:
     return folder
 
 
-def misfit(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
-    command = [str(Path(sys.executable).with_name("misfit")), *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
-
-
 def test_card_of_the_users_own_is_named_and_added_through_the_command_line(tmp_path: Path) -> None:
     cards, data, result = write_card(tmp_path / "cards"), swings(tmp_path / "data"), tmp_path / "diagnosis.json"
 
     options = ("--json", result, "--experiment", tmp_path / "next.csv")
 
-    done = misfit("diagnose", "pendulum", data, "--cards", cards, *options)
-    added = misfit("add", result, "--cards", cards, "--out", tmp_path)
+    done = misfit_here("diagnose", "pendulum", data, "--cards", cards, *options)
+    added = misfit_here("add", result, "--cards", cards, "--out", tmp_path)
 
     assert done.returncode == 0, done.stderr
     # Nothing is left open, so there is no experiment to write down, and that is said.
@@ -193,7 +187,7 @@ def test_a_sensor_that_reads_falsely_where_its_error_is_absent_is_refused(tmp_pa
 
 
 def test_folder_without_cards_ends_with_code_2_and_says_so(tmp_path: Path) -> None:
-    done = misfit("diagnose", "pendulum", "nowhere", "--cards", tmp_path)
+    done = misfit_here("diagnose", "pendulum", "nowhere", "--cards", tmp_path)
 
     assert done.returncode == 2
     assert "no effect card there" in done.stderr
@@ -201,8 +195,8 @@ def test_folder_without_cards_ends_with_code_2_and_says_so(tmp_path: Path) -> No
 
 def test_effect_of_a_diagnosis_whose_cards_are_not_named_is_refused_with_a_hint(tmp_path: Path) -> None:
     cards = write_card(tmp_path / "cards")
-    found = misfit("add", "eddy_brake", "--to", "pendulum", "--cards", cards, "--out", tmp_path)
-    lost = misfit("add", "eddy_brake", "--to", "pendulum", "--out", tmp_path)
+    found = misfit_here("add", "eddy_brake", "--to", "pendulum", "--cards", cards, "--out", tmp_path)
+    lost = misfit_here("add", "eddy_brake", "--to", "pendulum", "--out", tmp_path)
 
     assert found.returncode == 0, found.stderr
     assert lost.returncode == 2
