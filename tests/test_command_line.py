@@ -67,9 +67,9 @@ def small_case(folder: Path, **changes: str) -> Path:
 @pytest.fixture(scope="module")
 def fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("fmu")
-    done = misfit("build", "arm", "--out", folder)
+    done = misfit("build", "pendulum", "--out", folder)
     assert done.returncode == 0, done.stderr
-    return folder / "arm.fmu"
+    return folder / "pendulum.fmu"
 
 
 @pytest.mark.parametrize("rest", ["", ', "effects": [{}]', ', "effects": [1], "model": "arm"'])
@@ -139,7 +139,7 @@ def test_broken_fmu_ends_with_code_2_and_one_line(damage: object, words: str, fm
     shutil.copy(fmu, broken)
     damage(broken)  # type: ignore[operator]
 
-    done = misfit_here("compare", broken, ARM)
+    done = misfit_here("compare", broken, PENDULUM)
 
     assert done.returncode == 2
     assert words.lower() in done.stderr.lower()
@@ -170,20 +170,22 @@ def test_degrees_in_the_data_give_the_same_errors_as_radians(tmp_path: Path) -> 
         (scaled / name).write_text("\n".join(",".join(row) for row in rows) + "\n")
 
     first, second = (
-        json.loads(misfit("compare", "arm", folder, "--json", "-", "--quiet").stdout) for folder in (plain, scaled)
+        json.loads(misfit_here("compare", "arm", folder, "--json", "-", "--quiet").stdout) for folder in (plain, scaled)
     )
 
     assert second["learning"]["rmse"]["q1"] == pytest.approx(first["learning"]["rmse"]["q1"], rel=1e-3)
 
 
 def test_compare_writes_the_documented_json_and_a_report(tmp_path: Path) -> None:
-    done = misfit("compare", "arm", ARM, "--json", tmp_path / "c.json", "--html", tmp_path / "c.html")
+    data = small_case(tmp_path / "case")
+
+    done = misfit_here("compare", "arm", data, "--json", tmp_path / "c.json", "--html", tmp_path / "c.html")
 
     assert done.returncode == 0, done.stderr
     document = json.loads((tmp_path / "c.json").read_text())
     assert document["schema"] == "misfit.compare/1"
     assert document["signals"] == ["q1", "q2"]
-    assert [trial["set"] for trial in document["trials"]] == ["learning"] * 4 + ["held_out"] * 2
+    assert [trial["set"] for trial in document["trials"]] == ["learning", "held_out"]
     assert set(document["where"]) == {"signal", "time", "state", "frequency"}
     squares = [(document["learning"]["rmse"][s] / document["noise_floor"][s]) ** 2 for s in ("q1", "q2")]
     assert document["learning"]["over_floor"] == pytest.approx((sum(squares) / 2) ** 0.5)
@@ -192,9 +194,11 @@ def test_compare_writes_the_documented_json_and_a_report(tmp_path: Path) -> None
     assert 'src="http' not in html
 
 
-def test_fmu_and_modelica_model_show_the_same_error(fmu: Path) -> None:
+def test_fmu_and_modelica_model_show_the_same_error(tmp_path: Path) -> None:
+    assert misfit("build", "arm", "--out", tmp_path).returncode == 0
     documents = [
-        json.loads(misfit("compare", model, ARM, "--json", "-", "--quiet").stdout) for model in ("arm", str(fmu))
+        json.loads(misfit("compare", model, ARM, "--json", "-", "--quiet").stdout)
+        for model in ("arm", str(tmp_path / "arm.fmu"))
     ]
 
     for signal in ("q1", "q2"):
@@ -297,7 +301,7 @@ def test_models_lists_every_built_in() -> None:
 def test_environment_with_a_missing_compiler_says_so(tmp_path: Path) -> None:
     environment = {**os.environ, "PATH": str(tmp_path), "MISFIT_CACHE": str(tmp_path / "cache")}
     environment.pop("CC", None)
-    command = [sys.executable, "-m", "orchestrator.cli", "compare", "arm", str(ARM)]
+    command = [sys.executable, "-m", "orchestrator.cli", "compare", "pendulum", str(PENDULUM)]
     done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
 
     assert done.returncode == 2

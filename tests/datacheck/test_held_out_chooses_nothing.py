@@ -4,6 +4,7 @@ import json
 import math
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -40,28 +41,39 @@ def recorded(folder: Path, last: Callable[[Columns], Columns], all_: Callable[[C
     return load_measurements(write_case(folder, lambda k: drive(k, friction=0.005), UNITS, spoil, trials=HELD_OUT))
 
 
+@pytest.fixture(scope="module")
+def one(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    """The comparison of good records."""
+    return compare(load_model("drive"), recorded(tmp_path_factory.mktemp("good"), dict, dict)).to_json()
+
+
 @pytest.mark.parametrize("changed", [degrees, mirrored, noisy])
 def test_floor_learning_errors_and_places_of_failure_come_from_learning_trials_alone(
-    tmp_path: Path, changed: Callable[[Columns], Columns]
+    tmp_path: Path, one: dict[str, Any], changed: Callable[[Columns], Columns]
 ) -> None:
-    model = load_model("drive")
-    one, other = (
-        compare(model, recorded(tmp_path / name, last, dict)).to_json()
-        for name, last in (("good", dict), ("bad", changed))
-    )
+    other = compare(load_model("drive"), recorded(tmp_path, changed, dict)).to_json()
     for key in ("noise_floor", "learning", "where", "findings", "noise_estimates"):
         assert json.dumps(one[key]) == json.dumps(other[key]), key
     assert one["held_out"] != other["held_out"]
 
 
+def found(measurements: MeasurementSet) -> tuple[list[Any], list[Any], Any]:
+    """Strong findings, strong changes that mend them, and how inputs are taken to run between samples."""
+    model = load_model("drive")
+    strong = [finding.to_json() for finding in check_data(model, measurements) if finding.strong]
+    mends = [finding.change for finding in mend(model, measurements).done if finding.strong]
+    return strong, mends, with_interpolation(model, measurements).interpolation
+
+
+@pytest.fixture(scope="module")
+def in_degrees(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[Any], list[Any], Any]:
+    """What is found in records in degrees whose held-out trial is good."""
+    return found(recorded(tmp_path_factory.mktemp("degrees"), dict, degrees))
+
+
 @pytest.mark.parametrize("changed", [mirrored, noisy])
 def test_strong_findings_and_mends_come_from_learning_trials_alone(
-    tmp_path: Path, changed: Callable[[Columns], Columns]
+    tmp_path: Path, in_degrees: tuple[list[Any], list[Any], Any], changed: Callable[[Columns], Columns]
 ) -> None:
-    model = load_model("drive")
-    good, bad = (recorded(tmp_path / name, last, degrees) for name, last in (("good", dict), ("bad", changed)))
-    strong = [[f.to_json() for f in check_data(model, each) if f.strong] for each in (good, bad)]
-    assert strong[0] == strong[1]
-    assert strong[0]
-    assert [f.change for f in mend(model, good).done] == [f.change for f in mend(model, bad).done if f.strong]
-    assert with_interpolation(model, good).interpolation == with_interpolation(model, bad).interpolation
+    assert in_degrees[0] and in_degrees[1]
+    assert found(recorded(tmp_path, changed, degrees)) == in_degrees

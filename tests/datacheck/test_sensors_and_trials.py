@@ -13,6 +13,7 @@ from orchestrator.datacheck.prediction import Predictor
 from orchestrator.measurements import bind, load_measurements
 from orchestrator.model_argument import load_model
 from tests.datacheck.records import drive, rubbing_slide, write_case
+from tests.thinned import thinned
 
 Columns = dict[str, np.ndarray]
 UNITS = {"torque": "N.m", "phi": "rad"}
@@ -23,8 +24,8 @@ def slightly_braked(seed: int) -> Columns:
     return drive(seed, friction=0.005)
 
 
-def found_in(folder: Path, spoil: Callable[[Columns, int], Columns]) -> tuple[Finding, ...]:
-    write_case(folder, slightly_braked, UNITS, spoil, trials=5)
+def found_in(folder: Path, spoil: Callable[[Columns, int], Columns], trials: int = 5) -> tuple[Finding, ...]:
+    write_case(folder, slightly_braked, UNITS, spoil, trials)
     return check_data(load_model("drive"), load_measurements(folder))
 
 
@@ -80,11 +81,11 @@ def test_one_trial_in_degrees_is_named_alone(tmp_path: Path) -> None:
 
 
 def test_outputs_that_answer_before_their_inputs_are_a_clock_and_late_ones_may_be_the_plant(tmp_path: Path) -> None:
-    (early,) = found_in(tmp_path / "early", lambda columns, number: later(columns, 8 * STEP))
+    (early,) = found_in(tmp_path / "early", lambda columns, number: later(columns, 8 * STEP), 3)
     assert (early.kind, early.strong) == ("delay", True)
     assert early.change is not None
     assert early.change.value == pytest.approx(-8 * STEP, abs=STEP)
-    (late,) = found_in(tmp_path / "late", lambda columns, number: later(columns, -8 * STEP))
+    (late,) = found_in(tmp_path / "late", lambda columns, number: later(columns, -8 * STEP), 3)
     assert (late.kind, late.strong) == ("delay", False)
     assert mend(load_model("drive"), load_measurements(tmp_path / "late")).done == ()
 
@@ -125,9 +126,9 @@ def test_one_file_whose_clocks_differ_from_the_others_is_named(tmp_path: Path) -
     assert (finding.kind, finding.trial, finding.strong) == ("delay", "trial_2.csv", True)
 
 
-def test_a_lag_that_not_every_trial_shows_clearly_is_no_clock_of_single_trials() -> None:
+def test_a_lag_that_not_every_trial_shows_clearly_is_no_clock_of_single_trials(tmp_path: Path) -> None:
     """Muscles that answer late are physics, which forces that the model lacks may stand for: no trial's clock is called wrong."""
-    case = Path(__file__).parents[1] / "cases" / "arm" / "case_008"
+    case = thinned(Path(__file__).parents[1] / "cases" / "arm" / "case_008", tmp_path, 2)
     found = check_data(load_model("arm"), load_measurements(case))
     assert not [finding for finding in found if finding.trial or finding.strong]
 

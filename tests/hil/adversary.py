@@ -29,10 +29,10 @@ class Found:
     breaches: list[str] = field(default_factory=list)
 
 
-def attack(seed: int, cycles: int, limits: Limits = LIMITS) -> Found:
-    """Run episodes of an arm that is armed at the beginning of each."""
+def attack(seed: int, cycles: int, limits: Limits = LIMITS, until: str | None = None) -> Found:
+    """Run episodes of an arm that is armed at the beginning of each, at most until a breach has certain words."""
     random, found = np.random.default_rng(seed), Found()
-    while found.cycles < cycles:
+    while found.cycles < cycles and not (until and any(until in breach for breach in found.breaches)):
         _episode(random, limits, min(EPISODE, cycles - found.cycles), found)
     return found
 

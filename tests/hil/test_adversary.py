@@ -33,5 +33,5 @@ def test_the_adversary_notices_each_limiter_that_is_missing(
 ) -> None:
     left = tuple(each for each in LIMITERS if each.__name__ != limiter)
     monkeypatch.setattr(adversary, "step", partial(step, limiters=left))
-    found = attack(seed=3, cycles=20_000)
+    found = attack(seed=3, cycles=20_000, until=words)
     assert any(words in breach for breach in found.breaches)
