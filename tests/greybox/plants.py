@@ -34,7 +34,7 @@ def slide_record(
     noise: float = 2e-5,
     seed: int = 0,
 ) -> Path:
-    """Three records of 600 samples of the mass with a further force of position and speed; `folder` also holds the model.
+    """Three records of 400 samples of the mass with a further force of position and speed; `folder` also holds the model.
 
     `dahl` is the friction of Dahl's model (1968), fully developed, in N, and the way over which 63 % of it develops, in m.
     `sensor` makes of positions what is recorded.
@@ -46,7 +46,7 @@ def slide_record(
     (folder / "case.toml").write_text(CASE)
     step, parts = 0.01, 20
     for trial in (1, 2, 3):
-        t = np.arange(600) * step
+        t = np.arange(400) * step
         waves = zip(random.uniform(0.2, 3.0, 4), random.uniform(0, 6.28, 4), strict=True)
         force = sum(3.0 * np.sin(2 * np.pi * f * t + p) for f, p in waves)
         state, x = np.zeros(3), []

@@ -361,7 +361,7 @@ end Oscillator;
 
 def test_an_input_that_was_held_is_found_out_once_the_missing_effect_is_known(tmp_path: Path) -> None:
     """Half a sample of a smooth force is nothing beside a missing spring, and eight times the noise once the spring is there."""
-    model, random, time = written(tmp_path, OSCILLATOR), np.random.default_rng(12), np.arange(0.0, 8.0, 0.01)
+    model, random, time = written(tmp_path, OSCILLATOR), np.random.default_rng(12), np.arange(0.0, 5.0, 0.01)
     for trial in (1, 2, 3):
         waves = [(random.normal(), random.uniform(0.5, 12.0), random.uniform(0.0, 6.0)) for _ in range(6)]
         force = sum(3.0 * size * np.sin(speed * time + phase) for size, speed, phase in waves)

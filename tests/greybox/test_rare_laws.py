@@ -15,7 +15,7 @@ from orchestrator.greybox.laws import laws
 from orchestrator.greybox.places import Place
 from orchestrator.verdicts.result import Estimate, NamedEffect
 
-STEP, PARTS, SAMPLES = 0.01, 20, 500
+STEP, PARTS, SAMPLES = 0.01, 20, 350
 TIME = np.arange(SAMPLES * PARTS) * STEP / PARTS
 Act = Callable[[np.ndarray], np.ndarray]
 Extra = Callable[[float, float, float, float], float]
