@@ -7,6 +7,7 @@ before it.
 
 import os
 import sys
+import warnings
 from importlib import import_module
 from pathlib import Path
 
@@ -64,6 +65,11 @@ def command() -> None:
         print("misfit: the working folder is gone; change to one that exists", file=sys.stderr)
         sys.exit(2)
     leave_the_working_directory_out()
+    if (
+        not sys.warnoptions
+    ):  # those of libraries are for developers (`python -W`); what a user has to know is a note or an error
+        warnings.simplefilter("ignore")
+        os.environ["PYTHONWARNINGS"] = "ignore"  # and of worker processes
     import_our_packages()
     from orchestrator.cli.main import main
 

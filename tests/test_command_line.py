@@ -273,6 +273,19 @@ def test_help_answers_without_loading_the_heavy_packages() -> None:
     assert done.stdout.splitlines()[-1] == "[]"
 
 
+def test_warnings_of_libraries_are_not_for_users_unless_they_ask() -> None:
+    """An overflow in a candidate that diverges stood between the lines of an answer."""
+    code = (
+        "import warnings, misfit_start, orchestrator.cli.main as m\n"
+        "m.misfit.main = lambda **k: warnings.warn('overflow', RuntimeWarning)\nmisfit_start.command()"
+    )
+    said = [
+        subprocess.run([sys.executable, *options, "-c", code], capture_output=True, text=True, check=True).stderr
+        for options in ([], ["-W", "default"])
+    ]
+    assert said[0] == "" and "RuntimeWarning: overflow" in said[1]
+
+
 def test_output_in_a_pipe_has_no_control_characters() -> None:
     done = misfit("compare", "pendulum", PENDULUM)
 
