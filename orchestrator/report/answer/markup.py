@@ -76,7 +76,7 @@ def _buys(answer: Answer) -> str:
         return ""
     heading = "What it buys, on trials never used for learning" if len(answer.bars) > 2 else "How far the model is off"
     drawn = _either(partial(bars_svg, answer.bars))
-    return _section(heading, drawn + _small("Error as a multiple of the sensor noise; linear scale."))
+    return _section(heading, drawn + _small("Error as a multiple of the noise floor; linear scale."))
 
 
 def _failed(document: Mapping[str, Any]) -> str:
