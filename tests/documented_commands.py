@@ -40,7 +40,7 @@ REPLACED = {"//host:8786": "//127.0.0.1:28786"}
 # They run until they are stopped, here at the end of their block.
 ENDLESS = ("misfit studio", "misfit hil robot", "dask scheduler", "dask worker")
 # What another terminal does meanwhile.
-BESIDE = {"misfit hil view": "misfit hil hold --virtual --seconds 15 --rate 100"}
+BESIDE = {"misfit hil view": "misfit hil hold --virtual --seconds 15 --rate 50"}
 # Commands that keep what they make for all later ones of the same user.
 KEEPS = ("misfit hil compile",)
 # Exit code 1 says that the machine is too slow now for the usual rate, or that it stood still so long that the arm was stopped: then they are tried again, more slowly.
@@ -150,12 +150,16 @@ def _run_to_its_end(command: Command, folder: Path) -> None:
 def _run_beside(command: Command, folder: Path) -> None:
     """Run a command while another terminal does what it looks at; until that has begun, it says that nothing is there."""
     (other,) = [line for name, line in BESIDE.items() if command.begins(name)]
-    process = subprocess.Popen(_words(other), cwd=folder, env=AT_ONCE, stdout=subprocess.DEVNULL)
-    done = _run(command.line, folder)
-    while done.returncode and process.poll() is None:
+    done = None
+    for _ in range(TRIES):  # where the machine stands still the other one ends before it is seen
+        process = subprocess.Popen(_words(other), cwd=folder, env=AT_ONCE, stdout=subprocess.DEVNULL)
         done = _run(command.line, folder)
-    process.wait(timeout=60)
-    assert done.returncode == 0, f"{command.line}: {done.stderr}"
+        while done.returncode and process.poll() is None:
+            done = _run(command.line, folder)
+        process.wait(timeout=60)
+        if not done.returncode:
+            return
+    assert done is not None and done.returncode == 0, f"{command.line}: {done and done.stderr}"
 
 
 def _start(line: str, folder: Path) -> subprocess.Popen[str]:
