@@ -1,7 +1,7 @@
 """A proposed law as results show it: formula, sentence, constants, what it was seen over, and what held-out trials say."""
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -15,8 +15,41 @@ from orchestrator.greybox.places import coordinate
 from orchestrator.greybox.prepare import seen_by
 from orchestrator.greybox.witness import Witness, witnesses
 from orchestrator.laws.find import FoundLaw
-from orchestrator.laws.sentence import sentence_of
+from orchestrator.laws.terms import Term
+from orchestrator.laws.vocabulary import Factor
 from orchestrator.verdicts.result import Estimate, NamedEffect
+
+
+def sentence_of(terms: Sequence[Term], law: Law, values: Mapping[str, Estimate], variables: Mapping[str, str]) -> str:
+    """Such as `dry friction that fades with a time constant of 3 s, and viscous friction`.
+
+    Args:
+        terms: the terms of the law.
+        law: the law.
+        values: its values by name.
+        variables: the model's variable for each coordinate of the law.
+    """
+    parts = []
+    for number, term in enumerate(terms, start=1):
+        end = str(number) if len(terms) > 1 else ""
+        words = " ".join(_filled(f, term, end, values, variables) for f in term.factors)
+        parts.append(f"{words} (pushing, not braking)" if _pushes(term, values[f"k{end}"].value) else words)
+    return ", and ".join(dict.fromkeys(parts))
+
+
+def _filled(factor: Factor, term: Term, end: str, values: Mapping[str, Estimate], variables: Mapping[str, str]) -> str:
+    def value(match: re.Match[str]) -> str:
+        if match[1] == "of":
+            return variables.get(term.of, term.of)
+        found = values.get(match[1] + end) or values[match[1]]  # without a number if several terms share it
+        return f"{found.value:.3g} {found.unit if found.unit != '1' else ''}".strip()
+
+    return re.sub(r"\{(\w+)\}", value, factor.words)
+
+
+def _pushes(term: Term, gain: float) -> bool:
+    """Whether what usually brakes or holds back does the opposite."""
+    return gain < 0 and bool(term.library) and term.library != "constant_force"
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,6 @@
 """Cases on worker processes: each worker runs one after the other, and what breaks a worker costs one case."""
 
+import os
 import queue
 import threading
 import time as clock
@@ -7,11 +8,39 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 
 from fmus.errors import MisfitError
+from orchestrator.cosim.isolate.child import Host
 from orchestrator.cosim.isolate.process import LOADING_S, Child, ChildLimits
+from orchestrator.cosim.kinds.code import told
 from orchestrator.regress.case import Case
-from orchestrator.regress.child import TASK
-from orchestrator.regress.execute import Want
+from orchestrator.regress.execute import Want, execute
 from orchestrator.regress.outcome import Outcome
+from orchestrator.regress.recording import Watched
+
+TASK = f"{__name__}:serve"
+
+
+def serve(host: Host) -> None:
+    """Run cases until the host closes the connection."""
+    progress = Watched(host.memory.page, lambda labels: host.send("labels", labels))
+    while True:
+        case, want = host.receive()
+        try:
+            outcome = execute(case, progress, want)
+        except MemoryError:
+            host.send("error", "ComponentError", f"{case.name}: no memory is left")
+            continue
+        except Exception as error:  # a mistake here, or in a user's component: one line for the user all the same
+            host.send("error", "ComponentError", f"{case.name}: {told(error)}")
+            continue
+        progress.leave()
+        host.send("answer", outcome, resident_bytes())
+
+
+def resident_bytes() -> int:
+    """Memory that this process holds."""
+    with open("/proc/self/statm") as file:
+        return int(file.read().split()[1]) * os.sysconf("SC_PAGESIZE")
+
 
 _GIB = 2**30
 

@@ -18,9 +18,30 @@ from orchestrator.study.draws import Problem
 from orchestrator.study.initial import Initial
 from orchestrator.study.muscles import MUSCLES, capabilities
 from orchestrator.study.noise_models import learn, refit
-from orchestrator.study.selection import EXCLUDED_N, clear_of_stops, only, settled
 
 Array = NDArray[Any]
+# A deviation that says nothing: beside it, no correction moves a prediction by more than 1e-8 of the force.
+EXCLUDED_N = 1e6
+SETTLED_RAD = 0.15
+
+
+def clear_of_stops(corrections: Corrections) -> Array:
+    """Mask of corrections during which no joint touched an end: there only the hand holds the arm, (n,)."""
+    return ~corrections.at_stop
+
+
+def settled(corrections: Corrections) -> Array:
+    """Mask of those that in addition hardly moved, (n,)."""
+    return clear_of_stops(corrections) & (corrections.moved < SETTLED_RAD)
+
+
+def only(deviation: Array, kept: Array) -> Array:
+    """Deviations of kept corrections in the places of `kept`, (n,) mask; others are excluded."""
+    whole = np.full(len(kept), EXCLUDED_N)
+    whole[kept] = deviation
+    return whole
+
+
 INFORMATIVE = 200
 
 

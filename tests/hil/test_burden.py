@@ -19,8 +19,7 @@ from hil.session.recorded import ROBOT, SETTINGS, pilot_of, recorded_pilot
 from hil.settings import default_settings
 from hil.trials.protocol import protocol_of_json, read_protocol
 from hil.virtual.body import Body, Burden
-from hil.virtual.loaded import REACH, LoadedJoints
-from hil.virtual.made import Made
+from hil.virtual.made import REACH, LoadedJoints, Made
 from orchestrator.cli.improve import discover
 from orchestrator.cosim.system import ComponentSpec
 from tests.hil.bench import Beats, Bench

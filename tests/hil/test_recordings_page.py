@@ -9,7 +9,7 @@ from starlette.requests import Request
 
 from fmus.errors import MisfitError
 from hil.bench_view import recordings_page
-from hil.bench_view.recordings import Recording, make_project, recordings
+from hil.bench_view.recordings_page import Recording, make_project, recordings
 from hil.bench_view.watched import Sessions
 from orchestrator.measurements import load_measurements
 from orchestrator.studio import workspace

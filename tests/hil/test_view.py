@@ -14,8 +14,7 @@ from hil.codecs.barrett.safety_module import Button
 from hil.session.loop import Loop, Wishes
 from hil.view.glance import Glance, Look
 from hil.view.layout import EDGES
-from hil.view.live import watch
-from hil.view.picture import picture
+from hil.view.live import picture, watch
 from hil.view.window import Window, newest
 from tests.hil.bench import Beats, Bench
 

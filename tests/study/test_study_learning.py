@@ -18,10 +18,9 @@ from orchestrator.study.contents import digest
 from orchestrator.study.draws import DrawTask, Problem, tasks
 from orchestrator.study.muscles import MUSCLES, capabilities
 from orchestrator.study.noise_models import learn
-from orchestrator.study.selection import EXCLUDED_N, clear_of_stops, only, settled
 from orchestrator.study.study import Case, Study
 from orchestrator.study.summary import bars
-from orchestrator.study.variants import VARIANTS, Setting, outcome
+from orchestrator.study.variants import EXCLUDED_N, VARIANTS, Setting, clear_of_stops, only, outcome, settled
 from orchestrator.study.work import Processes, alone, do_all
 from orchestrator.work import Resumable
 

@@ -1,6 +1,7 @@
 """Where an FMU lies unpacked, and its binary for this machine: found, compiled from its sources, or why there is none."""
 
 import ctypes
+import hashlib
 import os
 import platform
 import shutil
@@ -13,7 +14,30 @@ from pathlib import Path
 from fmus.archive import extract_fmu
 from fmus.errors import FmuError
 from fmus.files import cache_folder
+from fmus.runtime.compiler import find_compiler
+from fmus.sources import FLAGS, compile_library
 from orchestrator.cosim.fmu.description import FmuDescription, Interface
+
+
+def compile_sources(description: FmuDescription, interface: Interface, folder: Path) -> Path:
+    """Compile the sources of an unpacked FMU into a shared library.
+
+    Args:
+        description: what the FMU says of itself.
+        interface: the way it is run, with its sources.
+        folder: where the FMU lies unpacked.
+
+    Raises:
+        FmuError: without a compiler, for sources that are not C, beyond limits of time and memory, or with the compiler's
+            first error.
+    """
+    text = " ".join((*find_compiler(), *FLAGS, description.digest, interface.identifier))
+    target = cache_folder("compiled") / f"{hashlib.sha256(text.encode()).hexdigest()}.so"
+    if not target.is_file():
+        name = description.path.name
+        compile_library(name, description.version, interface.sources, folder / "sources", target)
+    return target
+
 
 _ENDINGS = {"linux": ".so", "darwin": ".dylib", "windows": ".dll"}
 _ARCHITECTURES = {"amd64": "x86_64", "x86_64": "x86_64", "arm64": "aarch64", "aarch64": "aarch64"}
@@ -87,8 +111,6 @@ def find_binary(description: FmuDescription, interface: Interface) -> Path:
         if binary.is_file():
             return binary
     if interface.sources:
-        from orchestrator.cosim.fmu.sources import compile_sources
-
         return compile_sources(description, interface, folder)
     fmu, has = description.path.name, sorted(_binaries(folder))
     if interface.needs_execution_tool:

@@ -1,19 +1,42 @@
 """The first screen as HTML, the same for the studio, reports and notebooks."""
 
 import html
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from orchestrator.report.answer.answer import Answer
 from orchestrator.report.answer.drawing import bars_svg, residual_svg, witness_svg
-from orchestrator.report.answer.laws import laws_sentences
 from orchestrator.report.answer.residual import worst_residual
 from orchestrator.report.answer.rivals import Rival
 from orchestrator.report.answer.witness import shape_words, stated, witnesses_of
 from orchestrator.report.answer.words import capital
 from orchestrator.report.numbers import unbroken
+
+
+def laws_sentences(laws: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Sentences for the first law, a line for each that explains the record as well."""
+    if not laws:
+        return []
+    first, *others = laws
+    constants = ", ".join(f"{name} = {_with_unit(row)}" for name, row in first["parameters"].items())
+    units = first.get("held_out_units", {})  # results of earlier versions have none
+    errors = ", ".join(
+        f"{signal} {first['held_out_before'][signal]:.3g} -> {after:.3g} {units.get(signal, '')}".rstrip()
+        for signal, after in first["held_out_after"].items()
+    )
+    found = [
+        f"{first['sentence'].capitalize()}, at {first['site']}: {first['formula']} with {constants}.",
+        f"Error of held-out trials, before and with it: {errors}.",
+        *(f"The record cannot tell it from {law['formula']} ({law['sentence']})." for law in others),
+    ]
+    return [*found, f"{first['separated_by'].capitalize()}."] if first["separated_by"] else found
+
+
+def _with_unit(row: Mapping[str, Any]) -> str:
+    return f"{row['value']:.4g} {row['unit'] if row['unit'] != '1' else ''}".strip()
+
 
 # Formulas that have room beside each other.
 MOST_LAWS = 3

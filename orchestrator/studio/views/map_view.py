@@ -3,15 +3,30 @@
 from typing import Any
 
 from nicegui import events, run, ui
+from nicegui.elements.echart.echart import EChart
 
 from fmus.errors import MisfitError
 from orchestrator.studio.views.against import offered
 from orchestrator.studio.views.link import SelectionLink
 from orchestrator.studio.views.map_options import map_options
-from orchestrator.studio.views.map_plot import MapPlot
 from orchestrator.studio.views.parts import Latest, Words, picture_frame, section
+from orchestrator.studio.views.plot import SHARED
 from orchestrator.studio.views.selection import Range, Region, Selection
 from orchestrator.studio.views.state_map import STATISTICS, StateMap, map_rows, map_sentence, state_map
+
+
+class MapPlot(EChart, component="map.js", esm=SHARED):
+    """Emits `brush` with the region that was dragged (across and along, each from and to), or null."""
+
+    def __init__(self, options: dict[str, Any]) -> None:
+        super().__init__(options)
+        self._update_method = None
+
+    def change(self, options: dict[str, Any]) -> None:
+        """Draw another map, as a property: a call of a method would be lost on a page that is not built up yet."""
+        self._props["options"] = options
+        self.update()
+
 
 NAME = "State map: the residual over two coordinates. Drag to select a region, Escape clears it."
 COLUMNS = ("where", "rms", "mean", "samples")

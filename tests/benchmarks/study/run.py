@@ -19,7 +19,7 @@ from orchestrator.study.conditioned import GRID, coefficients, given_bench, size
 from orchestrator.study.draws import SIZES, Problem, tasks
 from orchestrator.study.muscles import MUSCLES, capabilities
 from orchestrator.study.researcher import SETS
-from orchestrator.study.tasks import CollectTask, ModelsTask
+from orchestrator.study.study import CollectTask, ModelsTask
 from orchestrator.study.variants import Setting
 
 LEAST_RATIO, AIM_RATIO, MOST_SECONDS, MOST_DIFFERENCE_N = 10.0, 25.0, 120.0, 1e-8

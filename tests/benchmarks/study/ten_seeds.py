@@ -17,9 +17,8 @@ from threadpoolctl import threadpool_limits
 from orchestrator.study.muscles import MUSCLES
 from orchestrator.study.regression import errors_at
 from orchestrator.study.researcher import SETS
-from orchestrator.study.study import LIMITS, Case, Study
+from orchestrator.study.study import LIMITS, Case, CollectTask, ModelsTask, Study
 from orchestrator.study.summary import bars, chosen, improvements, lines, over, strong_mean
-from orchestrator.study.tasks import CollectTask, ModelsTask
 from orchestrator.study.variants import Setting, outcome
 
 # Ways of which each muscle is told.
