@@ -9,9 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from fmus.archive import extract_fmu
-from fmus.checks.names import check_names
-from fmus.checks.terminals import check_terminals
-from fmus.checks.units import check_units
+from fmus.checks.declared import check_names, check_terminals, check_units
 from fmus.children import child_environment, python_command, run_child
 from fmus.errors import FmuError
 from fmus.sources import check_identifier, compile_library, sources_of

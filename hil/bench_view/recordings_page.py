@@ -18,8 +18,7 @@ from orchestrator.measurements import load_measurements
 from orchestrator.studio import workspace
 from orchestrator.studio.pages import Page
 from orchestrator.studio.project import Project
-from orchestrator.studio.tell import telling
-from orchestrator.studio.text import heading, paragraph
+from orchestrator.studio.text import heading, paragraph, telling
 from orchestrator.studio.workspace import Workspace
 
 # What `hil.trials` says of the emulated arm's joints in a set of trials, and the model that it belongs to.

@@ -13,11 +13,10 @@ from fmus.errors import MisfitError
 from hil.bus.wire import open_wire
 from hil.control.timing import real_time_priority
 from hil.robots.known import PROFICIO
-from hil.virtual.any_bus import BusServer
+from hil.virtual.adapters import BusServer, SerialAdapter
 from hil.virtual.beside import Ears
 from hil.virtual.body import Body
 from hil.virtual.made import KINDS, Made
-from hil.virtual.serial_adapter import SerialAdapter
 from hil.virtual.socketcand import SocketcandServer
 
 # Below that of a session's loop.

@@ -15,7 +15,7 @@ from scipy.linalg.lapack import dgeqrf, dormqr, dpotrf, dtrtri
 from orchestrator.gp.covariance import Latents
 from orchestrator.gp.observations import Rows
 from orchestrator.gp.posterior import Posterior
-from orchestrator.gp.threads import one_thread
+from orchestrator.gp.triangle import one_thread
 
 Array = NDArray[Any]
 # A row of which less than this share of the noise, or of its own variance, is new is not kept: what is new in it counts

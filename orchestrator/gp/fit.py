@@ -13,7 +13,7 @@ from orchestrator.gp.likelihood import Likelihood
 from orchestrator.gp.limits import Box, Limits, Units, begun, box
 from orchestrator.gp.noise import LearntNoise
 from orchestrator.gp.observations import Observation
-from orchestrator.gp.threads import one_thread
+from orchestrator.gp.triangle import one_thread
 from orchestrator.models.minimise import PROMISE, Found, minimise
 
 Array = NDArray[Any]

@@ -23,7 +23,7 @@ from orchestrator.gp.likelihood import Likelihood
 from orchestrator.gp.limits import Limits, Units, begun, box, weak_priors
 from orchestrator.gp.observations import Observation
 from orchestrator.gp.posterior import Of, Posterior, condition
-from orchestrator.gp.threads import one_thread
+from orchestrator.gp.triangle import one_thread
 from orchestrator.models.minimise import PROMISE
 
 Array = NDArray[Any]

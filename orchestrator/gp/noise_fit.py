@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from orchestrator.gp.covariance import factor
 from orchestrator.gp.noise import LearntNoise
-from orchestrator.gp.threads import one_thread
-from orchestrator.gp.triangle import inverse_from_factor, solve_lower
+from orchestrator.gp.triangle import inverse_from_factor, one_thread, solve_lower
 from orchestrator.models.minimise import PROMISE, minimise
 
 Array = NDArray[Any]

@@ -18,7 +18,7 @@ from fmus.errors import MisfitError
 from orchestrator.gp.covariance import Latents, covariance, known, variances
 from orchestrator.gp.observations import Observation, Rows, stacked
 from orchestrator.gp.posterior import Posterior, condition, residuals_and_noise
-from orchestrator.gp.threads import one_thread
+from orchestrator.gp.triangle import one_thread
 
 Array = NDArray[Any]
 # Up to so many data conditioning is exact by itself; more are taken in through so many rows.

@@ -9,7 +9,7 @@ from orchestrator.compare.result import Comparison
 from orchestrator.ledger import LedgerEntry, newest
 from orchestrator.report.answer import answer_of
 from orchestrator.report.answer.markup import answer_html, answer_style
-from orchestrator.report.answer.notes import note_sentences
+from orchestrator.report.answer.words import note_sentences
 from orchestrator.report.arm_drawing import Replay, replay_script, replay_style, script_source
 from orchestrator.report.numbers import digits
 from orchestrator.report.page import (

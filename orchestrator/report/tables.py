@@ -12,7 +12,7 @@ from rich.text import Text
 from orchestrator.compare.result import Comparison, SetErrors
 from orchestrator.ledger import LedgerEntry
 from orchestrator.report.answer import answer_of
-from orchestrator.report.answer.notes import note_sentences
+from orchestrator.report.answer.words import note_sentences
 from orchestrator.report.numbers import digits, estimate, percent, quantity
 from orchestrator.report.sentences import (
     comparison_sentence,

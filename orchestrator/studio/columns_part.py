@@ -12,8 +12,7 @@ from orchestrator.report.numbers import digits
 from orchestrator.studio.live import Live
 from orchestrator.studio.project import MATCH, Project, file_stamp
 from orchestrator.studio.receive import make_way
-from orchestrator.studio.tell import telling
-from orchestrator.studio.text import bullets, details, heading, html_table, menu, paragraph
+from orchestrator.studio.text import bullets, details, heading, html_table, menu, paragraph, telling
 
 HEADINGS = ("column", "data", "unit", "model variable", "unit in the model", "what becomes of it", "between samples")
 

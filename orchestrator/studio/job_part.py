@@ -9,7 +9,7 @@ from orchestrator.elapsed import in_words
 from orchestrator.studio import jobs
 from orchestrator.studio.jobs import Job
 from orchestrator.studio.project import COMPARISON, DIAGNOSIS, MATCH, Project
-from orchestrator.studio.tell import telling
+from orchestrator.studio.text import telling
 from orchestrator.studio.versions import Versions, versions
 
 DOING = {

@@ -7,7 +7,7 @@ from typing import Any, Self
 from nicegui import ui
 
 from fmus.errors import MisfitError
-from orchestrator.report.answer.notes import note_sentences
+from orchestrator.report.answer.words import note_sentences
 from orchestrator.report.page import effects_table, experiment_rows, tried_table
 from orchestrator.report.sentences import experiment_sentence
 from orchestrator.studio import workspace

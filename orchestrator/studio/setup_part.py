@@ -6,12 +6,10 @@ from nicegui import run, ui
 from nicegui.events import GenericEventArguments
 
 from fmus.catalogue import built_in_models
-from orchestrator.studio.drop_zone import drop_zone
 from orchestrator.studio.live import Live
 from orchestrator.studio.project import MATCH, Project
 from orchestrator.studio.receive import DATA_ENDINGS, MODEL_ENDINGS, make_way
-from orchestrator.studio.tell import telling
-from orchestrator.studio.text import bullets, details, heading, menu, paragraph
+from orchestrator.studio.text import bullets, details, drop_zone, heading, menu, paragraph, telling
 
 # Files that are named at once; a list of hundreds would push everything else away.
 FEW = 3

@@ -13,7 +13,6 @@ from nicegui import app, run, ui
 
 from fmus.errors import MisfitError
 from orchestrator.studio import jobs, workspace
-from orchestrator.studio.drop_zone import drop_zone
 from orchestrator.studio.live import Live
 from orchestrator.studio.names import safe_name
 from orchestrator.studio.pages import Page
@@ -22,8 +21,7 @@ from orchestrator.studio.receive import checked, keep
 from orchestrator.studio.swap_drive import CHOICES, RECORDED
 from orchestrator.studio.swap_result import swap_result, verdict
 from orchestrator.studio.swap_task import DEFAULT_TOLERANCE, RECORDING, RESULT, SIDES, file_of
-from orchestrator.studio.tell import telling
-from orchestrator.studio.text import heading, paragraph
+from orchestrator.studio.text import drop_zone, heading, paragraph, telling
 
 EVERY_S = 0.5
 ENDINGS = (".csv", ".parquet", ".h5", ".mf4")

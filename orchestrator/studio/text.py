@@ -1,13 +1,41 @@
 """Headings, paragraphs, lists, tables and menus as the elements that they are, with text from outside escaped."""
 
 import html
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 
 from nicegui import ui
 from nicegui.events import GenericEventArguments
 
+from fmus.errors import MisfitError
 from orchestrator.report.page import PageTable
+from orchestrator.studio.project import Project
+from orchestrator.studio.receive import upload_limit
 from orchestrator.studio.views.parts import table
+
+
+def drop_zone(project: Project, kind: str, text: str, endings: str, *, multiple: bool, home: str = "project") -> None:
+    """Add the zone and the line that tells what became of the files; `home` is the first part of the address that takes them."""
+    status = f"sent-{kind}"
+    with ui.element("div").classes("studio-drop"):
+        with ui.element("label").props(f'for="choose-{kind}"'):
+            ui.html(text, sanitize=False, tag="span")
+        chooser = ui.element("input").props(f'type=file id="choose-{kind}" accept="{endings}"')
+        chooser.props["data-upload"] = f"/{home}/{project.id}/upload/{kind}"
+        chooser.props["data-status"] = status
+        chooser.props["data-limit"] = upload_limit()
+        if multiple:
+            chooser.props["multiple"] = True
+    ui.element("p").props(f'id="{status}" role=status').classes("studio-told")
+
+
+@contextmanager
+def telling() -> Iterator[None]:
+    """Show a MisfitError of the body as a message that stays until it is closed."""
+    try:
+        yield
+    except MisfitError as error:
+        ui.notify(" ".join(str(error).split()), type="negative", timeout=0, close_button="Close", multi_line=True)
 
 
 def heading(text: str, level: int = 2) -> None:

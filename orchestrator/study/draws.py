@@ -15,9 +15,9 @@ from scipy.linalg.lapack import dtrtrs
 
 from orchestrator.gp.covariance import factor
 from orchestrator.study.conditioned import Conditioned, given_bench, size_over_grid
-from orchestrator.study.contents import digest
 from orchestrator.study.corrections import Corrections
 from orchestrator.study.initial import Initial
+from orchestrator.study.work import digest
 
 Array = NDArray[Any]
 SIZES = (50, 100, 200, 300, 400, 500)

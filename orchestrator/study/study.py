@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from orchestrator.study.contents import digest
 from orchestrator.study.corrections import Corrections, collect
 from orchestrator.study.design import Caregiver, draw_caregivers, draw_trials
 from orchestrator.study.draws import SIZES, tasks
@@ -15,7 +14,7 @@ from orchestrator.study.initial import Initial, initial_models
 from orchestrator.study.regression import Errors, errors_at
 from orchestrator.study.researcher import SETS, measure
 from orchestrator.study.variants import VARIANTS, Outcome, Setting, outcome
-from orchestrator.study.work import do_all
+from orchestrator.study.work import digest, do_all
 from orchestrator.work import Work
 
 

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from fmus.checks.names import check_names
+from fmus.checks.declared import check_names
 
 
 def findings(*names: str, convention: str = "structured") -> list[str]:

@@ -33,7 +33,7 @@ from hil.session.entry import Operator
 from hil.session.recorded import ROBOT, replay_session
 from hil.session.session import BrokenSession, run_session
 from hil.settings import virtual_settings
-from hil.virtual.any_bus import BusServer
+from hil.virtual.adapters import BusServer
 from hil.virtual.plant import FreeJoints
 from hil.virtual.robot import VirtualRobot
 

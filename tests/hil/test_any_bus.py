@@ -23,10 +23,9 @@ from hil.codecs.frame import Frame
 from hil.robots import proficio
 from hil.session.check import check
 from hil.terminal import stopped_by
-from hil.virtual.any_bus import BusServer
+from hil.virtual.adapters import BusServer, SerialAdapter
 from hil.virtual.plant import FreeJoints
 from hil.virtual.robot import VirtualRobot
-from hil.virtual.serial_adapter import SerialAdapter
 
 KERNEL = os.environ.get("MISFIT_CAN", "")
 BUSES = [

@@ -14,7 +14,7 @@ from hil.codecs.frame import Frame
 from hil.codecs.slcan import SLCAN
 from hil.codecs.socketcand import SOCKETCAND
 from hil.errors import FrameError
-from hil.virtual.serial_adapter import SerialAdapter
+from hil.virtual.adapters import SerialAdapter
 from hil.virtual.socketcand import _frame_of
 
 LANGUAGES = pytest.mark.parametrize("language", [SOCKETCAND, SLCAN], ids=["socketcand", "slcan"])

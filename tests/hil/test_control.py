@@ -18,7 +18,7 @@ from hil.codecs.barrett.safety_module import Level, Mode
 from hil.codecs.frame import Frame, Timed
 from hil.emulation.planar import Placement
 from hil.robots import proficio
-from hil.virtual.any_bus import BusServer
+from hil.virtual.adapters import BusServer
 from hil.virtual.arm_plant import ArmPlant
 from hil.virtual.beside import Ears
 from hil.virtual.body import Body, parse_values

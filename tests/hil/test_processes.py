@@ -25,10 +25,10 @@ from hil.session.heart import LIMIT_NS, Heart
 from hil.session.loop import Loop, Wishes
 from hil.session.recorded import replay_session
 from hil.session.watchdog import watchdog
+from hil.virtual.adapters import SerialAdapter
 from hil.virtual.plant import FreeJoints
 from hil.virtual.process import virtual_robot
 from hil.virtual.robot import VirtualRobot
-from hil.virtual.serial_adapter import SerialAdapter
 from hil.virtual.socketcand import SocketcandServer
 from tests.hil.bench import Beats, Bench
 from tests.hil.held import PATIENCE_S, end_by, hold

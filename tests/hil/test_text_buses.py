@@ -16,8 +16,8 @@ from hil.bus.socketcand import SocketcandBus
 from hil.bus.wire import Wire, open_wire
 from hil.codecs.frame import Frame
 from hil.errors import BusError
-from hil.virtual import serial_adapter
-from hil.virtual.serial_adapter import SerialAdapter
+from hil.virtual import adapters
+from hil.virtual.adapters import SerialAdapter
 from tests.hil.peers import OK, PATIENCE_S, Server, terminal
 
 FRAME = b"< frame 423 1795222169.624496 0003E8 >"
@@ -331,8 +331,8 @@ def test_a_wire_beside_anothers_takes_none_of_its_frames_and_works_after_it_was_
 def test_a_virtual_adapter_waits_for_the_rest_of_a_line(monkeypatch: pytest.MonkeyPatch) -> None:
     pieces = [b"O\rt42", b"32AABB\r"]
     with SerialAdapter() as adapter:
-        monkeypatch.setattr(serial_adapter.os, "read", lambda *_: pieces.pop(0))
-        monkeypatch.setattr(serial_adapter.select, "select", lambda *lists: lists[:3] if pieces else ([], [], []))
+        monkeypatch.setattr(adapters.os, "read", lambda *_: pieces.pop(0))
+        monkeypatch.setattr(adapters.select, "select", lambda *lists: lists[:3] if pieces else ([], [], []))
         message = adapter.recv(PATIENCE_S)
         assert message is not None and (message.arbitration_id, bytes(message.data)) == (0x423, b"\xaa\xbb")
         assert adapter.recv(0.0) is None

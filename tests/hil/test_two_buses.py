@@ -24,7 +24,7 @@ from hil.codecs.frame import Frame
 from hil.errors import BusError
 from hil.robots import proficio
 from hil.settings import read_settings
-from hil.virtual.any_bus import BusServer
+from hil.virtual.adapters import BusServer
 from hil.virtual.plant import FreeJoints
 from hil.virtual.robot import VirtualRobot
 from tests.hil.peers import PATIENCE_S, Server, terminal

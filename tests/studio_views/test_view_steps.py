@@ -6,8 +6,7 @@ from dataclasses import replace
 import pytest
 from view_builders import version
 
-from orchestrator.studio.views.steps import decades, steps_of, summary
-from orchestrator.studio.views.steps_drawing import STYLE, drawing, height_of
+from orchestrator.studio.views.steps_drawing import STYLE, decades, drawing, height_of, steps_of, summary
 from orchestrator.verdicts.result import NamedEffect
 
 FRICTION, LOAD = NamedEffect("coulomb_friction", "joint1", {}), NamedEffect("payload", "wrist", {})

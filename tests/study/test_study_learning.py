@@ -14,14 +14,13 @@ from fmus.errors import MisfitError
 from orchestrator.gp.observations import observe
 from orchestrator.gp.posterior import condition
 from orchestrator.study.conditioned import GRID, coefficients, given_bench, size_over_grid
-from orchestrator.study.contents import digest
 from orchestrator.study.draws import DrawTask, Problem, tasks
 from orchestrator.study.muscles import MUSCLES, capabilities
 from orchestrator.study.noise_models import learn
 from orchestrator.study.study import Case, Study
 from orchestrator.study.summary import bars
 from orchestrator.study.variants import EXCLUDED_N, VARIANTS, Setting, clear_of_stops, only, outcome, settled
-from orchestrator.study.work import Processes, alone, do_all
+from orchestrator.study.work import Processes, alone, digest, do_all
 from orchestrator.work import Resumable
 
 CLAIMS = ("mean improvement of the four strong muscles, %", "least improvement of any muscle in any seed, %")

@@ -6,9 +6,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from orchestrator.report.answer.notes import note_sentences
 from orchestrator.report.answer.rivals import Rival, not_tried, rivals_of
-from orchestrator.report.answer.words import PARAMETER_ERROR, capital, joined, name_of, share, sizes, what
+from orchestrator.report.answer.words import (
+    PARAMETER_ERROR,
+    capital,
+    joined,
+    name_of,
+    note_sentences,
+    share,
+    sizes,
+    what,
+)
 from orchestrator.report.numbers import digits, over_floor
 
 Document = Mapping[str, Any]

@@ -7,8 +7,7 @@ from nicegui import ui
 from orchestrator.ledger import LedgerEntry
 from orchestrator.report.numbers import digits
 from orchestrator.studio.views.parts import Words, section
-from orchestrator.studio.views.steps import Step, steps_of, summary
-from orchestrator.studio.views.steps_drawing import STYLE, drawing
+from orchestrator.studio.views.steps_drawing import STYLE, Step, drawing, steps_of, summary
 
 COLUMNS = (
     "version",

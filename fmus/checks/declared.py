@@ -1,12 +1,65 @@
-"""Units: definitions that mean what their names say, and derivatives in the unit of their state per second."""
+"""What a model description says of its variables: names, terminals and units that keep to FMI and to each other."""
 
+import re
 from collections.abc import Iterator
 from math import isclose
+from pathlib import Path
 from typing import Any
 
+from fmus.archive import check_xml
 from fmus.checks.subject import FLOATS
-from fmus.errors import MisfitError
+from fmus.errors import FmuError, MisfitError
+from fmus.terminals import FILE
 from fmus.units import BASE_UNITS, SiUnit, si_exponents
+
+_PLAIN = r"[_a-zA-Z][_a-zA-Z0-9]*"
+_QUOTED = r"""'(?:[_a-zA-Z0-9!#$%&()*+,\-./:;<>=?@\[\]^{}|~ "]|\\['"?\\abfnrtv])+'"""
+_PART = rf"(?:{_PLAIN}|{_QUOTED})(?:\[[0-9]+(?:,[0-9]+)*\])?"
+_IDENTIFIER = rf"{_PART}(?:\.{_PART})*"
+_STRUCTURED = re.compile(rf"{_IDENTIFIER}|der\({_IDENTIFIER}(?:,[0-9]+)?\)")
+_CONTROL = {"\r": "carriage return", "\n": "line feed", "\t": "tab"}
+
+
+def check_names(description: Any) -> Iterator[str]:
+    """One line for each name that does not follow the convention."""
+    flat = description.variableNamingConvention == "flat"
+    for variable in description.modelVariables:
+        name = variable.name
+        if flat:
+            for character, words in _CONTROL.items():
+                if character in name:
+                    yield f"the name {name!r} (line {variable.sourceline}) contains a {words}"
+        elif not _STRUCTURED.fullmatch(name):
+            yield (
+                f"{name!r} (line {variable.sourceline}) is no legal name under the naming convention 'structured': "
+                "identifiers joined by dots, with indices such as [1,2], or der(...)"
+            )
+
+
+def check_terminals(folder: Path, description: Any) -> Iterator[str]:
+    """Findings about the terminals of an unpacked FMU, one line each; nothing if it has none."""
+    import fmpy  # type: ignore[import-untyped]
+    from lxml import etree  # type: ignore[import-untyped]
+
+    path = folder / FILE
+    if not path.is_file():
+        return
+    try:
+        check_xml(path.read_bytes(), FILE)
+    except FmuError as error:
+        yield str(error)
+        return
+    schema = etree.XMLSchema(file=Path(fmpy.__file__).parent / "schema" / "fmi3" / "fmi3TerminalsAndIcons.xsd")
+    root = etree.fromstring(path.read_bytes())
+    if description.fmiVersion.startswith("3") and not schema.validate(root):
+        first = schema.error_log[0]
+        yield f"{FILE}:{first.line}: {' '.join(first.message.split())}"
+        return
+    names = {variable.name for variable in description.modelVariables}
+    for terminal in root.iter("Terminal"):
+        for member in terminal.iterfind("TerminalMemberVariable"):
+            if member.get("variableName") not in names:
+                yield f"terminal {terminal.get('name')!r} names {member.get('variableName')!r}, which is no variable"
 
 
 def check_units(description: Any) -> Iterator[str]:
