@@ -121,3 +121,14 @@ def test_the_next_step_for_a_record_that_is_wrong_is_to_mend_it() -> None:
 
     assert "first multiply theta by 0.0174533." in answer.headline
     assert answer.next_step == "Mend the record (multiply theta by 0.0174533), and diagnose again."
+
+
+@pytest.mark.parametrize(("after", "said"), [(0.2, True), (0.9, False)])
+def test_an_error_far_below_the_noise_floor_is_explained(after: float, said: bool) -> None:
+    """A command of a controller counted as noise, and what was found took the error to 0.0005 times the noise."""
+    document = document_of("arm")
+    floor = document["held_out"]["noise_floor"]
+    held_out = document["held_out"] | {"rmse_after": {name: after * value for name, value in floor.items()}}
+    caution = answer_of(document | {"held_out": held_out}).caution
+
+    assert ("The noise floor is too high here" in caution) == said

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from orchestrator.compare.estimates import REFUTED
 from orchestrator.report.answer.rivals import Rival, not_tried, rivals_of
 from orchestrator.report.answer.words import (
     PARAMETER_ERROR,
@@ -208,6 +209,8 @@ def _caution(document: Document, effects: Sequence[Mapping[str, Any]], before: f
         return f"{capital(left)} of the missing force is still not explained."
     if effects and not math.isnan(after) and after > WITHIN_NOISE:
         return f"What is left, {digits(after)} times the noise, is not explained by {_them(document, effects)}."
+    if effects and after < REFUTED:
+        return "The noise floor is too high here: it takes fast changes of an input for noise of its sensor."
     if document.get("verdict") == "unknown" and (best := document.get("best")):
         return f"Closest in the library: {joined(what(effect) for effect in best)}; it is not proven."
     if document.get("verdict") == "cannot_tell" and (open_notes := _open_notes(document)):
