@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from orchestrator.models.contract import Model
 
 HOW = ("linear", "hold")
+# Model and record tell it later.
+OPEN = "as the data say"
 
 
 @click.command("import")
@@ -155,8 +157,9 @@ def _changed(plan: "Plan", wishes: "Wishes", column: str, loaded: "Model | None"
         drives = variables[column] in {v.name for v in loaded.inputs}
     units[column] = click.prompt("Unit", default=plan.units.get(column, "1"), value_proc=_unit)
     if drives:
-        now_held = plan.interpolation.get(column, "linear")
-        held[column] = click.prompt("Between samples", default=now_held, type=click.Choice(HOW))
+        now_held = plan.interpolation.get(column, OPEN)
+        said = click.prompt("Between samples", default=now_held, type=click.Choice((*HOW, OPEN)))
+        held[column] = "" if said == OPEN else said
     return replace(wishes, variables=variables, units=units, interpolation=held)
 
 
@@ -197,7 +200,7 @@ def _rows(plan: "Plan", loaded: "Model | None") -> list[dict[str, Any]]:
                 "unit": plan.units.get(column, "not given"),
                 "variable": variable,
                 "role": f"{role}{reason}" if loaded else "",
-                "interpolation": plan.interpolation.get(column, "linear") if drives else "",
+                "interpolation": plan.interpolation.get(column, OPEN) if drives else "",
             }
         )
     return rows

@@ -33,7 +33,7 @@ def column_rows(measurements: MeasurementSet, model: "Model | None") -> list[dic
     roles = {v.name: "drives the model" for v in inputs} | {v.name: "compared" for v in outputs}
     return [
         _row(column, first.units.get(column, ""), known.get(variable_of.get(column, "")), roles)
-        | {"interpolation": measurements.interpolation.get(column, "linear"), "curve": _curve(first, column)}
+        | {"interpolation": measurements.interpolation.get(column, ""), "curve": _curve(first, column)}
         for column in first.columns
     ]
 

@@ -70,8 +70,8 @@ def _row(project: Project, found: dict[str, Any], row: dict[str, Any], place: in
         becomes = " · ".join(part for part in (row["role"], row["conversion"]) if part)
         ui.html(html.escape(becomes), tag="td", sanitize=False)
         with ui.element("td"):
-            options = {"linear": "straight lines", "hold": "held"}
-            how = row.get("interpolation", "linear")
+            options = {"": "as the data say", "linear": "straight lines", "hold": "held"}
+            how = row.get("interpolation", "")
             if own and drives:
                 _menu(project, column, "interpolation", options, how, f"between-{place}", "Between samples")
             elif drives:

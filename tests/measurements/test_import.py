@@ -86,6 +86,19 @@ def test_an_input_that_stays_and_jumps_is_proposed_as_held_and_can_be_set(tmp_pa
     assert held("--interpolation", "torque=linear") == ()
 
 
+def test_the_course_of_an_input_that_neither_jumps_nor_was_set_stays_open_for_model_and_record(tmp_path: Path) -> None:
+    """The import said "linear" of every input that does not stay, so a held torque was never found out."""
+    rows = [f"{k / 100:.2f},{np.sin(k / 7):.5f},{np.sin(k / 20):.5f}" for k in range(200)]
+    (tmp_path / "a.csv").write_text("\n".join(["time,torque,phi", *rows]))
+
+    def said(*options: str) -> dict[str, str]:
+        assert run(tmp_path / "a.csv", "--model", "drive", "--yes", *options).exit_code == 0
+        return dict(load_measurements(tmp_path).interpolation)
+
+    assert said() == {}
+    assert said("--interpolation", "torque=linear") == {"torque": "linear"}
+
+
 def test_a_column_in_the_wrong_dimension_is_never_matched_even_under_the_right_name(tmp_path: Path) -> None:
     rows = [f"{k / 100},{k % 7},{k / 50}" for k in range(50)]
     (tmp_path / "a.csv").write_text("\n".join(["time,torque [N],phi [rad]", *rows]))

@@ -80,7 +80,8 @@ class Wishes:
 class Plan:
     """An import as proposed: files, columns that all of them have, their units, and what becomes of each.
 
-    `assigned` is empty without a model; `interpolation` has the inputs (without a model: all columns) that are held.
+    `assigned` is empty without a model; `interpolation` has the inputs (without a model: any columns) that stay and jump, and what
+    the user said. The course of all others is open: model and record tell it later, where they can.
     """
 
     files: tuple[FoundFile, ...]
@@ -151,7 +152,8 @@ def proposed_plan(
     driving = {v.name for v in inputs}
     driven = tuple(each.column for each in assigned if each.variable in driving)
     looked_at = driven if assigned else columns
-    interpolation = {c: proposed_interpolation(files[0].columns[c]) for c in looked_at} | dict(wishes.interpolation)
+    held = {c: "hold" for c in looked_at if proposed_interpolation(files[0].columns[c]) == "hold"}
+    interpolation = held | {column: how for column, how in wishes.interpolation.items() if how}
     _require_held_out(wishes.held_out, len(files))
     return Plan(files, columns, units, assigned, interpolation, driven, wishes.held_out, (*skipped, *notes))
 
