@@ -3,7 +3,6 @@
 from orchestrator.regress.comparison.bounds import Bounds, Conserved
 from orchestrator.regress.comparison.events import Events
 from orchestrator.regress.comparison.expression import combine
-from orchestrator.regress.comparison.judge_all import judge_all
 from orchestrator.regress.comparison.one_number import EndValue, Statistics, SteadyState
 from orchestrator.regress.comparison.signal import Check, Interpolation, Signal, SignalVerdict, Tolerance
 from orchestrator.regress.comparison.tube import Funnel, Pointwise, Tube, compare_signals
@@ -25,5 +24,4 @@ __all__ = [
     "Tube",
     "combine",
     "compare_signals",
-    "judge_all",
 ]
