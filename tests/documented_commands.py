@@ -13,6 +13,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from tests.hil.test_any_bus import KERNEL
+from tests.in_process import misfit_here
 
 # Output comes at once, also through a pipe.
 AT_ONCE = {**os.environ, "PYTHONUNBUFFERED": "1"}
@@ -125,10 +126,13 @@ def _words(line: str, program: bool = False, more: str = "") -> list[str]:
 
 
 def _run(line: str, folder: Path, program: bool = False, more: str = "") -> subprocess.CompletedProcess[str]:
+    words = _words(line, program, more)
+    if line.startswith("misfit ") and not line.startswith(
+        "misfit hil"
+    ):  # sessions in real time have a process to themselves
+        return misfit_here(*words[1:], folder=folder)
     kept = {"MISFIT_CACHE": str(folder / "cache")} if line.startswith(KEEPS) else {}
-    return subprocess.run(
-        _words(line, program, more), cwd=folder, env={**AT_ONCE, **kept}, capture_output=True, text=True, check=False
-    )
+    return subprocess.run(words, cwd=folder, env={**AT_ONCE, **kept}, capture_output=True, text=True, check=False)
 
 
 def _run_to_its_end(command: Command, folder: Path) -> None:

@@ -22,11 +22,11 @@ SLOW = {
     },
     "tests/greybox/test_plants_of_users.py::test_a_hole_in_a_tank": "the same file on a leak of charge, test_laws.py on the law",
     **{
-        f"tests/greybox/test_rare_laws.py::test_{name}": "the same file on a dead zone, test_laws.py on every law"
+        f"tests/greybox/test_rare_laws.py::test_{name}": "the same file on magnets, test_laws.py on every law"
         for name in (
             *(
                 f"a_rare_law_is_named_with_its_values[{law}]"
-                for law in ("rate", "saturation", "load", "moment", "square", "shaking", "ripple")
+                for law in ("rate", "saturation", "load", "moment", "square", "shaking", "dead_zone")
             ),
             "a_lag_of_a_linear_plants_input",
             "friction_that_grows_with_the_position",
