@@ -1,5 +1,6 @@
 """Every command is killed by `test_no_orphans.py`, or starts no process."""
 
+import json
 import subprocess
 import sys
 from pathlib import Path
@@ -22,14 +23,23 @@ from orchestrator.ledger import append as append_version
 from orchestrator.regress.history import append as append_run
 from orchestrator.regress.outcome import Outcome
 
-# Notes each child that a command starts in a file.
+# Runs commands one after another, and prints of each how it ended and the children that it started.
 SPY = """
-import sys
-marker = sys.argv.pop(1)
+import io, json, sys
+from contextlib import redirect_stderr, redirect_stdout
+commands, children = json.loads(sys.argv.pop(1)), []
 starts = ("subprocess.Popen", "os.fork", "os.forkpty", "os.posix_spawn", "os.exec", "os.system")
-sys.addaudithook(lambda event, _: open(marker, "a").write(event) if event in starts else None)
+sys.addaudithook(lambda event, _: children.append(event) if event in starts else None)
 from misfit_start import command
-command()
+for words in commands:
+    sys.argv, said, code = ["misfit", *words], io.StringIO(), None
+    children.clear()
+    try:
+        with redirect_stdout(said), redirect_stderr(said):
+            command()
+    except SystemExit as end:
+        code = end.code
+    print(json.dumps([code, children, said.getvalue()]))
 """
 CHILDLESS = {
     "blocks": ["block.json"],
@@ -85,25 +95,24 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.mark.parametrize("command", [*CHILDLESS, *LOOKING])
-def test_these_commands_start_no_process(command: str, folder: Path, tmp_path: Path) -> None:
-    arguments = CHILDLESS.get(command) or LOOKING[command]
-    done, children = watched([*command.split(), *arguments], folder, tmp_path)
-    assert not children, children
-    assert done.returncode in ((0,) if command in CHILDLESS else (0, 2)), done.stderr
+def test_these_commands_start_no_process(folder: Path) -> None:
+    listed = {**CHILDLESS, **LOOKING}
+    ends = watched([[*command.split(), *arguments] for command, arguments in listed.items()], folder)
+    for command, (code, children, said) in zip(listed, ends, strict=True):
+        assert not children, (command, children)
+        assert code in ((0,) if command in CHILDLESS else (0, 2)), (command, said)
 
 
-def test_the_watch_sees_a_process(folder: Path, tmp_path: Path) -> None:
-    done, children = watched(["hil", "check", "--virtual", "--rate", "10"], folder, tmp_path)
-    assert done.returncode == 0 and "subprocess.Popen" in children
+def test_the_watch_sees_a_process(folder: Path) -> None:
+    ((code, children, _),) = watched([["hil", "check", "--virtual", "--rate", "10"]], folder)
+    assert code == 0 and "subprocess.Popen" in children
 
 
-def watched(arguments: list[str], folder: Path, marked: Path) -> "tuple[subprocess.CompletedProcess[str], str]":
-    """Run a command; what it did, and the starts of processes that were noted."""
-    marker = marked / "children"
-    marker.touch()
-    call = [sys.executable, "-c", SPY, str(marker), *arguments]
+def watched(commands: list[list[str]], folder: Path) -> list[tuple[int, list[str], str]]:
+    """Run commands in one process; of each its exit code, the starts of processes that were noted, and what it said."""
+    call = [sys.executable, "-c", SPY, json.dumps(commands)]
     done = subprocess.run(
-        call, cwd=folder, env=environment_of(folder), capture_output=True, text=True, check=False, timeout=120
+        call, cwd=folder, env=environment_of(folder), capture_output=True, text=True, check=False, timeout=240
     )
-    return done, marker.read_text()
+    assert done.returncode == 0, done.stderr
+    return [json.loads(line) for line in done.stdout.splitlines()]
