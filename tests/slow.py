@@ -166,6 +166,8 @@ SLOW = {
     "tests/studio/test_bench_view_in_browser.py": "studio_views: the same pages without a browser",
     "tests/studio/test_uploaded_fmus_are_isolated.py::test_fmu_that_dies_is_told_in_one_line_and_the_studio_lives[exit": "the same test with a segmentation fault",
     "tests/studio/test_studio_in_browser.py::test_every_page_of_the_navigation_is_accessible_and_fits[tablet": "the same test at the size of a screen",
+    "tests/studio/test_studio_in_browser.py::test_cancel_in_one_session": "test_studio_jobs.py: a job is cancelled, by another server, too; test_uploaded_fmus_are_isolated.py: by a click",
+    "tests/studio/test_studio_in_browser.py::test_another_server": "test_studio_projects.py: another server finds every project; test_gate.py: the link that opens it",
     "tests/studio/test_studio_in_browser.py::test_pages_are_dark": "test_first_screen.py: read in light and in dark, with axe",
     "tests/studio/test_linked_views_in_browser.py": "studio_views: the same pages without a browser",
     "tests/studio/test_arm_replay_in_browser.py": "report/test_arm_replay.py: the same markup",
