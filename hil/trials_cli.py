@@ -115,7 +115,7 @@ def _operator(
     from hil.terminal import ask_arm, ask_home, yes
     from hil.trials.assistant import Assistant, words_of
     from hil.trials.phases import Phase
-    from hil.virtual.remote import Remote
+    from hil.virtual.control import Remote
 
     remote = stack.enter_context(Remote(int(bus["port"]))) if virtual else None
 

@@ -12,14 +12,13 @@ from fmus.symbolic.arena import Arena
 from fmus.symbolic.asserts import check_asserts
 from fmus.symbolic.dae import Dae, Equation, Knowns, column
 from fmus.symbolic.declarations import Declarations
-from fmus.symbolic.definite import check_divisors, starts_of
 from fmus.symbolic.events import Kept, RelationRecorder, check_same_variables, without_memory
 from fmus.symbolic.explicit import solve_blocks
 from fmus.symbolic.initialization import initialize, with_guesses
 from fmus.symbolic.reduction import Reduced, reduce_index
 from fmus.symbolic.refusals import refuse_lost_states, refuse_unsupported
 from fmus.symbolic.solution import Solution, Unknown
-from fmus.symbolic.structure import listed
+from fmus.symbolic.structure import check_divisors, listed, starts_of
 from fmus.symbolic.system import Relations, SymbolicSystem, Variable
 from fmus.symbolic.values import Value, element_names, scalars
 from fmus.symbolic.verify import TranslationError, verify, verify_relations

@@ -4,8 +4,7 @@ import re
 
 import can
 
-from hil.codecs.can_text import Heard, Language
-from hil.codecs.frame import LAST_IDENTIFIER, MOST_BYTES, Frame
+from hil.codecs.frame import LAST_IDENTIFIER, MOST_BYTES, Frame, Heard, Language
 from hil.errors import FrameError
 
 # No saying is longer; a `<` whose `>` is further away is garbage.

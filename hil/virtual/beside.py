@@ -1,4 +1,4 @@
-"""Where a virtual robot hears words beside a bus that carries frames alone: TCP on 127.0.0.1, as `remote` speaks it."""
+"""Where a virtual robot hears words beside a bus that carries frames alone: TCP on 127.0.0.1, as `Remote` speaks it."""
 
 import contextlib
 import os

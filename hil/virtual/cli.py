@@ -91,7 +91,7 @@ def robot(
 @click.option("--port", type=click.IntRange(1, 65535), default=29536, show_default=True, help="Where it listens.")
 def tell(words: tuple[str, ...], port: int) -> None:
     """Tell a virtual robot what happens to it: `lose 3`, `late`, `freeze`, `silence 2`, `press estop`, `hold`, `heal` ..."""
-    from hil.virtual.remote import Remote
+    from hil.virtual.control import Remote
 
     with Remote(port) as remote:
         remote.tell(" ".join(words))

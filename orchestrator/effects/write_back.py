@@ -17,7 +17,7 @@ from fmus.frontend.lint.tree import EquationText
 from fmus.library import libraries, library_root
 from fmus.symbolic.system import SymbolicSystem, Variable
 from orchestrator.effects.borders import change_input, change_output
-from orchestrator.effects.changes import Change, InputChange, OutputChange, Term
+from orchestrator.effects.changes import Change, InputChange, OutputChange, Term, merged
 from orchestrator.effects.check import Written, check_changes
 from orchestrator.effects.copies import MARK, Copies, Copy, applied
 from orchestrator.effects.homes import Home, homes_at, owner_of
@@ -25,7 +25,6 @@ from orchestrator.effects.locate import balance_of, written_at
 from orchestrator.effects.names import heads, plain, position, renamed, replaced
 from orchestrator.effects.points import FlatPoints, points
 from orchestrator.effects.text import extended, file_text, in_row, literal, with_terms
-from orchestrator.effects.together import merged
 
 
 def write_back(

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.linalg.blas import dsyrk
 
 from orchestrator.gp.covariance import Latents, factor_in_place, known
-from orchestrator.gp.kernels.pairs import Pairs
+from orchestrator.gp.kernels.base import Pairs
 from orchestrator.gp.noise import LearntNoise
 from orchestrator.gp.observations import Observation, stacked
 from orchestrator.gp.posterior import residuals_and_noise

@@ -8,7 +8,7 @@ from nicegui import ui
 from orchestrator.report.answer import answer_of
 from orchestrator.report.answer.markup import evidence_html, verdict_html
 from orchestrator.studio import jobs
-from orchestrator.studio.live import Live
+from orchestrator.studio.pages import Live
 from orchestrator.studio.project import DIAGNOSIS, VERSION, Project, file_stamp
 from orchestrator.studio.text import telling
 from orchestrator.studio.versions import Versions, versions

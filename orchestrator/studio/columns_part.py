@@ -9,7 +9,7 @@ from nicegui.events import GenericEventArguments
 from fmus.errors import MisfitError
 from orchestrator.measurements.dirty.header_units import read_unit
 from orchestrator.report.numbers import digits
-from orchestrator.studio.live import Live
+from orchestrator.studio.pages import Live
 from orchestrator.studio.project import MATCH, Project, file_stamp
 from orchestrator.studio.receive import make_way
 from orchestrator.studio.text import bullets, details, heading, html_table, menu, paragraph, telling

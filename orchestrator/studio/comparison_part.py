@@ -8,7 +8,7 @@ from fmus.errors import MisfitError
 from orchestrator.report.page import set_errors_table, trial_errors_table
 from orchestrator.report.sentences import comparison_sentence
 from orchestrator.report.where_tables import where_tables
-from orchestrator.studio.live import Live
+from orchestrator.studio.pages import Live
 from orchestrator.studio.project import COMPARISON, VERSION, VIEWS, Project, file_stamp
 from orchestrator.studio.text import bullets, details, heading, page_table, paragraph
 from orchestrator.studio.versions import versions

@@ -1,9 +1,14 @@
-"""Pages of the studio, found by entry points, so that the studio need not know who brings one."""
+"""Pages of the studio, found by entry points so that it need not know who brings one, and parts that follow the disk."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from importlib.metadata import entry_points
-from typing import Any
+from typing import Any, Protocol
+
+from nicegui import ui
+
+from fmus.errors import MisfitError
+from orchestrator.studio.text import paragraph
 
 GROUP = "misfit.pages"
 
@@ -32,3 +37,34 @@ def registered_pages() -> list[Page]:
     """
     pages: list[Page] = [entry.load()() for entry in entry_points(group=GROUP)]
     return sorted(pages, key=lambda page: (page.order is None, page.order, page.path))
+
+
+class Part(Protocol):
+    """A part of a page."""
+
+    def check(self) -> None:
+        """Look whether what it shows has changed, and follow."""
+        ...
+
+
+class Live:
+    """A part that is drawn again when its stamp has changed, and only then."""
+
+    def __init__(self, stamp: Callable[[], Hashable], build: Callable[[], None]) -> None:
+        self._stamp, self._build = stamp, build
+        self._box = ui.element("div").classes("studio-part")
+        self._seen: Hashable = object()
+        self.check()
+
+    def check(self) -> None:
+        """Look, and draw if needed."""
+        stamp = self._stamp()
+        if stamp == self._seen:
+            return
+        self._seen = stamp
+        self._box.clear()
+        with self._box:
+            try:
+                self._build()
+            except MisfitError as error:
+                paragraph(str(error), "studio-problem")

@@ -15,8 +15,7 @@ from orchestrator.studio.answer_part import AnswerPart
 from orchestrator.studio.columns_part import columns_part
 from orchestrator.studio.comparison_part import comparison_part
 from orchestrator.studio.job_part import JobPart
-from orchestrator.studio.live import Live, Part
-from orchestrator.studio.pages import Page
+from orchestrator.studio.pages import Live, Page, Part
 from orchestrator.studio.project import COMPARISON, DIAGNOSIS, REPLAY, Project, file_stamp
 from orchestrator.studio.routes import REPORTS, downloads
 from orchestrator.studio.setup_part import setup_part, setup_words

@@ -6,7 +6,7 @@ from nicegui import run, ui
 from nicegui.events import GenericEventArguments
 
 from fmus.catalogue import built_in_models
-from orchestrator.studio.live import Live
+from orchestrator.studio.pages import Live
 from orchestrator.studio.project import MATCH, Project
 from orchestrator.studio.receive import DATA_ENDINGS, MODEL_ENDINGS, make_way
 from orchestrator.studio.text import bullets, details, drop_zone, heading, menu, paragraph, telling

@@ -9,8 +9,7 @@ from orchestrator.report.answer.residual import worst_residual
 from orchestrator.studio import jobs, workspace
 from orchestrator.studio.columns_part import small_curve
 from orchestrator.studio.examples import EXAMPLES, open_example
-from orchestrator.studio.live import Live
-from orchestrator.studio.pages import Page
+from orchestrator.studio.pages import Live, Page
 from orchestrator.studio.project import DIAGNOSIS, Project, file_stamp
 from orchestrator.studio.text import heading, paragraph
 from orchestrator.studio.versions import versions

@@ -13,9 +13,8 @@ from nicegui import app, run, ui
 
 from fmus.errors import MisfitError
 from orchestrator.studio import jobs, workspace
-from orchestrator.studio.live import Live
 from orchestrator.studio.names import safe_name
-from orchestrator.studio.pages import Page
+from orchestrator.studio.pages import Live, Page
 from orchestrator.studio.project import Project, file_stamp
 from orchestrator.studio.receive import checked, keep
 from orchestrator.studio.swap_drive import CHOICES, RECORDED

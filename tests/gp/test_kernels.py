@@ -16,7 +16,7 @@ from orchestrator.gp.kernels import (
     Periodic,
     SquaredExponential,
 )
-from orchestrator.gp.kernels.pairs import Pairs
+from orchestrator.gp.kernels.base import Pairs
 
 SMOOTH = SquaredExponential(1.7, (0.8, 2.5))
 KERNELS: dict[str, Kernel] = {

@@ -22,10 +22,9 @@ from hil.virtual.adapters import BusServer
 from hil.virtual.arm_plant import ArmPlant
 from hil.virtual.beside import Ears
 from hil.virtual.body import Body, parse_values
-from hil.virtual.control import LATE_NS, Control
+from hil.virtual.control import LATE_NS, Control, Remote
 from hil.virtual.faults import Faults
 from hil.virtual.plant import FreeJoints
-from hil.virtual.remote import Remote
 from hil.virtual.robot import VirtualRobot
 from hil.virtual.socketcand import SocketcandServer
 

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from hil.recording.records import Flag, Kind
 from hil.recording.replay import read_records
-from hil.virtual.remote import Remote
+from hil.virtual.control import Remote
 
 PATIENCE_S = 60.0
 RATE_HZ = 50

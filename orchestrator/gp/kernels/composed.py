@@ -8,8 +8,7 @@ from typing import Self
 import numpy as np
 
 from fmus.errors import MisfitError
-from orchestrator.gp.kernels.base import Array, Kernel
-from orchestrator.gp.kernels.pairs import Pairs
+from orchestrator.gp.kernels.base import Array, Kernel, Pairs
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.distance import cdist
 
-from orchestrator.gp.kernels.base import Array
+from orchestrator.gp.kernels.base import Array, Pairs
 from orchestrator.gp.kernels.leaf import Leaf, check_inputs
-from orchestrator.gp.kernels.pairs import Pairs
 
 
 @dataclass(frozen=True)

@@ -17,8 +17,8 @@ from hil.bus.gate import TORQUE_IDENTIFIERS, let_go
 from hil.bus.wire import Wire, open_wire
 from hil.codecs.frame import parse_frame
 from hil.control.timing import real_time_priority
+from hil.virtual.control import Remote
 from hil.virtual.process import virtual_robot
-from hil.virtual.remote import Remote
 
 QUESTIONS = [parse_frame(text) for text in ("404#30", "008#36", "00A#08")]
 ANSWERS = frozenset({0x423, 0x443, 0x463, 0x50A, 0x546})
