@@ -61,10 +61,11 @@ _STALLED = ("positions_answered", "on_time", "force_bounded: the force sensor ha
 def stopped_by(document: Mapping[str, Any], virtual: bool) -> str:
     """Lines that say what went wrong in a session, if anything did; a virtual robot on a busy machine answers late."""
     from hil.robots.defaults import SLOWEST_HZ
+    from orchestrator.measurements.wording import counted
 
     lines = ""
     if slow := document.get("slow_cycles", 0):
-        lines += f"the controller took more than half of the cycle {slow} times; 6 ms of it in a row halve its torque, 30 ms stop the arm\n"
+        lines += f"the controller took more than half of the cycle {counted(slow, 'time')}; 6 ms of it in a row halve its torque, 30 ms stop the arm\n"
     lines += "".join(f"stopped by {fault}\n" for fault in document["faults"])
     if virtual and any(fault.startswith(_STALLED) for fault in document["faults"]):
         rate = float(document["rate_hz"])

@@ -124,10 +124,13 @@ def cases_command(
 @_common
 def trend(folder: str, json_file: str | None, html_file: str | None, quiet: bool) -> None:
     """Show the runs that --history kept in HISTORY: how near each signal came to its limit, and what each case costs."""
+    from orchestrator.measurements.wording import counted
     from orchestrator.regress.history import read, trend_of, trend_page
 
     found = trend_of(read(Path(folder)))
-    lines = [f"{len(found.runs)} runs of {len(found.verdicts)} cases, {found.runs[0]} to {found.runs[-1]}"]
+    lines = [
+        f"{counted(len(found.runs), 'run')} of {counted(len(found.verdicts), 'case')}, {found.runs[0]} to {found.runs[-1]}"
+    ]
     for name, verdicts in found.verdicts.items():
         lines.append(f"{''.join(v[:1].upper() if v != 'passed' else '.' for v in verdicts if v):<20} {name}")
     lines += [f"drifting: {x.case}: {x.signal}, by {x.drift:.2g} of its tolerance" for x in found.drifting]

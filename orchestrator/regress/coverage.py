@@ -8,6 +8,7 @@ from typing import Any
 from fmus.units import after_number
 from orchestrator.cosim.component import FLOATS, Port
 from orchestrator.cosim.fmu import FmuDescription, read_description
+from orchestrator.measurements.wording import counted
 from orchestrator.regress.case import Case
 from orchestrator.regress.outcome import Outcome
 
@@ -122,7 +123,9 @@ def _limits(parts: Sequence[Mapping[str, Sequence[float]]]) -> dict[str, tuple[f
 def coverage_lines(model: ModelCoverage) -> list[str]:
     """The coverage of a model for people."""
     reached = model.all_goals - len(model.goals)
-    lines = [f"coverage of {model.description.path.name} by {len(model.cases)} cases: {reached} of {model.all_goals}"]
+    lines = [
+        f"coverage of {model.description.path.name} by {counted(len(model.cases), 'case')}: {reached} of {model.all_goals}"
+    ]
     for name, (low, high) in (*model.states.items(), *model.inputs.items()):
         port = model.description.by_name[name.partition("[")[0] if name not in model.description.by_name else name][0]
         kind = "input" if name in model.inputs else "state"

@@ -1,5 +1,6 @@
 """The study as tables of texts, for the terminal and for the report."""
 
+from orchestrator.measurements.wording import counted
 from orchestrator.report.page import PageTable
 from orchestrator.report.summary import Fact
 from orchestrator.study import published
@@ -89,7 +90,7 @@ def sentence(study: Study) -> str:
     return (
         f"Errors of {actual[0].n} corrections grow with the required force by {slope.median:.2f} (R2 {r2.median:.2f}; published "
         f"slope close to 1, R2 0.82); all of them improve the {len(MUSCLES) - 2} strong muscles by {main.median:.0f} % "
-        f"(range {main.low:.0f} to {main.high:.0f} over {len(study.seeds)} seeds; published 27 to 43 %). "
+        f"(range {main.low:.0f} to {main.high:.0f} over {counted(len(study.seeds), 'seed')}; published 27 to 43 %). "
         + ("All bars are met." if not missed else f"{missed} of {len(bars(study))} bars are not met.")
     )
 

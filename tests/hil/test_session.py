@@ -414,7 +414,7 @@ def test_a_controller_that_takes_too_long_once_is_told_and_nothing_else() -> Non
 
     assert (pilot.slow_cycles, summary.faults) == (1, [])
     words = stopped_by({"slow_cycles": 1, "faults": [], "rate_hz": 500.0}, True)
-    assert words.startswith("the controller took more than half of the cycle 1 times")
+    assert words.startswith("the controller took more than half of the cycle 1 time;")
 
 
 def test_a_controller_that_takes_more_than_half_of_a_cycle_is_stopped() -> None:
