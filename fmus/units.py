@@ -1,5 +1,6 @@
 """Modelica unit strings in SI base units: exponents for model descriptions, factors for measurements."""
 
+import math
 import re
 from dataclasses import dataclass, field
 from functools import cache
@@ -51,6 +52,22 @@ class SiUnit:
     def dimension(self) -> dict[str, int]:
         """Exponents without rad: what has to agree for two units to be convertible."""
         return {base: power for base, power in self.exponents.items() if base != "rad"}
+
+
+# What most models and records use: their commands need not load pint, which takes 0.4 s.
+_COMMON = {
+    **{base: SiUnit({base: 1}) for base in BASE_UNITS},
+    "Hz": SiUnit({"s": -1}),
+    "N": SiUnit({"kg": 1, "m": 1, "s": -2}),
+    "Pa": SiUnit({"kg": 1, "m": -1, "s": -2}),
+    "J": SiUnit({"kg": 1, "m": 2, "s": -2}),
+    "W": SiUnit({"kg": 1, "m": 2, "s": -3}),
+    "V": SiUnit({"kg": 1, "m": 2, "s": -3, "A": -1}),
+    "Ohm": SiUnit({"kg": 1, "m": 2, "s": -3, "A": -2}),
+    "mm": SiUnit({"m": 1}, 0.001),
+    "deg": SiUnit({"rad": 1}, math.pi / 180),
+    "degC": SiUnit({"K": 1}, 1.0, 273.15),
+}
 
 
 def si_exponents(unit: str) -> SiUnit:
@@ -186,8 +203,12 @@ def _registry() -> "UnitRegistry[Any]":
     return UnitRegistry(autoconvert_offset_to_baseunit=True)
 
 
-@cache
 def _symbol(symbol: str, unit: str) -> SiUnit:
+    return _COMMON.get(symbol) or _by_pint(symbol, unit)
+
+
+@cache
+def _by_pint(symbol: str, unit: str) -> SiUnit:
     name = _ALIASES.get(symbol, symbol)
     # pint evaluates what is no plain name, so only names reach it.
     readings = _registry().parse_unit_name(name) if _NAME.fullmatch(name) else ()

@@ -1,9 +1,12 @@
 """Units and their conversion against values worked out by hand."""
 
+import subprocess
+import sys
+
 import pytest
 
 from fmus.errors import MisfitError
-from fmus.units import conversion, scaling, si_exponents
+from fmus.units import _COMMON, _by_pint, conversion, scaling, si_exponents
 
 
 @pytest.mark.parametrize(
@@ -38,3 +41,17 @@ def test_zeros_that_differ_are_no_factor_however_near_they_are() -> None:
 )
 def test_brackets_and_quotients_mean_what_they_say(unit: str, exponents: dict[str, int]) -> None:
     assert si_exponents(unit).exponents == exponents
+
+
+@pytest.mark.parametrize("symbol", _COMMON)
+def test_a_unit_that_is_known_without_pint_is_what_pint_says(symbol: str) -> None:
+    by_pint = _by_pint(symbol, symbol)
+
+    assert _COMMON[symbol] == by_pint
+    assert list(_COMMON[symbol].exponents) == list(by_pint.exponents)  # model descriptions list them in this order
+
+
+def test_units_of_usual_records_load_no_pint() -> None:
+    code = "import sys; from fmus.units import si_exponents as si; [si(u) for u in ('N.m.s/rad', 'deg', '1')]; print('pint' in sys.modules)"
+
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "False\n"
