@@ -55,7 +55,7 @@ def gaps(document: Mapping[str, Any]) -> str:
 
 
 # How a virtual robot fails whose process stood still; limits of time grow with the period.
-_STALLED = ("positions_answered", "on_time", "force_bounded: the force sensor has not answered")
+_STALLED = ("positions_answered", "on_time", "watched", "force_bounded: the force sensor has not answered")
 
 
 def stopped_by(document: Mapping[str, Any], virtual: bool) -> str:
