@@ -67,7 +67,7 @@ def stimulate(
             held, document = _round(replace(settings, stimulation=plan), folder / f"round_{number}", virtual)
         found.append(_said(held, document))
         if json_file != "-":
-            show(_line(number, held, document), quiet)
+            show(_line(number, held, document, virtual), quiet)
         if document["faults"]:
             break
         plan = plan.after(tuple(each.rest for each in held))
@@ -107,8 +107,10 @@ def _said(held: "list[Held]", document: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def _line(number: int, held: "list[Held]", document: Mapping[str, Any]) -> str:
+def _line(number: int, held: "list[Held]", document: Mapping[str, Any], virtual: bool) -> str:
     """One round in words."""
+    from hil.terminal import stopped_by
+
     lines = [f"round {number}:"]
     for each in held:
         effort = sum(value**2 for value in each.activations)
@@ -117,6 +119,5 @@ def _line(number: int, held: "list[Held]", document: Mapping[str, Any]) -> str:
         )
     error = _root_mean_square(held)
     lines += [f"  root mean square {1e3 * error:.2f} mrad"] if error is not None else []
-    return "\n".join(
-        [*lines, *(f"  stopped by {fault}" for fault in document["faults"]), f"  recorded in {document['recording']}"]
-    )
+    stopped = [f"  {line}" for line in stopped_by(document, virtual).splitlines()]
+    return "\n".join([*lines, *stopped, f"  recorded in {document['recording']}"])
