@@ -390,8 +390,12 @@ def _sandwich(
     rms = max(float(np.sqrt(np.mean(residual[:data] ** 2))), 1e-300)
     known = jacobian[data:] if data < len(jacobian) else np.zeros((0, jacobian.shape[1]))
     weighted = np.vstack([jacobian[:data] / rms, known])
-    length = np.linalg.norm(weighted, axis=0)  # columns of very different size would be cut off as dependent ones
-    weighted /= np.where(length > 0, length, 1.0)
+    # Columns of very different size would be cut off as dependent ones; squares of the largest may be no numbers any more.
+    largest = np.max(np.abs(weighted), axis=0)
+    weighted /= np.where(largest > 0, largest, 1.0)
+    relative = np.linalg.norm(weighted, axis=0)
+    weighted /= np.where(relative > 0, relative, 1.0)
+    length = largest * relative
     inverse = np.linalg.pinv(weighted.T @ weighted, hermitian=True)
     blocks = list(zip(edges[:-1], edges[1:], strict=True))
     gradients = np.array([weighted[a:b].T @ residual[a:b] / rms for a, b in blocks])

@@ -10,7 +10,7 @@ import scipy
 from fmus.catalogue import find_modelica_model
 from orchestrator.models import estimation
 from orchestrator.models.compiled import CompiledModel
-from orchestrator.models.estimation import Fit, Record, fit
+from orchestrator.models.estimation import Fit, Record, _sandwich, fit
 
 TIME = np.arange(1000) * 0.004
 FREE = ["linkage.b[1]", "linkage.b[2]"]
@@ -121,3 +121,14 @@ def test_fit_of_runs_that_take_too_long_is_given_up_and_says_so(monkeypatch: pyt
 
     assert settled.converged and not given_up.converged
     assert given_up.cost > settled.cost
+
+
+def test_deviations_scale_with_a_parameter_whatever_its_slopes_are() -> None:
+    """Slopes of 1e200, along a run that nearly diverges, have squares that are no numbers."""
+    random = np.random.default_rng(1)
+    residual, jacobian = random.normal(size=60), random.normal(size=(60, 2))
+    std, correlation = _sandwich(residual, jacobian, [0, 20, 40, 60], 2)
+    scaled, same = _sandwich(residual, jacobian * [1e200, 1.0], [0, 20, 40, 60], 2)
+
+    assert scaled == pytest.approx(std / [1e200, 1.0])
+    assert same == pytest.approx(correlation)
