@@ -127,9 +127,8 @@ def _words(line: str, program: bool = False, more: str = "") -> list[str]:
 
 def _run(line: str, folder: Path, program: bool = False, more: str = "") -> subprocess.CompletedProcess[str]:
     words = _words(line, program, more)
-    if line.startswith("misfit ") and not line.startswith(
-        "misfit hil"
-    ):  # sessions in real time have a process to themselves
+    # Sessions in real time have a process to themselves; so has what speaks to a cluster, whose client warns of large tasks.
+    if line.startswith("misfit ") and not line.startswith("misfit hil") and "--scheduler" not in line:
         return misfit_here(*words[1:], folder=folder)
     kept = {"MISFIT_CACHE": str(folder / "cache")} if line.startswith(KEEPS) else {}
     return subprocess.run(words, cwd=folder, env={**AT_ONCE, **kept}, capture_output=True, text=True, check=False)
