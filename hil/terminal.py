@@ -54,13 +54,14 @@ def gaps(document: Mapping[str, Any]) -> str:
     )
 
 
+# No slower rate than this is advised: at 25 Hz the safety module itself stopped a session of trials.
+_SLOWEST_HZ = 50.0
 # How a virtual robot fails whose process stood still; limits of time grow with the period.
 _STALLED = ("positions_answered", "on_time", "watched", "force_bounded: the force sensor has not answered")
 
 
 def stopped_by(document: Mapping[str, Any], virtual: bool) -> str:
     """Lines that say what went wrong in a session, if anything did; a virtual robot on a busy machine answers late."""
-    from hil.robots.defaults import SLOWEST_HZ
     from orchestrator.measurements.wording import counted
 
     lines = ""
@@ -69,7 +70,7 @@ def stopped_by(document: Mapping[str, Any], virtual: bool) -> str:
     lines += "".join(f"stopped by {fault}\n" for fault in document["faults"])
     if virtual and any(fault.startswith(_STALLED) for fault in document["faults"]):
         rate = float(document["rate_hz"])
-        slower = f"; try --rate {min(100.0, rate / 2):g}" if rate >= 2 * SLOWEST_HZ else ""
+        slower = f"; try --rate {min(100.0, rate / 2):g}" if rate >= 2 * _SLOWEST_HZ else ""
         lines += f"this machine is too busy for a virtual robot at {rate:g} Hz{slower}\n"
     return lines
 

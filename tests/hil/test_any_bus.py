@@ -134,7 +134,7 @@ def test_without_questions_the_plant_moves_on_every_two_milliseconds() -> None:
         (True, "positions_answered: no believable position of joint 1 for 3 cycles", 500.0, "; try --rate 100"),
         (True, "force_bounded: the force sensor has not answered for 50 ms", 100.0, "; try --rate 50"),
         (True, "watched: the watchdog has let the arm go, or is gone", 100.0, "; try --rate 50"),
-        (True, "positions_answered: no believable position of joint 1 for 3 cycles", 12.0, ""),
+        (True, "positions_answered: no believable position of joint 1 for 3 cycles", 50.0, ""),
         (True, "force_bounded: 90 N at the wrist, the limit is 80 N", 500.0, None),
         (False, "positions_answered: no believable position of joint 1 for 3 cycles", 500.0, None),
     ],
