@@ -77,6 +77,11 @@ class Candidate:
         return tuple(p for p in self.law.parameters if p.gain)
 
     @property
+    def shares(self) -> dict[str, float]:
+        """Gains that say in which share a law acts, with the whole of it."""
+        return {p.name: p.most for p in self.gains if p.most == 1.0}
+
+    @property
     def fitted_shapes(self) -> tuple[LawParameter, ...]:
         """Shape parameters that are estimated."""
         return tuple(p for p in self.law.parameters if not p.gain and p.fitted)

@@ -71,11 +71,17 @@ class Judge:
         return min(self.ratio(found, other), far)
 
     def defeats(self, other: FittedSet, one: FittedSet) -> bool:
-        """Whether a set with no more parameters predicts clearly better than another one, over some horizon, and worse over none."""
+        """Whether a set with no more parameters predicts clearly better than another one, over some horizon, and worse over none.
+
+        Over whole trials it may not be less probable beyond doubt: small errors add up there.
+        """
         if other is one or other.counted > one.counted:
             return False
-        clearly = self.best_ratio(other, one) < 1 - self.limits.defeated
-        return clearly and self.ratio(other, one) <= 1 + self.limits.worse
+        least, ratio = 1 - self.limits.defeated, self.ratio(other, one)
+        if ratio < least:
+            return True
+        far = self.best_ratio(other, one) < least and not self.beyond_doubt(one, other)
+        return far and ratio <= 1 + self.limits.worse
 
     def beyond_doubt(self, better: FittedSet, other: FittedSet) -> bool:
         """Whether a set is more probable than another beyond doubt."""
@@ -218,7 +224,8 @@ def decide(
     first = fit_more(first.candidates) or first if first.candidates else first
     pruned = _pruned(first, judge, fit_more, simpler)
     if pruned.candidates:  # of fewer parameters than the first choice, it has other rivals
-        pruned = _undefeated([pruned, *(s for s in ranked if s.candidates)], judge)
+        no_richer = [s for s in ranked if s.candidates and s.counted <= pruned.counted]
+        pruned = _undefeated([pruned, *no_richer], judge)
     chosen = _simplest(pruned, ranked, judge)
     ranked = _ranked([*ranked, chosen])
     explained = judge.explained(chosen)

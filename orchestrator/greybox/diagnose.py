@@ -219,7 +219,7 @@ def decided(
     if len(candidates) > len(common) and not _is_complete(decision, limits):
         seen(decision.chosen)
         progress(f"{len(candidates) - len(common)} rare candidates beside them")
-        sets = search.widen(candidates)
+        sets = search.widen(candidates, decision.chosen)
         if other := mirrored(sets[0], candidates, case.base):  # the two differ in the first samples
             search.fit(other)
         wider = decided_among(search.sets)

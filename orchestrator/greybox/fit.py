@@ -22,6 +22,8 @@ LOOKS = 3
 # Logarithms of noise: differences for slopes, and the longest step.
 DIFFERENCE, FARTHEST = 0.05, 2.0
 LOG_RANGE = np.log(1e8)
+# Forces that are tried in place of those that seem to be there, as a share of their size.
+CALMER = 0.1
 # Process noise of this share of the first guess is none.
 SILENT = 1e-9
 
@@ -122,6 +124,7 @@ class Fitter:
             noise, value = self._noise(work, theta, noise, value, steps)
             if before - value < ENOUGH or not len(theta):
                 break
+        theta, noise, value = self._calmed(work, theta, noise, value, steps)
         runs = work.runs(theta, noise, slopes=True)
         return Fit(box, self.trials, theta, noise, -value, priors, substeps, tuple(runs))
 
@@ -198,6 +201,23 @@ class Fitter:
             if gained < ENOUGH:
                 break
         return theta, value
+
+    def _calmed(
+        self, work: "Work", theta: np.ndarray, noise: tuple[Noise, ...], value: float, steps: int
+    ) -> tuple[np.ndarray, tuple[Noise, ...], float]:
+        """Parameters fitted with calmer forces, and the noise that they leave, as long as that is likelier.
+
+        With much noise the record says little of parameters, and with wrong parameters there is much noise: steps of either in
+        turn end far from the best of both.
+        """
+        while len(theta):
+            calmer = [Noise(own.intensity * CALMER, own.sensors) for own in noise]
+            other, reached = self._parameters(work, theta, calmer, work.value(theta, calmer))
+            less, reached = self._noise(work, other, calmer, reached, steps)
+            if not reached < value - ENOUGH:
+                break
+            theta, noise, value = other, less, reached
+        return theta, noise, value
 
     def _noise(
         self, work: "Work", theta: np.ndarray, noise: Sequence[Noise], value: float, steps: int

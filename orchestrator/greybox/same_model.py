@@ -6,7 +6,6 @@ and are two models. So their equations are compared where the record has not bee
 
 import numpy as np
 
-from orchestrator.greybox.decide import scatter_between
 from orchestrator.greybox.search import FittedSet
 from orchestrator.greybox.thresholds import Thresholds
 
@@ -18,7 +17,7 @@ def is_same_model(one: FittedSet, other: FittedSet, nominal: FittedSet, limits: 
     """Whether sets with as many parameters explain the record alike and change the rates and outputs of the model as given alike."""
     if one is other or one.counted != other.counted or not one.candidates:
         return False
-    if max(abs(one.loss - other.loss), scatter_between(one, other)) > limits.identical:
+    if abs(one.loss - other.loss) > limits.nats:
         return False
     states, inputs = _points(nominal)
     first, second, given = (_equations(each, states, inputs) for each in (one, other, nominal))

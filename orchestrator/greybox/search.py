@@ -4,7 +4,8 @@ Sets are proposed by best subsets about the model as given, then about the best 
 Each set that was fitted keeps its loss by stretch of the record, which is what decisions compare.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -26,6 +27,7 @@ Progress = Callable[[str], None]
 Key = frozenset[tuple[str, str]]
 # By what steps are divided, in turn, where candidates leave the range of numbers.
 SHORTER = (1, 4, 16)
+NOTHING: Mapping[str, float] = {}
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,12 +142,9 @@ class Search:
                 self.seen(best)
             self._try_without(best)
             self._try_fewer(best)
+            self._try_whole(best)
             for one in sorted(self.fitted.values(), key=lambda s: s.loss)[: limits.extended]:
-                if one.added < limits.most_effects and one.key not in self._extended:
-                    self._extended.add(one.key)
-                    self._try(self._screened(self.fit(one.candidates) or one, 1), limits.additions)
-                    self._try_wrong_together(one)
-                    self._try_periodic(one)
+                self._extend(one)
             if self.best is best:
                 self._try_alike(best)
                 if self.best is best:
@@ -153,14 +152,25 @@ class Search:
         self._refine()
         return self.sets
 
+    def _extend(self, one: FittedSet) -> None:
+        """Fit sets with one effect more."""
+        limits = self.setting.thresholds
+        if one.added < limits.most_effects and one.key not in self._extended:
+            self._extended.add(one.key)
+            self._try(self._screened(self.fit(one.candidates) or one, 1), limits.additions)
+            self._try_wrong_together(one)
+            self._try_periodic(one)
+
     @property
     def sets(self) -> list[FittedSet]:
         """All sets that were fitted so far, best first."""
         return sorted(self.fitted.values(), key=lambda s: s.loss)
 
-    def widen(self, candidates: Sequence[Candidate]) -> list[FittedSet]:
-        """Search on among more candidates; what was fitted stays."""
+    def widen(self, candidates: Sequence[Candidate], chosen: FittedSet) -> list[FittedSet]:
+        """Search on among more candidates, beside the set that was `chosen` first; what was fitted stays."""
         self.candidates, self._extended = tuple(candidates), set()
+        self._extend(chosen)
+        self._try_whole(chosen)
         return self.run()
 
     @property
@@ -230,7 +240,9 @@ class Search:
         if fewer:
             return [s.candidates for s in best_subsets(normal.from_zero(theta), signs, (), largest, spread)]
         found = best_subsets(normal, signs, kept, largest, spread)
-        return [(*mine, *screened.candidates) for screened in found if screened.score > -limits.hopeless]
+        # About none of them, one law that acts in a share is much like another: such laws come one after the other.
+        likely = [each for each in found if each.score > -limits.hopeless and _in_shares(each.candidates) <= 1]
+        return [(*mine, *each.candidates) for each in likely]
 
     def _try(self, sets: Sequence[tuple[Candidate, ...]], count: int) -> None:
         """Fit the first few sets that are new, among all and among those of forces alone.
@@ -292,6 +304,14 @@ class Search:
             if hertz := frequency_of_its_own(about.fit, candidate.place.balance.state, by_chance):
                 self._fit((*about.candidates, candidate.begun_with({"frequency": hertz})))
 
+    def _try_whole(self, about: FittedSet) -> None:
+        """Fit a set with each law that acts in some share beside it, from the whole of it: regression about none of it may not see it."""
+        if about.added >= self.setting.thresholds.most_effects:
+            return
+        for candidate in {c.family: c for c in self.candidates if c.shares}.values():
+            if all(candidate.is_apart_from(own) for own in about.candidates):
+                self._fit((*about.candidates, candidate.begun_with(candidate.shares)))
+
     def _try_alike(self, best: FittedSet) -> None:
         """Fit sets in which a law gives way to one elsewhere that does the same to a linear plant, from the values that were found.
 
@@ -349,8 +369,12 @@ class Search:
         if key in self.fitted:
             return
         try:
-            noise = None if afresh else self._nearest(key).fit.noise
-            found = fit_set(self.setting, candidates, noise, rough=True)
+            if afresh:
+                found = fit_set(self.setting, candidates, None, rough=True)
+            else:
+                about = self._nearest(key).fit
+                known = dict(zip(about.box.theta, about.theta, strict=True))
+                found = fit_set(self.setting, candidates, about.noise, known, rough=True)
         except (ComponentError, np.linalg.LinAlgError):
             return
         if np.isfinite(found.loss) and all(_within(found, c) for c in found.candidates):
@@ -359,6 +383,11 @@ class Search:
     def _nearest(self, key: Key) -> FittedSet:
         """The likeliest set that a new one contains: it knows best how noisy the sensors are."""
         return min((s for own, s in self.fitted.items() if own < key), key=lambda s: s.loss)
+
+
+def _in_shares(candidates: Sequence[Candidate]) -> int:
+    """Number of laws that act in some share."""
+    return sum(bool(c.shares) for c in candidates)
 
 
 def _within(found: FittedSet, candidate: Candidate) -> bool:
@@ -384,16 +413,43 @@ def box_index(box: GreyBox, name: str) -> int:
 
 
 def fit_set(
-    setting: Setting, candidates: Sequence[Candidate], noise: Sequence[Noise] | None, *, rough: bool = False
+    setting: Setting,
+    candidates: Sequence[Candidate],
+    noise: Sequence[Noise] | None,
+    known: Mapping[str, float] = NOTHING,
+    *,
+    rough: bool = False,
 ) -> FittedSet:
     """Fit a set: gains from zero or what they begin with, shapes from their grid; a `rough` fit takes few steps.
 
+    Laws that act in some share are fitted from none, about which regression screens them, and from the whole; the likelier is kept.
+
     Args:
         noise: what the fit begins with, of each trial; None for what is likeliest with the first values.
+        known: values that some parameters begin with, by their names in the extended system.
 
     Raises:
         ComponentError: if the model fails from the first values on.
     """
+    found = _fit_from(setting, candidates, noise, known, rough)
+    if any(c.shares.keys() - c.shapes.keys() for c in candidates):
+        whole = tuple(c.begun_with({**c.shares, **c.shapes}) for c in candidates)
+        with suppress(ComponentError, np.linalg.LinAlgError):
+            found = min(found, _fit_from(setting, whole, noise, known, rough), key=_loss)
+    return found
+
+
+def _loss(found: FittedSet) -> float:
+    return found.loss if np.isfinite(found.loss) else np.inf
+
+
+def _fit_from(
+    setting: Setting,
+    candidates: Sequence[Candidate],
+    noise: Sequence[Noise] | None,
+    known: Mapping[str, float],
+    rough: bool,
+) -> FittedSet:
     everyone = tuple(candidates)
     free = [(c, p) for c in everyone for p in (*c.gains, *c.fitted_shapes)]
     names = [c.symbol(p) for c, p in free]
@@ -402,13 +458,13 @@ def fit_set(
     spread = np.array([c.spread(p) for c, p in free])
     low, high = np.array([c.limits(p) for c, p in free]).reshape(-1, 2).T
     priors = Priors(start, spread, low, high)
+    first = np.array([known.get(name, value) for name, value in zip(names, start, strict=True)])
     if noise is None:
-        noise = [first_noise(box, [trial], setting.balances, start) for trial in setting.trials]
+        noise = [first_noise(box, [trial], setting.balances, first) for trial in setting.trials]
     held = np.array([not p.gain for _, p in free], dtype=bool)
-    first = start
     if held.any():  # gains first, since a shape does nothing while its gain is zero
-        tight = replace(priors, std=np.where(held, 1e-9 * np.maximum(np.abs(start), 1e-9), spread))
-        first = setting.fitter.fit(box, start, tight, noise, rough=True).theta
+        tight = replace(priors, mean=first, std=np.where(held, 1e-9 * np.maximum(np.abs(first), 1e-9), spread))
+        first = setting.fitter.fit(box, first, tight, noise, rough=True).theta
     return with_losses(candidates, setting.fitter.fit(box, first, priors, noise, rough=rough))
 
 

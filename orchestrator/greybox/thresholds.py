@@ -22,7 +22,7 @@ class Thresholds:
     one with as few parameters predicts `defeated` better, and not named if a smooth force predicts `least_improvement` better.
     What explains less than `least_explained` of the disturbing forces' power, or improves predictions by less than
     `least_improvement` over the horizon and over whole trials, is not named. Predictions are alike within `alike`, and then
-    fewer parameters are chosen. Sets whose log likelihoods differ by less than `identical` nats, and scatter no more, are one model in
+    fewer parameters are chosen. Sets whose log likelihoods differ by less than `nats`, and whose equations agree, are one model in
     other parameters: the one without surprising values, and with the fewest effects beside wrong parameters, is named. An answer is incomplete if more than `complete_share` is unexplained.
 
     Rare effects are tried, too, if the answer is ambiguous or incomplete, or a parameter of it is more than `surprising` standard deviations
@@ -60,7 +60,6 @@ class Thresholds:
     worse: float = 0.02
     predictable: float = 0.3
     alike: float = 0.15
-    identical: float = 0.3
     quiet: float = 5.0
     louder: float = 1.05
     agrees: float = 1.5
