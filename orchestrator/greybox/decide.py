@@ -220,11 +220,12 @@ def decide(
     judge = Judge.of(nominal, sets, limits, scale)
     if adequate:
         return Decision("adequate", nominal, (), ranked, 1.0, judge)
-    first = _undefeated(ranked, judge)
+    first = _with_plausible_values(ranked, judge)
     first = fit_more(first.candidates) or first if first.candidates else first
     pruned = _pruned(first, judge, fit_more, simpler)
     if pruned.candidates:  # of fewer parameters than the first choice, it has other rivals
-        no_richer = [s for s in ranked if s.candidates and s.counted <= pruned.counted]
+        most = max(surprise(pruned), limits.surprising)
+        no_richer = [s for s in ranked if s.candidates and s.counted <= pruned.counted and surprise(s) <= most]
         pruned = _undefeated([pruned, *no_richer], judge)
     chosen = _simplest(pruned, ranked, judge)
     ranked = _ranked([*ranked, chosen])
@@ -237,7 +238,8 @@ def decide(
     chosen = min(alike, key=lambda s: (surprise(s) >= limits.surprising, s.added))
     aliases = tuple({s.key: s for s in alike if s.key != chosen.key}.values())
     ranked = tuple(s for s in ranked if s.key not in {alias.key for alias in aliases})
-    rivals = tuple(s for s in ranked if judge.rivals(chosen, s))
+    likely = (s for s in ranked if surprise(s) <= max(surprise(chosen), limits.surprising))
+    rivals = tuple(s for s in likely if judge.rivals(chosen, s))
     if (twin := same(chosen)) is not None:
         rivals, ranked = (*(s for s in rivals if s is not twin), twin), _ranked([*ranked, twin])
     reasons = tuple(_doubts(chosen, judge, explained))
@@ -285,6 +287,19 @@ def _undefeated(ranked: Sequence[FittedSet], judge: Judge) -> FittedSet:
     """
 
     return next((s for s in ranked if not any(judge.defeats(other, s) for other in ranked)), ranked[0])
+
+
+def _with_plausible_values(ranked: Sequence[FittedSet], judge: Judge) -> FittedSet:
+    """The undefeated set; of those without surprising parameters if there is one, unless that predicts by far worse.
+
+    An inertia that is twice what the data sheet says stands for what no candidate is, as long as others predict nearly as well.
+    """
+    likeliest = _undefeated(ranked, judge)
+    plausible = [s for s in ranked if s.candidates and surprise(s) < judge.limits.surprising]
+    if not plausible or surprise(likeliest) < judge.limits.surprising:
+        return likeliest
+    best = _undefeated(plausible, judge)
+    return likeliest if judge.best_ratio(likeliest, best) ** 2 < judge.limits.complete_share else best
 
 
 def _simplest(chosen: FittedSet, ranked: Sequence[FittedSet], judge: Judge) -> FittedSet:
