@@ -1,0 +1,91 @@
+"""A fit ends where the likelihood is greatest: parameters, forces and what a sensor does, all of them wrong at first."""
+
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from fmus.catalogue import ModelicaModel
+from orchestrator.greybox.candidates import Candidate
+from orchestrator.greybox.evidence import all_candidates, case_of, nominal_set
+from orchestrator.greybox.laws import laws
+from orchestrator.greybox.search import Search
+from orchestrator.greybox.thresholds import Thresholds
+from orchestrator.measurements import load_measurements
+
+SWING = """model Swing "A mass on a rod"
+  parameter Real m(unit="kg")=0.2, l(unit="m")=0.15, g(unit="m/s2")=9.81;
+  output Real q(unit="rad", start=0);
+  Real w(unit="rad/s", start=0);
+equation
+  der(q) = w;
+  m*l^2*der(w) = -m*g*l*sin(q);
+end Swing;
+"""
+CASE = """files = ["trial_1.csv", "trial_2.csv", "trial_3.csv"]
+learning = [1, 2]
+held_out = [3]
+[columns]
+time = "s"
+q = "rad"
+[initial_conditions]
+given = false
+"""
+SHORTER, DRAG, LATE, NOISE = 0.018, 3e-5, 8e-3, 1e-4
+STEP, COUNT = 4e-3, 1000
+
+
+@pytest.fixture(scope="module")
+def search(tmp_path_factory: pytest.TempPathFactory) -> Search:
+    folder, random = tmp_path_factory.mktemp("swing"), np.random.default_rng(8)
+    (folder / "Swing.mo").write_text(SWING)
+    (folder / "case.toml").write_text(CASE)
+    length, inertia = 0.15 * (1 - SHORTER), 0.2 * 0.15**2
+    times = STEP * np.arange(COUNT)
+    for trial, start in ((1, 1.6), (2, 1.1), (3, 1.4)):
+        run = solve_ivp(
+            lambda t, x: [
+                x[1],
+                -9.81 / length * np.sin(x[0]) - DRAG / inertia * x[1] * abs(x[1]),
+                (x[0] - x[2]) / LATE,
+            ],
+            (0.0, 0.5 + times[-1]),  # the sensor follows before the record begins
+            [start, 0.0, start],
+            t_eval=0.5 + times,
+            rtol=1e-10,
+            atol=1e-12,
+        )
+        shown = run.y[2] + NOISE * random.standard_normal(COUNT)
+        rows = np.column_stack([times, shown])
+        np.savetxt(folder / f"trial_{trial}.csv", rows, delimiter=",", header="time,q", comments="", fmt="%.9g")
+    case = case_of(ModelicaModel("Swing", "Swing", folder / "Swing.mo"), load_measurements(str(folder)))
+    limits = Thresholds()
+    setting, nominal = nominal_set(case, limits)
+    return Search(setting, all_candidates(case, nominal, laws()), nominal, lambda message: None)
+
+
+def _first(search: Search, effect: str, site: str) -> Candidate:
+    return next(c for c in search.candidates if (c.id, c.place.site) == (effect, site))
+
+
+def test_a_wrong_length_drag_and_a_late_sensor_are_found_together_and_nothing_disturbs_them(search: Search) -> None:
+    wanted = ("parameter_error", "l"), ("quadratic_drag", "q"), ("sensor_lag", "sensor:q")
+    found = search.fit(tuple(_first(search, *each) for each in wanted))
+    assert found is not None
+    wrong, drag, late = found.candidates
+    assert found.value(wrong, "share")[0] == pytest.approx(-SHORTER, rel=0.01)
+    assert found.value(drag, "c")[0] == pytest.approx(DRAG * (1 - SHORTER) ** 2, rel=0.05)
+    assert found.value(late, "share")[0] == pytest.approx(1.0, abs=0.02)
+    assert found.value(late, "T")[0] == pytest.approx(LATE, rel=0.02)
+    # Forces so small that over a second they turn it by less than the sensor's noise.
+    inertia = 0.2 * 0.15**2
+    assert all(own.intensity[0] / inertia < NOISE for own in found.fit.noise)
+
+
+def test_a_set_with_one_effect_more_is_no_less_likely_than_the_one_it_extends(search: Search) -> None:
+    pair = (_first(search, "parameter_error", "l"), _first(search, "sensor_lag", "sensor:q"))
+    less = search.fit(pair)
+    assert less is not None
+    more = search.fit((*less.candidates, _first(search, "quadratic_drag", "q")))
+    assert more is not None
+    assert more.losses.sum() <= less.losses.sum() + 1e-6
