@@ -14,7 +14,8 @@ from typing import Protocol
 import can
 
 from hil.bus.error_frames import words_of
-from hil.codecs.frame import Frame, Language
+from hil.codecs.can_text import Language
+from hil.codecs.frame import Frame
 from hil.errors import BusError, FrameError
 
 

@@ -1,9 +1,6 @@
-"""A CAN frame as the codecs see it, and what it takes to speak of one in text."""
+"""A CAN frame as the codecs see it."""
 
-from collections.abc import Callable
 from typing import NamedTuple
-
-import can
 
 from hil.errors import FrameError
 
@@ -48,22 +45,3 @@ def parse_frame(text: str) -> Frame:
     if not separator or not 0 <= frame.identifier <= LAST_IDENTIFIER or len(frame.data) > MOST_BYTES:
         raise FrameError(f"{text!r} is no standard CAN frame: identifier up to 7FF, then #, then up to 8 bytes")
     return frame
-
-
-# A standard data frame, any other message that the text may stand for, or nothing.
-Heard = Frame | can.Message | None
-
-
-class Language(NamedTuple):
-    """Pure functions of one way to write frames.
-
-    `cut` takes complete sayings from a text and leaves the rest, which another text may complete: wherever a stream is
-    split, the sayings are the same. `parse` says what one stands for, `stamp` when that was (s) if it says so.
-    `write` and `write_message` make bytes; the latter raises `FrameError` for what the language cannot say.
-    """
-
-    cut: Callable[[str], tuple[list[str], str]]
-    parse: Callable[[str], Heard]
-    stamp: Callable[[str], float | None]
-    write: Callable[[Frame], bytes]
-    write_message: Callable[[can.Message], bytes]

@@ -9,7 +9,8 @@ import re
 
 import can
 
-from hil.codecs.frame import MOST_BYTES, Frame, Heard, Language
+from hil.codecs.can_text import Heard, Language
+from hil.codecs.frame import MOST_BYTES, Frame
 from hil.errors import FrameError
 
 # No line is longer; what is has lost its end.

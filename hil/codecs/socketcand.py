@@ -4,7 +4,8 @@ import re
 
 import can
 
-from hil.codecs.frame import LAST_IDENTIFIER, MOST_BYTES, Frame, Heard, Language
+from hil.codecs.can_text import Heard, Language
+from hil.codecs.frame import LAST_IDENTIFIER, MOST_BYTES, Frame
 from hil.errors import FrameError
 
 # No saying is longer; a `<` whose `>` is further away is garbage.

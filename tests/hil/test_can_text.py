@@ -9,7 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hil.codecs import slcan, socketcand
-from hil.codecs.frame import Frame, Language
+from hil.codecs.can_text import Language
+from hil.codecs.frame import Frame
 from hil.codecs.slcan import SLCAN
 from hil.codecs.socketcand import SOCKETCAND
 from hil.errors import FrameError
