@@ -9,8 +9,8 @@ from nicegui.events import GenericEventArguments
 from fmus.errors import MisfitError
 from orchestrator.measurements.dirty.header_units import read_unit
 from orchestrator.report.numbers import digits
-from orchestrator.studio.pages import Live
-from orchestrator.studio.project import MATCH, Project, file_stamp
+from orchestrator.studio.pages import Live, result_part
+from orchestrator.studio.project import MATCH, Project
 from orchestrator.studio.receive import make_way
 from orchestrator.studio.text import bullets, details, heading, html_table, menu, paragraph, telling
 
@@ -19,13 +19,10 @@ HEADINGS = ("column", "data", "unit", "model variable", "unit in the model", "wh
 
 def columns_part(project: Project) -> Live:
     """Add the part."""
-    return Live(lambda: file_stamp(project.folder / "results" / MATCH), lambda: _build(project))
+    return result_part(project, MATCH, lambda found: _build(project, found))
 
 
-def _build(project: Project) -> None:
-    found = project.result(MATCH)
-    if found is None:
-        return
+def _build(project: Project, found: dict[str, Any]) -> None:
     heading("Columns and units")
     if found["problem"]:
         paragraph(found["problem"], "studio-problem")

@@ -8,6 +8,7 @@ from typing import Any, Protocol
 from nicegui import ui
 
 from fmus.errors import MisfitError
+from orchestrator.studio.project import Project, file_stamp
 from orchestrator.studio.text import paragraph
 
 GROUP = "misfit.pages"
@@ -68,3 +69,14 @@ class Live:
                 self._build()
             except MisfitError as error:
                 paragraph(str(error), "studio-problem")
+
+
+def result_part(project: Project, file: str, build: Callable[[dict[str, Any]], None]) -> Live:
+    """A part that draws a result of a project, and nothing while there is none."""
+
+    def drawn() -> None:
+        found = project.result(file)
+        if found is not None:
+            build(found)
+
+    return Live(lambda: file_stamp(project.folder / "results" / file), drawn)

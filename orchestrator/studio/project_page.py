@@ -15,7 +15,7 @@ from orchestrator.studio.answer_part import AnswerPart
 from orchestrator.studio.columns_part import columns_part
 from orchestrator.studio.comparison_part import comparison_part
 from orchestrator.studio.job_part import JobPart
-from orchestrator.studio.pages import Live, Page, Part
+from orchestrator.studio.pages import Live, Page, Part, result_part
 from orchestrator.studio.project import COMPARISON, DIAGNOSIS, REPLAY, Project, file_stamp
 from orchestrator.studio.routes import REPORTS, downloads
 from orchestrator.studio.setup_part import setup_part, setup_words
@@ -67,13 +67,10 @@ class Folded:
 
 def diagnosis_part(project: Project) -> Live:
     """Add the part."""
-    return Live(lambda: file_stamp(project.folder / "results" / DIAGNOSIS), lambda: _build_diagnosis(project))
+    return result_part(project, DIAGNOSIS, _build_diagnosis)
 
 
-def _build_diagnosis(project: Project) -> None:
-    found = project.result(DIAGNOSIS)
-    if found is None:
-        return
+def _build_diagnosis(found: dict[str, Any]) -> None:
     heading("What was found")
     for each in effects_table(effects_of(found)):
         page_table(each)
@@ -130,13 +127,10 @@ def _build_downloads(project: Project) -> None:
 
 def replay_part(project: Project) -> Live:
     """Add the part."""
-    return Live(lambda: file_stamp(project.folder / "results" / REPLAY), lambda: _build_replay(project))
+    return result_part(project, REPLAY, _build_replay)
 
 
-def _build_replay(project: Project) -> None:
-    found = project.result(REPLAY)
-    if found is None:
-        return
+def _build_replay(found: dict[str, Any]) -> None:
     heading("The arm in motion, as given")
     # Made by a job of this project from numbers; nothing of it is a user's text.
     box = ui.html(found["markup"], sanitize=False)
