@@ -2,6 +2,8 @@
 
 import os
 import signal
+import subprocess
+import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -89,3 +91,11 @@ def test_records_that_cannot_be_written_at_all_are_said_to_be_lost(
     (recorder.folder / FRAMES).mkdir()
     with pytest.raises(ComponentError, match=r"records were lost: frames\.bin cannot be written"):
         recorder.finish()
+
+
+def test_the_recorders_process_begins_without_libraries_of_buses_and_numbers() -> None:
+    # A session in virtual time does not wait for it: what it loads counts as silence.
+    heavy = {"can", "pandas", "numpy", "scipy"}
+    program = f"import sys, hil.recording.writer; print(*sorted({heavy!r} & set(sys.modules)))"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == []
