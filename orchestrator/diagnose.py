@@ -225,9 +225,8 @@ def _in_grey_box(
     cannot = (MisfitError, RuntimeError, ArithmeticError, LookupError, ValueError)
     with suppress(*cannot), threadpool_limits(limits=1, user_api="blas"), np.errstate(all="ignore"):
         answer = extended_class(source, found.effects, library, found.adjusted)
-        if (
-            answer.compile().n_delays == 0
-        ):  # a search at balances beside delays takes minutes, and no case shows that it pays
+        # A search at balances beside delays takes minutes, and no case shows that it pays.
+        if answer.compile().n_delays == 0:
             return other_answer(source, answer, fitted, measurements, Thresholds())
     return None
 

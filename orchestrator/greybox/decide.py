@@ -224,9 +224,10 @@ def decide(
     first = fit_more(first.candidates) or first if first.candidates else first
     pruned = _pruned(first, judge, fit_more, simpler)
     if pruned.candidates:  # of fewer parameters than the first choice, it has other rivals
-        most = max(surprise(pruned), limits.surprising)
-        no_richer = [s for s in ranked if s.candidates and s.counted <= pruned.counted and surprise(s) <= most]
-        pruned = _undefeated([pruned, *no_richer], judge)
+        as_plausible = _as_plausible(ranked, pruned, limits)
+        pruned = _undefeated(
+            [pruned, *(s for s in as_plausible if s.candidates and s.counted <= pruned.counted)], judge
+        )
     chosen = _simplest(pruned, ranked, judge)
     ranked = _ranked([*ranked, chosen])
     explained = judge.explained(chosen)
@@ -238,8 +239,7 @@ def decide(
     chosen = min(alike, key=lambda s: (surprise(s) >= limits.surprising, s.added))
     aliases = tuple({s.key: s for s in alike if s.key != chosen.key}.values())
     ranked = tuple(s for s in ranked if s.key not in {alias.key for alias in aliases})
-    likely = (s for s in ranked if surprise(s) <= max(surprise(chosen), limits.surprising))
-    rivals = tuple(s for s in likely if judge.rivals(chosen, s))
+    rivals = tuple(s for s in _as_plausible(ranked, chosen, limits) if judge.rivals(chosen, s))
     if (twin := same(chosen)) is not None:
         rivals, ranked = (*(s for s in rivals if s is not twin), twin), _ranked([*ranked, twin])
     reasons = tuple(_doubts(chosen, judge, explained))
@@ -254,6 +254,11 @@ def surprise(found: FittedSet) -> float:
     priors = found.fit.priors
     gains = np.array([p.gain for c in found.candidates for p in (*c.gains, *c.fitted_shapes)], dtype=bool)
     return float(np.max(np.abs(found.fit.theta / priors.std)[gains], initial=0.0))
+
+
+def _as_plausible(sets: Sequence[FittedSet], one: FittedSet, limits: Thresholds) -> list[FittedSet]:
+    """Sets whose parameters surprise no more than those of one set, or not at all."""
+    return [s for s in sets if surprise(s) <= max(surprise(one), limits.surprising)]
 
 
 def _ranked(sets: Sequence[FittedSet]) -> tuple[FittedSet, ...]:

@@ -361,7 +361,7 @@ def fixed_system(outcome: Outcome, chosen: FittedSet) -> SymbolicSystem:
     """
     case = outcome.case
     extended = extend(case.base, case.balances, case.signals, chosen.candidates)
-    values = dict(zip(chosen.fit.box.theta, map(float, chosen.fit.theta), strict=True))
+    values = chosen.fit.values
     system = extended.system
     plain = {OUTPUT.format(name): name for name in case.signals}
     # Of a state that is measured there are two: itself, and its reading, which an effect at the sensor changes.

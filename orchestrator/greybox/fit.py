@@ -75,6 +75,11 @@ class Fit:
     substeps: int
     runs: tuple[Filtered, ...]
 
+    @property
+    def values(self) -> dict[str, float]:
+        """The free parameters by their names in the extended system."""
+        return dict(zip(self.box.theta, map(float, self.theta), strict=True))
+
     def whitened(self) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
         """Of each trial: whitened innovations (n, ny), their slopes (n, ny, ntheta), half the log variances (n, ny)."""
         found = []

@@ -219,7 +219,7 @@ class Search:
             extended.begin,
             extended.unsure,
         )
-        known = dict(zip(about.fit.box.theta, about.fit.theta, strict=True))
+        known = about.fit.values
         theta = np.array([known.get(name, 0.0) for name in names])
         n = len(names)
         endless = np.full(n, np.inf)
@@ -369,12 +369,9 @@ class Search:
         if key in self.fitted:
             return
         try:
-            if afresh:
-                found = fit_set(self.setting, candidates, None, rough=True)
-            else:
-                about = self._nearest(key).fit
-                known = dict(zip(about.box.theta, about.theta, strict=True))
-                found = fit_set(self.setting, candidates, about.noise, known, rough=True)
+            about = None if afresh else self._nearest(key).fit
+            noise, known = (None, NOTHING) if about is None else (about.noise, about.values)
+            found = fit_set(self.setting, candidates, noise, known, rough=True)
         except (ComponentError, np.linalg.LinAlgError):
             return
         if np.isfinite(found.loss) and all(_within(found, c) for c in found.candidates):
