@@ -1,6 +1,5 @@
 """A fit ends where the likelihood is greatest: parameters, forces and what a sensor does, all of them wrong at first."""
 
-
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
