@@ -48,6 +48,7 @@ def understood(source: Source, measurements: MeasurementSet) -> list[str]:
         f"{counted(len(system.outputs), 'output')}, {counted(len(system.parameters), 'parameter')}"
     ]
     lines += _listed([f"  {_state(v, balances)}" for v in system.states], "states")
+    lines += _listed([f"  {note}" for note in system.notes], "notes")
     lines += _data(measurements, inputs, outputs)
     return [*lines, _places(system, balances, inputs, outputs)]
 

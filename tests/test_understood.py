@@ -53,3 +53,14 @@ def test_an_fmu_is_told_by_what_its_rates_show(tmp_path: Path) -> None:
     assert "v [m/s]: balance of forces in N" in text and "input F [N] from column F" in text
     stepped = understood(FmuSource.prepare(fmu, measurements, stepped=True), measurements)
     assert stepped[-1] == "Places for an effect: the paths of 1 input and 1 output"
+
+
+def test_units_that_only_a_number_can_mend_are_told_first(tmp_path: Path) -> None:
+    (tmp_path / "Vessel.mo").write_text(
+        'model Vessel\n  input Real Q(unit="W");\n  output Real T(unit="K", start=350, fixed=true);\nequation\n'
+        "  60*der(T) = Q*exp((T - 350)/8);\nend Vessel;\n"
+    )
+    (tmp_path / "trial.csv").write_text("time,Q,T\n" + "".join(f"{k},{k % 3},{350 + k / 9}\n" for k in range(20)))
+    source = ModelicaModel("Vessel", "Vessel", tmp_path / "Vessel.mo")
+    found = understood(source, load_measurements(str(tmp_path)))
+    assert any(line.startswith("  Vessel.mo:5: the argument of exp has unit K") for line in found)

@@ -154,8 +154,10 @@ class SystemBuilder:
         return column(rates)
 
     def _units(self) -> tuple[str, ...]:
-        places = self.source.get("unit_places") or []
-        return (f"the Standard Library writes constants without units: {listed(places)}",) if places else ()
+        found = self.source.get("unit_places") or []
+        own = [note for note in found if note.endswith("has a unit")]
+        places = [place for place in found if place not in own]
+        return (*own, *([f"the Standard Library writes constants without units: {listed(places)}"] if places else []))
 
     def _asserts(self, parameters: list[float]) -> tuple[str, ...]:
         return check_asserts(self.arena, self.evaluator, self.declared.parameters, parameters)

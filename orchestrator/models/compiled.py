@@ -147,7 +147,7 @@ class CompiledModel:
             None if slopes is None else slopes.ctypes.data_as(ctypes.c_void_p),
         )
         if reached != n:
-            run = (time, inputs, parameters, start, substeps, self._held, reached)
+            run = (time, inputs, parameters, start, substeps, self._held, self.outputs, reached)
             raise RunFailed(lambda: explained(system, *run))
         return FreeRun(outputs, slopes)
 

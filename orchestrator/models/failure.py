@@ -1,6 +1,6 @@
 """Why a run left the finite numbers: the time, the state that did, and the likely reason, found when the message is read."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cached_property
 
 import numpy as np
@@ -44,6 +44,7 @@ def explained(
     start: np.ndarray,
     substeps: int,
     held: np.ndarray,
+    outputs: Sequence[str],
     reached: int,
 ) -> str:
     """One line for a run of Runge's and Kutta's method that failed before sample `reached`.
@@ -56,20 +57,19 @@ def explained(
         start: (nx,), first values of the states.
         substeps: integration steps in a sample interval.
         held: which inputs (nu,) are held between samples.
+        outputs: what the run was to give.
         reached: number of the sample that the run did not reach.
     """
     plain = f"{system.name} left the finite numbers at t = {time[max(reached, 0)]:.4g} s"
     if system.n_delays or system.contacts or not system.states or reached * substeps > MOST_STEPS:
         return plain
     run = _Run(system, time, inputs, parameters, substeps, held)
-    at, before, after = run.to_the_end(np.asarray(start, dtype=float), reached)
+    at, before, after = run.to_the_end(np.asarray(start, dtype=float), outputs, reached)
     names = [v.name for v in system.states]
-    rates = run.rate(at, before)
-    bad = [name for name, rate in zip(names, rates, strict=True) if not np.isfinite(rate)]
-    if bad:
+    if bad := run.no_number(at, before, outputs):
         values = ", ".join(f"{n} = {x:.4g}" for n, x in zip(names, before, strict=True))
         return (
-            f"{plain}: der({bad[0]}) is no number at t = {at:.4g} s with {values}; look for a division by zero, a root or a "
+            f"{plain}: {bad[0]} is no number at t = {at:.4g} s with {values}; look for a division by zero, a root or a "
             "logarithm of a negative number in its equation"
         )
     lost = int(np.argmax(np.where(np.isfinite(after), np.abs(after) / (1 + np.abs(before)), np.inf)))
@@ -106,9 +106,25 @@ class _Run:
         self.system, self.time, self.inputs, self.parameters = system, time, inputs, parameters
         self.substeps, self.held = substeps, np.asarray(held, dtype=bool)
 
+    def _values(self, t: float, x: np.ndarray) -> list[np.ndarray]:
+        """Rates and algebraic variables at a time."""
+        return [np.array(part).ravel() for part in self.system.rhs(t, x, self._inputs(t), [], self.parameters)[:2]]
+
     def rate(self, t: float, x: np.ndarray) -> np.ndarray:
         """Rates (nx,) at a time."""
-        return np.array(self.system.rhs(t, x, self._inputs(t), [], self.parameters)[0]).ravel()
+        return self._values(t, x)[0]
+
+    def no_number(self, t: float, x: np.ndarray, outputs: Sequence[str]) -> list[str]:
+        """Which rates and outputs are no numbers at a time."""
+        rates, others = self._values(t, x)
+        return [
+            *(f"der({v.name})" for v, rate in zip(self.system.states, rates, strict=True) if not np.isfinite(rate)),
+            *(
+                v.name
+                for v, value in zip(self.system.algebraics, others, strict=True)
+                if v.name in outputs and not np.isfinite(value)
+            ),
+        ]
 
     def slopes(self, t: float, x: np.ndarray) -> np.ndarray:
         """Slopes of the rates in the states by differences, (nx, nx)."""
@@ -118,13 +134,15 @@ class _Run:
             columns.append((self.rate(t, x + step * np.eye(len(x))[k]) - here) / step)
         return np.nan_to_num(np.column_stack(columns))
 
-    def to_the_end(self, x: np.ndarray, reached: int) -> tuple[float, np.ndarray, np.ndarray]:
-        """The time of the first step that loses a state, and the states before and behind it."""
+    def to_the_end(self, x: np.ndarray, outputs: Sequence[str], reached: int) -> tuple[float, np.ndarray, np.ndarray]:
+        """The time of the first step that loses a state or an output, and the states before and behind it."""
         sizes, t = np.abs(x), float(self.time[0])
         for k in range(max(reached, 1)):
             h = (self.time[min(k + 1, len(self.time) - 1)] - self.time[k]) / self.substeps
             for part in range(self.substeps):
                 t = float(self.time[k] + part * h)
+                if self.no_number(t, x, outputs):
+                    return t, x, x
                 after = self._step(t, x, h)
                 if not np.isfinite(after).all() or np.any(np.abs(after) > LOST * (1 + sizes)):
                     return t, self._where(t, x, h), after

@@ -13,6 +13,7 @@ from orchestrator.models.compiled import CompiledModel
 CASES = {
     "stiff": ("der(x) = -5e4*(x - u)", 0.0, "x = ", "the model is stiff: a time constant of 2e-05 s"),
     "unstable": ("der(x) = 2*x^3", 1.0, "x = ", "grows without bound"),
+    "output": ("der(x) = -1", 0.55, "y is no number", "a logarithm of a negative number"),
     "no number": ("der(x) = -sqrt(x)", 1.0, "der(x) is no number", "a root or a logarithm of a negative number"),
 }
 
@@ -20,10 +21,12 @@ CASES = {
 @pytest.mark.parametrize("name", CASES)
 def test_a_failing_run_names_time_state_and_reason(name: str, tmp_path: Path) -> None:
     equation, start, state, reason = CASES[name]
+    output = "log(x)" if name == "output" else "x"
     (tmp_path / "M.mo").write_text(
-        f"model M\n  input Real u;\n  output Real x(start={start}, fixed=true);\nequation\n  {equation};\nend M;\n"
+        f"model M\n  input Real u;\n  output Real x(start={start}, fixed=true);\n  output Real y = {output};\n"
+        f"equation\n  {equation};\nend M;\n"
     )
-    model = CompiledModel(find_modelica_model(f"{tmp_path / 'M.mo'}:M").compile(), ["x"])
+    model = CompiledModel(find_modelica_model(f"{tmp_path / 'M.mo'}:M").compile(), ["x", "y"])
     time = np.arange(0, 5, 0.01)
     with pytest.raises(ComponentError) as caught:
         model.run(time, np.ones((len(time), 1)), model.parameters, np.array([start]))

@@ -45,14 +45,15 @@ _ALIKE = frozenset(("add", "subtract", "less", "less_equal", "greater", "greater
 
 
 def check_units(dae: Mapping[str, Any]) -> list[str]:
-    """Refuse equations whose sides, sums whose terms, and values whose units differ.
+    """Refuse equations whose sides, sums whose terms, and values whose units differ whatever unit its numbers have.
 
     A missing unit and `time` fit everything (a ramp `u = time` is common in tests); so does a number in a sum. As a
-    factor a whole or half number is dimensionless.
+    factor a whole or half number is dimensionless, unless only a unit of it would make units agree (`exp((T - 350)/8)`): these places
+    are returned.
 
     Returns:
-        The places where they differ in the Modelica Standard Library, which writes some constants as plain numbers and is tested by
-        its results.
+        What differs unless a number has a unit, as `file:line: what`; in the Modelica Standard Library, which writes some constants as
+        plain numbers and is tested by its results, the places of all that differs.
 
     Raises:
         ModelicaError: `file:line: what differs`.
@@ -65,14 +66,24 @@ def check_units(dae: Mapping[str, Any]) -> list[str]:
 
 def dimension_of(arena: Arena) -> Callable[[int], Known]:
     """Return what tells the dimension of an expression of a model that has passed the check, by its number."""
-    return _UnitCheck(arena).dimension
+    checks = [_UnitCheck(arena), _UnitCheck(arena, numbers_have_units=True)]
+
+    def dimension(node: int) -> Known:
+        for check in checks:
+            try:
+                return check.dimension(node)
+            except ModelicaError:
+                continue
+        return UNKNOWN
+
+    return dimension
 
 
 class _UnitCheck:
     """Dimensions of nodes; `place` is the file and line of the equation or declaration at hand."""
 
-    def __init__(self, arena: Arena) -> None:
-        self.arena = arena
+    def __init__(self, arena: Arena, *, numbers_have_units: bool = False) -> None:
+        self.arena, self.numbers_have_units = arena, numbers_have_units
         self.place = ""
         self.tolerates = False
         self.tolerated: list[str] = []
@@ -100,12 +111,22 @@ class _UnitCheck:
 
     def equations(self) -> None:
         """Check both sides of every equation."""
+        lenient = _UnitCheck(self.arena, numbers_have_units=True)
         for key in ("continuous_equation_operations", "initialization_equation_operations"):
             for operation in self.arena.storage[key]:
                 kind, body = next(iter(operation.items()))
                 self._go_to(body["provenance"])
                 for node in [body["residual"]] if kind == "residual" else body["bodies"]:
-                    self._sides(node)
+                    try:
+                        self._sides(node)
+                    except ModelicaError as error:
+                        try:
+                            lenient._sides(node)
+                        except ModelicaError:
+                            raise error from None
+                        self.tolerated = list(
+                            dict.fromkeys([*self.tolerated, f"{error}, unless a number there has a unit"])
+                        )
 
     def _sides(self, node: int) -> None:
         tag, body = self.arena.node(node)
@@ -164,7 +185,7 @@ class _UnitCheck:
 
     def _literal(self, node: int, body: Mapping[str, Any]) -> Known:
         value = next(iter(body.values()))
-        return of_number(value) if isinstance(value, int | float) else UNKNOWN
+        return of_number(value) if isinstance(value, int | float) and not self.numbers_have_units else UNKNOWN
 
     def _coordinate(self, node: int, body: Any) -> Known:
         if body == "time":
