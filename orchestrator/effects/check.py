@@ -84,7 +84,7 @@ def _check_point(flat: FlatPoints, at: Values, written: Sequence[Written]) -> No
             original[change.output] = at[part.inner]
             if f"der({part.inner})" in at:
                 original[f"der({change.output})"] = at[f"der({part.inner})"]
-    for part in written:
+    for part in sorted(written, key=lambda part: not isinstance(part.change, InputChange)):
         change = part.change
         # A term speaks of what the plant has, an output's change of that, too, an input's change of the command.
         here = dict(original if not isinstance(change, InputChange) else at)

@@ -101,21 +101,24 @@ class _Writer:
 
     def text(self) -> tuple[str, str]:
         """The whole file, and the full name of the new class."""
-        # Outputs first: terms speak of what they rename.
+        # Inputs first, then outputs: what follows speaks of the plant's own variables, which these rename.
         renames: dict[str, str] = {}
         written: dict[int, Written] = {}
-        for k, change in enumerate(self.changes):
-            if isinstance(change, OutputChange):
-                copy, inner = change_output(self.copies, self.root, change, self.system)
-                renames[plain(change.output)] = plain(inner)
-                own = {plain(change.output): plain(inner)}
-                names = self._declared_at(copy, change, "", own)
-                written[k] = Written(change, names, inner=inner)
         for k, change in enumerate(self.changes):
             if isinstance(change, InputChange):
                 copy, inner = change_input(self.copies, self.root, change, self.system)
                 written[k] = Written(change, self._declared_at(copy, change, ""), inner=inner)
-            elif isinstance(change, Term):
+                renames[plain(change.input)] = plain(inner)
+        of_inputs = dict(renames)
+        for k, change in enumerate(self.changes):
+            if isinstance(change, OutputChange):
+                shown = replace(change, expression=renamed(change.expression, of_inputs))
+                copy, inner = change_output(self.copies, self.root, shown, self.system)
+                renames[plain(change.output)] = plain(inner)
+                names = self._declared_at(copy, change, "", {**of_inputs, plain(change.output): plain(inner)})
+                written[k] = Written(change, names, inner=inner)
+        for k, change in enumerate(self.changes):
+            if isinstance(change, Term):
                 written[k] = self._add_term(change, renames)
         self.written = [written[k] for k in range(len(self.changes))]
         for line in self._lines.values():

@@ -59,3 +59,17 @@ def test_a_late_input_with_a_wrong_gain_is_written(oven: ModelicaModel) -> None:
     x = [{"T": 300.0}.get(name, 100.0) for name in names]
     rate = float(system.rhs(0.0, x, [0.0], [], p)[0][names.index("T")])
     assert rate == pytest.approx(1.1 * 100.0 / 500.0)
+
+
+def test_a_slow_response_goes_with_the_input_as_the_plant_gets_it(oven: ModelicaModel) -> None:
+    gain = effect("input_gain", "P", k=(0.1, "1"))
+    slow = effect("relaxation", "P->T", gain=(0.2, "K/W"), T=(50.0, "s"))
+    for effects in ((gain, slow), (slow, gain)):
+        system = with_effects(oven, effects, "Stored").compile()
+        p, names = [v.start for v in system.parameters], [v.name for v in system.states]
+        own = next(k for k, name in enumerate(names) if name.endswith("_z"))
+        x = [30.0 if k == own else 320.0 for k in range(len(names))]
+        rates, z = system.rhs(0.0, x, [100.0], [], p)
+        shown = {v.name: float(z[k]) for k, v in enumerate(system.algebraics)}
+        assert float(rates[own]) == pytest.approx((1.1 * 100.0 - 30.0) / 50.0)
+        assert shown["T"] == pytest.approx(320.0 + 0.2 * 30.0)
