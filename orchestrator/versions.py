@@ -206,12 +206,13 @@ def _placed(base: Source, effects: Sequence[NamedEffect], cards: Sequence[Effect
 def _place(base: Source, effects: Sequence[NamedEffect], cards: Sequence[EffectCard]) -> list[Candidate]:
     system = base.compile()
     wanted = {effect.id for effect in effects}
-    unknown = sorted(wanted - {card.id for card in cards})
+    found, _ = find_candidates(base, system, [card for card in cards if card.id in wanted])
+    # An FMU has effects of its own beside the library's.
+    unknown = sorted(wanted - {card.id for card in cards} - {candidate.card.id for candidate in found})
     if unknown:
         raise MisfitError(
             f"there is no effect '{unknown[0]}'; if it is a card of your own, name its folder with --cards DIR"
         )
-    found, _ = find_candidates(base, system, [card for card in cards if card.id in wanted])
     chosen: list[Candidate] = []
     for effect in effects:
         match = next((c for c in found if c.card.id == effect.id and c.site == effect.site), None)

@@ -18,6 +18,8 @@ from orchestrator.models.compiled import NOTHING_BEFORE, CompiledModel, FreeRun,
 RUNNER = Path(__file__).with_name("runner.c")
 # Relative steps of finite differences: an integrator with fixed steps repeats itself exactly, one that adapts does not.
 STEP_EXCHANGE, STEP_COSIMULATION = 1e-6, 1e-4
+# A share of a parameter, for solvers that adapt their steps to it.
+STEP_OF_SHARE = 1e-3
 
 
 class CoupledRuns(CompiledModel):
@@ -62,7 +64,8 @@ class CoupledRuns(CompiledModel):
                 changed = parameters.copy()
                 variable = self.coupled.parameters[k]
                 span = (variable.maximum or 0.0) - (variable.minimum or 0.0)
-                steps.append(step * max(abs(parameters[k]), 0.01 * span))
+                is_share = any(k == share for _, _, share in self.coupled.wrong)
+                steps.append(STEP_OF_SHARE if is_share else step * max(abs(parameters[k]), 0.01 * span))
                 changed[k] += steps[-1]
                 variants.append(self._variant(time, inputs, changed, start))
         request = RunRequest(
@@ -116,6 +119,7 @@ class CoupledRuns(CompiledModel):
         for j, (i, k) in enumerate(self.coupled.delayed):
             delayed[:, j] = np.interp(time - parameters[k], time, inputs[:, i])
         settings: dict[int, list[float]] = {k: [value] for k, value in self.coupled.values.items()}
+        settings |= {reference: [own * (1.0 + parameters[k])] for reference, own, k in self.coupled.wrong}
         if self.processes.cosimulation:
             for port, value in zip(self.settable, start, strict=False):
                 settings.setdefault(port.reference, []).append(float(value))

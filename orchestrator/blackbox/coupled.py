@@ -7,7 +7,7 @@ import casadi as ca
 import numpy as np
 
 from fmus.symbolic.system import SymbolicSystem, Variable
-from orchestrator.blackbox.library import FORCE_SLOTS, INPUT_SLOTS, OUTPUT_SLOTS, Law, Scales
+from orchestrator.blackbox.library import FORCE_SLOTS, INPUT_SLOTS, OUTPUT_SLOTS, PARAMETER_SLOT, Law, Scales
 from orchestrator.blackbox.sites import Sites
 
 
@@ -28,7 +28,8 @@ class CoupledSystem(SymbolicSystem):
     effects. `rhs` is `inner`: (t, xe, u, s, d, p) -> v gives the FMU's inputs; `outer`: (t, xe, u, s, y, d, p) -> (dxe,
     z) the rates of the effects' states and the outputs. `delayed` pairs an input with the parameter that delays it.
     `follows` tells for each effect state what it follows, so where it starts: ("input", i), ("output", k) or None.
-    `values` are values of the FMU's parameters that differ from its own, by value reference. Behind the inputs, `rhs`
+    `values` are values of the FMU's parameters that differ from its own, by value reference; `wrong` tells of others the reference,
+    the FMU's own value, and the parameter that is its error as a share. Behind the inputs, `rhs`
     may give what is added to the rates of the FMU's states.
     """
 
@@ -37,6 +38,7 @@ class CoupledSystem(SymbolicSystem):
     follows: tuple[tuple[str, int] | None, ...] = ()
     mounted: tuple[Mounted, ...] = field(default=())
     values: Mapping[int, float] = field(default_factory=dict)
+    wrong: tuple[tuple[int, float, int], ...] = ()
 
 
 def couple(name: str, sites: Sites, mounted: Sequence[Mounted]) -> CoupledSystem:
@@ -64,13 +66,21 @@ class _Coupling:
         self.follows: list[tuple[str, int] | None] = []
         self.delayed: list[tuple[int, int]] = []
         self.d: list[ca.SX] = []
+        self.wrong: list[tuple[int, float, int]] = []
 
     def build(self) -> CoupledSystem:
         v = [self.u[i] for i in range(len(self.sites.inputs))]
         z = [self.y[i] for i in range(len(self.sites.outputs))]
-        for part in sorted(self.mounted, key=lambda m: (*INPUT_SLOTS, *FORCE_SLOTS, *OUTPUT_SLOTS).index(m.slot)):
+        for part in sorted(
+            self.mounted, key=lambda m: (PARAMETER_SLOT, *INPUT_SLOTS, *FORCE_SLOTS, *OUTPUT_SLOTS).index(m.slot)
+        ):
             for place in part.places:
-                if part.slot in FORCE_SLOTS:
+                if part.slot == PARAMETER_SLOT:
+                    port = self.sites.parameters[place - 1]
+                    own = float(port.variable.start or 0.0)
+                    self._mount(part, place, {"u": ca.SX(own)}, None, Scales({}, {}, (0.0, 1.0)))
+                    self.wrong.append((port.reference, own, len(self.p) - 1))
+                elif part.slot in FORCE_SLOTS:
                     force = self.sites.forces[place - 1]
                     sensed = {"q": self.s[force.position], "w": self.s[force.speed]}
                     v[force.input] += self._mount(part, place, sensed, None, self.sites.force_scales)
@@ -107,6 +117,7 @@ class _Coupling:
             ),
             delayed=tuple(self.delayed),
             follows=tuple(self.follows),
+            wrong=tuple(self.wrong),
             mounted=self.mounted,
         )
 
@@ -117,6 +128,7 @@ class _Coupling:
             **dict.fromkeys(INPUT_SLOTS, len(self.sites.driven)),
             **dict.fromkeys(FORCE_SLOTS, len(self.sites.forces)),
             **dict.fromkeys(OUTPUT_SLOTS, len(self.sites.measured)),
+            PARAMETER_SLOT: len(self.sites.parameters),
         }
         return {f"{slot}.present": slot in taken for slot, count in counts.items() if count}
 

@@ -18,6 +18,7 @@ CLASSES = FOLDER / "Effects.mo"
 INPUT_SLOTS = ("inputDelay", "inputStatic", "inputLag", "inputGain", "inputOffset")
 FORCE_SLOTS = ("force1", "force2", "force3")
 OUTPUT_SLOTS = ("outputLag", "outputScale", "outputOffset")
+PARAMETER_SLOT = "parameter"
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,8 @@ from orchestrator.models.smoothing import SmoothedTrial
 NEGLIGIBLE = 1e-7
 # Times of effects suit plants that are sampled at this interval in s or a shorter one.
 QUICK = 0.01
+# Parameters of an FMU that are looked at.
+MOST_PARAMETERS = 24
 
 
 @dataclass(frozen=True)
@@ -48,7 +50,8 @@ class Sites:
 
     `driven` and `measured` are the numbers of the inputs and outputs that have a column in the data; scales belong to
     them one by one. `positions` maps an output to what it reads. `sensed_names` are the variables behind the sensed
-    values, empty for a rate that the FMU does not show.
+    values, empty for a rate that the FMU does not show. `parameters` are those of an FMU that is stepped which may be wrong; where
+    rates are told, they are looked at there.
     """
 
     inputs: tuple[Variable, ...]
@@ -63,6 +66,7 @@ class Sites:
     output_scales: tuple[Scales, ...] = ()
     positions: Mapping[int, Position] = field(default_factory=dict)
     sensed_names: tuple[str, ...] = ()
+    parameters: tuple[Port, ...] = ()
 
     @property
     def n_sensed(self) -> int:
@@ -173,8 +177,14 @@ def find_sites(description: Description, data: BoundSet, positions: Mapping[int,
             for m, k in enumerate(measured)
         ),
         positions=dict(positions),
+        parameters=_that_may_be_wrong(description),
         sensed_names=tuple(named.get(place, "") for place in range(n_sensed + len(differenced))),
     )
+
+
+def _that_may_be_wrong(description: Description) -> tuple[Port, ...]:
+    """Parameters of an FMU that is stepped, at most so many as are looked at in model exchange."""
+    return tuple(p for p in description.parameters if p.variable.start and description.cosimulation)[:MOST_PARAMETERS]
 
 
 def _single(row: np.ndarray) -> int | None:

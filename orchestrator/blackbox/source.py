@@ -11,7 +11,7 @@ from fmus.catalogue import ModelicaModel
 from fmus.symbolic.system import SymbolicSystem
 from orchestrator.blackbox.coupled import CoupledSystem, Mounted, couple
 from orchestrator.blackbox.fmu_file import FmuFile
-from orchestrator.blackbox.library import FORCE_SLOTS, INPUT_SLOTS, Law, Scales, laws, needs
+from orchestrator.blackbox.library import FORCE_SLOTS, INPUT_SLOTS, PARAMETER_SLOT, Law, Scales, laws, needs
 from orchestrator.blackbox.model import CoupledModel
 from orchestrator.blackbox.sites import NEGLIGIBLE, Sites, find_sites, plain_sites
 from orchestrator.blackbox.system_source import open_file
@@ -103,7 +103,7 @@ class FmuSource:
         """One line for each reason why effects cannot be attached: what the FMU would have to expose."""
         lacking: dict[str, list[str]] = {}
         for law in laws():
-            if not self._places(law)[0]:
+            if not self._places(law)[0] and (law.card.slots[0] != PARAMETER_SLOT or self.fmu.started.cosimulation):
                 lacking.setdefault(self._lacking(law), []).append(law.card.id)
         known = {law.card.id for law in laws()}
         for card_id in dict.fromkeys(card.id for card in effect_library()):
@@ -118,6 +118,8 @@ class FmuSource:
         """Names of the sites where a law can act, and the sizes of things there."""
         sites = self.sites
         slot = law.card.slots[0]
+        if slot == PARAMETER_SLOT:
+            return tuple(p.name for p in sites.parameters), (Scales({}, {}, (0.0, 1.0)),) * len(sites.parameters)
         if slot in FORCE_SLOTS:
             names = [sites.outputs[force.output].name for force in sites.forces]
             if not sites.one_force_each:
@@ -132,6 +134,8 @@ class FmuSource:
 
     def _lacking(self, law: Law) -> str:
         """What is missing for a law without a site."""
+        if law.card.slots[0] == PARAMETER_SLOT:
+            return "the FMU would have to expose parameters that can be set before a run"
         outputs = " or ".join(self.sites.outputs[k].name for k in self.sites.measured)
         if law.card.slots[0] in FORCE_SLOTS:
             return f"the FMU would have to expose an input that acts as a force (N or N.m) on {outputs}"

@@ -16,12 +16,12 @@ from fmus.package import build_fmu
 from fmus.symbolic.system import SymbolicSystem
 from orchestrator.blackbox.coupled import Mounted
 from orchestrator.blackbox.extended import beside, extended
-from orchestrator.blackbox.library import CLASSES, FORCE_SLOTS, INPUT_SLOTS, OUTPUT_SLOTS, Scales
+from orchestrator.blackbox.library import CLASSES, FORCE_SLOTS, INPUT_SLOTS, OUTPUT_SLOTS, PARAMETER_SLOT, Scales
 from orchestrator.blackbox.sites import ForceSite
 from orchestrator.blackbox.source import FmuSource, fmu_model
 from orchestrator.blackbox.system_source import SystemFile
 from orchestrator.cosim.fmu.description import read_description
-from orchestrator.cosim.system import ComponentSpec, Connection, RunSettings, System
+from orchestrator.cosim.system import ComponentSpec, Connection, RunSettings, System, Value
 from orchestrator.cosim.toml_file import write_toml
 from orchestrator.measurements import MeasurementSet, bind
 from orchestrator.models.smoothing import SmoothedTrial
@@ -81,6 +81,9 @@ def write_system(
         plan, source, mounted, values, folder, {i: (f"{PLANT}.{v.name}",) for i, v in enumerate(source.sites.inputs)}
     )
     components = {label: ComponentSpec(label, source=file) for label, file in plan.components.items()}
+    ports = [(source.sites.parameters[k - 1], k) for _, k in _each(mounted, (PARAMETER_SLOT,))]
+    wrong = {p.name: Value(float(p.variable.start or 0.0) * (1.0 + values[f"parameter.share[{k}]"])) for p, k in ports}
+    components[PLANT] = replace(components[PLANT], values=wrong)
     connections = tuple(Connection(*ends) for ends in plan.connections)
     system = System(name, components, connections, plan.inputs, plan.outputs, folder=folder)
     write_with_steps(system, path, comment, source)

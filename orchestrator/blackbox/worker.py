@@ -178,6 +178,10 @@ class _Instance:
         self.second, self.cosimulation = description.version == 2, cosimulation
         self.interpolates = interface.interpolates_inputs
         self._used = False
+        ports = description.by_name.values()
+        self._parameters = {
+            reference for port, reference, *_ in ports if port.causality == "parameter" and port.type == "Float64"
+        }
 
     def begin(self, time: float, settings: dict[int, list[float]]) -> None:
         """Reset, set start values, initialise."""
@@ -187,6 +191,9 @@ class _Instance:
         for reference, values in settings.items():
             self.set([reference], values)
         self.fmu.begin(time, None, None)
+        for reference, values in settings.items():  # some tools set parameters back here
+            if reference in self._parameters and not np.array_equal(self.get([reference], len(values)), values):
+                self.set([reference], values)
         self.fmu.finish_initialisation()
         if not self.cosimulation:
             while self.fmu.update_discrete_states().again:

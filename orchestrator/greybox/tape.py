@@ -21,7 +21,7 @@ from fmus.errors import ComponentError, MisfitError
 from fmus.symbolic.balances import Balance, is_store
 from fmus.symbolic.system import SymbolicSystem, Variable
 from orchestrator.blackbox.ports import Description, Port
-from orchestrator.blackbox.sites import plain_sites
+from orchestrator.blackbox.sites import MOST_PARAMETERS, plain_sites
 from orchestrator.blackbox.source import FmuSource
 from orchestrator.greybox.evidence import Case
 from orchestrator.greybox.extended import CORRECTION, extend
@@ -44,8 +44,8 @@ DRIVES = {
 }
 # What varies by no more than this share counts as constant; differences are no more exact.
 EXACT = 1e-6
-# Relative step of a parameter for slopes, and how many parameters may be looked at.
-NUDGE, MOST_PARAMETERS = 1e-4, 24
+# Relative step of a parameter for slopes.
+NUDGE = 1e-4
 # Points at which an FMU is looked at without a record.
 POINTS = 20
 

@@ -72,13 +72,15 @@ def residual_system(system: SymbolicSystem, signals: Sequence[str]) -> ResidualS
     residual is the difference itself, an acceleration for positions.
 
     Returns:
-        None if some signal is neither a position nor directly under a correction, itself or its rate, or if equations
-        of the model are solved by iteration, whose results have no formula to read positions and forces from.
+        None if some signal is neither a position nor directly under a correction, itself or its rate, if two signals read one
+        state (a position and the force of a spring on it), or if equations of the model are solved by iteration, whose results have no formula to read positions and forces from.
     """
     if not system.rhs.is_a("SXFunction"):
         return None
     symbols = _Symbols(system)
     positions = {name: found for name in signals if (found := symbols.reading(name)) is not None}
+    if len({position.state for position in positions.values()}) < len(positions):
+        return None
     targets = {name: ca.SX.sym(f"target:{name}") for name in signals}
     balance = []
     for name in signals:

@@ -134,6 +134,14 @@ MODELS = {
         rates=("der(x)",),
         exchange=True,
     ),
+    "forgetful": Model(
+        (
+            Var("x", "output"),
+            Var("k", "parameter", "1"),
+            Var("u", "input", "0"),
+            Var("longest", "parameter", "1e9", "s"),
+        )
+    ),
     "resource": Model((Var("y", "output", type="Int32", variability="discrete"),), resources={"y.txt": b"a"}),
     "feedthrough": Model(_FEEDTHROUGH),
     "feedthrough3": Model(

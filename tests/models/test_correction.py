@@ -178,3 +178,16 @@ def test_a_model_of_ones_own_gets_a_force_at_the_balance_behind_each_output_that
             )
         expected = [3.0 / storage if name == state else 0.0 for name in states]
         assert rates[1] - rates[0] == pytest.approx(expected)
+
+
+def test_two_outputs_that_read_one_state_leave_no_residual_but_a_model_that_follows_trials(tmp_path: Path) -> None:
+    file = tmp_path / "Float.mo"
+    file.write_text(
+        "model Float\n  input Real f;\n  output Real x(start=0, fixed=true);\n  Real v(start=0, fixed=true);\n"
+        "  output Real line = 5*x;\nequation\n  der(x) = v;\n  der(v) = f - x;\nend Float;\n"
+    )
+    model = SymbolicModel("Float", find_modelica_model(f"{file}:Float").compile())
+    assert model.residual is None
+    truth = np.column_stack([1 - np.cos(TIME), 5 * (1 - np.cos(TIME))])  # to a unit step
+    followed = model.follow(TIME, np.ones((len(TIME), 1)), truth, ("x", "line"), np.array([1e-3, 5e-3]))
+    np.testing.assert_allclose(followed.outputs, truth, atol=1e-4)

@@ -63,6 +63,14 @@ equation
   y = noEvent(max(0, u - threshold) + min(0, u + threshold));
 end DeadZone;
 
+model Share "Error of a parameter as a share of its value, applied before a run begins"
+  parameter Real share = 0 "Error";
+  input Real u "Value of the parameter";
+  output Real y "= u (1 + share)";
+equation
+  y = u*(1 + share);
+end Share;
+
 model ConstantForce "Steady force"
   parameter Real f0 = 0 "Force";
   input Real q "Position";

@@ -94,6 +94,13 @@ class Values:
         if others:
             self.set(list(others), list(others.values()))
 
+    def repeat(self, values: dict[str, Any]) -> None:
+        """Set parameters again that entering initialisation has set back, as FMUs of 20-sim do."""
+        names = [name for name in values if self._port(name).causality == "parameter" and not self._port(name).shape]
+        lost = [name for name, now in zip(names, self.get(names), strict=True) if now != values[name]]
+        if lost:
+            self.set(lost, [values[name] for name in lost])
+
     def _port(self, name: str) -> Port:
         if name not in self.instance.description.by_name:
             raise ComponentError(f"FMU '{self.instance.name}' has no variable {name!r}; see its description")
@@ -135,6 +142,8 @@ class FmuComponent(Component):
         if prepared:
             self._values.prepare(prepared)
         self.instance.begin(time, stop, tolerance)
+        if prepared:
+            self._values.repeat(prepared)
 
     def start(self) -> None:
         """Leave initialisation."""

@@ -54,7 +54,7 @@ def what(effect: Effect) -> str:
 def sizes(effects: Sequence[Effect]) -> str:
     """The fitted parameters with their 90 % intervals, such as `tauC[1] 37.3 mN·m (37.0 to 37.7)`."""
     found = [
-        size(f"{name} of {effect['site']}" if effect["id"] == PARAMETER_ERROR else name, value)
+        size(f"{name.split('[')[0]} of {effect['site']}" if effect["id"] == PARAMETER_ERROR else name, value)
         for effect in effects
         for name, value in _fitted(effect.get("parameters") or {}).items()
     ]

@@ -19,6 +19,9 @@ C fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String token, fmi2String r
 void fmi2FreeInstance(C c) { destroy(c); }
 S fmi2SetupExperiment(C c, fmi2Boolean has_tolerance, fmi2Real tolerance, fmi2Real start, fmi2Boolean has_stop, fmi2Real stop)
 {
+#ifdef FORGETS_WHAT_WAS_SET
+    reset(&((Instance *)c)->model);
+#endif
     ((Instance *)c)->model.time = start;
     return fmi2OK;
 }
