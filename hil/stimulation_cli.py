@@ -1,6 +1,5 @@
 """`misfit hil stimulate`: postures held by emulated muscles alone."""
 
-import contextlib
 from collections.abc import Mapping
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -16,6 +15,7 @@ if TYPE_CHECKING:
     from hil.control.pilot import Decision, Pilot
     from hil.settings import Settings
     from hil.stimulation.controller import Held
+    from hil.virtual.direct_bus import DirectBus
 
 # Nobody waits longer than this for a round to end.
 LONGEST_S = 3600.0
@@ -52,7 +52,7 @@ def stimulate(
 ) -> None:
     """Hold postures of the emulated arm by stimulation: the least activations, feedback, and an integrator; on the bus."""
     from hil.stimulation.plan import Plan
-    from hil.terminal import robot_of
+    from hil.terminal import robot_with_arm
     from hil.virtual.body import Body, parse_values
     from orchestrator.control.arm import POSTURES
 
@@ -60,11 +60,11 @@ def stimulate(
     plan = Plan(postures, integral=integral, strength=strength)
     found: list[dict[str, Any]] = []
     for number in range(1, rounds + 1):
-        with contextlib.ExitStack() as stack:  # a virtual robot is a new one in each round
-            settings = robot_of(virtual, bench, rate_hz, stack, Body(body, parse_values(values)))
-            if len(settings.limits.joints) != len(settings.stiffness) or settings.robot != "proficio":
-                raise MisfitError("stimulation emulates an arm on a Proficio; the bench file names another robot")
-            held, document = _round(replace(settings, stimulation=plan), folder / f"round_{number}", virtual)
+        # A virtual robot is a new one in each round.
+        settings, inside = robot_with_arm(virtual, bench, rate_hz, Body(body, parse_values(values)))
+        if len(settings.limits.joints) != len(settings.stiffness) or settings.robot != "proficio":
+            raise MisfitError("stimulation emulates an arm on a Proficio; the bench file names another robot")
+        held, document = _round(replace(settings, stimulation=plan), folder / f"round_{number}", inside)
         found.append(_said(held, document))
         if json_file != "-":
             show(_line(number, held, document, virtual), quiet)
@@ -76,7 +76,7 @@ def stimulate(
         raise SystemExit(1)
 
 
-def _round(settings: "Settings", folder: Path, virtual: bool) -> "tuple[list[Held], dict[str, Any]]":
+def _round(settings: "Settings", folder: Path, inside: "DirectBus | None") -> "tuple[list[Held], dict[str, Any]]":
     """A session through all postures; how they were held, and what it came to."""
     from hil.session.entry import Operator
     from hil.session.session import run_session
@@ -88,9 +88,9 @@ def _round(settings: "Settings", folder: Path, virtual: bool) -> "tuple[list[Hel
         if not controllers:
             controllers.append(pilot.controller)
 
-    at_home, may_arm = (yes, yes) if virtual else (ask_home, ask_arm)
+    at_home, may_arm = (ask_home, ask_arm) if inside is None else (yes, yes)
     operator = Operator(at_home, may_arm, watch=watch, tell=lambda words: click.echo(words, err=True))
-    document = run_session(settings, LONGEST_S, operator, folder)
+    document = run_session(settings, LONGEST_S, operator, folder, inside=inside)
     return (controllers[0].held if controllers else []), document
 
 

@@ -2,6 +2,7 @@
 
 import contextlib
 import sys
+import time
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,31 +16,49 @@ if TYPE_CHECKING:
     from hil.robots.base import Robot
     from hil.settings import Settings
     from hil.virtual.body import Body
+    from hil.virtual.direct_bus import DirectBus
 
 
 def robot_of(
-    virtual: bool,
-    bench: Path | None,
-    rate_hz: float,
-    stack: contextlib.ExitStack,
-    body: "Body | None" = None,
-    kind: str = "proficio",
+    virtual: bool, bench: Path | None, rate_hz: float, stack: contextlib.ExitStack, kind: str = "proficio"
 ) -> "Settings":
-    """Settings of the robot that the options mean; a virtual one lives as long as the stack, and proves itself with a
-    body on it."""
+    """Settings of the robot that the options mean; a virtual one is a process of its own that lives as long as the stack."""
     from dataclasses import replace
 
+    from hil.virtual.process import virtual_robot
+
+    settings = _settings(virtual, bench, rate_hz, kind)
+    return replace(settings, bus=stack.enter_context(virtual_robot(settings.side, None, kind))) if virtual else settings
+
+
+def robot_with_arm(
+    virtual: bool, bench: Path | None, rate_hz: float, body: "Body", kind: str = "proficio"
+) -> "tuple[Settings, DirectBus | None]":
+    """Settings of the robot that the options mean, and a virtual one with an arm on it in this process, which proves itself.
+
+    Its time is virtual: what a busy machine needs longer does not count.
+    """
+    from dataclasses import replace
+
+    from hil.virtual.direct_bus import DirectBus
+    from hil.virtual.made import Made
+
+    settings = _settings(virtual, bench, rate_hz, kind)
+    if not virtual:
+        return settings, None
+    inside = DirectBus(Made(settings.side, body=body, kind=kind).made(), time_ns=time.monotonic_ns())
+    return replace(settings, proof=True, bus={"interface": "virtual time"}), inside
+
+
+def _settings(virtual: bool, bench: Path | None, rate_hz: float, kind: str) -> "Settings":
     from hil.settings import read_settings, virtual_settings
     from hil.virtual.made import DRIVES, DRIVES_OPTIONS
-    from hil.virtual.process import virtual_robot
 
     if virtual == (bench is not None):
         raise MisfitError("say either --virtual or --bench FILE: one of them tells which robot")
     if bench is not None:
         return read_settings(bench, rate_hz)
-    options = DRIVES_OPTIONS if kind == DRIVES else None
-    settings = replace(virtual_settings(rate_hz=rate_hz, robot=kind, options=options), proof=body is not None)
-    return replace(settings, bus=stack.enter_context(virtual_robot(settings.side, body, kind)))
+    return virtual_settings(rate_hz=rate_hz, robot=kind, options=DRIVES_OPTIONS if kind == DRIVES else None)
 
 
 def gaps(document: Mapping[str, Any]) -> str:

@@ -17,6 +17,7 @@ from orchestrator.cli.common import json_option, quiet_option, show, write_json
 if TYPE_CHECKING:
     from hil.robots.base import Robot
     from hil.session.entry import Operator
+    from hil.virtual.direct_bus import DirectBus
 
 # Nobody waits longer than this for a session to end.
 LONGEST_S = 6 * 3600.0
@@ -69,8 +70,9 @@ def record(
     """
     from hil.emulation.anatomy import anatomy
     from hil.emulation.muscles import Muscles
+    from hil.robots.absent import SENSOR
     from hil.session.session import run_session
-    from hil.terminal import robot_of
+    from hil.terminal import robot_with_arm
     from hil.trials.protocol import read_protocol
     from hil.virtual.body import Body, parse_values
 
@@ -79,11 +81,11 @@ def record(
     trials = replace(trials, trials=chosen, confirm=trials.confirm and not virtual)
     wanted = Body(body, parse_values(values))
     with contextlib.ExitStack() as stack:
-        settings = robot_of(virtual, bench, rate_hz, stack, wanted, kind)
+        settings, inside = robot_with_arm(virtual, bench, rate_hz, wanted, kind)
         settings = replace(settings, protocol=trials, first_trial=first)
         Muscles(anatomy())  # builds what is missing before anything moves
-        operator = _operator(virtual, trials.confirm, settings.bus, quiet or json_file == "-", stack)
-        document = run_session(settings, LONGEST_S, operator, folder)
+        operator = _operator(inside, trials.confirm, SENSOR not in settings.waived, quiet or json_file == "-", stack)
+        document = run_session(settings, LONGEST_S, operator, folder, inside=inside)
     write_json(json_file, document)
     if json_file != "-":
         show(said_of(document, range(first, len(trials.trials) + 1), folder, virtual), quiet)
@@ -108,28 +110,30 @@ def said_of(document: Mapping[str, Any], wanted: range, folder: Path, virtual: b
 
 
 def _operator(
-    virtual: bool, confirm: bool, bus: Mapping[str, Any], quiet: bool, stack: contextlib.ExitStack
+    inside: "DirectBus | None", confirm: bool, held: bool, quiet: bool, stack: contextlib.ExitStack
 ) -> "Operator":
-    """Who is asked and told: people at the terminal, or the virtual caregiver."""
+    """Who is asked and told: people at the terminal, or the virtual caregiver; nobody holds an arm whose force is not measured."""
     from hil.session.entry import Operator
     from hil.terminal import ask_arm, ask_home, yes
     from hil.trials.assistant import Assistant, words_of
     from hil.trials.phases import Phase
-    from hil.virtual.control import Remote
-
-    remote = stack.enter_context(Remote(int(bus["port"]))) if virtual else None
+    from hil.virtual.control import Control
 
     def tell(trial: int, count: int, phase: Phase) -> None:
         # Not by rich: to load it takes 80 ms, in which the loop of this process gets its answers late.
-        if (words := words_of(trial, count, phase, confirm)) and not quiet:
+        if (words := words_of(trial, count, phase, confirm, held)) and not quiet:
             click.echo(words)
-        if remote is not None and phase in (Phase.ANNOUNCE, Phase.RETURN):
-            remote.tell("hold" if phase is Phase.ANNOUNCE else "relax")
 
-    assistant = Assistant(tell)
+    def hands(phase: Phase) -> None:
+        if inside is not None and held and phase in (Phase.ANNOUNCE, Phase.RETURN):
+            Control(inside.robot, inside.faults).follow(
+                ["hold" if phase is Phase.ANNOUNCE else "relax"], inside.time_ns
+            )
+
+    assistant = Assistant(tell, hands)
     stack.enter_context(assistant.at_work())
-    at_home, may_arm = (yes, yes) if virtual else (ask_home, ask_arm)
-    operator = Operator(at_home, may_arm, watch=assistant.watch)
+    at_home, may_arm = (ask_home, ask_arm) if inside is None else (yes, yes)
+    operator = Operator(at_home, may_arm, watch=assistant.watch, tell=lambda words: click.echo(words, err=True))
     if not confirm:
         return operator
     if not sys.stdin.isatty():

@@ -45,7 +45,7 @@ BESIDE = {"misfit hil view": "misfit hil hold --virtual --seconds 15 --rate 50"}
 # Commands that keep what they make for all later ones of the same user.
 KEEPS = ("misfit hil compile",)
 # Exit code 1 says that the machine is too slow now for the usual rate, or that it stood still so long that the arm was stopped: then they are tried again, more slowly.
-AS_FAST_AS_IT_IS = ("misfit hil check", "misfit hil hold", "misfit hil record", "misfit hil stimulate")
+AS_FAST_AS_IT_IS = ("misfit hil check", "misfit hil hold")
 STOOD_STILL, TRIES = "this machine is too busy", 3
 
 

@@ -65,6 +65,7 @@ class Watched:
     map: ResidualMap | None = None
     past: deque[Past] = field(default_factory=lambda: deque(maxlen=round(PAST_S / PAUSE_S)))
     stop: StopFlag | None = None
+    _seen_s: float = field(default_factory=time.monotonic)
     _lately: deque[tuple[int, float]] = field(default_factory=lambda: deque(maxlen=round(1.0 / PAUSE_S)))
 
     @staticmethod
@@ -113,8 +114,8 @@ class Watched:
 
     @property
     def silent_s(self) -> float:
-        """How old what it shows is, in s; 0 before the first cycle."""
-        return time.monotonic() - self.glance.time_ns * 1e-9 if self.glance is not None else 0.0
+        """How long ago its newest cycle was seen, in s, by this machine's clock; 0 before the first cycle."""
+        return time.monotonic() - self._seen_s if self.glance is not None else 0.0
 
     @property
     def stop_is_dead(self) -> bool:
@@ -161,7 +162,7 @@ class Watched:
             return
         glance = self.look.look()
         if glance is not None and (self.glance is None or glance.cycles != self.glance.cycles):
-            self.glance = glance
+            self.glance, self._seen_s = glance, time.monotonic()
             self._lately.append((glance.cycles, glance.time_ns * 1e-9))
             self._remember(glance)
         self.life = self._life()

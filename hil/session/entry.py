@@ -21,6 +21,7 @@ from hil.control.timing import Metronome
 from hil.recording.recorder import Recorder
 from hil.robots.absent import refusals, unchecked, warning
 from hil.robots.base import Robot
+from hil.session.heart import Heart
 from hil.session.loop import Loop, Summary, Wishes
 from hil.session.recorded import ROBOT, SETTINGS, pilot_of
 from hil.session.round_trip import measured, too_slow
@@ -29,6 +30,7 @@ from hil.settings import Settings
 from hil.stop.flag import StopFlag
 from hil.view.about import about, session_name
 from hil.view.window import Window
+from hil.virtual.direct_bus import DirectBus, Pace
 
 # So long somebody has time to press Activate on the pendant after the operator's word; what is waited for is said after
 # a moment.
@@ -59,7 +61,7 @@ class Opened:
     settings: Settings
     pilot: Pilot
     loop: Loop
-    beats: Metronome
+    beats: Metronome | Pace
     recorder: Recorder | None
     armed: bool
     operator: Operator
@@ -88,19 +90,19 @@ class Opened:
     def wishes(self, seconds: float) -> Callable[[], Wishes]:
         """Arm as soon as the safety module is active and all is well; abort when told; end when done, or so long after
         arming."""
-        began = time.monotonic()
-        armed: float | None = None if self.armed else began
-        pilot, operator, stop, heart = self.pilot, self.operator, self.stop, self.loop.heart
+        pilot, operator, stop, heart, clock = self.pilot, self.operator, self.stop, self.loop.heart, self.loop.wire.now
+        began = clock()
+        armed: int | None = None if self.armed else began
         said = ""
 
         def wishes() -> Wishes:
             nonlocal armed, said
-            now = time.monotonic()
+            now = clock()
             if armed is None and pilot.is_armed:
                 armed = now
-            if armed is None and now - began > MOMENT_S and not said:
+            if armed is None and now - began > MOMENT_S * 1e9 and not said:
                 operator.tell(said := f"waiting to arm: {pilot.refused or _NOT_ACTIVE}")
-            over = now - began > PATIENCE_S if armed is None else now - armed > seconds
+            over = now - began > PATIENCE_S * 1e9 if armed is None else now - armed > seconds * 1e9
             # A watchdog that is gone, or has let the arm go, does not come back.
             over |= armed is None and heart is not None and not heart.is_watched
             over |= isinstance(pilot.controller, Ending) and pilot.controller.is_done
@@ -158,6 +160,7 @@ def open_robot_session(
     *,
     dry_run: bool = False,
     asked: Callable[[], tuple[float, ...] | None] = lambda: None,
+    inside: DirectBus | None = None,
 ) -> Iterator[Opened]:
     """Bring a robot up to where it can be armed, with everything that watches over it.
 
@@ -165,6 +168,7 @@ def open_robot_session(
         folder: where to record.
         stop: the button.
         asked: what a program beside the session asks for, for the controller `asked`.
+        inside: a virtual robot in this process, instead of the settings' bus: its time is virtual, and there is no watchdog.
 
     Raises:
         MisfitError: if the bus, the robot or the settings do not fit, or a safeguard is missing.
@@ -172,16 +176,23 @@ def open_robot_session(
     """
     kind = settings.kind
     with ExitStack() as stack:
-        heart = stack.enter_context(
-            watchdog(settings.bus, settings.limits.stall_s, dry_run=dry_run, frames=kind.stop())
-        )
-        wire = open_wire(settings.bus, kind.torque_identifiers)
+        heart: Heart | None = None
+        beats: Metronome | Pace
+        sleep: Callable[[float], None]
+        if inside is None:
+            limit_s = settings.limits.stall_s
+            heart = stack.enter_context(watchdog(settings.bus, limit_s, dry_run=dry_run, frames=kind.stop()))
+            wire, sleep = open_wire(settings.bus, kind.torque_identifiers), time.sleep
+            beats = Metronome(settings.limits.period_ns, heart.beat_and_look)
+        else:
+            wire, sleep = Wire(inside, kind.torque_identifiers, "virtual robot", inside.now), inside.sleep
+            beats = Pace(inside, settings.limits.period_ns)
         stack.callback(wire.close)
         recorder = _recorder(folder, settings)
         if recorder is not None:
             wire.tap = recorder.frame
             stack.callback(recorder.finish)
-        robot = kind.start_up(wire, time.sleep, operator.at_home)
+        robot = kind.start_up(wire, sleep, operator.at_home)
         _refuse(wire, robot, settings)
         wire.hear_only(kind.heard)
         for words in (warning(settings.waived), unchecked(settings.limits)):
@@ -191,7 +202,6 @@ def open_robot_session(
         if recorder is not None:
             (recorder.folder / ROBOT).write_text(json.dumps(robot.to_json(), indent=2) + "\n")
         pilot = pilot_of(robot, settings)
-        beats = Metronome(settings.limits.period_ns, heart.beat_and_look)
         window = Window.create(settings.limits.period_ns, about(settings, pilot, folder, stop.path, dry_run))
         stack.callback(window.remove)
         loop = Loop(

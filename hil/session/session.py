@@ -16,6 +16,7 @@ from hil.session.recorded import ROBOT, finish_session
 from hil.settings import Settings
 from hil.stop.flag import StopFlag
 from hil.stop.server import stop_button
+from hil.virtual.direct_bus import DirectBus
 
 
 class BrokenSession(BusError):
@@ -23,7 +24,13 @@ class BrokenSession(BusError):
 
 
 def run_session(
-    settings: Settings, seconds: float, operator: Operator, folder: Path | None, *, dry_run: bool = False
+    settings: Settings,
+    seconds: float,
+    operator: Operator,
+    folder: Path | None,
+    *,
+    dry_run: bool = False,
+    inside: DirectBus | None = None,
 ) -> dict[str, Any]:
     """Hold the arm, or what the settings' controller does, for a time.
 
@@ -35,6 +42,7 @@ def run_session(
         operator: who confirms and is told.
         folder: where the recording goes; None for no recording.
         dry_run: do all but send torques.
+        inside: a virtual robot in this process instead of the settings' bus.
 
     Returns:
         What `hil hold --json` says.
@@ -50,7 +58,7 @@ def run_session(
         stop = until_written.enter_context(stop_button())
         is_new = folder is not None and not (folder / ROBOT).exists()
         try:
-            document = _cycles(settings, seconds, operator, folder, stop, until_written, dry_run)
+            document = _cycles(settings, seconds, operator, folder, stop, until_written, dry_run, inside)
         except ComponentError as error:
             if folder is None or not (is_new and (folder / ROBOT).exists()):
                 raise
@@ -71,11 +79,13 @@ def _cycles(
     stop: StopFlag,
     until_written: ExitStack,
     dry_run: bool,
+    inside: DirectBus | None,
 ) -> dict[str, Any]:
     """From the open bus to the last torque; what goes on until files are written is entered into that stack."""
-    with open_robot_session(settings, operator, folder, stop, dry_run=dry_run) as opened:
+    with open_robot_session(settings, operator, folder, stop, dry_run=dry_run, inside=inside) as opened:
         until_written.enter_context(_signals(operator.abort))
-        with real_time_priority() as refused:
+        with ExitStack() as in_haste:
+            refused = in_haste.enter_context(real_time_priority()) if inside is None else []
             opened.run(seconds)
         return opened.result(refused)
 

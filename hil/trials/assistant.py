@@ -17,10 +17,13 @@ class Assistant:
 
     Args:
         tell: gets the number of the trial, how many there are, and the phase.
+        at_once: gets the phase in the loop, before its next cycle, and must not take long.
     """
 
-    def __init__(self, tell: Callable[[int, int, Phase], None]) -> None:
-        self._tell, self._last = tell, (0, Phase.DONE)
+    def __init__(
+        self, tell: Callable[[int, int, Phase], None], at_once: Callable[[Phase], None] = lambda phase: None
+    ) -> None:
+        self._tell, self._at_once, self._last = tell, at_once, (0, Phase.DONE)
         self._queue: SimpleQueue[Told | None] = SimpleQueue()
 
     def watch(self, pilot: Pilot, decision: Decision) -> None:
@@ -31,6 +34,7 @@ class Assistant:
         now = (controller.course.trial, controller.course.phase)
         if now != self._last:
             self._last = now
+            self._at_once(now[1])
             self._queue.put((now[0], len(controller.course.protocol.trials), now[1]))
 
     @contextlib.contextmanager
@@ -49,11 +53,12 @@ class Assistant:
             self._tell(*told)
 
 
-def words_of(trial: int, count: int, phase: Phase, confirm: bool) -> str:
+def words_of(trial: int, count: int, phase: Phase, confirm: bool, held: bool = True) -> str:
     """What people are told; nothing of phases that need nobody."""
     if phase is Phase.ANNOUNCE:
         ask = "press Enter to stimulate, Ctrl-C to stop" if confirm else "stimulation follows"
-        return f"trial {trial} of {count}: take hold of the arm and keep it still; {ask}"
+        hold = "take hold of the arm and keep it still" if held else "keep clear of the arm"
+        return f"trial {trial} of {count}: {hold}; {ask}"
     if phase is Phase.RETURN:
-        return f"trial {trial} of {count}: over, let go"
+        return f"trial {trial} of {count}: over" + (", let go" if held else "")
     return "all trials are done" if phase is Phase.DONE else ""

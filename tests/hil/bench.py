@@ -15,10 +15,10 @@ from hil.control.pilot import Pilot
 from hil.robots import proficio
 from hil.session.loop import Loop, Summary, Wishes
 from hil.settings import Settings, default_settings
+from hil.virtual.direct_bus import DirectBus
 from hil.virtual.faults import Faults
 from hil.virtual.plant import FreeJoints
 from hil.virtual.robot import VirtualRobot
-from tests.hil.direct_bus import DirectBus
 
 SETTINGS: Settings = replace(default_settings(), gravity=False)
 
@@ -34,7 +34,7 @@ class Bench:
         self.plant = FreeJoints(proficio.HOME[settings.side])
         self.robot = VirtualRobot(self.plant, eager=eager)
         self.bus = DirectBus(self.robot, self.faults)
-        self.wire = Wire(self.bus, TORQUE_IDENTIFIERS, "virtual robot", lambda: self.bus.time_ns)
+        self.wire = Wire(self.bus, TORQUE_IDENTIFIERS, "virtual robot", self.bus.now)
         self.sent: list[Timed] = []
         self.wire.tap = lambda timed, sent: self.sent.append(timed) if sent else None
         self.cycle = 0
@@ -44,7 +44,7 @@ class Bench:
         return start_up(self.wire, self.settings.side, self.sleep, at_home)
 
     def sleep(self, seconds: float) -> None:
-        self.bus.time_ns += int(seconds * 1e9)
+        self.bus.sleep(seconds)
 
     def pilot(self, controller: Controller | None = None) -> Pilot:
         robot = self.started()

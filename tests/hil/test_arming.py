@@ -125,7 +125,7 @@ def test_what_answers_the_question_before_arming_is_not_taken_for_a_confirmation
 
 def test_the_trials_of_a_real_robot_ask_the_same_people() -> None:
     with contextlib.ExitStack() as stack:
-        operator = _operator(False, False, BUS, True, stack)
+        operator = _operator(None, False, True, True, stack)
         assert (operator.at_home, operator.may_arm) == (ask_home, ask_arm)
 
 
@@ -154,7 +154,7 @@ def test_what_an_arm_waits_for_is_said_once_and_a_watchdog_that_is_gone_is_not_w
     told, heart = list[str](), SimpleNamespace(is_watched=True)
     pilot = SimpleNamespace(is_armed=False, refused=refused, controller=None)
     operator = Operator(lambda: True, lambda robot: True, tell=told.append)
-    loop, stop = SimpleNamespace(heart=heart), SimpleNamespace(is_pressed=False)
+    loop, stop = SimpleNamespace(heart=heart, wire=SimpleNamespace(now=lambda: 0)), SimpleNamespace(is_pressed=False)
     wishes = Opened(SETTINGS, pilot, loop, None, None, True, operator, stop).wishes(1.0)  # type: ignore[arg-type]
     assert [wishes().over for _ in range(3)] == [False] * 3
     assert len(told) == 1 and told[0].startswith(f"waiting to arm: {words}")

@@ -25,11 +25,11 @@ from hil.safety.limits import lowered
 from hil.session.loop import Loop, Wishes
 from hil.session.recorded import replay_session
 from hil.session.round_trip import measured, too_slow
+from hil.virtual.direct_bus import DirectBus
 from hil.virtual.drives import VirtualDrive, VirtualDrives
 from hil.virtual.faults import Faults
 from hil.virtual.plant import FreeJoints
 from tests.hil.bench import Beats
-from tests.hil.direct_bus import DirectBus
 
 NODES, GEAR, RATED, RATE = (3, 5), (50.0, -30.0), 0.5, 500.0
 WAIVED = (MODULE, SENSOR)
@@ -295,3 +295,15 @@ def test_a_hold_with_virtual_drives_is_recorded_and_replays(tmp_path: Path, monk
     assert "without safety module, with halved limits" in found.output
     assert json.loads((tmp_path / "s" / "settings.json").read_text())["robot"] == "cia402"
     assert replay_session(tmp_path / "s").first_different is None
+
+
+def test_trials_with_drives_that_measure_no_force_are_held_by_nobody_and_come_to_their_end(tmp_path: Path) -> None:
+    """They were stopped, as joints that somebody held did not follow, and nobody could tell why."""
+    timing = "settle_s = 0.1\nannounce_s = 0.1\nstimulate_s = 0.3\nrise_s = 0.1\n"
+    trial = "[[trials]]\nposture = [0.74, 1.34]\nactivations = [0.01, 0, 0.01, 0, 0, 0.01]\n"
+    (tmp_path / "short.toml").write_text(f"rest = [0.75, 1.35]\nmove_speed = 0.5\n{timing}{trial}")
+    where = ["--virtual", "--robot", "cia402", "--rate", "100", "--out", str(tmp_path / "session")]
+    done = CliRunner().invoke(hil, ["record", str(tmp_path / "short.toml"), *where])
+    assert done.exit_code == 0, done.output
+    assert "keep clear of the arm" in done.output and "WITHOUT FORCE SENSOR" in done.output
+    assert "1 of 1 trials recorded" in done.output

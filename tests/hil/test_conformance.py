@@ -12,11 +12,11 @@ from hil.bus.wire import Wire, open_wire
 from hil.codecs.frame import Frame
 from hil.robots import proficio
 from hil.virtual.adapters import BusServer, SerialAdapter
+from hil.virtual.direct_bus import DirectBus
 from hil.virtual.plant import FreeJoints
 from hil.virtual.robot import VirtualRobot
 from hil.virtual.socketcand import SocketcandServer
 from tests.hil.conformance import PATIENCE_S, answers_to_odd_messages, frame_of, message_of, wrong_answers
-from tests.hil.direct_bus import DirectBus
 
 WIRES = ("direct", "virtual", "socketcand", "slcan")
 CLIENTS = [(wire, client) for wire in WIRES for client in ("python-can", "misfit")]

@@ -78,7 +78,7 @@ def test_options_choose_the_trials(
 ) -> None:
     seen: list[Settings] = []
 
-    def run(settings: Settings, *_: object) -> dict[str, Any]:
+    def run(settings: Settings, *_: object, **__: object) -> dict[str, Any]:
         seen.append(settings)
         return {"cycles": 1, "rate_hz": 100.0, "missed": 0, "answers_late": 0, "frames_lost": 0, "faults": []}
 

@@ -18,9 +18,9 @@ from hil.robots.proficio import Controller
 from hil.safety.cycle import Outcome, Reaction
 from hil.settings import virtual_settings
 from hil.virtual.body import Body
+from hil.virtual.direct_bus import DirectBus
 from hil.virtual.made import MOST_COUNTS, MOST_TORQUE_UNITS, Made, controllers
 from hil.virtual.safety_module import TORQUES
-from tests.hil.direct_bus import DirectBus
 
 OTHER = controllers("40960,4096,8192", "4961,2562,2700")
 

@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -17,7 +18,9 @@ from hil.session import session
 from hil.session.entry import Operator
 from hil.session.recorded import finish_session, replay_session
 from hil.session.session import run_session
-from hil.settings import Settings, default_settings
+from hil.settings import Settings, default_settings, virtual_settings
+from hil.virtual.direct_bus import DirectBus
+from hil.virtual.made import Made
 from orchestrator.measurements import load_measurements
 
 
@@ -115,3 +118,13 @@ def test_a_session_that_was_cut_off_is_finished_later_and_becomes_a_measurement_
 def test_a_folder_without_a_recording_cannot_be_finished(tmp_path: Path) -> None:
     with pytest.raises(MisfitError, match="holds no cycles to replay: settings.json is missing"):
         finish_session(tmp_path)
+
+
+def test_a_session_in_virtual_time_does_not_notice_that_its_machine_stood_still(tmp_path: Path) -> None:
+    """In real time 20 ms without a position end it; here 300 ms pass in which nothing of the session happens."""
+    stands_still = operator_that({20: lambda: time.sleep(0.3)})
+    inside = DirectBus(Made().made())
+    document = run_session(virtual_settings(rate_hz=100.0), 0.5, stands_still, tmp_path / "session", inside=inside)
+    assert document["faults"] == []
+    assert (document["missed"], document["answers_late"], document["largest_gap_ms"]["cycles"]) == (0, 0, 10.0)
+    assert replay_session(tmp_path / "session").first_different is None

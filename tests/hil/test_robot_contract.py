@@ -18,9 +18,9 @@ from hil.robots.known import robot_kind
 from hil.session.loop import Loop, Wishes
 from hil.session.recorded import ROBOT, SETTINGS, finish_session, pilot_of, recorded_pilot, replay_session
 from hil.settings import default_settings, read_settings, settings_of_json, virtual_settings
+from hil.virtual.direct_bus import DirectBus
 from hil.virtual.faults import Faults
 from tests.hil.bench import Beats
-from tests.hil.direct_bus import DirectBus
 from tests.hil.toy_robot import COMMAND, HALT, Toy, VirtualToy
 
 TOY = "tests.hil.toy_robot:Toy"

@@ -13,9 +13,9 @@ from hil.codecs.barrett.safety_module import Button
 from hil.codecs.barrett.tables import ABSOLUTE_ENCODER, Kind, properties
 from hil.codecs.barrett.torques import pack_torques
 from hil.codecs.frame import Frame
+from hil.virtual.direct_bus import DirectBus
 from hil.virtual.made import Made
 from hil.virtual.robot import VirtualRobot
-from tests.hil.direct_bus import DirectBus
 
 TORQUE_MODE = 2
 

@@ -22,11 +22,11 @@ from fmus.errors import MisfitError
 from hil.bus.wire import Wire, open_wire
 from hil.codecs.frame import Frame
 from hil.robots.proficio import HOME
+from hil.virtual.direct_bus import DirectBus
 from hil.virtual.plant import FreeJoints
 from hil.virtual.process import virtual_robot
 from hil.virtual.robot import VirtualRobot
 from tests.hil.conformance import EXCHANGES, answers_to_odd_messages, frame_of, message_of, wrong_answers
-from tests.hil.direct_bus import DirectBus
 
 CLIENTS = ("misfit", "python-can")
 QUESTION = Frame(0x404, b"\x30")

@@ -1,5 +1,6 @@
 """A bus inside one process: the robot answers the moment it is asked, and time is what the caller says."""
 
+import time
 from collections import deque
 
 import can
@@ -12,10 +13,18 @@ from hil.virtual.robot import RealTime
 class DirectBus(can.BusABC):
     """A python-can bus at whose other end is a virtual robot; `time_ns` is the clock of both."""
 
-    def __init__(self, robot: RealTime, faults: Faults | None = None) -> None:
+    def __init__(self, robot: RealTime, faults: Faults | None = None, time_ns: int = 0) -> None:
         super().__init__(channel="virtual robot")
-        self.robot, self.faults, self.time_ns = robot, faults or Faults(), 0
+        self.robot, self.faults, self.time_ns = robot, faults or Faults(), time_ns
         self._waiting: deque[Timed] = deque()
+
+    def now(self) -> int:
+        """The clock (ns)."""
+        return self.time_ns
+
+    def sleep(self, seconds: float) -> None:
+        """Let the clock pass."""
+        self.time_ns += int(seconds * 1e9)
 
     def send(self, msg: can.Message, timeout: float | None = None) -> None:
         """Hand a frame to the robot, which hears standard data frames only; its answers wait until their time has come."""
@@ -41,3 +50,27 @@ class DirectBus(can.BusABC):
         self.time_ns = limit
         self.robot.advance(self.time_ns)
         return None
+
+
+class Pace:
+    """Beats of a bus's clock, which is as fast as the machine's but does not count what a busy machine needs longer."""
+
+    missed = 0
+
+    def __init__(self, bus: DirectBus, period_ns: int) -> None:
+        self.bus, self.period_ns = bus, period_ns
+        self.start()
+
+    def start(self) -> None:
+        """Beat from now on."""
+        self._next = self.bus.time_ns + self.period_ns
+        self._ahead_ns = time.monotonic_ns() - self.bus.time_ns
+
+    def wait(self) -> tuple[int, int]:
+        """Let the clock pass until the next beat; returns its time twice, as no beat is late."""
+        beat = self.bus.time_ns = max(self._next, self.bus.time_ns)
+        self._next += self.period_ns
+        left = beat + self._ahead_ns - time.monotonic_ns()
+        self._ahead_ns -= min(left, 0)
+        time.sleep(max(left, 0) * 1e-9)
+        return beat, beat
