@@ -6,9 +6,11 @@ from pathlib import Path
 
 import casadi as ca
 import numpy as np
+from scipy.interpolate import PchipInterpolator
 
 from fmus.errors import ComponentError
 from orchestrator.blackbox.coupled import CoupledSystem
+from orchestrator.blackbox.library import OUTPUT_SLOTS, PARAMETER_SLOT
 from orchestrator.blackbox.ports import Port
 from orchestrator.blackbox.process import SYSTEM_ENDINGS, FmuProcesses
 from orchestrator.blackbox.sites import Sites
@@ -38,7 +40,10 @@ class CoupledRuns(CompiledModel):
         super().__init__(system, outputs, free, held=held)
         self.coupled, self.sites, self.settable, self.processes = system, sites, tuple(settable), processes
         self._columns = [list(system.outputs).index(name) for name in outputs]
-        self.has_own_steps = processes.path.suffix.lower() in SYSTEM_ENDINGS
+        # What acts on nothing of the FMU asks for no shorter steps of it.
+        beside = all(part.slot in (*OUTPUT_SLOTS, PARAMETER_SLOT) for part in system.mounted)
+        is_system = processes.path.suffix.lower() in SYSTEM_ENDINGS
+        self.has_own_steps = is_system or (processes.cosimulation and beside)
         self._n_states = 0 if processes.cosimulation else len(sites.states)
 
     def run(
@@ -84,14 +89,23 @@ class CoupledRuns(CompiledModel):
         reached, first = answers[0]
         if reached != len(time):
             raise ComponentError(self._failure(reached, time))
-        outputs = first[:, self._columns]
+        outputs = self._shown(time, first, parameters)
         if not sensitivities:
             return FreeRun(outputs, None)
         slopes = np.zeros((*outputs.shape, len(steps)))
         for k, ((n, moved), step) in enumerate(zip(answers[1:], steps, strict=True)):
             if n == len(time):  # a run that fails a hair's breadth away tells nothing about this one
-                slopes[:, :, k] = (moved[:, self._columns] - outputs) / step
+                slopes[:, :, k] = (self._shown(time, moved, variants[k + 1].parameters) - outputs) / step
         return FreeRun(outputs, slopes)
+
+    def _shown(self, time: np.ndarray, outputs: np.ndarray, parameters: np.ndarray) -> np.ndarray:
+        """The outputs asked for (n, ny), those that are read late shifted; before the run they were what they begin with."""
+        found = outputs.copy() if self.coupled.late else outputs
+        for output, place in self.coupled.late:
+            found[:, output] = PchipInterpolator(time, outputs[:, output])(
+                np.maximum(time - parameters[place], time[0])
+            )
+        return found[:, self._columns]
 
     @property
     def operations(self) -> int:

@@ -25,7 +25,7 @@ class CoupledSystem(SymbolicSystem):
     """An FMU with effects, as far as a fit needs to know it.
 
     States are those of the FMU whose start can be chosen, then those of the effects; parameters are those of the
-    effects. `rhs` is `inner`: (t, xe, u, s, d, p) -> v gives the FMU's inputs; `outer`: (t, xe, u, s, y, d, p) -> (dxe,
+    effects. `late` pairs an output with the parameter by which its reading comes late. `rhs` is `inner`: (t, xe, u, s, d, p) -> v gives the FMU's inputs; `outer`: (t, xe, u, s, y, d, p) -> (dxe,
     z) the rates of the effects' states and the outputs. `delayed` pairs an input with the parameter that delays it.
     `follows` tells for each effect state what it follows, so where it starts: ("input", i), ("output", k) or None.
     `values` are values of the FMU's parameters that differ from its own, by value reference; `wrong` tells of others the reference,
@@ -35,6 +35,7 @@ class CoupledSystem(SymbolicSystem):
 
     outer: ca.Function | None = None
     delayed: tuple[tuple[int, int], ...] = ()
+    late: tuple[tuple[int, int], ...] = ()
     follows: tuple[tuple[str, int] | None, ...] = ()
     mounted: tuple[Mounted, ...] = field(default=())
     values: Mapping[int, float] = field(default_factory=dict)
@@ -65,6 +66,7 @@ class _Coupling:
         self.rates: list[ca.SX] = []
         self.follows: list[tuple[str, int] | None] = []
         self.delayed: list[tuple[int, int]] = []
+        self.late: list[tuple[int, int]] = []
         self.d: list[ca.SX] = []
         self.wrong: list[tuple[int, float, int]] = []
 
@@ -116,6 +118,7 @@ class _Coupling:
                 [ca.densify(_column(self.rates)), ca.densify(_column(z))],
             ),
             delayed=tuple(self.delayed),
+            late=tuple(self.late),
             follows=tuple(self.follows),
             wrong=tuple(self.wrong),
             mounted=self.mounted,
@@ -147,8 +150,12 @@ class _Coupling:
             self.follows.append(follows)
         u = _column([inputs[v.name] for v in system.inputs])
         delayed = []
+        if system.n_delays and follows is not None and follows[0] == "output":
+            # What is shown late acts on nothing: the run is shifted when it has ended.
+            self.late.append((follows[1], self._position(values[0])))
+            return inputs["u"]
         if system.n_delays:
-            assert follows is not None and follows[0] == "input"
+            assert follows is not None
             delayed.append(ca.SX.sym(f"{part.slot}[{place}]"))
             self.d += delayed
             self.delayed.append((follows[1], self._position(values[0])))

@@ -16,21 +16,6 @@ equation
   der(y) = (u - y)/T;
 end Lag;
 
-model Late "Delay of what may not be differentiated, a sensor's reading: Pade's approximant of second order of exp(-T s)"
-  parameter Real T(unit="s", min=0.0005, max=100) = 0.02 "Delay";
-  input Real u "Signal";
-  output Real y "Close to u(t - T)";
-  Real slow(start=0, fixed=false) "Signal behind two lags";
-  Real ahead(start=0, fixed=false) "The same with T times its rate";
-initial equation
-  slow = u;
-  ahead = u;
-equation
-  der(slow) = (ahead - slow)/T;
-  der(ahead) = (12*(u - slow) - 5*(ahead - slow))/T;
-  y = u - ahead + slow;
-end Late;
-
 model Gain "Scale error"
   parameter Real k = 1 "Gain";
   input Real u "Signal";

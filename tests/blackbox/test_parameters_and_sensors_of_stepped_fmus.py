@@ -1,5 +1,6 @@
-"""An FMU that can only be stepped may have a wrong parameter: it is varied before runs, and named."""
+"""An FMU that can only be stepped: wrong parameters are varied before runs and named, and sensors do what their laws say."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -68,3 +69,22 @@ def test_a_wrong_time_constant_is_named_and_written(source: FmuSource, tmp_path:
         simulation.set("u", 1.0)
         simulation.run(0.6)
         assert simulation.get("y") == pytest.approx(2 - 2 * np.exp(-0.6 / (0.5 * (1 + share.value))), rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("effect", "shown"),
+    [
+        ("sensor_delay", lambda t: np.where(t > 0.1, 2 - 2 * np.exp(-(t - 0.1) / 0.5), 0.0)),
+        # A lag of 0.1 s behind one of 0.5 s, from 0.
+        ("sensor_lag", lambda t: 2 * (1 - (0.5 * np.exp(-t / 0.5) - 0.1 * np.exp(-t / 0.1)) / 0.4)),
+    ],
+)
+def test_a_sensor_shows_what_its_law_says_although_the_fmu_is_stepped(
+    source: FmuSource, effect: str, shown: Callable[[np.ndarray], np.ndarray]
+) -> None:
+    candidate = next(c for c in source.candidates() if c.card.id == effect)
+    compiled = EffectSet(source, [candidate], ("y",)).model.compiled
+    u, states = np.ones((len(TIME), 1)), np.zeros(len(compiled.system.states))
+    assert compiled.has_own_steps  # nothing of the FMU depends on it, so it is stepped no finer
+    run = compiled.run(TIME, u, compiled.with_values(np.array([0.1])), states)
+    np.testing.assert_allclose(run.outputs[:, 0], shown(TIME), atol=5e-3 if effect == "sensor_delay" else 1e-3)
