@@ -8,7 +8,7 @@ import scipy
 from numpy.typing import ArrayLike
 
 from fmus.errors import ComponentError
-from orchestrator.models.compiled import NOTHING_BEFORE, CompiledModel
+from orchestrator.models.compiled import NOTHING_BEFORE, CompiledModel, FreeRun
 from orchestrator.models.held_back import answers_to, likeliest, ways_before, whitened
 from orchestrator.models.threads import on_idle_threads
 
@@ -319,7 +319,7 @@ class _Problem:
         run = self.model.run(*about, start, substeps=self.substeps, sensitivities=True)
         assert run.sensitivities is not None
         if not np.all(np.abs(run.sensitivities) < STEEPEST):
-            raise ComponentError(f"{self.model.system.name}: the sensitivities of a free run overflow")
+            raise ComponentError(self._lost(record.time, run))
         outputs, columns = run.outputs, [run.sensitivities]
         if self.n_shared > self.n_free:
             rate = np.gradient(outputs, record.time, axis=0)
@@ -335,6 +335,17 @@ class _Problem:
         reduced = reduced.reshape(-1, reduced.shape[-1])
         kept = reduced.shape[-1] - len(ways)
         return reduced[:, :kept], reduced[:, kept:]
+
+    def _lost(self, time: np.ndarray, run: FreeRun) -> str:
+        """Where and on what the first output depends without bound."""
+        assert run.sensitivities is not None
+        sample, output, column = np.argwhere(~(np.abs(run.sensitivities) < STEEPEST))[0]
+        names = [*(f"the start value of {v.name}" for v in self.model.system.states), *self.model.free]
+        name, value = self.model.outputs[output], run.outputs[sample, output]
+        return (
+            f"{self.model.system.name}: from t = {time[sample]:.4g} s on, where {name} = {value:.4g}, a free run depends on "
+            f"{names[column]} without bound; the model is unstable or divides by zero there: check signs, start values and inputs"
+        )
 
     def held_back(self, vector: np.ndarray) -> tuple[np.ndarray, ...]:
         """By how much delayed quantities were likeliest off before each trial; nothing without delays."""

@@ -52,7 +52,15 @@ def comparison_sentence(comparison: Comparison) -> str:
         opening = f"The model agrees with the {trials} trials within the noise"
     text = f"{opening}: its error is {ratio(found.over_floor)} the noise floor ({errors(found.rmse, comparison.units)})"
     others = "".join(f", {ratio(other.over_floor)} on the {name} trials" for name, other in sets.items())
-    return f"{text}{others}."
+    return f"{text}{others}{'' if unexplained else _worst(comparison)}."
+
+
+def _worst(comparison: Comparison) -> str:
+    """The signal of one trial that the model does not explain although all signals of all trials together are."""
+    floor = comparison.noise_floor
+    times = [(each.rmse[n] / floor[n], n, each.file) for each in comparison.trials for n in each.rmse if floor[n]]
+    worst, signal, file = max(times, default=(0.0, "", ""))
+    return f"; but {signal} of {file} is off by {ratio(worst)} it" if worst > WITHIN_NOISE else ""
 
 
 def ledger_sentence(entries: Sequence[LedgerEntry]) -> str:

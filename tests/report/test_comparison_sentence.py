@@ -8,14 +8,21 @@ import pytest
 from orchestrator.report.sentences import comparison_sentence
 
 
-def compared(learning: float, held_out: float | None) -> Any:
+def compared(learning: float, held_out: float | None, worst: float = 1.0) -> Any:
     """A comparison with errors as multiples of the noise floor."""
 
     def errors(over_floor: float) -> SimpleNamespace:
         return SimpleNamespace(over_floor=over_floor, rmse={"q": over_floor * 1e-3})
 
     return SimpleNamespace(
-        learning=errors(learning), held_out=None if held_out is None else errors(held_out), units={"q": "rad"}
+        learning=errors(learning),
+        held_out=None if held_out is None else errors(held_out),
+        units={"q": "rad"},
+        noise_floor={"q": 1e-3},
+        trials=[
+            SimpleNamespace(file="run_1.csv", rmse={"q": 1e-3}),
+            SimpleNamespace(file="run_2.csv", rmse={"q": worst * 1e-3}),
+        ],
     )
 
 
@@ -31,3 +38,9 @@ def compared(learning: float, held_out: float | None) -> Any:
 def test_neither_set_hides_what_the_other_shows(learning: float, held_out: float | None, words: list[str]) -> None:
     text = comparison_sentence(compared(learning, held_out))
     assert all(word in text for word in words), text
+
+
+def test_an_average_over_trials_hides_no_trial_that_is_not_explained() -> None:
+    text = comparison_sentence(compared(1.2, 1.3, worst=2.7))
+    assert "agrees" in text and text.endswith("; but q of run_2.csv is off by 2.70 times it."), text
+    assert "but" not in comparison_sentence(compared(1.2, 1.3, worst=1.4))
