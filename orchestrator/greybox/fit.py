@@ -13,9 +13,9 @@ from orchestrator.models.threads import on_idle_threads
 ENOUGH = 0.05
 # Steps in a sample interval are short enough if halving them changes the log likelihood by no more, or by 1e-4 of it.
 CLOSE = 0.3
-ROUNDS, STEPS = 5, 4
-# Rounds, and steps of the noise in each of them, of a rough fit.
-ROUGHLY = 3, 2
+ROUNDS, STEPS = 20, 4
+# Rounds of a rough fit.
+ROUGHLY = 3
 MOST_SUBSTEPS = 16
 # Times that the model is put in lines for the noise.
 LOOKS = 3
@@ -95,7 +95,7 @@ class Fitter:
 
     def __init__(self, trials: Sequence[Trial], start: Sequence[Noise], least_noise: np.ndarray) -> None:
         self.trials, self.start, self.least_noise = tuple(trials), tuple(start), least_noise
-        self._enough = 1
+        self._enough: int | None = None
 
     def fit(
         self,
@@ -122,14 +122,13 @@ class Fitter:
         substeps = self._substeps(box, theta, noise)
         work = Work(box, self.trials, priors, substeps)
         value = work.value(theta, noise)
-        rounds, steps = ROUGHLY if rough else (ROUNDS, 2 * STEPS)
-        for _ in range(rounds):
+        for _ in range(ROUGHLY if rough else ROUNDS):
             before = value
             theta, value = self._parameters(work, theta, noise, value)
-            noise, value = self._noise(work, theta, noise, value, steps)
+            noise, value = self._noise(work, theta, noise, value)
             if before - value < ENOUGH or not len(theta):
                 break
-        theta, noise, value = self._calmed(work, theta, noise, value, steps)
+        theta, noise, value = self._calmed(work, theta, noise, value)
         runs = work.runs(theta, noise, slopes=True)
         return Fit(box, self.trials, theta, noise, -value, priors, substeps, tuple(runs))
 
@@ -165,13 +164,13 @@ class Fitter:
     def _substeps(self, box: GreyBox, theta: np.ndarray, noise: Sequence[Noise]) -> int:
         """Steps in a sample interval at which halving them hardly changes the likelihood."""
         priors = Priors(theta, np.full(len(theta), np.inf), theta, theta)
-        # What was enough for one set is a good guess for the next.
-        count = max(1, self._enough // 2)
+        # What was enough for the first set, the model as given, is a good guess for the others.
+        count = max(1, (self._enough or 1) // 2)
         before = Work(box, self.trials, priors, count).value(theta, noise)
         while count < MOST_SUBSTEPS:
             after = Work(box, self.trials, priors, 2 * count).value(theta, noise)
             if np.isfinite(before) and abs(after - before) < CLOSE + 1e-4 * abs(after):
-                self._enough = count
+                self._enough = self._enough or count
                 return count
             count, before = 2 * count, after
         return count
@@ -208,7 +207,7 @@ class Fitter:
         return theta, value
 
     def _calmed(
-        self, work: "Work", theta: np.ndarray, noise: tuple[Noise, ...], value: float, steps: int
+        self, work: "Work", theta: np.ndarray, noise: tuple[Noise, ...], value: float
     ) -> tuple[np.ndarray, tuple[Noise, ...], float]:
         """Parameters fitted with calmer forces, and the noise that they leave, as long as that is likelier.
 
@@ -218,41 +217,34 @@ class Fitter:
         while len(theta):
             calmer = [Noise(own.intensity * CALMER, own.sensors) for own in noise]
             other, reached = self._parameters(work, theta, calmer, work.value(theta, calmer))
-            less, reached = self._noise(work, other, calmer, reached, steps)
+            less, reached = self._noise(work, other, calmer, reached)
             if not reached < value - ENOUGH:
                 break
             theta, noise, value = other, less, reached
         return theta, noise, value
 
     def _noise(
-        self, work: "Work", theta: np.ndarray, noise: Sequence[Noise], value: float, steps: int
+        self, work: "Work", theta: np.ndarray, noise: Sequence[Noise], value: float
     ) -> tuple[tuple[Noise, ...], float]:
         """The noise of each trial, by Newton's steps on its logarithms, each of them limited."""
         price = work.priors.cost(theta)
 
         def of(each: tuple[Trial, Noise, Noise]) -> tuple[Noise, float]:
             trial, own, start = each
-            return self._noise_of(Work(work.box, [trial], work.priors, work.substeps), theta, own, start, steps)
+            return self._noise_of(Work(work.box, [trial], work.priors, work.substeps), theta, own, start)
 
         found = on_idle_threads(of, list(zip(self.trials, noise, self.start, strict=True)))
         return tuple(best for best, _ in found), price + sum(cost - price for _, cost in found)
 
-    def _noise_of(self, work: "Work", theta: np.ndarray, noise: Noise, start: Noise, steps: int) -> tuple[Noise, float]:
+    def _noise_of(self, work: "Work", theta: np.ndarray, noise: Noise, start: Noise) -> tuple[Noise, float]:
         nb, centre = len(noise.intensity), start.logs
         low, high = centre - LOG_RANGE, centre + LOG_RANGE
         low[nb:] = np.log(self.least_noise)
-        logs = np.clip(noise.logs, low, high)
-
-        # A rough fit holds what sensors do: it is the forces that an effect makes smaller.
-        varied = nb if steps == ROUGHLY[1] and nb else len(logs)
-        at, low, high = logs[:varied], low[:varied], high[:varied]
-
-        def own(at: np.ndarray) -> Noise:
-            return Noise.of(np.concatenate([at, logs[varied:]]), nb)
+        at = np.clip(noise.logs, low, high)
 
         def looked(at: np.ndarray) -> tuple[float, Callable[[np.ndarray], float]]:
-            lines = work.in_lines(theta, own(at))
-            return lines(own(at)), lambda other: lines(own(other))
+            lines = work.in_lines(theta, Noise.of(at, nb))
+            return lines(Noise.of(at, nb)), lambda other: lines(Noise.of(other, nb))
 
         value, objective = looked(at)
         for _ in range(LOOKS if np.isfinite(value) else 0):
@@ -266,7 +258,7 @@ class Fitter:
             gained, at, value, objective = value - reached, found, reached, again
             if gained < ENOUGH:
                 break
-        return own(at), value + work.priors.cost(theta)
+        return Noise.of(at, nb), value + work.priors.cost(theta)
 
 
 def _descended(

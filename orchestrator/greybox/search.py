@@ -22,6 +22,7 @@ from orchestrator.greybox.periodic import frequency_of_its_own
 from orchestrator.greybox.prepare import first_noise
 from orchestrator.greybox.screen import best_subsets, normal_equations, stretches_of
 from orchestrator.greybox.thresholds import Thresholds
+from orchestrator.models.threads import on_idle_threads
 
 Progress = Callable[[str], None]
 Key = frozenset[tuple[str, str]]
@@ -141,7 +142,7 @@ class Search:
             if number == 0:
                 self.seen(best)
             self._try_without(best)
-            self._try_fewer(best)
+            self._try_others(best)
             self._try_whole(best)
             for one in sorted(self.fitted.values(), key=lambda s: s.loss)[: limits.extended]:
                 self._extend(one)
@@ -185,23 +186,23 @@ class Search:
             if self.fit(best.candidates) in (best, None):
                 return best
 
-    def _screened(self, about: FittedSet, largest: int, *, fewer: bool = False) -> list[tuple[Candidate, ...]]:
-        """Sets by linear regression about a fitted one, which they contain, or need not if they are to have `fewer` parameters.
+    def _screened(self, about: FittedSet, largest: int, *, anew: bool = False) -> list[tuple[Candidate, ...]]:
+        """Sets by linear regression about a fitted one, which they contain, or need not if they are looked for `anew`.
 
         Laws with states of their own may be too fast for steps as long as the samples; steps become shorter then, and at last
         these laws are left out.
         """
         for shorter in SHORTER:
             try:
-                return self._by_regression(about, self.candidates, largest, shorter * about.fit.substeps, fewer)
+                return self._by_regression(about, self.candidates, largest, shorter * about.fit.substeps, anew)
             except ComponentError as error:
                 failed = error
         self.progress(f"laws with states of their own are left out: {failed}")
         stateless = [c for c in self.candidates if not c.law.states]
-        return self._by_regression(about, stateless, largest, about.fit.substeps, fewer)
+        return self._by_regression(about, stateless, largest, about.fit.substeps, anew)
 
     def _by_regression(
-        self, about: FittedSet, offered: Sequence[Candidate], largest: int, substeps: int, fewer: bool
+        self, about: FittedSet, offered: Sequence[Candidate], largest: int, substeps: int, anew: bool
     ) -> list[tuple[Candidate, ...]]:
         mine = about.candidates
         others = [c for c in offered if c.gains and all(c.is_apart_from(own) for own in mine)]
@@ -237,7 +238,7 @@ class Search:
         ]
         spread = [c.spread(p) for c, p in columns]
         normal = normal_equations(linear)
-        if fewer:
+        if anew:
             return [s.candidates for s in best_subsets(normal.from_zero(theta), signs, (), largest, spread)]
         found = best_subsets(normal, signs, kept, largest, spread)
         # About none of them, one law that acts in a share is much like another: such laws come one after the other.
@@ -257,9 +258,7 @@ class Search:
                 fresh.setdefault(key, candidates)
         everything = list(fresh.values())
         forces = [c for c in everything if all(own.place.adds for own in c)]
-        chosen = [*self._first(everything, count), *self._first(forces, count)]
-        for candidates in {frozenset(c.family for c in c): c for c in chosen}.values():
-            self._fit(candidates)
+        self._fit_all([*self._first(everything, count), *self._first(forces, count)])
 
     def _first(self, sets: Sequence[tuple[Candidate, ...]], count: int) -> list[tuple[Candidate, ...]]:
         """The first few, with the best of each size among them: a law that is far from a line at zero ranks low by regression,
@@ -272,23 +271,25 @@ class Search:
 
     def _try_without(self, best: FittedSet) -> None:
         """Fit every subset of a set that may be likelier, so that each member has to earn its place."""
-        for k, own in enumerate(best.candidates):
-            if best.evidence(own) > self.setting.thresholds.hopeless + best.price * len(own.gains):
-                continue
-            candidates = (*best.candidates[:k], *best.candidates[k + 1 :])
-            if frozenset(c.family for c in candidates) not in self.fitted:
-                self._fit(candidates)
+        hopeless = self.setting.thresholds.hopeless
+        self._fit_all(
+            [
+                (*best.candidates[:k], *best.candidates[k + 1 :])
+                for k, own in enumerate(best.candidates)
+                if best.evidence(own) <= hopeless + best.price * len(own.gains)
+            ]
+        )
 
-    def _try_fewer(self, best: FittedSet) -> None:
-        """Fit sets of fewer parameters that explain as much by regression about the best one, whose members may all be left out.
+    def _try_others(self, best: FittedSet) -> None:
+        """Fit sets of no more parameters that explain as much by regression about the best one, whose members may all be left out.
 
-        Members that came one after the other may stand for one that was not looked at when the first of them came.
+        Members that came one after the other may stand for one that was not looked at when the first of them came, and what
+        does the same as one of them beside the others is a rival.
         """
         limits = self.setting.thresholds
-        if best.size > 1:
-            largest = min(limits.largest_set, best.size - 1)
-            found = [each for each in self._screened(best, largest, fewer=True) if _parameters(each) < best.counted]
-            self._try(found, limits.additions)
+        largest = min(limits.largest_set, best.size)
+        found = [each for each in self._screened(best, largest, anew=True) if _parameters(each) < best.counted]
+        self._try(found, limits.additions)
 
     def _try_wrong_together(self, about: FittedSet) -> None:
         """Fit a set with all parameters of the model as wrong."""
@@ -308,9 +309,9 @@ class Search:
         """Fit a set with each law that acts in some share beside it, from the whole of it: regression about none of it may not see it."""
         if about.added >= self.setting.thresholds.most_effects:
             return
-        for candidate in {c.family: c for c in self.candidates if c.shares}.values():
-            if all(candidate.is_apart_from(own) for own in about.candidates):
-                self._fit((*about.candidates, candidate.begun_with(candidate.shares)))
+        in_shares = {c.family: c for c in self.candidates if c.shares}.values()
+        beside = [c for c in in_shares if all(c.is_apart_from(own) for own in about.candidates)]
+        self._fit_all([(*about.candidates, c.begun_with(c.shares)) for c in beside])
 
     def _try_alike(self, best: FittedSet) -> None:
         """Fit sets in which a law gives way to one elsewhere that does the same to a linear plant, from the values that were found.
@@ -334,8 +335,10 @@ class Search:
     def _refine(self) -> None:
         """Fit the sets near the best one to the end."""
         limits = self.setting.thresholds
-        for found in sorted(self.fitted.values(), key=lambda s: s.loss)[: limits.refined]:
-            self.fit(found.candidates)
+        nearest = [s for s in self.sets[: limits.refined] if s.candidates and s.key not in self._refined]
+        for found in on_idle_threads(self._to_the_end, nearest):
+            self.fitted[found.key] = found
+        self._refined |= {found.key for found in nearest}
 
     def fit(self, candidates: tuple[Candidate, ...]) -> FittedSet | None:
         """The set with these candidates, fitted to the end; None if that fails."""
@@ -343,11 +346,13 @@ class Search:
         found = self.fitted.get(frozenset(c.family for c in candidates))
         if found is None or not found.candidates or found.key in self._refined:
             return found
-        fit = found.fit
-        again = self.setting.fitter.fit(fit.box, fit.theta, fit.priors, fit.noise)
-        self.fitted[found.key] = with_losses(found.candidates, again)
+        self.fitted[found.key] = self._to_the_end(found)
         self._refined.add(found.key)
         return self.fitted[found.key]
+
+    def _to_the_end(self, found: FittedSet) -> FittedSet:
+        fit = found.fit
+        return with_losses(found.candidates, self.setting.fitter.fit(fit.box, fit.theta, fit.priors, fit.noise))
 
     def simpler(self, candidate: Candidate) -> list[Candidate]:
         """Laws at the same place that a law becomes at a limit of its parameters."""
@@ -364,18 +369,28 @@ class Search:
         if known is not None and (found is None or known.loss < found.loss):
             self.fitted[key] = known
 
+    def _fit_all(self, sets: Sequence[tuple[Candidate, ...]]) -> None:
+        """Fit new sets, those of one size side by side: larger ones begin at the values of smaller ones."""
+        for size in sorted({len(each) for each in sets}):
+            fresh = {frozenset(c.family for c in each): each for each in sets if len(each) == size}
+            for found in on_idle_threads(self._fitted, [c for key, c in fresh.items() if key not in self.fitted]):
+                if found is not None:
+                    self.fitted[found.key] = found
+
     def _fit(self, candidates: tuple[Candidate, ...], *, afresh: bool = False) -> None:
         key = frozenset(c.family for c in candidates)
-        if key in self.fitted:
-            return
+        if key not in self.fitted and (found := self._fitted(candidates, afresh=afresh)) is not None:
+            self.fitted[key] = found
+
+    def _fitted(self, candidates: tuple[Candidate, ...], *, afresh: bool = False) -> FittedSet | None:
+        """A set, fitted roughly; None if that fails, or what begins at some position begins nowhere in the record."""
         try:
-            about = None if afresh else self._nearest(key).fit
+            about = None if afresh else self._nearest(frozenset(c.family for c in candidates)).fit
             noise, known = (None, NOTHING) if about is None else (about.noise, about.values)
             found = fit_set(self.setting, candidates, noise, known, rough=True)
         except (ComponentError, np.linalg.LinAlgError):
-            return
-        if np.isfinite(found.loss) and all(_within(found, c) for c in found.candidates):
-            self.fitted[key] = found
+            return None
+        return found if np.isfinite(found.loss) and all(_within(found, c) for c in found.candidates) else None
 
     def _nearest(self, key: Key) -> FittedSet:
         """The likeliest set that a new one contains: it knows best how noisy the sensors are."""

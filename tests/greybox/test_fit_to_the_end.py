@@ -1,5 +1,7 @@
 """A fit ends where the likelihood is greatest: parameters, forces and what a sensor does, all of them wrong at first."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -8,7 +10,7 @@ from fmus.catalogue import ModelicaModel
 from orchestrator.greybox.candidates import Candidate
 from orchestrator.greybox.evidence import all_candidates, case_of, nominal_set
 from orchestrator.greybox.laws import laws
-from orchestrator.greybox.search import Search
+from orchestrator.greybox.search import Search, fit_set
 from orchestrator.greybox.thresholds import Thresholds
 from orchestrator.measurements import load_measurements
 
@@ -88,3 +90,42 @@ def test_a_set_with_one_effect_more_is_no_less_likely_than_the_one_it_extends(se
     more = search.fit((*less.candidates, _first(search, "quadratic_drag", "q")))
     assert more is not None
     assert more.losses.sum() <= less.losses.sum() + 1e-6
+
+
+MOTOR = """model Motor "A motor with a coarse tachometer"
+  parameter Real k(unit="N.m/A")=0.0044, R(unit="Ohm")=50, J(unit="kg.m2")=4.7e-8;
+  input Real u(unit="V");
+  output Real w(unit="rad/s", start=0);
+equation
+  J*der(w) = k*(u - k*w)/R;
+end Motor;
+"""
+COARSE, JITTER, LOST, RATE = 22.0, 11.0, 0.7, 50
+
+
+def test_a_rough_fit_knows_how_coarse_a_sensor_is(tmp_path: Path) -> None:
+    """The model as given leaves forces by which the speed follows any reading, so that its sensor seems to be without noise."""
+    random = np.random.default_rng(4)
+    (tmp_path / "Motor.mo").write_text(MOTOR)
+    times = np.arange(60 * RATE) / RATE
+    u = np.repeat(random.uniform(2.5, 4.5, 30), 2 * RATE)
+    w, rows = 0.0, []
+    for volts in u:
+        rows.append(COARSE * np.round((w + JITTER * random.standard_normal()) / COARSE))
+        settled = (volts - LOST) / 0.0044
+        w = settled + (w - settled) * np.exp(-(0.0044**2) / 50 / 4.7e-8 / RATE)
+    table = np.column_stack([times, u, rows])
+    np.savetxt(tmp_path / "run.csv", table, delimiter=",", header="time,u,w", comments="", fmt="%.9g")
+    (tmp_path / "case.toml").write_text(
+        'files = ["run.csv"]\nlearning_window_s = [0.0, 40.0]\nheld_out_window_s = [40.0, 59.9]\n'
+        '[columns]\ntime = "s"\nu = "V"\nw = "rad/s"\n[interpolation]\nu = "hold"\n'
+    )
+    case = case_of(ModelicaModel("Motor", "Motor", tmp_path / "Motor.mo"), load_measurements(str(tmp_path)))
+    setting, nominal = nominal_set(case, Thresholds())
+    search = Search(setting, all_candidates(case, nominal, laws()), nominal, lambda message: None)
+    lost = (_first(search, "constant_force", "w"),)
+    rough = fit_set(setting, lost, nominal.fit.noise, rough=True)
+    found = search.fit(lost)
+    assert found is not None
+    assert rough.loss == pytest.approx(found.loss, abs=3.0)
+    assert found.fit.noise[0].sensors[0] == pytest.approx(np.hypot(COARSE / np.sqrt(12), JITTER), rel=0.1)
