@@ -1,10 +1,14 @@
 """What a model and a recording were understood as, before anything is fitted: the first thing that a user sees."""
 
 from collections.abc import Iterator, Sequence
+from itertools import product
 
 from fmus.symbolic.balances import Balance
 from fmus.symbolic.system import SymbolicSystem, Variable
 from orchestrator.blackbox.source import FmuSource, Source
+from orchestrator.greybox.candidates import fits
+from orchestrator.greybox.laws import laws
+from orchestrator.greybox.places import unscaled_places
 from orchestrator.greybox.tape import can_be_taped, outline
 from orchestrator.measurements import MeasurementSet
 from orchestrator.measurements.matching import match_columns
@@ -24,6 +28,15 @@ TERMS = {
     "Pa": "pressures",
 }
 MOST_LISTED = 12
+# Where effects of each kind of place are tried, in words.
+TRIED = {
+    "motion": "balances",
+    "storage": "balances",
+    "between_motions": "two balances",
+    "between_storages": "two balances",
+    "input": "inputs",
+    "output": "outputs",
+}
 
 
 def understood(source: Source, measurements: MeasurementSet) -> list[str]:
@@ -50,7 +63,7 @@ def understood(source: Source, measurements: MeasurementSet) -> list[str]:
     lines += _listed([f"  {_state(v, balances)}" for v in system.states], "states")
     lines += _listed([f"  {note}" for note in system.notes], "notes")
     lines += _data(measurements, inputs, outputs)
-    return [*lines, _places(system, balances, inputs, outputs)]
+    return [*lines, *_places(system, balances, inputs, outputs)]
 
 
 def _of_fmu(source: FmuSource, measurements: MeasurementSet) -> list[str]:
@@ -69,7 +82,8 @@ def _of_fmu(source: FmuSource, measurements: MeasurementSet) -> list[str]:
         lines += _listed([f"  {_state(v, balances)}" for v in states], "states")
     lines += _data(measurements, inputs, outputs)
     where = f"{counted(len(balances), 'balance equation')}, " if balances else ""
-    values = f", the values of {counted(len(parameters), 'parameter')}" if balances else ""
+    wrong = len(parameters) if balances else len(source.sites.parameters)
+    values = f", the values of {counted(wrong, 'parameter')}" if wrong else ""
     paths = f"the paths of {counted(len(inputs), 'input')} and {counted(len(outputs), 'output')}"
     return [*lines, f"Places for an effect: {where}{paths}{values}"]
 
@@ -107,14 +121,20 @@ def _data(measurements: MeasurementSet, inputs: Sequence[Variable], outputs: Seq
 
 def _places(
     system: SymbolicSystem, balances: Sequence[Balance], inputs: Sequence[Variable], outputs: Sequence[Variable]
-) -> str:
+) -> list[str]:
     slots = free_slots(system)
     if slots:
-        return f"Effects will be tried in the model's {counted(len(slots), 'slot')}: {', '.join(slots[:MOST_LISTED])}"
-    return (
+        return [f"Effects will be tried in the model's {counted(len(slots), 'slot')}: {', '.join(slots[:MOST_LISTED])}"]
+    found = unscaled_places(system, balances, [v.name for v in inputs])
+    tried: dict[str, list[str]] = {}
+    for place, law in product(found, laws()):
+        if place.kind in TRIED and not law.rare and fits(law, place):
+            tried.setdefault(TRIED[place.kind], []).append(law.id_at(place.unit).replace("_", " "))
+    return [
         f"Places for an effect: {counted(len(balances), 'balance equation')}, the paths of {counted(len(inputs), 'input')} and "
-        f"{counted(len(outputs), 'output')}, the values of {counted(len(system.parameters), 'parameter')}"
-    )
+        f"{counted(len(outputs), 'output')}, the values of {counted(len(system.parameters), 'parameter')}",
+        *(f"  at {where}: {', '.join(dict.fromkeys(names))}" for where, names in tried.items()),
+    ]
 
 
 def _duration(seconds: float) -> str:

@@ -26,7 +26,12 @@ def test_states_come_with_unit_balance_and_place() -> None:
     assert "  x [m]: follows from other variables, no balance equation" in found
     assert f"  v [m/s]: balance of forces in N, Model.mo:{force}" in found
     assert f"  w [rad/s]: balance of torques in N.m, Model.mo:{torque}" in found
-    assert found[-1].startswith("Places for an effect: 2 balance equations, the paths of 1 input and 2 outputs")
+    places = next(k for k, line in enumerate(found) if line.startswith("Places for an effect: 2 balance equations"))
+    assert "the paths of 1 input and 2 outputs" in found[places]
+    tried = dict(line.strip().removeprefix("at ").split(": ") for line in found[places + 1 :])
+    assert {"viscous friction", "coulomb friction"} <= set(tried["balances"].split(", "))
+    assert {"input gain", "saturation"} <= set(tried["inputs"].split(", "))
+    assert {"joint offset", "joint scale"} <= set(tried["outputs"].split(", "))
 
 
 def test_columns_are_told_with_the_variables_that_they_are() -> None:
@@ -37,7 +42,9 @@ def test_columns_are_told_with_the_variables_that_they_are() -> None:
 
 @pytest.mark.parametrize(("name", "class_name", "terms"), [("two_rooms", "House.Plant", "heat flows in W")])
 def test_a_balance_speaks_the_language_of_its_domain(name: str, class_name: str, terms: str) -> None:
-    assert any(terms in line for line in lines(name, class_name))
+    found = lines(name, class_name)
+    assert any(terms in line for line in found)
+    assert any("heat loss" in line for line in found) and not any("friction" in line for line in found)
 
 
 def test_an_fmu_is_told_by_what_its_rates_show(tmp_path: Path) -> None:
@@ -52,7 +59,7 @@ def test_an_fmu_is_told_by_what_its_rates_show(tmp_path: Path) -> None:
     assert "FMU Cart (model exchange): 2 states, 1 input, 1 output, 1 parameter" in text
     assert "v [m/s]: balance of forces in N" in text and "input F [N] from column F" in text
     stepped = understood(FmuSource.prepare(fmu, measurements, stepped=True), measurements)
-    assert stepped[-1] == "Places for an effect: the paths of 1 input and 1 output"
+    assert stepped[-1] == "Places for an effect: the paths of 1 input and 1 output, the values of 1 parameter"
 
 
 def test_units_that_only_a_number_can_mend_are_told_first(tmp_path: Path) -> None:
