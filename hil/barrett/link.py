@@ -113,8 +113,8 @@ class BarrettLink:
     def requests(self, arrived: Sequence[Timed]) -> list[Frame]:
         """What a cycle asks for at its beginning; `arrived` are the frames that have come since the last one."""
         robot, frames, before = self.robot, list[Frame](), [0] * _SLOTS
-        for _, (identifier, _) in arrived:
-            slot = _SLOT_OF.get(identifier, -1)
+        for timed in arrived:
+            slot = _SLOT_OF.get(timed.frame.identifier, -1)
             if slot >= 0:
                 before[slot] += 1
         if not self._is_quiet(before):
@@ -176,7 +176,8 @@ class BarrettLink:
         answers is."""
         # By slot: how many answers came before the cycle, when the others did, and what they say.
         before, times, answers = [0] * _SLOTS, [list[int]() for _ in _SLOT_OF], [list[bytes]() for _ in _SLOT_OF]
-        for at, (identifier, data) in frames:
+        for timed in frames:
+            at, identifier, data = timed.time_ns, timed.frame.identifier, timed.frame.data
             slot = _SLOT_OF.get(identifier, -1)
             if slot >= 0:
                 if at <= start_ns:

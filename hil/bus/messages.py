@@ -52,8 +52,8 @@ class Messages:
 
     def send_frames(self, frames: Sequence[Frame]) -> None:
         """See `Frames`."""
-        for identifier, data in frames:
-            self._bus.send(can.Message(arbitration_id=identifier, data=data, is_extended_id=False))
+        for frame in frames:
+            self._bus.send(can.Message(arbitration_id=frame.identifier, data=frame.data, is_extended_id=False))
 
     def handle(self) -> int:
         """See `Frames`."""

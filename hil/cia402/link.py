@@ -83,7 +83,7 @@ class DrivesLink:
 
     def requests(self, arrived: Sequence[Timed]) -> list[Frame]:
         """A SYNC, unless an older one is still open."""
-        said = [frame.identifier for _, frame in arrived]
+        said = [timed.frame.identifier for timed in arrived]
         return [] if self._is_quiet(said) else [Frame(SYNC, b"")]
 
     def _is_quiet(self, arrived: list[int]) -> bool:
@@ -95,14 +95,14 @@ class DrivesLink:
     def read(self, start_ns: int, frames: Sequence[Timed]) -> Reading:
         """Take the frames of a cycle in; those from before it answer older questions."""
         foreign = self._hear(frames)
-        before = [frame.identifier for at, frame in frames if at <= start_ns]
+        before = [timed.frame.identifier for timed in frames if timed.time_ns <= start_ns]
         is_asked, fresh, ages = not self._is_quiet(before), list[bool](), list[int]()
         for k, (identifier, answers) in enumerate(zip(self._of_status, self._answers, strict=True)):
             found = [timed for timed in frames if timed.frame.identifier == identifier and timed.time_ns > start_ns]
             answers.belated(before.count(identifier))
             if is_asked:
                 answers.asked(self.cycle, start_ns)
-            age = answers.match([at for at, _ in found], start_ns + self.listen_ns, is_asked=is_asked)
+            age = answers.match([timed.time_ns for timed in found], start_ns + self.listen_ns, is_asked=is_asked)
             fresh.append(age is not None and self._take(k, found[0].frame))
             ages += [age] if age is not None else []
         self.cycle += 1
@@ -123,7 +123,8 @@ class DrivesLink:
     def _hear(self, frames: Sequence[Timed]) -> bool:
         """Note what drives say went wrong; whether somebody else commands them."""
         foreign = False
-        for _, (identifier, data) in frames:
+        for timed in frames:
+            identifier, data = timed.frame.identifier, timed.frame.data
             foreign |= identifier in self._commands
             if identifier in self._of_error and len(data) >= 2:
                 self._errors[self._of_error[identifier]] = int.from_bytes(data[:2], "little")

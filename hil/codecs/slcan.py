@@ -50,7 +50,7 @@ def stamp(text: str) -> None:
 
 def write(frame: Frame) -> bytes:
     """The line that puts a frame on the bus."""
-    identifier, data = frame
+    identifier, data = frame.identifier, frame.data
     return f"t{identifier:03X}{len(data)}{data.hex().upper()}\r".encode()
 
 

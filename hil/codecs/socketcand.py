@@ -51,7 +51,7 @@ def stamp(text: str) -> float | None:
 
 def write(frame: Frame) -> bytes:
     """The saying that puts a frame on the bus."""
-    identifier, data = frame
+    identifier, data = frame.identifier, frame.data
     return f"< send {identifier:03X} {len(data):X} {data.hex(' ')} >".encode()
 
 

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Collection, Sequence
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from hil.safety.rules import SLOW_SHARE
 _NO_FORCE: Final = (0.0, 0.0, 0.0)
 
 
-class CycleInput(NamedTuple):
+class CycleInput(Record):
     """All that a decision depends on; a recording holds exactly this.
 
     `start_ns` is when the cycle asked for positions (monotonic), `frames` what came since the last cycle listened,
@@ -29,17 +29,31 @@ class CycleInput(NamedTuple):
     nobody does; the rest are wishes of the operator, and whether recorder and watchdog are content.
     """
 
-    start_ns: int
-    frames: Sequence[Timed]
-    computing_ns: int = 0
-    arm: bool = False
-    abort: bool = False
-    recording: bool = True
-    end: bool = False
-    watched: bool = True
-    confirm: bool = False
-    watchdog_silent: bool = False
-    asked: tuple[float, ...] | None = None
+    def __init__(
+        self,
+        start_ns: int,
+        frames: Sequence[Timed],
+        computing_ns: int = 0,
+        arm: bool = False,
+        abort: bool = False,
+        recording: bool = True,
+        end: bool = False,
+        watched: bool = True,
+        confirm: bool = False,
+        watchdog_silent: bool = False,
+        asked: tuple[float, ...] | None = None,
+    ) -> None:
+        self.start_ns = start_ns
+        self.frames = frames
+        self.computing_ns = computing_ns
+        self.arm = arm
+        self.abort = abort
+        self.recording = recording
+        self.end = end
+        self.watched = watched
+        self.confirm = confirm
+        self.watchdog_silent = watchdog_silent
+        self.asked = asked
 
 
 class Decision(Record):

@@ -55,12 +55,12 @@ def _log(folder: Path, path: Path) -> int:
 
 
 def _messages(folder: Path) -> Iterator[can.Message]:
-    for kind, _flags, (time_ns, frame) in read_records(folder):
+    for kind, _flags, timed in read_records(folder):
         if kind in (Kind.RECEIVED, Kind.SENT):
             yield can.Message(
-                timestamp=time_ns * 1e-9,
-                arbitration_id=frame.identifier,
-                data=frame.data,
+                timestamp=timed.time_ns * 1e-9,
+                arbitration_id=timed.frame.identifier,
+                data=timed.frame.data,
                 is_extended_id=False,
                 is_rx=kind is Kind.RECEIVED,
             )

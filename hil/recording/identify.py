@@ -95,7 +95,7 @@ def _acted(cycle: RecordedCycle, decision: Decision, pilot: Pilot) -> np.ndarray
     outcome = decision.outcome
     if outcome.torques is None or outcome.to_idle:
         return np.zeros(len(pilot.limits.joints))
-    commanded = pilot.robot.commanded([frame for _, frame in cycle.decided])
+    commanded = pilot.robot.commanded([timed.frame for timed in cycle.decided])
     if commanded is None:
         return np.zeros(len(pilot.limits.joints))
     return commanded - (np.array(outcome.torques) - np.array(decision.passed))

@@ -70,9 +70,17 @@ class Recorder:
 
     def cycle(self, given: CycleInput) -> None:
         """Record what a decision depends on besides the frames before it."""
-        *wishes, asked = given[3:]
+        wishes = (
+            given.arm,
+            given.abort,
+            given.recording,
+            given.end,
+            given.watched,
+            given.confirm,
+            given.watchdog_silent,
+        )
         flags = sum(flag for flag, wish in zip(Flag, wishes, strict=True) if wish)
-        for record in pack_asked(given.start_ns, asked or ()):
+        for record in pack_asked(given.start_ns, given.asked or ()):
             self.ring.put(record)
         self.ring.put(pack_cycle(given.start_ns, flags, given.computing_ns))
 

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Final
 
 from fmus.errors import MisfitError
 from hil.codecs.frame import Frame, Timed
@@ -21,11 +21,12 @@ _BEGIN: Final = int(Kind.BEGIN)
 _ASKED: Final = int(Kind.ASKED)
 
 
-class RecordedCycle(NamedTuple):
+class RecordedCycle:
     """What a decision had, and the frames that came out of it, with the time at which they were sent."""
 
-    given: CycleInput
-    decided: tuple[Timed, ...]
+    def __init__(self, given: CycleInput, decided: list[Timed]) -> None:
+        self.given = given
+        self.decided = decided
 
     @property
     def took(self) -> float:
@@ -83,7 +84,7 @@ def cycles_of(folder: Path) -> Iterator[RecordedCycle]:
             decided.append(Timed(time_ns, Frame(identifier, content[:size])))
         elif kind == _CYCLE:
             if given is not None:
-                yield RecordedCycle(given, tuple(decided))
+                yield RecordedCycle(given, decided)
             computing = int.from_bytes(content, "little", signed=True)
             arm, abort, recording, end, watched, confirm, silent = _WISHES[flags % len(_WISHES)]
             outside = tuple(asked) if asked else None
@@ -98,7 +99,7 @@ def cycles_of(folder: Path) -> Iterator[RecordedCycle]:
         else:
             raise _damaged(folder, unknown_kind(kind))
     if given is not None:
-        yield RecordedCycle(given, tuple(decided))
+        yield RecordedCycle(given, decided)
 
 
 def _damaged(folder: Path, words: str) -> MisfitError:

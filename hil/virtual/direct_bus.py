@@ -44,9 +44,9 @@ class DirectBus(can.BusABC):
         """The next answer; waiting for it lets this clock pass, not the real one."""
         limit = self.time_ns + int((timeout or 0.0) * 1e9)
         if self._waiting and self._waiting[0].time_ns <= limit:
-            at, frame = self._waiting.popleft()
-            self.time_ns = max(self.time_ns, at)
-            return can.Message(arbitration_id=frame.identifier, data=frame.data, is_extended_id=False)
+            timed = self._waiting.popleft()
+            self.time_ns = max(self.time_ns, timed.time_ns)
+            return can.Message(arbitration_id=timed.frame.identifier, data=timed.frame.data, is_extended_id=False)
         self.time_ns = limit
         self.robot.advance(self.time_ns)
         return None

@@ -121,7 +121,7 @@ def test_a_candump_log_of_a_session_becomes_a_measurement_set_with_its_angles(tm
     bench.run(bench.pilot(), 200)
     bench.wire.close()
     log = tmp_path / "session.log"
-    log.write_text("".join(f"({at * 1e-9:.6f}) can0 {frame}\n" for at, frame in heard))
+    log.write_text("".join(f"({timed.time_ns * 1e-9:.6f}) can0 {timed.frame}\n" for timed in heard))
     written = measurement_of_log(log, PROFICIO, tmp_path / "set", "Position1")
     assert set(written.others) <= set(range(1, 32)) - {1, 2, 3, 8, 10}  # questions to nodes that are not there
     trial = load_measurements(tmp_path / "set").trials[0]

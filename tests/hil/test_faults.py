@@ -107,7 +107,7 @@ def test_random_sequences_of_faults_never_pass_a_limit() -> None:
         chances = random.dirichlet(np.ones(6)) * random.choice([0.02, 0.2, 0.6])
 
         def disturb(timed: Timed, chances: np.ndarray = chances) -> list[Timed]:
-            at, (identifier, data) = timed
+            at, identifier, data = timed.time_ns, timed.frame.identifier, timed.frame.data
             kind = int(np.searchsorted(np.cumsum(chances), random.random()))
             if kind == 0:
                 return []

@@ -40,10 +40,10 @@ def log(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
                 force = {"ForceX": 0.01 * k, "ForceY": -1.0, "ForceZ": 0.0, "Counter": 0, "Saturated": 0}
                 frames.append((0.001, ARM.encode("WristForce", force)))
             frames.append((0.002, Frame(0x7A0, b"\x01")))
-            for later, (identifier, data) in frames:
+            for later, frame in frames:
                 at = 1.7e9 + k * PERIOD + later
                 writer.on_message_received(
-                    can.Message(timestamp=at, arbitration_id=identifier, data=data, is_extended_id=False)
+                    can.Message(timestamp=at, arbitration_id=frame.identifier, data=frame.data, is_extended_id=False)
                 )
     return path
 

@@ -38,12 +38,16 @@ class ToyLink:
         return self._answers.late
 
     def requests(self, arrived: Sequence[Timed]) -> list[Frame]:
-        quiet = self._answers.would_be_quiet(self.cycle, sum(frame.identifier == SAID for _, frame in arrived))
+        quiet = self._answers.would_be_quiet(self.cycle, sum(timed.frame.identifier == SAID for timed in arrived))
         return [] if quiet else [Frame(ASK, b"")]
 
     def read(self, start_ns: int, frames: Sequence[Timed]) -> Reading:
-        before = sum(frame.identifier == SAID and at <= start_ns for at, frame in frames)
-        since = [(at, frame) for at, frame in frames if frame.identifier == SAID and at > start_ns]
+        before = sum(timed.frame.identifier == SAID and timed.time_ns <= start_ns for timed in frames)
+        since = [
+            (timed.time_ns, timed.frame)
+            for timed in frames
+            if timed.frame.identifier == SAID and timed.time_ns > start_ns
+        ]
         is_asked = not self._answers.would_be_quiet(self.cycle, before)
         self._answers.belated(before)
         if is_asked:

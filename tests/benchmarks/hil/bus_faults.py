@@ -18,7 +18,7 @@ from hil.codecs.frame import Frame, Timed
 from hil.control.controllers import Observed
 from hil.control.pilot import CycleInput, Decision, Pilot
 from hil.robots.absent import refusals
-from hil.safety.cycle import Reaction
+from hil.safety.cycle import Reaction, replaced
 from hil.session.loop import Loop, Wishes
 from hil.settings import Settings, default_settings
 from tests.hil.bench import Beats, Bench
@@ -72,7 +72,7 @@ class Misled:
     def decide(self, given: CycleInput) -> Decision:
         """Decide with that."""
         silent = self.scene.watchdog_silent
-        told = given._replace(recording=self.scene.recording, watched=not silent, watchdog_silent=silent)
+        told = replaced(given, recording=self.scene.recording, watched=not silent, watchdog_silent=silent)
         return self.pilot.decide(told)
 
 
