@@ -22,6 +22,7 @@ TERMS = {
     "W": "heat flows",
     "A": "currents",
     "V": "voltages",
+    "Pa.m3/s": "gas flows",
     "m3/s": "volume flows",
     "kg/s": "mass flows",
     "mol/s": "molar flows",

@@ -71,3 +71,15 @@ def test_units_that_only_a_number_can_mend_are_told_first(tmp_path: Path) -> Non
     source = ModelicaModel("Vessel", "Vessel", tmp_path / "Vessel.mo")
     found = understood(source, load_measurements(str(tmp_path)))
     assert any(line.startswith("  Vessel.mo:5: the argument of exp has unit K") for line in found)
+
+
+def test_gas_at_a_pressure_is_no_heat(tmp_path: Path) -> None:
+    (tmp_path / "Chamber.mo").write_text(
+        'model Chamber\n  parameter Real V(unit="m3") = 0.05, S(unit="m3/s") = 0.04;\n  input Real q(unit="Pa.m3/s");\n'
+        '  output Real p(unit="Pa", start=2, fixed=true);\nequation\n  V*der(p) = q - S*p;\nend Chamber;\n'
+    )
+    (tmp_path / "trial.csv").write_text("time,q,p\n" + "".join(f"{k},{k % 3},{2 + k / 9}\n" for k in range(20)))
+    source = ModelicaModel("Chamber", "Chamber", tmp_path / "Chamber.mo")
+    found = "\n".join(understood(source, load_measurements(str(tmp_path))))
+    assert "p [Pa]: balance of gas flows in Pa.m3/s" in found
+    assert "constant flow" in found and "leak" in found and "heat" not in found

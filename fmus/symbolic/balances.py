@@ -349,6 +349,8 @@ def _unit(dimension: Known, state_unit: str) -> str:
     """The unit of a balance's terms, as engineers write it; empty if it is not known."""
     if "rad" in state_unit and dimension == of_unit("N.m"):
         return "N.m"
+    if dimension == of_unit("W") and of_unit(state_unit) == of_unit("Pa"):
+        return "Pa.m3/s"  # gas at a pressure, no heat
     return _named(dimension) or (str(dimension) if isinstance(dimension, Dimension) else "")
 
 

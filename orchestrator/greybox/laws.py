@@ -13,6 +13,8 @@ from fmus.errors import MisfitError
 from orchestrator.greybox.unit_algebra import combined
 
 FOLDER = Path(__file__).parent / "laws"
+# Balances whose laws have the names of another unit's: a flow of gas, as vacuum technicians count it.
+ALIKE = {"Pa.m3/s": "m3/s"}
 Place = Literal[
     "motion",
     "storage",
@@ -128,15 +130,15 @@ class Law:
 
     def id_at(self, unit: str) -> str:
         """The id at a balance of this unit."""
-        return self.names.get(unit, self.id)
+        return self.names.get(ALIKE.get(unit, unit), self.id)
 
     def title_at(self, unit: str) -> str:
         """What the effect is called at a balance of this unit."""
-        return self.titles.get(unit, self.title)
+        return self.titles.get(ALIKE.get(unit, unit), self.title)
 
     def public(self, parameter: str, unit: str) -> str:
         """The name of a parameter at a balance of this unit."""
-        return self.renamed.get(unit, {}).get(parameter, parameter)
+        return self.renamed.get(ALIKE.get(unit, unit), {}).get(parameter, parameter)
 
 
 @cache

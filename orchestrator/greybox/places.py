@@ -14,7 +14,7 @@ from fmus.symbolic.balances import Balance
 from fmus.symbolic.system import SymbolicSystem, Variable
 
 # Between two stores of these anything can flow, whether the model has a way or not.
-FLOWS = ("W", "m3/s", "kg/s", "A", "mol/s")
+FLOWS = ("W", "Pa.m3/s", "m3/s", "kg/s", "A", "mol/s")
 # What drives a speed, and speeds, by dimension: a model may leave the position out.
 PUSHES, SPEEDS = ("N", "N.m", "m/s2", "rad/s2"), ("m/s", "rad/s")
 
