@@ -119,7 +119,8 @@ def _matched_words(matched: dict[str, Any] | None) -> str:
     if matched is None or matched["model"] is None:
         return "The files are read; no model is chosen yet."
     found = sum(bool(row["variable"]) for row in matched["columns"])
-    return f"{found} of {len(matched['columns'])} columns are variables of the model."
+    but = "; they cannot be used yet" if matched["problem"] else ""
+    return f"{found} of {len(matched['columns'])} columns are variables of the model{but}."
 
 
 def _hint(project: Project, job: Job, now: Versions) -> str:

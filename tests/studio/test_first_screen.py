@@ -137,6 +137,7 @@ def test_wrong_units_are_told_on_the_first_screen_with_what_to_do(tab: Page, stu
 
     problem = tab.locator(".studio-problem", has_text="cannot be model variable 'phi' in 'rad'").first
     expect(problem).to_be_visible(timeout=60_000)
+    expect(tab.get_by_text("2 of 2 columns are variables of the model; they cannot be used yet.")).to_be_visible()
     tab.screenshot(path=ROOT / "build" / "screenshots" / "first_screen_wrong_units.png")
     assert problem.bounding_box()["y"] < HEIGHT  # type: ignore[index]
     expect(tab.get_by_role("button", name="Diagnose")).to_be_disabled()
