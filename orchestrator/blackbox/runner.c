@@ -11,7 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { FINER = 8 }; /* steps of the effects in one of a stepped FMU: they cost nothing beside it */
+enum { FINER = 8 }; /* steps of the effects in a sample interval of a stepped FMU, at least */
 
 typedef long long index_t;
 int effects_in(const double **, double **, index_t *, double *, int);
@@ -157,8 +157,9 @@ static int exchange(const problem *m, workspace *a, workspace *b, memory *q, dou
 /* States of the effects over a substep h from t, by steps of Runge and Kutta's method between what the FMU showed before and behind. */
 static void follow(const problem *m, workspace *b, memory *q, int cell, double t, double h, double *xe) {
   static const double node[4] = {0.0, 0.5, 0.5, 1.0}, weight[4] = {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6};
-  double step = h / FINER;
-  for (int part = 0; part < FINER && m->ne; part++) {
+  int parts = m->substeps < FINER ? FINER / m->substeps : 1;
+  double step = h / parts;
+  for (int part = 0; part < parts && m->ne; part++) {
     memcpy(q->sum, xe, sizeof(double) * (size_t)m->ne);
     for (int stage = 0; stage < 4; stage++) {
       double at = (part + node[stage]) * step, share = at / h;
