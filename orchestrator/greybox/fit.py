@@ -104,16 +104,16 @@ class Fitter:
         priors: Priors,
         noise: Sequence[Noise] | None = None,
         *,
-        rough: bool = False,
+        rounds: int = ROUNDS,
     ) -> Fit:
-        """Fit from first values; a `rough` fit takes few steps.
+        """Fit from first values: parameters and noise in turn, then with calmer forces if there is more than one round.
 
         Args:
             box: the model with its effects, filtered along trials.
             theta: first values (k,) of the free parameters.
             priors: their bounds and spreads.
             noise: first values of the noise of each trial, by default those that the fitter was made with.
-            rough: whether a few steps are enough.
+            rounds: of parameters and noise, at most.
 
         Raises:
             ComponentError: if the model fails from the first values on.
@@ -122,13 +122,14 @@ class Fitter:
         substeps = self._substeps(box, theta, noise)
         work = Work(box, self.trials, priors, substeps)
         value = work.value(theta, noise)
-        for _ in range(ROUGHLY if rough else ROUNDS):
+        for _ in range(rounds):
             before = value
             theta, value = self._parameters(work, theta, noise, value)
             noise, value = self._noise(work, theta, noise, value)
             if before - value < ENOUGH or not len(theta):
                 break
-        theta, noise, value = self._calmed(work, theta, noise, value)
+        if rounds > 1:
+            theta, noise, value = self._calmed(work, theta, noise, value)
         runs = work.runs(theta, noise, slopes=True)
         return Fit(box, self.trials, theta, noise, -value, priors, substeps, tuple(runs))
 

@@ -17,7 +17,7 @@ from fmus.symbolic.system import SymbolicSystem
 from orchestrator.greybox.candidates import Candidate
 from orchestrator.greybox.extended import extend
 from orchestrator.greybox.filtering import GreyBox, Trial
-from orchestrator.greybox.fit import Fit, Fitter, Noise, Priors, Work
+from orchestrator.greybox.fit import ROUGHLY, ROUNDS, Fit, Fitter, Noise, Priors, Work
 from orchestrator.greybox.periodic import frequency_of_its_own
 from orchestrator.greybox.prepare import first_noise
 from orchestrator.greybox.screen import best_subsets, normal_equations, stretches_of
@@ -476,8 +476,8 @@ def _fit_from(
     held = np.array([not p.gain for _, p in free], dtype=bool)
     if held.any():  # gains first, since a shape does nothing while its gain is zero
         tight = replace(priors, mean=first, std=np.where(held, 1e-9 * np.maximum(np.abs(first), 1e-9), spread))
-        first = setting.fitter.fit(box, first, tight, noise, rough=True).theta
-    return with_losses(candidates, setting.fitter.fit(box, first, priors, noise, rough=rough))
+        first = setting.fitter.fit(box, first, tight, noise, rounds=1).theta
+    return with_losses(candidates, setting.fitter.fit(box, first, priors, noise, rounds=ROUGHLY if rough else ROUNDS))
 
 
 def refitted(setting: Setting, found: FittedSet, held: Sequence[str]) -> FittedSet:

@@ -134,7 +134,7 @@ def test_the_command_line_takes_libraries_and_says_what_is_no_library(
 def test_units_of_the_standard_library_are_told_and_not_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Its Thyristor adds 10000*(i - i0)*v to a voltage; in one's own file the same is refused."""
+    """Its Thyristor adds 10000*(i - i0)*v to a voltage; in one's own file, too, a number may have a unit, and what has none is refused."""
     law = 'model Part\n  Real v(unit="V");\n  Real i(unit="A") = 2;\nequation\n  v = {};\nend Part;\n'
     package = tmp_path / "libs" / "Modelica"
     package.mkdir(parents=True)
@@ -150,7 +150,7 @@ def test_units_of_the_standard_library_are_told_and_not_refused(
 
     assert any("constants without units: Part.mo:6" in note for note in notes)
     user.write_text(
-        law.format("10*i") + "model M\n  Part part;\n  output Real x(start=1);\nequation\n  der(x) = -part.v;\nend M;\n"
+        law.format("i") + "model M\n  Part part;\n  output Real x(start=1);\nequation\n  der(x) = -part.v;\nend M;\n"
     )
     with pytest.raises(ModelicaError, match=r"M\.mo:5: the units of the equation differ"):
         ModelicaModel("M", "M", user).compile()

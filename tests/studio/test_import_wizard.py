@@ -56,7 +56,9 @@ def test_a_dirty_file_and_a_modelica_model_are_dropped_and_matched_by_menus(
     expect(tab.get_by_text("2 of 2 columns are variables of the model.")).to_be_visible(timeout=PATIENCE_MS)
 
     angle.select_option("")
-    expect(tab.get_by_text("1 of 2 columns are variables of the model.")).to_be_visible(timeout=PATIENCE_MS)
+    expect(tab.get_by_text("1 of 2 columns are variables of the model; they cannot be used yet.")).to_be_visible(
+        timeout=PATIENCE_MS
+    )
     expect(tab.get_by_text("no column is an output of the model").first).to_be_visible()
     expect(tab.get_by_text("Next: choose variables and units in the table below.")).to_be_visible()
     assert "case.toml" not in tab.locator(".studio-problem", has_text="no column is an output").first.inner_text()
