@@ -142,7 +142,7 @@ class Search:
             if number == 0:
                 self.seen(best)
             self._try_without(best)
-            self._try_others(best)
+            self._try_fewer(best)
             self._try_whole(best)
             for one in sorted(self.fitted.values(), key=lambda s: s.loss)[: limits.extended]:
                 self._extend(one)
@@ -280,16 +280,16 @@ class Search:
             ]
         )
 
-    def _try_others(self, best: FittedSet) -> None:
-        """Fit sets of no more parameters that explain as much by regression about the best one, whose members may all be left out.
+    def _try_fewer(self, best: FittedSet) -> None:
+        """Fit sets of fewer parameters that explain as much by regression about the best one, whose members may all be left out.
 
-        Members that came one after the other may stand for one that was not looked at when the first of them came, and what
-        does the same as one of them beside the others is a rival.
+        Members that came one after the other may stand for one that was not looked at when the first of them came.
         """
         limits = self.setting.thresholds
-        largest = min(limits.largest_set, best.size)
-        found = [each for each in self._screened(best, largest, anew=True) if _parameters(each) < best.counted]
-        self._try(found, limits.additions)
+        if best.candidates:
+            largest = min(limits.largest_set, best.size)
+            found = [each for each in self._screened(best, largest, anew=True) if _parameters(each) < best.counted]
+            self._try(found, limits.additions)
 
     def _try_wrong_together(self, about: FittedSet) -> None:
         """Fit a set with all parameters of the model as wrong."""
