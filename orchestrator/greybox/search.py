@@ -31,6 +31,11 @@ SHORTER = (1, 4, 16)
 NOTHING: Mapping[str, float] = {}
 
 
+def key_of(candidates: Sequence[Candidate]) -> Key:
+    """Effects and sites of a set, whatever the grid variants."""
+    return frozenset(c.family for c in candidates)
+
+
 @dataclass(frozen=True, eq=False)
 class FittedSet:
     """A set of candidates with its fit; `losses` are minus log likelihoods by stretch of the record, (ns,)."""
@@ -42,7 +47,7 @@ class FittedSet:
     @property
     def key(self) -> Key:
         """Effects and sites, whatever the grid variants."""
-        return frozenset(c.family for c in self.candidates)
+        return key_of(self.candidates)
 
     @property
     def loss(self) -> float:
@@ -253,7 +258,7 @@ class Search:
         """
         fresh: dict[Key, tuple[Candidate, ...]] = {}
         for candidates in sets:
-            key = frozenset(c.family for c in candidates)
+            key = key_of(candidates)
             if key not in self.fitted:
                 fresh.setdefault(key, candidates)
         everything = list(fresh.values())
@@ -343,7 +348,7 @@ class Search:
     def fit(self, candidates: tuple[Candidate, ...]) -> FittedSet | None:
         """The set with these candidates, fitted to the end; None if that fails."""
         self._fit(candidates)
-        found = self.fitted.get(frozenset(c.family for c in candidates))
+        found = self.fitted.get(key_of(candidates))
         if found is None or not found.candidates or found.key in self._refined:
             return found
         self.fitted[found.key] = self._to_the_end(found)
@@ -361,7 +366,7 @@ class Search:
 
     def _fit_well(self, candidates: tuple[Candidate, ...]) -> None:
         """Fit a set to the end, from better first values than it may have been fitted from before, and from noise of its own."""
-        key = frozenset(c.family for c in candidates)
+        key = key_of(candidates)
         known = self.fitted.pop(key, None)
         self._refined.discard(key)
         self._fit(candidates, afresh=True)
@@ -372,20 +377,20 @@ class Search:
     def _fit_all(self, sets: Sequence[tuple[Candidate, ...]]) -> None:
         """Fit new sets, those of one size side by side: larger ones begin at the values of smaller ones."""
         for size in sorted({len(each) for each in sets}):
-            fresh = {frozenset(c.family for c in each): each for each in sets if len(each) == size}
+            fresh = {key_of(each): each for each in sets if len(each) == size}
             for found in on_idle_threads(self._fitted, [c for key, c in fresh.items() if key not in self.fitted]):
                 if found is not None:
                     self.fitted[found.key] = found
 
     def _fit(self, candidates: tuple[Candidate, ...], *, afresh: bool = False) -> None:
-        key = frozenset(c.family for c in candidates)
+        key = key_of(candidates)
         if key not in self.fitted and (found := self._fitted(candidates, afresh=afresh)) is not None:
             self.fitted[key] = found
 
     def _fitted(self, candidates: tuple[Candidate, ...], *, afresh: bool = False) -> FittedSet | None:
         """A set, fitted roughly; None if that fails, or what begins at some position begins nowhere in the record."""
         try:
-            about = None if afresh else self._nearest(frozenset(c.family for c in candidates)).fit
+            about = None if afresh else self._nearest(key_of(candidates)).fit
             noise, known = (None, NOTHING) if about is None else (about.noise, about.values)
             found = fit_set(self.setting, candidates, noise, known, rough=True)
         except (ComponentError, np.linalg.LinAlgError):
