@@ -32,6 +32,8 @@ ADDED = {
     "misfit study caregivers --json": "--seeds 1 --draws 64 --caregivers 2",
     "misfit studio": "--no-browser --port 0 --workspace projects",
     "misfit hil robot": "--port 29611",
+    "misfit hil robot --slcan": "--port 29612",
+    "misfit hil robot --interface": "--port 29613",
     "misfit hil tell": "--port 29611",
     "dask scheduler": "--host 127.0.0.1 --port 28786 --no-dashboard",
     "dask worker": "--nworkers 1 --no-dashboard",
@@ -40,6 +42,8 @@ ADDED = {
 REPLACED = {"//host:8786": "//127.0.0.1:28786"}
 # They run until they are stopped, here at the end of their block.
 ENDLESS = ("misfit studio", "misfit hil robot", "dask scheduler", "dask worker")
+# Where they are to be found, said by one that has begun: a link, a port, a terminal, a scheduler.
+PLACE = re.compile(r"http://|^\d+$|^/dev/|at port \d|distributed", re.MULTILINE)
 # What another terminal does meanwhile.
 BESIDE = {"misfit hil view": "misfit hil hold --virtual --seconds 15 --rate 50"}
 # Commands that keep what they make for all later ones of the same user.
@@ -177,8 +181,11 @@ def _start(line: str, folder: Path) -> subprocess.Popen[str]:
     )
     if line.startswith(ENDLESS):
         assert process.stdout is not None
-        said = process.stdout.readline()
-        assert process.poll() is None and re.search("http://|virtual|distributed", said), f"{line}: {said}"
+        said = ""
+        while not PLACE.search(said):
+            more = process.stdout.readline()
+            assert more, f"{line} ended by itself: {said}"
+            said += more
     return process
 
 
@@ -186,4 +193,4 @@ def _stop(process: subprocess.Popen[str], line: str) -> None:
     assert process.poll() is None, f"{line} ended by itself: {process.communicate()[0]}"
     process.send_signal(signal.SIGINT)
     output, _ = process.communicate(timeout=60)
-    assert "Traceback" not in output, f"{line}: {output}"
+    assert process.returncode == 0 and "Traceback" not in output, f"{line}: {process.returncode} {output}"

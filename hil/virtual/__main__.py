@@ -30,8 +30,7 @@ def serve(port: int, made: Made) -> None:
         MisfitError: if there is no such model of an arm.
     """
     server = SocketcandServer(made.made(), port)
-    print(server.port, flush=True)
-    _run(server.serve)
+    _run(server.serve, lambda: print(server.port, flush=True))
 
 
 def serve_on(settings: Mapping[str, object], port: int, made: Made) -> None:
@@ -41,8 +40,7 @@ def serve_on(settings: Mapping[str, object], port: int, made: Made) -> None:
         MisfitError: if there is no such bus, no such model of an arm, or the port is taken.
     """
     with closing(Ears(port)) as ears, closing(open_wire(settings, frozenset())) as wire:
-        print(f"hears `misfit hil tell` at port {ears.port}", file=sys.stderr, flush=True)
-        _run(BusServer(made.made(), wire.bus, ears=ears).serve)
+        _run(BusServer(made.made(), wire.bus, ears=ears).serve, lambda: _say_ears(ears))
 
 
 def serve_slcan(port: int, made: Made) -> None:
@@ -52,16 +50,27 @@ def serve_slcan(port: int, made: Made) -> None:
         MisfitError: if there is no such model of an arm, or the port is taken.
     """
     with closing(Ears(port)) as ears, SerialAdapter() as adapter:
-        print(adapter.path, flush=True)
-        print(f"hears `misfit hil tell` at port {ears.port}", file=sys.stderr, flush=True)
-        _run(BusServer(made.made(), adapter, ears=ears).serve)
+
+        def say() -> None:
+            print(adapter.path, flush=True)
+            _say_ears(ears)
+
+        _run(BusServer(made.made(), adapter, ears=ears).serve, say)
 
 
-def _run(serve: Callable[[Callable[[], bool]], None]) -> None:
-    """Serve with priority until a signal comes, or the process that began this one is gone."""
+def _say_ears(ears: Ears) -> None:
+    print(f"hears `misfit hil tell` at port {ears.port}", file=sys.stderr, flush=True)
+
+
+def _run(serve: Callable[[Callable[[], bool]], None], say: Callable[[], None]) -> None:
+    """Serve with priority until a signal comes, or the process that began this one is gone.
+
+    Where it is to be found is said once signals are heard: whoever reads that may stop it at once.
+    """
     parent, ended = parent_process(), list[int]()
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda number, frame: ended.append(number))
+    say()
     with real_time_priority(PRIORITY):
         serve(lambda: bool(ended) or os.getppid() != parent)
 

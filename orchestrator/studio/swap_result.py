@@ -38,9 +38,10 @@ def verdict(found: Mapping[str, Any]) -> str:
     others = len(found["rows"]) - breaking
     if breaking:
         words = f"{counted(breaking, 'difference')} of the interfaces would break a system"
+        words += f", {others} would not." if others else "."
     else:
         words = "The interface of the new one fits where the old one is"
-    words += f", {counted(others, 'difference')} would not." if others else "."
+        words += f"; {counted(others, 'difference')} would break no system." if others else "."
     silent = [name for name, run in zip(found["files"], found["runs"], strict=True) if run["error"]]
     if silent:
         return f"{' and '.join(silent)} did not run, so nothing is known of what {'it does' if len(silent) == 1 else 'they do'}. {words}"
@@ -68,7 +69,10 @@ def verdict(found: Mapping[str, Any]) -> str:
 
 def _trajectories(found: Mapping[str, Any]) -> None:
     if not found["signals"]:
-        paragraph("There is no output that both have, and so nothing to compare.")
+        ran = not any(run["error"] for run in found["runs"])
+        paragraph(
+            f"{'There is no output that both have' if ran else 'Not both of them ran'}, and so there is nothing to compare."
+        )
         return
     page_table(signals_table(found))
     signals = {signal["name"]: signal for signal in found["signals"]}

@@ -23,7 +23,8 @@ from hil.virtual.robot import VirtualRobot
 SETTINGS: Settings = replace(default_settings(), gravity=False)
 
 
-OPEN: list["Bench"] = []
+# Closed after each test.
+OPEN: list[Wire] = []
 
 
 class Bench:
@@ -38,7 +39,7 @@ class Bench:
         self.sent: list[Timed] = []
         self.wire.tap = lambda timed, sent: self.sent.append(timed) if sent else None
         self.cycle = 0
-        OPEN.append(self)
+        OPEN.append(self.wire)
 
     def started(self, at_home: Callable[[], bool] = lambda: True) -> Robot:
         return start_up(self.wire, self.settings.side, self.sleep, at_home)

@@ -11,4 +11,4 @@ from tests.hil import bench
 def close_benches() -> Iterator[None]:
     yield
     while bench.OPEN:
-        bench.OPEN.pop().wire.close()
+        bench.OPEN.pop().close()

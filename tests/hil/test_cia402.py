@@ -29,7 +29,7 @@ from hil.virtual.direct_bus import DirectBus
 from hil.virtual.drives import VirtualDrive, VirtualDrives
 from hil.virtual.faults import Faults
 from hil.virtual.plant import FreeJoints
-from tests.hil.bench import Beats
+from tests.hil.bench import OPEN, Beats
 
 NODES, GEAR, RATED, RATE = (3, 5), (50.0, -30.0), 0.5, 500.0
 WAIVED = (MODULE, SENSOR)
@@ -55,6 +55,7 @@ class Axes:
         self.robot, self.faults = VirtualDrives(self.plant, self.drives, GEAR), Faults()
         self.bus = DirectBus(self.robot, self.faults)
         self.wire = Wire(self.bus, self.kind.torque_identifiers, "virtual drives", lambda: self.bus.time_ns)
+        OPEN.append(self.wire)
         self.sent: list[Timed] = []
         self.wire.tap = lambda timed, sent: self.sent.append(timed) if sent else None
         self.settings = type("Settings", (), {"limits": lowered(self.kind.limits(RATE))})

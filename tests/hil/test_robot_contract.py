@@ -20,7 +20,7 @@ from hil.session.recorded import ROBOT, SETTINGS, finish_session, pilot_of, reco
 from hil.settings import default_settings, read_settings, settings_of_json, virtual_settings
 from hil.virtual.direct_bus import DirectBus
 from hil.virtual.faults import Faults
-from tests.hil.bench import Beats
+from tests.hil.bench import OPEN, Beats
 from tests.hil.toy_robot import COMMAND, HALT, Toy, VirtualToy
 
 TOY = "tests.hil.toy_robot:Toy"
@@ -54,6 +54,7 @@ class ToyBench:
         self.kind = self.settings.kind
         self.bus = DirectBus(self.robot, self.faults)
         self.wire = Wire(self.bus, self.kind.torque_identifiers, "toy bus", lambda: self.bus.time_ns)
+        OPEN.append(self.wire)
         self.sent: list[int] = []
 
     def pilot(self) -> Pilot:

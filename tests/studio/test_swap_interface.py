@@ -77,6 +77,14 @@ def test_a_run_that_failed_and_values_that_are_no_numbers_are_told_in_words() ->
     assert signals_table(lost).rows[0][1:3] == ("0 s", "∞ m at 2 s")
 
 
+def test_differences_that_break_no_system_are_told_beside_those_that_do() -> None:
+    port = {"variable": "x", "what": "start", "old": "1", "new": "none", "breaking": False}
+
+    assert "fits where the old one is; 1 difference would break no system. They" in verdict(document(rows=[port]))
+    both = verdict(document(rows=[port | {"breaking": True}, port]))
+    assert "1 difference of the interfaces would break a system, 1 would not. They" in both
+
+
 def test_long_tables_say_how_much_they_leave_out() -> None:
     row = {"variable": "x", "what": "unit", "old": "m", "new": "mm", "breaking": True}
 
