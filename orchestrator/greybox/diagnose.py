@@ -16,7 +16,7 @@ from threadpoolctl import threadpool_limits
 from fmus.errors import ComponentError, MisfitError
 from fmus.symbolic.system import SymbolicSystem
 from orchestrator.blackbox.source import FmuSource, Source
-from orchestrator.compare.comparison import compare, is_refuted, with_floor_of
+from orchestrator.compare.comparison import compare, is_refuted, over_floor, with_floor_of
 from orchestrator.compare.result import Comparison
 from orchestrator.greybox.around import fmu_with, placed
 from orchestrator.greybox.decide import Decision, Judge, decide, scatter_between, surprise
@@ -116,13 +116,13 @@ def diagnose_greybox(
             progress("comparing the model with the measurement")
             given = compare(_as_given(case), measurements, workers=workers)
         try:
-            outcome = decided(case, limits, progress, more, asked, agrees=within_noise(given, limits.agrees))
+            outcome = decided(case, limits, progress, more, asked, agrees=free_runs_agree(given, limits.agrees))
             for _ in range(RETAPED if isinstance(source, FmuSource) else 0):
                 again = _about_its_answer(outcome, limits)
                 if again is None:
                     break
                 progress("looking at the FMU's rates once more, with what was found")
-                outcome = decided(again, limits, progress, more, asked, agrees=within_noise(given, limits.agrees))
+                outcome = decided(again, limits, progress, more, asked, agrees=free_runs_agree(given, limits.agrees))
             found = _answer(outcome, given, measurements, limits, workers, progress)
         except (RuntimeError, ArithmeticError, LookupError, ValueError, ComponentError) as error:
             # CasADi reports what it cannot do as RuntimeError; a search that fails says so, and the comparison stands.
@@ -163,7 +163,7 @@ def decided(
     more: Sequence[Law] = (),
     asked: Sequence[str] = (),
     *,
-    agrees: bool = True,
+    agrees: bool | None = True,
 ) -> Outcome:
     """The search for effects and its decision, without held-out trials.
 
@@ -176,15 +176,16 @@ def decided(
         limits: thresholds of search and decision.
         progress: called with one line at each stage.
         more: laws beside the shipped ones.
-        agrees: whether free runs of the model as given stay within the noise; without that no model is adequate.
+        agrees: whether free runs of the model as given stay within the noise; without that no model is adequate, unless
+            no free run can tell (None) and the record is as probable without disturbing forces.
     """
     progress("estimating how much the model leaves unexplained")
     setting, nominal = nominal_set(case, limits)
     silent, louder = setting.fitter.without_disturbance(nominal.fit.box, nominal.fit)
     lost = nominal.fit.log_likelihood - silent
-    quiet = lost < limits.quiet * max(len(case.balances), 1) or louder < limits.louder
+    needless = lost < limits.quiet * max(len(case.balances), 1)
     # A loop holds the outputs of a wrong model where they should be, sample by sample, and its free runs go astray.
-    adequate = quiet and agrees
+    adequate = needless if agrees is None else agrees and (needless or louder < limits.louder)
     candidates = () if adequate else all_candidates(case, nominal, (*laws(), *more))
     common = [c for c in candidates if not c.rare]
     progress(f"{len(common)} candidates at {len({c.place.site for c in common})} places")
@@ -318,6 +319,23 @@ def _answer(
     )
 
 
+def free_runs_agree(given: Comparison, factor: float) -> bool | None:
+    """Whether free runs of the model as given leave no more than a factor times the noise floor; None if they cannot tell.
+
+    A plant that falls over without its controller carries the sensors' noise far beyond what was measured: how much a free run
+    of a signal leaves is chance then, and the other signals decide whether it is astray.
+    """
+    measured = {name: np.concatenate([curve.measured[name] for curve in given.curves]) for name in given.signals}
+    told = [name for name, floor in given.noise_floor.items() if floor < float(np.nanstd(measured[name]))]
+    if len(told) == len(given.noise_floor):
+        return within_noise(given, factor)
+    sides = [given.learning, *([given.held_out] if given.held_out else [])]
+    agrees = all(
+        over_floor({name: each.rmse[name] for name in told}, given.noise_floor) <= factor for each in sides if told
+    )
+    return None if agrees else False
+
+
 def within_noise(given: Comparison, factor: float) -> bool:
     """Whether free runs of the model as given leave no more than a factor times the noise floor, along trials of both kinds."""
     return all(each is not None and each.over_floor <= factor for each in (given.learning, given.held_out))
@@ -401,7 +419,7 @@ def worse_on_held_out(
     ]
     if one > (1 + limits.worse) * other:
         return f"predictions of held-out trials become {one / other - 1:.0%} worse"
-    if runs[0] > (1 + limits.worse) * runs[1]:
+    if runs[0] > (1 + limits.worse) * runs[1] and runs[1] < 1:  # beyond the signals' own spread, errors say nothing
         return f"free runs along held-out trials become {runs[0] / runs[1] - 1:.0%} worse"
     return ""
 

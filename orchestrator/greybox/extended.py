@@ -137,7 +137,9 @@ class _Extension:
             record = Variable(candidate.state_symbol(state), "", "", 0.0)
             self.states.append((record, names[state], evaluate(rate, names)))
             unsure = candidate.law.unknown_starts.get(state)
-            self.unsure.append(candidate.shapes[unsure] if unsure else 0.0)
+            # Nobody knows what something late held when a trial began: the input may have moved just before.
+            late = candidate.place.range[1] if state in candidate.law.starts else 0.0
+            self.unsure.append(candidate.shapes[unsure] if unsure else late)
             start = self.zero(0.0 if unsure else evaluate(candidate.law.starts.get(state, "0"), names))
             earlier = [symbol for _, symbol, _ in self.states[: len(self.starts)]]
             if earlier:  # what a law sees may hold the state of another one before it
