@@ -27,7 +27,7 @@ from orchestrator.greybox.fit import ROUGHLY, Fitter, Noise
 from orchestrator.greybox.interpolation import RunsOtherwise, held_otherwise
 from orchestrator.greybox.laws import Law, laws
 from orchestrator.greybox.mirrored import is_one_delay, mirrored
-from orchestrator.greybox.prediction import squared_errors
+from orchestrator.greybox.prediction import foretold, squared_errors
 from orchestrator.greybox.prepare import first_noise, least_noise
 from orchestrator.greybox.same_model import is_same_model
 from orchestrator.greybox.search import FittedSet, Search, Setting, refitted
@@ -115,14 +115,18 @@ def diagnose_greybox(
         if given is None:
             progress("comparing the model with the measurement")
             given = compare(_as_given(case), measurements, workers=workers)
+
+        def agrees(signals: Sequence[str]) -> bool:
+            return not signals or within_noise(given, limits.agrees, signals)
+
         try:
-            outcome = decided(case, limits, progress, more, asked, agrees=free_runs_agree(given, limits.agrees))
+            outcome = decided(case, limits, progress, more, asked, agrees=agrees)
             for _ in range(RETAPED if isinstance(source, FmuSource) else 0):
                 again = _about_its_answer(outcome, limits)
                 if again is None:
                     break
                 progress("looking at the FMU's rates once more, with what was found")
-                outcome = decided(again, limits, progress, more, asked, agrees=free_runs_agree(given, limits.agrees))
+                outcome = decided(again, limits, progress, more, asked, agrees=agrees)
             found = _answer(outcome, given, measurements, limits, workers, progress)
         except (RuntimeError, ArithmeticError, LookupError, ValueError, ComponentError) as error:
             # CasADi reports what it cannot do as RuntimeError; a search that fails says so, and the comparison stands.
@@ -163,7 +167,7 @@ def decided(
     more: Sequence[Law] = (),
     asked: Sequence[str] = (),
     *,
-    agrees: bool | None = True,
+    agrees: Callable[[Sequence[str]], bool] = lambda signals: True,
 ) -> Outcome:
     """The search for effects and its decision, without held-out trials.
 
@@ -176,8 +180,8 @@ def decided(
         limits: thresholds of search and decision.
         progress: called with one line at each stage.
         more: laws beside the shipped ones.
-        agrees: whether free runs of the model as given stay within the noise; without that no model is adequate, unless
-            no free run can tell (None) and the record is as probable without disturbing forces.
+        agrees: whether free runs of the model as given stay within the noise of some signals; without that no model is
+            adequate. Of a plant that falls over without its controller no free run can tell, and only the likelihood counts.
     """
     progress("estimating how much the model leaves unexplained")
     setting, nominal = nominal_set(case, limits)
@@ -185,7 +189,8 @@ def decided(
     lost = nominal.fit.log_likelihood - silent
     needless = lost < limits.quiet * max(len(case.balances), 1)
     # A loop holds the outputs of a wrong model where they should be, sample by sample, and its free runs go astray.
-    adequate = needless if agrees is None else agrees and (needless or louder < limits.louder)
+    told = foretold(nominal.fit, _scale(setting), case.signals)
+    adequate = (needless or (louder < limits.louder and len(told) == len(case.signals))) and agrees(told)
     candidates = () if adequate else all_candidates(case, nominal, (*laws(), *more))
     common = [c for c in candidates if not c.rare]
     progress(f"{len(common)} candidates at {len({c.place.site for c in common})} places")
@@ -319,26 +324,11 @@ def _answer(
     )
 
 
-def free_runs_agree(given: Comparison, factor: float) -> bool | None:
-    """Whether free runs of the model as given leave no more than a factor times the noise floor; None if they cannot tell.
-
-    A plant that falls over without its controller carries the sensors' noise far beyond what was measured: how much a free run
-    of a signal leaves is chance then, and the other signals decide whether it is astray.
-    """
-    measured = {name: np.concatenate([curve.measured[name] for curve in given.curves]) for name in given.signals}
-    told = [name for name, floor in given.noise_floor.items() if floor < float(np.nanstd(measured[name]))]
-    if len(told) == len(given.noise_floor):
-        return within_noise(given, factor)
-    sides = [given.learning, *([given.held_out] if given.held_out else [])]
-    agrees = all(
-        over_floor({name: each.rmse[name] for name in told}, given.noise_floor) <= factor for each in sides if told
-    )
-    return None if agrees else False
-
-
-def within_noise(given: Comparison, factor: float) -> bool:
-    """Whether free runs of the model as given leave no more than a factor times the noise floor, along trials of both kinds."""
-    return all(each is not None and each.over_floor <= factor for each in (given.learning, given.held_out))
+def within_noise(given: Comparison, factor: float, signals: Sequence[str] = ()) -> bool:
+    """Whether free runs of the model as given leave no more than a factor times the noise floor of some signals, all of them by
+    default, along trials of both kinds."""
+    sides = [({s: e.rmse[s] for s in signals or e.rmse} if e else {}) for e in (given.learning, given.held_out)]
+    return all(side and over_floor(side, given.noise_floor) <= factor for side in sides)
 
 
 def compared(

@@ -6,6 +6,7 @@ import numpy as np
 
 from fmus.errors import ComponentError
 from orchestrator.greybox.filtering import Filtered, GreyBox, Trial
+from orchestrator.greybox.fit import Fit
 
 # Numbers of windows in a trial over which sets can be compared, the longest windows first.
 HORIZONS = (8, 32, 128)
@@ -42,6 +43,30 @@ def squared_errors(
             if end - begin > 2:
                 found.append(_square(box, values, trial, run, begin, end, substeps))
     return np.array(found)
+
+
+def foretold(fit: Fit, scale: np.ndarray, signals: Sequence[str]) -> list[str]:
+    """Signals that free runs along whole trials can foretell.
+
+    What is not known of the states at the end of a trial, carried along the trial once more, stays within the signal's spread.
+    That of a plant that falls over does not: how far its free runs go astray is chance.
+
+    Args:
+        fit: a fitted model.
+        scale: spread (ny,) of each signal.
+        signals: their names.
+    """
+    told = np.ones(len(signals), dtype=bool)
+    for trial, noise in zip(fit.trials, fit.noise, strict=True):
+        sizes = (trial, fit.theta, noise.intensity, noise.sensors)
+        lines = fit.box.in_lines(*sizes, substeps=fit.substeps)
+        known = fit.box.run(*sizes, substeps=fit.substeps, covariances=True).covariance
+        assert known is not None
+        carried = known[-1]
+        for step in lines.transition[1:]:
+            carried = step @ carried @ step.T
+        told &= np.einsum("ij,jk,ik->i", lines.reading[-1], carried, lines.reading[-1]) < scale**2
+    return [name for name, yes in zip(signals, told, strict=True) if yes]
 
 
 def _square(
