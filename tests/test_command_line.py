@@ -30,21 +30,28 @@ def misfit(*arguments: str | Path, cwd: Path | None = None) -> subprocess.Comple
     return subprocess.run(command, capture_output=True, text=True, cwd=cwd, check=False, timeout=300)
 
 
-def on_a_terminal(columns: int, *arguments: str | Path) -> str:
-    """What a terminal of that width shows, without its control codes and what was drawn over."""
+def on_a_terminal(columns: int, *arguments: str | Path, code: int = 0) -> str:
+    """What a terminal of that width shows, without its control codes and what was drawn over; errors where one is expected."""
     ours, theirs = os.openpty()
     fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
     command = [str(Path(sys.executable).with_name("misfit")), *map(str, arguments)]
     environment = {name: value for name, value in os.environ.items() if name != "COLUMNS"}
-    process = subprocess.Popen(command, stdout=theirs, stderr=subprocess.DEVNULL, env=environment)
+    process = subprocess.Popen(command, stdout=theirs, stderr=theirs if code else subprocess.DEVNULL, env=environment)
     os.close(theirs)
     shown = b""
     with suppress(OSError):  # Linux ends a closed terminal with an error
         while part := os.read(ours, 65536):
             shown += part
     os.close(ours)
-    assert process.wait(timeout=60) == 0
+    assert process.wait(timeout=60) == code
     return re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", shown.decode()).replace("\r\n", "\n")
+
+
+def test_an_error_breaks_between_words_on_a_terminal() -> None:
+    lines = on_a_terminal(60, "ledger", "no-such-folder", code=2).splitlines()
+
+    assert len(lines) > 1 and max(map(len, lines)) <= 60
+    assert "give the folder that 'misfit discover --out' wrote" in " ".join(lines)
 
 
 def small_case(folder: Path, **changes: str) -> Path:

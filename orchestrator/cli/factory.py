@@ -142,6 +142,7 @@ def validate(files: tuple[str, ...], json_file: str | None, quiet: bool, workers
     from concurrent.futures import ThreadPoolExecutor
 
     from fmus.validate import Validation, examine_fmu
+    from orchestrator.measurements.wording import counted
 
     broken: list[MisfitError] = []
 
@@ -153,7 +154,7 @@ def validate(files: tuple[str, ...], json_file: str | None, quiet: bool, workers
             return Validation((str(error),))
 
     with progress(quiet) as say, ThreadPoolExecutor(workers) as pool:
-        say(f"checking {len(files)} FMUs")
+        say(f"checking {counted(len(files), 'FMU')}")
         # Each is run in a process of its own; threads only wait for those.
         found = dict(zip(files, pool.map(examined, files), strict=True))
     fmus = [{"file": n, "findings": list(each.findings), "notes": list(each.notes)} for n, each in found.items()]
@@ -168,4 +169,4 @@ def validate(files: tuple[str, ...], json_file: str | None, quiet: bool, workers
     if lines:
         sys.exit(2 if broken else 1)
     if json_file != "-" and not quiet:
-        click.echo(f"{len(files)} FMU{'s' if len(files) > 1 else ''} without findings")
+        click.echo(f"{counted(len(files), 'FMU')} without findings")

@@ -4,6 +4,8 @@ import os
 import sys
 from difflib import get_close_matches
 from importlib.metadata import EntryPoint, entry_points
+from shutil import get_terminal_size
+from textwrap import fill
 
 import click
 
@@ -98,5 +100,9 @@ def main() -> None:
 
 
 def _complain(message: str, code: int) -> int:
-    print(f"misfit: {' '.join(message.split())}", file=sys.stderr)
+    line = f"misfit: {' '.join(message.split())}"
+    if sys.stderr.isatty():  # a terminal would break numbers and names at its edge
+        columns = get_terminal_size().columns
+        line = fill(line, columns, break_long_words=False, break_on_hyphens=False)
+    print(line, file=sys.stderr)
     return code

@@ -243,7 +243,7 @@ def _finding(best: Tried, before: float, others: Sequence[Change]) -> Finding:
     kind: Kind = KINDS.get(change.way, "sign" if change.value == -1.0 else "unit")
     column = ", ".join(change.columns)
     evidence = (
-        f"over short stretches the model leaves {before:.3g} of what the record shows, and {best.left:.2g} if"
+        f"over short stretches the model leaves {before:.3g} times what the record shows, and {best.left:.2g} times if"
         f" {column} {is_are(change.columns)} {change.meaning}"
     )
     if others:

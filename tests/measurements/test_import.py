@@ -33,6 +33,15 @@ def test_there_are_thirty_five_dirty_files() -> None:
     assert len(KINDS) == 35 and tuple(dirty_files()) == KINDS
 
 
+def test_times_without_rows_are_told(tmp_path: Path) -> None:
+    rows = [f"{k / 100},{k % 7},{np.sin(k / 20):.5f}" for k in range(600) if not 200 <= k < 260]
+    (tmp_path / "a.csv").write_text("\n".join(["time,torque,phi", *rows]))
+
+    told = " ".join(run(tmp_path / "a.csv", "--model", "drive", "--yes").output.split())
+
+    assert "a.csv: no rows from 1.99 to 2.6 s: nothing is compared there" in told
+
+
 def test_seconds_of_a_machine_that_has_run_for_long_are_no_days(tmp_path: Path) -> None:
     rows = [f"{45000 + k / 10:.1f},{np.sin(k / 20):.5f}" for k in range(200)]
     (tmp_path / "a.csv").write_text("\n".join(["t,phi", *rows]))

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from fmus.errors import MisfitError
 from fmus.units import conversion
+from orchestrator.measurements.cleaning import GAP
 from orchestrator.measurements.dirty.reading import Reading
 from orchestrator.measurements.table import Table
 from orchestrator.measurements.trial import Array
@@ -42,6 +43,7 @@ def repaired(table: Table, reading: Reading, needed: Collection[str], interpolat
     if reading.time_kind != "counted":
         table, time = _in_order(table, reading, notes)
         columns[TIME], limit = time, reading.bridge_up_to_s
+        notes += _pauses(table.path.name, time)
     keep = np.ones(len(time), bool)
     for place, name in enumerate(table.names):
         if name in reading.time:
@@ -97,7 +99,9 @@ def _in_order(table: Table, reading: Reading, notes: list[str]) -> tuple[Table, 
         )
         return _rows(table, order), _spread(time[order])
     first = np.r_[True, ~repeats]
-    notes.append(f"{table.path.name}: {int(repeats.sum())} rows repeat the time before them and are left out")
+    notes.append(
+        f"{table.path.name}: {counted(int(repeats.sum()), 'row')} with the time of the row before {'is' if repeats.sum() == 1 else 'are'} left out"
+    )
     return _rows(table, order[first]), time[order[first]]
 
 
@@ -122,6 +126,19 @@ def _require_one_recording(table: Table, time: Array, back: NDArray[np.intp], na
 
 def _rows(table: Table, order: NDArray[np.intp]) -> Table:
     return replace(table, values=table.values[order], lines=tuple(table.lines[place] for place in order))
+
+
+def _pauses(file: str, time: Array) -> list[str]:
+    """A note on times without rows, if there are any."""
+    steps = np.diff(time)
+    found = np.flatnonzero(steps > GAP * np.median(steps))
+    if not found.size:
+        return []
+    begin, end = time[found[0]], time[found[0] + 1]
+    which = f"from {begin:.6g} to {end:.6g} s" + (
+        f" and {counted(found.size - 1, 'more time')}" if found.size > 1 else ""
+    )
+    return [f"{file}: no rows {which}: nothing is compared there, inputs go on as between other samples"]
 
 
 def _spread(time: Array) -> Array:
