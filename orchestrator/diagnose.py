@@ -173,7 +173,9 @@ def _diagnosed(
         if isinstance(model, SymbolicModel) and found.verdict != "adequate":
             progress("asking which inputs what is missing goes with")
             heard = witness_functions(model, measurements)
-            findings = (*found.findings, *sentences(heard))
+            # What explains the record says itself which inputs it goes with.
+            said = () if found.verdict == "named" and _left(found) < MUCH_LEFT else sentences(heard)
+            findings = (*found.findings, *said)
             witness = found.witness or heard.pictures
             found = replace(found, functions=document(heard), findings=findings, witness=witness)
     if closed and found.verdict == "unknown" and within_noise(found.steps[0].comparison, Thresholds().within):

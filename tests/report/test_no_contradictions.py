@@ -8,7 +8,9 @@ from typing import Any
 import pytest
 
 from orchestrator.report.answer import answer_of
+from orchestrator.report.answer.drawing import witness_svg
 from orchestrator.report.answer.markup import answer_html
+from orchestrator.report.answer.witness import Witness
 from orchestrator.report.page import held_out_table
 from orchestrator.verdicts.result import HeldOut
 
@@ -132,3 +134,25 @@ def test_an_error_far_below_the_noise_floor_is_explained(after: float, said: boo
     caution = answer_of(document | {"held_out": held_out}).caution
 
     assert ("The noise floor is too high here" in caution) == said
+
+
+@pytest.mark.parametrize(("unit", "size"), [("1/s", 7.5e-5), ("1", 3e-4), ("degC", 2e5), ("N.m", 7.5e-5)])
+def test_numbers_beside_an_axis_have_room_there_and_their_power_of_ten_stands_in_its_title(
+    unit: str, size: float
+) -> None:
+    steps = (-1.0, 0.0, 1.0)
+    picture = witness_svg(Witness("soc", unit, "I", "A", steps, tuple(size * x for x in steps), (), ()))
+
+    beside = [float(text) for text in re.findall(r'text-anchor="end">([^<]+)<', picture)]
+    assert max(len(f"{value:g}") for value in beside) <= 5
+    title = re.search(r'class="a-title"[^>]*>([^<]+)<', picture)
+    assert (
+        title
+        and title[1]
+        == {
+            "1/s": "Soc (10⁻⁶/s)",
+            "1": "Soc (10⁻⁶)",
+            "degC": "Soc (10³ degC)",
+            "N.m": "Soc (µN·m)",
+        }[unit]
+    )

@@ -19,6 +19,7 @@ MOST_POINTS = 500
 LONGEST = 255
 # How wide a picture is drawn: for a column of a page, and for a phone, where letters of the wide one would be of 6 pixels.
 WIDE, NARROW = 560, 340
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 # Letters that a title has room for.
 MOST_TITLE, MOST_TITLE_NARROW = 70, 48
 
@@ -149,11 +150,14 @@ def _room(low: float, high: float) -> tuple[float, float]:
 
 
 def _exponent(value: float, unit: str) -> int:
-    return engineering_exponent(value) if takes_prefix(unit) else 0
+    """Power of ten that leaves numbers short enough for the room beside an axis."""
+    return engineering_exponent(value) if takes_prefix(unit) or not 0.1 <= value < 1e5 else 0
 
 
 def _unit(unit: str, exponent: int) -> str:
-    return unit_text(prefixed(unit, exponent)) or "no unit"
+    if takes_prefix(unit) or not exponent:
+        return unit_text(prefixed(unit, exponent)) or "no unit"
+    return f"10{str(exponent).translate(_RAISED)} {unit_text(unit)}".rstrip().replace(" 1/", "/")
 
 
 def _short(name: str, most: int) -> str:

@@ -126,7 +126,7 @@ def _rivals(answer: Answer) -> str:
 def _row(rival: Rival, odds: bool) -> str:
     kind = ' class="a-named"' if rival.named else ""
     first = f'<td class="a-odds">{html.escape(rival.odds)}</td>' if odds else ""
-    return f'<tr{kind}><th scope="row">{html.escape(rival.name)}</th>{first}<td>{html.escape(rival.reason)}</td></tr>'
+    return f'<tr{kind}><th scope="row">{html.escape(rival.name)}</th>{first}<td>{html.escape(unbroken(rival.reason))}</td></tr>'
 
 
 def _either(draw: Callable[[bool], str]) -> str:
