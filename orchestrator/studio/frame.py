@@ -5,12 +5,14 @@ from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
 
-from fastapi import Request
+from fastapi import Request, Response
+from fastapi.responses import HTMLResponse
 from nicegui import app, ui
 
 from orchestrator.report.answer.markup import answer_style
 from orchestrator.report.arm_drawing import replay_script, replay_style
 from orchestrator.report.palette import Colour, css_variables, dark_css
+from orchestrator.studio.gate import REFUSED
 from orchestrator.studio.pages import Page
 from orchestrator.studio.views.parts import STYLE as VIEWS_STYLE
 
@@ -30,6 +32,15 @@ def mount(pages: Sequence[Page]) -> None:
         ui.add_head_html(f'<script src="/studio/{script}" defer></script>', shared=True)
     for page in pages:
         _mount(page, pages)
+    others = app.exception_handlers[404]
+
+    @app.exception_handler(404)
+    async def no_such_page(request: Request, error: Exception) -> Response:
+        if "text/html" in request.headers.get("accept", ""):
+            words = 'There is no such page. <a href="/">Go to the start page</a>'
+            return HTMLResponse(REFUSED.format(words), 404)
+        found = others(request, error)
+        return await found if inspect.isawaitable(found) else found
 
 
 def _mount(page: Page, pages: Sequence[Page]) -> None:

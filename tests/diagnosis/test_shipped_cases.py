@@ -58,6 +58,8 @@ def check_arm(found: Diagnosis, case: str) -> None:
     before, after = over_signals(found.held_out.rmse_before), over_signals(found.held_out.rmse_after)
     assert after < before / 10 or after < 1.5 * truth["true_model_rmse_heldout_rad"]
     assert sorted(found.ranking[0].effects) == sorted(truth["effects"])
+    # The named effects say what inputs the missing torque goes with; a weaker witness beside them would contradict them.
+    assert not any(finding.startswith("what is missing at") for finding in found.findings)
     for name, true_name in CALLED.get(case, {}).items():
         true = truth["parameters"][0][true_name]
         assert found.effects[0].parameters[name].value == pytest.approx(true, rel=0.03)

@@ -27,3 +27,11 @@ def test_no_bar_without_a_name_is_drawn_while_a_request_is_under_way(tab: Page, 
     tab.evaluate("() => { const r = new XMLHttpRequest(); r.open('GET', '/slow'); r.send(); }")
     tab.wait_for_timeout(300)  # the bar would come with the request, and be there until it is answered
     expect(tab.locator(".q-loading-bar:not([aria-hidden=true])")).to_have_count(0)
+
+
+def test_an_address_without_a_page_leads_to_the_start_page(tab: Page, studio: Studio) -> None:
+    answer = tab.goto(f"{studio.url}/nowhere")
+
+    assert answer is not None and answer.status == 404
+    tab.get_by_role("link", name="Go to the start page").click()
+    expect(tab.get_by_role("link", name="Projects")).to_have_attribute("aria-current", "page")
