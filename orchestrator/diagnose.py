@@ -180,6 +180,11 @@ def _diagnosed(
             found = replace(found, functions=document(heard), findings=findings, witness=witness)
     if closed and found.verdict == "unknown" and within_noise(found.steps[0].comparison, Thresholds().within):
         found = replace(found, verdict="adequate", best=())
+    elif closed and found.verdict in ("adequate", "cannot_tell") and not found.best and _left(found, 0) >= MUCH_LEFT:
+        # Coloured noise explains any slow error, but not one of several times the sensors' noise.
+        found = doubted(
+            found, f"free runs leave {_left(found, 0):.3g} times the noise, and no effect that was tried stands out"
+        )
     warnings = (*map(str, checks), *found.warnings)
     own = "" if closed or source.file is None else f"{source.file}:{source.class_name}"
     return replace(

@@ -1,5 +1,7 @@
 """Child processes that run one FMU, shared by all who need runs of it."""
 
+import math
+import time
 import weakref
 from pathlib import Path
 from typing import Any
@@ -10,6 +12,9 @@ from orchestrator.blackbox.worker import PathRequest, ProbeRequest, RatesRequest
 
 SYSTEM_ENDINGS = (".toml", ".ssd", ".ssp")
 TIME_LIMIT_S = 300.0
+# An FMU whose solver does not come to an end with some input is stopped after so many times what its quickest run took for as many
+# steps, but not before this time.
+PATIENCE, LEAST_LIMIT_S = 50.0, 10.0
 Request = RunRequest | ProbeRequest | RatesRequest | PathRequest | SlopesRequest
 
 
@@ -18,6 +23,7 @@ class FmuProcesses:
 
     def __init__(self, path: Path, cosimulation: bool, join_forces: bool = False) -> None:
         self.path, self.cosimulation, self.join_forces = path, cosimulation, join_forces
+        self._step_s = math.inf
         self._begin()
 
     def _begin(self) -> None:
@@ -32,16 +38,19 @@ class FmuProcesses:
             ComponentError: if it fails, crashes or gives no answer in time; names the FMU.
         """
         fmu = self.path.resolve(), self.cosimulation, self.join_forces
+        steps = len(request.time) * request.substeps * len(request.variants) if isinstance(request, RunRequest) else 0
+        expected = self._step_s * steps if steps else math.inf
+        limit, began = min(max(PATIENCE * expected, LEAST_LIMIT_S), TIME_LIMIT_S), time.monotonic()
         try:
-            succeeded, found = self._workers.call(answer, *fmu, request, timeout_s=TIME_LIMIT_S)
+            succeeded, found = self._workers.call(answer, *fmu, request, timeout_s=limit)
         except SilentWorker:
-            raise ComponentError(
-                f"FMU {self.path.name} gave no answer for {TIME_LIMIT_S:.0f} s and was stopped"
-            ) from None
+            raise ComponentError(f"FMU {self.path.name} gave no answer for {limit:.0f} s and was stopped") from None
         except BrokenWorker as error:
             raise ComponentError(f"FMU {self.path.name} crashed its process (exit code {error.code})") from None
         if not succeeded:
             raise ComponentError(f"FMU {self.path.name} failed: {found}")
+        if steps:
+            self._step_s = min(self._step_s, (time.monotonic() - began) / steps)
         return found
 
     def close(self) -> None:

@@ -13,6 +13,7 @@ from orchestrator.blackbox.coupled import CoupledSystem, Mounted, couple
 from orchestrator.blackbox.fmu_file import FmuFile
 from orchestrator.blackbox.library import FORCE_SLOTS, INPUT_SLOTS, PARAMETER_SLOT, Law, Scales, laws, needs
 from orchestrator.blackbox.model import CoupledModel
+from orchestrator.blackbox.ports import Port
 from orchestrator.blackbox.sites import NEGLIGIBLE, Sites, find_sites, plain_sites
 from orchestrator.blackbox.system_source import open_file
 from orchestrator.library.cards import Candidate, effect_library
@@ -54,6 +55,7 @@ class FmuSource:
         plain = plain_sites(fmu.started)
         data = bind(measurements, plain.inputs, plain.outputs)
         sites = find_sites(fmu.started, data, fmu.positions(), _gains(fmu, data))
+        sites = replace(sites, parameters=_that_show(fmu, sites, data))
         return FmuSource(
             name=str(path), class_name=path.stem, file=path, fmu=fmu, sites=sites, measurements=measurements
         )
@@ -178,6 +180,25 @@ def _gains_by_pulses(fmu: FmuFile, data: BoundSet) -> np.ndarray:
         for k in range(len(sites.outputs)):
             gains[k, i] = _acceleration(time - time[0], answer[:, k])
     return gains
+
+
+def _that_show(fmu: FmuFile, sites: Sites, data: BoundSet) -> tuple[Port, ...]:
+    """The parameters of which the outputs would show a value twice as large, by slopes: not the tolerances of an FMU's solver."""
+    if not sites.parameters:
+        return ()
+    law = next(law for law in laws() if law.card.slots[0] == PARAMETER_SLOT)
+    names = [sites.outputs[k].name for k in sites.measured]
+    system = couple(fmu.path.name, sites, [Mounted(law, PARAMETER_SLOT, tuple(range(1, len(sites.parameters) + 1)))])
+    shares = [v.name for v in system.parameters]
+    compiled = CoupledModel(fmu.path.name, system, fmu, sites, names, shares).compiled
+    start = np.array([0.0 if v.start is None else v.start for v in system.states])
+    noise, shown = np.array([data.noise_std[name] for name in names]), np.zeros(len(shares), dtype=bool)
+    for trial in data.learning:
+        run = compiled.run(trial.time, trial.inputs, compiled.parameters, start, sensitivities=True)
+        assert run.sensitivities is not None
+        slopes = run.sensitivities[:, :, len(start) :]
+        shown |= np.any(np.sqrt(np.mean(slopes**2, axis=0)) > noise[:, None], axis=0)
+    return tuple(port for port, yes in zip(sites.parameters, shown, strict=True) if yes)
 
 
 def _acceleration(time: np.ndarray, answer: np.ndarray) -> float:

@@ -31,5 +31,8 @@ def doubted(found: Diagnosis, reason: str) -> Diagnosis:
         confusable=(),
         steps=found.steps[:1],
         held_out=replace(found.held_out, rmse_after=found.held_out.rmse_before, reducible_removed=0.0),
-        warnings=(f"the best set is {names}, not proven: {reason}", *found.warnings),
+        warnings=(
+            f"the best set is {names}, not proven: {reason}" if names else f"nothing is named: {reason}",
+            *found.warnings,
+        ),
     )

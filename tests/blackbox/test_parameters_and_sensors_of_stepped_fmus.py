@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 from fmus.catalogue import ModelicaModel
+from fmus.children import SilentWorker
+from fmus.errors import ComponentError
 from fmus.package import build_fmu
 from orchestrator.blackbox.source import FmuSource
 from orchestrator.cosim import Simulation, load_system
@@ -88,3 +90,40 @@ def test_a_sensor_shows_what_its_law_says_although_the_fmu_is_stepped(
     assert compiled.has_own_steps  # nothing of the FMU depends on it, so it is stepped no finer
     run = compiled.run(TIME, u, compiled.with_values(np.array([0.1])), states)
     np.testing.assert_allclose(run.outputs[:, 0], shown(TIME), atol=5e-3 if effect == "sensor_delay" else 1e-3)
+
+
+def test_an_error_of_many_times_the_noise_that_no_candidate_explains_is_never_adequate(tmp_path: Path) -> None:
+    text = (
+        "model Two\n  parameter Real idle = 3;\n  input Real u;\n  output Real x(start=0, fixed=true);\n"
+        "  output Real y(start=0, fixed=true);\nequation\n  0.5*der(x) = u - x;\n  0.5*der(y) = 2*u - y;\nend Two;\n"
+    )
+    (tmp_path / "Two.mo").write_text(text)
+    fmu = build_fmu(ModelicaModel("Two", "Two", tmp_path / "Two.mo").compile(), tmp_path / "Two.fmu")
+    (data := tmp_path / "data").mkdir()
+    for k in range(3):
+        random = np.random.default_rng(k)
+        u = np.repeat(random.uniform(-1, 1, 8), 25)
+        y = first_order(u, 0.5)
+        late = np.interp(TIME - 0.1, TIME, y / 2)
+        noisy = np.column_stack([late, y]) + 0.002 * random.standard_normal((len(TIME), 2))
+        rows = np.column_stack([TIME, u, noisy])
+        np.savetxt(data / f"run_{k}.csv", rows, delimiter=",", header="time,u,x,y", comments="", fmt="%.9g")
+    source = FmuSource.prepare(fmu, load_measurements(str(data)), stepped=True)
+    assert "idle" not in {c.site for c in source.candidates()}  # a value that no output shows is none that is missing
+    found = diagnose(source, source.measurements, workers=1)
+    assert found.steps[0].comparison.learning.over_floor > 5
+    assert found.verdict == "unknown", found.warnings  # sensors of a stepped FMU are late together or not at all
+
+
+def test_an_fmu_whose_solver_does_not_end_is_stopped_soon_after_what_its_runs_take(
+    source: FmuSource, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    compiled, start = source.model(source.compile()).compiled, np.zeros(0)
+    compiled.run(TIME, np.ones((len(TIME), 1)), compiled.parameters, start)
+
+    def silent(function: object, *arguments: object, timeout_s: float) -> None:
+        raise SilentWorker(f"{timeout_s}")
+
+    monkeypatch.setattr(compiled.processes._workers, "call", silent)
+    with pytest.raises(ComponentError, match=r"gave no answer for 1\d s"):
+        compiled.run(TIME, np.ones((len(TIME), 1)), compiled.parameters, start)

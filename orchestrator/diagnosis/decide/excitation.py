@@ -11,8 +11,9 @@ from orchestrator.diagnosis.linear.calibration import Stage
 from orchestrator.library.cards import Candidate
 from orchestrator.models.smoothing import SmoothedTrial
 
-# These act only beyond a level; a range that was never entered says nothing against the data.
-BEYOND_A_LEVEL = ("end_stop", "saturation", "recruitment_curve", "backlash", "tremor")
+# These act only beyond a level, and a range that was never entered says nothing against the data; nor does a parameter that
+# hardly shows, such as a tolerance of an FMU's solver.
+BEYOND_A_LEVEL = ("end_stop", "saturation", "recruitment_curve", "backlash", "tremor", "parameter_error")
 
 
 def is_at_rest(learning: LearningData) -> bool:
