@@ -1,6 +1,6 @@
 """`misfit studio`."""
 
-from contextlib import nullcontext
+from contextlib import nullcontext, suppress
 from pathlib import Path
 
 import click
@@ -31,6 +31,7 @@ def studio(port: int, no_browser: bool, workspace: Path | None) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     listener, keys = listen(port), Keys()
     link = f"http://{HOST}:{listener.getsockname()[1]}/?token={keys.token}"
-    click.echo(link)
-    with nullcontext() if no_browser else browser_opened(link, folder):
-        serve(listener, keys, folder.resolve())
+    with suppress(KeyboardInterrupt):  # Ctrl-C is how a studio ends, at once from when its link can be read
+        click.echo(link)
+        with nullcontext() if no_browser else browser_opened(link, folder):
+            serve(listener, keys, folder.resolve())

@@ -47,10 +47,15 @@ def cleaned(time: Array, values: Array) -> Cleaned:
     return Cleaned(_bridged(time, values, held | outliers), outliers, held)
 
 
+def gaps(time: Array) -> NDArray[np.intp]:
+    """Places of the samples before the gaps of a clock."""
+    steps = np.diff(time)
+    return np.flatnonzero(steps > GAP * np.median(steps))
+
+
 def pieces(time: Array, values: Array) -> list[Array]:
     """Cut a series at the gaps of its clock."""
-    steps = np.diff(time)
-    return np.split(values, np.flatnonzero(steps > GAP * np.median(steps)) + 1)
+    return np.split(values, gaps(time) + 1)
 
 
 def _outliers(values: Array) -> NDArray[np.bool_]:
@@ -127,13 +132,12 @@ def bridged(time: Array, values: Array) -> Array:
     the gap and the two steps beside it together gain what the curve has above the line. Pieces of a signal with steps,
     such as a command, are left as they are: a curve through them means nothing.
     """
-    steps = np.diff(time)
-    usual = float(np.median(steps))
-    gaps = np.flatnonzero(steps > GAP * usual)
-    if not gaps.size or len(time) < 4 or _has_steps(values):
+    steps, places = np.diff(time), gaps(time)
+    if not places.size or len(time) < 4 or _has_steps(values):
         return values
+    usual = float(np.median(steps))
     curve, result = scipy.interpolate.CubicSpline(time, values), values.astype(float)
-    for place in gaps:
+    for place in places:
         length = float(steps[place])
         excess = float(curve.integrate(time[place], time[place + 1])) - 0.5 * length * (
             values[place] + values[place + 1]

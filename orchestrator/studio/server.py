@@ -29,7 +29,11 @@ def listen(port: int) -> socket.socket:
 
 
 def serve(listener: socket.socket, keys: Keys, folder: Path) -> None:
-    """Serve until interrupted."""
+    """Serve until interrupted.
+
+    Raises:
+        KeyboardInterrupt: by Ctrl-C, once all work is cancelled.
+    """
     os.environ["NICEGUI_STORAGE_PATH"] = str(folder / ".nicegui")
     import uvicorn
     from fastapi import FastAPI
@@ -59,7 +63,5 @@ def serve(listener: socket.socket, keys: Keys, folder: Path) -> None:
     config = uvicorn.Config(gate, log_level="warning", server_header=False, timeout_graceful_shutdown=1)
     try:
         uvicorn.Server(config).run(sockets=[listener])
-    except KeyboardInterrupt:
-        pass  # Ctrl-C is how a studio ends
     finally:
         jobs.cancel_all()

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from fmus.errors import MisfitError
 from fmus.units import conversion
-from orchestrator.measurements.cleaning import GAP
+from orchestrator.measurements.cleaning import gaps
 from orchestrator.measurements.dirty.reading import Reading
 from orchestrator.measurements.table import Table
 from orchestrator.measurements.trial import Array
@@ -130,8 +130,7 @@ def _rows(table: Table, order: NDArray[np.intp]) -> Table:
 
 def _pauses(file: str, time: Array) -> list[str]:
     """A note on times without rows, if there are any."""
-    steps = np.diff(time)
-    found = np.flatnonzero(steps > GAP * np.median(steps))
+    found = gaps(time)
     if not found.size:
         return []
     begin, end = time[found[0]], time[found[0] + 1]
