@@ -11,9 +11,8 @@ from orchestrator.diagnosis.linear.calibration import Stage
 from orchestrator.library.cards import Candidate
 from orchestrator.models.smoothing import SmoothedTrial
 
-# These act only beyond a level, and a range that was never entered says nothing against the data; nor does a parameter that
-# hardly shows, such as a tolerance of an FMU's solver.
-BEYOND_A_LEVEL = ("end_stop", "saturation", "recruitment_curve", "backlash", "tremor", "parameter_error")
+# These act only beyond a level; a range that was never entered says nothing against the data.
+BEYOND_A_LEVEL = ("end_stop", "saturation", "recruitment_curve", "backlash", "tremor")
 
 
 def is_at_rest(learning: LearningData) -> bool:
