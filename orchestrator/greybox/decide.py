@@ -15,6 +15,7 @@ from orchestrator.greybox.prediction import HORIZONS, WHOLE, squared_errors
 from orchestrator.greybox.search import FittedSet
 from orchestrator.greybox.thresholds import Thresholds
 
+FitMore = Callable[[tuple[Candidate, ...], FittedSet | None], FittedSet | None]
 Grade = Literal["named", "ambiguous", "improves", "unknown", "adequate", "cannot_tell"]
 
 
@@ -41,7 +42,7 @@ class Judge:
             scale: spread of each signal (ny,) over the learning trials, in its unit.
         """
         judge = cls(nominal, limits, scale)
-        best = sorted(sets, key=lambda s: s.loss)[: limits.refined]
+        best = sorted(sets, key=lambda s: s.loss)[: limits.likeliest]
         far = (w for w in HORIZONS if min(judge.error(s, w) for s in best) < limits.predictable)
         judge.windows = next(far, HORIZONS[-1])
         return judge
@@ -198,7 +199,7 @@ def decide(
     nominal: FittedSet,
     limits: Thresholds,
     scale: np.ndarray,
-    fit_more: Callable[[tuple[Candidate, ...]], FittedSet | None],
+    fit_more: FitMore,
     simpler: Callable[[Candidate], Sequence[Candidate]],
     adequate: bool,
     unnamed: Callable[[FittedSet, Judge], str] = lambda chosen, judge: "",
@@ -210,7 +211,7 @@ def decide(
     Args:
         sets: all that were fitted. nominal: the model as given.
         scale: (ny,) of each signal, in which errors are taken together.
-        fit_more: fits a further set, None if that fails. simpler: laws that a law becomes at a limit of its parameters.
+        fit_more: fits a further set, from the values of another one too if it is given; None if that fails. simpler: laws that a law becomes at a limit of its parameters.
         adequate: whether the model as given leaves nothing but noise.
         unnamed: says why a set is no more than an approximation of a law that no candidate has; empty if it is not.
         same: a set that no data can tell from another one, if there is one.
@@ -221,14 +222,14 @@ def decide(
     if adequate:
         return Decision("adequate", nominal, (), ranked, 1.0, judge)
     first = _with_plausible_values(ranked, judge)
-    first = fit_more(first.candidates) or first if first.candidates else first
+    first = fit_more(first.candidates, None) or first if first.candidates else first
     pruned = _pruned(first, judge, fit_more, simpler)
     if pruned.candidates:  # of fewer parameters than the first choice, it has other rivals
         as_plausible = _as_plausible(ranked, pruned, limits)
         pruned = _undefeated(
             [pruned, *(s for s in as_plausible if s.candidates and s.counted <= pruned.counted)], judge
         )
-    chosen = _simplest(pruned, ranked, judge)
+    chosen = _simplest(pruned, _as_plausible(ranked, pruned, limits), judge)
     ranked = _ranked([*ranked, chosen])
     explained = judge.explained(chosen)
     if not chosen.candidates:
@@ -307,11 +308,11 @@ def _with_plausible_values(ranked: Sequence[FittedSet], judge: Judge) -> FittedS
     return likeliest if judge.best_ratio(likeliest, best) ** 2 < judge.limits.complete_share else best
 
 
-def _simplest(chosen: FittedSet, ranked: Sequence[FittedSet], judge: Judge) -> FittedSet:
+def _simplest(chosen: FittedSet, plausible: Sequence[FittedSet], judge: Judge) -> FittedSet:
     """A set with fewer parameters that explains and predicts the record as well, if there is one."""
     if not chosen.candidates:
         return chosen
-    for other in ranked:
+    for other in plausible:
         simpler = other.candidates and other.counted < chosen.counted
         if simpler and not judge.beyond_doubt(chosen, other) and judge.ratio(other, chosen) < 1 + judge.limits.alike:
             return other
@@ -321,7 +322,7 @@ def _simplest(chosen: FittedSet, ranked: Sequence[FittedSet], judge: Judge) -> F
 def _pruned(
     best: FittedSet,
     judge: Judge,
-    fit_more: Callable[[tuple[Candidate, ...]], FittedSet | None],
+    fit_more: FitMore,
     simpler: Callable[[Candidate], Sequence[Candidate]],
 ) -> FittedSet:
     """The set without the effects that do not earn their place, the weakest first.
@@ -332,7 +333,7 @@ def _pruned(
     """
     whole = best
     wrong = tuple(c for c in whole.candidates if c.id == "parameter_error")
-    calibrated = (fit_more(wrong) if wrong else None) or judge.nominal
+    calibrated = (fit_more(wrong, None) if wrong else None) or judge.nominal
 
     def given(best: FittedSet, less: FittedSet) -> FittedSet:
         gone = {c.id for c in best.candidates if c.family not in less.key}
@@ -355,7 +356,7 @@ def _pruned(
 
 def _smaller(
     best: FittedSet,
-    fit_more: Callable[[tuple[Candidate, ...]], FittedSet | None],
+    fit_more: FitMore,
     simpler: Callable[[Candidate], Sequence[Candidate]],
     nominal: FittedSet,
 ) -> Iterator[FittedSet | None]:
@@ -363,6 +364,6 @@ def _smaller(
     for weak in sorted(best.candidates, key=best.evidence):
         k = best.candidates.index(weak)
         rest = (*best.candidates[:k], *best.candidates[k + 1 :])
-        yield fit_more(rest) if rest else nominal
+        yield fit_more(rest, best) if rest else nominal
         for other in simpler(weak):
-            yield fit_more((*rest[:k], other, *rest[k:]))
+            yield fit_more((*rest[:k], other, *rest[k:]), best)

@@ -23,7 +23,7 @@ from orchestrator.greybox.decide import Decision, Judge, decide, scatter_between
 from orchestrator.greybox.effects import named_effects
 from orchestrator.greybox.evidence import Case, all_candidates, case_of, held_out_trials, nominal_set
 from orchestrator.greybox.extended import OUTPUT, extend
-from orchestrator.greybox.fit import ROUGHLY, Fitter, Noise
+from orchestrator.greybox.fit import Fitter, Noise
 from orchestrator.greybox.interpolation import RunsOtherwise, held_otherwise
 from orchestrator.greybox.laws import Law, laws
 from orchestrator.greybox.mirrored import is_one_delay, mirrored
@@ -422,7 +422,7 @@ def _held_out_error(outcome: Outcome, found: FittedSet, scale: np.ndarray) -> fl
     try:
         start: list[Noise] = [first_noise(fit.box, [trial], outcome.case.balances, fit.theta) for trial in trials]
         fitter = Fitter(trials, start, least_noise(trials))
-        again = fitter.fit(fit.box, fit.theta, held, rounds=ROUGHLY)
+        again = fitter.fit(fit.box, fit.theta, held)
     except ComponentError:
         return np.inf
     windows = outcome.decision.windows

@@ -4,26 +4,30 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from fmus.errors import ComponentError
 from orchestrator.greybox.filtering import Filtered, GreyBox, Trial
 from orchestrator.models.threads import on_idle_threads
 
-# A round that gains less in log likelihood changes no decision.
+# A step that gains less in log likelihood changes no decision.
 ENOUGH = 0.05
 # Steps in a sample interval are short enough if halving them changes the log likelihood by no more, or by 1e-4 of it.
 CLOSE = 0.3
-ROUNDS, STEPS = 20, 4
-# Rounds of a rough fit.
-ROUGHLY = 3
+# Steps at frozen gains, those on the noise, and those on both together, at most.
+STEPS, MOST_STEPS = 4, 40
+# How often a step that leads uphill is made shorter.
+SHORTER = 6
 MOST_SUBSTEPS = 16
 # Times that the model is put in lines for the noise.
 LOOKS = 3
 # Logarithms of noise: differences for slopes, and the longest step.
 DIFFERENCE, FARTHEST = 0.05, 2.0
 LOG_RANGE = np.log(1e8)
-# Forces that are tried in place of those that seem to be there, as a share of their size.
+# Forces from which noise is looked for once more, as a share of those that were found: what forces explain, noisy sensors may, too.
 CALMER = 0.1
+# Differences of parameters for slopes, in standard deviations by curvature.
+APART = 0.01
 # Process noise of this share of the first guess is none.
 SILENT = 1e-9
 
@@ -104,16 +108,16 @@ class Fitter:
         priors: Priors,
         noise: Sequence[Noise] | None = None,
         *,
-        rounds: int = ROUNDS,
+        to_the_end: bool = True,
     ) -> Fit:
-        """Fit from first values: parameters and noise in turn, then with calmer forces if there is more than one round.
+        """Fit from first values: parameters, then noise, then both together.
 
         Args:
             box: the model with its effects, filtered along trials.
             theta: first values (k,) of the free parameters.
             priors: their bounds and spreads.
             noise: first values of the noise of each trial, by default those that the fitter was made with.
-            rounds: of parameters and noise, at most.
+            to_the_end: whether both are fitted together; the first two steps find values to begin with.
 
         Raises:
             ComponentError: if the model fails from the first values on.
@@ -122,14 +126,13 @@ class Fitter:
         substeps = self._substeps(box, theta, noise)
         work = Work(box, self.trials, priors, substeps)
         value = work.value(theta, noise)
-        for _ in range(rounds):
-            before = value
-            theta, value = self._parameters(work, theta, noise, value)
-            noise, value = self._noise(work, theta, noise, value)
-            if before - value < ENOUGH or not len(theta):
-                break
-        if rounds > 1:
-            theta, noise, value = self._calmed(work, theta, noise, value)
+        theta, value = self._parameters(work, theta, noise, value)
+        noise, value = self._noise(work, theta, noise, value)
+        if to_the_end and len(theta):
+            theta, noise, value = self._together(work, theta, noise, value)
+            quieter, reached = self._noise(work, theta, self._of_sensors(work, theta, noise), np.inf)
+            if reached < value - ENOUGH:
+                theta, noise, value = self._together(work, theta, quieter, reached)
         runs = work.runs(theta, noise, slopes=True)
         return Fit(box, self.trials, theta, noise, -value, priors, substeps, tuple(runs))
 
@@ -162,6 +165,19 @@ class Fitter:
         run = box.run(trial, fit.theta, self.start[0].intensity * SILENT, self.start[0].sensors, substeps=fit.substeps)
         return np.maximum(np.sqrt(np.mean(run.innovation**2, axis=0)), self.least_noise)
 
+    def _of_sensors(self, work: "Work", theta: np.ndarray, noise: Sequence[Noise]) -> list[Noise]:
+        """Noise in which sensors explain the errors of runs that hardly anything disturbs; that of a trial whose run fails stays."""
+
+        def one(trial: Trial, own: Noise) -> Noise:
+            try:
+                run = work.box.run(trial, theta, own.intensity * SILENT, own.sensors, substeps=work.substeps)
+            except ComponentError:
+                return own
+            errors = np.sqrt(np.nanmean(np.where(run.variance > 0, run.innovation, np.nan) ** 2, axis=0))
+            return Noise(own.intensity * CALMER, np.fmax(errors, own.sensors))
+
+        return [one(trial, own) for trial, own in zip(work.trials, noise, strict=True)]
+
     def _substeps(self, box: GreyBox, theta: np.ndarray, noise: Sequence[Noise]) -> int:
         """Steps in a sample interval at which halving them hardly changes the likelihood."""
         priors = Priors(theta, np.full(len(theta), np.inf), theta, theta)
@@ -179,50 +195,64 @@ class Fitter:
     def _parameters(
         self, work: "Work", theta: np.ndarray, noise: Sequence[Noise], value: float
     ) -> tuple[np.ndarray, float]:
-        """Levenberg's and Marquardt's steps on the whitened innovations, accepted by the likelihood."""
-        if not len(theta):
-            return theta, value
-        damping = 1e-4
-        for _ in range(STEPS):
+        """Gauss's and Newton's steps on the whitened innovations, accepted by the likelihood."""
+        low, high = work.priors.low, work.priors.high
+        for _ in range(STEPS if len(theta) else 0):
             gradient, curvature = work.normal(theta, noise)
-            held_low = (theta <= work.priors.low) & (gradient > 0)
-            free = ~(held_low | ((theta >= work.priors.high) & (gradient < 0)))
-            if not free.any():
-                break
-            gained = 0.0
-            for _ in range(8):
-                step = np.zeros(len(theta))
-                matrix = curvature[np.ix_(free, free)]
-                scale = np.sqrt(np.maximum(np.diag(matrix), 1e-300))
-                scaled = matrix / scale[:, None] / scale + damping * np.eye(len(scale))
-                step[free] = -np.linalg.solve(scaled, gradient[free] / scale) / scale
-                proposed = np.clip(theta + step, work.priors.low, work.priors.high)
-                after = work.value(proposed, noise)
-                if after < value:
-                    gained, theta, value = value - after, proposed, after
-                    damping = max(damping / 10, 1e-8)
-                    break
-                damping *= 10
-            if gained < ENOUGH:
+            step = _newton(gradient, curvature, ~_held(theta, gradient, low, high))
+            before = value
+            theta, value = _along(lambda at: work.value(at, noise), theta, value, step, gradient, low, high)
+            if before - value < ENOUGH:
                 break
         return theta, value
 
-    def _calmed(
+    def _together(
         self, work: "Work", theta: np.ndarray, noise: tuple[Noise, ...], value: float
     ) -> tuple[np.ndarray, tuple[Noise, ...], float]:
-        """Parameters fitted with calmer forces, and the noise that they leave, as long as that is likelier.
+        """Quasi-Newton's steps on parameters and logarithms of the noise together, which begin with the curvature at frozen gains.
 
-        With much noise the record says little of parameters, and with wrong parameters there is much noise: steps of either in
-        turn end far from the best of both.
+        With much noise the record says little of parameters, and with wrong parameters there is much noise: steps of either in turn
+        end far from the best of both. Slopes at frozen gains lack how gains change, which a wrong model's innovations go with, so
+        slopes are found by differences (Broyden, Fletcher, Goldfarb, Shanno; damped as by Powell, Nocedal and Wright 2006, 18.3).
         """
-        while len(theta):
-            calmer = [Noise(own.intensity * CALMER, own.sensors) for own in noise]
-            other, reached = self._parameters(work, theta, calmer, work.value(theta, calmer))
-            less, reached = self._noise(work, other, calmer, reached)
-            if not reached < value - ENOUGH:
+        k, nb = len(theta), len(noise[0].intensity)
+        size = nb + len(noise[0].sensors)
+        lowest = [np.concatenate([own.logs[:nb] - LOG_RANGE, np.log(self.least_noise)]) for own in self.start]
+        low = np.concatenate([work.priors.low, *lowest])
+        high = np.concatenate([work.priors.high, *(own.logs + LOG_RANGE for own in self.start)])
+
+        def parts(at: np.ndarray) -> tuple[np.ndarray, tuple[Noise, ...]]:
+            return at[:k], tuple(Noise.of(logs, nb) for logs in at[k:].reshape(-1, size))
+
+        def objective(at: np.ndarray) -> float:
+            return work.value(*parts(at))
+
+        at = np.clip(np.concatenate([theta, *(own.logs for own in noise)]), low, high)
+        value = objective(at)
+        curvature = np.zeros(0)
+        fresh, small = True, 0
+        last: tuple[np.ndarray, np.ndarray] | None = None
+        for _ in range(MOST_STEPS):
+            theta, noise = parts(at)
+            if fresh:
+                curvature, last = work.curvature(theta, noise), None
+            apart = APART * _widths(np.diag(work.normal(theta, noise)[1]), theta, work.priors)
+            gradient = np.concatenate([work.slopes(theta, noise, value, apart), *work.noise_slopes(theta, noise)])
+            if last is not None:
+                curvature = _updated(curvature, at - last[0], gradient - last[1])
+            last, before = (at, gradient), value
+            step = _newton(gradient, curvature, ~_held(at, gradient, low, high))
+            step *= min(1.0, FARTHEST / max(float(np.abs(step[k:]).max(initial=0.0)), 1e-300))
+            if -gradient @ step / 2 < ENOUGH / 2:
                 break
-            theta, noise, value = other, less, reached
-        return theta, noise, value
+            at, value = _along(objective, at, value, step, gradient, low, high)
+            gained = before - value
+            if gained == 0.0 and fresh:
+                break
+            fresh, small = gained == 0.0, small + 1 if gained < ENOUGH else 0
+            if small > 1 and not fresh:
+                break
+        return *parts(at), value
 
     def _noise(
         self, work: "Work", theta: np.ndarray, noise: Sequence[Noise], value: float
@@ -321,6 +351,61 @@ def _limited_newton(gradient: np.ndarray, hessian: np.ndarray, free: np.ndarray)
     return step * min(1.0, FARTHEST / max(float(np.abs(step).max()), 1e-300))
 
 
+def _held(at: np.ndarray, gradient: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """What lies at a bound and would leave it."""
+    return ((at <= low) & (gradient > 0)) | ((at >= high) & (gradient < 0))
+
+
+def _newton(gradient: np.ndarray, curvature: np.ndarray, free: np.ndarray) -> np.ndarray:
+    """Newton's step along the free directions, each in its own scale."""
+    step = np.zeros(len(gradient))
+    if free.any():
+        scale = np.sqrt(np.maximum(np.diag(curvature)[free], 1e-300))
+        values, vectors = np.linalg.eigh(curvature[np.ix_(free, free)] / scale[:, None] / scale)
+        step[free] = -vectors @ (vectors.T @ (gradient[free] / scale) / np.maximum(np.abs(values), 1e-6)) / scale
+    return step
+
+
+def _along(
+    objective: Callable[[np.ndarray], float],
+    at: np.ndarray,
+    value: float,
+    step: np.ndarray,
+    gradient: np.ndarray,
+    low: np.ndarray,
+    high: np.ndarray,
+) -> tuple[np.ndarray, float]:
+    """Where a step leads within bounds, made shorter until it leads downhill; where it began if it never does."""
+    slope, share = float(gradient @ step), 1.0
+    for _ in range(SHORTER):
+        if not -share * slope >= ENOUGH / 2:
+            break
+        proposed = np.clip(at + share * step, low, high)
+        after = objective(proposed)
+        if after < value + 1e-4 * share * slope:
+            return proposed, after
+        lowest = -slope * share**2 / (2 * (after - value - slope * share)) if np.isfinite(after) else 0.0
+        share = float(np.clip(lowest, 0.1 * share, 0.5 * share))
+    return at, value
+
+
+def _widths(curvature: np.ndarray, at: np.ndarray, priors: Priors) -> np.ndarray:
+    """Standard deviations by curvature, no wider than priors or, without one, than the values are large."""
+    most = np.where(np.isfinite(priors.std), priors.std, np.maximum(np.abs(at), 1e-3))
+    return np.minimum(1.0 / np.sqrt(np.maximum(curvature, 1e-300)), most)
+
+
+def _updated(curvature: np.ndarray, moved: np.ndarray, changed: np.ndarray) -> np.ndarray:
+    """The curvature after a step, of which the gradient's change is known; it stays positive."""
+    bent = curvature @ moved
+    size, along = float(moved @ bent), float(moved @ changed)
+    if size <= 0.0:
+        return curvature
+    share = 1.0 if along >= 0.2 * size else 0.8 * size / (size - along)
+    mixed = share * changed + (1 - share) * bent
+    return curvature - np.outer(bent, bent) / size + np.outer(mixed, mixed) / (moved @ mixed)
+
+
 class Work:
     """Values and slopes of the objective of one grey box: minus the log likelihood, with priors."""
 
@@ -365,3 +450,32 @@ class Work:
             gradient = gradient + weighted.T @ run.innovation.ravel()
             curvature = curvature + weighted.T @ rows
         return gradient, curvature
+
+    def slopes(self, theta: np.ndarray, noise: Sequence[Noise], value: float, apart: np.ndarray) -> np.ndarray:
+        """Gradient by the parameters (ntheta,), by differences of `apart` from the `value` here; 0 where the model fails."""
+        signed = np.where(theta + apart <= self.priors.high, apart, -apart)
+        values = on_idle_threads(lambda more: self.value(theta + more, noise), list(np.diag(signed)))
+        found = (np.array(values) - value) / signed
+        return np.where(np.isfinite(found), found, 0.0)
+
+    def noise_slopes(self, theta: np.ndarray, noise: Sequence[Noise]) -> list[np.ndarray]:
+        """Gradient by the logarithms of each trial's noise, by lines."""
+        return on_idle_threads(lambda each: np.nan_to_num(_slopes(*self._by_logs(theta, *each))), self._each(noise))
+
+    def curvature(self, theta: np.ndarray, noise: Sequence[Noise]) -> np.ndarray:
+        """Curvature by parameters at frozen gains and by the logarithms of each trial's noise, without that between them."""
+        _, found = self.normal(theta, noise)
+        for trial, own in self._each(noise):
+            objective, at = self._by_logs(theta, trial, own)
+            hessian = _derivatives(objective, at, objective(at))[1]
+            values, vectors = np.linalg.eigh(hessian if np.isfinite(hessian).all() else np.eye(len(at)))
+            values = np.maximum(np.abs(values), 1e-3 * np.abs(values).max() + 1e-9)
+            found = block_diag(found, vectors * values @ vectors.T)
+        return found
+
+    def _each(self, noise: Sequence[Noise]) -> list[tuple[Trial, Noise]]:
+        return list(zip(self.trials, noise, strict=True))
+
+    def _by_logs(self, theta: np.ndarray, trial: Trial, own: Noise) -> tuple[Callable[[np.ndarray], float], np.ndarray]:
+        lines = Work(self.box, [trial], self.priors, self.substeps).in_lines(theta, own)
+        return lambda logs: lines(Noise.of(logs, len(own.intensity))), own.logs

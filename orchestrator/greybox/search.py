@@ -17,7 +17,7 @@ from fmus.symbolic.system import SymbolicSystem
 from orchestrator.greybox.candidates import Candidate
 from orchestrator.greybox.extended import extend
 from orchestrator.greybox.filtering import GreyBox, Trial
-from orchestrator.greybox.fit import ROUGHLY, ROUNDS, Fit, Fitter, Noise, Priors, Work
+from orchestrator.greybox.fit import Fit, Fitter, Noise, Priors, Work
 from orchestrator.greybox.periodic import frequency_of_its_own
 from orchestrator.greybox.prepare import first_noise
 from orchestrator.greybox.screen import best_subsets, normal_equations, stretches_of
@@ -133,8 +133,8 @@ class Search:
         self.setting, self.candidates, self.progress, self.seen = setting, tuple(candidates), progress, seen
         self.fitted: dict[Key, FittedSet] = {nominal.key: nominal}
         self.nominal = nominal
-        self._refined: set[Key] = set()
         self._extended: set[Key] = set()
+        self._fitted_from: set[tuple[Key, Key]] = set()
 
     def run(self) -> list[FittedSet]:
         """All sets that were fitted, best first."""
@@ -142,7 +142,7 @@ class Search:
         self._try(self._screened(self.nominal, limits.largest_set), limits.shortlist)
         self._try_wrong_together(self.nominal)
         for number in range(limits.rounds):
-            best = self._settled()
+            best = self.best
             self.progress(f"best so far: {', '.join(c.label for c in best.candidates) or 'nothing missing'}")
             if number == 0:
                 self.seen(best)
@@ -155,7 +155,6 @@ class Search:
                 self._try_alike(best)
                 if self.best is best:
                     break
-        self._refine()
         return self.sets
 
     def _extend(self, one: FittedSet) -> None:
@@ -163,7 +162,7 @@ class Search:
         limits = self.setting.thresholds
         if one.added < limits.most_effects and one.key not in self._extended:
             self._extended.add(one.key)
-            self._try(self._screened(self.fit(one.candidates) or one, 1), limits.additions)
+            self._try(self._screened(one, 1), limits.additions)
             self._try_wrong_together(one)
             self._try_periodic(one)
 
@@ -183,13 +182,6 @@ class Search:
     def best(self) -> FittedSet:
         """The set with the least cross-validated loss."""
         return min(self.fitted.values(), key=lambda s: s.loss)
-
-    def _settled(self) -> FittedSet:
-        """The best set, fitted to the end: additions to it begin with its noise."""
-        while True:
-            best = self.best
-            if self.fit(best.candidates) in (best, None):
-                return best
 
     def _screened(self, about: FittedSet, largest: int, *, anew: bool = False) -> list[tuple[Candidate, ...]]:
         """Sets by linear regression about a fitted one, which they contain, or need not if they are looked for `anew`.
@@ -329,70 +321,54 @@ class Search:
             alike = {c.family: c for c in self.candidates if c.id in own.law.alike}.values()
             twins = [c.begun_with(found.shapes) for c in alike]
             if twins and others:
-                self._fit_well((found,))
+                self._fit_again((found,))
             together = [tuple(twins)] if 1 < len(twins) <= self.setting.thresholds.most_effects else []
             for like in [*((twin,) for twin in twins), *together]:
                 beside = tuple(c for c in others if all(twin.is_apart_from(c) for twin in like))
-                self._fit_well(like)
+                self._fit_again(like)
                 if beside:
-                    self._fit_well((*beside, *like))
+                    self._fit_again((*beside, *like))
 
-    def _refine(self) -> None:
-        """Fit the sets near the best one to the end."""
-        limits = self.setting.thresholds
-        nearest = [s for s in self.sets[: limits.refined] if s.candidates and s.key not in self._refined]
-        for found in on_idle_threads(self._to_the_end, nearest):
-            self.fitted[found.key] = found
-        self._refined |= {found.key for found in nearest}
-
-    def fit(self, candidates: tuple[Candidate, ...]) -> FittedSet | None:
-        """The set with these candidates, fitted to the end; None if that fails."""
+    def fit(self, candidates: tuple[Candidate, ...], about: FittedSet | None = None) -> FittedSet | None:
+        """The set with these candidates, fitted, from the values of the set `about` too if there is one; None if that fails."""
         self._fit(candidates)
-        found = self.fitted.get(key_of(candidates))
-        if found is None or not found.candidates or found.key in self._refined:
-            return found
-        self.fitted[found.key] = self._to_the_end(found)
-        self._refined.add(found.key)
-        return self.fitted[found.key]
-
-    def _to_the_end(self, found: FittedSet) -> FittedSet:
-        fit = found.fit
-        return with_losses(found.candidates, self.setting.fitter.fit(fit.box, fit.theta, fit.priors, fit.noise))
+        if about is not None and (pair := (key_of(candidates), about.key)) not in self._fitted_from:
+            self._fitted_from.add(pair)
+            self._fit_again(candidates, about)
+        return self.fitted.get(key_of(candidates))
 
     def simpler(self, candidate: Candidate) -> list[Candidate]:
         """Laws at the same place that a law becomes at a limit of its parameters."""
         same = [c for c in self.candidates if c.place.site == candidate.place.site and c.id in candidate.law.contains]
         return list({c.id: c for c in same}.values())
 
-    def _fit_well(self, candidates: tuple[Candidate, ...]) -> None:
-        """Fit a set to the end, from better first values than it may have been fitted from before, and from noise of its own."""
-        key = key_of(candidates)
-        known = self.fitted.pop(key, None)
-        self._refined.discard(key)
-        self._fit(candidates, afresh=True)
-        found = self.fit(candidates)
-        if known is not None and (found is None or known.loss < found.loss):
-            self.fitted[key] = known
+    def _fit_again(self, candidates: tuple[Candidate, ...], about: FittedSet | None = None) -> None:
+        """Fit a set from the values of another one, or from none and noise of its own; the likelier fit stays."""
+        found, known = self._fitted(candidates, about), self.fitted.get(key_of(candidates))
+        if found is not None and (known is None or found.loss < known.loss):
+            self.fitted[found.key] = found
 
     def _fit_all(self, sets: Sequence[tuple[Candidate, ...]]) -> None:
         """Fit new sets, those of one size side by side: larger ones begin at the values of smaller ones."""
         for size in sorted({len(each) for each in sets}):
             fresh = {key_of(each): each for each in sets if len(each) == size}
-            for found in on_idle_threads(self._fitted, [c for key, c in fresh.items() if key not in self.fitted]):
+            for found in on_idle_threads(self._from_nearest, [c for key, c in fresh.items() if key not in self.fitted]):
                 if found is not None:
                     self.fitted[found.key] = found
 
-    def _fit(self, candidates: tuple[Candidate, ...], *, afresh: bool = False) -> None:
+    def _fit(self, candidates: tuple[Candidate, ...]) -> None:
         key = key_of(candidates)
-        if key not in self.fitted and (found := self._fitted(candidates, afresh=afresh)) is not None:
+        if key not in self.fitted and (found := self._from_nearest(candidates)) is not None:
             self.fitted[key] = found
 
-    def _fitted(self, candidates: tuple[Candidate, ...], *, afresh: bool = False) -> FittedSet | None:
-        """A set, fitted roughly; None if that fails, or what begins at some position begins nowhere in the record."""
+    def _from_nearest(self, candidates: tuple[Candidate, ...]) -> FittedSet | None:
+        return self._fitted(candidates, self._nearest(key_of(candidates)))
+
+    def _fitted(self, candidates: tuple[Candidate, ...], about: FittedSet | None) -> FittedSet | None:
+        """A set, fitted; None if that fails, or what begins at some position begins nowhere in the record."""
+        noise, known = (None, NOTHING) if about is None else (about.fit.noise, about.fit.values)
         try:
-            about = None if afresh else self._nearest(key_of(candidates)).fit
-            noise, known = (None, NOTHING) if about is None else (about.noise, about.values)
-            found = fit_set(self.setting, candidates, noise, known, rough=True)
+            found = fit_set(self.setting, candidates, noise, known)
         except (ComponentError, np.linalg.LinAlgError):
             return None
         return found if np.isfinite(found.loss) and all(_within(found, c) for c in found.candidates) else None
@@ -434,10 +410,8 @@ def fit_set(
     candidates: Sequence[Candidate],
     noise: Sequence[Noise] | None,
     known: Mapping[str, float] = NOTHING,
-    *,
-    rough: bool = False,
 ) -> FittedSet:
-    """Fit a set: gains from zero or what they begin with, shapes from their grid; a `rough` fit takes few steps.
+    """Fit a set: gains from zero or what they begin with, shapes from their grid.
 
     Laws that act in some share are fitted from none, about which regression screens them, and from the whole; the likelier is kept.
 
@@ -448,11 +422,11 @@ def fit_set(
     Raises:
         ComponentError: if the model fails from the first values on.
     """
-    found = _fit_from(setting, candidates, noise, known, rough)
+    found = _fit_from(setting, candidates, noise, known)
     if any(c.shares.keys() - c.shapes.keys() for c in candidates):
         whole = tuple(c.begun_with({**c.shares, **c.shapes}) for c in candidates)
         with suppress(ComponentError, np.linalg.LinAlgError):
-            found = min(found, _fit_from(setting, whole, noise, known, rough), key=_loss)
+            found = min(found, _fit_from(setting, whole, noise, known), key=_loss)
     return found
 
 
@@ -465,7 +439,6 @@ def _fit_from(
     candidates: Sequence[Candidate],
     noise: Sequence[Noise] | None,
     known: Mapping[str, float],
-    rough: bool,
 ) -> FittedSet:
     everyone = tuple(candidates)
     free = [(c, p) for c in everyone for p in (*c.gains, *c.fitted_shapes)]
@@ -481,8 +454,8 @@ def _fit_from(
     held = np.array([not p.gain for _, p in free], dtype=bool)
     if held.any():  # gains first, since a shape does nothing while its gain is zero
         tight = replace(priors, mean=first, std=np.where(held, 1e-9 * np.maximum(np.abs(first), 1e-9), spread))
-        first = setting.fitter.fit(box, first, tight, noise, rounds=1).theta
-    return with_losses(candidates, setting.fitter.fit(box, first, priors, noise, rounds=ROUGHLY if rough else ROUNDS))
+        first = setting.fitter.fit(box, first, tight, noise, to_the_end=False).theta
+    return with_losses(candidates, setting.fitter.fit(box, first, priors, noise))
 
 
 def refitted(setting: Setting, found: FittedSet, held: Sequence[str]) -> FittedSet:

@@ -9,7 +9,7 @@ class Thresholds:
 
     Search: sets of up to `largest_set` effects are proposed at once about the model as given; `shortlist` of them are fitted, and
     the best `singles` of one effect, among all sets and among those of forces alone. About the `extended` best sets `additions` further
-    effects are tried, in at most `rounds`, up to `most_effects`. The `refined` best are fitted to the end. What makes left-out
+    effects are tried, in at most `rounds`, up to `most_effects`. What makes left-out
     blocks less probable by more than `hopeless` nats is not fitted. All parameters of a model that has no more than
     `most_parameters` are tried as wrong together.
 
@@ -28,7 +28,7 @@ class Thresholds:
     Rare effects are tried, too, if the answer is ambiguous or incomplete, or a parameter of it is more than `surprising` standard deviations
     of its prior off.
 
-    The horizon is an eighth of a trial, a quarter of that or a sixteenth: the longest over which some likely set errs by less than
+    The horizon is an eighth of a trial, a quarter of that or a sixteenth: the longest over which one of the `likeliest` sets errs by less than
     `predictable` times the signals' spread.
 
     Process noise that makes the record more probable by less than `quiet` nats for each balance is none, and so is one without
@@ -42,7 +42,7 @@ class Thresholds:
     singles: int = 5
     additions: int = 3
     extended: int = 2
-    refined: int = 4
+    likeliest: int = 4
     rounds: int = 4
     most_effects: int = 4
     most_parameters: int = 12

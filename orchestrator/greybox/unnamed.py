@@ -31,7 +31,7 @@ def unnamed_force(chosen: FittedSet, places: Sequence[Place], setting: Setting, 
     limits = judge.limits
     for candidates, coordinate in _alternatives(chosen, places):
         try:
-            other = fit_set(setting, candidates, chosen.fit.noise, rough=True)
+            other = fit_set(setting, candidates, chosen.fit.noise)
         except (ComponentError, np.linalg.LinAlgError):
             continue
         if judge.beyond_doubt(other, chosen) and judge.ratio(other, chosen) < 1 - limits.least_improvement:

@@ -159,7 +159,7 @@ def _fitted(
         progress(f"fitting {law.written or law.expression} at {guess.candidate.place.site}")
         beside = about.candidates
         try:
-            fitted = fit_set(outcome.setting, (*beside, guess.candidate), about.fit.noise, rough=True)
+            fitted = fit_set(outcome.setting, (*beside, guess.candidate), about.fit.noise)
         except (ComponentError, np.linalg.LinAlgError):
             continue
         if np.isfinite(fitted.loss):
@@ -235,7 +235,7 @@ def _with_shared_constants(outcome: Outcome, law: FoundLaw) -> list[FoundLaw]:
         shared, place, {p.name: values.get(p.name) or first[p.name] for p in shared.parameters if not p.gain}
     )
     try:
-        fitted = fit_set(outcome.setting, (*law.beside, candidate), law.fitted.fit.noise, rough=True)
+        fitted = fit_set(outcome.setting, (*law.beside, candidate), law.fitted.fit.noise)
     except (ComponentError, np.linalg.LinAlgError):
         return []
     return [replace(law, candidate=fitted.candidates[-1], fitted=fitted)] if np.isfinite(fitted.loss) else []

@@ -5,10 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.optimize import minimize
 
 from fmus.catalogue import ModelicaModel
 from orchestrator.greybox.candidates import Candidate
 from orchestrator.greybox.evidence import all_candidates, case_of, nominal_set
+from orchestrator.greybox.fit import Noise, Work
 from orchestrator.greybox.laws import laws
 from orchestrator.greybox.search import Search, fit_set
 from orchestrator.greybox.thresholds import Thresholds
@@ -76,8 +78,13 @@ def test_a_wrong_length_drag_and_a_late_sensor_are_found_together_and_nothing_di
     wrong, drag, late = found.candidates
     assert found.value(wrong, "share")[0] == pytest.approx(-SHORTER, rel=0.01)
     assert found.value(drag, "c")[0] == pytest.approx(DRAG * (1 - SHORTER) ** 2, rel=0.05)
-    assert found.value(late, "share")[0] == pytest.approx(1.0, abs=0.02)
     assert found.value(late, "T")[0] == pytest.approx(LATE, rel=0.02)
+    # A free swing says little of the share that is late, so long as nobody knows what the sensor held at first: the fit is at the end.
+    fit = found.fit
+    whole = Work(fit.box, fit.trials, fit.priors, fit.substeps).value(
+        np.array([-SHORTER, *fit.theta[1:2], 1.0, LATE]), fit.noise
+    )
+    assert -fit.log_likelihood <= whole
     # Forces so small that over a second they turn it by less than the sensor's noise.
     inertia = 0.2 * 0.15**2
     assert all(own.intensity[0] / inertia < NOISE for own in found.fit.noise)
@@ -103,7 +110,7 @@ end Motor;
 COARSE, JITTER, LOST, RATE = 22.0, 11.0, 0.7, 50
 
 
-def test_a_rough_fit_knows_how_coarse_a_sensor_is(tmp_path: Path) -> None:
+def test_a_fit_finds_how_coarse_a_sensor_is_whatever_noise_it_begins_with(tmp_path: Path) -> None:
     """The model as given leaves forces by which the speed follows any reading, so that its sensor seems to be without noise."""
     random = np.random.default_rng(4)
     (tmp_path / "Motor.mo").write_text(MOTOR)
@@ -124,8 +131,58 @@ def test_a_rough_fit_knows_how_coarse_a_sensor_is(tmp_path: Path) -> None:
     setting, nominal = nominal_set(case, Thresholds())
     search = Search(setting, all_candidates(case, nominal, laws()), nominal, lambda message: None)
     lost = (_first(search, "constant_force", "w"),)
-    rough = fit_set(setting, lost, nominal.fit.noise, rough=True)
-    found = search.fit(lost)
-    assert found is not None
-    assert rough.loss == pytest.approx(found.loss, abs=3.0)
+    other, found = fit_set(setting, lost, nominal.fit.noise), fit_set(setting, lost, None)
+    assert other.loss == pytest.approx(found.loss, abs=0.5)
     assert found.fit.noise[0].sensors[0] == pytest.approx(np.hypot(COARSE / np.sqrt(12), JITTER), rel=0.1)
+
+
+FAN = """model Fan "A pendulum that a fan lifts"
+  parameter Real m(unit="kg")=0.005, l(unit="m")=0.0545, g(unit="m/s2")=9.81, K(unit="N/V")=0.0136;
+  input Real u(unit="V");
+  output Real q(unit="rad", start=0);
+  Real w(unit="rad/s", start=0);
+equation
+  der(q) = w;
+  m*l^2*der(w) = K*u*l - m*g*l*sin(q);
+end Fan;
+"""
+SQUARED, LOSS, STICK = 0.004, 8e-6, 6e-5
+
+
+def test_nothing_near_a_fit_is_likelier_where_the_model_is_wrong(tmp_path: Path) -> None:
+    """Innovations of a wrong model go with how gains change; an optimiser that knows nothing of the filter looks for better values.
+
+    The fan's thrust goes with the square of the voltage; the set has friction instead."""
+    random = np.random.default_rng(6)
+    (tmp_path / "Fan.mo").write_text(FAN)
+    step, inertia = 0.01, 0.005 * 0.0545**2
+    u = np.repeat(random.uniform(0.0, 3.2, 16), 100)
+    q, w, rows = 0.0, 0.0, []
+    for volts in u:
+        rows.append(np.round(q / 1e-3) * 1e-3)
+        for _ in range(20):
+            lost = LOSS * w + STICK * np.tanh(w / 0.05)
+            w += step / 20 * (SQUARED * volts**2 * 0.0545 - 0.005 * 9.81 * 0.0545 * np.sin(q) - lost) / inertia
+            q += step / 20 * w
+    table = np.column_stack([step * np.arange(len(u)), u, rows])
+    np.savetxt(tmp_path / "run.csv", table, delimiter=",", header="time,u,q", comments="", fmt="%.9g")
+    (tmp_path / "case.toml").write_text(
+        'files = ["run.csv"]\nlearning_window_s = [0.0, 12.0]\nheld_out_window_s = [12.0, 15.9]\n'
+        '[columns]\ntime = "s"\nu = "V"\nq = "rad"\n[interpolation]\nu = "hold"\n'
+    )
+    case = case_of(ModelicaModel("Fan", "Fan", tmp_path / "Fan.mo"), load_measurements(str(tmp_path)))
+    setting, nominal = nominal_set(case, Thresholds())
+    search = Search(setting, all_candidates(case, nominal, laws()), nominal, lambda message: None)
+    wrong = ("viscous_friction", "q"), ("coulomb_friction", "q"), ("parameter_error", "g")
+    found = fit_set(setting, tuple(_first(search, *each) for each in wrong), nominal.fit.noise)
+    fit, count = found.fit, len(found.fit.theta)
+    work, scale = Work(fit.box, fit.trials, fit.priors, fit.substeps), found.deviations
+    [noise] = fit.noise
+
+    def objective(at: np.ndarray) -> float:
+        theta = np.clip(fit.theta + scale * at[:count], fit.priors.low, fit.priors.high)
+        logs = np.maximum(noise.logs + at[count:], [-np.inf, *np.log(setting.fitter.least_noise)])
+        return float(min(work.value(theta, [Noise.of(logs, 1)]) + fit.log_likelihood, 1e3))
+
+    better = minimize(objective, np.zeros(count + 2), method="Nelder-Mead", options={"maxfev": 600, "xatol": 1e-3})
+    assert better.fun > -1.0  # differences that decide something are of three

@@ -49,7 +49,7 @@ def test_where_nothing_predicts_windows_are_the_shortest() -> None:
 
 
 def test_a_set_that_is_far_less_likely_has_no_say() -> None:
-    likely = {float(k): (9.0, 0.9, 0.1) for k in range(Thresholds().refined)}
+    likely = {float(k): (9.0, 0.9, 0.1) for k in range(Thresholds().likeliest)}
     assert _windows({**likely, 99.0: (0.1, 0.1, 0.1)}) == HORIZONS[-1]
 
 
