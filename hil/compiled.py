@@ -26,6 +26,7 @@ MODULES = (
     *(f"hil.safety.{name}" for name in ("cycle", "limits", "motion", "rules", "limiters", "core")),
     *(f"hil.robots.{name}" for name in ("base", "answers", "proficio")),
     *(f"hil.codecs.barrett.{name}" for name in ("torques", "positions", "force_torque", "properties", "safety_module")),
+    "hil.record",
     "hil.codecs.frame",
     "hil.bus.gate",
     "hil.barrett.link",

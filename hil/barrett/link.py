@@ -6,7 +6,7 @@ from typing import Final, Protocol
 import numpy as np
 
 from hil.bus.gate import TORQUE_IDENTIFIERS, TorqueGate
-from hil.codecs.barrett.force_torque import unpack_reading
+from hil.codecs.barrett.force_torque import DIVISORS, GAUGES, unpack_counts
 from hil.codecs.barrett.identifiers import Group, Node, answer_of, to_group, to_node
 from hil.codecs.barrett.positions import motor_counts, nearest_turn
 from hil.codecs.barrett.properties import decode_value, encode_request
@@ -28,16 +28,13 @@ MODULE_LOST_NS: Final = 250_000_000
 TEMPERATURE_EVERY_S: Final = 0.2
 
 # Motors by joint whose angles it takes.
-_NEEDED: Final = [frozenset(np.flatnonzero(row).tolist()) for row in proficio.MOTOR_TO_JOINT]
+_NEEDED: Final[list[list[int]]] = [np.flatnonzero(row).tolist() for row in proficio.MOTOR_TO_JOINT]
 # Identifiers by motor.
 _POSITIONS: Final = [answer_of(k + 1, Group.POSITIONS) for k in range(proficio.JOINTS)]
 _PROPERTIES: Final = [answer_of(k + 1, Group.PROPERTIES) for k in range(proficio.JOINTS)]
 _FORCE: Final = answer_of(Node.FORCE_SENSOR, Group.FORCE)
 _MODULE: Final = answer_of(Node.SAFETY, Group.PROPERTIES)
-# What is asked for in each cycle, by identifier: the positions of each motor, then the force.
-_SLOT_OF: Final = {identifier: slot for slot, identifier in enumerate((*_POSITIONS, _FORCE))}
-_SLOTS: Final = proficio.JOINTS + 1
-_FORCE_SLOT: Final = proficio.JOINTS
+_NEWTONS: Final = DIVISORS[Group.FORCE]
 
 
 class Awake(Protocol):
@@ -55,7 +52,7 @@ class Awake(Protocol):
     @property
     def module(self) -> Mapping[str, int] | None: ...
 
-    def joint_angles(self, counts: Sequence[float]) -> list[float]:
+    def joint_angles(self, counts: proficio.Vector) -> proficio.Vector:
         """Joint angles in rad from the unwrapped counts of each motor."""
         ...
 
@@ -80,9 +77,12 @@ class BarrettLink:
         self._awaited = frozenset(_POSITIONS) | (frozenset({_FORCE}) if self._hears_force else frozenset())
         self._position_answers = [Answers() for _ in _POSITIONS]
         self._force_answers = Answers()
+        self._answers_of = {identifier: self._position_answers[motor] for motor, identifier in enumerate(_POSITIONS)}
+        if self._hears_force:
+            self._answers_of[_FORCE] = self._force_answers
         self._counts: list[int | None] = [None] * proficio.JOINTS
-        self._force_axes: proficio.Matrix = tuple(map(tuple, force_axes.tolist()))
-        self._force: tuple[float, ...] = (0.0, 0.0, 0.0)
+        self._force_axes = proficio.matrix(force_axes)
+        self._force = (0.0, 0.0, 0.0)
         self._force_ns = 0
         self._force_saturated = False
         self._temperatures: list[float | None] = [None] * proficio.JOINTS
@@ -93,6 +93,7 @@ class BarrettLink:
         # Time in cycles since the module has said its mode, and what it watches; while the session stood still nobody asked it.
         self._mode_silent_ns = self._pendant_silent_ns = 0
         self._warning = self._fault = self._foreign = False
+        self._pendant: int | None = None  # the last value, which is seldom another one
         self._before_ns = 0
 
     @property
@@ -112,14 +113,17 @@ class BarrettLink:
 
     def requests(self, arrived: Sequence[Timed]) -> list[Frame]:
         """What a cycle asks for at its beginning; `arrived` are the frames that have come since the last one."""
-        robot, frames, before = self.robot, list[Frame](), [0] * _SLOTS
+        robot, frames, before = self.robot, list[Frame](), dict[int, int]()
         for timed in arrived:
-            slot = _SLOT_OF.get(timed.frame.identifier, -1)
-            if slot >= 0:
-                before[slot] += 1
-        if not self._is_quiet(before):
+            identifier = timed.frame.identifier
+            before[identifier] = before.get(identifier, 0) + 1
+        is_quiet = False
+        for motor, answers in enumerate(self._position_answers):
+            if answers.would_be_quiet(self.cycle, before.get(_POSITIONS[motor], 0)):
+                is_quiet = True
+        if not is_quiet:
             frames.append(self._ask_positions)
-        if self._ask_force is not None and not self._force_answers.would_be_quiet(self.cycle, before[_FORCE_SLOT]):
+        if self._ask_force is not None and not self._force_answers.would_be_quiet(self.cycle, before.get(_FORCE, 0)):
             frames.append(self._ask_force)
         if robot.module is not None and self.cycle % self._module_every in (0, self._module_every // 2):
             name = "MODE" if self.cycle % self._module_every == 0 else "PEN"
@@ -130,36 +134,34 @@ class BarrettLink:
             frames.append(Frame(to_node(motor), encode_request(robot.motor["TEMP"])))
         return frames
 
-    def _is_quiet(self, arrived: list[int]) -> bool:
-        """Whether positions are not asked for in this cycle, as an older question for them is open."""
-        for motor, answers in enumerate(self._position_answers):
-            if answers.would_be_quiet(self.cycle, arrived[motor]):
-                return True
-        return False
-
     def frames(self, outcome: Outcome, armed: bool) -> list[Frame]:
         """The frames that an outcome allows; whether motors make torque the safety module decides."""
         return self.gate.frames(outcome)
 
     def read(self, start_ns: int, frames: Sequence[Timed]) -> Reading:
         """Take the frames of a cycle in."""
-        fresh, age = self._take(start_ns, frames)
+        until_ns = start_ns + self.listen_ns
+        for timed in frames:
+            answers = self._answers_of.get(timed.frame.identifier)
+            if answers is not None:
+                answers.hear(timed, start_ns, until_ns)
+            else:
+                self._hear(timed.frame)
+        if self._hears_force:
+            self._read_force(start_ns, until_ns)
+        fresh, age = self._read_positions(start_ns, until_ns)
         passed_ns = min(start_ns - self._before_ns, 2 * self.period_ns) if self._before_ns else 0
         self._mode_silent_ns += passed_ns
         self._pendant_silent_ns += passed_ns
         self._force_ns = self._force_ns or start_ns
         self._before_ns = start_ns
         self.cycle += 1
-        positions: tuple[float | None, ...] = tuple(self._angles())
-        if len(fresh) < proficio.JOINTS:
-            positions = tuple([positions[k] if _NEEDED[k] <= fresh else None for k in range(proficio.JOINTS)])
-        doubted = {motor for motor in fresh if self._position_answers[motor].is_doubtful}
         lost = self._has_module and max(self._mode_silent_ns, self._pendant_silent_ns) > MODULE_LOST_NS
         foreign, self._foreign = self._foreign, False
         return Reading(
-            positions=positions,
-            doubted=tuple([bool(_NEEDED[k] & doubted) for k in range(proficio.JOINTS)]) if doubted else (),
-            age_ns=age if len(fresh) == proficio.JOINTS else None,
+            positions=self._positions(fresh),
+            doubted=self._doubted(fresh),
+            age_ns=age,
             force=self._force if self._hears_force else None,
             force_saturated=self._force_saturated,
             force_missing_ns=start_ns - self._force_ns,
@@ -171,83 +173,74 @@ class BarrettLink:
             foreign_torque=foreign,
         )
 
-    def _take(self, start_ns: int, frames: Sequence[Timed]) -> tuple[set[int], int]:
-        """The motors whose position answers this cycle's question, and in time; and how old (ns) the oldest of those
-        answers is."""
-        # By slot: how many answers came before the cycle, when the others did, and what they say.
-        before, times, answers = [0] * _SLOTS, [list[int]() for _ in _SLOT_OF], [list[bytes]() for _ in _SLOT_OF]
-        for timed in frames:
-            at, identifier, data = timed.time_ns, timed.frame.identifier, timed.frame.data
-            slot = _SLOT_OF.get(identifier, -1)
-            if slot >= 0:
-                if at <= start_ns:
-                    before[slot] += 1
-                else:
-                    times[slot].append(at)
-                    answers[slot].append(data)
-                continue
-            try:
-                if identifier in _PROPERTIES:
-                    number, value = decode_value(data)
-                    if number == self._temperature_number:
-                        self._temperatures[_PROPERTIES.index(identifier)] = float(value)
-                elif identifier == _MODULE:
-                    self._hear_module(data)
-                elif identifier in TORQUE_IDENTIFIERS:
-                    self._foreign = True
-            except FrameError:
-                self.strange_frames += 1
-        if self._hears_force:
-            self._read_force(start_ns, before[_FORCE_SLOT], times[_FORCE_SLOT], answers[_FORCE_SLOT])
-        return self._read_positions(start_ns, before, times, answers)
+    def _hear(self, frame: Frame) -> None:
+        """Take in what is no answer of each cycle."""
+        identifier = frame.identifier
+        try:
+            if identifier in _PROPERTIES:
+                number, value = decode_value(frame.data)
+                if number == self._temperature_number:
+                    self._temperatures[_PROPERTIES.index(identifier)] = float(value)
+            elif identifier == _MODULE:
+                self._hear_module(frame.data)
+            elif identifier in TORQUE_IDENTIFIERS:
+                self._foreign = True
+        except FrameError:
+            self.strange_frames += 1
 
-    def _read_positions(
-        self, start_ns: int, before: list[int], times: list[list[int]], answers: list[list[bytes]]
-    ) -> tuple[set[int], int]:
-        """Match answers to questions: those from before the cycle, or from after its time, belong to an older one."""
-        until_ns, fresh, oldest = start_ns + self.listen_ns, set[int](), 0
-        is_asked = not self._is_quiet(before)
-        for motor, matcher in enumerate(self._position_answers):
-            matcher.belated(before[motor])
-            if is_asked:
-                matcher.asked(self.cycle, start_ns)
-            age = matcher.match(times[motor], until_ns, is_asked=is_asked)
-            if age is None:
-                continue
-            in_time = [data for k, data in enumerate(answers[motor]) if times[motor][k] <= until_ns]
-            if self._position(motor, in_time):
-                fresh.add(motor)
+    def _read_positions(self, start_ns: int, until_ns: int) -> tuple[list[bool], int | None]:
+        """Which motors' answers belong to this cycle's question and make sense, and how old (ns) the oldest of them is; None
+        if one is missing."""
+        is_asked, oldest, fresh = True, 0, list[bool]()
+        for answers in self._position_answers:
+            is_asked = is_asked and not answers.is_quiet(self.cycle)
+        for motor, answers in enumerate(self._position_answers):
+            age = answers.match(self.cycle, start_ns, until_ns, is_asked=is_asked)
+            fresh.append(age is not None and self._position(motor, answers))
+            if age is not None:
                 oldest = max(oldest, age)
-        return fresh, oldest
+        return fresh, oldest if False not in fresh else None
 
-    def _read_force(self, start_ns: int, before: int, times: list[int], answers: list[bytes]) -> None:
-        """The same for the force sensor's answers."""
-        matcher = self._force_answers
-        is_asked = not matcher.would_be_quiet(self.cycle, before)
-        matcher.belated(before)
-        if is_asked:
-            matcher.asked(self.cycle, start_ns)
-        if matcher.match(times, start_ns + self.listen_ns, is_asked=is_asked) is None:
+    def _positions(self, fresh: list[bool]) -> tuple[float | None, ...]:
+        """Angles (rad) of the joints all of whose motors have a fresh position; in plain numbers, with which the core is several
+        times as fast as with those of NumPy."""
+        one, two, three = [0.0 if counts is None else float(counts) for counts in self._counts]
+        angles = self.robot.joint_angles((one, two, three))
+        if False not in fresh:
+            return angles
+        return tuple([None if [m for m in _NEEDED[k] if not fresh[m]] else angle for k, angle in enumerate(angles)])
+
+    def _doubted(self, fresh: list[bool]) -> tuple[bool, ...]:
+        """By joint whether its position may be older than the cycle; empty if none is."""
+        doubted = [fresh[motor] and answers.is_doubtful for motor, answers in enumerate(self._position_answers)]
+        return tuple([True in [doubted[m] for m in needed] for needed in _NEEDED]) if True in doubted else ()
+
+    def _read_force(self, start_ns: int, until_ns: int) -> None:
+        """Match the force sensor's answers to its questions."""
+        answers = self._force_answers
+        is_asked = not answers.is_quiet(self.cycle)
+        if answers.match(self.cycle, start_ns, until_ns, is_asked=is_asked) is None:
             return
         try:
-            reading = unpack_reading(Group.FORCE, answers[0])
+            (x, y, z), status = unpack_counts(answers.data)
         except FrameError:
             self.strange_frames += 1
             return
-        self._force = tuple(proficio.times(self._force_axes, reading[:3]))
-        self._force_saturated = reading.status is not None and bool(reading.status.saturated_gauges)
+        self._force = proficio.times(self._force_axes, (x / _NEWTONS, y / _NEWTONS, z / _NEWTONS))
+        self._force_saturated = status & GAUGES != 0
         self._has_sensor = True
-        if not matcher.is_doubtful:  # else it may be as old as both questions are apart
+        if not answers.is_doubtful:  # else it may be as old as both questions are apart
             self._force_ns = start_ns
 
-    def _position(self, motor: int, answers: Sequence[bytes]) -> bool:
+    def _position(self, motor: int, answers: Answers) -> bool:
         """Take the position of a motor; not if two nodes answer differently in its name, or it makes no sense."""
+        before = self._counts[motor]
         try:
-            counts, before = motor_counts(answers[0]), self._counts[motor]
+            counts = motor_counts(answers.data)
         except FrameError:
             self.strange_frames += 1
             return False
-        if answers.count(answers[0]) < len(answers):
+        if answers.is_contradicted:
             self.strange_frames += 1
             return False
         self._counts[motor] = counts if before is None else nearest_turn(counts, before)
@@ -260,10 +253,8 @@ class BarrettLink:
             self._module = Module(decode_mode(value))
             self._mode_silent_ns = 0
         elif number == self.robot.module["PEN"]:
-            levels = decode_pendant(value)[4:]
-            self._warning, self._fault = Level.WARNING in levels, Level.FAULT in levels
+            if value != self._pendant:
+                levels = decode_pendant(value)[4:]
+                self._warning, self._fault = Level.WARNING in levels, Level.FAULT in levels
+                self._pendant = value
             self._pendant_silent_ns = 0
-
-    def _angles(self) -> list[float]:
-        """As plain numbers: the core computes several times as long with those of NumPy."""
-        return self.robot.joint_angles([0.0 if c is None else float(c) for c in self._counts])

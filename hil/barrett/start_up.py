@@ -3,7 +3,6 @@
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -56,12 +55,6 @@ class FoundNode:
         return properties(self.kind, self.version)
 
 
-@cache
-def _radians(counts: tuple[int, ...]) -> tuple[float, ...]:
-    """Of a count of each motor, from the counts of its turn."""
-    return tuple(2 * math.pi / turn for turn in counts)
-
-
 @dataclass(frozen=True)
 class Robot:
     """A Proficio that is awake and zeroed.
@@ -76,10 +69,11 @@ class Robot:
     sensor: Mapping[str, int] | None = field(repr=False)
     module: Mapping[str, int] | None = field(repr=False)
 
-    def joint_angles(self, counts: Sequence[float]) -> list[float]:
+    def joint_angles(self, counts: proficio.Vector) -> proficio.Vector:
         """Joint angles in rad from the unwrapped counts of each motor."""
-        radians = _radians(self.counts)
-        return proficio.times(proficio.ANGLES_OF_MOTORS, [radians[k] * counts[k] for k in range(proficio.JOINTS)])
+        (one, two, three), (x, y, z) = self.counts, counts
+        whole = 2 * math.pi
+        return proficio.times(proficio.ANGLES_OF_MOTORS, (whole / one * x, whole / two * y, whole / three * z))
 
     @property
     def about(self) -> str:

@@ -1,6 +1,7 @@
 """The one way of a torque to the bus: from the safety core's outcome."""
 
 from collections.abc import Sequence
+from typing import Final
 
 from hil.codecs.barrett.identifiers import Group, to_group
 from hil.codecs.barrett.properties import encode_value
@@ -9,10 +10,10 @@ from hil.codecs.frame import Frame
 from hil.robots import proficio
 from hil.safety.cycle import Outcome
 
-TORQUES = to_group(Group.LOWER_TORQUES)
+TORQUES: Final = to_group(Group.LOWER_TORQUES)
 # The same in all firmware since version 61.
-MODE_PROPERTY = 8
-TORQUE_IDENTIFIERS = frozenset({TORQUES, to_group(Group.UPPER_TORQUES)})
+MODE_PROPERTY: Final = 8
+TORQUE_IDENTIFIERS: Final = frozenset({TORQUES, to_group(Group.UPPER_TORQUES)})
 
 
 class TorqueGate:
@@ -24,15 +25,18 @@ class TorqueGate:
     """
 
     def __init__(self, torque_units: Sequence[float], mode_property: int) -> None:
-        self._units, self._mode = tuple(map(float, torque_units)), mode_property
+        one, two, three = map(float, torque_units)
+        self._units: proficio.Vector = (one, two, three)
+        self._mode = mode_property
 
     def frames(self, outcome: Outcome) -> list[Frame]:
         """The frames that an outcome allows."""
         if outcome.torques is None:
             return []
-        torques = proficio.times(proficio.TORQUES_AT_MOTORS, outcome.torques)
-        units = [self._units[k] * torque for k, torque in enumerate(torques)]
-        sent = [Frame(TORQUES, pack_torques(saturated(units)))]
+        one, two, three = outcome.torques
+        first, second, third = proficio.times(proficio.TORQUES_AT_MOTORS, (one, two, three))
+        units = self._units
+        sent = [Frame(TORQUES, pack_torques(saturated([units[0] * first, units[1] * second, units[2] * third])))]
         return [*sent, _idle(self._mode)] if outcome.to_idle else sent
 
 

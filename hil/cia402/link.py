@@ -84,26 +84,20 @@ class DrivesLink:
     def requests(self, arrived: Sequence[Timed]) -> list[Frame]:
         """A SYNC, unless an older one is still open."""
         said = [timed.frame.identifier for timed in arrived]
-        return [] if self._is_quiet(said) else [Frame(SYNC, b"")]
-
-    def _is_quiet(self, arrived: list[int]) -> bool:
-        return any(
-            answers.would_be_quiet(self.cycle, arrived.count(identifier))
+        is_quiet = any(
+            answers.would_be_quiet(self.cycle, said.count(identifier))
             for identifier, answers in zip(self._of_status, self._answers, strict=True)
         )
+        return [] if is_quiet else [Frame(SYNC, b"")]
 
     def read(self, start_ns: int, frames: Sequence[Timed]) -> Reading:
         """Take the frames of a cycle in; those from before it answer older questions."""
-        foreign = self._hear(frames)
-        before = [timed.frame.identifier for timed in frames if timed.time_ns <= start_ns]
-        is_asked, fresh, ages = not self._is_quiet(before), list[bool](), list[int]()
-        for k, (identifier, answers) in enumerate(zip(self._of_status, self._answers, strict=True)):
-            found = [timed for timed in frames if timed.frame.identifier == identifier and timed.time_ns > start_ns]
-            answers.belated(before.count(identifier))
-            if is_asked:
-                answers.asked(self.cycle, start_ns)
-            age = answers.match([timed.time_ns for timed in found], start_ns + self.listen_ns, is_asked=is_asked)
-            fresh.append(age is not None and self._take(k, found[0].frame))
+        until_ns, fresh, ages = start_ns + self.listen_ns, list[bool](), list[int]()
+        foreign = self._hear(frames, start_ns, until_ns)
+        is_asked = not any(answers.is_quiet(self.cycle) for answers in self._answers)
+        for k, answers in enumerate(self._answers):
+            age = answers.match(self.cycle, start_ns, until_ns, is_asked=is_asked)
+            fresh.append(age is not None and self._take(k, answers.data))
             ages += [age] if age is not None else []
         self.cycle += 1
         if self._is_armed and not self._armed_ns:
@@ -120,19 +114,21 @@ class DrivesLink:
             trouble=self._trouble(start_ns),
         )
 
-    def _hear(self, frames: Sequence[Timed]) -> bool:
-        """Note what drives say went wrong; whether somebody else commands them."""
+    def _hear(self, frames: Sequence[Timed], start_ns: int, until_ns: int) -> bool:
+        """Note answers, and what drives say went wrong; whether somebody else commands them."""
         foreign = False
         for timed in frames:
             identifier, data = timed.frame.identifier, timed.frame.data
             foreign |= identifier in self._commands
-            if identifier in self._of_error and len(data) >= 2:
+            if identifier in self._of_status:
+                self._answers[self._of_status[identifier]].hear(timed, start_ns, until_ns)
+            elif identifier in self._of_error and len(data) >= 2:
                 self._errors[self._of_error[identifier]] = int.from_bytes(data[:2], "little")
         return foreign
 
-    def _take(self, drive: int, frame: Frame) -> bool:
+    def _take(self, drive: int, data: bytes) -> bool:
         try:
-            self._status[drive] = unpack_status(frame.data)
+            self._status[drive] = unpack_status(data)
         except FrameError:
             self.strange_frames += 1
             return False

@@ -28,6 +28,13 @@ class Modelling(Protocol):
 
 
 @runtime_checkable
+class Pausing(Protocol):
+    """A controller that pauses: `turn` counts how often it has begun to ask, and each time its torque comes up along the ramp."""
+
+    turn: int
+
+
+@runtime_checkable
 class Ending(Protocol):
     """A controller that knows when it is done."""
 

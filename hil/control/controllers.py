@@ -5,7 +5,8 @@ from typing import Protocol
 
 import numpy as np
 
-from hil.safety.cycle import Record, Vector
+from hil.record import Record
+from hil.safety.cycle import Vector
 
 _NOTHING = (0.0, 0.0, 0.0)
 
@@ -61,10 +62,7 @@ class Observed(Record):
 
 
 class Controller(Protocol):
-    """Anything with this method, such as a class of the user's own.
-
-    One that pauses counts in `turn` how often it has begun to ask: its torque comes up along the ramp each time.
-    """
+    """Anything with this method, such as a class of the user's own; see `hil.control.abilities` for what else it may say."""
 
     def torque(self, observed: Observed) -> np.ndarray | Vector:
         """Joint torques in N.m that it asks for, without those that hold the arm's weight."""

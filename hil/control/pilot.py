@@ -7,13 +7,14 @@ from typing import Final
 import numpy as np
 
 from hil.codecs.frame import Frame, Timed
-from hil.control.abilities import Modelling, Showing
+from hil.control.abilities import Modelling, Pausing, Showing
 from hil.control.controllers import Controller, Observed
 from hil.control.proof import Proof
 from hil.control.timing import Lateness
+from hil.record import Record, replaced
 from hil.robots.base import Reading, Robot
 from hil.safety.core import begin, step
-from hil.safety.cycle import Outcome, Reaction, Record, Seen, State, Trip, Vector, replaced
+from hil.safety.cycle import Outcome, Reaction, Seen, State, Trip, Vector
 from hil.safety.limits import Limits
 from hil.safety.motion import follow
 from hil.safety.rules import SLOW_SHARE
@@ -107,9 +108,10 @@ class Pilot:
         self._takeovers, self._taken_ns = 0, 0
         self.robot, self.limits, self.controller, self.gravity = robot, limits, controller, gravity
         self._showing = controller if isinstance(controller, Showing) else None
-        # Whether a controller models the arm is looked at once: that takes longer than all rules of the core.
+        # What a controller can do is looked at once: that takes longer than all rules of the core.
         self._looked_at: object = None
         self._modelling: Modelling | None = None
+        self._pausing: Pausing | None = None
         self.link = robot.link(limits, waived, np.eye(3) if force_axes is None else force_axes)
         self.state: State | None = None
         self.cycle = 0
@@ -206,9 +208,9 @@ class Pilot:
         is_proving = self.proof is not None and observed.seconds >= 0 and not self.proof.is_done
         try:
             if is_proving and self.proof is not None:
-                self._take_over(self.proof, now_ns)
+                self._take_over(self.proof, 0, now_ns)
                 return _plain(self.proof.torque(observed))
-            self._take_over(self.controller, now_ns)
+            self._take_over(self.controller, self._turn(), now_ns)
             since = (now_ns - self._taken_ns) * 1e-9
             if 0 <= since < observed.seconds:
                 force, sent = observed.f, observed.tau
@@ -216,7 +218,7 @@ class Pilot:
                     since, observed.q, observed.w, force, sent, observed.confirm, observed.fresh, observed.asked
                 )
             asked = _plain(self.controller.torque(observed))
-            self._take_over(self.controller, now_ns)  # it may just have begun again
+            self._take_over(self.controller, self._turn(), now_ns)  # it may just have begun again
             return asked
         except Exception as error:  # a user's own class may raise anything
             self.controller_error = f"{type(error).__name__}: {error}"
@@ -224,15 +226,21 @@ class Pilot:
 
     def _unmodelled(self) -> tuple[float, ...] | None:
         """What the controller's model of the arm leaves unexplained; nothing is known while somebody else asks for torques."""
+        return (
+            self._modelling.unmodelled if self._modelling is not None and self._asking[0] is self.controller else None
+        )
+
+    def _turn(self) -> int:
+        """How often the controller has begun to ask; 0 of one that does not pause."""
         controller = self.controller
         if controller is not self._looked_at:
             self._looked_at = controller
             self._modelling = controller if isinstance(controller, Modelling) else None
-        return self._modelling.unmodelled if self._modelling is not None and self._asking[0] is controller else None
+            self._pausing = controller if isinstance(controller, Pausing) else None
+        return self._pausing.turn if self._pausing is not None else 0
 
-    def _take_over(self, asking: object, now_ns: int) -> None:
+    def _take_over(self, asking: object, turn: int, now_ns: int) -> None:
         """Note who asks, and when somebody else begins to: its torque comes up along the ramp."""
-        turn = getattr(asking, "turn", 0)
         if asking is not self._asking[0] or turn != self._asking[1]:
             self._asking = asking, turn
             self._takeovers += 1

@@ -1,13 +1,14 @@
 """Which question an answer belongs to: answers carry no number, so they are matched to questions in their order."""
 
-from collections.abc import Sequence
+from typing import Final
 
+from hil.codecs.frame import Timed
 from hil.safety.limits import Limits
 
 # A question that was answered neither in its own cycle nor in the one after it is given up.
-GIVEN_UP_AFTER = 2
+GIVEN_UP_AFTER: Final = 2
 # Answers that have not come in this share of a period are missing.
-LISTEN_SHARE = 0.5
+LISTEN_SHARE: Final = 0.5
 
 
 def listen_ns(limits: Limits) -> int:
@@ -30,51 +31,75 @@ class Answers:
     """
 
     def __init__(self) -> None:
-        self._open: tuple[int, int] | None = None  # the cycle and the time (ns) of the question without an answer
         self.missing = self.late = 0
         self.is_doubtful = False
         self._was_doubtful, self._surplus = False, 0
+        # The cycle of the question without an answer; -1 if there is none.
+        self._open = -1
+        # What has arrived since the last cycle was matched: before its question, since then, and when the first of the latter came.
+        self._before, self._since, self._first_ns = 0, 0, 0
+        self.data, self.is_contradicted = b"", False
 
     def would_be_quiet(self, cycle: int, arrived: int) -> bool:
         """Whether no question may be put in a cycle before which so many answers have arrived; changes nothing."""
-        return self._open is not None and arrived == 0 and cycle - self._open[0] < GIVEN_UP_AFTER
+        return self._open >= 0 and arrived == 0 and cycle - self._open < GIVEN_UP_AFTER
 
-    def belated(self, arrived: int) -> None:
+    def hear(self, timed: Timed, start_ns: int, until_ns: int) -> None:
+        """Take in an answer that came for a cycle, in the order in which they were taken from the bus.
+
+        Args:
+            start_ns: when the cycle began.
+            until_ns: until when an answer counts as in time.
+        """
+        at, data = timed.time_ns, timed.frame.data
+        if at <= start_ns:
+            self._before += 1
+            return
+        self._since += 1
+        if self._since == 1:
+            self._first_ns, self.data, self.is_contradicted = at, data, False
+        elif at <= until_ns and data != self.data:
+            self.is_contradicted = True
+
+    def is_quiet(self, cycle: int) -> bool:
+        """Whether the cycle has put no question."""
+        return self.would_be_quiet(cycle, self._before)
+
+    def match(self, cycle: int, start_ns: int, until_ns: int, *, is_asked: bool) -> int | None:
+        """Match what was heard for a cycle to its question, or to older ones; an older one that is still open is given up.
+
+        Args:
+            is_asked: whether the cycle has put a question.
+
+        Returns:
+            The age of the answer (ns), from its question on; None if the cycle's question was not answered in time. The
+            answer is `data`, and `is_contradicted` says whether another one in time says something else.
+        """
+        before, since, first_ns = self._before, self._since, self._first_ns
+        self._before = self._since = 0
+        self._belated(before)
+        if not is_asked:
+            self._belated(since)
+            return None
+        self._was_doubtful, self.is_doubtful = self.is_doubtful, self._open >= 0
+        if self.is_doubtful:
+            self._surplus = 0
+        self._open = cycle
+        if not since or first_ns > until_ns:
+            self.missing += 1
+            self._surplus += self._was_doubtful
+            self._belated(since)
+            return None
+        self._open = -1
+        self._belated(since - 1)
+        return first_ns - start_ns
+
+    def _belated(self, arrived: int) -> None:
         """Take answers that came between two cycles, or without a question."""
         for _ in range(arrived):
             if self._surplus:
                 self._surplus -= 1
             else:
-                self._open = None
+                self._open = -1
             if self.late < self.missing:
                 self.late += 1
-
-    def asked(self, cycle: int, time_ns: int) -> None:
-        """Note that a question is put; an older one that is still open is given up."""
-        self._was_doubtful, self.is_doubtful = self.is_doubtful, self._open is not None
-        if self.is_doubtful:
-            self._surplus = 0
-        self._open = cycle, time_ns
-
-    def match(self, times_ns: Sequence[int], until_ns: int, *, is_asked: bool) -> int | None:
-        """Match the answers that came in a cycle, in their order.
-
-        Args:
-            times_ns: when each was taken from the bus.
-            until_ns: until when an answer counts as in time.
-            is_asked: whether the cycle has put a question.
-
-        Returns:
-            The age of the answer (ns), from its question on; None if the cycle's question was not answered in time.
-        """
-        if not is_asked:
-            self.belated(len(times_ns))
-            return None
-        if self._open is None or not times_ns or times_ns[0] > until_ns:
-            self.missing += 1
-            self._surplus += self._was_doubtful
-            self.belated(len(times_ns))
-            return None
-        age, self._open = times_ns[0] - self._open[1], None
-        self.belated(len(times_ns) - 1)
-        return age

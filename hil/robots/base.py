@@ -12,7 +12,8 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from hil.codecs.frame import Frame, Timed
-from hil.safety.cycle import Module, Outcome, Record, Vector
+from hil.record import Record
+from hil.safety.cycle import Module, Outcome, Vector
 from hil.safety.limits import Limits
 
 Sleep = Callable[[float], None]

@@ -13,8 +13,8 @@ import numpy as np
 from hil.robots.chain import Chain
 
 Side = Literal["left", "right"]
-_Vector = tuple[float, float, float]
-Matrix = tuple[tuple[float, ...], ...]
+Vector = tuple[float, float, float]
+Matrix = tuple[Vector, Vector, Vector]
 # Cosine and sine of a joint's angle, and of its link's twist.
 _Turn = tuple[float, float, float, float]
 
@@ -22,15 +22,12 @@ JOINTS: Final = 3
 # Motor angles from joint angles; motors 1 and 2 drive joints 1 and 2 through a cable differential.
 JOINT_TO_MOTOR = np.array([[-8.51, 15.19643, 0.0], [8.51, 15.19643, 0.0], [0.0, 0.0, 9.55]])
 MOTOR_TO_JOINT = np.linalg.inv(JOINT_TO_MOTOR)
-# The same in plain numbers, for a session's cycles: angles that way, torques the other way.
-ANGLES_OF_MOTORS: Matrix = tuple(map(tuple, MOTOR_TO_JOINT.tolist()))
-TORQUES_AT_MOTORS: Matrix = tuple(map(tuple, MOTOR_TO_JOINT.T.tolist()))
 # Joint angles at the stops where the arm is zeroed, rad.
 HOME = {"right": np.array([-1.01, -0.96, 2.84]), "left": np.array([-1.01, 0.96, -2.84])}
 GRAVITY = 9.805
 
 # First moments of each link in its frame, kg.m, as calibrated; masses further out are lumped in.
-_MOMENTS: dict[Side, tuple[_Vector, ...]] = {
+_MOMENTS: dict[Side, tuple[Vector, ...]] = {
     "right": (
         (0.008168642272, -0.2650486524, 0.03283905849),
         (1.108299475, -0.02560798116, 0.5281584342),
@@ -80,20 +77,29 @@ def joint_torques(motor_torques: np.ndarray) -> np.ndarray:
     return np.asarray(JOINT_TO_MOTOR.T @ motor_torques)
 
 
-def times(matrix: Matrix, vector: Sequence[float]) -> list[float]:
+def matrix(values: np.ndarray) -> Matrix:
+    """A matrix (3, 3) in plain numbers."""
+    (a, b, c), (d, e, f), (g, h, i) = values.tolist()
+    return (a, b, c), (d, e, f), (g, h, i)
+
+
+def times(matrix: Matrix, vector: Vector) -> Vector:
     """A matrix times a vector in plain numbers: NumPy takes ten times as long for three of them.
 
     Example:
-        >>> times(((1.0, 2.0), (0.0, 1.0)), (3.0, 4.0))
-        [11.0, 4.0]
+        >>> times(((1.0, 2.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), (3.0, 4.0, 5.0))
+        (11.0, 4.0, 5.0)
     """
-    product = []
-    for row in matrix:
-        total = 0.0
-        for k, factor in enumerate(row):
-            total += factor * vector[k]
-        product.append(total)
-    return product
+    return _dot(matrix[0], vector), _dot(matrix[1], vector), _dot(matrix[2], vector)
+
+
+def _dot(row: Vector, vector: Vector) -> float:
+    return row[0] * vector[0] + row[1] * vector[1] + row[2] * vector[2]
+
+
+# The same as in `joint_angles` and `motor_torques`, for a session's cycles.
+ANGLES_OF_MOTORS: Final = matrix(MOTOR_TO_JOINT)
+TORQUES_AT_MOTORS: Final = matrix(MOTOR_TO_JOINT.T)
 
 
 def chain(side: Side) -> Chain:
@@ -111,7 +117,7 @@ def tool_position(angles: np.ndarray, side: Side) -> np.ndarray:
     return np.asarray(chain(side).places(angles.tolist())[-1])
 
 
-def holding_torques(angles: Sequence[float], side: Side) -> _Vector:
+def holding_torques(angles: Sequence[float], side: Side) -> Vector:
     """Joint torques in N.m that hold the arm against its weight at the angles of its joints in rad.
 
     From the base outwards the weight is turned into each link's frame, and from the tip inwards moments are summed. In
@@ -133,20 +139,20 @@ def _turn(angle: float, link: int) -> _Turn:
     return math.cos(angle), math.sin(angle), twist[0], twist[1]
 
 
-def _moment(weight: _Vector, moments: _Vector, outer: _Vector) -> _Vector:
+def _moment(weight: Vector, moments: Vector, outer: Vector) -> Vector:
     """Moment of a link's weight, and of what is further out, in the link's frame."""
     (x, y, z), (a, b, c) = weight, moments
     return y * c - z * b + outer[0], z * a - x * c + outer[1], x * b - y * a + outer[2]
 
 
-def _outwards(turn: _Turn, vector: _Vector) -> _Vector:
+def _outwards(turn: _Turn, vector: Vector) -> Vector:
     """A vector of a link's frame in the frame before it: R v."""
     (c, s, ct, st), (x, y, z) = turn, vector
     across = ct * y - st * z
     return c * x - s * across, s * x + c * across, st * y + ct * z
 
 
-def _inwards(turn: _Turn, vector: _Vector) -> _Vector:
+def _inwards(turn: _Turn, vector: Vector) -> Vector:
     """A vector of the frame before a link in the link's own: R' v."""
     (c, s, ct, st), (x, y, z) = turn, vector
     along = c * y - s * x

@@ -6,7 +6,8 @@ Loops count joints, and tuples are made of lists: compiled that is several times
 import math
 from typing import Final
 
-from hil.safety.cycle import Module, Motion, Outcome, Reaction, Seen, State, Trip, Vector, is_finite, replaced
+from hil.record import is_finite, replaced
+from hil.safety.cycle import Module, Motion, Outcome, Reaction, Seen, State, Trip, Vector
 from hil.safety.limiters import LIMITERS, Limiter, pinch_torque
 from hil.safety.limits import Limits
 from hil.safety.motion import at_rest, follow

@@ -2,7 +2,8 @@
 
 from typing import Final
 
-from hil.safety.cycle import Motion, Positions, State, Vector, is_finite
+from hil.record import is_finite
+from hil.safety.cycle import Motion, Positions, State, Vector
 from hil.safety.limits import Limits
 
 # No joint is believed to move faster than this times its limit of speed.

@@ -4,7 +4,8 @@ import math
 from collections.abc import Callable
 from typing import Final
 
-from hil.safety.cycle import Module, Motion, Reaction, Seen, State, Trip, Vector, is_finite
+from hil.record import is_finite
+from hil.safety.cycle import Module, Motion, Reaction, Seen, State, Trip, Vector
 from hil.safety.limits import Limits
 
 Rule = Callable[[Limits, State, Motion, Seen], Trip | None]

@@ -8,8 +8,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from hil.record import replaced
 from hil.safety.core import begin, step
-from hil.safety.cycle import Module, Outcome, Reaction, Seen, State, replaced
+from hil.safety.cycle import Module, Outcome, Reaction, Seen, State
 from hil.safety.limits import Limits
 from tests.hil.cycles import LIMITS
 

@@ -3,8 +3,9 @@
 from dataclasses import replace
 from typing import Any
 
+from hil.record import replaced
 from hil.safety.core import begin, step
-from hil.safety.cycle import Outcome, Seen, State, replaced
+from hil.safety.cycle import Outcome, Seen, State
 from hil.safety.limiters import LIMITERS, Limiter
 from hil.safety.limits import JointLimits, Limits, Zone
 from hil.safety.rules import RULES, Rule

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from hil.codecs.barrett.identifiers import Group, Node, answer_of
-from hil.codecs.frame import Timed
+from hil.codecs.frame import Frame, Timed
 from hil.control.pilot import Decision
 from hil.robots.answers import Answers
 from hil.safety.cycle import Reaction
@@ -17,22 +17,27 @@ from tests.hil.bench import Beats, Bench
 POSITIONS = {answer_of(k, Group.POSITIONS) for k in (1, 2, 3)}
 
 
+def matched(answers: Answers, cycle: int, times_ns: list[int], *, is_asked: bool = True, data: str = "") -> int | None:
+    """A cycle of 2 us that waits 1 us for the answers that come at these times; `data` has a letter for each."""
+    start_ns = 2000 * cycle
+    for k, at in enumerate(times_ns):
+        answers.hear(Timed(at, Frame(1, data[k : k + 1].encode())), start_ns, start_ns + 1000)
+    return answers.match(cycle, start_ns, start_ns + 1000, is_asked=is_asked)
+
+
 def test_an_answer_is_that_of_the_oldest_open_question() -> None:
     answers = Answers()
-    answers.asked(0, 0)
-    assert answers.match([100], 1000, is_asked=True) == 100
-    answers.asked(1, 2000)
-    assert answers.match([], 3000, is_asked=True) is None
+    assert matched(answers, 0, [100]) == 100
+    assert matched(answers, 1, []) is None
     assert answers.would_be_quiet(2, 0) and not answers.would_be_quiet(2, 1)  # one that has come since closes it
-    assert answers.match([4050], 5000, is_asked=False) is None  # in the quiet cycle, 2 us late
+    assert matched(answers, 2, [4050], is_asked=False) is None  # in the quiet cycle, 2 us late
     assert (answers.missing, answers.late) == (1, 1)
     assert not answers.would_be_quiet(3, 0)
 
 
 def test_a_question_whose_answer_was_lost_is_given_up_after_one_quiet_cycle() -> None:
     answers = Answers()
-    answers.asked(0, 0)
-    assert answers.match([], 1000, is_asked=True) is None
+    assert matched(answers, 0, []) is None
     assert answers.would_be_quiet(1, 0)
     assert not answers.would_be_quiet(2, 0)
     assert (answers.missing, answers.late) == (1, 0)
@@ -40,28 +45,35 @@ def test_a_question_whose_answer_was_lost_is_given_up_after_one_quiet_cycle() ->
 
 def test_after_a_question_that_was_given_up_an_answer_is_doubtful_until_the_next_one_comes_in_time() -> None:
     answers = Answers()
-    answers.asked(0, 0)
-    assert answers.match([], 1000, is_asked=True) is None
-    answers.asked(2, 4000)
-    assert answers.match([4100], 5000, is_asked=True) == 100  # 4100 ns after the question before it, perhaps
+    assert matched(answers, 0, []) is None
+    assert matched(answers, 2, [4100]) == 100  # 4100 ns after the question before it, perhaps
     assert answers.is_doubtful
-    answers.asked(3, 6000)
-    assert answers.match([6100], 7000, is_asked=True) == 100
+    assert matched(answers, 3, [6100]) == 100
     assert not answers.is_doubtful
 
 
 def test_a_doubtful_answer_without_one_after_it_leaves_two_on_their_way() -> None:
     answers = Answers()
-    answers.asked(0, 0)
-    answers.match([], 1000, is_asked=True)
-    answers.asked(2, 4000)
-    answers.match([4100], 5000, is_asked=True)
-    answers.asked(3, 6000)
-    assert answers.match([], 7000, is_asked=True) is None
-    answers.belated(1)  # that of the question at 4000
+    matched(answers, 0, [])
+    matched(answers, 2, [4100])
+    assert matched(answers, 3, []) is None
     assert answers.would_be_quiet(4, 0)
-    answers.belated(1)
+    matched(answers, 4, [8050], is_asked=False)  # that of the question at 4000
+    assert answers.would_be_quiet(4, 0)
+    matched(answers, 4, [8060], is_asked=False)
     assert not answers.would_be_quiet(4, 0)
+
+
+def test_a_second_answer_in_time_that_says_something_else_contradicts_the_first() -> None:
+    answers = Answers()
+    for data, times_ns, is_contradicted in (
+        ("aa", [1, 2], False),
+        ("ab", [1, 2], True),
+        ("ab", [1, 1001], False),
+        ("a", [1], False),
+    ):
+        assert matched(answers, 0, times_ns, data=data) == 1
+        assert (answers.data, answers.is_contradicted) == (b"a", is_contradicted)
 
 
 def test_one_lost_answer_is_made_good_by_the_next_two_and_stops_nothing() -> None:

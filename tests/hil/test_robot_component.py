@@ -19,7 +19,7 @@ from rich.progress import Progress
 from fmus.errors import ComponentError, MisfitError
 from hil.component import RobotComponent, open_robot
 from hil.control.controllers import Asked, Observed
-from hil.safety.cycle import replaced
+from hil.record import replaced
 from hil.session.loop import Summary, Wishes
 from hil.session.recorded import replay_session
 from hil.stop.flag import StopFlag

@@ -11,8 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fmus.errors import MisfitError
+from hil.record import replaced
 from hil.safety.core import begin, step
-from hil.safety.cycle import Module, Motion, Reaction, Seen, replaced
+from hil.safety.cycle import Module, Motion, Reaction, Seen
 from hil.safety.limiters import LIMITERS, braking_only, inwards_only, pinch_torque, torque_rate
 from hil.safety.limits import JointLimits, Limits, Zone, lowered
 from hil.safety.motion import follow

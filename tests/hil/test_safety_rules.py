@@ -6,9 +6,10 @@ from typing import Any
 
 import pytest
 
+from hil.record import replaced
 from hil.safety import rules
 from hil.safety.core import begin
-from hil.safety.cycle import Module, Motion, Reaction, Seen, Trip, replaced
+from hil.safety.cycle import Module, Motion, Reaction, Seen, Trip
 from hil.safety.limits import Limits
 from tests.hil.cycles import LIMITS, PERIOD, PERIOD_S
 

@@ -42,21 +42,15 @@ class ToyLink:
         return [] if quiet else [Frame(ASK, b"")]
 
     def read(self, start_ns: int, frames: Sequence[Timed]) -> Reading:
-        before = sum(timed.frame.identifier == SAID and timed.time_ns <= start_ns for timed in frames)
-        since = [
-            (timed.time_ns, timed.frame)
-            for timed in frames
-            if timed.frame.identifier == SAID and timed.time_ns > start_ns
-        ]
-        is_asked = not self._answers.would_be_quiet(self.cycle, before)
-        self._answers.belated(before)
-        if is_asked:
-            self._answers.asked(self.cycle, start_ns)
-        age = self._answers.match([at for at, _ in since], start_ns + self.listen_ns, is_asked=is_asked)
+        answers, until_ns = self._answers, start_ns + self.listen_ns
+        for timed in frames:
+            if timed.frame.identifier == SAID:
+                answers.hear(timed, start_ns, until_ns)
+        age = answers.match(self.cycle, start_ns, until_ns, is_asked=not answers.is_quiet(self.cycle))
         self.cycle += 1
         positions: tuple[float | None, ...] = (None, None)
         if age is not None:
-            positions = tuple(1e-3 * part for part in PAIR.unpack(since[0][1].data))
+            positions = tuple(1e-3 * part for part in PAIR.unpack(answers.data))
         return Reading(positions, age, module=Module.ACTIVE)
 
     def frames(self, outcome: Outcome, armed: bool) -> list[Frame]:

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from struct import Struct
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from hil.codecs.barrett.identifiers import Group
 from hil.errors import FrameError, ValueRangeError
@@ -12,6 +12,8 @@ DIVISORS = {Group.FORCE: 256.0, Group.TORQUE: 4096.0, Group.ACCELERATION: 1024.0
 UNITS = {Group.FORCE: "N", Group.TORQUE: "N.m", Group.ACCELERATION: "m/s2"}
 _THREE = Struct("<hhh")
 _LOWEST, _HIGHEST = -(1 << 15), (1 << 15) - 1
+# Bits of the status byte that say which strain gauges are saturated.
+GAUGES: Final = 0x3F
 
 
 class Status(NamedTuple):
@@ -63,11 +65,30 @@ def unpack_reading(group: Group, data: bytes) -> Reading:
     Raises:
         FrameError: if the data have neither 6 nor 7 bytes.
     """
-    if len(data) not in (6, 7):
-        raise FrameError(f"{data.hex(' ') or 'no data'} is no {group.name.lower()}: 6 or 7 bytes were expected")
+    (x, y, z), status = unpack_counts(data)
     divisor = DIVISORS[group]
-    x, y, z = _THREE.unpack_from(data)
-    return Reading(x / divisor, y / divisor, z / divisor, _unpack_status(data[6]) if len(data) == 7 else None)
+    return Reading(x / divisor, y / divisor, z / divisor, _unpack_status(status) if len(data) == 7 else None)
+
+
+def unpack_counts(data: bytes) -> tuple[tuple[int, int, int], int]:
+    """The three numbers of a reading's data in counts, and its status byte, 0 if there is none.
+
+    Raises:
+        FrameError: if the data have neither 6 nor 7 bytes.
+
+    Example:
+        >>> unpack_counts(bytes.fromhex("000180FD400A"))
+        ((256, -640, 2624), 0)
+    """
+    if len(data) not in (6, 7):
+        raise FrameError(f"{data.hex(' ') or 'no data'} is no reading: 6 or 7 bytes were expected")
+    return (_signed(data[0], data[1]), _signed(data[2], data[3]), _signed(data[4], data[5])), data[6] if len(
+        data
+    ) == 7 else 0
+
+
+def _signed(low: int, high: int) -> int:
+    return ((high << 8 | low) ^ 0x8000) - 0x8000
 
 
 def _pack_status(status: Status) -> int:

@@ -1,11 +1,12 @@
 """Positions of motors and joints: 22 bits, two's complement, most significant byte first."""
 
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from hil.errors import FrameError, ValueRangeError
 
 LOWEST, HIGHEST = -(1 << 21), (1 << 21) - 1
-_MASK, _SIGN = 0x3FFFFF, 0x200000
+_MASK: Final = 0x3FFFFF
+_SIGN: Final = 0x200000
 
 
 class Positions(NamedTuple):
@@ -57,7 +58,7 @@ def motor_counts(data: bytes) -> int:
         -1000
     """
     if len(data) == 3:
-        return (int.from_bytes(data) & _MASK ^ _SIGN) - _SIGN
+        return ((data[0] << 16 | data[1] << 8 | data[2]) & _MASK ^ _SIGN) - _SIGN
     return unpack_positions(data).motor
 
 
@@ -68,8 +69,7 @@ def nearest_turn(counts: int, previous: int) -> int:
         >>> nearest_turn(-2097152, 2097151)
         2097152
     """
-    turn = 1 << 22
-    return counts + turn * round((previous - counts) / turn)
+    return previous + ((counts - previous & _MASK ^ _SIGN) - _SIGN)
 
 
 def _three_bytes(words: str, counts: int) -> bytes:

@@ -6,15 +6,19 @@ Byte 0 is the value form of the property T; the other 56 bits are `t0 << 42 | t1
 import math
 from collections.abc import Sequence
 from struct import Struct
+from typing import Final
 
 from hil.errors import FrameError, ValueRangeError
+from hil.record import is_finite
 
-SLOTS = 4
+SLOTS: Final = 4
 # The controllers take -8191 to 8191; -8192 is never sent.
-MOST = 8191
-TORQUE_PROPERTY = 42
-_MASK, _SIGN = 0x3FFF, 0x2000
-_WORD = Struct(">Q")
+MOST: Final = 8191
+TORQUE_PROPERTY: Final = 42
+_MOST: Final = 8191.0
+_MASK: Final = 0x3FFF
+_SIGN: Final = 0x2000
+_WORD: Final = Struct(">Q")
 
 
 def saturated(torques: Sequence[float]) -> list[int]:
@@ -27,10 +31,12 @@ def saturated(torques: Sequence[float]) -> list[int]:
         >>> saturated([9000, -9000, -0.5, 0.5])
         [8191, -8191, -1, 0]
     """
-    for slot, torque in enumerate(torques):
-        if not math.isfinite(torque):
-            raise ValueRangeError(f"torque of slot {slot} is {torque}; a finite number was expected")
-    return [math.floor(min(max(torque, -MOST), MOST)) for torque in torques]
+    units = list[int]()
+    for torque in torques:
+        if not is_finite(torque):
+            raise ValueRangeError(f"torque of slot {len(units)} is {torque}; a finite number was expected")
+        units.append(math.floor(_MOST if torque > _MOST else -_MOST if torque < -_MOST else torque))
+    return units
 
 
 def pack_torques(torques: Sequence[int], property: int = TORQUE_PROPERTY) -> bytes:
@@ -45,12 +51,13 @@ def pack_torques(torques: Sequence[int], property: int = TORQUE_PROPERTY) -> byt
     """
     if len(torques) > SLOTS:
         raise ValueRangeError(f"{len(torques)} torques do not fit in a frame, which has {SLOTS} slots")
-    word = 0x80 | property
+    word = 0
     for slot, torque in enumerate(torques):
         if not -MOST <= torque <= MOST:
             raise ValueRangeError(f"torque of slot {slot} is {torque}, outside [{-MOST}, {MOST}]")
         word = word << 14 | torque & _MASK
-    return _WORD.pack(word << 14 * (SLOTS - len(torques)))
+    # The first byte last: without it the word is a machine's integer.
+    return _WORD.pack((0x80 | property) << 56 | word << 14 * (SLOTS - len(torques)))
 
 
 def unpack_torques(data: bytes, property: int = TORQUE_PROPERTY) -> tuple[int, int, int, int]:

@@ -17,8 +17,9 @@ from hil.codecs.barrett.torques import pack_torques
 from hil.codecs.frame import Frame, Timed
 from hil.control.controllers import Observed
 from hil.control.pilot import CycleInput, Decision, Pilot
+from hil.record import replaced
 from hil.robots.absent import refusals
-from hil.safety.cycle import Reaction, replaced
+from hil.safety.cycle import Reaction
 from hil.session.loop import Loop, Wishes
 from hil.settings import Settings, default_settings
 from tests.hil.bench import Beats, Bench
