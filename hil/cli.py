@@ -276,17 +276,27 @@ def _made(folder: Path) -> Path:
 @click.option("--joint", type=click.IntRange(1, 3), help="Which joint; default: the one that moved most.")
 @click.option("--inertia", type=float, default=0.05, show_default=True, help="Of the nominal model (kg.m2).")
 @click.option("--block/--no-block", "learned", default=True, help="Also learn what the model lacks as a block.")
+@click.option("--discover", "named", is_flag=True, help="Also name what the model lacks, as `misfit discover` does.")
 @json_option
 @quiet_option
 def identify(
-    source: Path, out: Path, joint: int | None, inertia: float, learned: bool, json_file: str | None, quiet: bool
+    source: Path,
+    out: Path,
+    joint: int | None,
+    inertia: float,
+    learned: bool,
+    named: bool,
+    json_file: str | None,
+    quiet: bool,
 ) -> None:
     """Run SYSTEM, a coupled system with a robot, or take a RECORDING, and make a measurement set of one of its joints.
 
-    Writes the set with its case.toml, a nominal model with inertia alone, and the block learned from both.
+    Writes the set with its case.toml, a nominal model with inertia alone, and the block learned from both; with --discover the
+    diagnosis, and the models with what it names, too.
     """
-    from hil.recording.identify import BLOCK, CLASS, MODEL, write_identification
+    from hil.recording.identify import BLOCK, CLASS, DIAGNOSIS, FOUND, MODEL, write_identification
     from hil.session.recorded import recorded_pilot
+    from orchestrator.cli.improve import discover
     from orchestrator.cli.learn import learn
 
     recording = source if source.is_dir() else _recorded_run(source, out, quiet)
@@ -301,7 +311,13 @@ def identify(
     lines = [f"{found.rows} rows of joint {found.joint}, which moved by {found.moved:.3g} rad, in {out}"]
     if learned:
         lines.append(f"block learned: {written}" if written else "no block: what was learned made held-out runs worse")
-    show("\n".join([*lines, f"to go on: misfit discover {model} {out}"]), quiet or json_file == "-")
+    silent = quiet or json_file == "-"
+    if not named:
+        lines.append(f"to go on: misfit discover {model} {out}")
+    show("\n".join(lines), silent)
+    if named:
+        options = ["--out", str(out / FOUND), "--json", str(out / DIAGNOSIS), *(["--quiet"] if silent else [])]
+        discover.main([model, str(out), *options], standalone_mode=False)
 
 
 def _recorded_run(system: Path, out: Path, quiet: bool) -> Path:

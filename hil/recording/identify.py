@@ -18,6 +18,7 @@ from hil.trials.files import in_effect
 from orchestrator.results import Column, recorder_for
 
 JOINT_FILE, CASE, MODEL, CLASS, BLOCK = "joint.parquet", "case.toml", "Nominal.mo", "Nominal", "block.json"
+DIAGNOSIS, FOUND = "diagnosis.json", "found"
 # Names of the model's own variables.
 COLUMNS = (
     Column("torque", "N.m", description="mean torque that acted around that time"),
@@ -108,8 +109,10 @@ def _case(seconds: float, step: float, joint: int) -> str:
         f'title = "joint {joint} of a Proficio"\nfiles = ["{JOINT_FILE}"]\n'
         f"learning_window_s = [0.0, {cut}]\nheld_out_window_s = [{cut}, {seconds:.3f}]\n\n"
         f'[columns]\ntime = "s"\n{units}\n\n'
-        # The torque is that around each time, and an encoder's error is its step by the root of 12.
-        f"[sensors]\nencoder_noise_std_rad = {step / np.sqrt(12):.3g}\n"
+        # The torque is the mean around each time: held from there on, it would act half a cycle late.
+        f'[interpolation]\n{COLUMNS[0].name} = "linear"\n\n'
+        # An encoder's error is its step by the root of 12; all times are of one clock.
+        f"[sensors]\nencoder_noise_std_rad = {step / np.sqrt(12):.3g}\nclock_noise_std_s = 0\n"
     )
 
 

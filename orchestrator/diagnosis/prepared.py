@@ -20,6 +20,7 @@ from orchestrator.diagnosis.noise.outliers import without_outliers
 from orchestrator.diagnosis.search.search import Progress
 from orchestrator.library.cards import Candidate, EffectCard
 from orchestrator.measurements import BoundSet, BoundTrial, MeasurementSet, bind
+from orchestrator.measurements.sensors import declared
 from orchestrator.models.patch import free_slots
 from orchestrator.models.smoothing import SmoothedTrial
 from orchestrator.models.symbolic import SymbolicModel
@@ -113,14 +114,17 @@ def prepared(
     candidates, impossible = ways.candidates(system, cards)
     progress("compiling the model with each effect")
     ways.compile_ahead(candidates, workers)
-    extra = nuisances(system, measurements.tolerances, _clock_std(data))
+    extra = nuisances(system, measurements.tolerances, _clock_std(data, measurements.sensors))
     plain = model.restricted(data.output_names)
     slots = tuple(free_slots(system))
     return Prepared(source, nominal, plain, data, slots, tuple(candidates), tuple(impossible), extra)
 
 
-def _clock_std(data: BoundSet) -> float:
-    """Standard deviation in s of a constant shift between inputs and outputs; 0 if no input is measured."""
+def _clock_std(data: BoundSet, sensors: Mapping[str, float]) -> float:
+    """Standard deviation in s of a constant shift between inputs and outputs, as [sensors] states it; 0 if no input is measured."""
+    stated = declared(sensors, "noise_std", "s", "clock")
+    if stated is not None:
+        return stated
     if len(data.unconnected_inputs) == len(data.input_names):
         return 0.0
     return CLOCK_SAMPLES * float(np.median(np.diff(data.trials[0].time)))

@@ -9,18 +9,18 @@ import pytest
 from click.testing import CliRunner
 
 from fmus.errors import MisfitError
+from hil.cli import hil
 from hil.component import RobotComponent, open_robot
 from hil.emulation.anatomy import anatomy
 from hil.emulation.muscles import Muscles
-from hil.recording.identify import CLASS, MODEL, write_identification
+from hil.recording.identify import DIAGNOSIS
 from hil.recording.recorder import Recorder
 from hil.session.loop import Loop, Wishes
-from hil.session.recorded import ROBOT, SETTINGS, pilot_of, recorded_pilot
+from hil.session.recorded import ROBOT, SETTINGS, pilot_of
 from hil.settings import default_settings
 from hil.trials.protocol import protocol_of_json, read_protocol
 from hil.virtual.body import Body, Burden
 from hil.virtual.made import REACH, LoadedJoints, Made
-from orchestrator.cli.improve import discover
 from orchestrator.cosim.system import ComponentSpec
 from tests.hil.bench import Beats, Bench
 
@@ -124,21 +124,18 @@ def recorded(folder: Path, burden: Burden, seconds: float = 8.0) -> Path:
     ("burden", "effect", "parameter", "value", "within"),
     [
         (Burden(payload=0.3), "rotor_inertia", "J[1]", 0.3 * REACH[2] ** 2, 0.01),
-        (Burden(delay=0.04), "stimulation_delay", "T", 0.04, 0.1),
+        (Burden(delay=0.04), "stimulation_delay", "T", 0.04, 0.01),
     ],
 )
 def test_a_session_finds_out_what_its_virtual_robot_was_given(
     burden: Burden, effect: str, parameter: str, value: float, within: float, tmp_path: Path
 ) -> None:
     recording, out = recorded(tmp_path / "session", burden), tmp_path / "set"
-    write_identification(recording, recorded_pilot(recording), out)
-    result = tmp_path / "result.json"
     found = CliRunner().invoke(
-        discover,
-        [f"{out / MODEL}:{CLASS}", str(out), "--out", str(tmp_path / "found"), "--json", str(result), "--workers", "1"],
+        hil, ["identify", str(recording), "--out", str(out), "--no-block", "--discover", "--quiet"]
     )
     assert found.exit_code == 0, found.output
-    named = {each["id"]: each for each in json.loads(result.read_text())["effects"]}
+    named = {each["id"]: each for each in json.loads((out / DIAGNOSIS).read_text())["effects"]}
     assert set(named) == {effect, "viscous_friction"}
     sizes = {name: part["value"] for name, part in named[effect]["parameters"].items()}
     assert sizes[parameter] == pytest.approx(value, rel=within)
