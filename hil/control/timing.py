@@ -17,12 +17,12 @@ SIGN_NS = 4_000_000
 PRIORITY = 80
 
 
-class Metronome:
-    """Beats at absolute times; a beat that is late by more than a period is skipped and counted.
+class RealTimer:
+    """Cycles at absolute times; one that is late by more than a period is skipped and counted.
 
     Args:
-        sign: told the time (ns) again and again while the next beat is waited for: a sign of life in long periods, too.
-            Where it says True, something cannot wait that long: there is a beat at once, one until it says False again.
+        sign: told the time (ns) again and again while the next cycle is waited for: a sign of life in long periods, too.
+            Where it says True, something cannot wait that long: a cycle is due at once, one until it says False again.
     """
 
     def __init__(self, period_ns: int, sign: Callable[[int], bool] = lambda now_ns: False) -> None:
@@ -32,26 +32,26 @@ class Metronome:
         self.start()
 
     def start(self) -> None:
-        """Beat from now on: what came before a session's first cycle has missed none."""
+        """Cycles are due from now on: what came before a session's first cycle has missed none."""
         self._next = time.monotonic_ns() + self.period_ns
 
     def wait(self) -> tuple[int, int]:
-        """Wait for the next beat; returns its time and the time now (ns)."""
+        """Wait for the next cycle; returns when it is due and the time now (ns)."""
         now = time.monotonic_ns()
         behind = max(now - self._next, 0) // self.period_ns
         self.missed += behind
-        beat = self._next = self._next + behind * self.period_ns
-        while (left := beat - now - SPIN_NS) > 0:
+        due = self._next = self._next + behind * self.period_ns
+        while (left := due - now - SPIN_NS) > 0:
             hurries, hurried = self.sign(now), self._hurried
             self._hurried = hurries
             if hurries and not hurried:
                 return now, now
             time.sleep(min(left, SIGN_NS) * 1e-9)
             now = time.monotonic_ns()
-        while (now := time.monotonic_ns()) < beat:
+        while (now := time.monotonic_ns()) < due:
             pass
         self._next += self.period_ns
-        return beat, now
+        return due, now
 
 
 @dataclass

@@ -17,11 +17,11 @@ from fmus.errors import MisfitError
 from hil.bus.wire import Wire, open_wire
 from hil.control.abilities import Ending
 from hil.control.pilot import Decision, Pilot
-from hil.control.timing import Metronome
+from hil.control.timing import RealTimer
 from hil.recording.recorder import Recorder
 from hil.robots.absent import refusals, unchecked, warning
 from hil.robots.base import Robot
-from hil.session.heart import Heart
+from hil.session.heartbeat import Heartbeat
 from hil.session.loop import Loop, Summary, Wishes
 from hil.session.recorded import ROBOT, SETTINGS, pilot_of
 from hil.session.round_trip import measured, too_slow
@@ -30,7 +30,7 @@ from hil.settings import Settings
 from hil.stop.flag import StopFlag
 from hil.view.about import about, session_name
 from hil.view.window import Window
-from hil.virtual.direct_bus import DirectBus, Pace
+from hil.virtual.direct_bus import DirectBus, VirtualTimer
 
 # So long somebody has time to press Activate on the pendant after the operator's word; what is waited for is said after
 # a moment.
@@ -61,7 +61,7 @@ class Opened:
     settings: Settings
     pilot: Pilot
     loop: Loop
-    beats: Metronome | Pace
+    timer: RealTimer | VirtualTimer
     recorder: Recorder | None
     armed: bool
     operator: Operator
@@ -85,12 +85,18 @@ class Opened:
         wire, pilot = self.loop.wire, self.pilot
         if slow := too_slow(measured(wire, pilot.robot), pilot.limits):
             raise MisfitError(f"{wire.name}: {slow}")
-        self.beats.start()
+        self.timer.start()
 
     def wishes(self, seconds: float) -> Callable[[], Wishes]:
         """Arm as soon as the safety module is active and all is well; abort when told; end when done, or so long after
         arming."""
-        pilot, operator, stop, heart, clock = self.pilot, self.operator, self.stop, self.loop.heart, self.loop.wire.now
+        pilot, operator, stop, heartbeat, clock = (
+            self.pilot,
+            self.operator,
+            self.stop,
+            self.loop.heartbeat,
+            self.loop.wire.now,
+        )
         began = clock()
         armed: int | None = None if self.armed else began
         said = ""
@@ -104,7 +110,7 @@ class Opened:
                 operator.tell(said := f"waiting to arm: {pilot.refused or _NOT_ACTIVE}")
             over = now - began > PATIENCE_S * 1e9 if armed is None else now - armed > seconds * 1e9
             # A watchdog that is gone, or has let the arm go, does not come back.
-            over |= armed is None and heart is not None and not heart.is_watched
+            over |= armed is None and heartbeat is not None and not heartbeat.is_watched
             over |= isinstance(pilot.controller, Ending) and pilot.controller.is_done
             abort, confirm = operator.abort.is_set(), operator.confirm.is_set()
             if stop.is_pressed:
@@ -128,7 +134,7 @@ class Opened:
         return {
             **nothing(self.settings),
             "cycles": summary.cycles,
-            "missed": self.beats.missed,
+            "missed": self.timer.missed,
             "answers_late": summary.answers_late,
             "frames_lost": summary.frames_lost,
             "lateness_us": summary.lateness.to_json(),
@@ -176,17 +182,17 @@ def open_robot_session(
     """
     kind = settings.kind
     with ExitStack() as stack:
-        heart: Heart | None = None
-        beats: Metronome | Pace
+        heartbeat: Heartbeat | None = None
+        timer: RealTimer | VirtualTimer
         sleep: Callable[[float], None]
         if inside is None:
             limit_s = settings.limits.stall_s
-            heart = stack.enter_context(watchdog(settings.bus, limit_s, dry_run=dry_run, frames=kind.stop()))
+            heartbeat = stack.enter_context(watchdog(settings.bus, limit_s, dry_run=dry_run, frames=kind.stop()))
             wire, sleep = open_wire(settings.bus, kind.torque_identifiers), time.sleep
-            beats = Metronome(settings.limits.period_ns, heart.beat_and_look)
+            timer = RealTimer(settings.limits.period_ns, heartbeat.beat_and_look)
         else:
             wire, sleep = Wire(inside, kind.torque_identifiers, "virtual robot", inside.now), inside.sleep
-            beats = Pace(inside, settings.limits.period_ns)
+            timer = VirtualTimer(inside, settings.limits.period_ns)
         stack.callback(wire.close)
         recorder = _recorder(folder, settings)
         if recorder is not None:
@@ -207,16 +213,16 @@ def open_robot_session(
         loop = Loop(
             wire,
             pilot,
-            beats,
+            timer,
             recorder,
-            heart,
+            heartbeat,
             dry_run=dry_run,
             watch=lambda start_ns, decision: operator.watch(pilot, decision),
             window=window,
             asked=asked,
         )
         stop.stops(session_name(settings, os.getpid()))
-        yield Opened(settings, pilot, loop, beats, recorder, armed, operator, stop)
+        yield Opened(settings, pilot, loop, timer, recorder, armed, operator, stop)
         stop.finish()
 
 

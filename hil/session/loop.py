@@ -10,17 +10,17 @@ from hil.control.pilot import CycleInput, Decision, Pilot
 from hil.control.timing import Lateness
 from hil.recording.recorder import Recorder
 from hil.safety.rules import not_aborted, recorded
-from hil.session.heart import Heart
+from hil.session.heartbeat import Heartbeat
 from hil.view.window import Window
 
 
-class Beats(Protocol):
+class CycleTimer(Protocol):
     """When cycles begin."""
 
     missed: int
 
     def wait(self) -> tuple[int, int]:
-        """Wait for the next beat; returns its time and the time now (ns)."""
+        """Wait for the next cycle; returns when it is due and the time now (ns)."""
         ...
 
 
@@ -61,16 +61,16 @@ class Loop:
         self,
         wire: Wire,
         pilot: Pilot,
-        beats: Beats,
+        timer: CycleTimer,
         recorder: Recorder | None = None,
-        heart: Heart | None = None,
+        heartbeat: Heartbeat | None = None,
         *,
         dry_run: bool = False,
         watch: Callable[[int, Decision], None] = lambda start_ns, decision: None,
         window: Window | None = None,
         asked: Callable[[], tuple[float, ...] | None] = lambda: None,
     ) -> None:
-        self.wire, self.pilot, self.beats, self.recorder, self.heart = wire, pilot, beats, recorder, heart
+        self.wire, self.pilot, self.timer, self.recorder, self.heartbeat = wire, pilot, timer, recorder, heartbeat
         self.dry_run, self.watch, self.window = dry_run, watch, window
         self._last_cycle_ns = self._last_torque_ns = 0
         self.asked = asked
@@ -84,7 +84,7 @@ class Loop:
         self.begin()
         try:
             while not (wish := wishes()).over and not self.pilot.is_over:
-                self.beat(wish)
+                self.cycle(wish)
         finally:
             self.end()
         return self.summary
@@ -96,10 +96,10 @@ class Loop:
         if self.recorder is not None:
             self.recorder.begin(self.wire.now())
 
-    def beat(self, wish: Wishes) -> None:
-        """Wait for the next beat and do one cycle."""
-        beat, now = self.beats.wait()
-        self._late_ns = now - beat
+    def cycle(self, wish: Wishes) -> None:
+        """Wait until the next cycle is due and do it."""
+        due, now = self.timer.wait()
+        self._late_ns = now - due
         self.summary.lateness.add(self._late_ns)
         self._cycle(wish)
         self.summary.cycles += 1
@@ -119,7 +119,7 @@ class Loop:
         self._letting_down = True
         try:
             while self.pilot.is_armed and not self.pilot.is_over:
-                self.beat(Wishes(abort=True))
+                self.cycle(Wishes(abort=True))
         finally:
             self._cycle(Wishes(abort=True, over=True))
             self._tally()
@@ -133,16 +133,16 @@ class Loop:
         # What waits on the bus answers an earlier question; what comes after this moment answers this one.
         frames = self.wire.drain()
         start_ns = self.wire.now()
-        if self.heart is not None:
-            self.heart.beat(start_ns)
+        if self.heartbeat is not None:
+            self.heartbeat.beat(start_ns)
         if self._last_cycle_ns:
             self.summary.cycle_gap_ns = max(self.summary.cycle_gap_ns, start_ns - self._last_cycle_ns)
         self._last_cycle_ns = start_ns
         self.wire.send(*self.pilot.requests(frames))
         frames += self._answers(start_ns)
         recording = self.recorder is None or self.recorder.keeps_up(self.wire.now())
-        silent = self.heart is not None and self.heart.is_watchdog_silent(self.wire.now())
-        watched = self.heart is None or (self.heart.is_watched and not silent)
+        silent = self.heartbeat is not None and self.heartbeat.is_watchdog_silent(self.wire.now())
+        watched = self.heartbeat is None or (self.heartbeat.is_watched and not silent)
         wishes = (wish.arm, wish.abort, recording, wish.over, watched, wish.confirm, silent, self.asked())
         given = CycleInput(start_ns, frames, self._computing_ns, *wishes)
         if self.recorder is not None:
@@ -154,7 +154,7 @@ class Loop:
         self._send(decision.frames)
         self.watch(start_ns, decision)
         if self.window is not None:
-            self.window.put(start_ns, self._late_ns, self.beats.missed, self.pilot, decision)
+            self.window.put(start_ns, self._late_ns, self.timer.missed, self.pilot, decision)
 
     def _answers(self, start_ns: int) -> list[Timed]:
         """Frames until all answers are there, or time is up."""

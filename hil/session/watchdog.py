@@ -1,4 +1,4 @@
-"""The watchdog, a process of its own: `python -m hil.session.watchdog HEART SETTINGS LIMIT_NS FRAMES [dry]`.
+"""The watchdog, a process of its own: `python -m hil.session.watchdog HEARTBEAT SETTINGS LIMIT_NS FRAMES [dry]`.
 
 If the loop has given no sign for too long (it hangs, was stopped or killed), or has ended by an error, it sends zero
 torques and switches the motors to idle, on a connection to the bus of its own, and tells the loop, which then stops for
@@ -24,7 +24,7 @@ from hil.codecs.frame import Frame, parse_frame
 from hil.control.timing import real_time_priority
 from hil.errors import BusError
 from hil.processes import NOT_NEEDED
-from hil.session.heart import LIMIT_NS, Heart
+from hil.session.heartbeat import LIMIT_NS, Heartbeat
 
 POLL_S = 0.001
 # Of a bus that is full it hears so many frames in each look: it must not miss the loop because of it.
@@ -38,14 +38,14 @@ REPEATS = 5
 
 
 def watch(
-    heart: Heart, settings: Mapping[str, Any], limit_ns: int, frames: Sequence[Frame], *, dry_run: bool = False
+    heartbeat: Heartbeat, settings: Mapping[str, Any], limit_ns: int, frames: Sequence[Frame], *, dry_run: bool = False
 ) -> None:
     """Watch until the session ends, or the loop is dead, and then stop the robot.
 
     A loop that was never alive is not watched: it has sent no torque. In a dry run there is none to take back either.
 
     Args:
-        heart: memory into which the loop writes each cycle.
+        heartbeat: memory into which the loop writes each cycle.
         settings: of the bus.
         limit_ns: ns without a sign of life after which the loop is dead.
         frames: what stops the robot.
@@ -58,26 +58,26 @@ def watch(
     wire = open_wire(settings, frozenset(), beside=True)
     wire.listen_to(())
     parent, hears = parent_process(), True
-    heart.watch(time.monotonic_ns())
+    heartbeat.watch(time.monotonic_ns())
     print("watching", flush=True)
     try:
-        while not heart.is_finished:
-            heart.watch(time.monotonic_ns())
-            last, orphaned = heart.last_ns, os.getppid() != parent
+        while not heartbeat.is_finished:
+            heartbeat.watch(time.monotonic_ns())
+            last, orphaned = heartbeat.last_ns, os.getppid() != parent
             silent = orphaned or time.monotonic_ns() - last > limit_ns
-            if last and not heart.tripped_ns and (silent or not hears):
-                heart.trip(time.monotonic_ns())
+            if last and not heartbeat.tripped_ns and (silent or not hears):
+                heartbeat.trip(time.monotonic_ns())
                 let_the_arm_go(wire, said)
             if orphaned:
                 return
             hears = hears and _hears(wire)
             time.sleep(POLL_S)
-        if heart.is_abandoned and heart.last_ns and not heart.tripped_ns:
+        if heartbeat.is_abandoned and heartbeat.last_ns and not heartbeat.tripped_ns:
             let_the_arm_go(wire, said)
     finally:
         wire.close()
         if os.getppid() != parent:  # nobody else is left to do it
-            heart.remove()
+            heartbeat.remove()
 
 
 def _hears(wire: Wire) -> bool:
@@ -114,8 +114,8 @@ def watchdog(
     *,
     dry_run: bool = False,
     frames: Sequence[Frame] | None = None,
-) -> Iterator[Heart]:
-    """Run one beside a session; yields the heart that the loop must keep beating. It lets the arm go if that ends by an error.
+) -> Iterator[Heartbeat]:
+    """Run one beside a session; yields the heartbeat that the loop must keep beating. It lets the arm go if that ends by an error.
 
     Args:
         limit_s: after so long without a sign of the other, loop and watchdog each let the arm go.
@@ -124,12 +124,12 @@ def watchdog(
     Raises:
         ComponentError: if it does not come up.
     """
-    heart = Heart.create()
-    heart.limit_ns = round(limit_s * 1e9)
+    heartbeat = Heartbeat.create()
+    heartbeat.limit_ns = round(limit_s * 1e9)
     process = subprocess.Popen(
         [
-            *python_command("hil.session.watchdog", str(heart.path), json.dumps(dict(settings))),
-            str(heart.limit_ns),
+            *python_command("hil.session.watchdog", str(heartbeat.path), json.dumps(dict(settings))),
+            str(heartbeat.limit_ns),
             ",".join(map(str, let_go() if frames is None else frames)),
             *(["dry"] if dry_run else []),
         ],
@@ -143,15 +143,15 @@ def watchdog(
         said = process.stdout.readline().strip()
         if said != "watching":
             raise ComponentError(f"the watchdog cannot reach the bus, without it no session is begun: {said}")
-        heart.watchdog = process
-        yield heart
-        heart.finish()
+        heartbeat.watchdog = process
+        yield heartbeat
+        heartbeat.finish()
     except BaseException:
-        heart.abandon()
+        heartbeat.abandon()
         raise
     finally:
         _ended(process)
-        heart.remove()
+        heartbeat.remove()
 
 
 def _ended(process: subprocess.Popen[str]) -> None:
@@ -169,7 +169,11 @@ if __name__ == "__main__":
         try:
             stop = [parse_frame(word) for word in sys.argv[4].split(",")]
             watch(
-                Heart(Path(sys.argv[1])), json.loads(sys.argv[2]), int(sys.argv[3]), stop, dry_run="dry" in sys.argv[5:]
+                Heartbeat(Path(sys.argv[1])),
+                json.loads(sys.argv[2]),
+                int(sys.argv[3]),
+                stop,
+                dry_run="dry" in sys.argv[5:],
             )
         except MisfitError as error:  # for the session to say
             print(error, flush=True)

@@ -52,8 +52,8 @@ class DirectBus(can.BusABC):
         return None
 
 
-class Pace:
-    """Beats of a bus's clock, which is as fast as the machine's but does not count what a busy machine needs longer."""
+class VirtualTimer:
+    """Cycles by a bus's clock, which is as fast as the machine's but does not count what a busy machine needs longer."""
 
     missed = 0
 
@@ -62,15 +62,15 @@ class Pace:
         self.start()
 
     def start(self) -> None:
-        """Beat from now on."""
+        """Cycles are due from now on."""
         self._next = self.bus.time_ns + self.period_ns
         self._ahead_ns = time.monotonic_ns() - self.bus.time_ns
 
     def wait(self) -> tuple[int, int]:
-        """Let the clock pass until the next beat; returns its time twice, as no beat is late."""
-        beat = self.bus.time_ns = max(self._next, self.bus.time_ns)
+        """Let the clock pass until the next cycle is due; returns that time twice, as none is late."""
+        due = self.bus.time_ns = max(self._next, self.bus.time_ns)
         self._next += self.period_ns
-        left = beat + self._ahead_ns - time.monotonic_ns()
+        left = due + self._ahead_ns - time.monotonic_ns()
         self._ahead_ns -= min(left, 0)
         time.sleep(max(left, 0) * 1e-9)
-        return beat, beat
+        return due, due

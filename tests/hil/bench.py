@@ -62,13 +62,13 @@ class Bench:
             disturb(self.cycle)
             return Wishes(arm=not pilot.is_armed and self.cycle < 50, over=self.cycle > cycles)
 
-        return Loop(self.wire, pilot, Beats(self)).run(wishes)
+        return Loop(self.wire, pilot, ExactTimer(self)).run(wishes)
 
     def torque_frames(self) -> list[Timed]:
         return [timed for timed in self.sent if timed.frame.identifier in TORQUE_IDENTIFIERS]
 
 
-class Beats:
+class ExactTimer:
     """Cycles begin exactly when they should."""
 
     missed = 0

@@ -19,7 +19,7 @@ from hil.control.pilot import Decision, Pilot
 from hil.robots import proficio
 from hil.safety.cycle import Reaction
 from hil.session.loop import Loop, Wishes
-from tests.hil.bench import SETTINGS, Beats, Bench
+from tests.hil.bench import SETTINGS, Bench, ExactTimer
 from tests.hil.fault_classes import CLASSES, FaultClass, Shaken, Trouble, recorder
 
 # Times that a message tells, and letters for messages.
@@ -140,7 +140,7 @@ def _cycle(bench: Bench, pilot: Pilot, phase: str, begin: Callable[[], None], fo
             trips = [trip for trip in decision.outcome.trips if trip.reaction == reaction]
             found.reason = str(trips[0]) if trips else str(stopped)
 
-    Loop(bench.wire, pilot, Beats(bench), trouble.recorder, watch=watch).run(wishes)
+    Loop(bench.wire, pilot, ExactTimer(bench), trouble.recorder, watch=watch).run(wishes)
     if not pilot.is_armed:
         found.error = f"not armed: {refused}"
 

@@ -12,7 +12,7 @@ from hil.safety.cycle import Reaction
 from hil.session.loop import Loop, Wishes
 from hil.session.round_trip import measured, too_slow
 from hil.settings import default_settings
-from tests.hil.bench import Beats, Bench
+from tests.hil.bench import Bench, ExactTimer
 
 POSITIONS = {answer_of(k, Group.POSITIONS) for k in (1, 2, 3)}
 
@@ -135,7 +135,7 @@ def delayed(rate_hz: float, periods: float) -> tuple[float, list[str]]:
         if not tripped and began and decision.outcome.reaction >= Reaction.COMPLY:
             tripped = start_ns
 
-    summary = Loop(bench.wire, pilot, Beats(bench), watch=watch).run(wishes)
+    summary = Loop(bench.wire, pilot, ExactTimer(bench), watch=watch).run(wishes)
     bench.wire.close()
     return (tripped - began) * 1e-6 if tripped else -1.0, summary.faults
 

@@ -151,12 +151,15 @@ def test_what_an_arm_waits_for_is_said_once_and_a_watchdog_that_is_gone_is_not_w
     refused: Trip | None, words: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(entry, "MOMENT_S", -1.0)
-    told, heart = list[str](), SimpleNamespace(is_watched=True)
+    told, heartbeat = list[str](), SimpleNamespace(is_watched=True)
     pilot = SimpleNamespace(is_armed=False, refused=refused, controller=None)
     operator = Operator(lambda: True, lambda robot: True, tell=told.append)
-    loop, stop = SimpleNamespace(heart=heart, wire=SimpleNamespace(now=lambda: 0)), SimpleNamespace(is_pressed=False)
+    loop, stop = (
+        SimpleNamespace(heartbeat=heartbeat, wire=SimpleNamespace(now=lambda: 0)),
+        SimpleNamespace(is_pressed=False),
+    )
     wishes = Opened(SETTINGS, pilot, loop, None, None, True, operator, stop).wishes(1.0)  # type: ignore[arg-type]
     assert [wishes().over for _ in range(3)] == [False] * 3
     assert len(told) == 1 and told[0].startswith(f"waiting to arm: {words}")
-    heart.is_watched = False
+    heartbeat.is_watched = False
     assert wishes().over

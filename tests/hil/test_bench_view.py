@@ -42,7 +42,7 @@ from hil.view.about import about
 from hil.view.glance import Glance, Look
 from hil.view.window import Window
 from orchestrator.report.palette import Colour
-from tests.hil.bench import SETTINGS, Beats, Bench
+from tests.hil.bench import SETTINGS, Bench, ExactTimer
 from tests.hil.trial_session import some_trials
 
 
@@ -76,7 +76,7 @@ def stopped_session(window: Window) -> Watched:
             bench.robot.safety.press(Button.ESTOP, bench.bus.time_ns)
         return Wishes(arm=not pilot.is_armed and count < 50, over=count > 300)
 
-    Loop(bench.wire, pilot, Beats(bench), window=window).run(wishes)
+    Loop(bench.wire, pilot, ExactTimer(bench), window=window).run(wishes)
     seen = Watched.open(window.path)
     seen.glance = seen.look.look()
     return seen
@@ -118,7 +118,7 @@ def test_faults_are_listed_with_their_time_the_gravest_before_what_followed_from
 def test_a_session_without_a_fault_is_said_to_have_none(window: Window) -> None:
     bench = Bench()
     pilot, cycles = bench.pilot(), iter(range(1000))
-    Loop(bench.wire, pilot, Beats(bench), window=window).run(
+    Loop(bench.wire, pilot, ExactTimer(bench), window=window).run(
         lambda: Wishes(arm=not pilot.is_armed, over=next(cycles) > 100)
     )
     assert pilot.is_armed

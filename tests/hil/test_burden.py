@@ -22,7 +22,7 @@ from hil.trials.protocol import protocol_of_json, read_protocol
 from hil.virtual.body import Body, Burden
 from hil.virtual.made import REACH, LoadedJoints, Made
 from orchestrator.cosim.system import ComponentSpec
-from tests.hil.bench import Beats, Bench
+from tests.hil.bench import Bench, ExactTimer
 
 START = np.array([-0.3, 0.2, 1.5])
 
@@ -113,7 +113,7 @@ def recorded(folder: Path, burden: Burden, seconds: float = 8.0) -> Path:
     def wishes() -> Wishes:
         return Wishes(arm=not pilot.is_armed, over=bench.bus.time_ns - began > seconds * 1e9)
 
-    summary = Loop(bench.wire, pilot, Beats(bench), recorder, asked=asked).run(wishes)
+    summary = Loop(bench.wire, pilot, ExactTimer(bench), recorder, asked=asked).run(wishes)
     recorder.finish()
     bench.wire.close()
     assert summary.faults == []

@@ -29,7 +29,7 @@ from hil.virtual.direct_bus import DirectBus
 from hil.virtual.drives import VirtualDrive, VirtualDrives
 from hil.virtual.faults import Faults
 from hil.virtual.plant import FreeJoints
-from tests.hil.bench import OPEN, Beats
+from tests.hil.bench import OPEN, ExactTimer
 
 NODES, GEAR, RATED, RATE = (3, 5), (50.0, -30.0), 0.5, 500.0
 WAIVED = (MODULE, SENSOR)
@@ -77,7 +77,7 @@ class Axes:
             disturb(count)
             return Wishes(arm=not pilot.is_armed and count < 50, over=count > cycles)
 
-        loop = Loop(self.wire, pilot, Beats(self), recorder)  # type: ignore[arg-type]
+        loop = Loop(self.wire, pilot, ExactTimer(self), recorder)  # type: ignore[arg-type]
         loop.run(wishes)
         return loop
 

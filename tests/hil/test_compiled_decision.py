@@ -96,7 +96,7 @@ def record(folder: str) -> None:
     from hil.session.loop import Loop, Wishes
     from hil.session.recorded import ROBOT
     from hil.session.recorded import SETTINGS as FILE
-    from tests.hil.bench import SETTINGS, Beats, Bench
+    from tests.hil.bench import SETTINGS, Bench, ExactTimer
 
     bench, recorder, count = Bench(), Recorder(Path(folder)), 0
     pilot = bench.pilot()
@@ -108,7 +108,7 @@ def record(folder: str) -> None:
         return Wishes(arm=not pilot.is_armed and count < 50, over=count > 600)
 
     bench.wire.tap = recorder.frame
-    Loop(bench.wire, pilot, Beats(bench), recorder).run(wishes)
+    Loop(bench.wire, pilot, ExactTimer(bench), recorder).run(wishes)
     recorder.finish()
     (Path(folder) / FILE).write_text(json.dumps(SETTINGS.to_json()))
     (Path(folder) / ROBOT).write_text(json.dumps(pilot.robot.to_json()))

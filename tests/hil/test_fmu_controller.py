@@ -13,7 +13,7 @@ from hil.recording.recorder import Recorder
 from hil.recording.replay import replay
 from hil.session.loop import Loop, Wishes
 from hil.settings import read_settings
-from tests.hil.bench import Beats, Bench
+from tests.hil.bench import Bench, ExactTimer
 
 SPRING = """model Spring "A spring with an integral part on the third joint"
   parameter Real stiffness(unit="N.m/rad") = 20;
@@ -65,7 +65,7 @@ def test_an_arm_that_an_fmu_holds_goes_where_it_says_and_replays(spring: str, tm
     pilot, recorder = bench.pilot(FmuController(spring)), Recorder(tmp_path / "session")
     bench.wire.tap = recorder.frame
     cycles = iter(range(10_000))
-    loop = Loop(bench.wire, pilot, Beats(bench), recorder)
+    loop = Loop(bench.wire, pilot, ExactTimer(bench), recorder)
     summary = loop.run(lambda: Wishes(arm=not pilot.is_armed, over=next(cycles) > 2500))
     recorder.finish()
     assert summary.faults == []

@@ -12,7 +12,7 @@ from hil.control.pilot import Decision
 from hil.session.loop import Loop, Wishes
 from hil.session.recorded import pilot_of
 from hil.settings import read_settings, settings_of_json
-from tests.hil.bench import SETTINGS, Beats, Bench
+from tests.hil.bench import SETTINGS, Bench, ExactTimer
 
 # The sensor's y is the wrist's x, its x points against the wrist's y, and its z shows half of the force.
 MOUNTED = ((0.0, 1.0, 0.0), (-1.0, 0.0, 0.0), (0.0, 0.0, 2.0))
@@ -27,7 +27,7 @@ def test_a_force_is_seen_in_the_wrists_axes_however_the_sensor_is_mounted() -> N
     def watch(start_ns: int, decision: Decision) -> None:
         seen.append(decision.observed.force)
 
-    Loop(bench.wire, pilot, Beats(bench), watch=watch).run(lambda: Wishes(over=len(seen) > 5))
+    Loop(bench.wire, pilot, ExactTimer(bench), watch=watch).run(lambda: Wishes(over=len(seen) > 5))
 
     assert seen[-1] == pytest.approx([20.0, -10.0, 30.0], abs=3.0)  # the virtual sensor is noisy
 

@@ -17,7 +17,7 @@ from hil.session.recorded import ROBOT, SETTINGS, pilot_of, recorded_pilot
 from hil.settings import default_settings
 from hil.virtual.plant import FreeJoints
 from orchestrator.measurements import load_measurements
-from tests.hil.bench import Beats, Bench
+from tests.hil.bench import Bench, ExactTimer
 
 INERTIA, DAMPING = 0.05, 0.3
 
@@ -45,7 +45,7 @@ def record(folder: Path, seconds: float, *, arm: bool = True) -> Path:
     def wishes() -> Wishes:
         return Wishes(arm=arm and not pilot.is_armed, over=bench.bus.time_ns - began > seconds * 1e9)
 
-    summary = Loop(bench.wire, pilot, Beats(bench), recorder, asked=asked).run(wishes)
+    summary = Loop(bench.wire, pilot, ExactTimer(bench), recorder, asked=asked).run(wishes)
     recorder.finish()
     bench.wire.close()
     assert summary.faults == []

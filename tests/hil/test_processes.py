@@ -21,7 +21,7 @@ from hil.codecs.frame import Frame, Timed, parse_frame
 from hil.recording.records import Kind
 from hil.recording.replay import read_records
 from hil.robots import proficio
-from hil.session.heart import LIMIT_NS, Heart
+from hil.session.heartbeat import LIMIT_NS, Heartbeat
 from hil.session.loop import Loop, Wishes
 from hil.session.recorded import replay_session
 from hil.session.watchdog import watchdog
@@ -30,7 +30,7 @@ from hil.virtual.plant import FreeJoints
 from hil.virtual.process import virtual_robot
 from hil.virtual.robot import VirtualRobot
 from hil.virtual.socketcand import SocketcandServer
-from tests.hil.bench import Beats, Bench
+from tests.hil.bench import Bench, ExactTimer
 from tests.hil.held import PATIENCE_S, end_by, hold
 
 
@@ -71,15 +71,15 @@ def test_after_kill_9_everything_up_to_then_is_on_disk_and_replays(tmp_path: Pat
 
 
 def test_the_watchdog_lets_the_arm_go_when_the_loop_falls_silent() -> None:
-    with virtual_robot() as settings, watchdog(settings) as heart:
+    with virtual_robot() as settings, watchdog(settings) as heartbeat:
         wire = open_wire(settings, TORQUE_IDENTIFIERS)
         start_up(wire, "right", time.sleep, lambda: True)
         wire.drain()
-        heart.beat(time.monotonic_ns())
+        heartbeat.beat(time.monotonic_ns())
         deadline = time.monotonic() + PATIENCE_S
-        while not heart.tripped_ns and time.monotonic() < deadline:
+        while not heartbeat.tripped_ns and time.monotonic() < deadline:
             time.sleep(0.01)
-        assert heart.tripped_ns - heart.last_ns >= LIMIT_NS
+        assert heartbeat.tripped_ns - heartbeat.last_ns >= LIMIT_NS
         seen = set()
         while time.monotonic() < deadline and len(seen) < 2:
             timed = wire.receive(0.5)
@@ -92,10 +92,10 @@ def test_the_watchdog_lets_the_arm_go_when_the_loop_falls_silent() -> None:
 def test_the_watchdog_of_a_serial_adapter_leaves_the_loop_every_frame_and_still_lets_the_arm_go() -> None:
     with SerialAdapter() as adapter:
         settings = {"interface": "slcan", "channel": adapter.path}
-        with pytest.raises(RuntimeError), watchdog(settings) as heart:
+        with pytest.raises(RuntimeError), watchdog(settings) as heartbeat:
             wire = open_wire(settings, TORQUE_IDENTIFIERS)
             adapter.recv(0.0)  # the commands of opening
-            heart.beat(time.monotonic_ns() + 10**12)
+            heartbeat.beat(time.monotonic_ns() + 10**12)
             for k in range(1, 50):
                 adapter.send(can.Message(arbitration_id=k, is_extended_id=False))
                 time.sleep(0.002)  # the watchdog looks every millisecond
@@ -111,8 +111,8 @@ def test_the_watchdog_lets_the_arm_go_when_a_session_ends_by_an_error() -> None:
     """The loop's own bus may be what broke, so that its last torque is still on the motors."""
     with virtual_robot() as settings:
         ear = open_wire(settings, TORQUE_IDENTIFIERS)
-        with pytest.raises(RuntimeError), watchdog(settings) as heart:
-            heart.beat(time.monotonic_ns() + 10**12)  # no silence of the loop is what trips it
+        with pytest.raises(RuntimeError), watchdog(settings) as heartbeat:
+            heartbeat.beat(time.monotonic_ns() + 10**12)  # no silence of the loop is what trips it
             raise RuntimeError("the bus broke")
         seen = heard_until(ear, "404#880000000000")
         ear.close()
@@ -135,29 +135,29 @@ def served() -> Iterator[tuple[dict[str, Any], Callable[[], None]]]:
 def test_where_one_of_two_buses_breaks_the_watchdog_lets_the_arm_go_on_the_other() -> None:
     with served() as (motors, _), served() as (sensor, break_it):
         ear = open_wire(motors, TORQUE_IDENTIFIERS)
-        with watchdog({**motors, "also": [{**sensor, "nodes": [8]}]}) as heart:
-            heart.beat(time.monotonic_ns() + 10**12)  # no silence of the loop is what trips it
-            assert heart.is_watched
+        with watchdog({**motors, "also": [{**sensor, "nodes": [8]}]}) as heartbeat:
+            heartbeat.beat(time.monotonic_ns() + 10**12)  # no silence of the loop is what trips it
+            assert heartbeat.is_watched
             break_it()
             assert "401#AA00000000000000" in heard_until(ear, "404#880000000000")
-            assert heart.tripped_ns and not heart.is_watched
+            assert heartbeat.tripped_ns and not heartbeat.is_watched
         ear.close()
 
 
 def test_a_session_whose_watchdog_was_killed_lets_the_arm_go() -> None:
     bench = Bench()
-    pilot, heart = bench.pilot(), Heart.create()
-    heart.watchdog = subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE, text=True)
+    pilot, heartbeat = bench.pilot(), Heartbeat.create()
+    heartbeat.watchdog = subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE, text=True)
 
     def wishes() -> Wishes:
-        assert heart.watchdog is not None
+        assert heartbeat.watchdog is not None
         if pilot.cycle == 600:
-            heart.watchdog.kill()
-            heart.watchdog.communicate(timeout=60)
+            heartbeat.watchdog.kill()
+            heartbeat.watchdog.communicate(timeout=60)
         return Wishes(arm=pilot.cycle < 50, over=pilot.cycle > 1000)
 
-    summary = Loop(bench.wire, pilot, Beats(bench), None, heart).run(wishes)
-    heart.remove()
+    summary = Loop(bench.wire, pilot, ExactTimer(bench), None, heartbeat).run(wishes)
+    heartbeat.remove()
     assert [fault.split(":")[0] for fault in summary.faults] == ["watched"]
     assert summary.cycles <= 602
 
@@ -167,9 +167,9 @@ def test_a_session_that_sent_no_torque_and_ends_by_an_error_has_none_taken_back(
     """One that ended before it cycled, and one whose cycles were a dry run."""
     with virtual_robot() as settings:
         ear = open_wire(settings, TORQUE_IDENTIFIERS)
-        with pytest.raises(RuntimeError), watchdog(settings, dry_run=dry_run) as heart:
+        with pytest.raises(RuntimeError), watchdog(settings, dry_run=dry_run) as heartbeat:
             if dry_run:
-                heart.beat(time.monotonic_ns())
+                heartbeat.beat(time.monotonic_ns())
             raise RuntimeError("nobody was at home")
         voice = open_wire(settings, TORQUE_IDENTIFIERS)
         voice.send(Frame(0x7E0, b"\x01"))
@@ -232,10 +232,10 @@ def test_a_watchdog_that_was_stopped_ends_the_session_and_its_torque(tmp_path: P
 def test_a_watchdog_that_does_not_end_is_ended_without_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("hil.session.watchdog.PATIENCE_S", 0.1)
     with virtual_robot() as settings:
-        with watchdog(settings) as heart:
-            assert heart.watchdog is not None
-            os.kill(heart.watchdog.pid, signal.SIGSTOP)
-        assert heart.watchdog.returncode == -signal.SIGKILL
+        with watchdog(settings) as heartbeat:
+            assert heartbeat.watchdog is not None
+            os.kill(heartbeat.watchdog.pid, signal.SIGSTOP)
+        assert heartbeat.watchdog.returncode == -signal.SIGKILL
 
 
 def test_a_bus_that_never_falls_silent_keeps_nobody_from_going_on() -> None:

@@ -20,7 +20,7 @@ from hil.session.recorded import ROBOT, SETTINGS, finish_session, pilot_of, reco
 from hil.settings import default_settings, read_settings, settings_of_json, virtual_settings
 from hil.virtual.direct_bus import DirectBus
 from hil.virtual.faults import Faults
-from tests.hil.bench import OPEN, Beats
+from tests.hil.bench import OPEN, ExactTimer
 from tests.hil.toy_robot import COMMAND, HALT, Toy, VirtualToy
 
 TOY = "tests.hil.toy_robot:Toy"
@@ -71,7 +71,7 @@ class ToyBench:
 
         if recorder is not None:
             self.wire.tap = recorder.frame
-        loop = Loop(self.wire, pilot, Beats(self), recorder)  # type: ignore[arg-type]
+        loop = Loop(self.wire, pilot, ExactTimer(self), recorder)  # type: ignore[arg-type]
         loop.run(wishes)
         return loop
 

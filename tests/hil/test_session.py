@@ -31,7 +31,7 @@ from hil.settings import default_settings, virtual_settings
 from hil.terminal import stopped_by
 from hil.virtual.control import Control
 from hil.virtual.motor import IDLE, TORQUE
-from tests.hil.bench import Beats, Bench
+from tests.hil.bench import Bench, ExactTimer
 
 HIL = Path(__file__).parents[2] / "hil"
 
@@ -138,7 +138,7 @@ def test_a_bus_that_breaks_while_the_arm_is_let_down_leaves_the_lost_answers_cou
             broken.set()
         return Wishes(arm=pilot.cycle < 50, over=broken.is_set())
 
-    loop = Loop(bench.wire, pilot, Beats(bench))
+    loop = Loop(bench.wire, pilot, ExactTimer(bench))
     with pytest.raises(BusError, match="unplugged"):
         loop.run(wishes)
     assert (loop.summary.cycles, loop.summary.frames_lost) == (400, 4)
@@ -180,7 +180,7 @@ def test_a_session_ends_with_no_torque_and_idle_motors() -> None:
 def test_before_it_is_armed_an_active_arm_gets_only_zero_torques() -> None:
     bench = Bench()
     pilot = bench.pilot()
-    Loop(bench.wire, pilot, Beats(bench)).run(_for(bench, 100))
+    Loop(bench.wire, pilot, ExactTimer(bench)).run(_for(bench, 100))
     frames = bench.torque_frames()
     assert len(frames) >= 100
     assert {timed.frame.data for timed in frames} == {pack_torques([0, 0, 0])}
@@ -189,7 +189,7 @@ def test_before_it_is_armed_an_active_arm_gets_only_zero_torques() -> None:
 def test_a_dry_run_sends_no_torque_at_all() -> None:
     bench = Bench()
     pilot = bench.pilot()
-    Loop(bench.wire, pilot, Beats(bench), dry_run=True).run(_for(bench, 100, arm=True))
+    Loop(bench.wire, pilot, ExactTimer(bench), dry_run=True).run(_for(bench, 100, arm=True))
     assert pilot.is_armed
     assert bench.torque_frames() == []
     assert all(motor.values["MODE"] == TORQUE for motor in bench.robot.motors)
@@ -290,7 +290,7 @@ def test_a_recording_replays_to_the_same_frames_bit_for_bit(tmp_path: Path) -> N
     pilot = bench.pilot()
     recorder = Recorder(tmp_path / "recording")
     bench.wire.tap = recorder.frame
-    loop = Loop(bench.wire, pilot, Beats(bench), recorder)
+    loop = Loop(bench.wire, pilot, ExactTimer(bench), recorder)
     loop.run(_for(bench, 400, arm=True))
     recorder.finish()
     again = Pilot(pilot.robot, pilot.limits, bench.settings.make_controller(), gravity=False)
@@ -307,7 +307,7 @@ def test_a_replay_with_other_limits_says_where_it_differs(tmp_path: Path) -> Non
     recorder = Recorder(tmp_path / "recording")
     bench.wire.tap = recorder.frame
     bench.plant.outside = np.array([0.0, 0.0, 0.3])
-    Loop(bench.wire, pilot, Beats(bench), recorder).run(_for(bench, 400, arm=True))
+    Loop(bench.wire, pilot, ExactTimer(bench), recorder).run(_for(bench, 400, arm=True))
     recorder.finish()
     other = Pilot(pilot.robot, pilot.limits, Passive(), gravity=False)
     found = [found for found, _, _ in replay(tmp_path / "recording", other)][-1]
@@ -415,6 +415,24 @@ def test_a_controller_that_takes_too_long_once_is_told_and_nothing_else() -> Non
     assert (pilot.slow_cycles, summary.faults) == (1, [])
     words = stopped_by({"slow_cycles": 1, "faults": [], "rate_hz": 500.0}, True)
     assert words.startswith("the controller took more than half of the cycle 1 time;")
+
+
+def test_a_stall_inside_a_cycle_is_told_by_its_length_though_no_cycle_began_late() -> None:
+    bench, stalls = Bench(), {300}
+
+    class Stalls(Passive):
+        def torque(self, observed: Observed) -> np.ndarray:
+            if bench.cycle in stalls:
+                stalls.remove(bench.cycle)
+                bench.sleep(0.0868)
+            return super().torque(observed)
+
+    summary = bench.run(bench.pilot(Stalls()), 600)
+    assert summary.lateness.to_json()["max"] == 0.0
+    # From the last torque frame before it to the first one after it, and from the cycle in which it was to the next.
+    assert summary.torque_gap_ns == pytest.approx(88_800_000, abs=1_000_000)
+    assert summary.cycle_gap_ns == pytest.approx(87_000_000, abs=1_000_000)
+    assert summary.faults[0].startswith("on_time: the session stood still: 87")
 
 
 def test_a_controller_that_takes_more_than_half_of_a_cycle_is_stopped() -> None:

@@ -18,7 +18,7 @@ from hil.stimulation.controller import Stimulation, least_jerk
 from hil.stimulation.plan import Plan, Rest
 from hil.virtual.arm_plant import ArmPlant
 from hil.virtual.caregiver import Caregiver
-from tests.hil.bench import Beats, Bench
+from tests.hil.bench import Bench, ExactTimer
 
 # Passive tissue of the arm, which the controller's model has not, and
 # weak shoulder and brachialis, a strong biceps: the controller knows nothing of it.
@@ -43,7 +43,7 @@ def stimulated(plan: Plan) -> Stimulation:
         comes_to_rest = count < 300
         return Wishes(arm=not pilot.is_armed and not comes_to_rest, over=controller.is_done or count > 4000)
 
-    summary = Loop(bench.wire, pilot, Beats(bench)).run(wishes)
+    summary = Loop(bench.wire, pilot, ExactTimer(bench)).run(wishes)
     assert not summary.faults or summary.faults[0].startswith("not_ended"), summary.faults
     return controller
 

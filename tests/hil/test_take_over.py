@@ -10,7 +10,7 @@ from hil.control.controllers import Observed
 from hil.control.pilot import Decision, Pilot
 from hil.session.loop import Loop, Wishes
 from hil.settings import Settings
-from tests.hil.bench import SETTINGS, Beats, Bench
+from tests.hil.bench import SETTINGS, Bench, ExactTimer
 
 ASKED, RATE = 2.0, 500
 # N.m that the torque may grow by in a cycle along a ramp of a second; rounding is left.
@@ -47,7 +47,7 @@ def passed(
     def watch(start_ns: int, decision: Decision) -> None:
         found.append(decision.passed[2] if pilot.is_armed else 0.0)
 
-    Loop(bench.wire, pilot, Beats(bench), watch=watch).run(wishes)
+    Loop(bench.wire, pilot, ExactTimer(bench), watch=watch).run(wishes)
     bench.wire.close()
     return np.array(found[:cycles])
 

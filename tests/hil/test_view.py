@@ -16,7 +16,7 @@ from hil.view.glance import Glance, Look
 from hil.view.layout import EDGES
 from hil.view.live import picture, watch
 from hil.view.window import Window, newest
-from tests.hil.bench import Beats, Bench
+from tests.hil.bench import Bench, ExactTimer
 
 
 def shown(bench: Bench, cycles: int, estop_at: int = 0) -> Glance:
@@ -33,7 +33,7 @@ def shown(bench: Bench, cycles: int, estop_at: int = 0) -> Glance:
         return Wishes(arm=not pilot.is_armed and count < 50, over=count > cycles)
 
     try:
-        Loop(bench.wire, pilot, Beats(bench), window=window).run(wishes)
+        Loop(bench.wire, pilot, ExactTimer(bench), window=window).run(wishes)
         glance = Look(window.path).look()
         assert glance is not None
         return glance
@@ -66,8 +66,8 @@ def test_the_picture_says_what_the_core_does_and_why_it_stopped() -> None:
 def test_lateness_falls_into_its_class() -> None:
     bench = Bench()
     window, pilot = Window.create(1), bench.pilot()
-    Loop(bench.wire, pilot, Beats(bench)).run(lambda: Wishes(over=True))
-    loop = Loop(bench.wire, pilot, Beats(bench), window=window)
+    Loop(bench.wire, pilot, ExactTimer(bench)).run(lambda: Wishes(over=True))
+    loop = Loop(bench.wire, pilot, ExactTimer(bench), window=window)
     for late_us in (0.0, 29.0, 31.0, 1e6):
         loop._late_ns = int(late_us * 1e3)
         loop._cycle(Wishes())
@@ -122,7 +122,7 @@ def test_a_view_ends_with_its_session(tmp_path: Path) -> None:
     console = Console(file=io.StringIO(), width=100)
     bench = Bench()
     window, pilot = Window.create(2_000_000), bench.pilot()
-    Loop(bench.wire, pilot, Beats(bench), window=window).run(lambda: Wishes(over=True))
+    Loop(bench.wire, pilot, ExactTimer(bench), window=window).run(lambda: Wishes(over=True))
     assert watch(window.path, console, seconds=0.3) == 1
     window.remove()
     with pytest.raises(MisfitError, match="shows no session"):

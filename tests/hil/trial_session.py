@@ -22,7 +22,7 @@ from hil.virtual.arm_plant import ArmPlant
 from hil.virtual.caregiver import Caregiver, Person
 from hil.virtual.faults import Faults
 from tests.hil import bench
-from tests.hil.bench import Beats, Bench
+from tests.hil.bench import Bench, ExactTimer
 
 # An arm with friction at the elbow that no session is told of.
 HIDDEN = """model HiddenFriction "The arm with friction that nobody is told of"
@@ -90,7 +90,7 @@ def run_trials(
         if gripped != plant.caregiver.wants:
             plant.caregiver.hold() if gripped else plant.caregiver.relax()
 
-    loop = Loop(there.wire, pilot, Beats(there), recorder, watch=watch)
+    loop = Loop(there.wire, pilot, ExactTimer(there), recorder, watch=watch)
     summary = loop.run(lambda: Wishes(arm=not pilot.is_armed, over=controller.is_done))
     recorder.finish()
     write_signals(folder, recorded_pilot(folder), {}, Proficio.frame)

@@ -22,7 +22,7 @@ from hil.robots.absent import refusals
 from hil.safety.cycle import Reaction
 from hil.session.loop import Loop, Wishes
 from hil.settings import Settings, default_settings
-from tests.hil.bench import Beats, Bench
+from tests.hil.bench import Bench, ExactTimer
 
 POSITIONS = frozenset(answer_of(k, Group.POSITIONS) for k in (1, 2, 3))
 FORCE = answer_of(Node.FORCE_SENSOR, Group.FORCE)
@@ -229,7 +229,7 @@ def times_of(fault: Fault, rate_hz: float, trial: int, settings: Settings | None
         elif began:
             zero = zero or now
 
-    summary = Loop(bench.wire, Misled(pilot, scene), Beats(bench), watch=watch).run(wishes)  # type: ignore[arg-type]
+    summary = Loop(bench.wire, Misled(pilot, scene), ExactTimer(bench), watch=watch).run(wishes)  # type: ignore[arg-type]
     bench.wire.close()
     bench.robot.advance(bench.bus.time_ns)
     end = zero or bench.bus.time_ns

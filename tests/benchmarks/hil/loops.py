@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hil.control.timing import Metronome, real_time_priority
+from hil.control.timing import RealTimer, real_time_priority
 from hil.recording.records import Kind
 from hil.recording.replay import read_records
 from hil.session.recorded import replay_session
@@ -39,12 +39,12 @@ def bare_timer(rate_hz: float, seconds: float) -> Timing:
     """A loop that does nothing but wait, with the session's own clock and priority, both cores loaded."""
     late: list[int] = []
     with burning(), real_time_priority() as refused:
-        beats = Metronome(round(1e9 / rate_hz))
+        timer = RealTimer(round(1e9 / rate_hz))
         end = time.monotonic() + seconds
         while time.monotonic() < end:
-            beat, now = beats.wait()
-            late.append(now - beat)
-        missed = beats.missed
+            due, now = timer.wait()
+            late.append(now - due)
+        missed = timer.missed
     return Timing(percentiles(late), (), 100 * missed / max(len(late), 1), 0, tuple(refused))
 
 

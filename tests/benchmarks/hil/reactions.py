@@ -17,11 +17,11 @@ from hil.control.controllers import Observed, Passive
 from hil.control.pilot import Decision
 from hil.control.timing import real_time_priority
 from hil.safety.cycle import Reaction
-from hil.session.heart import Heart
+from hil.session.heartbeat import Heartbeat
 from hil.session.loop import Loop, Wishes
 from hil.session.watchdog import watchdog
 from hil.virtual.process import virtual_robot
-from tests.hil.bench import Beats, Bench
+from tests.hil.bench import Bench, ExactTimer
 
 _WAYS = ("frozen with SIGSTOP", "killed with SIGKILL", "hangs in a busy loop")
 
@@ -33,20 +33,20 @@ def watchdog_reactions(trials: int) -> dict[str, tuple[list[float], int]]:
         for way in _WAYS:
             times, false_trips = [], 0
             for _ in range(trials):
-                with watchdog(settings) as heart:
-                    times.append(_reaction(heart, way))
+                with watchdog(settings) as heartbeat:
+                    times.append(_reaction(heartbeat, way))
                     false_trips += times[-1] < 0
             found[way] = ([t for t in times if t >= 0], false_trips)
     return found
 
 
-def _reaction(heart: Heart, way: str) -> float:
+def _reaction(heartbeat: Heartbeat, way: str) -> float:
     context = multiprocessing.get_context("fork")
     hang = context.Event()
-    loop = context.Process(target=_beat, args=(heart.path, hang), daemon=True)
+    loop = context.Process(target=_beat, args=(heartbeat.path, hang), daemon=True)
     loop.start()
     time.sleep(0.3)
-    if heart.tripped_ns:
+    if heartbeat.tripped_ns:
         os.kill(loop.pid or 0, signal.SIGKILL)
         return -1.0
     if way == _WAYS[2]:
@@ -54,19 +54,19 @@ def _reaction(heart: Heart, way: str) -> float:
     else:
         os.kill(loop.pid or 0, signal.SIGSTOP if way == _WAYS[0] else signal.SIGKILL)
     end = time.monotonic() + 5
-    while not heart.tripped_ns and time.monotonic() < end:
+    while not heartbeat.tripped_ns and time.monotonic() < end:
         time.sleep(0.001)
-    reaction = (heart.tripped_ns - heart.last_ns) * 1e-6
+    reaction = (heartbeat.tripped_ns - heartbeat.last_ns) * 1e-6
     os.kill(loop.pid or 0, signal.SIGKILL)
     loop.join()
     return reaction
 
 
 def _beat(path: Path, hang) -> None:  # type: ignore[no-untyped-def]
-    heart = Heart(path)
+    heartbeat = Heartbeat(path)
     with real_time_priority():
         while True:
-            heart.beat(time.monotonic_ns())
+            heartbeat.beat(time.monotonic_ns())
             if hang.is_set():
                 while True:
                     pass
@@ -123,7 +123,7 @@ def _abort(way: str, at: int) -> int:
         if not reacted and count >= at and decision.outcome.reaction >= wanted:
             reacted = count - at + 1
 
-    Loop(bench.wire, pilot, Beats(bench), watch=watch).run(wishes)
+    Loop(bench.wire, pilot, ExactTimer(bench), watch=watch).run(wishes)
     bench.wire.close()
     return reacted or 10**6
 
@@ -157,6 +157,6 @@ def slow_controller() -> dict[Reaction, int]:
         if count >= 100:
             found.setdefault(decision.outcome.reaction, count - 100)
 
-    Loop(bench.wire, pilot, Beats(bench), watch=watch).run(wishes)
+    Loop(bench.wire, pilot, ExactTimer(bench), watch=watch).run(wishes)
     bench.wire.close()
     return found

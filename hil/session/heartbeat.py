@@ -18,7 +18,7 @@ _BEAT, _TRIPPED, _DONE, _WATCHING = 0, 1, 2, 3
 _IN_GOOD_ORDER, _ABANDONED = 1, 2
 
 
-class Heart:
+class Heartbeat:
     """One file in shared memory that loop and watchdog both open; times are monotonic ns, 0 before the first one. Each
     watches the other."""
 
@@ -33,12 +33,12 @@ class Heart:
         self.watchdog: subprocess.Popen[str] | None = None
 
     @staticmethod
-    def create() -> "Heart":
+    def create() -> "Heartbeat":
         """A new one."""
-        handle, name = tempfile.mkstemp(prefix="misfit-heart-", dir=shared_folder())
+        handle, name = tempfile.mkstemp(prefix="misfit-heartbeat-", dir=shared_folder())
         os.ftruncate(handle, _SIZE)
         os.close(handle)
-        return Heart(Path(name))
+        return Heartbeat(Path(name))
 
     def beat(self, time_ns: int) -> None:
         """Say that the loop is alive."""
