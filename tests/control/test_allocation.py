@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize
 
 from orchestrator.control.hold import Allocation
+from tests.benchmarks.control.run import slope
 
 ALLOCATION = Allocation(2, 6)
 
@@ -51,7 +52,7 @@ def test_of_a_torque_that_is_too_large_as_much_as_possible_is_made():
 
 def test_the_slope_is_what_a_small_torque_changes():
     capability, torque, step = muscles(3), np.array([1.5, -2.0]), 1e-4
-    found = ALLOCATION.slope(ALLOCATION(torque, capability), capability)
+    found = slope(ALLOCATION(torque, capability), capability)
     for k, moved in enumerate(step * np.eye(2)):
         change = (ALLOCATION(torque + moved, capability) - ALLOCATION(torque - moved, capability)) / (2 * step)
         assert np.allclose(found[:, k], change, atol=1e-5)

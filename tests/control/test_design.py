@@ -7,7 +7,8 @@ import pytest
 from fmus.catalogue import find_modelica_model
 from fmus.errors import MisfitError
 from orchestrator.control.arm import PORTS, arm_component
-from orchestrator.control.design import Wanted, gains, linearised, margins
+from orchestrator.control.design import Wanted, gains, linearised
+from tests.benchmarks.control.run import margins
 
 # A mass: angle and speed, torque over inertia.
 INERTIA = 0.5

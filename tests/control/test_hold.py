@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from fmus.errors import MisfitError
-from orchestrator.control.arm import MUSCLES, PERSON, PORTS, POSTURES, arm_component, feedback_at, nominal_limb, rounds
-from orchestrator.control.hold import Controller, Task, hold
+from orchestrator.control.arm import MUSCLES, PORTS, POSTURES, arm_component, feedback_at, nominal_limb
+from orchestrator.control.hold import Controller
+from tests.benchmarks.control.run import PERSON, Task, hold, rounds
 
 
 @pytest.fixture(scope="module")
@@ -50,14 +51,6 @@ def test_the_learned_limb_balances_the_torque_that_the_arm_feels_at_a_posture_in
             controller.limb.learn([*each.state[:2], 0.0, 0.0], each.activations, [0.0, 0.0], 0.02)
     after = hold(arm_component(PERSON), PORTS, controller, extra, [extra], task)[0]
     assert after.error < 0.15 * before.error
-
-
-def test_a_limb_is_less_uncertain_where_it_was_held():
-    limb = nominal_limb()
-    state, activations = [0.75, 1.35, 0.0, 0.0], np.full(6, 0.2)
-    before = limb.deviations(state, activations)
-    limb.learn(state, activations, [0.0, 0.0], 0.02)
-    assert limb.deviations(state, activations) < 0.02 < 0.1 * before
 
 
 def test_an_exact_model_holds_without_any_error():
