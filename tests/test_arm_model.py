@@ -11,7 +11,7 @@ from fmus.package import build_fmu
 from orchestrator.blackbox.source import fmu_model
 from orchestrator.models.compiled import CompiledModel
 
-TIME = np.linspace(0.0, 10.0, 2501)
+TIME = np.linspace(0.0, 3.0, 751)
 START = {"linkage.q[1]": 0.7, "linkage.q[2]": 1.3, "linkage.w[1]": 0.2, "linkage.w[2]": -0.4}
 
 F_MAX = np.array([800, 800, 1000, 1000, 700, 700.0])
@@ -73,7 +73,7 @@ def reference(name: str) -> np.ndarray:
         return np.concatenate([x[2:], accelerations(name, x[:2], x[2:], now)])
 
     solution = solve_ivp(
-        rhs, (0, 10), list(START.values()), method="LSODA", rtol=1e-9, atol=1e-11, t_eval=TIME, max_step=0.02
+        rhs, (0.0, TIME[-1]), list(START.values()), method="LSODA", rtol=1e-9, atol=1e-11, t_eval=TIME, max_step=0.02
     )
     return solution.y[:2].T
 

@@ -11,6 +11,7 @@ from orchestrator.diagnose import diagnose
 from orchestrator.measurements import load_measurements
 from orchestrator.verdicts.result import Diagnosis
 from tests.cases.gallery.generate import MACHINES
+from tests.thinned import thinned
 
 GALLERY = Path(__file__).parent / "cases" / "gallery"
 ANSWERS = json.loads((GALLERY / "answers.json").read_text())
@@ -44,15 +45,22 @@ def test_each_case_is_a_measurement_set_of_five_trials(name: str) -> None:
     assert [trial.subset for trial in measurements.trials] == ["learning"] * 3 + ["held_out"] * 2
 
 
-def _diagnosed(name: str, data: str) -> Diagnosis:
+def _diagnosed(name: str, data: Path) -> Diagnosis:
     source = ModelicaModel(name, MACHINES[name].class_name, GALLERY / name / "Model.mo")
-    return diagnose(source, load_measurements(GALLERY / data), workers=1)
+    return diagnose(source, load_measurements(data), workers=1)
 
 
 @pytest.mark.parametrize("name", ANSWERS)
 def test_the_hidden_effect_is_named_and_sized_within_three_percent(name: str) -> None:
+    _expect_the_answer(name, _diagnosed(name, GALLERY / name))
+
+
+def test_half_the_samples_of_a_converter_show_the_same_effect(tmp_path: Path) -> None:
+    _expect_the_answer("buck", _diagnosed("buck", thinned(GALLERY / "buck", tmp_path, 2)))
+
+
+def _expect_the_answer(name: str, found: Diagnosis) -> None:
     answer = ANSWERS[name]
-    found = _diagnosed(name, name)
     assert found.verdict == "named"
     assert [(effect.id, effect.site) for effect in found.effects] == [(answer["effect"], answer["site"])]
     values = {key: estimate.value for key, estimate in found.effects[0].parameters.items() if key in answer["values"]}
@@ -62,5 +70,5 @@ def test_the_hidden_effect_is_named_and_sized_within_three_percent(name: str) ->
 
 @pytest.mark.parametrize("name", ANSWERS)
 def test_nothing_is_named_where_the_machine_moves_as_its_model_says(name: str) -> None:
-    found = _diagnosed(name, f"{name}_null")
+    found = _diagnosed(name, GALLERY / f"{name}_null")
     assert found.verdict == "adequate" and not found.effects
