@@ -81,8 +81,6 @@ def search(monkeypatch: pytest.MonkeyPatch) -> Searcher:
     made = Searcher(BASE, cast(Any, None), (), (), cast(Any, None), 1, print)
     monkeypatch.setattr(made.trace, "p_value", lambda found: 0.0)
     monkeypatch.setattr(made.trace, "objection", lambda found: "in disguise" if found.pressed() else "")
-    for name in ("put_back", "along_valleys"):
-        monkeypatch.setattr(made.fitter, name, lambda found: found)
     return made
 
 

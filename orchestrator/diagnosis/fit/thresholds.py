@@ -32,13 +32,3 @@ MOST_FINER = 4
 
 # A first amplitude grows or shrinks by this factor at most.
 MOST_GROWTH = 1e3
-
-
-# `valley.py`
-
-# A shape and a size make up for each other if their errors are correlated more than this.
-TRADED = 0.95
-# Steps over the range of the shape; and minima along the way from which a fit is worth its time.
-STEPS = 80
-MOST_MINIMA = 3
-CORRECTIONS = 2

@@ -7,7 +7,7 @@ import numpy as np
 from orchestrator.diagnosis.fit.evidence import Refit
 from orchestrator.diagnosis.linear.calibration import Stage
 from orchestrator.diagnosis.linear.tangent import Block, orthonormal
-from orchestrator.diagnosis.search.thresholds import FAINTEST, WORTH_A_START
+from orchestrator.diagnosis.search.thresholds import FAINTEST
 from orchestrator.library.cards import Candidate
 
 
@@ -35,42 +35,6 @@ def first_values(stage: Stage, chosen: Sequence[Candidate], nearer: Sequence[Ref
     if inside:
         starts.append(known | visible | _values_of(min(inside, key=lambda r: r.fit.misfit)))
     return [np.concatenate([start[c.label] for c in chosen]) for start in starts]
-
-
-def elsewhere(stage: Stage, found: Refit) -> list[np.ndarray]:
-    """Rows of parameters (k,) of a fitted set in which a new effect starts at another point of its grid.
-
-    A frequency or a number of periods has many values that explain part of an error, and a fit ends at the nearest.
-    Each peak of what the points explain to first order is a start, the highest first; the one that the fit is at, too,
-    as the fit may have come there with other sizes and stay half a wave off.
-    """
-    rows, owners = [], np.array(found.effects.owners())
-    for k, candidate in enumerate(found.effects.candidates):
-        blocks = [block for block in stage.blocks if block.candidate.label == candidate.label]
-        if candidate.label in stage.tangent.base.labels or len(blocks) < 2:
-            continue
-        for values in at_peaks(blocks, stage.tangent.error):
-            row = found.values.copy()
-            row[owners == k] = values
-            rows.append(row)
-    return rows
-
-
-def at_peaks(blocks: Sequence[Block], error: np.ndarray) -> list[np.ndarray]:
-    """Parameters (k,) of an effect at each peak of what the points of its grid explain of an error (m,), the best first."""
-    tops = _peaks([_gain(block, error) for block in blocks]) if blocks else []
-    return [_sizes([blocks[i]], error)[blocks[i].candidate.label] for i in tops]
-
-
-def _peaks(gains: Sequence[float]) -> list[int]:
-    """Places of gains that no neighbour exceeds and that are worth a start, the highest first.
-
-    >>> _peaks([1.0, 3.0, 2.0, 2.5, 0.1, 0.2])
-    [1, 3]
-    """
-    padded = [-np.inf, *gains, -np.inf]
-    tops = [i for i, gain in enumerate(gains) if gain >= max(padded[i], padded[i + 2])]
-    return sorted((i for i in tops if gains[i] >= WORTH_A_START * max(gains)), key=lambda i: -gains[i])
 
 
 def _values_of(found: Refit) -> dict[str, np.ndarray]:

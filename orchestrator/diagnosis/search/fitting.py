@@ -1,4 +1,4 @@
-"""How sets of effects are refitted by free runs: many roughly, a few to the end, and the best from elsewhere, too."""
+"""How sets of effects are refitted by free runs: many roughly, a few to the end."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -10,17 +10,15 @@ from fmus.errors import ComponentError, MisfitError
 from orchestrator.blackbox.source import Source
 from orchestrator.diagnosis.fit.evidence import LearningData, Refit
 from orchestrator.diagnosis.fit.start_values import StartValues
-from orchestrator.diagnosis.fit.thresholds import NEAR_FLOOR, TOLERANCE
-from orchestrator.diagnosis.fit.valley import minima_along, shapes_in_valleys
+from orchestrator.diagnosis.fit.thresholds import TOLERANCE
 from orchestrator.diagnosis.linear.calibration import Stage
-from orchestrator.diagnosis.linear.tangent import Tangent
 from orchestrator.diagnosis.linear.thresholds import BEYOND_NOISE
 from orchestrator.diagnosis.search.cutting import TooLong, is_worth_a_cut
-from orchestrator.diagnosis.search.first_values import at_peaks, elsewhere, first_values
+from orchestrator.diagnosis.search.first_values import first_values
 from orchestrator.diagnosis.search.screening import Screened
 from orchestrator.diagnosis.search.stretches import Followed
 from orchestrator.diagnosis.search.tasks import FollowTask, Wanted, done_by
-from orchestrator.diagnosis.search.thresholds import AT_A_TIME, POLISHED, ROUGH
+from orchestrator.diagnosis.search.thresholds import POLISHED, ROUGH
 from orchestrator.diagnosis.search.trace import Trace
 from orchestrator.library.cards import Candidate
 from orchestrator.models.estimation import Fit
@@ -61,7 +59,6 @@ class Fitter:
 
     def __init__(self, setting: Setting) -> None:
         self.setting = setting
-        self._rough = list[Refit]()
 
     def attempt(self, wanted: Wanted) -> Refit | None:
         """Refit a set; None if it cannot be."""
@@ -89,8 +86,7 @@ class Fitter:
         first = [*rough[:POLISHED], *lost_contacts(rough)]
         rest = [r for r in rough if not any(r is each for each in first)]
         polished = sorted(self._polished(first), key=lambda r: r.half_bic)
-        self._rough += rest
-        return [*(self._from_elsewhere(r, stage) for r in polished[:1]), *polished[1:], *rest]
+        return [*polished, *rest]
 
     def _roughly(
         self, sets: Sequence[Screened], nearer: Sequence[Refit], stage: Stage, nuisances: np.ndarray
@@ -126,10 +122,6 @@ class Fitter:
             return found
         return self._closer_if_better(found, followed.fit, ROUGH)
 
-    def finished(self, found: Refit) -> Refit:
-        """A fitted set, to the end if it was fitted roughly only."""
-        return self.closer(found) if any(found is rough for rough in self._rough) else found
-
     def closer(self, found: Refit) -> Refit:
         """A fitted set, fitted further from where it is, to the end."""
         better = self._closer(found, found.fit)
@@ -151,7 +143,6 @@ class Fitter:
         followed = list[Refit]()
         for r in sorted(rough, key=lambda r: len(r.ids)):
             followed.append(r if _is_astray(r, followed) else self.in_stretches(r))
-        self._rough += [r for r in followed if _is_astray(r, followed)]
 
         def finished(r: Refit) -> Refit:
             done = not any(r is each for each in rough)
@@ -184,46 +175,6 @@ class Fitter:
         followed: Followed | None = setting.work.do(task)
         return followed
 
-    def _from_elsewhere(self, found: Refit, stage: Stage) -> Refit:
-        """A fitted set, or the same from another point of a grid, if it leaves more than noise and that leaves less."""
-        return found if found.cost <= NEAR_FLOOR else self._best_from(found, elsewhere(stage, found))
-
-    def put_back(self, found: Refit) -> Refit:
-        """A fitted set, or the same with an effect started anew where the others alone put it, if that leaves less.
-
-        Along a run that lacks a large effect, the first order of another one misleads: which point of a grid explains the
-        most shows once the others are there. A set that leaves but noise stays as it is.
-        """
-        for effect in found.effects.candidates:
-            has_grid = any(parameter.grid for parameter in effect.card.parameters)
-            if has_grid and len(found.ids) > 1 and found.cost > NEAR_FLOOR:
-                found = self._best_from(found, self._beside_others(found, effect))
-        return found
-
-    def along_valleys(self, found: Refit) -> Refit:
-        """A fitted set, or the same from another minimum along a valley of its misfit, if that leaves less."""
-        for shape in shapes_in_valleys(found):
-            self.setting.progress(f"looking along the valley of {' + '.join(found.ids)}")
-            found = self._best_from(found, minima_along(found, self.setting.learning, shape))
-        return found
-
-    def _beside_others(self, found: Refit, effect: Candidate) -> list[np.ndarray]:
-        """Rows of parameters of a set in which the others are as they fit alone, and an effect is at a peak beside them."""
-        others, setting, kept = self.without(found, effect), self.setting, _of_others(found, effect)
-        if others is None:
-            return []
-        try:
-            tangent = Tangent(others, setting.nominal, setting.learning)
-            blocks = tangent.blocks([effect], setting.slots, setting.side_by_side)
-        except MisfitError:
-            return []
-        rows = []
-        for values in at_peaks(blocks, tangent.error):
-            row = np.empty_like(found.values)
-            row[kept], row[~kept] = others.values, values
-            rows.append(row)
-        return rows
-
     def simplified(
         self, found: Refit, cost: Callable[[Refit], float], needless: Callable[[Refit, Refit], bool]
     ) -> Refit:
@@ -248,17 +199,6 @@ class Fitter:
         first, near = found.values[_of_others(found, effect)], StartValues.of(found.model, found.fit)
         nuisances = found.fit.values[found.size :]
         return self.attempt(Wanted(rest, first, nuisances, tolerance, near=near, settled=True))
-
-    def _best_from(self, found: Refit, starts: Sequence[np.ndarray]) -> Refit:
-        """A fitted set, or the same from the start that leaves the least, a few at a time until one leaves but noise."""
-        chosen, nuisances, best = found.effects.candidates, found.fit.values[found.size :], found
-        for first in range(0, len(starts), AT_A_TIME):
-            few = starts[first : first + AT_A_TIME]
-            tried = self.setting.side_by_side(lambda row: self.attempt(Wanted(chosen, row, nuisances, ROUGH)), few)
-            best = min([best, *(r for r in tried if r is not None)], key=lambda r: r.fit.misfit)
-            if best.cost <= NEAR_FLOOR:
-                break
-        return found if best is found else self.closer(best)
 
     def pruned(self, found: Sequence[Refit]) -> list[Refit]:
         """Sets without the effects that the data do not show beside the others, as far as they were not tried.

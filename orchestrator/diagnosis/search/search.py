@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from orchestrator.blackbox.source import Source
-from orchestrator.diagnosis.decide.confusion import half_bic, near_in_either, reach
+from orchestrator.diagnosis.decide.confusion import half_bic, near_in_either
 from orchestrator.diagnosis.decide.nested import holds, starts
 from orchestrator.diagnosis.decide.thresholds import DECISIVE
 from orchestrator.diagnosis.fit.candidates import EffectSet, can_join
@@ -84,9 +84,6 @@ class Searcher:
             if len(base.ids) == MOST_EFFECTS or not self._worth_a_search(stage):
                 break
             found = self._round(proposer, beam, stage)
-            if known is not None and (fresh := [r for r in found if r.labels != known.labels]):
-                # How near noise it comes shows only once its effects are at the right points of their grids.
-                found = [self._kept(self.fitter.put_back(fresh[0])), *found]
             best = self._best(found, bound, stage)
             if best is None:
                 break
@@ -130,7 +127,7 @@ class Searcher:
         for r in found:
             if half_bic(r, noise, self.trace.choices) >= bound or not r.is_present() or self.trace.objection(r):
                 continue
-            best = self._kept(self.simplified(self.fitter.along_valleys(self.fitter.put_back(r)), noise))
+            best = self._kept(self.simplified(r, noise))
             if best.is_present() and not self.trace.objection(best):
                 return best
         return None
@@ -188,9 +185,8 @@ class Searcher:
         """Refit what acts like an effect of a set and was not tried in its place, so that the odds are those of fits.
 
         So is a simpler effect that its card calls confusable, of which it may be no more than a special case, and a law
-        that holds it. Rivals that were fitted roughly are fitted to the end.
+        that holds it.
         """
-        self._finish_rivals(best)
         tried = {r.labels: r for r in sorted(self.trace.refitted, key=lambda r: -r.fit.misfit)}
         alike = [
             (entry.effect, entry.other)
@@ -217,21 +213,6 @@ class Searcher:
             wanted.append(Wanted(chosen, first, best.fit.values[best.size :]))
         found = self.setting.side_by_side(self.fitter.attempt, wanted)
         self.trace.refitted += [r for r in found if r is not None]
-
-    def _finish_rivals(self, best: Refit) -> None:
-        """Fit to the end what was fitted roughly and may yet explain as much with one effect in another's place."""
-        scale = self.test_of(best).colour.scale
-        limit = half_bic(best, scale, self.trace.choices) + reach(best, scale)
-        refitted = self.trace.refitted
-        near = [
-            k
-            for k, r in enumerate(refitted)
-            if len(r.labels - best.labels) == len(best.labels - r.labels) == 1
-            and half_bic(r, scale, self.trace.choices) < limit
-        ]
-        finished = self.setting.side_by_side(self.fitter.finished, [refitted[k] for k in near])
-        for k, found in zip(near, finished, strict=True):
-            refitted[k] = found
 
     def _guesses(self, best: Refit, effect: Candidate, twin: Candidate) -> list[np.ndarray]:
         """First values of an effect in the place of another one: its card's, or about those of a law that it holds, or what

@@ -11,8 +11,6 @@ FEWEST_SAMPLES = 50
 
 # `first_values.py`
 
-# A peak that explains this share of what the highest explains is worth a start.
-WORTH_A_START = 0.3
 # A time constant is at most its first guess over this.
 FAINTEST = 1e-4
 
@@ -22,8 +20,6 @@ FAINTEST = 1e-4
 # All are fitted roughly, the best few to the end.
 ROUGH = 1e-3
 POLISHED = 3
-# Starts elsewhere that are tried before it is asked whether one of them has led to noise.
-AT_A_TIME = 3
 
 
 # `placed.py`

@@ -1,4 +1,4 @@
-"""What becomes of a set once its effects are known together: one is started anew, or turns out to be none."""
+"""What becomes of a set once its effects are known together: one turns out to be none."""
 
 import numpy as np
 import pytest
@@ -62,20 +62,6 @@ def fitted(learning: LearningData, **first: float) -> Refit:
     return refit(BOTH, learning, np.array([(RIGHT | first)[name] for name in parameters(BOTH)]))
 
 
-def test_cogging_that_was_fitted_before_a_lag_was_known_finds_its_number_of_waves_once_it_is() -> None:
-    """Between 24 and 17 waves of cogging a turn, which is right, lie others that fit worse than both."""
-    learning = recorded(BOTH)
-    lost = fitted(learning, sine=6e-5, cosine=-1e-5, periods=23.8)
-
-    found = fitter(learning).put_back(lost)
-
-    assert lost.cost > 2.0  # no descent leads from there to the right number
-    assert found.cost < 1.0 + 5 * (2 / found.fit.rows) ** 0.5
-    place = parameters(BOTH).index("periods")
-    assert abs(found.values[place] - RIGHT["periods"]) < 5 * found.std[place]
-    assert fitter(learning).put_back(found) is found  # what leaves but noise stays
-
-
 @pytest.mark.parametrize(("true", "left"), [(COGGING, ("cogging",)), (BOTH, ("cogging", "sensor_lag"))])
 def test_effect_of_a_set_stays_only_if_the_set_is_likelier_with_it(true: EffectSet, left: tuple[str, ...]) -> None:
     learning = recorded(true)
@@ -132,24 +118,3 @@ def test_what_is_left_without_an_absent_effect_is_fitted_again_if_it_went_astray
     assert again.ids == ("cogging",)
     assert again.cost < 1.0 + 5 * (2 / again.fit.rows) ** 0.5
     assert fitter(learning).pruned([both, right]) == []
-
-
-def test_other_starts_are_tried_until_one_leaves_but_noise(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of 18 numbers of waves that explained 30 % or more to first order, the fourth led to noise."""
-    learning, tried = recorded(COGGING), list[float]()
-    work = fitter(learning)
-    attempt, place = work.attempt, parameters(COGGING).index("periods")
-
-    def counted(wanted: Wanted) -> Refit | None:
-        tried.append(wanted.first[place])
-        return attempt(wanted)
-
-    monkeypatch.setattr(work, "attempt", counted)
-    lost = cogging_of(learning, 23.8)
-    rows = [np.where(np.arange(3) == place, waves, lost.values) for waves in (40.0, 33.0, 28.0, 16.9, 12.0, 9.0, 6.0)]
-
-    found = work._best_from(lost, rows)
-
-    assert lost.cost > 2.0 and found.cost < 1.0 + 5 * (2 / found.fit.rows) ** 0.5
-    assert tried[:6] == [40.0, 33.0, 28.0, 16.9, 12.0, 9.0]
-    assert len(tried) == 7 and abs(tried[6] - 16.9) < 0.5  # the best one, fitted to the end
