@@ -45,6 +45,8 @@ SLOW = {
             "same_input_gives_the_same_result",
         )
     },
+    "tests/diagnosis/test_latent.py::test_effects_that_together": "greybox/test_unnamed.py on two other forces; the same file on the curve",
+    "tests/gp/test_calibration.py::test_ninety_percent_intervals_hold_about_ninety_percent_where_those_of_the_best_fit_hold_fewer[12-24]": "the same test on 40 data, and on a block with a dozen",
     "tests/diagnosis/test_shipped_cases.py::test_effect_that_no_given_card_explains": "test_latent.py: a pendulum whose law no card has; test_verdict.py: the rule",
     "tests/hil/test_compiled_decision.py::test_compiled_and_as_python": "the rest of that file: what is found where, and test_safety_core.py on the source of both",
     # Whole diagnoses through the command line and by clicks, 30 to 73 s each.

@@ -15,6 +15,8 @@ from orchestrator.verdicts.open_questions import Coverage, Kin
 from orchestrator.verdicts.result import Diagnosis, Tried
 from tests.report.builders import comparison, diagnosis
 
+pytestmark = pytest.mark.usefixtures("blank_pictures")
+
 PREFIXES = {"p": 1e-12, "n": 1e-9, "µ": 1e-6, "m": 1e-3, "": 1.0, "k": 1e3, "M": 1e6, "G": 1e9}
 NUMBER = re.compile(r"[-−]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 # Curves hold thousands of numbers, among which any would be found.

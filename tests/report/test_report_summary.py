@@ -3,11 +3,14 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from builders import comparison, diagnosis, entries
 
 from orchestrator.report.arm_drawing import Replay
 from orchestrator.report.html import comparison_report, discovery_report
 from orchestrator.report.summary import comparison_facts, comparison_plain
+
+pytestmark = pytest.mark.usefixtures("blank_pictures")
 
 
 def test_comparison_names_the_signal_that_is_worst_against_its_own_noise() -> None:
