@@ -5,7 +5,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from orchestrator.gp.observations import Observation
 from orchestrator.gp.posterior import Posterior
 from orchestrator.gp.triangle import inverse_from_factor
 
@@ -13,18 +12,10 @@ Array = NDArray[Any]
 Z90 = 1.6448536269514722
 
 
-def surprises(posterior: Posterior, held_out: Observation) -> Array:
-    """Distance of values that were not learned from what is expected of them, (n, p), in standard deviations with their noise.
-
-    Of a sound model they are normal with variance 1.
-    """
-    expected = posterior.mean(held_out.coefficients, held_out.inputs)
-    variance = posterior.variance(held_out.coefficients, held_out.inputs) + held_out.deviation**2
-    return (held_out.values - expected) / np.sqrt(variance)[:, None]
-
-
 def left_out(posterior: Posterior) -> Array:
-    """The same of every datum that was learned, (n, p), each against what all others say of it, without conditioning again.
+    """Distance of every datum that was learned, (n, p), from what all others say of it, in standard deviations with its noise.
+
+    Of a sound model they are normal with variance 1. Nothing is conditioned again:
 
     With P the inverse covariance of the data and w = P r their weights it is w_i / sqrt(P_ii) (Sundararajan and Keerthi 2001).
     """
@@ -33,5 +24,5 @@ def left_out(posterior: Posterior) -> Array:
 
 
 def coverage(found: Array, deviations: float = Z90) -> float:
-    """Share of surprises inside an interval of so many standard deviations to either side; of 90 % without a number."""
+    """Share of such distances inside an interval of so many standard deviations to either side; of 90 % without a number."""
     return float(np.mean(np.abs(found) <= deviations))

@@ -83,11 +83,6 @@ class Mixture:
         lost = np.log(own) + (variance + (means - middle) ** 2) / own
         return int(np.argmin(lost.mean(axis=(1, 2))))
 
-    @property
-    def effective(self) -> float:
-        """By how many equal weights the mixture could be made; with a few it is rough."""
-        return float(1.0 / np.sum(self.weights**2))
-
 
 def integrate(
     latents: Latents,

@@ -15,11 +15,11 @@ from orchestrator.report.numbers import digits
 from orchestrator.report.page import (
     Page,
     Section,
+    collinear_table,
     effects_table,
     excitation_table,
     experiment_rows,
     held_out_table,
-    kin_table,
     set_errors_table,
     trial_errors_table,
     tried_table,
@@ -133,7 +133,7 @@ def _diagnosis_page(diagnosis: Diagnosis, entries: list[LedgerEntry], replay: Re
                 (*diagnosis.findings, *given.findings),
                 pictures=(*latent(diagnosis), *maps(diagnosis.where, "the missing force")),
             ),
-            Section("Tried and rejected", tables=(*tried_table(diagnosis.tried), *kin_table(diagnosis.kin))),
+            Section("Tried and rejected", tables=(*tried_table(diagnosis.tried), *collinear_table(diagnosis.kin))),
             Section(
                 "Before, after and the noise floor",
                 tables=(set_errors_table(final, f"Error (rms) of each set, {_subject(final is given)}"),),

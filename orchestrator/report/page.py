@@ -11,7 +11,7 @@ from orchestrator.report.answer.words import share, what
 from orchestrator.report.numbers import digits, estimate_parts, percent, quantity
 from orchestrator.report.sentences import effect_name, errors, ranked_name
 from orchestrator.report.summary import Fact
-from orchestrator.verdicts.open_questions import Coverage, Kin
+from orchestrator.verdicts.open_questions import CollinearPair, Coverage
 from orchestrator.verdicts.result import HeldOut, NamedEffect, RankedSet, Tried
 
 MAX_TRIALS = 40
@@ -148,7 +148,7 @@ def tried_table(tried: Sequence[Tried]) -> tuple[PageTable, ...]:
     return (PageTable(caption, ("added to the model", "what became of it"), rows),) if rows else ()
 
 
-def kin_table(entries: Sequence[Kin]) -> tuple[PageTable, ...]:
+def collinear_table(entries: Sequence[CollinearPair]) -> tuple[PageTable, ...]:
     """Return which effects act like the named ones in these data, the most alike first; nothing if none does."""
     rows = tuple(
         (*(what({"id": each.card.id, "site": each.site}) for each in (k.effect, k.other)), digits(k.cosine))

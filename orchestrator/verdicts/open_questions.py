@@ -58,7 +58,7 @@ class Doubt:
 
 
 @dataclass(frozen=True)
-class Kin:
+class CollinearPair:
     """An effect of the best set, another that acts like it, the cosine between them, and the odds of the first."""
 
     effect: Candidate

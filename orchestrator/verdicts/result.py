@@ -8,7 +8,7 @@ from orchestrator.compare.result import Comparison
 from orchestrator.datacheck.findings import Finding
 from orchestrator.shown import Shown, drawing_of
 from orchestrator.verdicts.latent_force import LatentForce
-from orchestrator.verdicts.open_questions import Coverage, Doubt, Kin
+from orchestrator.verdicts.open_questions import CollinearPair, Coverage, Doubt
 
 CURVE_SAMPLES = 400
 
@@ -171,7 +171,7 @@ class Diagnosis:
     odds: tuple[Odds, ...] = ()
     identifiability: tuple[Doubt, ...] = ()
     excitation: tuple[Coverage, ...] = ()
-    kin: tuple[Kin, ...] = ()
+    kin: tuple[CollinearPair, ...] = ()
     data_checks: tuple[Finding, ...] = ()
     mended: tuple[str, ...] = ()
     libraries: tuple[str, ...] = ()

@@ -8,7 +8,7 @@ from orchestrator.diagnosis.fit.candidates import EffectSet
 from orchestrator.diagnosis.fit.evidence import LearningData
 from orchestrator.diagnosis.fit.extensible import find_candidates, model_of
 from orchestrator.diagnosis.linear.calibration import Colour
-from orchestrator.diagnosis.linear.collinearity import classes, collinear_effects, principal_cosines
+from orchestrator.diagnosis.linear.collinearity import collinear_effects, principal_cosines
 from orchestrator.diagnosis.noise.nuisances import Nuisances
 from orchestrator.diagnosis.search.search import Searcher
 from orchestrator.library.cards import effect_library
@@ -39,15 +39,6 @@ def test_space_inside_another_has_no_angle_to_it() -> None:
     np.testing.assert_allclose(principal_cosines(columns[:, :1] * 1e-6, columns), [1.0])
 
 
-def test_classes_follow_chains_and_leave_singles_out() -> None:
-    cosines = np.eye(5)
-    for i, j in ((0, 3), (3, 4)):
-        cosines[i, j] = cosines[j, i] = 0.99
-    cosines[1, 2] = cosines[2, 1] = 0.97
-
-    assert classes(cosines) == [[0, 3, 4]]
-
-
 @pytest.fixture(scope="module")
 def searched() -> Searcher:
     """The drive under slow torques, its command late by 20 ms; its encoder might as well be."""
@@ -66,7 +57,7 @@ def searched() -> Searcher:
     return model_of(DRIVE, DRIVE.compile(), ["phi"])
 
 
-def test_late_command_and_lagging_encoder_are_kin_and_cogging_is_none(searched: Searcher) -> None:
+def test_late_command_and_lagging_encoder_are_collinear_and_cogging_is_not(searched: Searcher) -> None:
     best = searched.run()[-1].refit
 
     found = {entry.other.card.id: entry for entry in collinear_effects(best, searched.trace.stages)}

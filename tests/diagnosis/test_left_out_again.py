@@ -73,7 +73,7 @@ def test_effect_of_a_set_stays_only_if_the_set_is_likelier_with_it(true: EffectS
     assert simple.cost < 1.0 + 5 * (2 / simple.fit.rows) ** 0.5
 
 
-def test_needless_effect_of_a_set_goes_though_the_set_is_likelier_with_it() -> None:
+def test_redundant_effect_of_a_set_goes_though_the_set_is_likelier_with_it() -> None:
     """Such as one that takes away noise of inputs."""
     learning = recorded(BOTH)
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fmus.errors import MisfitError
-from orchestrator.gp.check import coverage, left_out, surprises
+from orchestrator.gp.check import coverage, left_out
 from orchestrator.gp.covariance import Latent, covariance
 from orchestrator.gp.fit import fit
 from orchestrator.gp.kernels import SquaredExponential
@@ -134,6 +134,13 @@ def test_noisy_data_about_a_weak_function_come_last():
     noise = np.where(np.arange(10) < 5, 50.0, 0.5)
     chosen = informative(LATENTS, bench.base, replace(given, noise=noise), 10, ("weak",))
     assert set(chosen[:5]) == set(range(5, 10))
+
+
+def surprises(posterior, held_out):
+    """Distance of new values from what is expected of them, (n, p), in standard deviations with their noise."""
+    expected = posterior.mean(held_out.coefficients, held_out.inputs)
+    variance = posterior.variance(held_out.coefficients, held_out.inputs) + held_out.deviation**2
+    return (held_out.values - expected) / np.sqrt(variance)[:, None]
 
 
 def test_left_out_is_what_all_others_say_of_a_datum():

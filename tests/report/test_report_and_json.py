@@ -11,7 +11,7 @@ import pytest
 
 from orchestrator.library.cards import Candidate, effect_library
 from orchestrator.report.html import comparison_report, diagnosis_report
-from orchestrator.verdicts.open_questions import Coverage, Kin
+from orchestrator.verdicts.open_questions import CollinearPair, Coverage
 from orchestrator.verdicts.result import Diagnosis, Tried
 from tests.report.builders import comparison, diagnosis
 
@@ -98,7 +98,7 @@ def full_diagnosis() -> Diagnosis:
     return replace(
         diagnosis(),
         tried=(Tried(("viscous_friction",), ("joint1",), "weighted error 1.07 (noise alone: 1): explains less"),),
-        kin=(Kin(coulomb, viscous, 0.9234, 37.6), Kin(viscous, coulomb, 0.9876, 0.21)),
+        kin=(CollinearPair(coulomb, viscous, 0.9234, 37.6), CollinearPair(viscous, coulomb, 0.9876, 0.21)),
         excitation=(Coverage("coulomb_friction", "joint1", "at least 4 reversals of speed", 4, 12.0),),
     )
 

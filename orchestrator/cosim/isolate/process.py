@@ -12,7 +12,7 @@ import tempfile
 import threading
 import time
 import weakref
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
@@ -292,13 +292,6 @@ def end_waiting() -> None:
         _waiting.clear()
     for child in ended:
         child.close()
-
-
-def waiting() -> Mapping[Hashable, int]:
-    """How many children wait for which FMUs."""
-    with _lock:
-        keys = [key for key, _ in _waiting]
-    return {key: keys.count(key) for key in keys}
 
 
 atexit.register(end_waiting)

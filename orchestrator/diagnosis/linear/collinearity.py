@@ -14,7 +14,7 @@ from orchestrator.diagnosis.linear.calibration import Stage
 from orchestrator.diagnosis.linear.tangent import Block, orthonormal
 from orchestrator.diagnosis.linear.thresholds import MOST_LOG_ODDS
 from orchestrator.library.cards import Candidate
-from orchestrator.verdicts.open_questions import SAME, WEAK, Kin
+from orchestrator.verdicts.open_questions import WEAK, CollinearPair
 
 
 def principal_cosines(first: np.ndarray, second: np.ndarray) -> np.ndarray:
@@ -32,24 +32,7 @@ def principal_cosines(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     return np.clip(np.linalg.svd(inner, compute_uv=False), 0.0, 1.0)
 
 
-def classes(cosines: np.ndarray, limit: float = SAME) -> list[list[int]]:
-    """Groups of two and more that are linked by cosines (n, n) above a limit, each in ascending order.
-
-    >>> classes(np.array([[1, 0.99, 0], [0.99, 1, 0], [0, 0, 1]]))
-    [[0, 1]]
-    """
-    left, found = set(range(len(cosines))), list[list[int]]()
-    while left:
-        group, edge = set[int](), {min(left)}
-        while edge:
-            group |= edge
-            edge = {int(k) for i in edge for k in np.flatnonzero(cosines[i] > limit)} - group
-        left -= group
-        found.append(sorted(group))
-    return [group for group in found if len(group) > 1]
-
-
-def collinear_effects(best: Refit, stages: Sequence[Stage]) -> list[Kin]:
+def collinear_effects(best: Refit, stages: Sequence[Stage]) -> list[CollinearPair]:
     """Every candidate that acts like an effect of the best set, most alike first; none for models without a first order.
 
     Each effect is looked at where the tests of the search had the others and not yet itself in the model.
@@ -62,7 +45,7 @@ def collinear_effects(best: Refit, stages: Sequence[Stage]) -> list[Kin]:
     return sorted(found, key=lambda entry: -entry.cosine)
 
 
-def _collinear_with(effect: Candidate, stage: Stage) -> list[Kin]:
+def _collinear_with(effect: Candidate, stage: Stage) -> list[CollinearPair]:
     error, scale = stage.tangent.error, stage.colour.scale
     own = _strongest(effect.label, stage.blocks, error)
     if own is None:
@@ -83,7 +66,7 @@ def _collinear_with(effect: Candidate, stage: Stage) -> list[Kin]:
             charge = (_parameters(others[k]) - _parameters(own)) * float(np.log(len(error)))
             behind = 0.5 * ((float(np.sum((basis.T @ error) ** 2)) - gains[k]) / scale + charge)
             odds = float(np.exp(np.clip(behind, -MOST_LOG_ODDS, MOST_LOG_ODDS)))
-            found.append(Kin(effect, others[k].candidate, max(cosines), odds))
+            found.append(CollinearPair(effect, others[k].candidate, max(cosines), odds))
     return found
 
 

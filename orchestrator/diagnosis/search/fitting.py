@@ -176,10 +176,10 @@ class Fitter:
         return followed
 
     def simplified(
-        self, found: Refit, cost: Callable[[Refit], float], needless: Callable[[Refit, Refit], bool]
+        self, found: Refit, cost: Callable[[Refit], float], redundant: Callable[[Refit, Refit], bool]
     ) -> Refit:
         """A fitted set, or what it is without one of its effects after another, as long as that costs less or the effect is
-        `needless`, as that tells from what is left, fitted roughly, and the whole.
+        `redundant`, as that tells from what is left, fitted roughly, and the whole.
 
         An effect may have helped a fit on its way that is none at the end of it, such as a lag that a clock makes up for;
         without it the same fit from the start may have gone astray.
@@ -189,9 +189,9 @@ class Fitter:
         tried = self.setting.side_by_side(lambda c: self.without(found, c, ROUGH), found.effects.candidates)
         smaller = sorted((r for r in tried if r is not None), key=cost)
         if smaller and cost(smaller[0]) < cost(found):
-            return self.simplified(self.closer(smaller[0]), cost, needless)
-        without = next((r for r in smaller if needless(r, found)), None)
-        return found if without is None else self.simplified(self.closer(without), cost, needless)
+            return self.simplified(self.closer(smaller[0]), cost, redundant)
+        without = next((r for r in smaller if redundant(r, found)), None)
+        return found if without is None else self.simplified(self.closer(without), cost, redundant)
 
     def without(self, found: Refit, effect: Candidate, tolerance: float = TOLERANCE) -> Refit | None:
         """The other effects of a set, fitted from where they are in it."""

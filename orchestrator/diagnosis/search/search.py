@@ -171,7 +171,7 @@ class Searcher:
         """A set without the effects that are none: that do not pay, or that take away `noise` (its power) of the inputs."""
         choices = self.trace.choices
 
-        def needless(smaller: Refit, larger: Refit) -> bool:
+        def redundant(smaller: Refit, larger: Refit) -> bool:
             if not carries_noise(self.learning) or smaller.cost - larger.cost >= noise:
                 return False
             tangent = Tangent(self.fitter.closer(smaller), self.nominal, self.learning)
@@ -179,7 +179,7 @@ class Searcher:
             charge -= 0.5 * (larger.fit.misfit - smaller.fit.misfit)
             return explained_by_noise(tangent, larger, noise, charge)
 
-        return self.fitter.simplified(found, lambda r: half_bic(r, noise, choices), needless)
+        return self.fitter.simplified(found, lambda r: half_bic(r, noise, choices), redundant)
 
     def try_collinear(self, best: Refit) -> None:
         """Refit what acts like an effect of a set and was not tried in its place, so that the odds are those of fits.
