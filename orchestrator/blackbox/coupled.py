@@ -85,7 +85,7 @@ class _Coupling:
                 elif part.slot in FORCE_SLOTS:
                     force = self.sites.forces[place - 1]
                     sensed = {"q": self.s[force.position], "w": self.s[force.speed]}
-                    v[force.input] += self._mount(part, place, sensed, None, self.sites.force_scales)
+                    v[force.input] += force.sign * self._mount(part, place, sensed, None, self.sites.force_scales)
                 elif part.slot in INPUT_SLOTS:
                     i = self.sites.driven[place - 1]
                     scales = self.sites.input_scales[place - 1]

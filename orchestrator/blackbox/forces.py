@@ -34,7 +34,7 @@ def missing_forces(model: SymbolicModel, trials: Sequence[SmoothedTrial]) -> lis
         return []
     series = [_along(model, trial) for trial in trials]
     return [
-        (names[f.output], sites.inputs[f.input].unit, [part[:, k] for part in series])
+        (names[f.output], sites.inputs[f.input].unit, [f.sign * part[:, k] for part in series])
         for k, f in enumerate(sites.forces)
     ]
 

@@ -1,5 +1,6 @@
 """Where effects can be attached to an FMU, and how large things are there."""
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -42,6 +43,11 @@ class ForceSite:
     position: int
     speed: int
     gain: float
+
+    @property
+    def sign(self) -> float:
+        """1, or -1 for an input that pushes against the direction in which the output counts; effects act in that direction."""
+        return math.copysign(1.0, self.gain)
 
 
 @dataclass(frozen=True)

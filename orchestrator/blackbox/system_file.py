@@ -106,7 +106,7 @@ def _place(
         label = _build(plan, part, place, sites.outputs[force.output].name, sites.force_scales, values, folder)
         plan.connections.append((shown[force.output], f"{label}.q"))
         plan.connections.append((_speed(plan, source, force, folder), f"{label}.w"))
-        forces.setdefault(force.input, []).append(f"{label}.f")
+        forces.setdefault(force.input, []).append(_pushing(plan, force, f"{label}.f", folder))
     for i, found in forces.items():
         shared = found if i in sites.driven else found[:-1]
         for signal in shared:
@@ -131,6 +131,15 @@ def _each(mounted: Sequence[Mounted], slots: Sequence[str]) -> list[tuple[Mounte
     """Effects in some slots with each of their places, in the order of the slots."""
     inside = sorted((part for part in mounted if part.slot in slots), key=lambda part: slots.index(part.slot))
     return [(part, place) for part in inside for place in part.places]
+
+
+def _pushing(plan: _Plan, force: ForceSite, signal: str, folder: Path) -> str:
+    """The signal of a force, turned round for an input that pushes against the direction of its output."""
+    if force.sign > 0:
+        return signal
+    label = _helper(plan, "Gain", folder, {"k": -1.0})
+    plan.connections.append((signal, f"{label}.u"))
+    return f"{label}.y"
 
 
 def _join(plan: _Plan, force: str, targets: tuple[str, ...], folder: Path) -> tuple[str, ...]:

@@ -8,6 +8,9 @@ from itertools import product
 from orchestrator.greybox.laws import Law, LawParameter
 from orchestrator.greybox.places import Place
 
+# Standard deviation of the logarithm of how sharp a corner is, about the law's grid: friction may well be seven times as sharp.
+SHARPNESS = 2.0
+
 
 @dataclass(frozen=True)
 class Candidate:
@@ -58,11 +61,13 @@ class Candidate:
         return f"{self.label}#{self.number}.{state}"
 
     def spread(self, parameter: LawParameter) -> float:
-        """Standard deviation of a parameter's prior, without end for a gain unless the law says so."""
+        """Standard deviation of a parameter's prior, without end for a gain unless the law says so; of the logarithm for one that smooths."""
         if parameter.gain:
             return parameter.prior or math.inf
         if parameter.kind.startswith("centre"):
             return self.place.range[1]
+        if parameter.smooths:
+            return SHARPNESS
         return abs(self.shapes[parameter.name]) or 1.0
 
     def limits(self, parameter: LawParameter) -> tuple[float, float]:

@@ -162,36 +162,44 @@ int misfit_filter_greybox(const problem *m, const filter_problem *g) {
 }
 
 /* Minus twice the log likelihood of a trial, up to a constant, with other noise than it was filtered with: the model in lines about
- * that run. `moved` is by how much the measurements of an instant moved the states then; infinite if a variance is not positive. */
+ * that run. `moved` is by how much the measurements of an instant moved the states then; infinite if a variance is not positive.
+ * With a `gradient` of nb + ny also that of the log likelihood by the logarithms of intensities and noise (Gupta, Mehra 1974). */
 double misfit_relinearised(const long long *sizes, const double *t, const double *transition, const double *push,
                            const double *reading, const double *missed, const double *moved, const double *spread,
-                           const double *intensity, const double *noise) {
-  const int n = (int)sizes[0], nx = (int)sizes[1], nb = (int)sizes[2], ny = (int)sizes[3];
-  double *memory = calloc((size_t)(2 * nx * nx + 3 * nx) + 1, sizeof(double)), cost = 0;
+                           const double *intensity, const double *noise, double *gradient) {
+  const int n = (int)sizes[0], nx = (int)sizes[1], nb = (int)sizes[2], ny = (int)sizes[3], nn = nx * nx;
+  const int logs = gradient ? nb + ny : 0;
+  /* of each logarithm q: the slopes of P and of x, of P times a row, of a variance and of a surprise */
+  double *memory = calloc((size_t)(2 * nn + 3 * nx + logs * (nn + 2 * nx + 2)) + 1, sizeof(double)), cost = 0;
   if (!memory) return INFINITY;
-  double *P = memory, *A = P + nx * nx, *x = A + nx * nx, *ahead = x + nx, *shared = ahead + nx;
+  double *P = memory, *A = P + nn, *x = A + nn, *ahead = x + nx, *shared = ahead + nx;
+  double *dP = shared + nx, *dx = dP + logs * nn, *dshared = dx + logs * nx, *dv = dshared + logs * nx, *de = dv + logs;
   for (int i = 0; i < nx; i++) P[i * nx + i] = spread[i] * spread[i];
   for (int k = 0; k < n; k++) {
     if (k > 0) {
-      const double *F = transition + (size_t)k * nx * nx, *b = push + (size_t)k * nx * nb, span = t[k] - t[k - 1];
+      const double *F = transition + (size_t)k * nn, *b = push + (size_t)k * nx * nb, span = t[k] - t[k - 1];
       for (int i = 0; i < nx; i++) x[i] -= moved[(size_t)(k - 1) * nx + i];
-      for (int i = 0; i < nx; i++) {
-        ahead[i] = 0;
-        for (int j = 0; j < nx; j++) {
-          double sum = 0;
-          for (int l = 0; l < nx; l++) sum += F[i * nx + l] * P[l * nx + j];
-          A[i * nx + j] = sum;
-          ahead[i] += F[i * nx + j] * x[j];
+      for (int q = -1; q < logs; q++) { /* first the covariance and the mean, then their slopes */
+        double *C = q < 0 ? P : dP + q * nn, *mean = q < 0 ? x : dx + q * nx;
+        for (int i = 0; i < nx; i++) {
+          ahead[i] = 0;
+          for (int j = 0; j < nx; j++) {
+            double sum = 0;
+            for (int l = 0; l < nx; l++) sum += F[i * nx + l] * C[l * nx + j];
+            A[i * nx + j] = sum;
+            ahead[i] += F[i * nx + j] * mean[j];
+          }
         }
+        for (int i = 0; i < nx; i++)
+          for (int j = 0; j <= i; j++) {
+            double sum = 0;
+            for (int l = 0; l < nx; l++) sum += A[i * nx + l] * F[j * nx + l];
+            for (int r = q < 0 ? 0 : q; r < (q < 0 ? nb : q < nb ? q + 1 : 0); r++)
+              sum += (q < 0 ? 1 : 2) * b[i * nb + r] * b[j * nb + r] * intensity[r] * intensity[r] / span;
+            C[i * nx + j] = C[j * nx + i] = sum;
+          }
+        memcpy(mean, ahead, sizeof(double) * (size_t)nx);
       }
-      for (int i = 0; i < nx; i++)
-        for (int j = 0; j <= i; j++) {
-          double sum = 0;
-          for (int l = 0; l < nx; l++) sum += A[i * nx + l] * F[j * nx + l];
-          for (int q = 0; q < nb; q++) sum += b[i * nb + q] * b[j * nb + q] * intensity[q] * intensity[q] / span;
-          P[i * nx + j] = P[j * nx + i] = sum;
-        }
-      memcpy(x, ahead, sizeof(double) * (size_t)nx);
     }
     for (int c = 0; c < ny; c++) {
       const double *row = reading + ((size_t)k * ny + c) * nx, seen = missed[(size_t)k * ny + c];
@@ -208,6 +216,25 @@ double misfit_relinearised(const long long *sizes, const double *t, const double
         return INFINITY;
       }
       cost += surprise * surprise / variance + log(variance);
+      for (int q = 0; q < logs; q++) {
+        double *own = dshared + q * nx;
+        dv[q] = q == nb + c ? 2 * noise[c] * noise[c] : 0;
+        de[q] = 0;
+        for (int i = 0; i < nx; i++) {
+          own[i] = 0;
+          for (int j = 0; j < nx; j++) own[i] += dP[q * nn + i * nx + j] * row[j];
+          dv[q] += row[i] * own[i];
+          de[q] -= row[i] * dx[q * nx + i];
+        }
+        gradient[q] -= (surprise * de[q] + 0.5 * (1 - surprise * surprise / variance) * dv[q]) / variance;
+        for (int i = 0; i < nx; i++) {
+          dx[q * nx + i] += (own[i] * surprise + shared[i] * (de[q] - surprise * dv[q] / variance)) / variance;
+          for (int j = 0; j <= i; j++) {
+            const double less = own[i] * shared[j] + shared[i] * own[j] - shared[i] * shared[j] * dv[q] / variance;
+            dP[q * nn + j * nx + i] = dP[q * nn + i * nx + j] -= less / variance;
+          }
+        }
+      }
       for (int i = 0; i < nx; i++) x[i] += shared[i] / variance * surprise;
       for (int i = 0; i < nx; i++)
         for (int j = 0; j < nx; j++) P[i * nx + j] -= shared[i] * shared[j] / variance;

@@ -1,13 +1,14 @@
 """Fit parameters, process noise and sensor noise together: the likelihood of a stochastic grey box."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.linalg import block_diag
 
 from fmus.errors import ComponentError
-from orchestrator.greybox.filtering import Filtered, GreyBox, Trial
+from orchestrator.greybox.filtering import Filtered, GreyBox, InLines, Trial
 from orchestrator.models.threads import on_idle_threads
 
 # A step that gains less in log likelihood changes no decision.
@@ -54,16 +55,33 @@ class Noise:
 
 @dataclass(frozen=True, eq=False)
 class Priors:
-    """Normal priors and limits of the free parameters, (ntheta,) each; a std of infinity is none."""
+    """Normal priors and limits of the free parameters, (ntheta,) each; a std of infinity is none.
+
+    Of those `by_logs` steps change the logarithm, which `std` is of, too: half the speed at which friction is smooth is as far as
+    twice that, and zero is no value.
+    """
 
     mean: np.ndarray
     std: np.ndarray
     low: np.ndarray
     high: np.ndarray
+    by_logs: np.ndarray = field(default_factory=lambda: np.zeros(1, dtype=bool))
+
+    def inner(self, theta: np.ndarray) -> np.ndarray:
+        """Values as steps change them."""
+        return np.where(self.by_logs, np.log(np.maximum(theta, 1e-300)), theta)
+
+    def outer(self, inner: np.ndarray) -> np.ndarray:
+        """The values themselves."""
+        return np.where(self.by_logs, np.exp(np.where(self.by_logs, inner, 0.0)), inner)
+
+    def slopes(self, theta: np.ndarray) -> np.ndarray:
+        """Of the values, by what steps change."""
+        return np.where(self.by_logs, theta, 1.0)
 
     def cost(self, theta: np.ndarray) -> float:
         """Minus the logarithm of the prior, up to a constant."""
-        return 0.5 * float(np.sum(((theta - self.mean) / self.std) ** 2))
+        return 0.5 * float(np.sum(((self.inner(theta) - self.inner(self.mean)) / self.std) ** 2))
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,16 +141,19 @@ class Fitter:
             ComponentError: if the model fails from the first values on.
         """
         noise = self.start if noise is None else tuple(noise)
-        substeps = self._substeps(box, theta, noise)
-        work = Work(box, self.trials, priors, substeps)
-        value = work.value(theta, noise)
-        theta, value = self._parameters(work, theta, noise, value)
-        noise, value = self._noise(work, theta, noise, value)
-        if to_the_end and len(theta):
-            theta, noise, value = self._together(work, theta, noise, value)
-            quieter, reached = self._noise(work, theta, self._of_sensors(work, theta, noise), np.inf)
-            if reached < value - ENOUGH:
-                theta, noise, value = self._together(work, theta, quieter, reached)
+        substeps, enough = 0, self._substeps(box, theta, noise)
+        while substeps < enough:  # values that were found may ask for shorter steps than the first ones
+            substeps = enough
+            work = Work(box, self.trials, priors, substeps)
+            value = work.value(theta, noise)
+            theta, value = self._parameters(work, theta, noise, value)
+            noise, value = self._noise(work, theta, noise, value)
+            if to_the_end and len(theta):
+                theta, noise, value = self._together(work, theta, noise, value)
+                quieter, reached = self._noise(work, theta, self._of_sensors(work, theta, noise), np.inf)
+                if reached < value - ENOUGH:
+                    theta, noise, value = self._together(work, theta, quieter, reached)
+                enough = self._substeps(box, theta, noise, substeps)
         runs = work.runs(theta, noise, slopes=True)
         return Fit(box, self.trials, theta, noise, -value, priors, substeps, tuple(runs))
 
@@ -153,7 +174,9 @@ class Fitter:
                     return work.value(fit.theta, [Noise(tiny, np.exp(at))])
 
                 low = np.log(self.least_noise)
-                reached, value = _descended(objective, logs, low, low + 2 * LOG_RANGE, 2 * STEPS)
+                reached, value = _descended(
+                    objective, lambda at: _slopes(objective, at), logs, low, low + 2 * LOG_RANGE
+                )
                 if value < best:
                     best, found = value, np.exp(reached)
             total -= best - fit.priors.cost(fit.theta)
@@ -178,11 +201,11 @@ class Fitter:
 
         return [one(trial, own) for trial, own in zip(work.trials, noise, strict=True)]
 
-    def _substeps(self, box: GreyBox, theta: np.ndarray, noise: Sequence[Noise]) -> int:
-        """Steps in a sample interval at which halving them hardly changes the likelihood."""
+    def _substeps(self, box: GreyBox, theta: np.ndarray, noise: Sequence[Noise], least: int = 1) -> int:
+        """Steps in a sample interval, at least so many, at which halving them hardly changes the likelihood."""
         priors = Priors(theta, np.full(len(theta), np.inf), theta, theta)
         # What was enough for the first set, the model as given, is a good guess for the others.
-        count = max(1, (self._enough or 1) // 2)
+        count = max(least, (self._enough or 1) // 2)
         before = Work(box, self.trials, priors, count).value(theta, noise)
         while count < MOST_SUBSTEPS:
             after = Work(box, self.trials, priors, 2 * count).value(theta, noise)
@@ -196,15 +219,17 @@ class Fitter:
         self, work: "Work", theta: np.ndarray, noise: Sequence[Noise], value: float
     ) -> tuple[np.ndarray, float]:
         """Gauss's and Newton's steps on the whitened innovations, accepted by the likelihood."""
-        low, high = work.priors.low, work.priors.high
+        outer = work.priors.outer
+        low, high = work.priors.inner(work.priors.low), work.priors.inner(work.priors.high)
+        at = work.priors.inner(theta)
         for _ in range(STEPS if len(theta) else 0):
-            gradient, curvature = work.normal(theta, noise)
-            step = _newton(gradient, curvature, ~_held(theta, gradient, low, high))
+            gradient, curvature = work.normal(outer(at), noise)
+            step = _newton(gradient, curvature, ~_held(at, gradient, low, high))
             before = value
-            theta, value = _along(lambda at: work.value(at, noise), theta, value, step, gradient, low, high)
+            at, value = _along(lambda at: work.value(outer(at), noise), at, value, step, gradient, low, high)
             if before - value < ENOUGH:
                 break
-        return theta, value
+        return outer(at), value
 
     def _together(
         self, work: "Work", theta: np.ndarray, noise: tuple[Noise, ...], value: float
@@ -218,16 +243,17 @@ class Fitter:
         k, nb = len(theta), len(noise[0].intensity)
         size = nb + len(noise[0].sensors)
         lowest = [np.concatenate([own.logs[:nb] - LOG_RANGE, np.log(self.least_noise)]) for own in self.start]
-        low = np.concatenate([work.priors.low, *lowest])
-        high = np.concatenate([work.priors.high, *(own.logs + LOG_RANGE for own in self.start)])
+        inner, outer = work.priors.inner, work.priors.outer
+        low = np.concatenate([inner(work.priors.low), *lowest])
+        high = np.concatenate([inner(work.priors.high), *(own.logs + LOG_RANGE for own in self.start)])
 
         def parts(at: np.ndarray) -> tuple[np.ndarray, tuple[Noise, ...]]:
-            return at[:k], tuple(Noise.of(logs, nb) for logs in at[k:].reshape(-1, size))
+            return outer(at[:k]), tuple(Noise.of(logs, nb) for logs in at[k:].reshape(-1, size))
 
         def objective(at: np.ndarray) -> float:
             return work.value(*parts(at))
 
-        at = np.clip(np.concatenate([theta, *(own.logs for own in noise)]), low, high)
+        at = np.clip(np.concatenate([inner(theta), *(own.logs for own in noise)]), low, high)
         value = objective(at)
         curvature = np.zeros(0)
         fresh, small = True, 0
@@ -273,36 +299,37 @@ class Fitter:
         low[nb:] = np.log(self.least_noise)
         at = np.clip(noise.logs, low, high)
 
-        def looked(at: np.ndarray) -> tuple[float, Callable[[np.ndarray], float]]:
-            lines = work.in_lines(theta, Noise.of(at, nb))
-            return lines(Noise.of(at, nb)), lambda other: lines(Noise.of(other, nb))
-
-        value, objective = looked(at)
+        lines = work.in_lines(theta, Noise.of(at, nb))
+        value = lines.value(at)
         for _ in range(LOOKS if np.isfinite(value) else 0):
-            found, _ = _descended(objective, at, low, high, 2 * STEPS)
-            reached, again = looked(found)
-            while reached >= value and np.abs(found - at).max() > DIFFERENCE:  # too far for lines
+            found, _ = _descended(lines.value, lines.slopes, at, low, high)
+            again = work.in_lines(theta, Noise.of(found, nb))
+            while again.value(found) >= value and np.abs(found - at).max() > DIFFERENCE:  # too far for lines
                 found = at + (found - at) / 4
-                reached, again = looked(found)
-            if reached >= value:
+                again = work.in_lines(theta, Noise.of(found, nb))
+            gained = value - again.value(found)
+            if not gained > 0.0:
                 break
-            gained, at, value, objective = value - reached, found, reached, again
+            at, value, lines = found, value - gained, again
             if gained < ENOUGH:
                 break
         return Noise.of(at, nb), value + work.priors.cost(theta)
 
 
 def _descended(
-    objective: Callable[[np.ndarray], float], at: np.ndarray, low: np.ndarray, high: np.ndarray, steps: int
+    objective: Callable[[np.ndarray], float],
+    slopes: Callable[[np.ndarray], np.ndarray],
+    at: np.ndarray,
+    low: np.ndarray,
+    high: np.ndarray,
 ) -> tuple[np.ndarray, float]:
     """Where Newton's limited steps lead within bounds, and the value there; the curvature is found once, then again if they fail."""
     at = np.clip(at, low, high)
     value, curvature, fresh = objective(at), np.zeros((0, 0)), False
-    for _ in range(steps):
-        if not curvature.size:
-            gradient, curvature, fresh = *_derivatives(objective, at, value), True
-        else:
-            gradient, fresh = _slopes(objective, at), False
+    for _ in range(2 * STEPS):
+        gradient, fresh = slopes(at), not curvature.size
+        if fresh:
+            curvature = _hessian(objective, at, value)
         held = ((at <= low) & (gradient > 0)) | ((at >= high) & (gradient < 0))
         step = _limited_newton(gradient, curvature, ~held)
         gained = 0.0
@@ -326,8 +353,8 @@ def _slopes(function: Callable[[np.ndarray], float], at: np.ndarray) -> np.ndarr
     return np.array([function(at + e) - function(at - e) for e in unit]) / (2 * DIFFERENCE)
 
 
-def _derivatives(function: Callable[[np.ndarray], float], at: np.ndarray, here: float) -> tuple[np.ndarray, np.ndarray]:
-    """Gradient and Hessian by differences."""
+def _hessian(function: Callable[[np.ndarray], float], at: np.ndarray, here: float) -> np.ndarray:
+    """Second derivatives by differences."""
     n, h = len(at), DIFFERENCE
     unit = h * np.eye(n)
     above = np.array([function(at + e) for e in unit])
@@ -337,7 +364,7 @@ def _derivatives(function: Callable[[np.ndarray], float], at: np.ndarray, here: 
         for j in range(i):
             both = function(at + unit[i] + unit[j])
             hessian[i, j] = hessian[j, i] = (both - above[i] - above[j] + here) / h**2
-    return (above - below) / (2 * h), hessian
+    return hessian
 
 
 def _limited_newton(gradient: np.ndarray, hessian: np.ndarray, free: np.ndarray) -> np.ndarray:
@@ -427,47 +454,45 @@ class Work:
             return np.inf
         return total if np.isfinite(total) else np.inf
 
-    def in_lines(self, theta: np.ndarray, noise: Noise) -> Callable[[Noise], float]:
-        """Minus the log likelihood of the only trial, without priors, with other noise by lines about this one: exact there.
-
-        Infinite where the model fails.
-        """
-        try:
-            [trial] = self.trials
-            lines = self.box.in_lines(trial, theta, noise.intensity, noise.sensors, substeps=self.substeps)
-        except ComponentError:
-            return lambda other: np.inf
-        return lambda other: -lines.log_likelihood(other.intensity, other.sensors)
+    def in_lines(self, theta: np.ndarray, noise: Noise) -> "Lines":
+        """The only trial's model in lines about a run with this noise."""
+        [trial] = self.trials
+        with suppress(ComponentError):
+            model = self.box.in_lines(trial, theta, noise.intensity, noise.sensors, substeps=self.substeps)
+            return Lines(model, len(noise.intensity))
+        return Lines(None, len(noise.intensity))
 
     def normal(self, theta: np.ndarray, noise: Sequence[Noise]) -> tuple[np.ndarray, np.ndarray]:
-        """Gradient and Gauss-Newton's curvature at frozen gains."""
-        gradient = (theta - self.priors.mean) / self.priors.std**2
-        curvature = np.diag(1.0 / self.priors.std**2)
+        """Gradient and Gauss-Newton's curvature at frozen gains, by what steps change."""
+        priors, slopes = self.priors, self.priors.slopes(theta)
+        gradient = (priors.inner(theta) - priors.inner(priors.mean)) / priors.std**2
+        curvature = np.diag(1.0 / priors.std**2)
         for run in self.runs(theta, noise, slopes=True):
             weight = np.where(run.variance > 0, 1.0 / np.where(run.variance > 0, run.variance, 1.0), 0.0)
-            rows = run.slope.reshape(run.slope.shape[0] * run.slope.shape[1], len(theta))
+            rows = slopes * run.slope.reshape(run.slope.shape[0] * run.slope.shape[1], len(theta))
             weighted = rows * weight.ravel()[:, None]
             gradient = gradient + weighted.T @ run.innovation.ravel()
             curvature = curvature + weighted.T @ rows
         return gradient, curvature
 
     def slopes(self, theta: np.ndarray, noise: Sequence[Noise], value: float, apart: np.ndarray) -> np.ndarray:
-        """Gradient by the parameters (ntheta,), by differences of `apart` from the `value` here; 0 where the model fails."""
-        signed = np.where(theta + apart <= self.priors.high, apart, -apart)
-        values = on_idle_threads(lambda more: self.value(theta + more, noise), list(np.diag(signed)))
+        """Gradient by what steps change (ntheta,), by differences of `apart` from the `value` here; 0 where the model fails."""
+        inner, outer = self.priors.inner(theta), self.priors.outer
+        signed = np.where(inner + apart <= self.priors.inner(self.priors.high), apart, -apart)
+        values = on_idle_threads(lambda more: self.value(outer(inner + more), noise), list(np.diag(signed)))
         found = (np.array(values) - value) / signed
         return np.where(np.isfinite(found), found, 0.0)
 
     def noise_slopes(self, theta: np.ndarray, noise: Sequence[Noise]) -> list[np.ndarray]:
-        """Gradient by the logarithms of each trial's noise, by lines."""
-        return on_idle_threads(lambda each: np.nan_to_num(_slopes(*self._by_logs(theta, *each))), self._each(noise))
+        """Gradient by the logarithms of each trial's noise."""
+        return on_idle_threads(lambda each: self._alone(theta, *each).slopes(each[1].logs), self._each(noise))
 
     def curvature(self, theta: np.ndarray, noise: Sequence[Noise]) -> np.ndarray:
         """Curvature by parameters at frozen gains and by the logarithms of each trial's noise, without that between them."""
         _, found = self.normal(theta, noise)
         for trial, own in self._each(noise):
-            objective, at = self._by_logs(theta, trial, own)
-            hessian = _derivatives(objective, at, objective(at))[1]
+            lines, at = self._alone(theta, trial, own), own.logs
+            hessian = _hessian(lines.value, at, lines.value(at))
             values, vectors = np.linalg.eigh(hessian if np.isfinite(hessian).all() else np.eye(len(at)))
             values = np.maximum(np.abs(values), 1e-3 * np.abs(values).max() + 1e-9)
             found = block_diag(found, vectors * values @ vectors.T)
@@ -476,6 +501,24 @@ class Work:
     def _each(self, noise: Sequence[Noise]) -> list[tuple[Trial, Noise]]:
         return list(zip(self.trials, noise, strict=True))
 
-    def _by_logs(self, theta: np.ndarray, trial: Trial, own: Noise) -> tuple[Callable[[np.ndarray], float], np.ndarray]:
-        lines = Work(self.box, [trial], self.priors, self.substeps).in_lines(theta, own)
-        return lambda logs: lines(Noise.of(logs, len(own.intensity))), own.logs
+    def _alone(self, theta: np.ndarray, trial: Trial, own: Noise) -> "Lines":
+        return Work(self.box, [trial], self.priors, self.substeps).in_lines(theta, own)
+
+
+@dataclass(frozen=True, eq=False)
+class Lines:
+    """Minus the log likelihood of one trial, without priors, by logarithms of the noise: a model in lines, exact where it was
+    linearised; infinite without one, where the model failed."""
+
+    model: InLines | None
+    balances: int
+
+    def value(self, logs: np.ndarray) -> float:
+        """With other noise."""
+        noise = Noise.of(logs, self.balances)
+        return np.inf if self.model is None else -self.model.log_likelihood(noise.intensity, noise.sensors)
+
+    def slopes(self, logs: np.ndarray) -> np.ndarray:
+        """Its gradient; 0 where it is infinite."""
+        noise = Noise.of(logs, self.balances)
+        return np.zeros(len(logs)) if self.model is None else -self.model.slopes(noise.intensity, noise.sensors)

@@ -447,13 +447,14 @@ def _fit_from(
     start = np.array([c.shapes.get(p.name, 0.0) for c, p in free])
     spread = np.array([c.spread(p) for c, p in free])
     low, high = np.array([c.limits(p) for c, p in free]).reshape(-1, 2).T
-    priors = Priors(start, spread, low, high)
+    priors = Priors(start, spread, low, high, np.array([p.smooths for _, p in free], dtype=bool))
     first = np.array([known.get(name, value) for name, value in zip(names, start, strict=True)])
     if noise is None:
         noise = [first_noise(box, [trial], setting.balances, first) for trial in setting.trials]
     held = np.array([not p.gain for _, p in free], dtype=bool)
     if held.any():  # gains first, since a shape does nothing while its gain is zero
-        tight = replace(priors, mean=first, std=np.where(held, 1e-9 * np.maximum(np.abs(first), 1e-9), spread))
+        fixed = 1e-9 * np.where(priors.by_logs, 1.0, np.maximum(np.abs(first), 1e-9))
+        tight = replace(priors, mean=first, std=np.where(held, fixed, spread))
         first = setting.fitter.fit(box, first, tight, noise, to_the_end=False).theta
     return with_losses(candidates, setting.fitter.fit(box, first, priors, noise))
 
@@ -504,7 +505,7 @@ def _deviations(fit: Fit) -> np.ndarray:
     if not m:
         return np.zeros(0)
     normal = normal_equations(fit)
-    whole = normal.matrix.sum(axis=0) + np.diag(1.0 / fit.priors.std**2)
+    whole = normal.matrix.sum(axis=0) + np.diag(1.0 / (fit.priors.slopes(fit.theta) * fit.priors.std) ** 2)
     scale = np.sqrt(np.maximum(np.diag(whole), 1e-300))
     inverse = np.linalg.pinv(whole / scale[:, None] / scale, rcond=1e-10) / scale[:, None] / scale
     blocks = len(normal.square)

@@ -92,6 +92,27 @@ def test_a_sensor_shows_what_its_law_says_although_the_fmu_is_stepped(
     np.testing.assert_allclose(run.outputs[:, 0], shown(TIME), atol=5e-3 if effect == "sensor_delay" else 1e-3)
 
 
+def test_friction_brakes_whatever_the_direction_in_which_the_force_of_an_fmu_pushes(tmp_path: Path) -> None:
+    """A vendor's chassis counted its force against its position, and friction that could only push on explained nothing."""
+    text = (
+        'model Chassis\n  parameter Real m(unit="kg") = 2;\n  input Real f(unit="N");\n'
+        '  output Real x(unit="m", start=0, fixed=true);\n  Real v(unit="m/s", start=0, fixed=true);\n'
+        "equation\n  der(x) = v;\n  m*der(v) = -f;\nend Chassis;\n"
+    )
+    (tmp_path / "Chassis.mo").write_text(text)
+    fmu = build_fmu(ModelicaModel("Chassis", "Chassis", tmp_path / "Chassis.mo").compile(), tmp_path / "Chassis.fmu")
+    rows = np.column_stack([TIME, np.sin(TIME), np.sin(TIME) / 2 - TIME / 2])
+    np.savetxt(tmp_path / "run.csv", rows, delimiter=",", header="time,f,x", comments="", fmt="%.9g")
+    b, f = 3.0, np.ones((len(TIME), 1))
+    settled = -(TIME - 2 / b * (1 - np.exp(-b * TIME / 2))) / b  # 2 dv/dt = -1 - b v, from rest
+    for stepped in (False, True):
+        source = FmuSource.prepare(fmu, load_measurements(str(tmp_path / "run.csv")), stepped=stepped)
+        candidate = next(c for c in source.candidates() if c.card.id == "viscous_friction")
+        compiled = EffectSet(source, [candidate], ("x",)).model.compiled
+        run = compiled.run(TIME, f, compiled.with_values(np.array([b])), np.zeros(len(compiled.system.states)))
+        np.testing.assert_allclose(run.outputs[:, 0], settled, atol=0.02)
+
+
 def test_an_error_of_many_times_the_noise_that_no_candidate_explains_is_never_adequate(tmp_path: Path) -> None:
     text = (
         "model Two\n  parameter Real idle = 3;\n  input Real u;\n  output Real x(start=0, fixed=true);\n"

@@ -80,3 +80,15 @@ def test_a_linear_model_in_lines_has_the_likelihood_of_a_run_with_any_other_nois
         other = np.array([intensity]), np.array([noise])
         expected = box.run(trial, theta, *other, substeps=4).log_likelihood
         assert abs(lines.log_likelihood(*other) - expected) < 1e-7 * abs(expected)
+
+
+def test_slopes_by_noise_are_those_of_runs_with_other_noise(tmp_path: Path) -> None:
+    box, trial = _box(tmp_path)
+    theta, logs, h = np.array([30.0]), np.log([0.4, 3e-3]), 1e-4
+    found = box.in_lines(trial, theta, np.array([0.4]), np.array([3e-3]), substeps=4).slopes(
+        np.array([0.4]), np.array([3e-3])
+    )
+    for slope, step in zip(found, h * np.eye(2), strict=True):
+        up, down = (box.run(trial, theta, *np.exp(at).reshape(2, 1), substeps=4) for at in (logs + step, logs - step))
+        expected = (up.log_likelihood - down.log_likelihood) / (2 * h)
+        assert abs(slope - expected) < 1e-5 * (1 + abs(expected))

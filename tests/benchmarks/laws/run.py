@@ -140,6 +140,7 @@ def _shipped(effect: NamedEffect, plant: Plant, known: dict[str, np.ndarray]) ->
             and law.place in ("motion", "storage")
             and moving
             and not law.states
+            and "net" not in law.expression
         ):
             names = {"q": known[effect.site], "x": known[effect.site], "v": known[moving[0]], "t": known["time"]}
             names |= {key: np.float64(effect.parameters[name].value) for key, name in public.items()}
