@@ -34,6 +34,13 @@ def test_a_value_is_shown_to_a_tenth_of_its_interval(value: float, half_width: f
     assert abs(float(shown) - value) <= 0.051 * half_width + 1e-9
 
 
+@pytest.mark.parametrize(
+    ("value", "shown"), [(123.0, "123 N"), (1230.0, "1.23 kN"), (0.123, "123 mN"), (0.00123, "1.23 mN")]
+)
+def test_a_prefix_leaves_one_to_three_digits_before_the_point(value: float, shown: str) -> None:
+    assert quantity(value, "N") == shown
+
+
 def test_the_common_error_is_the_root_mean_square_of_the_ratios() -> None:
     # Ratios 3 and 4: sqrt((9 + 16) / 2).
     assert over_floor({"a": 3.0, "b": 8.0}, {"a": 1.0, "b": 2.0}) == pytest.approx(math.sqrt(12.5))
