@@ -234,7 +234,7 @@ def decided(
 
 
 def _is_complete(decision: Decision, limits: Thresholds) -> bool:
-    explained = decision.grade == "named" and decision.explained >= 1 - limits.complete_share
+    explained = decision.grade == "named" and decision.explained >= 1 - limits.rare_share
     return explained and surprise(decision.chosen) < limits.surprising
 
 

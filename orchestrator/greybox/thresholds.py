@@ -25,8 +25,8 @@ class Thresholds:
     fewer parameters are chosen. Sets whose log likelihoods differ by less than `nats`, and whose equations agree, are one model in
     other parameters: the one without surprising values, and with the fewest effects beside wrong parameters, is named. An answer is incomplete if more than `complete_share` is unexplained.
 
-    Rare effects are tried, too, if the answer is ambiguous or incomplete, or a parameter of it is more than `surprising` standard deviations
-    of its prior off.
+    Rare effects are tried, too, if the answer is ambiguous or leaves more than `rare_share` unexplained, or a parameter of it is more than
+    `surprising` standard deviations of its prior off.
 
     The horizon is an eighth of a trial, a quarter of that or a sixteenth: the longest over which one of the `likeliest` sets errs by less than
     `predictable` times the signals' spread.
@@ -55,6 +55,7 @@ class Thresholds:
     least_improvement: float = 0.3
     least_explained: float = 0.1
     complete_share: float = 0.1
+    rare_share: float = 0.03
     surprising: float = 3.0
     defeated: float = 0.2
     worse: float = 0.02
