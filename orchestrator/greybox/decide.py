@@ -137,15 +137,16 @@ class Judge:
             return False
         if not self.beyond_doubt(best, less) and not self.foretells(best, less):
             return False
+        ratio = self.ratio(best, less)
+        if ratio < 1 - limits.least_improvement:
+            return True
         # What a sensor does is no disturbing force.
         acts = any(c.place.kind not in ("output", "response") for c in best.candidates if c.family not in less.key)
         if acts and self.takes_away(best, less, given) < limits.least_power:
             return False
-        ratio = self.ratio(best, less)
         if ratio > 1 + limits.worse and self.foretells(less, best):
             return False
-        share = (less.loss - best.loss) / max(given.loss - best.loss, 1e-9)
-        return ratio < 1 - limits.least_improvement or share >= limits.least_share
+        return (less.loss - best.loss) / max(given.loss - best.loss, 1e-9) >= limits.least_share
 
     def rivals(self, chosen: FittedSet, other: FittedSet) -> bool:
         """Whether another set, no richer, explains the record as well and predicts it as well."""

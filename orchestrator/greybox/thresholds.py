@@ -17,7 +17,7 @@ class Thresholds:
 
     Decision: a set is better than another beyond doubt if its log likelihood, less the price of its parameters, is higher by
     `standard_errors` of the sum of differences over stretches and by `nats`. An effect earns its place if predictions over the
-    horizon are `least_improvement` better with it, or if it brings `least_share` of what the whole set gains; never if they are
+    horizon are `least_improvement` better with it, or if it brings `least_share` of what the whole set gains; the latter never if they are
     `worse` by more than that share, nor if it takes away less than `least_power` of the disturbing forces' power and is no sensor's. A set is out if
     one with as few parameters predicts `defeated` better, and not named if a smooth force predicts `least_improvement` better.
     What explains less than `least_explained` of the disturbing forces' power, or improves predictions by less than
