@@ -260,9 +260,10 @@ class Fitter:
         last: tuple[np.ndarray, np.ndarray] | None = None
         for _ in range(MOST_STEPS):
             theta, noise = parts(at)
+            _, at_frozen_gains = work.normal(theta, noise)
             if fresh:
-                curvature, last = work.curvature(theta, noise), None
-            apart = APART * _widths(np.diag(work.normal(theta, noise)[1]), theta, work.priors)
+                curvature, last = block_diag(at_frozen_gains, *work.noise_curvatures(theta, noise)), None
+            apart = APART * _widths(np.diag(at_frozen_gains), theta, work.priors)
             gradient = np.concatenate([work.slopes(theta, noise, value, apart), *work.noise_slopes(theta, noise)])
             if last is not None:
                 curvature = _updated(curvature, at - last[0], gradient - last[1])
@@ -304,13 +305,14 @@ class Fitter:
         for _ in range(LOOKS if np.isfinite(value) else 0):
             found, _ = _descended(lines.value, lines.slopes, at, low, high)
             again = work.in_lines(theta, Noise.of(found, nb))
-            while again.value(found) >= value and np.abs(found - at).max() > DIFFERENCE:  # too far for lines
+            reached = again.value(found)
+            while reached >= value and np.abs(found - at).max() > DIFFERENCE:  # too far for lines
                 found = at + (found - at) / 4
                 again = work.in_lines(theta, Noise.of(found, nb))
-            gained = value - again.value(found)
-            if not gained > 0.0:
+                reached = again.value(found)
+            if reached >= value:
                 break
-            at, value, lines = found, value - gained, again
+            gained, at, value, lines = value - reached, found, reached, again
             if gained < ENOUGH:
                 break
         return Noise.of(at, nb), value + work.priors.cost(theta)
@@ -487,15 +489,15 @@ class Work:
         """Gradient by the logarithms of each trial's noise."""
         return on_idle_threads(lambda each: self._alone(theta, *each).slopes(each[1].logs), self._each(noise))
 
-    def curvature(self, theta: np.ndarray, noise: Sequence[Noise]) -> np.ndarray:
-        """Curvature by parameters at frozen gains and by the logarithms of each trial's noise, without that between them."""
-        _, found = self.normal(theta, noise)
+    def noise_curvatures(self, theta: np.ndarray, noise: Sequence[Noise]) -> list[np.ndarray]:
+        """Curvature by the logarithms of each trial's noise, made positive."""
+        found = []
         for trial, own in self._each(noise):
             lines, at = self._alone(theta, trial, own), own.logs
             hessian = _hessian(lines.value, at, lines.value(at))
             values, vectors = np.linalg.eigh(hessian if np.isfinite(hessian).all() else np.eye(len(at)))
             values = np.maximum(np.abs(values), 1e-3 * np.abs(values).max() + 1e-9)
-            found = block_diag(found, vectors * values @ vectors.T)
+            found.append(vectors * values @ vectors.T)
         return found
 
     def _each(self, noise: Sequence[Noise]) -> list[tuple[Trial, Noise]]:

@@ -70,6 +70,20 @@ def _first(search: Search, effect: str, site: str) -> Candidate:
     return next(c for c in search.candidates if (c.id, c.place.site) == (effect, site))
 
 
+def _search_for(folder: Path, text: str, table: np.ndarray, output: str, unit: str, learning_s: float) -> Search:
+    """A search on one record, columns time, a voltage that is held and an output, of which the first seconds are learned from."""
+    name = text.split()[1]
+    (folder / f"{name}.mo").write_text(text)
+    np.savetxt(folder / "run.csv", table, delimiter=",", header=f"time,u,{output}", comments="", fmt="%.9g")
+    (folder / "case.toml").write_text(
+        f'files = ["run.csv"]\nlearning_window_s = [0.0, {learning_s}]\nheld_out_window_s = [{learning_s}, {int(table[-1, 0]) + 0.9}]\n'
+        f'[columns]\ntime = "s"\nu = "V"\n{output} = "{unit}"\n[interpolation]\nu = "hold"\n'
+    )
+    case = case_of(ModelicaModel(name, name, folder / f"{name}.mo"), load_measurements(str(folder)))
+    setting, nominal = nominal_set(case, Thresholds())
+    return Search(setting, all_candidates(case, nominal, laws()), nominal, lambda message: None)
+
+
 def test_a_wrong_length_drag_and_a_late_sensor_are_found_together_and_nothing_disturbs_them(search: Search) -> None:
     wanted = ("parameter_error", "l"), ("quadratic_drag", "q"), ("sensor_lag", "sensor:q")
     found = search.fit(tuple(_first(search, *each) for each in wanted))
@@ -112,7 +126,6 @@ COARSE, JITTER, LOST, RATE = 22.0, 11.0, 0.7, 50
 def test_a_fit_finds_how_coarse_a_sensor_is_whatever_noise_it_begins_with(tmp_path: Path) -> None:
     """The model as given leaves forces by which the speed follows any reading, so that its sensor seems to be without noise."""
     random = np.random.default_rng(4)
-    (tmp_path / "Motor.mo").write_text(MOTOR)
     times = np.arange(60 * RATE) / RATE
     u = np.repeat(random.uniform(2.5, 4.5, 30), 2 * RATE)
     w, rows = 0.0, []
@@ -121,14 +134,8 @@ def test_a_fit_finds_how_coarse_a_sensor_is_whatever_noise_it_begins_with(tmp_pa
         settled = (volts - LOST) / 0.0044
         w = settled + (w - settled) * np.exp(-(0.0044**2) / 50 / 4.7e-8 / RATE)
     table = np.column_stack([times, u, rows])
-    np.savetxt(tmp_path / "run.csv", table, delimiter=",", header="time,u,w", comments="", fmt="%.9g")
-    (tmp_path / "case.toml").write_text(
-        'files = ["run.csv"]\nlearning_window_s = [0.0, 40.0]\nheld_out_window_s = [40.0, 59.9]\n'
-        '[columns]\ntime = "s"\nu = "V"\nw = "rad/s"\n[interpolation]\nu = "hold"\n'
-    )
-    case = case_of(ModelicaModel("Motor", "Motor", tmp_path / "Motor.mo"), load_measurements(str(tmp_path)))
-    setting, nominal = nominal_set(case, Thresholds())
-    search = Search(setting, all_candidates(case, nominal, laws()), nominal, lambda message: None)
+    search = _search_for(tmp_path, MOTOR, table, "w", "rad/s", 40.0)
+    setting, nominal = search.setting, search.nominal
     lost = (_first(search, "constant_force", "w"),)
     other, found = fit_set(setting, lost, nominal.fit.noise), fit_set(setting, lost, None)
     assert other.loss == pytest.approx(found.loss, abs=0.5)
@@ -152,7 +159,6 @@ def test_dry_friction_is_fitted_alike_however_sharp_it_is_at_first_and_by_steps_
     tmp_path: Path,
 ) -> None:
     random = np.random.default_rng(6)
-    (tmp_path / "Fan.mo").write_text(FAN)
     step, inertia = 0.01, 0.005 * 0.0545**2
     u = np.repeat(random.uniform(0.0, 3.2, 16), 100)
     q, w, rows = 0.0, 0.0, []
@@ -163,14 +169,8 @@ def test_dry_friction_is_fitted_alike_however_sharp_it_is_at_first_and_by_steps_
             w += step / 20 * (0.0136 * volts * 0.0545 - 0.005 * 9.81 * 0.0545 * np.sin(q) - lost) / inertia
             q += step / 20 * w
     table = np.column_stack([step * np.arange(len(u)), u, rows])
-    np.savetxt(tmp_path / "run.csv", table, delimiter=",", header="time,u,q", comments="", fmt="%.9g")
-    (tmp_path / "case.toml").write_text(
-        'files = ["run.csv"]\nlearning_window_s = [0.0, 12.0]\nheld_out_window_s = [12.0, 15.9]\n'
-        '[columns]\ntime = "s"\nu = "V"\nq = "rad"\n[interpolation]\nu = "hold"\n'
-    )
-    case = case_of(ModelicaModel("Fan", "Fan", tmp_path / "Fan.mo"), load_measurements(str(tmp_path)))
-    setting, nominal = nominal_set(case, Thresholds())
-    search = Search(setting, all_candidates(case, nominal, laws()), nominal, lambda message: None)
+    search = _search_for(tmp_path, FAN, table, "q", "rad", 12.0)
+    setting, nominal = search.setting, search.nominal
     friction, loss = _first(search, "coulomb_friction", "q"), _first(search, "viscous_friction", "q")
     likelihoods = []
     for sharp in (0.005, 0.05, 0.5):
