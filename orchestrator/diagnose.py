@@ -130,7 +130,8 @@ def _as_inputs_run(
         if gains or back:
             measurements = turned(measurements, asked, gains)
             found = search(measurements, ())
-    return replace(found, warnings=(*found.warnings, *measurements.notes[len(as_assumed.notes) :]))
+    warnings = (*found.warnings, *measurements.notes[len(as_assumed.notes) :])
+    return replace(found, warnings=warnings, interpolation=measurements.interpolation)
 
 
 def _diagnosed(

@@ -88,6 +88,7 @@ def discover(
     diagnosis = diagnose(
         source, measurements, cards=cards, workers=workers, progress=progress, work=work, laws=own_laws
     )
+    measurements = replace(measurements, interpolation=diagnosis.interpolation)
     nominal = diagnosis.steps[0].comparison
     given = model_of(source, source.compile())
     entries = [record(folder, source.name, source, given, (), nominal, measurements)]

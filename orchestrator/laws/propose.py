@@ -51,6 +51,7 @@ def with_laws(
         return _warned(
             diagnosis, "formulas are looked for in models without slots only, whose balance equations are searched"
         )
+    measurements = replace(measurements, interpolation=diagnosis.interpolation)
     try:
         found = _proposed(diagnosis, diagnosis.search, measurements, workers, progress, limits)
     except (RuntimeError, ArithmeticError, LookupError, ValueError, ComponentError) as error:

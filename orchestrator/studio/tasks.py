@@ -6,6 +6,7 @@ import pickle
 import re
 import shutil
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -154,6 +155,7 @@ def add(project: Project, say: Say, number: str) -> None:
         raise MisfitError("there is no diagnosis of this model and these measurements yet; press Diagnose first")
     step = diagnosis["steps"][int(number)]
     measurements = _measurements(project, say)
+    measurements = replace(measurements, interpolation=diagnosis.get("interpolation", measurements.interpolation))
     source = load_source(_model(project), measurements)
     effects = effects_of(step)
     say(f"building the model with {' + '.join(effect.id for effect in effects)}")

@@ -142,8 +142,9 @@ class Diagnosis:
     parameters fitted within their tolerances and `clock_shift_s` by how much outputs were late; errors count with both,
     the patched model has neither. `data_checks` says what is wrong with the record, `mended` what was mended before;
     `libraries` are the folders in which Modelica classes were looked for, `model_file` is a model of the user's own as
-    FILE.mo:CLASS. `incomplete` says that `unexplained_share` of the missing force's power is left, `best` is the best set of an answer that is not proven, `witness` the missing
-    force over its best coordinate with the fitted law. `laws` are formulas proposed where no card fits; `search` is
+    FILE.mo:CLASS, `interpolation` how inputs ran between samples ("hold" or "linear", by column): an error is one figure
+    only along the same inputs. `incomplete` says that `unexplained_share` of the missing force's power is left, `best` is
+    the best set of an answer that is not proven, `witness` the missing force over its best coordinate with the fitted law. `laws` are formulas proposed where no card fits; `search` is
     what a further search can go on from, and stands in no document.
     """
 
@@ -182,6 +183,7 @@ class Diagnosis:
     laws: tuple["Law", ...] = ()
     functions: tuple[Mapping[str, Any], ...] = ()
     model_file: str = ""
+    interpolation: Mapping[str, str] = field(default_factory=dict)
     search: Any = field(default=None, repr=False, compare=False)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -238,6 +240,7 @@ class Diagnosis:
             "libraries": list(self.libraries),
             "functions": [dict(row) for row in self.functions],
             "model_file": self.model_file,
+            "interpolation": dict(self.interpolation),
         }
 
 
