@@ -1,4 +1,4 @@
-"""One recording of a drive, written as 35 programs would have written it."""
+"""One recording of a drive, written as 40 programs would have written it."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -44,6 +44,11 @@ KINDS = (
     "milliseconds behind a colon",
     "every row twice",
     "headers over two lines",
+    "UTF-16, a clock put forward, units in a row, gaps",
+    "thousands, the same name twice, units in a row",
+    "quoted thousands, a mark, a column twice",
+    "joined logs, lines of an old Mac",
+    "stamps of digits alone",
 )
 
 
@@ -117,6 +122,27 @@ def _shuffled() -> str:
     lines = _table("t,torque,phi\n", lambda t, u, q: f"{t:.2f},{u:.6f},{q:.6f}").splitlines()
     lines[51], lines[52] = lines[52], lines[51]
     return "\n".join([*lines[:100], lines[99], *lines[100:], "End of recording"])
+
+
+def _put_forward() -> str:
+    """A logger at night, when summer time begins: the record goes on, its clock jumps by an hour."""
+    time, torque, angle = recording()
+    lines = ["Zeitstempel;Drehmoment;Winkel phi;Status", "[ISO 8601];[mN·m];[°];[-]"]
+    for k, (t, u, q) in enumerate(zip(time, torque, angle, strict=True)):
+        clock = f"01:59:{58 + t:06.3f}+01:00" if t < 1.995 else f"03:00:{t - 2:06.3f}+02:00"
+        degrees = "" if k in (40, 41, 90) else _comma(q * 180 / np.pi, 5)
+        if not 150 <= k < 155:
+            lines.append(f"2024-03-31T{clock};{_comma(u * 1e3, 4)};{degrees};OK")
+    return "\r\n".join(lines)
+
+
+def _joined_logs() -> str:
+    lines = _table("time|torque|phi\n", lambda t, u, q: f"{1711846798 + t:.3f}|{u:.6f}|{q:.6f}").splitlines()
+    return "\r".join([*lines[:120], lines[0], *lines[120:]])
+
+
+def _thousands(value: float, digits: int) -> str:
+    return f"{value:,.{digits}f}".translate(str.maketrans(",.", ".,"))
 
 
 def _grouped(value: float, blank: str) -> str:
@@ -280,5 +306,26 @@ def dirty_files() -> dict[str, Dirty]:
             _table(
                 '"Time\n[s]","Torque\n[Nm]","phi\n[deg]"\n', lambda t, u, q: f"{t:.2f},{u:.6f},{q * deg:.5f}"
             ).encode()
+        ),
+        "UTF-16, a clock put forward, units in a row, gaps": Dirty(_put_forward().encode("utf-16"), kept=SAMPLES - 5),
+        "thousands, the same name twice, units in a row": Dirty(
+            _table(
+                "sep=;\nZeit [ms];Kanal 1;Kanal 1;Bemerkung;;\nms;µN·m;mrad;;;\n",
+                lambda t, u, q: f"{_thousands(t * 1e3, 1)};{_thousands(u * 1e6, 1)};{_thousands(q * 1e3, 4)};;;",
+            ).encode("cp1252")
+        ),
+        "quoted thousands, a mark, a column twice": Dirty(
+            _table(
+                '\ufeff"Time (ms)","Torque (mN-m)","Position, phi (deg)","Position, phi (deg)"\n',
+                lambda t, u, q: f'"{1000 + t * 1e3:,.1f}","{u * 1e3:,.4f}","{q * deg:,.5f}","{q * deg:,.5f}"',
+            ).encode()
+        ),
+        "joined logs, lines of an old Mac": Dirty(_joined_logs().encode(), ".log"),
+        "stamps of digits alone": Dirty(
+            _table(
+                "  Stamp   torque/Nm   phi/rad\n",
+                lambda t, u, q: f"202403011200{t:06.3f}".replace(".", ",") + f"  {_comma(u)}  {_comma(q)}",
+            ).encode(),
+            ".dat",
         ),
     }

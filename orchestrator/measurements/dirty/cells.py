@@ -125,6 +125,7 @@ _GROUPED = {
 }
 _BLANKS = re.compile(r"[+-]?\d{1,3}(?:[ ']\d{3})+(?:[.,]\d+)?")
 _CLOCK = r"\d{1,3}:\d{2}(?::\d{2}(?::\d{3})?)?(?:[.,]\d+)?(?:\s*[AaPp][Mm])?"
+_COMPACT = re.compile(r"(?:19|20)\d{2}(?:0[1-9]|1[0-2])[0-3]\d[0-2]\d[0-5]\d[0-5]\d(?:[.,]\d+)?")
 _DATE = r"(?:\d{1,4}[-./]\d{1,2}[-./]\d{1,4}|\d{1,2}[-. /][A-Za-z]{3}[-. /]\d{2,4}|\d{8})"
 _STAMP = re.compile(
     rf"(?:{_DATE}[T ]\s*(?:{_CLOCK}|\d{{6}}(?:[.,]\d+)?)|{_DATE}|{_CLOCK})\s*(?:Z|UTC|[+-]\d{{2}}:?\d{{2}})?"
@@ -179,8 +180,10 @@ def is_stamp(cell: str) -> bool:
 
     >>> is_stamp("2024-03-01T12:00:00.5Z"), is_stamp("12:00:00,250"), is_stamp("1.5")
     (True, True, False)
+    >>> is_stamp("20240301120000,250"), is_stamp("20249901120000")
+    (True, False)
     """
-    return (":" in cell or not cell.isdigit()) and bool(_STAMP.fullmatch(cell))
+    return bool(_COMPACT.fullmatch(cell)) or (":" in cell or not cell.isdigit()) and bool(_STAMP.fullmatch(cell))
 
 
 def kind_of(cell: str, decimal: str) -> Kind:
@@ -188,5 +191,5 @@ def kind_of(cell: str, decimal: str) -> Kind:
     if cell.lower() in MISSING:
         return "missing"
     if as_number(cell, decimal) is not None:
-        return "number"
+        return "stamp" if _COMPACT.fullmatch(cell) else "number"
     return "stamp" if is_stamp(cell) else "text"

@@ -21,14 +21,15 @@ _MONTHS = {
 }
 _DATE = re.compile(r"(\d{1,4})[-./ ]([A-Za-z]{3}|\d{1,2})[-./ ](\d{1,4})|(\d{4})(\d{2})(\d{2})")
 _CLOCK = re.compile(r"(?:(\d{1,3}):)?(\d{1,2}):(\d{2}(?:[.,]\d+|:\d{3})?)\s*([AaPp][Mm])?")
-_PACKED = re.compile(r"T(\d{2})(\d{2})(\d{2}(?:[.,]\d+)?)")
+_PACKED = re.compile(r"[T ]?(\d{2})(\d{2})(\d{2}(?:[.,]\d+)?)(?![\d:])")
+_ZONE = re.compile(r":\d{2}(?:[.,]\d+)?\s*([+-])(\d{2}):?(\d{2})$")
 
 
 def seconds_of(stamps: Sequence[str]) -> tuple[Array, str]:
     """Read dates, times of the day, or both, as seconds from the first one that is readable.
 
     Days may stand first or months (`3/4/2024`): a number above 12 decides, else the day. A time of the day without a
-    date that falls back by half a day has passed midnight. Time zones are not looked at: a record stays in one.
+    date that falls back by half a day has passed midnight. Where stamps state their zone, clocks may be put forward or back.
 
     Returns:
         Seconds (n,), NaN where a stamp is not readable, and what had to be assumed ("" if nothing).
@@ -38,6 +39,8 @@ def seconds_of(stamps: Sequence[str]) -> tuple[Array, str]:
         [0.0, 1.0]
         >>> seconds_of(["01.02.2024 12:00:00,0", "01.02.2024 12:00:00,25"])[0].tolist()
         [0.0, 0.25]
+        >>> seconds_of(["2024-03-31T01:59:59+01:00", "2024-03-31T03:00:00+02:00"])[0].tolist()
+        [0.0, 1.0]
     """
     dates = [_DATE.match(stamp) for stamp in stamps]
     clocks = [_clock(stamp, match.end() if match else 0) for stamp, match in zip(stamps, dates, strict=True)]
@@ -59,7 +62,9 @@ def _clock(stamp: str, start: int) -> float:
         hours, minutes, seconds = minutes, seconds, 0.0
     half = match[4].lower() if not packed and match[4] else ""
     hours = hours % 12 + (12 if half == "pm" else 0) if half else hours
-    return hours * 3600.0 + minutes * 60.0 + seconds
+    zone = _ZONE.search(stamp, start)
+    ahead = float(f"{zone[1]}1") * (int(zone[2]) * 3600.0 + int(zone[3]) * 60.0) if zone else 0.0
+    return hours * 3600.0 + minutes * 60.0 + seconds - ahead
 
 
 def _days(parts: Sequence[tuple[str | None, ...] | None]) -> tuple[Array, str]:
@@ -170,7 +175,7 @@ def with_clock(
             raise MisfitError(f"no column {wanted!r} that could be time; columns: {listed([*values, *stamps])}")
         return _numbers(reading, wanted, values[wanted], units.get(wanted))
     growing = [name for name in values if _grows(values[name])]
-    named = [name for name in growing if _plain(name) in _NAMES]
+    named = [name for name in growing if name not in stamps and _plain(name) in _NAMES]
     if named:
         return _numbers(reading, named[0], values[named[0]], units.get(named[0]))
     if stamps:

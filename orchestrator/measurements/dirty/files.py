@@ -10,7 +10,7 @@ from fmus.errors import MisfitError
 from orchestrator.measurements.dirty.cells import decoded, kind_of
 from orchestrator.measurements.dirty.clock import with_clock
 from orchestrator.measurements.dirty.reading import Reading
-from orchestrator.measurements.dirty.repair import repaired
+from orchestrator.measurements.dirty.repair import in_order, repaired
 from orchestrator.measurements.dirty.sniff import Sniffed, sniff
 from orchestrator.measurements.dirty.text_table import rows_of
 from orchestrator.measurements.load import TYPED_ENDINGS, read_any_table
@@ -95,12 +95,11 @@ def _longest_bridge(table: Table, reading: Reading) -> float:
     """How long a hole may be bridged, in s: a few samples, or the usual distance of values in a slow column."""
     if reading.time_kind == "counted" or not np.isnan(table.values).any():
         return 0.0
-    plain = repaired(replace(table, notes=()), replace(reading, bridge_up_to_s=np.inf), (), {})
-    time = plain.values[:, 0]
+    table, time = in_order(table, reading, [])
     longest = BRIDGED_SAMPLES * float(np.median(np.diff(time)))
     for place, name in enumerate(table.names):
         known = ~np.isnan(table.values[:, place])
-        if name in reading.time or np.mean(~known) < SLOW or known.sum() < 3 or len(known) != len(time):
+        if name in reading.time or np.mean(~known) < SLOW or known.sum() < 3:
             continue
         longest = max(longest, 1.5 * float(np.median(np.diff(time[known]))))
     return float(f"{longest:.4g}")

@@ -41,7 +41,7 @@ def repaired(table: Table, reading: Reading, needed: Collection[str], interpolat
     time = np.arange(float(len(table.lines)))
     limit = np.inf
     if reading.time_kind != "counted":
-        table, time = _in_order(table, reading, notes)
+        table, time = in_order(table, reading, notes)
         columns[TIME], limit = time, reading.bridge_up_to_s
         notes += _pauses(table.path.name, time)
     keep = np.ones(len(time), bool)
@@ -69,8 +69,17 @@ def _kept(table: Table, columns: Mapping[str, Array], keep: NDArray[np.bool_], n
     return replace(table, names=tuple(columns), values=values, lines=lines, units=units, notes=tuple(notes))
 
 
-def _in_order(table: Table, reading: Reading, notes: list[str]) -> tuple[Table, Array]:
-    """Rows with a time in s, sorted, each time once."""
+def in_order(table: Table, reading: Reading, notes: list[str]) -> tuple[Table, Array]:
+    """Rows with a time in s, sorted, each time once.
+
+    Args:
+        table: as read.
+        reading: says which column is time.
+        notes: gets a line for each change.
+
+    Raises:
+        MisfitError: the file holds two recordings one behind the other, or no times.
+    """
     time = _seconds(table, reading)
     known = ~np.isnan(time)
     if not known.all():

@@ -18,6 +18,8 @@ from orchestrator.measurements.dirty.text_table import COMMENT, header_names, nu
 LOOKED_AT = 600
 # Numbers that loggers write where a sensor gave nothing.
 MARKERS = (-9999.0, -999.0, -99999.0, 9999.0, 99999.0, -999.25, 1e30, 1e31, -1e30, 9.96921e36)
+# What `unique_names` puts behind a name that stands twice.
+_NUMBERED = re.compile(r" \(\d+\)$")
 _DIGIT = re.compile(r"\d")
 _RATE = re.compile(
     r"(?:rate|freq\w*|abtastrate|\bfs\b)[^\d\n]{0,30}?(?P<rate>\d+(?:[.,]\d+)?(?:e\d+)?)\s*(?P<unit>k?hz|1/s|samples)?",
@@ -156,12 +158,18 @@ def _header_lines(above: Sequence[str], separator: str, decimal: str, width: int
     if not block:
         return 0, 0
     (bottom, cells), *others = block[:3]
-    if others and _are_units(cells) and len(set(others[0][1])) == len(others[0][1]):
+    if others and _are_units(cells) and _tell_apart(others[0][1]):
         return others[0][0], bottom
     # Names, units, and one more line such as the channel numbers.
     if len(others) > 1 and _are_units(others[0][1]):
         return others[1][0], others[0][0]
     return bottom, 0
+
+
+def _tell_apart(cells: Sequence[str]) -> bool:
+    """Whether cells may be names: some may stand twice, but not the same in most columns, as a device's would."""
+    filled = [cell for cell in cells if cell]
+    return len(set(filled)) > 0.5 * len(filled)
 
 
 def _says_something(cell: str, decimal: str) -> bool:
@@ -179,7 +187,7 @@ def _units(names: Sequence[str], cells: Sequence[str]) -> dict[str, str]:
     units: dict[str, str] = {}
     for place, name in enumerate(names):
         stated = read_unit(cells[place]) if place < len(cells) else None
-        stated = stated or split_header(name)[1]
+        stated = stated or split_header(_NUMBERED.sub("", name))[1]
         if stated is not None:
             units[name] = stated
     return units

@@ -100,6 +100,8 @@ def unique_names(names: Sequence[str]) -> tuple[str, ...]:
 def rows_of(lines: Sequence[str], reading: Reading, width: int) -> Rows:
     """Split the lines from `first_line` on; empty cells beyond the width are dropped, other widths are stray.
 
+    A header that stands again between the rows, as in logs that were joined, is passed over.
+
     Args:
         lines: the lines of the file.
         reading: how it is read.
@@ -107,9 +109,10 @@ def rows_of(lines: Sequence[str], reading: Reading, width: int) -> Rows:
     """
     cells, numbers, stray = [], [], []
     separator = SEPARATORS[reading.separator]
+    header = lines[reading.names_line - 1] if 0 < reading.names_line <= len(lines) else ""
     for number in range(reading.first_line, len(lines) + 1):
         line = lines[number - 1]
-        if not line.strip() or COMMENT.match(line):
+        if not line.strip() or line == header or COMMENT.match(line):
             continue
         row = split_line(line, separator)
         while len(row) > width and not row[-1]:

@@ -51,7 +51,7 @@ def _split(plan: Plan) -> list[str]:
     late = time[time >= start + (time[-1] - start) * 2 / 3]
     if len(late) < 2 or len(time) - len(late) < 2:
         return ["learning = [1]", "held_out = []"]
-    cut, start, stop = (float(f"{value:.9g}") for value in (late[0], start, stop))
+    cut, start, stop = (float(f"{value:.12g}") for value in (late[0], start, stop))
     return [f"learning_window_s = {_value([start, cut])}", f"held_out_window_s = {_value([cut, stop])}"]
 
 
