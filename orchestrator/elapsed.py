@@ -1,9 +1,10 @@
 """How far long work has gone, by what it says that it does, and about how long it still takes.
 
-Counted work ("12 of 40") is as far as it says. A search does not know how many rounds it will need, so nothing is said of it:
-shares measured on other searches were wrong by a factor of ten.
+Counted work ("12 of 40") is as far as it says. A search does not know how many rounds it will need, so a share is one of the
+present step: shares of whole searches, measured on others, were wrong by a factor of ten.
 """
 
+import itertools
 import re
 import time
 from collections.abc import Callable
@@ -32,7 +33,9 @@ class Elapsed:
         if not counted or not 0 < int(counted[1]) <= int(counted[2]):
             self._counting, self._all, self._reached_at = "", 0, self._clock()
             return
-        if message[: counted.start()] != self._counting:  # other things are counted now, from their own beginning
+        if (
+            message[: counted.start()] != self._counting or counted[1] == "1"
+        ):  # other things are counted now, from their own beginning
             self._counting, self._began, self._done = message[: counted.start()], self._reached_at, 0
         if int(counted[1]) > self._done or int(counted[2]) != self._all:
             self._done, self._all, self._reached_at = int(counted[1]), int(counted[2]), self._clock()
@@ -44,22 +47,35 @@ class Elapsed:
 
     @property
     def words(self) -> str:
-        """Such as `42 %, about 30 s left`; empty while nothing is counted."""
+        """Such as `42 % of this step, about 30 s left of it`; empty while nothing is counted."""
         share, passed = self.share, self._clock() - self._began
         if share is None:
             return ""
         if passed < _LEAST_S or share < _LEAST_SHARE:
-            return f"{100.0 * share:.0f} %"
-        return f"{100.0 * share:.0f} %, about {_rounded(passed * (1.0 - share) / share)} left"
+            return f"{100.0 * share:.0f} % of this step"
+        return f"{100.0 * share:.0f} % of this step, about {_rounded(passed * (1.0 - share) / share)} left of it"
+
+
+def counting(say: Callable[[str], None], doing: str, total: int) -> Callable[[str], None]:
+    """Say of each of so many things that it is being done now, from whichever thread does it.
+
+    >>> trying = counting(print, "trying", 2)
+    >>> trying("drift"), trying("backlash")
+    trying 1 of 2: drift
+    trying 2 of 2: backlash
+    (None, None)
+    """
+    numbers = itertools.count(1)
+    return lambda what: say(f"{doing} {next(numbers)} of {total}: {what}" if total > 1 else f"{doing} {what}")
 
 
 def in_words(message: str) -> str:
-    """What is being done, with effects as words; names such as `alpha_1` stay.
+    """What is being done, with effects as words; names such as `alpha_1` and of files stay.
 
-    >>> in_words("refitting viscous_friction at joint1 + alpha_1")
-    'refitting viscous friction at joint1 + alpha_1'
+    >>> in_words("refitting viscous_friction at joint1 + alpha_1"), in_words("reading runs/two_rooms")
+    ('refitting viscous friction at joint1 + alpha_1', 'reading runs/two_rooms')
     """
-    return re.sub(r"(?<=[a-z])_(?=[a-z])", " ", message)
+    return " ".join(w if "/" in w else re.sub(r"(?<=[a-z])_(?=[a-z])", " ", w) for w in message.split(" "))
 
 
 def columns(gone: Elapsed) -> "tuple[ProgressColumn, ...]":

@@ -257,6 +257,15 @@ def sentence(name: str, maps: Sequence[ErrorMap]) -> str:
     return text + (f"; does not depend on {', '.join(silent[:4])}" if silent else "")
 
 
+def three_digits(value: float) -> str:
+    """A number to three digits, without a power of ten below a million.
+
+    >>> three_digits(151200.0), three_digits(0.02345)
+    ('151000', '0.0234')
+    """
+    return f"{float(f'{value:.3g}'):.6g}"
+
+
 def _place(m: ErrorMap) -> str:
     """Where the error of a map stands out."""
     worst, moving = int(np.argmax(m.rms)), m.against.split(" of ")[-1]
@@ -265,7 +274,7 @@ def _place(m: ErrorMap) -> str:
         return f"largest where {moving} reverses"
     unit = f" {m.unit}" if m.unit not in ("", "1") else ""
     low, high = m.edges[worst], m.edges[worst + 1]
-    where = f"largest where {m.against} is {low:.3g} to {high:.3g}{unit}"
+    where = f"largest where {m.against} is {three_digits(low)} to {three_digits(high)}{unit}"
     if np.sign(m.bias[0]) != np.sign(m.bias[-1]) and min(abs(m.bias[0]), abs(m.bias[-1])) > 0.3 * np.sqrt(
         np.mean(m.rms**2)
     ):

@@ -8,7 +8,15 @@ import numpy as np
 import scipy
 
 from fmus.units import after_number
-from orchestrator.compare.maps import Coordinate, ErrorMap, coordinates_of, error_map, error_maps, sentence
+from orchestrator.compare.maps import (
+    Coordinate,
+    ErrorMap,
+    coordinates_of,
+    error_map,
+    error_maps,
+    sentence,
+    three_digits,
+)
 from orchestrator.compare.result import TrialCurves
 
 NO_UNITS: Mapping[str, str] = MappingProxyType({})
@@ -37,7 +45,10 @@ def where_it_fails(
     """
     maps = {name: state_maps(curves, units, name, input_units) for name in units}
     return {
-        "signal": [{**_by_signal(curves, name, units, floor), "depends": sentence(name, maps[name])} for name in units],
+        "signal": [
+            {**_by_signal(curves, name, units, floor), "depends": sentence(f"error of {name}", maps[name])}
+            for name in units
+        ],
         "time": [row for name in units for row in _by_time(curves, name)],
         "state": [row for name in units for row in map_rows(maps[name], name)],
         "frequency": [row for name in units for row in _by_frequency(curves, name)],
@@ -52,18 +63,22 @@ def findings(where: Mapping[str, list[dict[str, Any]]], floor: Mapping[str, floa
         if row["over_floor"] < 1.5:
             sentences.append(f"{name} agrees within the noise ({_times(row['over_floor'])} times the floor)")
             continue
-        text = f"{name}: the error"
-        bands = [r for r in where["frequency"] if r["signal"] == name]
-        if bands:
-            worst = max(bands, key=lambda r: r["rmse"])
-            text += f" lies mostly between {worst['from_hz']:.2g} and {worst['to_hz']:.2g} Hz"
+        parts = []
         biased = [r for r in where["state"] if r["signal"] == name and abs(r["bias"]) > 2 * floor[name]]
         if biased:
             most = max(biased, key=lambda r: abs(r["bias"]))
-            text += f"{' and' if bands else ''} is biased by {most['bias']:.2g}{after_number(row['unit'])} where {most['against']} is "
-            text += f"{most['from']:.3g} to {most['to']:.3g}{after_number(most['unit'])}"
-        if bands or biased:
-            sentences.append(text)
+            way = "low" if most["bias"] > 0 else "high"
+            parts.append(
+                f"the model is {abs(most['bias']):.2g}{after_number(row['unit'])} too {way} where {most['against']} is "
+                f"{three_digits(most['from'])} to {three_digits(most['to'])}{after_number(most['unit'])}"
+            )
+        bands = [r for r in where["frequency"] if r["signal"] == name]
+        if bands:
+            worst = max(bands, key=lambda r: r["rmse"])
+            above = f"from {worst['from_hz']:.2g} " if worst["from_hz"] > 0 else ""
+            parts.append(f"most of the error is of frequencies {above}up to {worst['to_hz']:.2g} Hz")
+        if parts:
+            sentences.append(f"{name}: {'; '.join(parts)}")
         if "depends" in row:
             sentences.append(row["depends"])
     return tuple(sentences)

@@ -43,7 +43,7 @@ def with_interpolation(model: Model, measurements: MeasurementSet) -> Measuremen
         if holds:
             notes.append(
                 f"{name} is held from sample to sample: {'its record stays and jumps, and ' if stays else ''}over short stretches"
-                f" the model leaves {after:.2g} so, and {before:.2g} with straight lines; [interpolation] of case.toml can say so"
+                f" the model leaves {after:.2g} so, and {before:.2g} with straight lines; say so in [interpolation] of case.toml"
             )
             held, before, errors = (*held, name), after, errors_held
     return replace(measurements, interpolation=chosen, notes=tuple(notes))
@@ -78,6 +78,8 @@ def turned(measurements: MeasurementSet, columns: Mapping[str, str], gains: Mapp
         holds = chosen[columns[name]] != "hold"
         chosen[columns[name]] = "hold" if holds else "linear"
         course = "is held from sample to sample" if holds else "runs in straight lines between samples"
-        with_found = f"with the effects that were found the record is likelier so by {gain:.3g} nats"
-        notes.append(f"{name} {course}: {with_found}; [interpolation] of case.toml can say so")
+        odds = f"{np.exp(gain):.0f}" if gain < np.log(1000.0) else "over 1000"
+        notes.append(
+            f"{name} {course}: with the effects that were found this is {odds} times as likely; say so in [interpolation] of case.toml"
+        )
     return replace(measurements, interpolation=chosen, notes=tuple(notes))

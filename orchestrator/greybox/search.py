@@ -7,13 +7,14 @@ Each set that was fitted keeps its loss by stretch of the record, which is what 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
 from fmus.errors import ComponentError
 from fmus.symbolic.balances import Balance
 from fmus.symbolic.system import SymbolicSystem
+from orchestrator.elapsed import counting
 from orchestrator.greybox.candidates import Candidate
 from orchestrator.greybox.extended import extend
 from orchestrator.greybox.filtering import GreyBox, Trial
@@ -351,17 +352,17 @@ class Search:
     def _fit_all(self, sets: Sequence[tuple[Candidate, ...]]) -> None:
         """Fit new sets, those of one size side by side: larger ones begin at the values of smaller ones."""
         for size in sorted({len(each) for each in sets}):
-            fresh = {key_of(each): each for each in sets if len(each) == size}
-            for found in on_idle_threads(self._from_nearest, [c for key, c in fresh.items() if key not in self.fitted]):
+            fresh = {key: each for each in sets if len(each) == size and (key := key_of(each)) not in self.fitted}
+            trying = counting(self.progress, "trying", len(fresh))
+            for found in on_idle_threads(partial(self._from_nearest, trying), list(fresh.values())):
                 if found is not None:
                     self.fitted[found.key] = found
 
     def _fit(self, candidates: tuple[Candidate, ...]) -> None:
-        key = key_of(candidates)
-        if key not in self.fitted and (found := self._from_nearest(candidates)) is not None:
-            self.fitted[key] = found
+        self._fit_all([candidates])
 
-    def _from_nearest(self, candidates: tuple[Candidate, ...]) -> FittedSet | None:
+    def _from_nearest(self, trying: Callable[[str], None], candidates: tuple[Candidate, ...]) -> FittedSet | None:
+        trying(" and ".join(c.label for c in candidates) or "the model as it is")
         return self._fitted(candidates, self._nearest(key_of(candidates)))
 
     def _fitted(self, candidates: tuple[Candidate, ...], about: FittedSet | None) -> FittedSet | None:

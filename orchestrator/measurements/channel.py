@@ -143,7 +143,7 @@ def _scaling(trial: Trial, column: str, unit: str, variable: "Variable") -> tupl
         factor, offset = scaling(unit, si_exponents(unit), variable.unit, si_exponents(variable.unit))
     except MisfitError as error:
         raise MisfitError(
-            f"{trial.name}: column {shown(column)} in {shown(unit)} cannot be model variable {shown(variable.name)} in {shown(variable.unit)}: {error}; correct the unit in [columns] of case.toml, or map the column to another variable in [variables]"
+            f"{trial.name}: column {shown(column)} in {shown(unit)} cannot be model variable {shown(variable.name)} in {shown(variable.unit)}: {str(error).rpartition(': ')[2]}; correct the unit in [columns] of case.toml, or map the column to another variable in [variables]"
         ) from error
     if (factor, offset) == (1.0, 0.0):
         return factor, offset, ()

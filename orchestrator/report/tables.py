@@ -29,7 +29,7 @@ TRIAL_ROWS = 40
 _EIGHTHS = " ▏▎▍▌▋▊▉█"
 
 
-# A terminal with fewer columns has no room for bars beside the numbers.
+# A terminal with fewer columns has no room for bars beside the numbers, nor for names beside their effects.
 NARROW = 90
 
 
@@ -58,9 +58,10 @@ class LedgerTable:
 def _ledger(entries: Sequence[LedgerEntry], narrow: bool) -> Table:
     table = _table()
     table.add_column("v", justify="right", no_wrap=True)
-    table.add_column("name", overflow="fold", max_width=10 if narrow else 18)
+    if not narrow:
+        table.add_column("name", overflow="fold", max_width=18)
     # No narrower than an interval's number: it would be broken in the middle.
-    table.add_column("effects, 90 % interval", overflow="fold", min_width=13)
+    table.add_column(f"{'name, ' if narrow else ''}effects, 90 % interval", overflow="fold", min_width=13)
     table.add_column("learning", no_wrap=True)
     table.add_column("held out", no_wrap=True)
     table.add_column("x floor", justify="right", no_wrap=True)
@@ -75,8 +76,7 @@ def _ledger(entries: Sequence[LedgerEntry], narrow: bool) -> Table:
         _row(
             table,
             str(entry.version),
-            entry.name,
-            _effects(entry.effects),
+            *([f"{entry.name}\n{_effects(entry.effects)}"] if narrow else [entry.name, _effects(entry.effects)]),
             _signals(entry.learning, entry.units),
             "none" if entry.held_out is None else _signals(entry.held_out, entry.units),
             digits(now),

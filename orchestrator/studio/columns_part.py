@@ -17,6 +17,23 @@ from orchestrator.studio.text import bullets, details, heading, html_table, menu
 HEADINGS = ("column", "data", "unit", "model variable", "unit in the model", "what becomes of it", "between samples")
 
 
+def problem_part(project: Project) -> Live:
+    """Add why the data cannot be used, and what to do, in the place of an answer."""
+    return result_part(project, MATCH, _problem)
+
+
+def _problem(found: dict[str, Any]) -> None:
+    if not found["problem"]:
+        return
+    what, _, then = found["problem"].rpartition("; ")
+    if found.get("own_case"):
+        then = "choose variables and units in the table below"
+    with ui.element("div").classes("answer"), ui.element("div").classes("a-verdict"):
+        heading("These data cannot be used yet.")
+        paragraph(f"{what or found['problem']}.", "studio-problem")
+        ui.html(f'<p><span class="a-next">Next:</span> {html.escape(then)}.</p>', sanitize=False)
+
+
 def columns_part(project: Project) -> Live:
     """Add the part."""
     return result_part(project, MATCH, lambda found: _build(project, found))
@@ -24,8 +41,6 @@ def columns_part(project: Project) -> Live:
 
 def _build(project: Project, found: dict[str, Any]) -> None:
     heading("Columns and units")
-    if found["problem"]:
-        paragraph(found["problem"], "studio-problem")
     _table(project, found)
     trials = [[t["file"], t["set"], str(t["samples"]), f"{digits(t['seconds'])} s"] for t in found["trials"]]
     with details(f"{len(trials)} trials"):

@@ -23,14 +23,14 @@ EXAMPLES = (
     Example(
         "arm",
         "An arm with a hidden effect",
-        "Two joints, six muscles, six trials of 10 s, made by an independent simulator. About a minute.",
+        "Two joints, six muscles, six trials of 10 s, made by an independent simulator. A few minutes.",
         "arm",
         "tests/cases/arm/case_009",
     ),
     Example(
         "rat_muscle",
         "A real rat muscle",
-        "Twelve contractions of a gastrocnemius, recorded in situ, against its published parameters. About a minute.",
+        "Twelve contractions of a gastrocnemius, recorded in situ, against its published parameters. A few minutes.",
         "rat-muscle",
         "tests/cases/rat_muscle",
     ),

@@ -132,10 +132,8 @@ def _hint(project: Project, job: Job, now: Versions) -> str:
         return "Next: correct that and upload the file again."
     if project.model is None:
         return "Next: choose a model or drop in an FMU."
-    if matched and matched["problem"] and matched.get("own_case"):
-        return "Next: choose variables and units in the table below."
     if matched is None or matched["problem"]:
-        return "Next: correct what is said about the columns, then upload the file again."
+        return ""  # what to do stands where an answer would
     if project.result(COMPARISON) is None:
         return "Next: Diagnose says what is missing."
     if project.result(DIAGNOSIS) is None:

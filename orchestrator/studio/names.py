@@ -9,6 +9,16 @@ _FORBIDDEN = frozenset(':*?"<>|%')
 _RESERVED = re.compile(r"(?i)(con|prn|aux|nul|com\d|lpt\d)(\..*)?")
 
 
+def model_words(model: str) -> str:
+    """A project's model as people call it: a built-in one by its name, a class with its file.
+
+    >>> model_words("arm"), model_words("model/Drive.fmu"), model_words("model/Rig.mo:Rig.Plant")
+    ('arm', 'Drive.fmu', 'Rig.Plant (Rig.mo)')
+    """
+    file, _, name = model.removeprefix("model/").rpartition(":")
+    return f"{name} ({file})" if file else name
+
+
 def safe_name(text: str) -> str:
     """The last part of a path, without anything that a file system or a shell could take amiss; never empty.
 

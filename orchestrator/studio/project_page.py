@@ -12,7 +12,7 @@ from orchestrator.report.page import effects_table, experiment_rows, tried_table
 from orchestrator.report.sentences import experiment_sentence
 from orchestrator.studio import workspace
 from orchestrator.studio.answer_part import AnswerPart
-from orchestrator.studio.columns_part import columns_part
+from orchestrator.studio.columns_part import columns_part, problem_part
 from orchestrator.studio.comparison_part import comparison_part
 from orchestrator.studio.job_part import JobPart
 from orchestrator.studio.pages import Live, Page, Part, result_part
@@ -194,7 +194,7 @@ def build(project: str) -> None:
     with ui.element("div").classes("studio-top"):
         name = Live(lambda: shown.name, lambda: heading(shown.name, 1))
         bar = JobPart(shown)
-    parts: list[Part] = [name, bar]
+    parts: list[Part] = [name, bar, problem_part(shown)]
     with Folded("setup", lambda: setup_words(shown), lambda: not diagnosed() and not compared()) as setup:
         parts += [setup, *setup_part(shown), columns_part(shown)]
     parts.append(AnswerPart(shown))

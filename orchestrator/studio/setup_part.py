@@ -6,6 +6,7 @@ from nicegui import run, ui
 from nicegui.events import GenericEventArguments
 
 from fmus.catalogue import built_in_models
+from orchestrator.studio.names import model_words
 from orchestrator.studio.pages import Live
 from orchestrator.studio.project import MATCH, Project
 from orchestrator.studio.receive import DATA_ENDINGS, MODEL_ENDINGS, make_way
@@ -48,7 +49,7 @@ def setup_words(project: Project) -> str:
     """Model and measurements in a few words."""
     matched = project.result(MATCH)
     count, what = (len(matched["trials"]), "trial") if matched else (len(project.data_files()), "file")
-    return f"Model: {project.model or 'none yet'} · {count} {what}{'' if count == 1 else 's'}"
+    return f"Model: {model_words(project.model or 'none yet')} · {count} {what}{'' if count == 1 else 's'}"
 
 
 def _rename(project: Project) -> None:
@@ -66,7 +67,7 @@ def _model(project: Project) -> Live:
 
     def build() -> None:
         known = project.model in model_names()
-        other = {} if known else {"": f"{project.model or 'none'} is chosen"}
+        other = {} if known else {"": f"{model_words(project.model or 'none')} is chosen"}
         chosen = str(project.model) if known else ""
         menu("built-in", "Built-in model", other | model_names(), chosen, choose, closed=("",))
         _classes(project)

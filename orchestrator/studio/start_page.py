@@ -9,6 +9,7 @@ from orchestrator.report.answer.residual import worst_residual
 from orchestrator.studio import jobs, workspace
 from orchestrator.studio.columns_part import small_curve
 from orchestrator.studio.examples import EXAMPLES, open_example
+from orchestrator.studio.names import model_words
 from orchestrator.studio.pages import Live, Page
 from orchestrator.studio.project import DIAGNOSIS, Project, file_stamp
 from orchestrator.studio.text import heading, paragraph
@@ -81,7 +82,7 @@ def _words(project: Project) -> str:
     """The model, and the answer in one sentence."""
     document = project.result(DIAGNOSIS)
     found = answer_of(document).headline if document else "not diagnosed yet"
-    return f"{project.model or 'no model yet'} · {found}"
+    return f"{model_words(project.model or 'no model yet')} · {found}"
 
 
 def _spark(project: Project) -> str:

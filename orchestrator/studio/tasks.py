@@ -19,6 +19,7 @@ from orchestrator.measurements.case_file import read_case_file
 from orchestrator.measurements.dirty.plan import Wishes, proposed_plan
 from orchestrator.measurements.dirty.write import MADE, write_plan
 from orchestrator.model_argument import load_model, load_source
+from orchestrator.studio.names import model_words
 from orchestrator.studio.project import (
     COMPARISON,
     COMPARISON_REPORT,
@@ -47,7 +48,7 @@ def match(project: Project, say: Say) -> None:
 
     model = None
     if project.model is not None:
-        say(f"building {project.model}")
+        say(f"building {model_words(_model(project))}")
         model = load_model(project.model)
     imported = _imported(project, model, say)
     measurements = _measurements(project, say)
@@ -102,7 +103,7 @@ def compare(project: Project, say: Say) -> None:
     from orchestrator.report.html import comparison_report
 
     measurements = _measurements(project, say)
-    say(f"building {project.model}")
+    say(f"building {model_words(_model(project))}")
     model = load_model(_model(project))
     say("running the model along every trial")
     found = compare_with(model, measurements, workers=WORKERS)
@@ -123,7 +124,7 @@ def diagnose(project: Project, say: Say) -> None:
     from orchestrator.work import resumable
 
     measurements = _measurements(project, say)
-    say(f"building {project.model}")
+    say(f"building {model_words(_model(project))}")
     source = load_source(_model(project), measurements)
     with resumable(f"{project.folder} {measurements.content_hash}") as work:
         found = find(source, measurements, workers=WORKERS, progress=say, work=work)

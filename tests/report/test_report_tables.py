@@ -225,13 +225,14 @@ def test_an_effect_without_parameters_or_interval_can_be_named() -> None:
     assert "Backlash and payload at wrist are missing. Size: m 0.500 kg (0.500 to 0.500)." in text
 
 
-def test_no_number_of_a_ledger_is_broken_at_80_columns() -> None:
+def test_no_number_and_no_name_of_a_ledger_is_broken_at_80_columns() -> None:
     console = Console(width=80, record=True, file=io.StringIO())
-    shown = entries(diagnosis("named"))
+    shown = [replace(each, name="RatGastrocnemius_12") for each in entries(diagnosis("named"))]
 
     console.print(LedgerTable(shown))
 
     text = console.export_text()
+    assert text.count("RatGastrocnemius_12") == len(shown), "a name is cut"
     assert max(map(len, text.splitlines())) <= 80
     for effect in shown[-1].effects:
         for estimate in effect.parameters.values():

@@ -135,11 +135,14 @@ def test_wrong_units_are_told_on_the_first_screen_with_what_to_do(tab: Page, stu
     tab.set_viewport_size({"width": 1280, "height": HEIGHT})
     tab.goto(f"{studio.url}/project/{project.id}")
 
-    problem = tab.locator(".studio-problem", has_text="cannot be model variable 'phi' in 'rad'").first
-    expect(problem).to_be_visible(timeout=60_000)
+    told = tab.locator(".a-verdict")
+    expect(told.get_by_role("heading", name="These data cannot be used yet.")).to_be_visible(timeout=60_000)
+    problem = told.locator(".studio-problem", has_text="column 'phi' in 'm' cannot be model variable 'phi' in 'rad'")
+    expect(problem).to_be_visible()
+    expect(told.get_by_text("Next: correct the unit in [columns] of case.toml")).to_be_visible()
     expect(tab.get_by_text("2 of 2 columns are variables of the model; they cannot be used yet.")).to_be_visible()
     tab.screenshot(path=ROOT / "build" / "screenshots" / "first_screen_wrong_units.png")
-    assert problem.bounding_box()["y"] < HEIGHT  # type: ignore[index]
+    assert told.bounding_box()["y"] < HEIGHT / 4  # type: ignore[index]
     expect(tab.get_by_role("button", name="Diagnose")).to_be_disabled()
 
 

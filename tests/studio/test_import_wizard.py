@@ -31,7 +31,7 @@ def test_a_dirty_file_and_a_modelica_model_are_dropped_and_matched_by_menus(
     tab.set_viewport_size({"width": 1280, "height": 800})
     tab.goto(f"{studio.url}/project/{project.id}")
     tab.locator("#choose-model").set_input_files(tmp_path / "Shaft.mo")
-    expect(tab.get_by_text("Model: model/Shaft.mo:Shaft")).to_be_visible(timeout=PATIENCE_MS)
+    expect(tab.get_by_text("Model: Shaft (Shaft.mo)")).to_be_visible(timeout=PATIENCE_MS)
     tab.locator("#choose-measurements").set_input_files(tmp_path / "run.csv")
 
     # Nothing is called phi, but one column is an angle, and so is one variable.
@@ -60,6 +60,7 @@ def test_a_dirty_file_and_a_modelica_model_are_dropped_and_matched_by_menus(
         timeout=PATIENCE_MS
     )
     expect(tab.get_by_text("no column is an output of the model").first).to_be_visible()
+    expect(tab.get_by_role("heading", name="These data cannot be used yet.")).to_be_visible()
     expect(tab.get_by_text("Next: choose variables and units in the table below.")).to_be_visible()
     assert "case.toml" not in tab.locator(".studio-problem", has_text="no column is an output").first.inner_text()
 

@@ -20,6 +20,7 @@ from orchestrator.diagnosis.search.stretches import Followed
 from orchestrator.diagnosis.search.tasks import FollowTask, Wanted, done_by
 from orchestrator.diagnosis.search.thresholds import POLISHED, ROUGH
 from orchestrator.diagnosis.search.trace import Trace
+from orchestrator.elapsed import counting
 from orchestrator.library.cards import Candidate
 from orchestrator.models.estimation import Fit
 from orchestrator.models.symbolic import SymbolicModel
@@ -94,8 +95,10 @@ class Fitter:
         base = stage.tangent.base
         near = StartValues.of(base.model, base.fit)
 
+        refitting = counting(self.setting.progress, "refitting", len(sets))
+
         def one(entry: Screened) -> Refit | None:
-            self.setting.progress(f"refitting {' + '.join(c.label for c in entry.candidates)}")
+            refitting(" and ".join(c.label for c in entry.candidates))
             first = np.array([entry.values, *entry.others, *first_values(stage, entry.candidates, nearer)])
             return self.attempt(Wanted(entry.candidates, first, nuisances, ROUGH, near=near))
 

@@ -15,6 +15,7 @@ from orchestrator.diagnosis.search.fitting import Setting
 from orchestrator.diagnosis.search.screening import Explanation, Screened, Screener, beside
 from orchestrator.diagnosis.search.tasks import ScreenTask
 from orchestrator.diagnosis.search.thresholds import BY_FREE_RUNS, BY_RESIDUAL, CLEARLY, CLEARLY_LESS
+from orchestrator.elapsed import counting
 from orchestrator.library.cards import Candidate
 
 
@@ -65,11 +66,16 @@ class Proposer:
     def _explained(self) -> list[Explanation]:
         """Screen every candidate alone; without a residual in the equations they go to the refit as they are."""
         groups = [list(group) for _, group in groupby(self.candidates, key=lambda c: (c.card.id, c.card.variant))]
-        return [explanation for part in self.setting.side_by_side(self._of_card, groups) for explanation in part]
+        screening = counting(self.setting.progress, "screening", len(groups))
+
+        def one(group: list[Candidate]) -> list[Explanation]:
+            screening(group[0].card.id)
+            return self._of_card(group)
+
+        return [explanation for part in self.setting.side_by_side(one, groups) for explanation in part]
 
     def _of_card(self, group: list[Candidate]) -> list[Explanation]:
         setting = self.setting
-        setting.progress(f"screening {group[0].card.id.replace('_', ' ')}")
         if self._screener is not None:
             try:
                 if setting.work.callers is None:

@@ -17,8 +17,8 @@ from orchestrator.report.numbers import digits, engineering_exponent, prefixed, 
 MOST_POINTS = 500
 # The longest bar; answer.css lets the bar of the effects fall from there.
 LONGEST = 255
-# How wide a picture is drawn: for a column of a page, and for a phone, where letters of the wide one would be of 6 pixels.
-WIDE, NARROW = 560, 340
+# How wide a picture is drawn: for a column of a page, for half of it, and for a phone, where letters of the wide one would be of 6 pixels.
+WIDE, HALF, NARROW = 560, 300, 340
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 # Letters that a title has room for.
 MOST_TITLE, MOST_TITLE_NARROW = 70, 48
@@ -61,8 +61,8 @@ class _Axes:
         return f'<polyline class="{kind}" points="{points}"/>'
 
 
-def witness_svg(found: Witness) -> str:
-    """Dots with bands, and the fitted law as a line."""
+def witness_svg(found: Witness, whole: int = HALF) -> str:
+    """Dots with bands, and the fitted law as a line, in a picture of a width."""
     exponent = _exponent(max(map(abs, found.force)), found.unit)
     scale = 10.0**-exponent
     x, force = np.array(found.x), scale * np.array(found.force)
@@ -70,7 +70,7 @@ def witness_svg(found: Witness) -> str:
     law = scale * np.array(found.law) if found.law else None
     seen = [force - band, force + band, *([law] if law is not None else [])]
     low, high = _room(float(min(part.min() for part in seen)), float(max(part.max() for part in seen)))
-    axes = _Axes((46, 24, 292, 132), _room(float(x.min()), float(x.max())), (low, high))
+    axes = _Axes((46, 24, whole - 8, 132), _room(float(x.min()), float(x.max())), (low, high))
     title = f"{_first_capital(found.balance)} ({_unit(found.unit, exponent)})"
     parts = [f'<text class="a-title" x="46" y="13">{html.escape(title)}</text>']
     parts.append(axes.grid(_named(found.coordinate, found.coordinate_unit)))
@@ -83,7 +83,7 @@ def witness_svg(found: Witness) -> str:
             )
         parts.append(f'<circle class="a-dot" cx="{axes.x(a):.1f}" cy="{axes.y(b):.1f}" r="3.5"/>')
     words = f"{title} over {found.coordinate}: {len(x)} dots" + (", with the fitted law as a line" if found.law else "")
-    return _svg(300, 168, words, parts)
+    return _svg(whole, 168, words, parts)
 
 
 def bars_svg(bars: Sequence[Bar], narrow: bool = False) -> str:

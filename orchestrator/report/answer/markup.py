@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from orchestrator.report.answer.answer import Answer
-from orchestrator.report.answer.drawing import bars_svg, residual_svg, witness_svg
+from orchestrator.report.answer.drawing import NARROW, WIDE, bars_svg, residual_svg, witness_svg
 from orchestrator.report.answer.residual import worst_residual
 from orchestrator.report.answer.rivals import Rival
 from orchestrator.report.answer.witness import shape_words, stated, witnesses_of
@@ -76,10 +76,13 @@ def _why(document: Mapping[str, Any]) -> str:
     found = witnesses_of(document)
     if not found or document.get("verdict") == "adequate":
         return ""
-    panels = "".join(f"<div>{witness_svg(each)}</div>" for each in found)
+    if len(found) > 1:
+        panels = f'<div class="a-panels">{"".join(f"<div>{witness_svg(each)}</div>" for each in found)}</div>'
+    else:
+        panels = _either(lambda narrow: witness_svg(found[0], NARROW if narrow else WIDE))
     line = " Line: the effect that was fitted." if any(each.law for each in found) else ""
     note = f"Dots: what the model lacks, from learning trials, with 90 % bands.{line}"
-    return _section(f"Why: {shape_words(found)}", f'<div class="a-panels">{panels}</div>{_small(note)}')
+    return _section(f"Why: {shape_words(found)}", panels + _small(note))
 
 
 def _laws(document: Mapping[str, Any]) -> str:

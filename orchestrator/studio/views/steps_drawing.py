@@ -109,12 +109,12 @@ def drawing(steps: Sequence[Step], already_shown: int | None = None) -> str:
     moving = len(steps) if already_shown is None else already_shown
     low, high = decades(steps)
     right = LEFT + VERSION * max(len(steps), FEWEST)
-    parts = [_axis(low, high, right)]
+    parts = [_axis(low, high, right), _floor(low, high, right)]
     for place, step in enumerate(steps):
         before = steps[max(0, place - 1)]
         delay = (place - moving) * FALL_S if place >= moving else None
         parts.append(_version(step, before, LEFT + place * VERSION, (low, high), delay))
-    parts.append(_floor(low, high, right) + _legend(any(step.held_out is not None for step in steps), right))
+    parts.append(_legend(any(step.held_out is not None for step in steps), right))
     text = html.escape(summary(steps))
     return f'<svg class="steps-drawing" style="max-width: {right + RIGHT}px" viewBox="0 0 {right + RIGHT} {HEIGHT}" role="img" aria-label="{text}">{"".join(parts)}</svg>'
 
@@ -128,7 +128,7 @@ def height_of(value: float, decade: tuple[int, int]) -> float:
 def _version(step: Step, before: Step, left: float, decade: tuple[int, int], delay: float | None) -> str:
     kinds = [("learning", step.learning, before.learning), ("held-out", step.held_out, before.held_out)]
     bars = [(kind, value, earlier) for kind, value, earlier in kinds if value is not None]
-    bar = min(60.0, 0.7 * VERSION / len(bars))
+    bar = min(60.0, 0.86 * VERSION / len(bars))
     start = left + (VERSION - bar * len(bars)) / 2
     drawn = [
         _bar(kind, value, earlier, start + k * bar, bar, decade, delay) for k, (kind, value, earlier) in enumerate(bars)
@@ -156,8 +156,8 @@ def _bar(
     return (
         f'<rect{moves} x="{x + 2:.1f}" y="{ground - tall:.1f}" width="{wide - 4:.1f}" height="{tall:.1f}" fill="{fill}"'
         f' stroke="{edge}" stroke-width="2"><title>{kind} trials: {digits(value)} times the noise floor</title></rect>'
-        f'<text{appears} x="{x + wide / 2:.1f}" y="{ground - tall - 6:.1f}" text-anchor="middle" fill="{Colour.INK}">'
-        f"{digits(value)}</text>"
+        f'<text{appears} x="{x + wide / 2:.1f}" y="{ground - tall - 6:.1f}" text-anchor="middle" fill="{Colour.INK}"'
+        f' stroke="{SURFACES["paper"]}" stroke-width="4" paint-order="stroke">{digits(value)}</text>'
     )
 
 
