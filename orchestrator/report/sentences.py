@@ -6,7 +6,7 @@ from typing import Any
 from orchestrator.compare.result import Comparison
 from orchestrator.ledger import LedgerEntry, newest
 from orchestrator.report.answer.answer import WITHIN_NOISE, answer_of
-from orchestrator.report.answer.words import joined, what
+from orchestrator.report.answer.words import joined, name_of, what
 from orchestrator.report.numbers import percent, quantity, ratio
 from orchestrator.verdicts.result import Diagnosis, NamedEffect, RankedSet
 
@@ -16,7 +16,7 @@ def effect_name(effect: NamedEffect) -> str:
 
     Example:
         >>> effect_name(NamedEffect("coulomb_friction", "joint1", {}))
-        'coulomb friction at joint1'
+        'Coulomb friction at joint1'
     """
     return what({"id": effect.id, "site": effect.site})
 
@@ -93,7 +93,7 @@ def experiment_sentence(experiment: Mapping[str, Any], said: str = "") -> str:
     if "probability_to_separate" not in experiment:
         return text.strip()
     chance, gain = experiment["probability_to_separate"], experiment["expected_gain"]
-    apart = joined(name.replace("_", " ") for name in experiment["effects"])
+    apart = joined(name_of(name) for name in experiment["effects"])
     better = f"; a repetition would separate them {ratio(gain)} less" if gain > 1 else ""
     it = "It" if text else "That experiment"
     return f"{text}{it} tells apart {apart} with a probability of {percent(chance)}{better}."

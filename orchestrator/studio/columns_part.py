@@ -8,6 +8,7 @@ from nicegui.events import GenericEventArguments
 
 from fmus.errors import MisfitError
 from orchestrator.measurements.dirty.header_units import read_unit
+from orchestrator.report.answer.words import capital
 from orchestrator.report.numbers import digits
 from orchestrator.studio.pages import Live, result_part
 from orchestrator.studio.project import MATCH, Project
@@ -31,7 +32,7 @@ def _problem(found: dict[str, Any]) -> None:
     with ui.element("div").classes("answer"), ui.element("div").classes("a-verdict"):
         heading("These data cannot be used yet.")
         paragraph(f"{what or found['problem']}.", "studio-problem")
-        ui.html(f'<p><span class="a-next">Next:</span> {html.escape(then)}.</p>', sanitize=False)
+        ui.html(f'<p><span class="a-next">Next:</span> {html.escape(capital(then))}.</p>', sanitize=False)
 
 
 def columns_part(project: Project) -> Live:

@@ -43,7 +43,7 @@ def test_the_ledger_holds_each_version_with_its_errors_and_all_its_effects() -> 
 
     assert "tauC[1] = 0.0373 N.m [0.0361, 0.0385]" in text
     with_friction = [entry for entry in versions if any(e.id == "coulomb_friction" for e in entry.effects)]
-    assert text.count("coulomb friction at joint1") == len(with_friction) == 2
+    assert text.count("Coulomb friction at joint1") == len(with_friction) == 2
     for entry in versions:
         assert entry.held_out is not None
         for errors in (entry.learning, entry.held_out):
@@ -136,7 +136,7 @@ def test_the_terminal_says_what_is_left_open_and_what_to_do_next(verdict: Verdic
 
     assert text.count("tauC[1] was pinned by 12 reversals only.") == 1
     do = "That experiment" if verdict == "cannot_tell" else "Next experiment: reverse slowly. It"
-    assert f"{do} tells apart coulomb friction and payload with a probability of 98 %" in text
+    assert f"{do} tells apart Coulomb friction and payload with a probability of 98 %" in text
     assert "a repetition would separate them 12.0 times less." in text
 
 
@@ -157,7 +157,7 @@ def test_an_experiment_that_only_a_card_knows_is_said_without_figures() -> None:
             "named",
             "Coulomb friction at joint1 and payload at wrist are missing. Size: tauC[1] 37.3 mN·m (36.1 to 38.5)",
         ),
-        ("ambiguous", "these data cannot tell which: coulomb friction at joint1 or viscous friction."),
+        ("ambiguous", "these data cannot tell which: Coulomb friction at joint1 or viscous friction."),
         ("unknown", "Something is missing that no effect in the library explains."),
         ("cannot_tell", "These data cannot tell whether anything is missing."),
     ],

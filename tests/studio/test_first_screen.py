@@ -139,7 +139,7 @@ def test_wrong_units_are_told_on_the_first_screen_with_what_to_do(tab: Page, stu
     expect(told.get_by_role("heading", name="These data cannot be used yet.")).to_be_visible(timeout=60_000)
     problem = told.locator(".studio-problem", has_text="column 'phi' in 'm' cannot be model variable 'phi' in 'rad'")
     expect(problem).to_be_visible()
-    expect(told.get_by_text("Next: correct the unit in [columns] of case.toml")).to_be_visible()
+    expect(told.get_by_text("Next: Correct the unit in [columns] of case.toml")).to_be_visible()
     expect(tab.get_by_text("2 of 2 columns are variables of the model; they cannot be used yet.")).to_be_visible()
     tab.screenshot(path=ROOT / "build" / "screenshots" / "first_screen_wrong_units.png")
     assert told.bounding_box()["y"] < HEIGHT / 4  # type: ignore[index]

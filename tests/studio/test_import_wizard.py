@@ -61,7 +61,7 @@ def test_a_dirty_file_and_a_modelica_model_are_dropped_and_matched_by_menus(
     )
     expect(tab.get_by_text("no column is an output of the model").first).to_be_visible()
     expect(tab.get_by_role("heading", name="These data cannot be used yet.")).to_be_visible()
-    expect(tab.get_by_text("Next: choose variables and units in the table below.")).to_be_visible()
+    expect(tab.get_by_text("Next: Choose variables and units in the table below.")).to_be_visible()
     assert "case.toml" not in tab.locator(".studio-problem", has_text="no column is an output").first.inner_text()
 
 

@@ -106,7 +106,7 @@ def test_arm_from_empty_page_to_fallen_error(tab: Page, studio: Studio, screensh
         assert "modelDescription.xml" in fmu.namelist()
     with tab.context.expect_page() as opened:
         tab.get_by_role("link", name="report.html").click()
-    expect(opened.value.get_by_text("coulomb friction").first).to_be_visible()
+    expect(opened.value.get_by_text("Coulomb friction").first).to_be_visible()
     screenshot(opened.value, "arm_5_report")
     with tab.expect_download() as waiting:
         tab.get_by_role("link", name="All of them in a zip").click()

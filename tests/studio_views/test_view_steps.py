@@ -18,7 +18,7 @@ def bars(picture: str) -> list[ET.Element]:
 
 
 def test_a_step_names_what_was_added_to_the_one_before() -> None:
-    assert [step.added for step in steps_of(LEDGER)] == ["as given", "coulomb friction at joint1", "payload at wrist"]
+    assert [step.added for step in steps_of(LEDGER)] == ["as given", "Coulomb friction at joint1", "payload at wrist"]
 
 
 def test_the_summary_tells_first_and_last_error() -> None:

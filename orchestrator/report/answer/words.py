@@ -13,15 +13,17 @@ MOST_SIZES = 4
 PARAMETER_ERROR = "parameter_error"
 # Ids that name a joint; the sensor may be one of anything.
 WORDS = {"joint_scale": "scale error", "joint_offset": "zero error"}
+_PEOPLE = re.compile(r"\b(?:coulomb|stribeck)\b")
 
 
 def name_of(effect: str) -> str:
     """The words of an effect's id.
 
     >>> name_of("coulomb_friction"), name_of("coulomb_friction+payload"), name_of("joint_scale")
-    ('coulomb friction', 'coulomb friction and payload', 'scale error')
+    ('Coulomb friction', 'Coulomb friction and payload', 'scale error')
     """
-    return joined(WORDS.get(part, part.replace("_", " ").strip()) for part in effect.split("+"))
+    words = joined(WORDS.get(part, part.replace("_", " ").strip()) for part in effect.split("+"))
+    return _PEOPLE.sub(lambda found: found[0].capitalize(), words)
 
 
 def place_of(site: str) -> str:
@@ -45,7 +47,7 @@ def place_of(site: str) -> str:
 
 
 def what(effect: Effect) -> str:
-    """An effect with its place, such as `coulomb friction at joint1`."""
+    """An effect with its place, such as `Coulomb friction at joint1`."""
     if effect["id"] == PARAMETER_ERROR:
         return f"the value of {effect['site']}"
     return f"{name_of(effect['id'])} {place_of(effect['site'])}".strip()
