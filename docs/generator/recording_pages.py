@@ -13,6 +13,7 @@ from orchestrator.report.answer.drawing import bars_svg, witness_svg
 from orchestrator.report.answer.markup import answer_style
 from orchestrator.report.answer.witness import shape_words, witnesses_of
 from orchestrator.report.answer.words import capital
+from orchestrator.report.numbers import digits
 from orchestrator.report.palette import css_variables
 
 FOLDER = Path(__file__).parents[1] / "assets" / "recordings"
@@ -59,25 +60,31 @@ def _index() -> str:
     rows = []
     for name, (words, document) in recordings().items():
         answer = answer_of(document)
-        errors = " -> ".join(f"{bar.value:.3g}" for bar in answer.bars[:-1])
+        errors = " → ".join(digits(bar.value) for bar in answer.bars[:-1])
         rows.append(f"| [{words['title']}]({name}.md) | {answer.headline} | {errors} |")
     return "\n".join([_INTRODUCTION, *rows, ""])
 
 
 _INTRODUCTION = """# Real recordings
 
-What was missing in this servo, this muscle, this drive, this tank? Each page shows one machine that somebody recorded: what was
-given to misfit, the commands, its answer, and what the answer buys. Two recordings are shipped, so you can repeat these pages as they
+What was missing in this servo, this muscle, this drive, this tank? Each page shows one machine that somebody recorded: the
+answer and what it buys, why, what was given to misfit, and the commands. Two recordings are shipped, so you can repeat these pages as they
 are; for the others the page says where the data are. Errors are free runs along trials that were never used for learning, as multiples
 of the sensor's noise.
 
-| recording | answer | error, before -> after |
+| recording | answer | error, before → after |
 |---|---|---|"""
 
 
 def _page(name: str, words: Mapping[str, str], document: Mapping[str, Any]) -> str:
     answer, witnesses = answer_of(document), witnesses_of(document)
-    parts = [f"# {words['title']}", words["what"], "## What was given", f"{words['given']} {words['data']}"]
+    drawn = _drawn(document)
+    parts = [f"# {words['title']}", words["what"], f"**{answer.headline}** {answer.detail} {answer.caution}".strip()]
+    parts.append(f"![{_alt(drawn['error'])}](img/{name}_error.svg)")
+    if witnesses and document["verdict"] != "adequate":
+        parts += ["## Why", f"{capital(shape_words(witnesses))}."]
+        parts += [f"![{_alt(svg)}](img/{name}_{kind}.svg)" for kind, svg in drawn.items() if kind != "error"]
+    parts += ["## What was given", f"{words['given']} {words['data']}"]
     if document["model_text"]:
         parts.append(f"```modelica\n{document['model_text'].strip()}\n```")
     data = (
@@ -87,13 +94,7 @@ def _page(name: str, words: Mapping[str, str], document: Mapping[str, Any]) -> s
     )
     parts += ["## The commands", f"```text\nmisfit compare {document['model_name']} {data}"]
     parts[-1] += f"\nmisfit discover {document['model_name']} {data} --out found --html found.html\n```"
-    parts += ["## The answer", f"**{answer.headline}** {answer.detail} {answer.caution}".strip()]
     parts.append(f"It took {document['seconds']:g} s. (misfit at commit {document['commit']}.)")
-    parts.append(f"![{_alt(_drawn(document)['error'])}](img/{name}_error.svg)")
-    if witnesses and document["verdict"] != "adequate":
-        parts += ["## Why", f"{capital(shape_words(witnesses))}."]
-        drawn = _drawn(document)
-        parts += [f"![{_alt(svg)}](img/{name}_{kind}.svg)" for kind, svg in drawn.items() if kind != "error"]
     if document["written"]:
         parts += ["## The model that was written", f"```modelica\n{document['written'].strip()}\n```"]
     parts += ["## What is known", words["known"]]

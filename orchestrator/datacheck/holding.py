@@ -80,6 +80,6 @@ def turned(measurements: MeasurementSet, columns: Mapping[str, str], gains: Mapp
         course = "is held from sample to sample" if holds else "runs in straight lines between samples"
         odds = f"{np.exp(gain):.0f}" if gain < np.log(1000.0) else "over 1000"
         notes.append(
-            f"{name} {course}: with the effects that were found this is {odds} times as likely; say so in [interpolation] of case.toml"
+            f"{name} {course}: the record is {odds} times as likely so; say so in [interpolation] of case.toml"
         )
     return replace(measurements, interpolation=chosen, notes=tuple(notes))
