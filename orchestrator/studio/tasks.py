@@ -169,6 +169,8 @@ def add(project: Project, say: Say, number: str) -> None:
     earlier = [project.result(VERSION.format(k)) for k in range(1, int(number))]
     shown = [known[0], *(known[each["entry"]] for each in earlier if each), entry]
     replay = _replay(project, measurements, whole.steps[0].comparison)
+    if int(number) == len(diagnosis["steps"]) - 1:
+        whole = replace(whole, patched_model=str(version.file))
     write_atomically(project.results / REPORT, discovery_report(whole, shown, replay).encode())
     _write(project, VERSION.format(number), {"entry": entry.version, "comparison": found.to_json()})
 

@@ -206,6 +206,12 @@ def test_a_terminal_says_the_answer_and_the_next_step_of_every_verdict_first_and
     assert text.count("with a probability of 97 %") == 1
 
 
+def test_what_is_written_already_is_not_to_be_added() -> None:
+    written = replace(diagnosis("named"), patched_model="found/Plant_1.fmu")
+
+    assert answer_of(written.to_json()).next_step == "Use Plant_1.fmu, the model with them."
+
+
 def test_two_effects_are_them_in_every_sentence() -> None:
     answer = answer_of(diagnosis("named").to_json())
 

@@ -4,6 +4,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import PurePath
 from typing import Any
 
 from orchestrator.compare.estimates import REFUTED
@@ -230,6 +231,8 @@ def _next_step(document: Document, effects: Sequence[Mapping[str, Any]], best: S
     experiment = document.get("next_experiment") or {}
     do = str(experiment.get("do", experiment.get("experiment", "")))
     match document.get("verdict"):
+        case "named" if written := document.get("patched_model"):
+            return f"Use {PurePath(written).name}, the model with {_them(document, effects)}."
         case "named":
             return f"Add {_them(document, effects)} to the model."
         case "adequate":
