@@ -120,7 +120,7 @@ def _as_inputs_run(
         measurements = turned(measurements, asked, early)
         found = search(measurements, ())
     if asked and isinstance(found.search, Outcome):
-        progress("asking how inputs run between samples, with what was found")
+        progress(f"asking how {', '.join(asked)} run between samples, with what was found")
         setting, chosen = found.search.setting, found.search.decision.chosen
         with threadpool_limits(limits=1, user_api="blas"), threads(workers):
             if back := held_for_nothing(setting, chosen, list(early)):

@@ -35,7 +35,7 @@ def table(summary: SummaryRecorder) -> Iterator[str]:
     rows: list[tuple[str, ...]] = [("signal", "unit", "first", "last", "smallest", "largest")]
     parts = zip(summary.columns, summary.first, summary.last, summary.smallest, summary.largest, strict=True)
     for column, *values in list(parts)[:MOST_LINES]:
-        rows.append((column.name, column.unit, *(f"{value:.6g}" for value in values)))
+        rows.append((column.name, column.unit, *(f"{value + 0.0:.6g}" for value in values)))  # no -0
     yield from _aligned(rows)
     if len(summary.columns) > MOST_LINES:
         yield f"... and {len(summary.columns) - MOST_LINES} more; --record PATTERN chooses"

@@ -46,7 +46,7 @@ def where_it_fails(
     maps = {name: state_maps(curves, units, name, input_units) for name in units}
     return {
         "signal": [
-            {**_by_signal(curves, name, units, floor), "depends": sentence(f"error of {name}", maps[name])}
+            {**_by_signal(curves, name, units, floor), "depends": sentence(f"Error of {name}", maps[name])}
             for name in units
         ],
         "time": [row for name in units for row in _by_time(curves, name)],

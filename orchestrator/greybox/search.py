@@ -362,7 +362,7 @@ class Search:
         self._fit_all([candidates])
 
     def _from_nearest(self, trying: Callable[[str], None], candidates: tuple[Candidate, ...]) -> FittedSet | None:
-        trying(" and ".join(c.label for c in candidates) or "the model as it is")
+        trying(_in_words(candidates))
         return self._fitted(candidates, self._nearest(key_of(candidates)))
 
     def _fitted(self, candidates: tuple[Candidate, ...], about: FittedSet | None) -> FittedSet | None:
@@ -377,6 +377,15 @@ class Search:
     def _nearest(self, key: Key) -> FittedSet:
         """The likeliest set that a new one contains: it knows best how noisy the sensors are."""
         return min((s for own, s in self.fitted.items() if own < key), key=lambda s: s.loss)
+
+
+def _in_words(candidates: Sequence[Candidate]) -> str:
+    """What is tried, short enough for a line."""
+    sites: dict[str, list[str]] = {}
+    for candidate in candidates:
+        sites.setdefault(candidate.id, []).append(candidate.place.site)
+    parts = [f"{id} at {' and '.join(own) if len(own) < 3 else f'{len(own)} places'}" for id, own in sites.items()]
+    return " and ".join(parts) or "the model as it is"
 
 
 def _in_shares(candidates: Sequence[Candidate]) -> int:

@@ -76,3 +76,8 @@ def test_names_of_users_are_text_and_not_markup() -> None:
 def test_an_empty_ledger_draws_an_axis_and_says_so() -> None:
     assert bars(drawing(())) == []
     assert summary(()) == "No version has been recorded yet."
+
+
+def test_numbers_of_two_bars_beside_each_other_do_not_touch() -> None:
+    """`0.776` and `0.767` ran into each other; a letter takes 8 of the picture's units at most."""
+    assert all(float(bar.attrib["width"]) >= 5 * 8 for bar in bars(drawing(steps_of(LEDGER))))
