@@ -71,8 +71,9 @@ def match(project: Project, say: Say) -> None:
             document["notes"] += bind(measurements, model.inputs, model.outputs).notes
         except MisfitError as error:
             # Where the studio writes case.toml itself, the menus say what is to be said in it.
-            problem = re.sub(r";[^;]*case\.toml.*", "; choose variable and unit below", str(error))
-            document["problem"] = problem if document["own_case"] else str(error)
+            told = str(error).removeprefix(f"{measurements.path}: ")
+            problem = re.sub(r";[^;]*case\.toml.*", "; choose variable and unit below", told)
+            document["problem"] = problem if document["own_case"] else told
     _write(project, MATCH, document)
 
 
