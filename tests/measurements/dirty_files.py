@@ -1,4 +1,4 @@
-"""One recording of a drive, written as 40 programs would have written it."""
+"""One recording of a drive, written as 41 programs would have written it."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -49,6 +49,7 @@ KINDS = (
     "quoted thousands, a mark, a column twice",
     "joined logs, lines of an old Mac",
     "stamps of digits alone",
+    "one value in a row",
 )
 
 
@@ -143,6 +144,14 @@ def _joined_logs() -> str:
 
 def _thousands(value: float, digits: int) -> str:
     return f"{value:,.{digits}f}".translate(str.maketrans(",.", ".,"))
+
+
+def _one_value_in_a_row() -> str:
+    lines = ["_time,_measurement,_field,_value,unit"]
+    for t, u, q in zip(*recording(), strict=True):
+        for name, value, unit in (("torque", u, "Nm"), ("phi", q * 180 / np.pi, "°")):
+            lines.append(f"2024-03-01T12:00:{t:012.9f}Z,rig7,{name},{value:.6f},{unit}")
+    return "\n".join(lines)
 
 
 def _grouped(value: float, blank: str) -> str:
@@ -328,4 +337,5 @@ def dirty_files() -> dict[str, Dirty]:
             ).encode(),
             ".dat",
         ),
+        "one value in a row": Dirty(_one_value_in_a_row().encode()),
     }

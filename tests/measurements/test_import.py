@@ -29,8 +29,8 @@ def imported(folder: Path, kind: str) -> Path:
     return folder
 
 
-def test_there_are_forty_dirty_files() -> None:
-    assert len(KINDS) == 40 and tuple(dirty_files()) == KINDS
+def test_there_are_forty_one_dirty_files() -> None:
+    assert len(KINDS) == 41 and tuple(dirty_files()) == KINDS
 
 
 def test_times_without_rows_are_told(tmp_path: Path) -> None:
@@ -52,6 +52,14 @@ def test_an_input_that_is_sampled_slower_keeps_the_rows_of_the_others(tmp_path: 
     assert sum(len(trial.time) for trial in trials) == 301
     torque = np.concatenate([trial.columns["torque [N.m]"] for trial in trials])
     assert np.allclose(torque, np.sin(np.arange(301) / 50), atol=0.006)  # (0.2)^2 / 8 between the samples
+
+
+def test_a_mode_beside_one_signal_is_no_name_of_a_signal(tmp_path: Path) -> None:
+    rows = [f"{k / 100},{'RUN' if k % 40 < 20 else 'STOP'},{np.sin(k / 20):.5f}" for k in range(200)]
+    (tmp_path / "a.csv").write_text("\n".join(["t,mode,phi", *rows]))
+    assert run(tmp_path, "--model", "drive", "--yes").exit_code == 0
+
+    assert set(load_measurements(tmp_path).trials[0].columns) == {"phi"}
 
 
 def test_seconds_of_a_machine_that_has_run_for_long_are_no_days(tmp_path: Path) -> None:

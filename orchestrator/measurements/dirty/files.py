@@ -9,6 +9,7 @@ import numpy as np
 from fmus.errors import MisfitError
 from orchestrator.measurements.dirty.cells import decoded, kind_of
 from orchestrator.measurements.dirty.clock import with_clock
+from orchestrator.measurements.dirty.long_table import long_form
 from orchestrator.measurements.dirty.reading import Reading
 from orchestrator.measurements.dirty.repair import in_order, repaired
 from orchestrator.measurements.dirty.sniff import Sniffed, sniff
@@ -16,6 +17,7 @@ from orchestrator.measurements.dirty.text_table import rows_of
 from orchestrator.measurements.load import TYPED_ENDINGS, read_any_table
 from orchestrator.measurements.table import Table
 from orchestrator.measurements.trial import Array
+from orchestrator.measurements.wording import shown
 
 # Holes of at most so many samples are bridged, longer ones are cut out.
 BRIDGED_SAMPLES = 6
@@ -56,7 +58,7 @@ def find_file(path: Path, rate_hz: float | None = None, time: str | None = None)
     if not content:
         raise MisfitError(f"{path}: the file is empty; expected column names and rows of numbers")
     typed = path.suffix.lower() in TYPED_ENDINGS
-    sniffed, stamps = (_typed(path), []) if typed else _text(path, content)
+    sniffed, stamps, cells = (_typed(path), [], []) if typed else _text(path, content)
     table = read_any_table(path, content, sniffed.reading)
     values = {name: table.values[:, place] for place, name in enumerate(table.names)}
     units = {**table.units, **sniffed.units}
@@ -65,6 +67,10 @@ def find_file(path: Path, rate_hz: float | None = None, time: str | None = None)
         reading, notes = with_clock(sniffed.reading, values, stamps, units, rate, time)
     except MisfitError as error:
         raise MisfitError(f"{path}: {error}") from error
+    reading, own_units = long_form(sniffed.names, cells, reading)
+    units |= own_units
+    if reading.signal:
+        notes = (*notes, f"{path.name}: a row holds one value; {shown(reading.signal)} says of which signal")
     table = read_any_table(path, content, reading)
     columns = {name: table.values[:, place] for place, name in enumerate(table.names) if name not in reading.time}
     if not columns:
@@ -78,8 +84,8 @@ def _typed(path: Path) -> Sniffed:
     return Sniffed(Reading(), ())
 
 
-def _text(path: Path, content: bytes) -> tuple[Sniffed, list[str]]:
-    """How a text file is read, and which of its columns hold dates or times of the day."""
+def _text(path: Path, content: bytes) -> tuple[Sniffed, list[str], list[list[str]]]:
+    """How a text file is read, which of its columns hold dates or times of the day, and its rows."""
     sniffed = sniff(path, content)
     rows = rows_of(decoded(path, content, sniffed.reading.encoding), sniffed.reading, len(sniffed.names)).cells
     sample = rows[:: max(len(rows) // 200, 1)]
@@ -88,7 +94,7 @@ def _text(path: Path, content: bytes) -> tuple[Sniffed, list[str]]:
         kinds = [kind_of(row[place], sniffed.reading.decimal) for row in sample]
         if kinds.count("stamp") > 0.5 * len(kinds):
             stamps.append(name)
-    return sniffed, stamps
+    return sniffed, stamps, rows
 
 
 def _longest_bridge(table: Table, reading: Reading) -> float:

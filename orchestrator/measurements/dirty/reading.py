@@ -21,7 +21,8 @@ class Reading:
     date and a time of the day) and become the one column `time` in s; `time_kind` says what they hold: numbers in
     `time_unit`, such numbers since an epoch (only differences count), stamps, or nothing ("counted": at the rate of
     [sampling]). Samples without a value are bridged over up to `bridge_up_to_s`, longer stretches are cut out.
-    `missing` lists numbers that stand for "no value".
+    `missing` lists numbers that stand for "no value". Where a row holds one value, `signal` and `value` name the columns that
+    say of which signal it is, and which it is.
     """
 
     encoding: str = "utf-8"
@@ -35,6 +36,8 @@ class Reading:
     time_unit: str = "s"
     missing: tuple[float, ...] = ()
     bridge_up_to_s: float = 0.0
+    signal: str = ""
+    value: str = ""
 
     def as_table(self) -> dict[str, Any]:
         """The keys and values of the TOML table."""
@@ -65,7 +68,7 @@ def read_reading(table: TomlTable) -> tuple[Reading | None, Mapping[str, Reading
 def _reading(table: TomlTable) -> Reading:
     table.check_keys(each.name for each in fields(Reading))
     given: dict[str, Any] = {}
-    for key in ("encoding", "separator", "decimal", "time_kind", "time_unit"):
+    for key in ("encoding", "separator", "decimal", "time_kind", "time_unit", "signal", "value"):
         if key in table.values:
             given[key] = table.get_text(key)
     for key in ("names", "time"):

@@ -20,7 +20,7 @@ LOOKED_AT = 600
 MARKERS = (-9999.0, -999.0, -99999.0, 9999.0, 99999.0, -999.25, 1e30, 1e31, -1e30, 9.96921e36)
 # What `unique_names` puts behind a name that stands twice.
 _NUMBERED = re.compile(r" \(\d+\)$")
-_DIGIT = re.compile(r"\d")
+_BEGINS_AS_A_NUMBER = re.compile(r"[+\-.,]?\d")
 _RATE = re.compile(
     r"(?:rate|freq\w*|abtastrate|\bfs\b)[^\d\n]{0,30}?(?P<rate>\d+(?:[.,]\d+)?(?:e\d+)?)\s*(?P<unit>k?hz|1/s|samples)?",
     re.I,
@@ -107,8 +107,11 @@ def _score(sample: Sequence[str], separator: str, decimal: str) -> tuple[int, fl
         numbers = sum(kind in ("number", "stamp") for kind in kinds)
         if numbers:
             counts[len(cells)] += 1
-            # Text with a digit is a number that was cut in the wrong place; a word may be a remark or a mode.
-            cut = sum(kind == "text" and bool(_DIGIT.search(cell)) for kind, cell in zip(kinds, cells, strict=True))
+            # Text that begins as a number was cut in the wrong place; a word may be a remark, a mode or `joint1`.
+            cut = sum(
+                kind == "text" and bool(_BEGINS_AS_A_NUMBER.match(cell))
+                for kind, cell in zip(kinds, cells, strict=True)
+            )
             values[len(cells)] += numbers - 2 * cut
     if not counts:
         return 0, 0.0

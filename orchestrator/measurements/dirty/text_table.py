@@ -10,6 +10,7 @@ import numpy as np
 from fmus.errors import MisfitError
 from orchestrator.measurements.dirty.cells import MISSING, as_number, decoded, split_line
 from orchestrator.measurements.dirty.clock import seconds_of
+from orchestrator.measurements.dirty.long_table import widened
 from orchestrator.measurements.dirty.reading import SEPARATORS, Reading
 from orchestrator.measurements.table import Table
 from orchestrator.measurements.trial import Array
@@ -51,6 +52,14 @@ def read_text_table(path: Path, content: bytes, reading: Reading) -> Table:
             f"{path}: no row of {len(names)} cells from line {reading.first_line} on; run `misfit import` again"
         )
     _require_few_stray(path, rows)
+    if reading.signal:
+        unknown = [name for name in (reading.signal, reading.value, *reading.time) if name not in names]
+        if unknown:
+            raise MisfitError(
+                f"{path}: no column {shown(unknown[0])}, which [reading] names; columns found: {listed(names)}"
+            )
+        names, cells, numbers = widened(names, rows.cells, rows.lines, reading)
+        rows = Rows(cells, numbers, rows.stray)
     columns, notes = _columns(path, names, rows, reading)
     if rows.stray:
         notes.append(
