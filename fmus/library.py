@@ -15,14 +15,19 @@ def library_root() -> Path:
     return installed if installed.is_dir() else package.parent / "modelica"
 
 
+def standard_subset() -> Path:
+    """Return the folder of the units, constants and signals that stand in where the Modelica Standard Library is not given."""
+    return Path(__file__).resolve().parent / "standard" / "Modelica"
+
+
 def libraries() -> dict[str, Path]:
     """Return the top-level classes of all libraries: name to package folder, or to the file of a single class.
 
     The folders of MODELICAPATH, to which `--library` adds, go before misfit's own. Each holds packages, as a folder of its own
     each (which may have a version in its name, `Modelica 4.0.0`), or is the folder of a package itself, whose neighbours count,
-    too.
+    too. Without a `Modelica` among them a small subset stands in for it.
     """
-    return dict(_found(os.environ.get("MODELICAPATH", ""), library_root()))
+    return {"Modelica": standard_subset()} | dict(_found(os.environ.get("MODELICAPATH", ""), library_root()))
 
 
 def library_folders() -> tuple[str, ...]:

@@ -2,14 +2,15 @@
 
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
-from functools import lru_cache
+from functools import cache, lru_cache
+from itertools import pairwise
 from pathlib import Path
 
 from fmus.errors import ModelicaError
 from fmus.frontend.lint.parser import parse
 from fmus.frontend.lint.sources import modelica_text, outermost
 from fmus.frontend.lint.tokens import Token, tokens_of
-from fmus.library import libraries, library_root
+from fmus.library import libraries, library_root, standard_subset
 
 Name = tuple[str, ...]
 
@@ -33,22 +34,44 @@ def check_libraries(file: Path) -> None:
     Raises:
         ModelicaError: with the first line that uses the library, and how to give it.
     """
-    if "Modelica" in libraries() or (file.parent / "package.mo").exists():
+    if libraries()["Modelica"] != standard_subset() or (file.parent / "package.mo").exists():
         return
     tokens = tokens_of(modelica_text(file), file.name)
     own = {tokens[k + 1].text for k, token in enumerate(tokens) if token.text == "package"}
     for k, token in enumerate(tokens):
-        uses = (
-            token.text == "Modelica"
-            and token.kind == "name"
-            and tokens[k + 1].text == "."
-            and tokens[k - 1].text != "."
-        )
-        if uses and "Modelica" not in own:
-            raise ModelicaError(
-                f"{file.name}:{token.line}: the Modelica Standard Library is not found; name its folder, the one that "
-                "contains Modelica/package.mo, by --library DIR or in MODELICAPATH"
-            )
+        if token.text == "Modelica" and token.kind == "name" and tokens[k - 1].text != "." and "Modelica" not in own:
+            name = ["Modelica"]
+            while tokens[k + 1].text == "." and tokens[k + 2].kind == "name":
+                k += 2
+                name.append(tokens[k].text)
+            if len(name) > 1 and not _in_subset(tuple(name)):
+                raise ModelicaError(
+                    f"{file.name}:{token.line}: {'.'.join(name)} is of the Modelica Standard Library, which is not found; name its "
+                    "folder, the one that contains Modelica/package.mo, by --library DIR or in MODELICAPATH"
+                )
+
+
+def _in_subset(name: Name) -> bool:
+    """Whether a full name, or a package on its way, stands in the subset of the Standard Library that is part of misfit."""
+    return all(part in _names_of_the_subset() for part in name)
+
+
+@cache
+def _names_of_the_subset() -> frozenset[str]:
+    files = sorted(standard_subset().glob("*.mo"))
+    tokens = [token for file in files for token in tokens_of(file.read_text(), file.name)]
+    named = (
+        "package",
+        "type",
+        "function",
+        "connector",
+        "Real",
+        "Velocity",
+        "Acceleration",
+        "ElectricCharge",
+        "Temperature",
+    )
+    return frozenset(b.text for a, b in pairwise(tokens) if a.text in named)
 
 
 def needed_files(names: list[Name], start: Path | None, packages: Mapping[str, Path]) -> dict[Name, Path]:

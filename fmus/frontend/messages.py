@@ -9,7 +9,7 @@ from fmus.frontend.lint.sizes import wrong_sizes
 from fmus.frontend.lint.sources import NO_PACKAGES, Sources, modelica_text
 from fmus.frontend.lint.tokens import Token, tokens_of
 
-_PLACE = re.compile(r"\[?(?P<file>[\w.-]+\.mo):(?P<line>\d+):\d+\]?")
+_PLACE = re.compile(r"\[?(?:[^\s\[\]]*/)?(?P<file>[\w.-]+\.mo):(?P<line>\d+):\d+\]?")
 _STAGE = re.compile(r"^\w+ failed: \S+ failed in \w+: |^\S+ could not be compiled: ")
 _QUOTED = re.compile(r"['`]([A-Za-z_][\w.]*)['`]")
 _COUNTS = re.compile(r"unbalanced model: (\d+) equations, (\d+) unknowns")

@@ -92,10 +92,44 @@ def test_a_missing_standard_library_is_told_with_what_to_do(tmp_path: Path, monk
     monkeypatch.delenv("MODELICAPATH", raising=False)
     model = users_model(tmp_path, "model M\n  Modelica.Blocks.Continuous.Integrator i;\nend M;\n")
     with pytest.raises(
-        ModelicaError, match=r"^M\.mo:2: the Modelica Standard Library is not found.*--library DIR"
+        ModelicaError,
+        match=r"^M\.mo:2: Modelica\.Blocks\.Continuous\.Integrator is of the Modelica Standard Library, which is not found; .*--library DIR",
     ) as caught:
         model.compile()
     assert "\n" not in str(caught.value)
+
+
+ROOM = """model Room
+  import Modelica.Units.SI;
+  import Modelica.Units.Conversions.from_degC;
+  parameter SI.Temperature T0 = from_degC(20);
+  parameter Modelica.SIunits.HeatCapacity C = 1000*Modelica.Constants.pi;
+  Modelica.Blocks.Interfaces.RealInput P(unit="W");
+  output SI.Temperature T(start = T0, fixed = true);
+equation
+  C*der(T) = P;
+end Room;
+"""
+
+
+def test_units_constants_and_signals_need_no_standard_library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MODELICAPATH", "")
+
+    (tmp_path / "Room.mo").write_text(ROOM)
+    system = ModelicaModel("Room", "Room", tmp_path / "Room.mo").compile()
+
+    values = {v.name: v.start for v in system.parameters}
+    assert values == {"T0": 293.15, "C": pytest.approx(3141.592653589793)}
+    assert (system.states[0].unit, system.inputs[0].unit) == ("K", "W")
+
+
+def test_a_standard_library_of_ones_own_goes_before_the_subset(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    package = tmp_path / "libs" / "Modelica"
+    package.mkdir(parents=True)
+    (package / "package.mo").write_text("package Modelica\n  constant Real pi = 3;\nend Modelica;\n")
+    monkeypatch.setenv("MODELICAPATH", str(tmp_path / "libs"))
+    text = "model M\n  output Real x(start=Modelica.pi, fixed=true);\nequation\n  der(x) = -x;\nend M;\n"
+    assert users_model(tmp_path, text).compile().states[0].start == 3.0
 
 
 def test_a_class_of_a_package_folder_sees_a_change_in_an_outer_package(tmp_path: Path) -> None:

@@ -20,7 +20,7 @@ import numpy as np
 
 from fmus.catalogue import ModelicaModel
 from fmus.errors import MisfitError
-from fmus.library import libraries
+from fmus.library import libraries, standard_subset
 from fmus.symbolic.system import SymbolicSystem
 from tests.benchmarks.constructs.constructs import CONSTRUCTS, Construct
 
@@ -39,8 +39,10 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as folder:
         os.environ["MISFIT_CACHE"] = str(Path(folder) / "cache")
         rows = [(c.name, *_outcome(c, Path(folder))) for c in CONSTRUCTS]
-        library = libraries().get("Modelica")
-        models = [] if library is None else [(name, *_built(name, path)) for name, path in _examples(library)]
+        library = libraries()["Modelica"]
+        models = (
+            [] if library == standard_subset() else [(name, *_built(name, path)) for name, path in _examples(library)]
+        )
     text = _table("Language constructs", "construct", rows)
     if models:
         text += "\n" + _table("Models of the Modelica Standard Library", "model", models)
