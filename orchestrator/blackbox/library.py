@@ -98,15 +98,7 @@ class Law:
 @cache
 def laws() -> tuple[Law, ...]:
     """Return all laws, by file name."""
-    return tuple(
-        _law(tomllib.loads(path.read_text())) for path in sorted(FOLDER.glob("*.toml")) if path.stem != "needs"
-    )
-
-
-@cache
-def needs() -> dict[str, str]:
-    """Return what an FMU would have to expose for effects that no law here stands for, by effect id."""
-    return tomllib.loads((FOLDER / "needs.toml").read_text())
+    return tuple(_law(tomllib.loads(path.read_text())) for path in sorted(FOLDER.glob("*.toml")))
 
 
 def _law(entry: dict[str, Any]) -> Law:

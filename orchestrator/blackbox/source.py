@@ -11,12 +11,12 @@ from fmus.catalogue import ModelicaModel
 from fmus.symbolic.system import SymbolicSystem
 from orchestrator.blackbox.coupled import CoupledSystem, Mounted, couple
 from orchestrator.blackbox.fmu_file import FmuFile
-from orchestrator.blackbox.library import FORCE_SLOTS, INPUT_SLOTS, PARAMETER_SLOT, Law, Scales, laws, needs
+from orchestrator.blackbox.library import FORCE_SLOTS, INPUT_SLOTS, PARAMETER_SLOT, Law, Scales, laws
 from orchestrator.blackbox.model import CoupledModel
-from orchestrator.blackbox.ports import Port
+from orchestrator.blackbox.ports import FORCE_UNITS, Port
 from orchestrator.blackbox.sites import NEGLIGIBLE, Sites, find_sites, plain_sites
 from orchestrator.blackbox.system_source import open_file
-from orchestrator.library.cards import Candidate, effect_library
+from orchestrator.library.cards import Candidate
 from orchestrator.measurements import BoundSet, MeasurementSet, bind
 
 PULSE_SAMPLES = 24
@@ -105,12 +105,8 @@ class FmuSource:
         """One line for each reason why effects cannot be attached: what the FMU would have to expose."""
         lacking: dict[str, list[str]] = {}
         for law in laws():
-            if not self._places(law)[0] and (law.card.slots[0] != PARAMETER_SLOT or self.fmu.started.cosimulation):
+            if not self._places(law)[0] and self._may_act(law):
                 lacking.setdefault(self._lacking(law), []).append(law.card.id)
-        known = {law.card.id for law in laws()}
-        for card_id in dict.fromkeys(card.id for card in effect_library()):
-            if card_id not in known and card_id in needs():
-                lacking.setdefault(f"the FMU would have to expose {needs()[card_id]}", []).append(card_id)
         return tuple(
             f"{', '.join(ids)} {'is' if len(ids) == 1 else 'are'} not tried: {reason}"
             for reason, ids in lacking.items()
@@ -133,6 +129,13 @@ class FmuSource:
 
     def _fit_together(self, law: Law) -> bool:
         return law.card.slots[0] not in FORCE_SLOTS or self.sites.one_force_each
+
+    def _may_act(self, law: Law) -> bool:
+        """Whether a law makes sense for an FMU of this kind: friction needs something that moves."""
+        slot = law.card.slots[0]
+        if slot in FORCE_SLOTS:
+            return any(self.sites.outputs[k].unit in (None, "", *FORCE_UNITS.values()) for k in self.sites.measured)
+        return slot != PARAMETER_SLOT or self.fmu.started.cosimulation
 
     def _lacking(self, law: Law) -> str:
         """What is missing for a law without a site."""

@@ -26,7 +26,7 @@ INERTIA = 0.02
 TRUTH = {
     "viscous_friction": ("b[1]", 0.03),
     "coulomb_friction": ("fC[1]", 0.02),
-    "stimulation_delay": ("T", 0.04),
+    "input_delay": ("T", 0.04),
     "input_gain": ("k[1]", 0.8),
 }
 
@@ -38,7 +38,7 @@ def drive_data(folder: Path, effect: str) -> Path:
     for k in range(1, 5):
         f, phase, a = random.uniform(0.2, 1.5, 4), random.uniform(0, 6, 4), random.uniform(0.02, 0.06, 4)
         torque = (a[:, None] * np.sin(2 * np.pi * f[:, None] * TIME + phase[:, None])).sum(axis=0)
-        acting = np.interp(TIME - true, TIME, torque) if effect == "stimulation_delay" else torque
+        acting = np.interp(TIME - true, TIME, torque) if effect == "input_delay" else torque
         acting = true * acting if effect == "input_gain" else acting
 
         def slope(t: float, x: np.ndarray, acting: np.ndarray = acting) -> list[float]:
@@ -67,7 +67,7 @@ def black_box(folder: Path, fmi_version: str = "2.0") -> Path:
     [
         ("viscous_friction", "3.0", True),
         ("coulomb_friction", "3.0", False),
-        ("stimulation_delay", "2.0", True),
+        ("input_delay", "2.0", True),
     ],
 )
 def test_effect_in_the_data_is_named_from_outside_the_fmu(
@@ -149,7 +149,26 @@ end Closed;
     line = next(line for line in source.refusals() if "viscous_friction" in line)
     assert "coulomb_friction" in line
     assert line.endswith("the FMU would have to expose an input that acts as a force (N or N.m) on phi")
-    assert {c.card.id for c in source.candidates()} >= {"input_gain", "stimulation_delay", "sensor_lag"}
+    assert {c.card.id for c in source.candidates()} >= {"input_gain", "input_delay", "sensor_lag"}
+
+
+def test_an_fmu_of_a_room_is_told_of_no_friction_and_no_muscles(tmp_path: Path) -> None:
+    text = """model Room
+  input Real heating(unit = "W");
+  output Real T(unit = "K", start = 290, fixed = true);
+equation
+  5e4*der(T) = heating - 20*(T - 280);
+end Room;
+"""
+    (tmp_path / "Room.mo").write_text(text)
+    (tmp_path / "trial.csv").write_text("time,heating,T\n" + "".join(f"{t},{t % 3},{290 - t}\n" for t in range(20)))
+    box = build_fmu(ModelicaModel("Room", "Room", tmp_path / "Room.mo").compile(), tmp_path / "room.fmu")
+
+    source = FmuSource.prepare(box, load_measurements(tmp_path / "trial.csv"))
+
+    source.fmu.close()
+    assert source.refusals() == ()
+    assert {c.card.id for c in source.candidates()} >= {"input_delay", "input_lag", "dead_zone", "sensor_lag"}
 
 
 def test_units_and_sizes_of_parameters_follow_from_those_of_the_plant() -> None:

@@ -12,7 +12,7 @@ from orchestrator.library.cards import Candidate
 from orchestrator.models.smoothing import SmoothedTrial
 
 # These act only beyond a level; a range that was never entered says nothing against the data.
-BEYOND_A_LEVEL = ("end_stop", "saturation", "recruitment_curve", "backlash", "tremor")
+BEYOND_A_LEVEL = ("end_stop", "saturation", "dead_zone", "recruitment_curve", "backlash", "tremor")
 
 
 def is_at_rest(learning: LearningData) -> bool:
