@@ -28,6 +28,8 @@ _RATES = ("1", "Pa/s", "K/s", "m/s2", "m/s", "1/s", "A/s", "V/s", "mol/(m3.s)")
 _FILLING = ("W", "A", "m3/s", "kg/s", "mol/s")
 # An equation of accelerations that belong to a linkage holds rates, too; a balance of forces is preferred to it.
 UNLIKELY = 0.1
+# A force does not drive a shaft's speed where a torque does, whatever the sizes of both, which are in different units.
+FOREIGN = 1e-3
 # Which input drives which state is asked at so many points, about so near to the start.
 POINTS, NEAR = 5, 0.1
 # Stands for a gain of zero, whose logarithm is finite then.
@@ -218,7 +220,8 @@ class _BalancedBuilder(SystemBuilder):
     def _paired(self, dae: Dae, rates: Mapping[str, list[ca.SX]], rows: Sequence[int]) -> list[tuple[int, str, float]]:
         """Equations, the states whose balances they seem to be, and signs, from slopes at first guesses of all variables."""
         values = self._values(dae, *self._defaults(dae.knowns)[::2])
-        likely = np.array([1.0 if _named(self._dimension(k)) in _FLOWS else UNLIKELY for k in rows])
+        units = [self.declared.records[state].unit for state in rates]
+        likely = np.array([[_likely(self._dimension(k), unit) for unit in units] for k in rows])
         assigned = _assigned([dae.equations[k].residual for k in rows], list(rates.values()), values, likely)
         states = list(rates)
         return [(rows[row], states[place], sign) for row, (place, sign) in assigned.items()]
@@ -242,7 +245,9 @@ def _rates(dae: Dae, units: Mapping[str, str]) -> dict[str, list[ca.SX]]:
     fills has one, although the flow may be a state: the charge behind an inductor.
     """
     states = {q.symbol.element_hash() for q in dae.quantities if q.derivative is not None}
-    names = _names(dae.equations)
+    given = {s.element_hash() for s in ca.symvar(dae.knowns.inputs)}
+    # What an input gives is no other name for a rate: der(m) = u is the balance of a store with a pump.
+    names = [pair for pair in _names(dae.equations) if given.isdisjoint(s.element_hash() for s in pair)]
     found: dict[str, list[ca.SX]] = {}
     for quantity in dae.quantities:
         if quantity.derivative is None:
@@ -339,10 +344,16 @@ def _assigned(
         matrix = np.array(ca.DM(slopes))
     matrix = np.nan_to_num(matrix, posinf=0.0, neginf=0.0)
     scale = np.abs(matrix) / np.maximum(np.abs(matrix).max(axis=0, initial=0.0), 1e-300)
-    pairs = zip(
-        *(map(int, part) for part in scipy.optimize.linear_sum_assignment(-scale * likely[:, None])), strict=True
-    )
+    pairs = zip(*(map(int, part) for part in scipy.optimize.linear_sum_assignment(-scale * likely)), strict=True)
     return {r: (c, float(np.sign(matrix[r, c]))) for r, c in pairs if matrix[r, c] != 0.0}
+
+
+def _likely(dimension: Known, state_unit: str) -> float:
+    """How likely an equation of a dimension is the balance of a state by its unit, from 0 to 1."""
+    flow = _named(dimension)
+    if flow in ("N", "N.m") and state_unit and of_unit(state_unit) in (of_unit("rad/s"), of_unit("m/s")):
+        return 1.0 if (flow == "N.m") == (of_unit(state_unit) == of_unit("rad/s")) else FOREIGN
+    return 1.0 if flow in _FLOWS else UNLIKELY
 
 
 def _unit(dimension: Known, state_unit: str) -> str:

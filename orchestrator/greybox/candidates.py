@@ -122,6 +122,8 @@ def fits(law: Law, place: Place) -> bool:
     known = {*place.coordinates, *place.units} | ({"net"} if place.storage is not None else set())
     if not law.asks_for <= known:
         return False
+    if place.is_potential and "x" not in law.asks_for:  # what does not go with the potential acts at the store
+        return False
     between = place.balance is None and place.kind in ("motion", "storage")
     if between and (law.single or "net" in law.asks_for):
         return False

@@ -22,6 +22,7 @@ from orchestrator.greybox.places import (
     input_places,
     output_places,
     parameter_places,
+    potential_places,
     response_places,
     with_loads,
     with_others,
@@ -82,8 +83,10 @@ def places_of(case: Case, nominal: FittedSet) -> list[Place]:
     measured = [outputs[name] for name in case.signals]
     duration = float(np.ptp(seen.values["time"])) or 1.0
     given = input_places(case.inputs, seen)
+    closed = isinstance(case.source, FmuSource)
     found = [
         *with_loads(balance_places(case.base, case.balances, seen), given),
+        *([] if closed else potential_places(case.base, case.balances, seen)),
         *given,
         *crosstalk_places(given),
         *output_places(measured, seen),

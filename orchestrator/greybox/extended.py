@@ -74,6 +74,7 @@ class _Extension:
         self.starts: list[Any] = []
         self.unsure: list[float] = []
         self.symbol = symbol
+        self.algebraics = [v.name for v in base.algebraics]
 
     def build(self) -> Extended:
         parameters = {v.name: s for v, s in zip(self.base.parameters, self.p, strict=True)}
@@ -88,7 +89,12 @@ class _Extension:
         for c in self._at("input"):
             inputs[c.place.site] = self._law(c, {"u": inputs[c.place.site], "t": self.t})
         forces = {b.input: s for b, s in zip(self.balances, self.c, strict=True)}
+        x: Any = ca.vertcat(*self.x) if self.x else self.zero(0, 1)
+        p: Any = ca.vertcat(*parameters.values()) if parameters else self.zero(0, 1)
         known = states | inputs | {"time": self.t}
+        if any(c.place.coordinates.get("x", "(") in self.algebraics for c in self._at("storage")):
+            shown = self.base.rhs(self.t, x, self._given(inputs, forces), self.d, p)[1]
+            known = {name: shown[k] for k, name in enumerate(self.algebraics)} | known
         for c in (*self._at("motion"), *self._at("storage")):
             if "net" in c.law.asks_for:
                 continue
@@ -96,8 +102,6 @@ class _Extension:
             value = self._law(c, coordinates)
             for name, factor in c.place.adds.items():
                 forces[name] = forces[name] + factor * value
-        x: Any = ca.vertcat(*self.x) if self.x else self.zero(0, 1)
-        p: Any = ca.vertcat(*parameters.values()) if parameters else self.zero(0, 1)
         column = self._given(inputs, forces)
         for c in (*self._at("motion"), *self._at("storage")):
             if "net" in c.law.asks_for and c.place.balance is not None:

@@ -10,7 +10,7 @@ import numpy as np
 from orchestrator.greybox.candidates import Candidate
 from orchestrator.greybox.diagnose import Outcome
 from orchestrator.greybox.expression import evaluate_numbers
-from orchestrator.greybox.places import coordinate
+from orchestrator.greybox.places import along, coordinate
 from orchestrator.greybox.search import FittedSet
 
 # So many points of a variable's range are looked at, from the range recorded to that share of it beyond.
@@ -72,6 +72,8 @@ def _reached(outcome: Outcome, text: str, *, moves: bool) -> tuple[np.ndarray, f
     given = np.concatenate([trial.inputs for trial in fit.trials])
     known |= {v.name: given[:, i] for i, v in enumerate(fit.box.system.inputs)}
     known["time"] = np.concatenate([trial.time for trial in fit.trials])
+    own = [v.name for v in outcome.case.base.states]
+    known = along(outcome.case.base, np.array([known[name] for name in own]).T) | known
     values = coordinate(text, known)
     low, high = float(values.min()), float(values.max())
     reach = BEYOND * (high - low)

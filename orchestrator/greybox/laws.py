@@ -121,12 +121,12 @@ class Law:
     def asks_for(self) -> set[str]:
         """What the law must know of the place that it acts at.
 
-        Names in its formulas: the position `q`, the speed `v`, all else that flows into its balance (`net`), the input that drives
+        Names in its formulas: the position `q`, the speed `v`, what is stored `x`, all else that flows into its balance (`net`), the input that drives
         its balance (`load`). And `position` and `speed`, if they are scales of its parameters.
         """
         formulas = " ".join((self.expression, *self.states.values()))
         scales = {name for parameter in self.parameters for name, _ in parameter._factors()}
-        return set(re.findall(r"\b(?:q|v|net|load)\b", formulas)) | ({"position", "speed"} & scales) | set(self.needs)
+        return set(re.findall(r"\b(?:q|v|x|net|load)\b", formulas)) | ({"position", "speed"} & scales) | set(self.needs)
 
     def id_at(self, unit: str) -> str:
         """The id at a balance of this unit."""

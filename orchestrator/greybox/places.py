@@ -15,6 +15,8 @@ from fmus.symbolic.system import SymbolicSystem, Variable
 
 # Between two stores of these anything can flow, whether the model has a way or not.
 FLOWS = ("W", "Pa.m3/s", "m3/s", "kg/s", "A", "mol/s")
+# What drives a flow out of a store, by the unit of the flow.
+POTENTIALS = {"m3/s": "Pa", "kg/s": "Pa", "W": "K", "A": "V"}
 # What drives a speed, and speeds, by dimension: a model may leave the position out.
 PUSHES, SPEEDS = ("N", "N.m", "m/s2", "rad/s2"), ("m/s", "rad/s")
 
@@ -51,6 +53,12 @@ class Place:
             units={**self.units, **{key: self.others[name][0] for key, name in also.items()}},
             scales={**self.scales, **{key: self.others[name][1] for key, name in also.items()}},
         )
+
+    @property
+    def is_potential(self) -> bool:
+        """Whether laws of a store go with what drives flows out of it, which is another variable than what is stored."""
+        stores = self.kind == "storage" and self.balance is not None
+        return stores and self.balance is not None and self.coordinates["x"] != self.balance.state
 
     @property
     def turns(self) -> bool:
@@ -243,6 +251,66 @@ def _across(
     return Place("motion" if moves else "storage", site, one.unit, names, adds, own, scales, centre)
 
 
+def of_states(system: SymbolicSystem) -> ca.Function | None:
+    """What the model's variables that go with nothing but its states are, as a function of these by their names; None for
+    equations that are solved by iteration."""
+    equations = _rates(system)
+    if equations is None:
+        return None
+    symbols = equations[0]
+    _, x, u, d = symbols
+    values = system.rhs(*symbols, ca.DM([v.start or 0.0 for v in system.parameters]))[1]
+    own = [k for k in range(len(system.algebraics)) if not ca.depends_on(values[k], ca.vertcat(u, d))]
+    return ca.Function("of_states", [x], [values[k] for k in own], ["x"], [f"z{k}" for k in own])
+
+
+def along(system: SymbolicSystem, states: np.ndarray) -> dict[str, np.ndarray]:
+    """Series (n,) of the variables that go with nothing but states (n, nx)."""
+    function = of_states(system)
+    if function is None:
+        return {}
+    found = {name: np.array(function(x=states.T)[name]).ravel() for name in function.name_out()}
+    return {system.algebraics[int(name[1:])].name: values for name, values in found.items()}
+
+
+def potential_places(system: SymbolicSystem, balances: Sequence[Balance], seen: Seen | None = None) -> list[Place]:
+    """Each store by what drives flows out of it, where that is no multiple of what is stored: a gas by its pressure.
+
+    A store whose potential falls while it fills, such as the gas behind a bladder, gains by a leak. Scales are 1 without a record.
+
+    Args:
+        system: the equations, with an input at each balance.
+        balances: the balances.
+        seen: what the record shows of the variables.
+    """
+    stores = [b for b in balances if b.unit in POTENTIALS and not b.position]
+    function = of_states(system) if stores else None
+    if function is None:
+        return []
+    names = [v.name for v in system.states]
+    x = ca.SX.sym("x", len(names))
+    start = ca.DM([v.start or 0.0 for v in system.states])
+    found = []
+    for balance in stores:
+        for label in function.name_out():
+            variable = system.algebraics[int(label[1:])]
+            slopes = ca.simplify(ca.jacobian(function(x=x)[label], x))
+            slope = float(ca.Function("slope", [x], [slopes[names.index(balance.state)]])(start))
+            alone = slopes.nnz() == 1 and slopes.is_constant()  # laws of what is stored say the same
+            if variable.unit != POTENTIALS[balance.unit] or alone or not np.isfinite(slope) or slope == 0.0:
+                continue
+            scales, centre = {"force": 1.0, "state": 1.0, "centre": 1.0}, (0.0, 1.0)
+            if seen is not None:
+                centre = _middle(along(system, np.array([seen.values[name] for name in names]).T)[variable.name])
+                scales |= {"force": seen.forces[balance.input], "state": centre[1]}
+            units = {"force": balance.unit, "state": variable.unit, "centre": variable.unit}
+            adds, coordinates = {balance.input: float(np.sign(slope))}, {"x": variable.name}
+            place = Place("storage", variable.name, balance.unit, coordinates, adds, units, scales, centre, balance)
+            found.append(place)
+            break
+    return found
+
+
 def driven_places(system: SymbolicSystem, balances: Sequence[Balance], seen: Seen) -> list[Place]:
     """An element from each balance to each input that its state or position can be compared with: a base, measured surroundings.
 
@@ -404,7 +472,7 @@ def unscaled_places(system: SymbolicSystem, balances: Sequence[Balance], inputs:
         for other in balances[i + 1 :]:
             if one.unit == other.unit and bool(one.position) == bool(other.position):
                 found.append(_between(one, other, units, seen))
-    found += driven_places(system, balances, seen)
+    found += [*driven_places(system, balances, seen), *potential_places(system, balances)]
     variables = {v.name: v for v in (*system.states, *system.algebraics)}
     moving = [v for v in system.inputs if v.name in inputs]
     given = input_places(moving, seen)

@@ -11,7 +11,7 @@ from orchestrator.greybox.expression import evaluate_numbers
 from orchestrator.greybox.filtering import Filtered, GreyBox, Trial
 from orchestrator.greybox.fit import Fit
 from orchestrator.greybox.memory import memories
-from orchestrator.greybox.places import coordinate
+from orchestrator.greybox.places import along, coordinate
 from orchestrator.greybox.search import FittedSet
 
 BINS = 30
@@ -57,7 +57,8 @@ def _witness(case: Case, nominal: FittedSet, chosen: FittedSet, balance: Balance
     edges = np.unique(np.quantile(x, np.linspace(0, 1, BINS + 1)))
     place = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, max(len(edges) - 2, 0))
     bins = [place == k for k in np.unique(place)]
-    units = {v.name: v.unit or "1" for v in (*case.base.states, *case.inputs)} | {"time": "s"}
+    units = {v.name: v.unit or "1" for v in (*case.base.algebraics, *case.base.states, *case.inputs)}
+    units |= {"time": "s"}
     return Witness(
         balance.position or balance.state,
         balance.unit or "1",
@@ -102,6 +103,8 @@ def _forces(
     middle = 0.5 * (states[1:] + states[:-1])
     series = {v.name: middle[:, i] for i, v in enumerate(case.base.states)}
     series |= {v.name: trial.inputs[1:, i] for i, v in enumerate(case.inputs) if np.ptp(trial.inputs[:, i]) > 0}
+    asked = {text for c in chosen.candidates for text in c.place.coordinates.values()}
+    series |= {name: values for name, values in along(case.base, middle).items() if name in asked}
     series["time"] = trial.time[1:]
     return force, _law(chosen, trial, middle, case, balance, _rates(fit.box, trial, middle)), series
 
@@ -131,7 +134,7 @@ def _law(
 ) -> np.ndarray:
     """What the chosen set adds to a balance along states (n - 1, nx), at which the model has these rates."""
     own = [v.name for v in case.base.states].index(balance.state)
-    known = {v.name: states[:, i] for i, v in enumerate(case.base.states)}
+    known = along(case.base, states) | {v.name: states[:, i] for i, v in enumerate(case.base.states)}
     known |= {v.name: trial.inputs[1:, i] for i, v in enumerate(case.inputs)} | {"time": trial.time[1:]}
     total = np.zeros(len(states))
     for candidate in chosen.candidates:

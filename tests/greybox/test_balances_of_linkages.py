@@ -34,3 +34,20 @@ def test_a_model_without_states_has_no_balance(tmp_path: Path) -> None:
         'model Gain\n  input Real u(unit="V");\n  output Real y(unit="V");\nequation\n  y = 2*u;\nend Gain;\n'
     )
     assert find_modelica_model(f"{file}:Gain").balanced()[1] == ()
+
+
+def test_a_drum_is_driven_by_torques_although_its_ropes_force_holds_more_of_its_acceleration(tmp_path: Path) -> None:
+    file = tmp_path / "Winch.mo"
+    file.write_text(
+        "model Winch\n"
+        '  parameter Real J(unit = "kg.m2") = 0.8;\n  parameter Real r(unit = "m") = 0.15;\n'
+        '  parameter Real m(unit = "kg") = 60;\n  input Real tau(unit = "N.m");\n'
+        '  Real w(unit = "rad/s", start = 0, fixed = true);\n  output Real S(unit = "N");\n'
+        "equation\n  J*der(w) = tau - r*S;\n  S = m*(9.81 + r*der(w));\nend Winch;\n"
+    )
+
+    system, (balance,) = find_modelica_model(f"{file}:Winch").balanced()
+
+    assert (balance.state, balance.unit) == ("w", "N.m")
+    added = rates(system, {balance.input: 1.0}, [0.0]) - rates(system, {}, [0.0])
+    assert added == pytest.approx([1 / (0.8 + 60 * 0.15**2)])
