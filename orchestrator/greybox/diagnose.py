@@ -22,6 +22,7 @@ from orchestrator.greybox.around import fmu_with, placed
 from orchestrator.greybox.decide import Decision, Judge, decide, scatter_between, surprise
 from orchestrator.greybox.effects import named_effects
 from orchestrator.greybox.evidence import Case, all_candidates, case_of, held_out_trials, nominal_set
+from orchestrator.greybox.explained import leaves_nothing
 from orchestrator.greybox.extended import OUTPUT, extend
 from orchestrator.greybox.fit import Fitter, Noise
 from orchestrator.greybox.interpolation import RunsOtherwise, held_otherwise
@@ -210,10 +211,15 @@ def decided(
             search.fit,
             search.simpler,
             adequate,
-            lambda chosen, judge: unnamed_force(chosen, [c.place for c in candidates], setting, judge),
+            unnamed,
             same,
             lambda one, other: is_same_model(one, other, nominal, limits),
         )
+
+    def unnamed(chosen: FittedSet, judge: Judge) -> str:
+        if leaves_nothing(setting.fitter, chosen.fit, setting.trials, limits.quiet):
+            return ""
+        return unnamed_force(chosen, [c.place for c in candidates], setting, judge)
 
     def same(chosen: FittedSet) -> FittedSet | None:
         other = mirrored(chosen, candidates, case.base)
@@ -234,8 +240,11 @@ def decided(
 
 
 def _is_complete(decision: Decision, limits: Thresholds) -> bool:
+    """Whether no rare effect is asked for: all is explained, by no surprising value, and by no output that answers several inputs
+    late, which is what one late sensor does."""
     explained = decision.grade == "named" and decision.explained >= 1 - limits.rare_share
-    return explained and surprise(decision.chosen) < limits.surprising
+    late = [c.place.coordinates["y"] for c in decision.chosen.candidates if c.place.kind == "response"]
+    return explained and surprise(decision.chosen) < limits.surprising and len(late) == len(set(late))
 
 
 def _better(common: Decision, wider: Decision, judge: Judge) -> Decision:

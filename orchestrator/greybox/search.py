@@ -16,6 +16,7 @@ from fmus.symbolic.balances import Balance
 from fmus.symbolic.system import SymbolicSystem
 from orchestrator.elapsed import counting
 from orchestrator.greybox.candidates import Candidate
+from orchestrator.greybox.explained import leaves_nothing
 from orchestrator.greybox.extended import extend
 from orchestrator.greybox.filtering import GreyBox, Trial
 from orchestrator.greybox.fit import Fit, Fitter, Noise, Priors, Work
@@ -149,6 +150,9 @@ class Search:
                 self.seen(best)
             self._try_without(best)
             self._try_fewer(best)
+            if leaves_nothing(self.setting.fitter, self.best.fit, self.setting.trials, self.setting.thresholds.quiet):
+                self._try_alike(self.best)
+                break
             self._try_whole(best)
             for one in sorted(self.fitted.values(), key=lambda s: s.loss)[: limits.extended]:
                 self._extend(one)
@@ -394,10 +398,13 @@ def _in_shares(candidates: Sequence[Candidate]) -> int:
 
 
 def _within(found: FittedSet, candidate: Candidate) -> bool:
-    """Whether what begins at some position begins within the range of the record: beyond it, the law is a simpler one."""
-    centre, half = candidate.place.range
-    centres = [p.name for p in candidate.fitted_shapes if p.kind.startswith("centre")]
-    return all(abs(found.value(candidate, name)[0] - centre) < half for name in centres)
+    """Whether what begins at some position begins within the range of the record, and corners are sharper than what was seen:
+    beyond that, the law is a simpler one, such as viscous friction for dry friction whose corner is wider than all speeds."""
+    place = candidate.place
+    centre, half = place.range
+    values = {p: found.value(candidate, p.name)[0] for p in candidate.fitted_shapes}
+    begins = all(abs(value - centre) < half for p, value in values.items() if p.kind.startswith("centre"))
+    return begins and all(value < p.scale(place.scales) for p, value in values.items() if p.smooths)
 
 
 def wrong_together(candidates: Sequence[Candidate], most: int) -> tuple[Candidate, ...]:
