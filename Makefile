@@ -48,7 +48,7 @@ docs: setup
 	@NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --quiet
 	@echo "build/site/index.html"
 
-bench: setup
+bench: $(VENV)/.bench
 	@$(BIN)/python tests/benchmarks/run.py
 	@$(BIN)/python tests/benchmarks/cosim/run.py
 	@$(BIN)/python -m tests.benchmarks.regress.run

@@ -23,8 +23,9 @@ _WEIGHT = 10.0
 # A start farther than this factor from the scale of the data (its square for a variance) is a number in other units.
 FAR = 30.0
 _NOISE_SHARE = 0.1
-# What is expected of a length scale, as a share of the range, and by what factor.
-_LENGTH, _LENGTH_BY = 0.3, 3.0
+# What is expected of a length scale, as a share of the range, and by what factor; of variances and of noise, by what factor.
+_LENGTH, _LENGTH_BY = 0.25, 2.5
+_VARIANCE_BY, _NOISE_BY = 10.0, 5.0
 _LENGTH_SCALE = re.compile(r"^(.*?)\.(?:.*\.)?length_scales\[(\d+)\]$")
 
 
@@ -128,9 +129,9 @@ def begun(likelihood: Likelihood, observations: Sequence[Observation]) -> Array:
 def weak_priors(likelihood: Likelihood, observations: Sequence[Observation], given: Box) -> Box:
     """The box with priors for parameters that have none: what is expected of a function before its size and shape are known.
 
-    Log-normal: a variance about the mean square of the values, by a factor of 10; noise about a tenth of their root
-    mean square, by a factor of 10; a length scale about three tenths of the range of its input (about three turns of the
-    function within it), by a factor of 3. Each factor is one standard deviation.
+    Log-normal: a variance about the mean square of the values by that of the function's coefficients, by a factor of 10;
+    noise about a tenth of the values' root mean square, by a factor of 5; a length scale about a quarter of the range of
+    its input (about four turns of the function within it), by a factor of 2.5. Each factor is one standard deviation.
 
     Args:
         likelihood: the likelihood, with its parameters.
@@ -146,23 +147,26 @@ def weak_priors(likelihood: Likelihood, observations: Sequence[Observation], giv
             seen = rows.inputs[rows.coefficients[scale[1]] != 0.0, int(scale[2]) - 1]
             mean[k], precision[k] = np.log(_LENGTH * np.ptp(seen)), np.log(_LENGTH_BY) ** -2
         elif shown:
-            share = np.log(_NOISE_SHARE) if name.endswith(".log deviation") else 0.0
-            mean[k], precision[k] = np.mean(shown) + share, np.log(10.0) ** -2
+            noise = name.endswith(".log deviation")
+            share, factor = (np.log(_NOISE_SHARE), _NOISE_BY) if noise else (0.0, _VARIANCE_BY)
+            mean[k], precision[k] = np.mean(shown) + share, np.log(factor) ** -2
     return Box(given.low, given.high, mean, precision, given.held)
 
 
 def _shown(name: str, observations: Sequence[Observation]) -> list[float]:
     """Where the values themselves put a parameter: the logarithm of a variance or of a deviation of noise, if it is one."""
+    first = name.split(".")[0]
     if name.endswith(".variance"):
-        seen = [each.values for each in observations if name.split(".")[0] in each.coefficients]
+        # A function's values are what is seen of it by its coefficients, whatever unit these have.
+        seen = [(each.values, each.coefficients[first]) for each in observations if first in each.coefficients]
         power = 2.0
     elif name.endswith(".log deviation"):
-        seen = [each.values for each in observations if name == f"{each.name}.log deviation"]
+        seen = [(each.values, np.ones(1)) for each in observations if name == f"{each.name}.log deviation"]
         power = 1.0
     else:
         return []
-    sizes = [float(np.sqrt(np.mean(values**2))) for values in seen]
-    return [power * float(np.log(size)) for size in sizes if size > 0.0]
+    squares = [(float(np.mean(values**2)), float(np.mean(by**2))) for values, by in seen]
+    return [0.5 * power * float(np.log(square / by)) for square, by in squares if square > 0.0 and by > 0.0]
 
 
 def _given(name: str, limits: Limits, logarithmic: bool, units: Units) -> tuple[float, float, float, float]:

@@ -9,7 +9,7 @@ from orchestrator.gp.fit import fit
 from orchestrator.gp.integrated import integrate
 from orchestrator.gp.kernels import SquaredExponential
 from orchestrator.gp.likelihood import Likelihood
-from orchestrator.gp.limits import Limits
+from orchestrator.gp.limits import Limits, Units, box, weak_priors
 from orchestrator.gp.noise import constant_noise
 from orchestrator.gp.observations import Observation, observe
 from orchestrator.gp.posterior import condition
@@ -67,6 +67,21 @@ def test_a_fit_that_begins_at_one_finds_the_same_optimum_at_any_scale_of_the_val
         (data, _, _), (same, _, _) = drawn(seed, 40), drawn(seed, 40, scale)
         one, other = fit(LATENTS, [data]), fit(LATENTS, [same])
         assert other.value - 40 * np.log(scale) == pytest.approx(one.value, abs=1e-4)
+
+
+def test_what_is_expected_of_a_function_does_not_depend_on_the_unit_of_its_coefficient():
+    rng = np.random.default_rng(2)
+    x, activation, y = rng.uniform(-2, 2, (40, 1)), rng.uniform(size=40), rng.normal(size=40)
+    latents = {name: Latent(SquaredExponential(1.0, (1.0,))) for name in ("rest", "muscle")}
+    expected = []
+    for each in (activation, 100.0 * activation):  # as a share and in percent
+        data = [observe("d", x, {"rest": 1.0, "muscle": each}, y, constant_noise(0.1, 40))]
+        likelihood = Likelihood(latents, data)
+        means = weak_priors(likelihood, data, box(likelihood, data, {}, Units())).mean
+        expected.append(dict(zip(likelihood.names, means, strict=True)))
+    share, percent = expected
+    assert percent.pop("muscle.variance") == pytest.approx(share.pop("muscle.variance") - np.log(100.0**2))
+    assert percent == pytest.approx(share)
 
 
 def test_a_mixture_of_one_set_of_hyperparameters_is_its_posterior():

@@ -18,6 +18,8 @@ OWN = 12  # data of each function alone; the rest are corrections, which see all
 LIMIT_EXCHANGE_MS = 1.0
 # A datum of one function of four inputs, learned by a full learner that compresses what it was told on 60 rows.
 BUDGET, LIMIT_COMPRESSING_US = 60, 150.0
+# Its error after so many data of a function of standard deviation 1.
+TOLD, LIMIT_ERROR = 1200, 0.2
 LIMITS_PREDICTION_US = {84: 50.0, 756: 100.0}
 LIMITS_ONE_US = {84: 50.0, 336: 120.0, 756: 350.0}
 ROUNDS, REPEATS = 20, 20
@@ -60,7 +62,7 @@ def exchange() -> bool:
 
         update()
         kept &= _row(f"learn one, forget one, n = {count}", 1e6 * _least(update), 1e3 * LIMIT_EXCHANGE_MS)
-    return kept & _compressing()
+    return kept & _compressing() & _errors()
 
 
 def _compressing() -> bool:
@@ -73,6 +75,28 @@ def _compressing() -> bool:
         learner.add(next(data))
     spent = 1e6 * _least(lambda: learner.add(next(data)))
     return _row(f"one function, learn one, {BUDGET} rows hold all", spent, LIMIT_COMPRESSING_US)
+
+
+def _errors() -> bool:
+    """What `BUDGET` rows know of functions drawn with length scales of 2 over a range of 4, beside all data."""
+    kept = True
+    for seed in (1, 2, 3):
+        rng = np.random.default_rng(seed)
+        latents = {"f": Latent(SquaredExponential(1.0, (2.0,) * 4))}
+        x = rng.uniform(-2.0, 2.0, (TOLD + 300, 4))
+        f = np.linalg.cholesky(latents["f"].kernel(x, x) + 1e-9 * np.eye(len(x))) @ rng.normal(size=len(x))
+        data = observe("f", x[:TOLD], "f", f[:TOLD] + 0.1 * rng.normal(size=TOLD), 0.1)
+        learner = Learner(latents, 4, 1, BUDGET)
+        learner.add(data)
+        errors = [
+            float(np.sqrt(np.mean((each.mean("f", x[TOLD:])[:, 0] - f[TOLD:]) ** 2)))
+            for each in (learner.posterior(), condition(latents, [data]))
+        ]
+        kept &= errors[0] <= LIMIT_ERROR
+        print(
+            f"error with {BUDGET} rows after {TOLD} data{errors[0]:16.3f}{LIMIT_ERROR:9.1f}   all data: {errors[1]:.3f}"
+        )
+    return kept
 
 
 def predictions() -> bool:
