@@ -28,7 +28,7 @@ def page(rows: Sequence[Mapping[str, Any]], seed: int, asked: int) -> str:
         "\n\n".join(
             [
                 "# What learned blocks are worth",
-                "```\npython -m tests.benchmarks.learn.run --report docs/benchmarks/learn.md\n```",
+                f"```\npython -m tests.benchmarks.learn.run --fresh {asked} --seed {seed} --report docs/benchmarks/learn.md\n```",
                 "Each case is an arm with something hidden in it, simulated by a program that shares no code with the product. `misfit learn` "
                 "gets four trials to learn from and two to judge its block by. Of fresh cases there are two more trials, drawn like the others, "
                 "that it never sees: only they say what a block that was kept is worth, since the other two chose it. Errors are rms over "
