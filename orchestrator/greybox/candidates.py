@@ -10,6 +10,8 @@ from orchestrator.greybox.places import Place
 
 # Standard deviation of the logarithm of how sharp a corner is, about the law's grid: friction may well be seven times as sharp.
 SHARPNESS = 2.0
+# A corner is no wider than this share of the record's scale: friction that grows over all speeds is viscous.
+BLUNTEST = 0.2
 
 
 @dataclass(frozen=True)
@@ -74,7 +76,8 @@ class Candidate:
         """Between which values physics allows a parameter here."""
         if parameter.along:
             return (0.0, math.inf) if self.place.sign > 0 else (-math.inf, 0.0)
-        return (0.0 if parameter.positive else -math.inf), parameter.most
+        most = BLUNTEST * parameter.scale(self.place.scales) if parameter.smooths else parameter.most
+        return (0.0 if parameter.positive else -math.inf), most
 
     @property
     def gains(self) -> tuple[LawParameter, ...]:

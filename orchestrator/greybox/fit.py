@@ -29,6 +29,8 @@ LOG_RANGE = np.log(1e8)
 CALMER = 0.1
 # Differences of parameters for slopes, in standard deviations by curvature.
 APART = 0.01
+# A fit is left where it lies so many nats behind a rival, and so many times what its next step promises.
+FAR_BEHIND, PROMISES = 30.0, 10.0
 # Process noise of this share of the first guess is none.
 SILENT = 1e-9
 
@@ -86,7 +88,10 @@ class Priors:
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """A fitted grey box: `theta` (ntheta,), `noise` of each trial, the log likelihood with priors, and the runs."""
+    """A fitted grey box: `theta` (ntheta,), `noise` of each trial, the log likelihood with priors, and the runs.
+
+    One that is not `ended` was left on the way, far behind a rival.
+    """
 
     box: GreyBox
     trials: tuple[Trial, ...]
@@ -96,6 +101,7 @@ class Fit:
     priors: Priors
     substeps: int
     runs: tuple[Filtered, ...]
+    ended: bool = True
 
     @property
     def values(self) -> dict[str, float]:
@@ -127,6 +133,7 @@ class Fitter:
         noise: Sequence[Noise] | None = None,
         *,
         to_the_end: bool = True,
+        rival: float = np.inf,
     ) -> Fit:
         """Fit from first values: parameters, then noise, then both together.
 
@@ -136,12 +143,13 @@ class Fitter:
             priors: their bounds and spreads.
             noise: first values of the noise of each trial, by default those that the fitter was made with.
             to_the_end: whether both are fitted together; the first two steps find values to begin with.
+            rival: minus the log likelihood of another model; a fit that promises to stay far behind it is left.
 
         Raises:
             ComponentError: if the model fails from the first values on.
         """
         noise = self.start if noise is None else tuple(noise)
-        substeps, enough = 0, self._substeps(box, theta, noise)
+        substeps, enough, ended = 0, self._substeps(box, theta, noise), True
         while substeps < enough:  # values that were found may ask for shorter steps than the first ones
             substeps = enough
             work = Work(box, self.trials, priors, substeps)
@@ -149,13 +157,13 @@ class Fitter:
             theta, value = self._parameters(work, theta, noise, value)
             noise, value = self._noise(work, theta, noise, value)
             if to_the_end and len(theta):
-                theta, noise, value = self._together(work, theta, noise, value)
+                theta, noise, value, ended = self._together(work, theta, noise, value, rival)
                 quieter, reached = self._noise(work, theta, self._of_sensors(work, theta, noise), np.inf)
                 if reached < value - ENOUGH:
-                    theta, noise, value = self._together(work, theta, quieter, reached)
-                enough = self._substeps(box, theta, noise, substeps)
+                    theta, noise, value, ended = self._together(work, theta, quieter, reached, rival)
+                enough = self._substeps(box, theta, noise, substeps) if ended else substeps
         runs = work.runs(theta, noise, slopes=True)
-        return Fit(box, self.trials, theta, noise, -value, priors, substeps, tuple(runs))
+        return Fit(box, self.trials, theta, noise, -value, priors, substeps, tuple(runs), ended)
 
     def without_disturbance(self, box: GreyBox, fit: Fit) -> tuple[float, float]:
         """Log likelihood of a fit's model if nothing but sensors' noise is left, and by which factor that is larger then.
@@ -232,8 +240,8 @@ class Fitter:
         return outer(at), value
 
     def _together(
-        self, work: "Work", theta: np.ndarray, noise: tuple[Noise, ...], value: float
-    ) -> tuple[np.ndarray, tuple[Noise, ...], float]:
+        self, work: "Work", theta: np.ndarray, noise: tuple[Noise, ...], value: float, rival: float
+    ) -> tuple[np.ndarray, tuple[Noise, ...], float, bool]:
         """Quasi-Newton's steps on parameters and logarithms of the noise together, which begin with the curvature at frozen gains.
 
         With much noise the record says little of parameters, and with wrong parameters there is much noise: steps of either in turn
@@ -256,7 +264,7 @@ class Fitter:
         at = np.clip(np.concatenate([inner(theta), *(own.logs for own in noise)]), low, high)
         value = objective(at)
         curvature = np.zeros(0)
-        fresh, small = True, 0
+        fresh, small, ended = True, 0, True
         last: tuple[np.ndarray, np.ndarray] | None = None
         for _ in range(MOST_STEPS):
             theta, noise = parts(at)
@@ -270,7 +278,9 @@ class Fitter:
             last, before = (at, gradient), value
             step = _newton(gradient, curvature, ~_held(at, gradient, low, high))
             step *= min(1.0, FARTHEST / max(float(np.abs(step[k:]).max(initial=0.0)), 1e-300))
-            if -gradient @ step / 2 < ENOUGH / 2:
+            promised = -gradient @ step / 2
+            ended = value - rival < FAR_BEHIND + PROMISES * promised
+            if promised < ENOUGH / 2 or not ended:
                 break
             at, value = _along(objective, at, value, step, gradient, low, high)
             gained = before - value
@@ -279,7 +289,7 @@ class Fitter:
             fresh, small = gained == 0.0, small + 1 if gained < ENOUGH else 0
             if small > 1 and not fresh:
                 break
-        return *parts(at), value
+        return *parts(at), value, ended
 
     def _noise(
         self, work: "Work", theta: np.ndarray, noise: Sequence[Noise], value: float

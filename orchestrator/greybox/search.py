@@ -337,6 +337,8 @@ class Search:
     def fit(self, candidates: tuple[Candidate, ...], about: FittedSet | None = None) -> FittedSet | None:
         """The set with these candidates, fitted, from the values of the set `about` too if there is one; None if that fails."""
         self._fit(candidates)
+        if (left := self.fitted.get(key_of(candidates))) is not None and not left.fit.ended:
+            self.fitted[left.key] = refitted(self.setting, left, self.setting.held)
         if about is not None and (pair := (key_of(candidates), about.key)) not in self._fitted_from:
             self._fitted_from.add(pair)
             self._fit_again(candidates, about)
@@ -373,10 +375,15 @@ class Search:
         """A set, fitted; None if that fails, or what begins at some position begins nowhere in the record."""
         noise, known = (None, NOTHING) if about is None else (about.fit.noise, about.fit.values)
         try:
-            found = fit_set(self.setting, candidates, noise, known)
+            found = fit_set(self.setting, candidates, noise, known, self._rival(candidates))
         except (ComponentError, np.linalg.LinAlgError):
             return None
         return found if np.isfinite(found.loss) and all(_within(found, c) for c in found.candidates) else None
+
+    def _rival(self, candidates: Sequence[Candidate]) -> float:
+        """Minus the log likelihood with which a set would be as good as the best one."""
+        best = self.best
+        return best.loss - _parameters(candidates) * best.price
 
     def _nearest(self, key: Key) -> FittedSet:
         """The likeliest set that a new one contains: it knows best how noisy the sensors are."""
@@ -427,6 +434,7 @@ def fit_set(
     candidates: Sequence[Candidate],
     noise: Sequence[Noise] | None,
     known: Mapping[str, float] = NOTHING,
+    rival: float = np.inf,
 ) -> FittedSet:
     """Fit a set: gains from zero or what they begin with, shapes from their grid.
 
@@ -435,15 +443,16 @@ def fit_set(
     Args:
         noise: what the fit begins with, of each trial; None for what is likeliest with the first values.
         known: values that some parameters begin with, by their names in the extended system.
+        rival: minus the log likelihood of another set; a fit that promises to stay far behind it is left.
 
     Raises:
         ComponentError: if the model fails from the first values on.
     """
-    found = _fit_from(setting, candidates, noise, known)
+    found = _fit_from(setting, candidates, noise, known, rival)
     if any(c.shares.keys() - c.shapes.keys() for c in candidates):
         whole = tuple(c.begun_with({**c.shares, **c.shapes}) for c in candidates)
         with suppress(ComponentError, np.linalg.LinAlgError):
-            found = min(found, _fit_from(setting, whole, noise, known), key=_loss)
+            found = min(found, _fit_from(setting, whole, noise, known, rival), key=_loss)
     return found
 
 
@@ -456,6 +465,7 @@ def _fit_from(
     candidates: Sequence[Candidate],
     noise: Sequence[Noise] | None,
     known: Mapping[str, float],
+    rival: float,
 ) -> FittedSet:
     everyone = tuple(candidates)
     free = [(c, p) for c in everyone for p in (*c.gains, *c.fitted_shapes)]
@@ -473,7 +483,7 @@ def _fit_from(
         fixed = 1e-9 * np.where(priors.by_logs, 1.0, np.maximum(np.abs(first), 1e-9))
         tight = replace(priors, mean=first, std=np.where(held, fixed, spread))
         first = setting.fitter.fit(box, first, tight, noise, to_the_end=False).theta
-    return with_losses(candidates, setting.fitter.fit(box, first, priors, noise))
+    return with_losses(candidates, setting.fitter.fit(box, first, priors, noise, rival=rival))
 
 
 def refitted(setting: Setting, found: FittedSet, held: Sequence[str]) -> FittedSet:

@@ -2,8 +2,10 @@
 
 import pytest
 
+from orchestrator.greybox.candidates import candidates_at
 from orchestrator.greybox.expression import evaluate_numbers
 from orchestrator.greybox.laws import Law, laws
+from orchestrator.greybox.places import Place
 
 NAMES = {
     "q": 0.3,
@@ -73,3 +75,15 @@ def test_a_dissipative_law_never_adds_energy() -> None:
             for speed in (-2.0, -0.01, 0.01, 2.0):
                 values = NAMES | {p.name: 0.5 for p in law.parameters} | {"v": speed}
                 assert evaluate_numbers(law.expression, values) * speed < 0
+
+
+def test_dry_friction_reaches_more_than_nine_tenths_of_its_size_below_a_third_of_the_speeds_of_a_record() -> None:
+    """Dry friction that grows over all speeds would be viscous friction by another name, and a rival of it in any record."""
+    [friction] = [law for law in laws() if law.id == "coulomb_friction"]
+    speed = 2.0
+    place = Place("motion", "x", "N", {"v": "v"}, {}, UNITS, dict.fromkeys(UNITS, 1.0) | {"speed": speed})
+    [corner] = [p for p in friction.parameters if p.smooths]
+    for candidate in candidates_at([place], [friction]):
+        widest = candidate.limits(corner)[1]
+        at = NAMES | {p.name: 1.0 for p in friction.parameters} | {corner.name: widest, "v": speed / 3}
+        assert -evaluate_numbers(friction.expression, at) > 0.9
