@@ -181,3 +181,17 @@ def test_dry_friction_is_fitted_alike_however_sharp_it_is_at_first_and_by_steps_
         shorter = Work(fit.box, fit.trials, fit.priors, 2 * fit.substeps).value(fit.theta, fit.noise)
         assert abs(shorter + fit.log_likelihood) < 1.0
     assert max(likelihoods) - min(likelihoods) < 6.0  # the priors of three first values differ by this much
+
+
+def test_a_fit_left_far_behind_the_best_set_is_ended_before_a_decision_uses_it(search: Search) -> None:
+    wanted = ("parameter_error", "l"), ("quadratic_drag", "q"), ("sensor_lag", "sensor:q")
+    best = search.fit(tuple(_first(search, *each) for each in wanted))
+    alone = (_first(search, "sensor_lag", "sensor:q"),)
+    whole = fit_set(search.setting, alone, search.nominal.fit.noise)
+    assert best is not None and whole.loss > best.loss + 500
+    left = fit_set(search.setting, alone, search.nominal.fit.noise, rival=-best.fit.log_likelihood)
+    assert not left.fit.ended
+    search.fitted[left.key] = left
+    ended = search.fit(alone)
+    assert ended is not None and ended.fit.ended
+    assert ended.loss < whole.loss + 1
