@@ -5,6 +5,7 @@ at their balance equations (`greybox`).
 """
 
 import math
+import re
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
@@ -49,6 +50,8 @@ from orchestrator.work import Work
 MUCH_LEFT = 2.0
 # What removes less of the error along learning trials, although much is left, is doubted.
 LEAST_REMOVED = 0.5
+# Notes of free runs that speak of their own answer, not of the record.
+OF_AN_ANSWER = re.compile("not tried|its part without structure|explains the error, but|: odds ")
 SURE, NAMES = ("named", "adequate"), ("named", "ambiguous")
 
 
@@ -277,8 +280,8 @@ def _better_of(found: Diagnosis, second: Diagnosis, other: OtherAnswer | None = 
         simpler = len(second.effects) < len(found.effects) and _left(second) <= (1 + Thresholds().alike) * _left(found)
         likelier = other is not None and other.gives_way_to(second.search.decision.chosen, Thresholds())
         if found.verdict != "named" or removed < LEAST_REMOVED or _left(second) < _left(found) or simpler or likelier:
-            # What had no place at the borders of an FMU was tried at its balances.
-            warnings = (*second.warnings, *(note for note in found.warnings if "not tried" not in note))
+            # What had no place at the borders of an FMU was tried at its balances, and what is said of an answer goes with it.
+            warnings = (*second.warnings, *(note for note in found.warnings if not OF_AN_ANSWER.search(note)))
             return replace(second, where=found.where or second.where, warnings=warnings, seconds=seconds)
     elif names and shaky and second.verdict not in NAMES:
         reason = f"it removes {removed:.0%} of the error along learning trials"
