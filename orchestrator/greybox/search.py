@@ -405,13 +405,10 @@ def _in_shares(candidates: Sequence[Candidate]) -> int:
 
 
 def _within(found: FittedSet, candidate: Candidate) -> bool:
-    """Whether what begins at some position begins within the range of the record, and corners are sharper than what was seen:
-    beyond that, the law is a simpler one, such as viscous friction for dry friction whose corner is wider than all speeds."""
-    place = candidate.place
-    centre, half = place.range
-    values = {p: found.value(candidate, p.name)[0] for p in candidate.fitted_shapes}
-    begins = all(abs(value - centre) < half for p, value in values.items() if p.kind.startswith("centre"))
-    return begins and all(value < p.scale(place.scales) for p, value in values.items() if p.smooths)
+    """Whether what begins at some position begins within the range of the record: beyond it, the law is a simpler one."""
+    centre, half = candidate.place.range
+    centres = [p.name for p in candidate.fitted_shapes if p.kind.startswith("centre")]
+    return all(abs(found.value(candidate, name)[0] - centre) < half for name in centres)
 
 
 def wrong_together(candidates: Sequence[Candidate], most: int) -> tuple[Candidate, ...]:

@@ -3,6 +3,7 @@
 from types import SimpleNamespace
 from typing import Any
 
+import casadi as ca
 import numpy as np
 
 from orchestrator.greybox.candidates import Candidate
@@ -24,7 +25,10 @@ def law(expression: str, states: dict[str, str] | None = None, **values: float) 
 def outcome(speeds: np.ndarray) -> Any:
     """The search of a shaft whose speed was seen over ten seconds."""
     trial = SimpleNamespace(inputs=np.zeros((len(speeds), 0)), time=np.linspace(0, 10, len(speeds)))
-    box = SimpleNamespace(system=SimpleNamespace(states=[SPEED], inputs=[]))
+    t, x, none = ca.SX.sym("t"), ca.SX.sym("x"), ca.SX(0, 1)
+    rates = ca.Function("rhs", [t, x, none, none, none], [-x, none])
+    system = SimpleNamespace(states=[SPEED], inputs=[], algebraics=[], parameters=[], n_delays=0, rhs=rates)
+    box = SimpleNamespace(system=system)
     fit = SimpleNamespace(runs=[SimpleNamespace(mean=speeds[:, None])], trials=[trial], box=box)
     return SimpleNamespace(nominal=SimpleNamespace(fit=fit), case=SimpleNamespace(base=box.system, inputs=[]))
 
