@@ -4,6 +4,7 @@ import json
 import subprocess
 import sys
 import tomllib
+import zipfile
 from pathlib import Path
 
 import fmpy
@@ -14,6 +15,7 @@ from scipy.integrate import solve_ivp
 import misfit
 from fmus.catalogue import ModelicaModel, find_modelica_model
 from fmus.package import build_fmu
+from orchestrator.blackbox.fmu_file import FmuFile
 from orchestrator.blackbox.library import Scales, laws
 from orchestrator.blackbox.source import FmuSource
 from orchestrator.cosim import load_system
@@ -169,6 +171,22 @@ end Room;
     source.fmu.close()
     assert source.refusals() == ()
     assert {c.card.id for c in source.candidates()} >= {"input_delay", "input_lag", "dead_zone", "sensor_lag"}
+
+
+def test_an_attribute_that_the_schema_does_not_know_keeps_no_fmu_from_being_used(tmp_path: Path) -> None:
+    """Tools write attributes of drafts of the standard, and `misfit validate` is there to tell."""
+    with zipfile.ZipFile(black_box(tmp_path, "3.0")) as box, zipfile.ZipFile(tmp_path / "draft.fmu", "w") as draft:
+        for name in box.namelist():
+            content = box.read(name)
+            if name == "modelDescription.xml":
+                assert content.count(b"<fmiModelDescription ") == 1
+                content = content.replace(b"<fmiModelDescription ", b'<fmiModelDescription order="1" ')
+            draft.writestr(name, content)
+
+    opened = FmuFile(tmp_path / "draft.fmu")
+
+    assert [port.name for port in opened.description.outputs] == ["phi"]
+    opened.close()
 
 
 def test_units_and_sizes_of_parameters_follow_from_those_of_the_plant() -> None:

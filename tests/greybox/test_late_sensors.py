@@ -1,6 +1,8 @@
 """Two sensors that are late alike: the answer is not a late input, which one lag stands for with fewer parameters."""
 
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -8,6 +10,11 @@ from scipy.integrate import solve_ivp
 
 from fmus.catalogue import find_modelica_model
 from orchestrator.diagnose import diagnose
+from orchestrator.greybox.candidates import Candidate
+from orchestrator.greybox.diagnose import _is_complete
+from orchestrator.greybox.laws import laws
+from orchestrator.greybox.places import Place
+from orchestrator.greybox.thresholds import Thresholds
 from orchestrator.measurements import load_measurements
 from tests.three_trials import three_trials
 
@@ -53,3 +60,20 @@ def test_two_late_sensors_are_named_with_their_lag_and_no_late_input(tmp_path: P
     assert found.verdict == "named"
     assert {(e.id, e.site) for e in found.effects} == {("sensor_lag", "sensor:h1"), ("sensor_lag", "sensor:h2")}
     assert [e.parameters["T"].value for e in found.effects] == pytest.approx([LATE, LATE], rel=0.03)
+
+
+@pytest.mark.parametrize(("outputs", "complete"), [(("T", "T"), False), (("T", "p"), True), (("T",), True)])
+def test_one_output_that_answers_several_inputs_late_asks_for_a_late_sensor(
+    outputs: tuple[str, ...], complete: bool
+) -> None:
+    """An evaporator whose refractometer lags by 120 s was named two relaxations, of its steam and of its product, before."""
+    law = next(law for law in laws() if law.id == "relaxation")
+    candidates = [
+        Candidate(law, Place("response", f"u{k}->{y}", "K", {"u": f"u{k}", "y": y})) for k, y in enumerate(outputs)
+    ]
+    count = sum(len(c.gains) + len(c.fitted_shapes) for c in candidates)
+    fit = SimpleNamespace(theta=np.zeros(count), priors=SimpleNamespace(std=np.ones(count)))
+    decision: Any = SimpleNamespace(
+        grade="named", explained=1.0, chosen=SimpleNamespace(candidates=candidates, fit=fit)
+    )
+    assert _is_complete(decision, Thresholds()) is complete
