@@ -268,9 +268,9 @@ class _Lines:
                 rows.append(f[int(np.flatnonzero(bent == r)[0])] + slope[r, :n] @ (point - about))
             for k, place in enumerate(self.kept):
                 rows[r] += slope[r, n + place] * (p[k] - float(self.parameters[k].start or 0.0))
-        dx = ca.vertcat(*rows[: self.nx])
-        for k, direction in enumerate(directions):
-            dx += (slope[: self.nx, self.nx + direction] if direction >= 0 else self._unit(states, balances[k])) * c[k]
+        whole = ca.vertcat(*rows)
+        for k, direction in enumerate(directions):  # an accelerometer feels what acts by an input, too
+            whole += (slope[:, self.nx + direction] if direction >= 0 else self._unit(states, balances[k])) * c[k]
         given = [*inputs, *(Variable(b.input, b.unit, "", 0.0) for b in balances)]
         further = [Variable(f"tape[{k}]", "", "", 0.0) for k in range(tape.numel())]
         t, d = ca.SX.sym("t"), ca.SX.sym("d", 0)
@@ -284,7 +284,7 @@ class _Lines:
             parameters=tuple(self.parameters),
             dependents=(),
             outputs=tuple(v.name for v in outputs),
-            rhs=ca.Function("rhs", [t, x, every, d, p], [dx, ca.vertcat(ca.SX(0, 1), *rows[self.nx :])]),
+            rhs=ca.Function("rhs", [t, x, every, d, p], [whole[: self.nx], whole[self.nx :]]),
             history=ca.Function("history", [t, every, p], [ca.SX(0, 1), ca.SX(0, 1)]),
             dependent=ca.Function("dependent", [p], [ca.SX(0, 1)]),
             initial=ca.Function("initial", [p], [ca.DM([v.start or 0.0 for v in states])]),
@@ -292,7 +292,7 @@ class _Lines:
         return system, tuple(balances)
 
     def _unit(self, states: Sequence[Variable], balance: Balance) -> ca.DM:
-        return ca.DM([float(v.name == balance.state) for v in states])
+        return ca.DM([*(float(v.name == balance.state) for v in states), *[0.0] * self.ny])
 
     def _balances(self, states: Sequence[Variable], inputs: Sequence[Variable]) -> tuple[list[Balance], list[int]]:
         """Balances, and by which input a force acts there; -1 where none does and the rate itself is added to."""

@@ -202,3 +202,35 @@ def test_dry_friction_is_named_though_an_effect_at_the_sensor_explains_a_part(tm
     assert (found.verdict, [(e.id, e.site) for e in found.effects]) == ("named", [("coulomb_friction", "phi")])
     size = found.effects[0].parameters["fC"]
     assert (size.value, size.unit) == (pytest.approx(0.12 / 0.05, rel=0.05), "rad/s2")
+
+
+def test_an_accelerometer_feels_a_force_at_the_balance_as_it_feels_the_force_input(tmp_path: Path) -> None:
+    (tmp_path / "Sled.mo").write_text(
+        'model Sled\n  input Real F(unit="N");\n  Real s(unit="m", start=0, fixed=true);\n'
+        '  output Real v(unit="m/s", start=0, fixed=true);\n  output Real a(unit="m/s2");\nequation\n'
+        "  der(s) = v;\n  der(v) = a;\n  2*a = F - 10*s;\nend Sled;\n"
+    )
+    box = build_fmu(ModelicaModel("Sled", "Sled", tmp_path / "Sled.mo").compile(), tmp_path / "Sled.fmu")
+    time = np.arange(50) * 0.02
+    for number in (1, 2):
+        rows = np.column_stack([time, np.sin(3 * time + number), 0.1 * time, 0.1 + 0 * time])
+        np.savetxt(tmp_path / f"run_{number}.csv", rows, "%.9g", ",", header="time,F,v,a", comments="")
+    measurements = load_measurements(tmp_path)
+    source = FmuSource.prepare(box, measurements)
+
+    case = taped_case(source, measurements)
+
+    source.fmu.close()
+    (balance,) = case.balances
+    names = [v.name for v in case.base.inputs]
+    given = np.zeros(len(names))
+
+    def shown(name: str) -> np.ndarray:
+        pushed = given.copy()
+        pushed[names.index(name)] = 1.0
+        parameters = [v.start or 0.0 for v in case.base.parameters]
+        rest, moved = (np.array(case.base.rhs(0.0, [0, 0], u, [], parameters)[1]) for u in (given, pushed))
+        return (moved - rest).ravel()
+
+    assert shown(balance.input) == pytest.approx([0.0, 0.5])  # v, and a = F/m
+    assert shown("F") == pytest.approx(shown(balance.input))
