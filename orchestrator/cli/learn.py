@@ -28,7 +28,7 @@ REFUSED = 1
 @click.argument("data")
 @library_option
 @click.option("--out", "block_file", metavar="F", default="block.json", show_default=True, callback=can_be_written,
-              help="Where to write the block; its FMU and the coupled system come into a folder of that name.")  # fmt: skip
+              help="Where to write the block (.json); its FMU and the coupled system come into a folder of that name.")  # fmt: skip
 @click.option("--most", type=click.IntRange(10, 2000), default=300, show_default=True, help="Data for each output.")
 @click.option("--factors", is_flag=False, flag_value="auto", default="auto", show_default=True, metavar="NAMES",
               help="Inputs of MODEL that multiply a function of their own each, such as alpha_1,alpha_3; "
@@ -47,6 +47,8 @@ def learn(model: str, data: str, block_file: str, most: int, factors: str, json_
     from orchestrator.measurements import bind, load_measurements
     from orchestrator.model_argument import load_modelica, with_forces
 
+    if not Path(block_file).suffix:  # the folder has that name
+        block_file += ".json"
     with progress(quiet) as say:
         say(f"reading {data}")
         loaded = with_forces(load_modelica(model), model)

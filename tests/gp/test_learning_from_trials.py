@@ -99,12 +99,14 @@ def learn(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -
 def test_learned_friction_takes_most_of_the_missing_torque_off_a_trial_it_has_not_seen(
     trials: Path, tmp_path: Path, learn: Callable[..., tuple[int, str, str]]
 ) -> None:
+    """The block's file gets an ending that the folder beside it has not."""
     code, out, _ = learn(
-        "arm", trials, "--out", tmp_path / "block.json", "--most", "120", "--factors", "none", "--json", "-"
+        "arm", trials, "--out", tmp_path / "block", "--most", "120", "--factors", "none", "--json", "-"
     )
 
     assert code == 0
     found = json.loads(out)
+    assert found["block"] == str(tmp_path / "block.json") and (tmp_path / "block" / "system.toml").is_file()
     elbow = found["held_out"]["q2_missing"]
     assert elbow["unit"] == "N.m"
     assert elbow["after"] < 0.3 * elbow["before"]
