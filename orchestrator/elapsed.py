@@ -33,9 +33,8 @@ class Elapsed:
         if not counted or not 0 < int(counted[1]) <= int(counted[2]):
             self._counting, self._all, self._reached_at = "", 0, self._clock()
             return
-        if (
-            message[: counted.start()] != self._counting or counted[1] == "1"
-        ):  # other things are counted now, from their own beginning
+        # other things are counted now, from their own beginning
+        if message[: counted.start()] != self._counting or counted[1] == "1":
             self._counting, self._began, self._done = message[: counted.start()], self._reached_at, 0
         if int(counted[1]) > self._done or int(counted[2]) != self._all:
             self._done, self._all, self._reached_at = int(counted[1]), int(counted[2]), self._clock()

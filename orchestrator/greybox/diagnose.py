@@ -217,7 +217,7 @@ def decided(
         )
 
     def unnamed(chosen: FittedSet, judge: Judge) -> str:
-        if leaves_nothing(setting.fitter, chosen.fit, setting.trials, limits.quiet):
+        if leaves_nothing(setting.fitter, chosen.fit, limits.quiet):
             return ""
         return unnamed_force(chosen, [c.place for c in candidates], setting, judge)
 

@@ -6,20 +6,18 @@ import numpy as np
 from scipy.stats import chi2
 
 from fmus.errors import ComponentError
-from orchestrator.greybox.filtering import Trial
 from orchestrator.greybox.fit import Fit, Fitter
 
 # Numbers of the slowest frequencies whose power is compared with that of white noise, and how often chance makes it seem more.
 SLOWEST, BY_CHANCE = (4, 16, 64), 1e-3
 
 
-def leaves_nothing(fitter: Fitter, fit: Fit, trials: Sequence[Trial], quiet: float) -> bool:
+def leaves_nothing(fitter: Fitter, fit: Fit, quiet: float) -> bool:
     """Whether the record is hardly likelier with disturbing forces than without, and errors without them are white.
 
     Args:
         fitter: what the set was fitted with.
         fit: the set's fit.
-        trials: the learning trials.
         quiet: nats that disturbing forces have to bring for each balance.
     """
     silent, _ = fitter.without_disturbance(fit.box, fit)
@@ -29,7 +27,7 @@ def leaves_nothing(fitter: Fitter, fit: Fit, trials: Sequence[Trial], quiet: flo
     try:
         runs = [
             fit.box.run(t, fit.theta, nothing, n.sensors, substeps=fit.substeps)
-            for t, n in zip(trials, fit.noise, strict=True)
+            for t, n in zip(fit.trials, fit.noise, strict=True)
         ]
     except ComponentError:
         return False

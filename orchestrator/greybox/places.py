@@ -269,8 +269,8 @@ def along(system: SymbolicSystem, states: np.ndarray) -> dict[str, np.ndarray]:
     function = of_states(system)
     if function is None:
         return {}
-    found = {name: np.array(function(x=states.T)[name]).ravel() for name in function.name_out()}
-    return {system.algebraics[int(name[1:])].name: values for name, values in found.items()}
+    shown = function(x=states.T)
+    return {system.algebraics[int(name[1:])].name: np.array(values).ravel() for name, values in shown.items()}
 
 
 def potential_places(system: SymbolicSystem, balances: Sequence[Balance], seen: Seen | None = None) -> list[Place]:

@@ -150,7 +150,7 @@ class Search:
                 self.seen(best)
             self._try_without(best)
             self._try_fewer(best)
-            if leaves_nothing(self.setting.fitter, self.best.fit, self.setting.trials, self.setting.thresholds.quiet):
+            if leaves_nothing(self.setting.fitter, self.best.fit, limits.quiet):
                 self._try_alike(self.best)
                 break
             self._try_whole(best)
@@ -338,7 +338,8 @@ class Search:
         """The set with these candidates, fitted, from the values of the set `about` too if there is one; None if that fails."""
         self._fit(candidates)
         if (left := self.fitted.get(key_of(candidates))) is not None and not left.fit.ended:
-            self.fitted[left.key] = refitted(self.setting, left, self.setting.held)
+            with suppress(ComponentError, np.linalg.LinAlgError):
+                self.fitted[left.key] = refitted(self.setting, left, self.setting.held)
         if about is not None and (pair := (key_of(candidates), about.key)) not in self._fitted_from:
             self._fitted_from.add(pair)
             self._fit_again(candidates, about)

@@ -54,7 +54,7 @@ def test_the_right_set_leaves_nothing_and_the_model_as_given_does(tmp_path: Path
 
     right = fit_set(setting, (friction,), nominal.fit.noise)
 
-    left = [leaves_nothing(setting.fitter, each.fit, setting.trials, Thresholds().quiet) for each in (nominal, right)]
+    left = [leaves_nothing(setting.fitter, each.fit, Thresholds().quiet) for each in (nominal, right)]
     assert left == [False, True]
 
 
