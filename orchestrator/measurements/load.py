@@ -5,6 +5,7 @@ from pathlib import Path
 
 from fmus.errors import MisfitError
 from orchestrator.measurements.case_file import CaseFile, read_case_file
+from orchestrator.measurements.dirty.header_units import without_units
 from orchestrator.measurements.dirty.reading import Reading
 from orchestrator.measurements.dirty.repair import TIME, repaired
 from orchestrator.measurements.dirty.text_table import read_text_table
@@ -136,7 +137,7 @@ def _table(file: Path, content: bytes, case: CaseFile, name: str) -> Table:
         needed = [column for column, variable in case.variables.items() if variable != TIME]
         return repaired(read_any_table(file, content, reading), reading, needed, case.interpolation)
     if file.suffix.lower() == ".csv":
-        return read_table(file, content)
+        return without_units(read_table(file, content), {*case.units, *case.variables, *case.interpolation})
     from orchestrator.measurements.table import read_typed_table
 
     return read_typed_table(file)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from orchestrator.measurements import load_measurements
+from orchestrator.measurements.load import load_records
 
 WriteCase = Callable[..., Path]
 
@@ -114,3 +115,18 @@ def test_a_path_may_be_a_string_relative_to_the_working_folder(
     monkeypatch.chdir(write_case({"a.csv": swing}))
     assert load_measurements("a.csv").path == Path("a.csv")
     assert load_measurements(os.curdir).path == Path(os.curdir)
+
+
+def test_units_in_headers_of_csv_files_are_those_of_their_columns(tmp_path: Path) -> None:
+    (tmp_path / "swing.csv").write_text('t [ms],phi [deg],"T / degC",F (kN),q[1],x_m\n0,1,2,3,4,5\n500,2,3,4,5,6\n')
+    (trial,) = load_measurements(tmp_path / "swing.csv").trials[:1]
+    assert trial.units == {"phi": "deg", "T": "degC", "F": "kN", "q[1]": "", "x_m": ""}
+    record = load_records(tmp_path / "swing.csv")[0]
+    assert record.time.tolist() == [0.0, 0.5]
+
+
+def test_headers_that_case_toml_names_or_that_differ_in_the_unit_alone_stay_whole(write_case: WriteCase) -> None:
+    text = "t [s],x [m],y [m],y [mm]\n0,1,2,3\n1,2,3,4\n"
+    folder = write_case({"a.csv": text}, 'learning = [1]\nheld_out = []\n[columns]\n"x [m]" = "mm"\n')
+    (trial,) = load_measurements(folder).trials
+    assert trial.units == {"x [m]": "mm", "y [m]": "", "y [mm]": ""}

@@ -1,9 +1,13 @@
 """Units as people write them in headers, in the spelling that the rest of the program reads."""
 
 import re
+from collections import Counter
+from collections.abc import Collection
+from dataclasses import replace
 
 from fmus.errors import MisfitError
 from fmus.units import conversion
+from orchestrator.measurements.table import Table
 
 _SPELLINGS = {
     "°": "deg",
@@ -141,6 +145,8 @@ _SUFFIXES = frozenset(
         "millis",
     ]
 )
+# What no name of a variable has: a header without it may be a name as a whole, such as theta_deg.
+_SET_APART = re.compile(r"[\[(</,]| in ")
 # Within brackets a blank, a dot or a dash between letters is a product.
 _PRODUCT = re.compile(r"(?<=[A-Za-z0-9])[\s·*-](?=[A-Za-z])")
 # Behind the name of a time alone: x_h is a height.
@@ -186,8 +192,8 @@ def split_header(header: str) -> tuple[str, str | None]:
         (('M', 'N.m'), ('M', 'kN.m'), ('phi (new)', None))
         >>> split_header("pump_l_min"), split_header("feed_kg_h"), split_header("time_h")
         (('pump', 'l/min'), ('feed', 'kg/h'), ('time', 'h'))
-        >>> split_header("Angle, °"), split_header("x_m_s"), split_header("time / ms")
-        (('Angle', 'deg'), ('x', 'm/s'), ('time', 'ms'))
+        >>> split_header("Angle, °"), split_header("x_m_s"), split_header("time / ms"), split_header("T / degC")
+        (('Angle', 'deg'), ('x', 'm/s'), ('time', 'ms'), ('T', 'degC'))
     """
     text = header.strip()
     if text.lower() in _TIMES:
@@ -203,12 +209,33 @@ def split_header(header: str) -> tuple[str, str | None]:
         return (
             (match["name"].strip(), None) if match["name"].strip().lower() in ("time", "t", "millis") else (text, None)
         )
-    if "/" in text and read_unit(text) is not None:
-        return text, None
+    if "/" in text and " / " not in text and read_unit(text) is not None:
+        return text, None  # a unit, and no quantity in its unit such as T / K
     match = _SEPARATED.match(text)
     if match and not match["unit"].isdigit() and (unit := read_unit(match["unit"])) is not None:
         return match["name"].strip(), unit
     return _by_underscore(text)
+
+
+def without_units(table: Table, kept: Collection[str] = ()) -> Table:
+    """Take units that are set apart out of a table's headers, such as that of `x [mm]`; headers that would become alike stay.
+
+    >>> from pathlib import Path
+    >>> from orchestrator.measurements.table import read_table
+    >>> plain = without_units(read_table(Path("swing.csv"), b"t [ms],phi (deg),T / degC,x_m,q[1]\\n0,1,2,3,4\\n"))
+    >>> plain.names, dict(plain.units)
+    (('t', 'phi', 'T', 'x_m', 'q[1]'), {'t': 'ms', 'phi': 'deg', 'T': 'degC'})
+    """
+    split = [
+        (name, None) if name in kept or not _SET_APART.search(name) else split_header(name) for name in table.names
+    ]
+    count = Counter(name for name, _ in split)
+    read = [
+        (plain, unit) if count[plain] == 1 else (name, None)
+        for name, (plain, unit) in zip(table.names, split, strict=True)
+    ]
+    units = {name: unit for name, unit in read if unit}
+    return replace(table, names=tuple(name for name, _ in read), units={**table.units, **units})
 
 
 def _by_underscore(text: str) -> tuple[str, str | None]:
