@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import scipy
 
-from orchestrator.compare.estimates import REFUTED, FloorEstimate, estimate_floor, not_refuted
+from orchestrator.compare.estimates import REFUTED, WITHIN_NOISE, FloorEstimate, estimate_floor, not_refuted
 from orchestrator.compare.result import Comparison, SetErrors, TrialCurves, TrialErrors
 from orchestrator.compare.where import findings, where_it_fails
 from orchestrator.datacheck.check import check_data
@@ -84,6 +84,17 @@ def _start_slopes(
 def over_floor(rmse: Mapping[str, float], floor: Mapping[str, float]) -> float:
     """Root mean square over signals of rmse / floor."""
     return float(np.sqrt(np.mean([(rmse[name] / floor[name]) ** 2 for name in rmse])))
+
+
+def error_left(before: Mapping[str, float], after: Mapping[str, float], floor: Mapping[str, float]) -> float:
+    """Largest share of a signal's squared error beyond the noise that is left, 0 to 1; those within the noise leave none.
+
+    >>> error_left({"x": 30.0, "p": 41.0}, {"x": 1.0, "p": 9.0}, {"x": 1.0, "p": 1.0})
+    0.047619047619047616
+    """
+    beyond = {s: after[s] ** 2 - floor[s] ** 2 for s in after if after[s] > WITHIN_NOISE * floor[s]}
+    shares = (left / max(before[s] ** 2 - floor[s] ** 2, left) for s, left in beyond.items())
+    return max(shares, default=0.0)
 
 
 def compare(

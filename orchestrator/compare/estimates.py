@@ -64,6 +64,8 @@ def _overlap(first: np.ndarray, second: np.ndarray, lag: int) -> tuple[np.ndarra
 
 # Trials that differ by more than this many times the other estimates are no repeats of each other.
 CONSISTENT = 10.0
+# An error of up to so many noise floors is what noise alone leaves.
+WITHIN_NOISE = 1.5
 # Free runs of a right model leave less than this share of the floor by chance hardly ever, although carried noise is slow.
 REFUTED = 1 / 3
 

@@ -16,7 +16,7 @@ from threadpoolctl import threadpool_limits
 from fmus.errors import ComponentError, MisfitError
 from fmus.symbolic.system import SymbolicSystem
 from orchestrator.blackbox.source import FmuSource, Source
-from orchestrator.compare.comparison import compare, is_refuted, over_floor, with_floor_of
+from orchestrator.compare.comparison import compare, error_left, is_refuted, over_floor, with_floor_of
 from orchestrator.compare.result import Comparison
 from orchestrator.greybox.around import fmu_with, placed
 from orchestrator.greybox.decide import Decision, Judge, decide, scatter_between, surprise
@@ -228,6 +228,8 @@ def decided(
         return twin if twin and (is_one_delay(chosen) or not judge.beyond_doubt(chosen, twin)) else None
 
     decision = decided_among(search.run() if common else [nominal])
+    if decision.chosen.candidates and (sets := search.go_on(decision.chosen)):
+        decision = decided_among(sets)
     if len(candidates) > len(common) and not _is_complete(decision, limits):
         seen(decision.chosen)
         progress(f"{len(candidates) - len(common)} rare candidates beside them")
@@ -301,7 +303,7 @@ def _answer(
     shown = after if named else given
     assert given.held_out is not None and shown.held_out is not None
     unexplained = 1.0 - decision.explained
-    incomplete = verdict == "named" and unexplained > limits.complete_share
+    incomplete = verdict == "named" and max(unexplained, _left(outcome, given, after)) > limits.complete_share
     return Diagnosis(
         model=given.model,
         data=given.data,
@@ -331,6 +333,16 @@ def _answer(
         data_checks=given.data_checks,
         search=outcome,
     )
+
+
+def _left(outcome: Outcome, given: Comparison, after: Comparison) -> float:
+    """Largest share of a signal's squared error along held-out trials that is left with the chosen set, of signals that runs foretell.
+
+    What disturbs one balance may be explained, and that of another one not.
+    """
+    assert given.held_out is not None and after.held_out is not None
+    told = foretold(outcome.decision.chosen.fit, outcome.scale, outcome.case.signals)
+    return error_left(given.held_out.rmse, {s: after.held_out.rmse[s] for s in told}, given.noise_floor)
 
 
 def within_noise(given: Comparison, factor: float, signals: Sequence[str] = ()) -> bool:

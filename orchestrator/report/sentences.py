@@ -3,9 +3,10 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from orchestrator.compare.estimates import WITHIN_NOISE
 from orchestrator.compare.result import Comparison
 from orchestrator.ledger import LedgerEntry, newest
-from orchestrator.report.answer.answer import WITHIN_NOISE, answer_of
+from orchestrator.report.answer.answer import answer_of
 from orchestrator.report.answer.words import joined, name_of, what
 from orchestrator.report.numbers import percent, quantity, ratio
 from orchestrator.verdicts.result import Diagnosis, NamedEffect, RankedSet

@@ -3,8 +3,8 @@
 import math
 from dataclasses import dataclass
 
+from orchestrator.compare.estimates import WITHIN_NOISE
 from orchestrator.compare.result import Comparison, SetErrors
-from orchestrator.report.answer.answer import WITHIN_NOISE
 from orchestrator.report.numbers import quantity, ratio
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import PurePath
 from typing import Any
 
-from orchestrator.compare.estimates import REFUTED
+from orchestrator.compare.estimates import REFUTED, WITHIN_NOISE
 from orchestrator.report.answer.rivals import Rival, not_tried, rivals_of
 from orchestrator.report.answer.words import (
     PARAMETER_ERROR,
@@ -22,8 +22,6 @@ from orchestrator.report.answer.words import (
 from orchestrator.report.numbers import digits, over_floor
 
 Document = Mapping[str, Any]
-# An error of up to so many noise floors is what noise alone leaves.
-WITHIN_NOISE = 1.5
 # Letters that the label of a bar has room for.
 MOST_LABEL = 28
 
@@ -202,14 +200,14 @@ def _them(document: Document, effects: Sequence[Mapping[str, Any]]) -> str:
 
 
 def _caution(document: Document, effects: Sequence[Mapping[str, Any]], before: float, after: float) -> str:
-    unexplained = document.get("unexplained_share")
-    if effects and unexplained and document.get("incomplete"):
-        left = share(float(unexplained))
+    left = share(float(document.get("unexplained_share") or 0.0)) if document.get("incomplete") else ""
+    if effects and after > WITHIN_NOISE:
+        force = f" and {left} of the missing force" if left else ""
+        return f"What is left, {digits(after)} times the noise{force}, is not explained by {_them(document, effects)}."
+    if effects and left:
         if after <= WITHIN_NOISE:
             return f"Free runs are within the noise; {left} of the force that still disturbs the model in between is not explained."
         return f"{capital(left)} of the missing force is still not explained."
-    if effects and not math.isnan(after) and after > WITHIN_NOISE:
-        return f"What is left, {digits(after)} times the noise, is not explained by {_them(document, effects)}."
     if effects and after < REFUTED:
         return "The noise floor is too high here: it takes fast changes of an input for noise of its sensor."
     if document.get("verdict") == "unknown" and (best := document.get("best")):
