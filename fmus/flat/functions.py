@@ -61,8 +61,8 @@ class Functions:
         places = self._places.get(short, [])
         if len(places) != 1:
             raise Unknown(f"the function {short}" + (f" ({len(places)} of that name)" if places else ""))
-        if _is_built_in(*places[0]) and short in BUILT_IN:
-            return [BUILT_IN[short](*arguments)]
+        if (symbol := _built_in(*places[0])) in BUILT_IN:
+            return [BUILT_IN[symbol](*arguments)]
         if short not in self._known:
             try:
                 self._known[short] = _read(*places[0])
@@ -250,11 +250,12 @@ def _skip_parentheses(parser: Parser) -> None:
             return
 
 
-def _is_built_in(tokens: list[Token], at: int) -> bool:
-    """Whether a function is another name of a built-in one: `external "builtin" y = sin(u);`."""
+def _built_in(tokens: list[Token], at: int) -> str:
+    """What a function is another name of, such as sin for `external "builtin" y = sin(u);`; empty for a function of its own."""
     for k in range(at, len(tokens) - 2):
         if tokens[k].text == "end" and tokens[k + 1].text == tokens[at].text:
-            return False
+            return ""
         if tokens[k].text == "external":
-            return tokens[k + 1].text == '"builtin"'
-    return False
+            opening = next(j for j in range(k, len(tokens)) if tokens[j].text in ("(", ";"))
+            return tokens[opening - 1].text if tokens[k + 1].text == '"builtin"' else ""
+    return ""

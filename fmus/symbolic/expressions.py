@@ -210,10 +210,14 @@ class Evaluator:
 
     def _run(self, index: int, arguments: list[Value]) -> list[Value]:
         function = self.arena.functions[index]
-        if function["external"] is not None and function["external"]["symbol"].startswith(tables.PREFIX):
-            symbol = function["external"]["symbol"]
-            return [tables.call(self.arena, symbol, arguments, lambda index: self._lookup("parameter", index))]
-        if function["external"] is not None:
+        external = function["external"]
+        if external is not None and external["symbol"].startswith(tables.PREFIX):
+            return [
+                tables.call(self.arena, external["symbol"], arguments, lambda index: self._lookup("parameter", index))
+            ]
+        if external is not None and external["language"] == "builtin":
+            return [operators.apply(external["symbol"], [arguments[a["input"] - 1] for a in external["arguments"]])]
+        if external is not None:
             raise ModelicaError(f"external function {function['name']} is not supported")
         frame, outer = Frame(arguments), self._binders
         self._binders = {}

@@ -90,6 +90,11 @@ class Law:
         return EffectCard(**{**vars(self.card), "parameters": tuple(found)})
 
     @property
+    def needs_position(self) -> bool:
+        """Whether a force depends on where things are."""
+        return any("position" in entry["unit"] or entry["unit"] == "place" for entry in self.entries.values())
+
+    @property
     def system(self) -> SymbolicSystem:
         """The equations of the law for one signal or one force."""
         return _system(self.card.class_name)

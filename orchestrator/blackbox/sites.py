@@ -2,10 +2,11 @@
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 
 from fmus.symbolic.system import Variable
 from orchestrator.blackbox.library import Scales
@@ -35,7 +36,7 @@ class Position:
 class ForceSite:
     """An input of the FMU that acts as a force on an output; `position` and `speed` count sensed values.
 
-    `gain` is the acceleration of the output for a unit of the force.
+    `gain` is the acceleration for a unit of the force. The output may be a speed; if nothing shows its position, `position` is it, too.
     """
 
     input: int
@@ -78,6 +79,11 @@ class Sites:
     def n_sensed(self) -> int:
         """Number of sensed values."""
         return self.wiring.n_sensed + len(self.wiring.differenced)
+
+    @property
+    def shows_positions(self) -> bool:
+        """Whether a position is shown where each force acts."""
+        return all(force.position != force.speed for force in self.forces)
 
     @property
     def one_force_each(self) -> bool:
@@ -135,25 +141,41 @@ def find_positions(probe: Probe, outputs: np.ndarray, states: np.ndarray) -> dic
     return found
 
 
-def find_sites(description: Description, data: BoundSet, positions: Mapping[int, Position], gains: np.ndarray) -> Sites:
+def find_sites(
+    description: Description,
+    data: BoundSet,
+    positions: Mapping[int, Position],
+    gains: np.ndarray,
+    speeds: Collection[int] = (),
+) -> Sites:
     """Find where effects attach, for one set of data.
 
     Args:
-        gains: (outputs, inputs) acceleration of each output for a unit of each input, 0 where it is no force on it.
+        description: the FMU.
+        data: the trials.
+        positions: outputs that read one state, by their numbers.
+        gains: (outputs, inputs) acceleration for a unit of each input, 0 where it is no force on that output.
+        speeds: numbers of outputs that are speeds.
     """
     plain = plain_sites(description)
     input_names, output_names = ([v.name for v in part] for part in (plain.inputs, plain.outputs))
     driven = tuple(i for i, name in enumerate(input_names) if _varies(data, i) and name not in data.unconnected_inputs)
     measured = tuple(output_names.index(name) for name in data.output_names)
-    pairs = _pairs(plain, gains, measured, {input_names.index(name) for name in data.unconnected_inputs})
-    shown = [description.outputs[k] for _, k in pairs]
-    speeds = [_speed_port(description, positions, k) for _, k in pairs]
-    sensed, n_sensed, places = wired([*shown, *(port for port in speeds if port is not None)])
+    position_of = {
+        description.speed_of[port.name].name: port for port in description.outputs if port.name in description.speed_of
+    }
+    own = {k: position_of[output_names[k]] for k in speeds if output_names[k] in position_of}
+    # Of a position and its speed, both measured, the position shows all that the speed does.
+    alone = [k for k in measured if k not in own or output_names.index(own[k].name) not in measured]
+    pairs = _pairs(plain, gains, alone, {input_names.index(name) for name in data.unconnected_inputs}, speeds)
+    shown = [own.get(k, description.outputs[k]) for _, k in pairs]
+    rates = [description.outputs[k] if k in speeds else _speed_port(description, positions, k) for _, k in pairs]
+    sensed, n_sensed, places = wired([*shown, *(port for port in rates if port is not None)])
     named = {place: name for name, place in places.items()}
     differenced: list[int] = []
     forces = []
-    for (i, k), port in zip(pairs, speeds, strict=True):
-        position = places[output_names[k]]
+    for (i, k), place, port in zip(pairs, shown, rates, strict=True):
+        position = places[place.name]
         if port is None:
             differenced.append(position)
             speed = n_sensed + len(differenced) - 1
@@ -174,7 +196,7 @@ def find_sites(description: Description, data: BoundSet, positions: Mapping[int,
         driven=driven,
         measured=measured,
         forces=tuple(forces),
-        force_scales=_force_scales(plain, forces, measured, trials),
+        force_scales=_force_scales(plain, forces, measured, speeds, trials),
         input_scales=tuple(
             _signal_scales("input", plain.inputs[i], [t.inputs[:, i] for t in trials], seconds) for i in driven
         ),
@@ -207,22 +229,27 @@ def _noise(data: BoundSet) -> list[float]:
     return [data.noise_std[name] for name in data.output_names]
 
 
-def _pairs(plain: Sites, gains: np.ndarray, measured: Sequence[int], unconnected: set[int]) -> list[tuple[int, int]]:
+def _pairs(
+    plain: Sites, gains: np.ndarray, measured: Sequence[int], unconnected: set[int], speeds: Collection[int]
+) -> list[tuple[int, int]]:
     """Inputs that act as forces on measured outputs: by name where possible, else all that fit by unit."""
     pairs = []
     for k in measured:
-        fitting = [i for i in range(len(plain.inputs)) if gains[k, i] and _conjugate(plain.inputs[i], plain.outputs[k])]
+        per = "/s" if k in speeds else ""
+        acting = [i for i in range(len(plain.inputs)) if gains[k, i]]
+        fitting = [i for i in acting if _conjugate(plain.inputs[i], plain.outputs[k], per)]
         by_name = [i for i in fitting if _mentions(plain.inputs[i].name, plain.outputs[k].name)]
         free = [i for i in fitting if i in unconnected]
         pairs += [(i, k) for i in (by_name[:1] or free or fitting)]
     return pairs
 
 
-def _conjugate(force: Variable, position: Variable) -> bool:
-    """Whether a force's unit times a position's unit is an energy; a unit that is not declared fits."""
+def _conjugate(force: Variable, moved: Variable, per: str) -> bool:
+    """Whether a force's unit times that of a position, or of a speed (`per` is "/s"), is an energy or a power; one that is not
+    declared fits."""
     if not force.unit:
-        return not position.unit or position.unit in FORCE_UNITS.values()
-    return force.unit in FORCE_UNITS and position.unit in ("", FORCE_UNITS[force.unit])
+        return not moved.unit or moved.unit in {unit + per for unit in FORCE_UNITS.values()}
+    return force.unit in FORCE_UNITS and moved.unit in ("", FORCE_UNITS[force.unit] + per)
 
 
 def _mentions(force: str, position: str) -> bool:
@@ -245,7 +272,11 @@ def _speed_port(description: Description, positions: Mapping[int, Position], k: 
 
 
 def _force_scales(
-    plain: Sites, forces: Sequence[ForceSite], measured: Sequence[int], trials: Sequence[SmoothedTrial]
+    plain: Sites,
+    forces: Sequence[ForceSite],
+    measured: Sequence[int],
+    speeds: Collection[int],
+    trials: Sequence[SmoothedTrial],
 ) -> Scales:
     """Sizes over all force sites: the force that the measured acceleration takes, speed, and range of position."""
     if not forces:
@@ -253,16 +284,29 @@ def _force_scales(
     size, speed, low, high = 0.0, 0.0, np.inf, -np.inf
     for site in forces:
         m = list(measured).index(site.output)
-        acceleration = np.concatenate([t.smoother(t.accelerations)[:, m] for t in trials])
-        size = max(size, float(np.sqrt(np.mean(acceleration**2))) / abs(site.gain))
-        speed = max(speed, float(np.sqrt(np.mean(np.concatenate([t.speeds[:, m] for t in trials]) ** 2))))
-        values = np.concatenate([t.values[:, m] for t in trials])
+        if site.output in speeds:
+            accelerations, rates = (
+                [part[:, m] for part in parts] for parts in zip(*((t.speeds, t.values) for t in trials), strict=True)
+            )
+            values = np.concatenate(
+                [cumulative_trapezoid(r, t.time, initial=0.0) for r, t in zip(rates, trials, strict=True)]
+            )
+        else:
+            accelerations = [t.smoother(t.accelerations)[:, m] for t in trials]
+            rates, values = [t.speeds[:, m] for t in trials], np.concatenate([t.values[:, m] for t in trials])
+        size = max(size, _rms(accelerations) / abs(site.gain))
+        speed = max(speed, _rms(rates))
         low, high = min(low, float(values.min())), max(high, float(values.max()))
-    force, position = plain.inputs[forces[0].input].unit, plain.outputs[forces[0].output].unit
+    force, moved = plain.inputs[forces[0].input].unit, plain.outputs[forces[0].output].unit
+    position = moved.removesuffix("/s") if forces[0].output in speeds else moved
     half = max(0.5 * (high - low), 1e-9)
     sizes = {"force": size or 1.0, "speed": speed or 1.0, "position": half}
     units = {"force": force or "1", "position": position or "1", "speed": f"{position or '1'}/s"}
     return Scales(sizes, units, (0.5 * (low + high), half))
+
+
+def _rms(parts: Sequence[np.ndarray]) -> float:
+    return float(np.sqrt(np.mean(np.concatenate(parts) ** 2)))
 
 
 def _signal_scales(kind: str, variable: Variable, series: Sequence[np.ndarray], seconds: Mapping[str, float]) -> Scales:

@@ -1,7 +1,8 @@
 """An FMU where the diagnosis expects the source of a model: its candidates, and its extension with effects."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import product
 from pathlib import Path
 from typing import TypeAlias
 
@@ -20,6 +21,8 @@ from orchestrator.library.cards import Candidate
 from orchestrator.measurements import BoundSet, MeasurementSet, bind
 
 PULSE_SAMPLES = 24
+# An output is the rate of another one if its steps differ from what it adds up to by less than this share of the largest.
+RATE_AGREES = 0.02
 
 
 @dataclass(frozen=True)
@@ -54,7 +57,9 @@ class FmuSource:
         fmu = open_file(path, stepped=stepped, join_forces=True)
         plain = plain_sites(fmu.started)
         data = bind(measurements, plain.inputs, plain.outputs)
-        sites = find_sites(fmu.started, data, fmu.positions(), _gains(fmu, data))
+        answers = _answers(fmu, data)
+        description = replace(fmu.started, speed_of={**fmu.started.speed_of, **answers.speed_of})
+        sites = find_sites(description, data, fmu.positions(), answers.gains, answers.speeds)
         sites = replace(sites, parameters=_that_show(fmu, sites, data))
         return FmuSource(
             name=str(path), class_name=path.stem, file=path, fmu=fmu, sites=sites, measurements=measurements
@@ -119,6 +124,8 @@ class FmuSource:
         if slot == PARAMETER_SLOT:
             return tuple(p.name for p in sites.parameters), (Scales({}, {}, (0.0, 1.0)),) * len(sites.parameters)
         if slot in FORCE_SLOTS:
+            if law.needs_position and not sites.shows_positions:
+                return (), ()
             names = [sites.outputs[force.output].name for force in sites.forces]
             if not sites.one_force_each:
                 names = [f"{sites.inputs[f.input].name}->{sites.outputs[f.output].name}" for f in sites.forces]
@@ -134,7 +141,8 @@ class FmuSource:
         """Whether a law makes sense for an FMU of this kind: friction needs something that moves."""
         slot = law.card.slots[0]
         if slot in FORCE_SLOTS:
-            return any(self.sites.outputs[k].unit in (None, "", *FORCE_UNITS.values()) for k in self.sites.measured)
+            moved = {"", *FORCE_UNITS.values(), *(unit + "/s" for unit in FORCE_UNITS.values())}
+            return any((self.sites.outputs[k].unit or "") in moved for k in self.sites.measured)
         return slot != PARAMETER_SLOT or self.fmu.started.cosimulation
 
     def _lacking(self, law: Law) -> str:
@@ -143,6 +151,8 @@ class FmuSource:
             return "the FMU would have to expose parameters that can be set before a run"
         outputs = " or ".join(self.sites.outputs[k].name for k in self.sites.measured)
         if law.card.slots[0] in FORCE_SLOTS:
+            if self.sites.forces:
+                return f"the FMU would have to expose the position to {outputs}"
             return f"the FMU would have to expose an input that acts as a force (N or N.m) on {outputs}"
         return "no input of the FMU is driven by the data"
 
@@ -151,38 +161,61 @@ class FmuSource:
 Source: TypeAlias = ModelicaModel | FmuSource
 
 
-def _gains(fmu: FmuFile, data: BoundSet) -> np.ndarray:
-    """Acceleration of each output for a unit of each input (outputs, inputs); 0 where an input is no force on it."""
+@dataclass(frozen=True)
+class _Answers:
+    """How outputs answer inputs: `gains` (outputs, inputs) are accelerations for a unit of each input, 0 where it is no force;
+    `speeds` are the numbers of outputs that are speeds, `speed_of` outputs that are the rates of others."""
+
+    gains: np.ndarray
+    speeds: frozenset[int] = frozenset()
+    speed_of: Mapping[str, Port] = field(default_factory=dict)
+
+
+def _answers(fmu: FmuFile, data: BoundSet) -> _Answers:
     description = fmu.started
+    if description.cosimulation:
+        return _answers_to_pulses(fmu, data)
     gains = np.zeros((len(description.outputs), len(description.inputs)))
-    if not description.cosimulation:
-        if description.states:
-            probe = fmu.probe()
-            for k, position in fmu.positions().items():
-                if position.speed is not None:
-                    gains[k] = position.slope * probe.rates_by_inputs[position.speed]
-        return np.where(np.abs(gains) > NEGLIGIBLE * max(np.abs(gains).max(initial=0.0), 1e-30), gains, 0.0)
-    return _gains_by_pulses(fmu, data)
+    if description.states:
+        probe = fmu.probe()
+        for k, position in fmu.positions().items():
+            if position.speed is not None:
+                gains[k] = position.slope * probe.rates_by_inputs[position.speed]
+    return _Answers(np.where(np.abs(gains) > NEGLIGIBLE * max(np.abs(gains).max(initial=0.0), 1e-30), gains, 0.0))
 
 
-def _gains_by_pulses(fmu: FmuFile, data: BoundSet) -> np.ndarray:
-    """The same from short simulations: a position answers a steady force with gain t^2/2."""
-    sites = plain_sites(fmu.started)
+def _answers_to_pulses(fmu: FmuFile, data: BoundSet) -> _Answers:
+    """The same from short simulations: a position answers a steady force with gain t^2/2, a speed with gain t.
+
+    What grows in proportion to time may be a temperature: a speed says so by its unit, or is the rate of another output.
+    """
+    sites, ports = plain_sites(fmu.started), fmu.started.outputs
     model = CoupledModel(fmu.path.name, couple(fmu.path.name, sites, ()), fmu, sites)
     trial = data.trials[0]
     time, inputs = trial.time[:PULSE_SAMPLES], trial.inputs[:PULSE_SAMPLES]
     start = np.array([0.0 if v.start is None else v.start for v in sites.states])
     compiled = model.compiled
     plain = compiled.run(time, inputs, compiled.parameters, start).outputs
-    gains = np.zeros((len(sites.outputs), len(sites.inputs)))
+    positions, rates = (np.zeros((len(ports), len(sites.inputs))) for _ in range(2))
+    speed_of: dict[str, Port] = {}
     for i in range(len(sites.inputs)):
         pushed = inputs.copy()
         pushed[:, i] += max(float(np.abs(trial.inputs[:, i]).max()), 1.0)
         size = float(pushed[0, i] - inputs[0, i])
         answer = (compiled.run(time, pushed, compiled.parameters, start).outputs - plain) / size
-        for k in range(len(sites.outputs)):
-            gains[k, i] = _acceleration(time - time[0], answer[:, k])
-    return gains
+        for k in range(len(ports)):
+            positions[k, i] = _growth(time - time[0], answer[:, k], 2)
+            rates[k, i] = _growth(time - time[0], answer[:, k], 1)
+        for k, j in product(range(len(ports)), repeat=2):
+            if positions[k, i] and rates[j, i] and _is_rate(time, answer[:, k], answer[:, j]):
+                speed_of[ports[k].name] = ports[j]
+    of_others = {port.name for port in speed_of.values()}
+    named = {unit + "/s" for unit in FORCE_UNITS.values()}
+    speeds = frozenset(
+        k for k, port in enumerate(ports) if rates[k].any() and (port.variable.unit in named or port.name in of_others)
+    )
+    positions[sorted(speeds)] = rates[sorted(speeds)]
+    return _Answers(positions, speeds, speed_of)
 
 
 def _that_show(fmu: FmuFile, sites: Sites, data: BoundSet) -> tuple[Port, ...]:
@@ -204,14 +237,31 @@ def _that_show(fmu: FmuFile, sites: Sites, data: BoundSet) -> tuple[Port, ...]:
     return tuple(port for port, yes in zip(sites.parameters, shown, strict=True) if yes)
 
 
-def _acceleration(time: np.ndarray, answer: np.ndarray) -> float:
-    """Acceleration behind a step answer, 0 if it does not grow as the square of time."""
+def _is_rate(time: np.ndarray, answer: np.ndarray, other: np.ndarray) -> bool:
+    """Whether one answer to a step is the rate of another one.
+
+    >>> time = np.linspace(0, 1, 24)
+    >>> _is_rate(time, time**2 / 2, time), _is_rate(time, time**2 / 2, 2 * time), _is_rate(time, time**2 / 2, time**2 / 2)
+    (True, False, False)
+    """
+    steps = np.diff(time)
+    added = 0.5 * (other[1:] + other[:-1]) * steps
+    return bool(np.abs(np.diff(answer) - added).max() < RATE_AGREES * np.abs(added).max())
+
+
+def _growth(time: np.ndarray, answer: np.ndarray, power: int) -> float:
+    """Acceleration behind a step answer that grows as this power of time; 0 if it does not.
+
+    >>> time = np.linspace(0, 1, 24)
+    >>> _growth(time, 1.5 * time**2, 2), _growth(time, 3 * time, 1), _growth(time, 3 * time, 2)
+    (3.0, 3.0, 0.0)
+    """
     later = slice(2, None)
     if np.any(answer[later] == 0) or np.any(np.sign(answer[later]) != np.sign(answer[-1])):
         return 0.0
     slope = np.polyfit(np.log(time[later]), np.log(np.abs(answer[later])), 1)[0]
     early = slice(2, 8)
-    return float(np.mean(2 * answer[early] / time[early] ** 2)) if 1.6 < slope < 2.4 else 0.0
+    return float(np.mean(power * answer[early] / time[early] ** power)) if abs(slope - power) < 0.4 else 0.0
 
 
 def fmu_model(path: Path, *, stepped: bool = False) -> CoupledModel:

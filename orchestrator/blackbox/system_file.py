@@ -104,7 +104,7 @@ def _place(
     for part, place in _each(mounted, FORCE_SLOTS):
         force = sites.forces[place - 1]
         label = _build(plan, part, place, sites.outputs[force.output].name, sites.force_scales, values, folder)
-        plan.connections.append((shown[force.output], f"{label}.q"))
+        plan.connections.append((_position(plan, source, force), f"{label}.q"))
         plan.connections.append((_speed(plan, source, force, folder), f"{label}.w"))
         forces.setdefault(force.input, []).append(_pushing(plan, force, f"{label}.f", folder))
     for i, found in forces.items():
@@ -147,6 +147,12 @@ def _join(plan: _Plan, force: str, targets: tuple[str, ...], folder: Path) -> tu
     label = _helper(plan, "Sum", folder)
     plan.connections += [(force, f"{label}.u2"), *((f"{label}.y", target) for target in targets)]
     return (f"{label}.u1",)
+
+
+def _position(plan: _Plan, source: FmuSource, force: ForceSite) -> str:
+    """The signal that is the position at a force, as the FMU shows it."""
+    names = [v.name for v in source.sites.outputs]
+    return plan.shown[names.index(source.sites.sensed_names[force.position])]
 
 
 def _speed(plan: _Plan, source: FmuSource, force: ForceSite, folder: Path) -> str:

@@ -101,7 +101,7 @@ class Judge:
         """Which share of what the model as given leaves unexplained is gone, 0 to 1.
 
         By how much the power of the disturbing force falls, over all trials, at the balance where it falls most; less what
-        sensors seem to be noisier by instead, as a share of the squared errors of predictions, at the output where that is most.
+        sensors seem to be noisier by instead, as a share of the squared errors of predictions.
         """
         left = float(np.min(_left(chosen, self.nominal), initial=1.0))
         return float(np.clip(1.0 - left - self._moved(chosen, self.nominal), 0.0, 1.0))
@@ -119,10 +119,11 @@ class Judge:
         return fallen - (self._moved(best, given) - self._moved(less, given))
 
     def _moved(self, found: FittedSet, given: FittedSet) -> float:
-        """What sensors seem to be noisier by, as a share of the squared errors of predictions, at the output where that is most."""
+        """What sensors seem to be noisier by, as a share of the squared errors of predictions, both in units of the scale: an output
+        that predictions hardly miss has its own noise, which forces took for theirs."""
         before, after = (np.mean([n.sensors**2 for n in s.fit.noise], axis=0) for s in (given, found))
         errors = np.mean(self.squares(given), axis=0)
-        return max(float(np.max((after - before) / np.maximum(errors, 1e-300), initial=0.0)), 0.0)
+        return float(np.sum(np.maximum(after - before, 0.0) / self.scale**2) / np.sum(errors / self.scale**2))
 
     def earned(self, best: FittedSet, less: FittedSet, given: FittedSet) -> bool:
         """Whether the effect that a smaller set lacks has earned its place in the larger one, beside what the model `given` lacks.

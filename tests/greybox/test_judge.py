@@ -74,3 +74,20 @@ def test_what_an_effect_takes_away_at_one_balance_counts_though_another_is_expla
     assert judge.explained(one) == judge.explained(both) == 1.0  # type: ignore[arg-type]
     assert judge.takes_away(both, one, given) == pytest.approx(0.75)  # type: ignore[arg-type]
     assert judge.takes_away(one, given, given) == pytest.approx(1.0)  # type: ignore[arg-type]
+
+
+class Quiet(Judge):
+    """A judge of two outputs, of which predictions miss the first one alone."""
+
+    def squares(self, found: FittedSet, windows: int = 0) -> np.ndarray:
+        return np.tile([1.0, 0.02**2], (3, 1))
+
+
+def test_an_output_that_predictions_hardly_miss_has_its_own_noise_back() -> None:
+    given, found, hidden = (Noisy(force) for force in (2.0, 0.0, 0.0))
+    given.fit.noise[0].sensors = np.array([0.01, 0.002])
+    found.fit.noise[0].sensors = np.array([0.01, 0.02])
+    hidden.fit.noise[0].sensors = np.array([0.9, 0.02])
+    judge = Quiet(given, Thresholds(), np.ones(2))  # type: ignore[arg-type]
+    assert judge.explained(found) > 0.99  # type: ignore[arg-type]
+    assert judge.explained(hidden) < 0.2  # type: ignore[arg-type]

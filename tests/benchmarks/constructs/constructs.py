@@ -135,6 +135,13 @@ CONSTRUCTS = (
         'function ext input Real u; output Real r; external "C" r = fabs(u); end ext;',
     ),
     _y(
+        "another name of a built-in function",
+        "",
+        "y = sine(x);",
+        math.sin(2.0),
+        'function sine input Real u; output Real r; external "builtin" r = sin(u); end sine;',
+    ),
+    _y(
         "matrix times vector",
         "parameter Real A[2,2]={{1,2},{3,4}}; Real v[2];",
         "v = A*{x, 1}; y = v[1] + v[2];",
