@@ -183,19 +183,6 @@ class Search:
         self._try_whole(chosen)
         return self.run()
 
-    def go_on(self, chosen: FittedSet) -> list[FittedSet]:
-        """Search on from a set that was fitted anew, if larger ones than it are less probable now, which they cannot be.
-
-        They ended elsewhere, so the best of them are fitted again from its values. Empty if there are none.
-        """
-        limits = self.setting.thresholds
-        most = float(chosen.losses.sum()) + limits.nats
-        worse = [s for s in self.sets if chosen.key < s.key and float(s.losses.sum()) > most][: limits.shortlist]
-        for one in worse:
-            more = tuple(c for c in one.candidates if c.family not in chosen.key)
-            self._fit_again((*chosen.candidates, *more), chosen)
-        return self.run() if worse else []
-
     @property
     def best(self) -> FittedSet:
         """The set with the least cross-validated loss."""
