@@ -197,10 +197,10 @@ def discover(
     """
     from orchestrator.discover import discover as run
     from orchestrator.greybox.laws import own_laws
-    from orchestrator.laws.words import laws_text
     from orchestrator.library.cards import effect_library
     from orchestrator.measurements import load_measurements
     from orchestrator.model_argument import load_model, load_source
+    from orchestrator.report.answer.formulas import formula_lines
     from orchestrator.report.arm_replay import arm_replay
     from orchestrator.report.html import discovery_report
     from orchestrator.report.tables import LedgerTable, diagnosis_table, lines_of
@@ -233,8 +233,9 @@ def discover(
             replay = arm_replay(load_model(model), measurements, found.diagnosis.steps[0].comparison)
             report = discovery_report(found.diagnosis, list(found.entries), replay)
     show(diagnosis_table(found.diagnosis), quiet)
+    document = found.diagnosis.to_json()
     if found.laws:
-        show(laws_text(found.laws), quiet)
+        show("\n".join(formula_lines(document)), quiet)
     show(LedgerTable(list(found.entries)), quiet)
-    write_json(json_file, found.diagnosis.to_json())
+    write_json(json_file, document)
     write_file(html_file, report)

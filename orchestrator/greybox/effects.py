@@ -87,8 +87,9 @@ def law_effects(base: ModelicaModel, law: Law) -> list[NamedEffect]:
     if empty:
         raise MisfitError(f"law {law.id}: {empty[0]} has no value; expected `value = NUMBER` in its table of the card")
     values = {
-        law.public(p.name, place.unit): Estimate(p.value, p.unit(place.units), (p.value, p.value))
+        law.public(p.name, place.unit): Estimate(p.value, p.unit(place.units), (min(ends), max(ends)))
         for p in law.parameters
+        for ends in [p.ci90 or (p.value, p.value)]
     }
     return [*map(_read_back, law.beside), NamedEffect(law.id, place.site, values)]
 

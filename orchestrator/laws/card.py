@@ -50,6 +50,7 @@ def card_text(law: Law) -> str:
 
 def _parameter_lines(parameter: LawParameter) -> list[str]:
     lines = [f"kind = {json.dumps(parameter.kind)}", f"value = {float(parameter.value)!r}"]
+    lines += [f"ci90 = {[float(end) for end in parameter.ci90]}"] if parameter.ci90 else []
     lines += ["gain = true"] if parameter.gain else [f"grid = {list(parameter.grid)}"]
     lines += [] if parameter.gain or parameter.fitted else ["fitted = false"]
     return [*lines, f"description = {json.dumps(parameter.description)}"]
@@ -86,12 +87,14 @@ def _documentation(proposal: LawProposal) -> str:
         f"<li>{escape(name)}: {low:.4g} to {high:.4g} {escape(proposal.coordinates[name])}</li>"
         for name, (low, high) in proposal.seen.items()
     )
+    constants = "".join(f"<li>{name} = {value.value:.4g} {escape(value.unit)} ({value.ci90[0]:.4g} to {value.ci90[1]:.4g})</li>" for name, value in proposal.parameters.items())  # fmt: skip
     errors = "; ".join(
         f"{escape(s)} {proposal.held_out_before[s]:.4g} -> {proposal.held_out_after[s]:.4g} {proposal.held_out_units.get(s, '')}".rstrip()
         for s in proposal.held_out_after
     )
     text = (
-        f"<html><p>{escape(proposal.sentence)}: {escape(proposal.formula)}</p><p>Seen for</p><ul>{rows}</ul>"
+        f"<html><p>{escape(proposal.sentence)}: {escape(proposal.formula)}</p>"
+        f"<p>Constants with 90 % intervals</p><ul>{constants}</ul><p>Seen for</p><ul>{rows}</ul>"
         "<p>Outside of these ranges the law is an extrapolation that no measurement supports.</p>"
         f"<p>Root mean square errors of held-out trials, before and after: {errors}.</p></html>"
     )

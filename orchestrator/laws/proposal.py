@@ -147,7 +147,8 @@ def proposal_of(
         seen={name: seen[name] for name in used},
         beside=tuple(asdict(each) for each in beside),
         parameters=tuple(
-            replace(p, value=values[p.name].value, grid=(1.0,) if not p.gain else ()) for p in own.parameters
+            replace(p, value=values[p.name].value, ci90=values[p.name].ci90, grid=() if p.gain else (1.0,))
+            for p in own.parameters
         ),
     )
     unit = {"q": "position", "v": "speed", "x": "state", "t": "time"}

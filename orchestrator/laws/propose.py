@@ -41,11 +41,10 @@ def with_laws(
         wanted: whether they are looked for; None for only where the library leaves something open.
 
     Returns:
-        The diagnosis with `laws`; with a warning where laws were wanted and cannot be looked for, or where their search failed.
+        The diagnosis with `laws`; with a warning where laws were wanted and cannot be looked for, their search failed, or found none.
     """
-    if wanted is None:
-        wanted = _leaves_something_open(diagnosis)
-    if not wanted:
+    asked = wanted or diagnosis.verdict == "unknown"
+    if not (_leaves_something_open(diagnosis) if wanted is None else wanted):
         return diagnosis
     if not isinstance(diagnosis.search, Outcome):
         return _warned(
@@ -59,6 +58,8 @@ def with_laws(
         return _warned(
             diagnosis, f"the search for a formula failed, so none is proposed: {type(error).__name__}: {error}"
         )
+    if asked and not found:
+        return _warned(diagnosis, "no formula explains the record beyond doubt and foretells held-out trials better")
     return replace(diagnosis, laws=found if folder is None else tuple(write_files(p, folder / FOLDER) for p in found))
 
 

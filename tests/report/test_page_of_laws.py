@@ -3,6 +3,7 @@
 from typing import Any
 
 from orchestrator.report.answer.answer import answer_of
+from orchestrator.report.answer.formulas import formula_lines
 from orchestrator.report.answer.markup import answer_html
 
 
@@ -55,6 +56,30 @@ def test_each_proposed_formula_has_its_curve_with_the_law_through_it() -> None:
     assert "x 1 -&gt; 0.1 mm" in found
     assert "-k*v^3" in found
     assert "cannot tell it from -k*v^3" in found
+
+
+def test_a_formula_in_place_of_a_named_effect_says_so_and_how_to_add_it() -> None:
+    document = {
+        "verdict": "named",
+        "model": "Plant",
+        "model_file": "my plant.mo:Plant",
+        "effects": [{"id": "viscous_friction", "site": "x", "parameters": {}}],
+        "held_out": {"noise_floor": {"x": 0.05}, "rmse_before": {"x": 1.0}, "rmse_after": {"x": 0.4}},
+        "laws": [law("-k*v^3", 3.0) | {"card": "laws/cubic.toml", "seen": {"v": [-1.0, 2.0]}, "coordinates": ["v"], "coordinate_units": ["m/s"]}],
+    }  # fmt: skip
+    found = " ".join(formula_lines(document))
+    assert "explains more than viscous friction at x, and takes its place" in found
+    assert "to 2.00 times the noise (x 1 -> 0.1 mm); what the library names, to 8.00" in found
+    assert "Seen for v from -1 to 2 m/s; beyond that it is an extrapolation" in found
+    assert (
+        answer_of(document).next_step == "Add the formula below: misfit add laws/cubic.toml --to 'my plant.mo:Plant'."
+    )
+
+
+def test_a_formula_beside_named_effects_says_what_it_is_added_to() -> None:
+    beside = law("-k*v^3", 3.0) | {"beside": [{"id": "coulomb_friction", "site": "x", "parameters": {}}]}
+    document = {"verdict": "named", "effects": beside["beside"], "laws": [beside], "held_out": {"rmse_after": {}}}
+    assert formula_lines(document)[0] == "A formula explains what Coulomb friction at x leaves: drag."
 
 
 def test_a_page_without_proposals_says_nothing_of_formulas() -> None:

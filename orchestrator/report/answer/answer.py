@@ -8,6 +8,7 @@ from pathlib import PurePath
 from typing import Any
 
 from orchestrator.compare.estimates import REFUTED, WITHIN_NOISE
+from orchestrator.report.answer.formulas import add_command
 from orchestrator.report.answer.rivals import Rival, not_tried, rivals_of
 from orchestrator.report.answer.words import (
     PARAMETER_ERROR,
@@ -214,9 +215,6 @@ def _caution(document: Document, effects: Sequence[Mapping[str, Any]], before: f
         return f"Closest in the library: {joined(what(effect) for effect in best)}; it is not proven."
     if document.get("verdict") == "cannot_tell" and (open_notes := _open_notes(document)):
         return open_notes[0]
-    laws = document.get("laws") or ()
-    if document.get("verdict") == "unknown" and laws:
-        return f"A formula that fits: {laws[0].get('formula', '')}."
     return ""
 
 
@@ -228,6 +226,11 @@ def _open_notes(document: Document) -> list[str]:
 def _next_step(document: Document, effects: Sequence[Mapping[str, Any]], best: Sequence[Mapping[str, Any]]) -> str:
     experiment = document.get("next_experiment") or {}
     do = str(experiment.get("do", experiment.get("experiment", "")))
+    if document.get("laws"):
+        command = add_command(document)
+        return (
+            f"Add the formula below: {command}." if command else "Look at the formula below, and add it to the model."
+        )
     match document.get("verdict"):
         case "named" if written := document.get("patched_model"):
             return f"Use {PurePath(written).name}, the model with {_them(document, effects)}."
@@ -239,8 +242,6 @@ def _next_step(document: Document, effects: Sequence[Mapping[str, Any]], best: S
             return _record(do)
         case "ambiguous":
             return "Record trials that move the model differently, and diagnose again."
-        case "unknown" if document.get("laws"):
-            return "Look at the proposed formula, and add it as a card of your own."
         case "unknown":
             return "Learn the missing force along these trials: misfit learn."
         case _ if wrong := _wrong_record(document):

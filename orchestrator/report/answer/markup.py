@@ -1,42 +1,19 @@
 """The first screen as HTML, the same for the studio, reports and notebooks."""
 
 import html
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from orchestrator.report.answer.answer import Answer
 from orchestrator.report.answer.drawing import NARROW, WIDE, bars_svg, residual_svg, witness_svg
+from orchestrator.report.answer.formulas import formula_lines
 from orchestrator.report.answer.residual import worst_residual
 from orchestrator.report.answer.rivals import Rival
 from orchestrator.report.answer.witness import shape_words, stated, witnesses_of
 from orchestrator.report.answer.words import capital
 from orchestrator.report.numbers import unbroken
-
-
-def laws_sentences(laws: Sequence[Mapping[str, Any]]) -> list[str]:
-    """Sentences for the first law, a line for each that explains the record as well."""
-    if not laws:
-        return []
-    first, *others = laws
-    constants = ", ".join(f"{name} = {_with_unit(row)}" for name, row in first["parameters"].items())
-    units = first.get("held_out_units", {})  # results of earlier versions have none
-    errors = ", ".join(
-        f"{signal} {first['held_out_before'][signal]:.3g} -> {after:.3g} {units.get(signal, '')}".rstrip()
-        for signal, after in first["held_out_after"].items()
-    )
-    found = [
-        f"{first['sentence'].capitalize()}, at {first['site']}: {first['formula']} with {constants}.",
-        f"Error of held-out trials, before and with it: {errors}.",
-        *(f"The record cannot tell it from {law['formula']} ({law['sentence']})." for law in others),
-    ]
-    return [*found, f"{first['separated_by'].capitalize()}."] if first["separated_by"] else found
-
-
-def _with_unit(row: Mapping[str, Any]) -> str:
-    return f"{row['value']:.4g} {row['unit'] if row['unit'] != '1' else ''}".strip()
-
 
 # Formulas that have room beside each other.
 MOST_LAWS = 3
@@ -93,7 +70,7 @@ def _laws(document: Mapping[str, Any]) -> str:
     curves = [(law["formula"], stated(law["curve"])) for law in laws[:MOST_LAWS] if law.get("curve")]
     panels = "".join(f"<div>{witness_svg(curve)}{_small(formula)}</div>" for formula, curve in curves if curve)
     drawn = f'<div class="a-panels">{panels}</div>' if panels else ""
-    lines = "".join(f"<p>{html.escape(line)}</p>" for line in laws_sentences(laws))
+    lines = "".join(f"<p>{html.escape(line)}</p>" for line in formula_lines(document))
     return _section("A formula for what no card explains", drawn + lines)
 
 
