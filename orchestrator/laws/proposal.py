@@ -29,12 +29,16 @@ def sentence_of(terms: Sequence[Term], law: Law, values: Mapping[str, Estimate],
         values: its values by name.
         variables: the model's variable for each coordinate of the law.
     """
-    parts = []
+    parts: list[str] = []
     for number, term in enumerate(terms, start=1):
         end = str(number) if len(terms) > 1 else ""
         words = " ".join(_filled(f, term, end, values, variables) for f in term.factors)
-        parts.append(f"{words} (pushing, not braking)" if _pushes(term, values[f"k{end}"].value) else words)
-    return ", and ".join(dict.fromkeys(parts))
+        if term.brakes and values[f"k{end}"].value < 0:
+            # What usually brakes, holds back or flows away does the opposite.
+            parts.append(f"less {words}" if parts else f"{words} (with the opposite sign)")
+        else:
+            parts.append(f"and {words}" if parts else words)
+    return ", ".join(dict.fromkeys(parts))
 
 
 def _filled(factor: Factor, term: Term, end: str, values: Mapping[str, Estimate], variables: Mapping[str, str]) -> str:
@@ -45,11 +49,6 @@ def _filled(factor: Factor, term: Term, end: str, values: Mapping[str, Estimate]
         return f"{found.value:.3g} {found.unit if found.unit != '1' else ''}".strip()
 
     return re.sub(r"\{(\w+)\}", value, factor.words)
-
-
-def _pushes(term: Term, gain: float) -> bool:
-    """Whether what usually brakes or holds back does the opposite."""
-    return gain < 0 and bool(term.library) and term.library != "constant_force"
 
 
 @dataclass(frozen=True)

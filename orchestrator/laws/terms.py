@@ -38,6 +38,11 @@ class Term:
         return (self.carrier,) if self.modulator is None else (self.carrier, self.modulator)
 
     @property
+    def brakes(self) -> bool:
+        """Whether a positive gain takes from its balance; what comes from elsewhere adds to it."""
+        return self.carrier not in (*factors("free"), *factors("further"))
+
+    @property
     def cost(self) -> int:
         """Number of constants, held ones not counted."""
         return 1 + sum(p.fitted for f in self.factors for p in f.shapes)
@@ -105,7 +110,7 @@ def law_of(terms: Sequence[Term], place: Place, *, shared: bool = False) -> Law:
         gain = LawParameter(f"k{end}", _kind(term, place), gain=True, description=_describe(term))
         shapes = [replace(p, name=names[p.name], kind=_of(p.kind, term)) for f in term.factors for p in f.shapes]
         parameters += [gain, *(p for p in shapes if p.name not in {known.name for known in parameters})]
-        sign = "" if term.carrier in (*factors("free"), *factors("further")) else "-"
+        sign = "-" if term.brakes else ""
         shares = [gain.name, *(renamed(f.text, names) for f in term.factors if f.text != "1")]
         texts.append(sign + "*".join(shares).replace("(own)", f"({own})"))
         if term.carrier in factors("inertia"):

@@ -14,12 +14,14 @@ from orchestrator.greybox.memory import force, remembered
 from orchestrator.greybox.places import Place
 from orchestrator.greybox.search import fit_set
 from orchestrator.greybox.thresholds import Thresholds
+from orchestrator.laws.proposal import sentence_of
 from orchestrator.laws.regression import all_columns, table_of
 from orchestrator.laws.response import responses
 from orchestrator.laws.terms import Term, law_of, terms_at, variants
 from orchestrator.laws.vocabulary import factors
 from orchestrator.laws.wide_places import further_of, wide_places
 from orchestrator.measurements import load_measurements
+from orchestrator.verdicts.result import Estimate
 
 UNITS = {"force": "N", "speed": "m/s", "position": "m", "centre": "m", "time": "s", "of_u": "V", "state": "K"}
 SCALES = dict.fromkeys(UNITS, 1.0)
@@ -71,6 +73,19 @@ def test_the_unit_of_a_gain_makes_a_force_of_its_term() -> None:
     law = law_of([Term(drag, warmth)], MOTION)
     assert law.expression == "-k*v*abs(v)*z"
     assert law.parameters[0].unit(UNITS) == "N.s4/m4"
+
+
+def test_a_sentence_says_which_terms_have_the_opposite_sign() -> None:
+    viscous, drag = (Term(factors("speed")[k]) for k in (0, 2))
+    law = law_of([viscous, drag], MOTION)
+
+    def sentence(k1: float, k2: float) -> str:
+        values = {name: Estimate(k, "", (k, k)) for name, k in (("k1", k1), ("k2", k2))}
+        return sentence_of([viscous, drag], law, values, {})
+
+    assert sentence(1.0, 2.0) == "viscous friction, and quadratic damping"
+    assert sentence(1.0, -2.0) == "viscous friction, less quadratic damping"
+    assert sentence(-1.0, 2.0) == "viscous friction (with the opposite sign), and quadratic damping"
 
 
 def test_a_mass_that_is_picked_up_shares_all_that_pushes_with_the_own_mass() -> None:
