@@ -13,12 +13,11 @@ from orchestrator import ledger
 from orchestrator.blackbox.source import Source
 from orchestrator.compare.comparison import compare
 from orchestrator.compare.result import Comparison
-from orchestrator.diagnose import diagnose
 from orchestrator.diagnosis.fit.extensible import model_of
 from orchestrator.diagnosis.search.search import Progress
+from orchestrator.explain import explain
 from orchestrator.greybox.laws import Law
 from orchestrator.laws.proposal import LawProposal
-from orchestrator.laws.propose import with_laws
 from orchestrator.ledger import LedgerEntry
 from orchestrator.library.cards import EffectCard, effect_library
 from orchestrator.measurements import MeasurementSet
@@ -85,8 +84,8 @@ def discover(
         ComponentError: if the model cannot be simulated.
     """
     cards = effect_library() if cards is None else cards
-    diagnosis = diagnose(
-        source, measurements, cards=cards, workers=workers, progress=progress, work=work, laws=own_laws
+    diagnosis = explain(
+        source, measurements, folder, laws, cards=cards, workers=workers, progress=progress, work=work, own=own_laws
     )
     measurements = replace(measurements, interpolation=diagnosis.interpolation)
     nominal = diagnosis.steps[0].comparison
@@ -114,7 +113,6 @@ def discover(
         write_atomically(folder / f"draft_{number}.toml", curve.draft_card(number).encode())
     if diagnosis.experiment_csv is not None:
         write_atomically(folder / "next_experiment.csv", diagnosis.experiment_csv.encode())
-    diagnosis = with_laws(diagnosis, measurements, folder, laws, workers=workers, progress=progress)
     if versions:
         diagnosis = replace(diagnosis, patched_model=str(versions[-1].file))
     return Discovery(diagnosis, tuple(versions), tuple(entries), cast(tuple[LawProposal, ...], diagnosis.laws))

@@ -119,17 +119,15 @@ class Model:
             MisfitError: if the data do not fit the model, or an id is unknown.
             ComponentError: if the model itself cannot be simulated.
         """
-        from orchestrator.diagnose import diagnose
+        from orchestrator.explain import explain
         from orchestrator.greybox.laws import own_laws
-        from orchestrator.laws.propose import with_laws
 
         trials, _ = self._checked(data)
         measurements = trials.measurements.with_tolerances(dict(tolerances or {}))
         with progress() as say:
             source = self._source(trials)
             own, library = own_laws([Path(folder) for folder in cards]), chosen_cards(only, cards)
-            found = diagnose(source, measurements, cards=library, workers=workers, progress=say, laws=own)
-            return with_laws(found, measurements, None, laws, workers=workers, progress=say)
+            return explain(source, measurements, None, laws, cards=library, workers=workers, progress=say, own=own)
 
     def add(self, effects: Any, *, cards: Sequence[str | Path] = ()) -> "Model":
         """Give the model with effects in it.

@@ -183,6 +183,7 @@ def _judged(
     given = [*abouts, *_with_other_values(outcome, abouts)]
     judges = [Judge(about, dear, outcome.scale, outcome.decision.windows) for about in given]
     promising = _promising(found, limits)
+    promising += _with_less_beside(outcome, promising)
     promising += [one for law in promising for one in _with_shared_constants(outcome, law)]
     ended = _foretelling([_to_the_end(outcome, law) for law in promising], judges[0])
     ranked = sorted(ended, key=lambda law: law.fitted.loss)
@@ -221,6 +222,23 @@ def _promising(found: Sequence[FoundLaw], limits: Limits) -> list[FoundLaw]:
     for law in ranked:
         groups.setdefault((bool(law.beside), law.constants), []).append(law)
     return [law for group in groups.values() for law in group[: limits.ended]]
+
+
+def _with_less_beside(outcome: Outcome, promising: Sequence[FoundLaw]) -> list[FoundLaw]:
+    """The likeliest law beside effects of the library without each of them, and without all: they may have stood for the law."""
+    helped = [law for law in promising if law.beside]
+    if not helped:
+        return []
+    law = min(helped, key=lambda each: each.fitted.loss)
+    own = law.candidate
+    values = {p.name: law.fitted.value(own, p.name)[0] for p in (*own.gains, *own.fitted_shapes)}
+    without_one = [tuple(c for c in law.beside if c is not left) for left in law.beside]
+    found = []
+    for beside in [(), *(each for each in without_one if each)]:
+        with suppress(ComponentError, np.linalg.LinAlgError):
+            fitted = fit_set(outcome.setting, (*beside, own.begun_with(values)), law.fitted.fit.noise)
+            found.append(replace(law, candidate=fitted.candidates[-1], fitted=fitted, beside=beside))
+    return [each for each in found if np.isfinite(each.fitted.loss)]
 
 
 def _with_shared_constants(outcome: Outcome, law: FoundLaw) -> list[FoundLaw]:

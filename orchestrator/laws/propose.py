@@ -1,23 +1,23 @@
-"""From a diagnosis that leaves something open to proposed laws, checked on held-out trials, with their files in a folder."""
+"""From a diagnosis that leaves something open to proposed laws, checked on held-out trials."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from fmus.errors import ComponentError
 from orchestrator.compare.result import Comparison
+from orchestrator.diagnosis.search.search import Progress
 from orchestrator.greybox.decide import Judge
 from orchestrator.greybox.diagnose import Outcome, compared, worse_on_held_out
 from orchestrator.greybox.forces_apart import where_forces_differ
-from orchestrator.laws.card import write_files
-from orchestrator.laws.find import FoundLaw, Limits, find_laws
+from orchestrator.greybox.interpolation import RunsOtherwise, held_otherwise
+from orchestrator.laws.find import FoundLaw, find_laws
 from orchestrator.laws.proposal import LawProposal, proposal_of
 from orchestrator.measurements import MeasurementSet
 from orchestrator.verdicts.result import Diagnosis
 
-FOLDER = "laws"
 # A named answer that leaves more than this share of the missing force's power, or a held-out error of more than so many noise
 # floors, is looked behind.
 LEFT_OPEN, LEFT_OVER_FLOOR = 0.01, 1.5
@@ -26,41 +26,46 @@ LEFT_OPEN, LEFT_OVER_FLOOR = 0.01, 1.5
 def with_laws(
     diagnosis: Diagnosis,
     measurements: MeasurementSet,
-    folder: Path | None,
-    wanted: bool | None = None,
+    wanted: bool | None,
+    asked: Sequence[str] = (),
     *,
     workers: int = 2,
-    progress: Callable[[str], None] = lambda message: None,
-    limits: Limits | None = None,
+    progress: Progress = lambda message: None,
 ) -> Diagnosis:
-    """A diagnosis with the laws that explain what the library leaves, in files of `folder/laws` if a folder is given.
-
-    None is proposed that held-out trials speak against.
+    """A diagnosis with the laws that explain what the library leaves; none that held-out trials speak against.
 
     Args:
-        wanted: whether they are looked for; None for only where the library leaves something open.
+        diagnosis: what the library says.
+        measurements: what it says it of.
+        wanted: whether laws are looked for; None for only where the library leaves something open.
+        asked: names of inputs of which nobody has said how they run between samples.
+        workers: runs at a time.
+        progress: called with one line at each stage.
 
     Returns:
         The diagnosis with `laws`; with a warning where laws were wanted and cannot be looked for, their search failed, or found none.
+
+    Raises:
+        RunsOtherwise: if inputs run otherwise between samples, as the best law tells.
     """
-    asked = wanted or diagnosis.verdict == "unknown"
+    expected = wanted or diagnosis.verdict == "unknown"
     if not (_leaves_something_open(diagnosis) if wanted is None else wanted):
         return diagnosis
+    measurements = replace(measurements, interpolation=diagnosis.interpolation)
     if not isinstance(diagnosis.search, Outcome):
         return _warned(
             diagnosis, "formulas are looked for in models without slots only, whose balance equations are searched"
         )
-    measurements = replace(measurements, interpolation=diagnosis.interpolation)
     try:
-        found = _proposed(diagnosis, diagnosis.search, measurements, workers, progress, limits)
+        found = _proposed(diagnosis, diagnosis.search, measurements, asked, workers, progress)
     except (RuntimeError, ArithmeticError, LookupError, ValueError, ComponentError) as error:
         # The diagnosis stands; as in its own search, CasADi reports what it cannot do as RuntimeError.
         return _warned(
             diagnosis, f"the search for a formula failed, so none is proposed: {type(error).__name__}: {error}"
         )
-    if asked and not found:
+    if expected and not found:
         return _warned(diagnosis, "no formula explains the record beyond doubt and foretells held-out trials better")
-    return replace(diagnosis, laws=found if folder is None else tuple(write_files(p, folder / FOLDER) for p in found))
+    return replace(diagnosis, laws=found)
 
 
 def _warned(diagnosis: Diagnosis, note: str) -> Diagnosis:
@@ -80,13 +85,20 @@ def _proposed(
     diagnosis: Diagnosis,
     outcome: Outcome,
     measurements: MeasurementSet,
+    asked: Sequence[str],
     workers: int,
-    progress: Callable[[str], None],
-    limits: Limits | None,
+    progress: Progress,
 ) -> tuple[LawProposal, ...]:
     given = diagnosis.steps[0].comparison
     found: list[tuple[FoundLaw, LawProposal]] = []
-    for law in find_laws(outcome, limits, progress, named=diagnosis.verdict in ("named", "ambiguous")):
+    laws = find_laws(outcome, None, progress, named=diagnosis.verdict in ("named", "ambiguous"))
+    if laws and asked:
+        progress(f"asking how {', '.join(asked)} run between samples, with the formula")
+        with threadpool_limits(limits=1, user_api="blas"):
+            gains = held_otherwise(outcome.setting, laws[0].fitted, asked)
+        if gains:
+            raise RunsOtherwise(gains)
+    for law in laws:
         progress(f"opening the held-out trials for {law.candidate.law.expression}")
         with np.errstate(all="ignore"):
             try:

@@ -64,6 +64,12 @@ def terms_at(place: Place, further: Sequence[str]) -> list[Term]:
     about = {"by_time": [*heavy, *loads], "by_memory" if moves else "by_state_memory": fast if moves else held}
     if placed and not place.turns:
         about["by_position"] = [*fast, *(term for term in heavy if term.of)]
+    if not moves:
+        # What begins at a value by itself is not switched by another one.
+        steady = [
+            term for term in alone if term.carrier in (*factors("state"), *factors("free")) and not term.carrier.shapes
+        ]
+        about["by_state"] = [term for term in steady if term.carrier.weighs]
     found = alone
     for group, carriers in about.items():
         found += [replace(term, modulator=m) for term in carriers for m in factors(group)]

@@ -116,10 +116,9 @@ def compare(project: Project, say: Say) -> None:
 
 def diagnose(project: Project, say: Say) -> None:
     """Find the missing effects, and record the model as given in the ledger."""
-    from orchestrator.diagnose import diagnose as find
     from orchestrator.diagnosis.fit.extensible import model_of
     from orchestrator.discover import record
-    from orchestrator.laws.propose import with_laws
+    from orchestrator.explain import explain
     from orchestrator.report.html import diagnosis_report
     from orchestrator.report.sentences import verdict_sentence
     from orchestrator.work import resumable
@@ -128,8 +127,7 @@ def diagnose(project: Project, say: Say) -> None:
     say(f"building {model_words(_model(project))}")
     source = load_source(_model(project), measurements)
     with resumable(f"{project.folder} {measurements.content_hash}") as work:
-        found = find(source, measurements, workers=WORKERS, progress=say, work=work)
-    found = with_laws(found, measurements, project.results, workers=WORKERS, progress=say)
+        found = explain(source, measurements, project.results, workers=WORKERS, progress=say, work=work)
     given = found.steps[0].comparison
     for number, step in enumerate(found.steps):
         _show(project, step.comparison, number)

@@ -88,6 +88,17 @@ def test_a_load_that_is_picked_up_is_found_in_kg_and_added_to_the_equation(tmp_p
     assert after is not None and after.over_floor < 1.5
 
 
+@pytest.mark.slow
+def test_a_formula_tells_that_a_smooth_input_was_held_and_is_found_again_so(tmp_path: Path) -> None:
+    recorded(tmp_path, lambda t, x, v: -40.0 * max(x - 0.05, 0.0) ** 2, seed=5, held=True)
+    found = _found(tmp_path)
+    law = found.laws[0]
+    assert found.diagnosis.interpolation["F"] == "hold"
+    assert law.parameters["k"].value == pytest.approx(40.0, rel=0.01)
+    floor = found.diagnosis.held_out.noise_floor["x"]
+    assert law.held_out_after["x"] < 1.5 * floor
+
+
 @pytest.mark.parametrize("seed", [1, 2])
 def test_noise_gives_no_formula_even_if_one_is_asked_for(tmp_path: Path, seed: int) -> None:
     recorded(tmp_path, lambda t, x, v: 0.0, seed=seed)

@@ -1,7 +1,7 @@
 """What is said of proposed formulas, from the JSON document, in a terminal and on pages."""
 
 import shlex
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from orchestrator.report.answer.words import capital, joined, size, what
@@ -12,9 +12,10 @@ Document = Mapping[str, Any]
 
 def formula_lines(document: Document) -> list[str]:
     """Sentences for the first formula, and a line for each that explains the record as well; empty if none is proposed."""
-    first, *others = document.get("laws") or ({},)
-    if not first:
+    laws: Sequence[Mapping[str, Any]] = document.get("laws") or ()
+    if not laws:
         return []
+    first, *others = laws
     found = [
         f"{_stands(document, first)}: {first['sentence']}.",
         f"At {first['site']}, in {first.get('unit', '')}: {first['formula']}",
