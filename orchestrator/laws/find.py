@@ -24,6 +24,7 @@ from orchestrator.greybox.search import FittedSet, fit_set, with_losses, wrong_t
 from orchestrator.laws.regression import BeamSearch, all_columns, finer_columns, table_of
 from orchestrator.laws.response import responses
 from orchestrator.laws.terms import Term, joined, law_of, modulators_of_several, terms_at, with_other_held
+from orchestrator.laws.vocabulary import factors
 from orchestrator.laws.wide_places import further_of, wide_places
 
 # Grids of shapes become finer by these steps, in doublings.
@@ -81,11 +82,11 @@ class FoundLaw:
         return {term.id for term in self.terms}
 
     def extends(self, other: "FoundLaw") -> bool:
-        """Whether it has all that another law has."""
+        """Whether it has all that another law has, be it with a moment or a time in it that says when."""
         same = self.candidate.place.site == other.candidate.place.site
-        return (
-            same and {c.family for c in self.beside} >= {c.family for c in other.beside} and self.names >= other.names
-        )
+        timed = [term for term in self.terms if term.modulator in factors("by_time") and term.modulator.shapes]
+        names = self.names | {replace(term, modulator=None).id for term in timed}
+        return same and {c.family for c in self.beside} >= {c.family for c in other.beside} and names >= other.names
 
 
 def find_laws(

@@ -2,11 +2,13 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from oscillator import recorded
 
+from orchestrator.greybox.candidates import Candidate
 from orchestrator.greybox.diagnose import decided
 from orchestrator.greybox.evidence import case_of
 from orchestrator.greybox.expression import evaluate_numbers
@@ -14,6 +16,7 @@ from orchestrator.greybox.memory import force, remembered
 from orchestrator.greybox.places import Place
 from orchestrator.greybox.search import fit_set
 from orchestrator.greybox.thresholds import Thresholds
+from orchestrator.laws.find import FoundLaw
 from orchestrator.laws.proposal import sentence_of
 from orchestrator.laws.regression import all_columns, table_of
 from orchestrator.laws.response import responses
@@ -86,6 +89,16 @@ def test_a_sentence_says_which_terms_have_the_opposite_sign() -> None:
     assert sentence(1.0, 2.0) == "viscous friction, and quadratic damping"
     assert sentence(1.0, -2.0) == "viscous friction, less quadratic damping"
     assert sentence(-1.0, 2.0) == "viscous friction (with the opposite sign), and quadratic damping"
+
+
+def test_a_spring_that_builds_up_is_no_rival_of_the_spring_but_one_that_grows_with_an_input_is() -> None:
+    spring, growing = factors("position")[0], factors("by_time")[2]
+
+    def found(*terms: Term) -> FoundLaw:
+        return FoundLaw(terms, Candidate(law_of(terms, MOTION), MOTION, {}), Any, ())  # type: ignore[arg-type]
+
+    assert found(Term(spring, growing)).extends(found(Term(spring)))
+    assert not found(Term(spring, factors("by_further")[0], "of_u")).extends(found(Term(spring)))
 
 
 def test_a_mass_that_is_picked_up_shares_all_that_pushes_with_the_own_mass() -> None:
