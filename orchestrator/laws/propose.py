@@ -21,6 +21,8 @@ from orchestrator.verdicts.result import Diagnosis
 # A named answer that leaves more than this share of the missing force's power, or a held-out error of more than so many noise
 # floors, is looked behind.
 LEFT_OPEN, LEFT_OVER_FLOOR = 0.01, 1.5
+# A law that leaves more than noise of a held-out error has to take away this share of it.
+BETTER = 0.1
 
 
 def with_laws(
@@ -132,7 +134,18 @@ def _worse(outcome: Outcome, law: FoundLaw, given: Comparison, after: Comparison
     assert after.held_out is not None
     named = diagnosis.held_out.rmse_after
     ratios = [after.held_out.rmse[s] / max(named[s], 1e-300) for s in outcome.case.signals]
-    return bool(np.sqrt(np.mean(np.square(ratios))) > 1 + limits.worse)
+    return not foretells(float(np.sqrt(np.mean(np.square(ratios)))), after.held_out.over_floor, limits.worse)
+
+
+def foretells(ratio: float, over_floor: float, worse: float) -> bool:
+    """Whether a held-out error is the noise and not much worse than without a law, or clearly better than without it.
+
+    Args:
+        ratio: the error with the law over that without it.
+        over_floor: the error with the law, in noise floors.
+        worse: by what share an error may be worse by chance.
+    """
+    return ratio <= (1 + worse if over_floor <= LEFT_OVER_FLOOR else 1 - BETTER)
 
 
 def _proposal(outcome: Outcome, law: FoundLaw, given: Comparison, after: Comparison) -> LawProposal:

@@ -15,6 +15,7 @@ from orchestrator.cli.improve import add
 from orchestrator.compare.comparison import compare
 from orchestrator.discover import Discovery, discover
 from orchestrator.greybox.laws import own_laws
+from orchestrator.laws.propose import foretells
 from orchestrator.measurements import load_measurements
 from orchestrator.models.symbolic import SymbolicModel
 from orchestrator.report.html import discovery_report
@@ -103,6 +104,14 @@ def test_a_formula_tells_how_an_input_ran_if_nobody_has_said_it_and_all_is_asked
     assert found.diagnosis.interpolation["F"] == "linear"
     assert any("F runs in straight lines" in note for note in found.diagnosis.warnings)
     assert found.laws[0].parameters["k"].value == pytest.approx(3000.0, rel=1e-3)
+
+
+def test_a_formula_that_leaves_nearly_all_of_a_held_out_error_is_withheld() -> None:
+    assert not foretells(
+        0.92, 14.4, worse=0.02
+    )  # as in the cascaded tanks: a wrong formula, 13.0 mm before and 12.0 with it
+    assert foretells(0.5, 7.0, worse=0.02)
+    assert foretells(1.0, 1.1, worse=0.02) and not foretells(1.05, 1.1, worse=0.02)
 
 
 @pytest.mark.parametrize("seed", [1, 2])

@@ -4,6 +4,7 @@ import shlex
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from orchestrator.compare.estimates import REFUTED
 from orchestrator.report.answer.words import capital, joined, size, what
 from orchestrator.report.numbers import digits, over_floor, quantity
 
@@ -58,8 +59,10 @@ def _buys(document: Document, law: Mapping[str, Any]) -> str:
         f"{signal} {law['held_out_before'][signal]:.3g} -> {after:.3g} {law.get('held_out_units', {}).get(signal, '')}".rstrip()
         for signal, after in law["held_out_after"].items()
     )
-    times = digits(over_floor(law["held_out_after"], floor))
-    text = f"It takes the error on held-out trials to {times} times the noise ({fell})"
+    times = over_floor(law["held_out_after"], floor)
+    if times < REFUTED:  # so that the floor is none
+        return f"It takes the error on held-out trials from {fell.replace(' -> ', ' to ')}."
+    text = f"It takes the error on held-out trials to {digits(times)} times the noise ({fell})"
     if not document.get("effects"):
         return f"{text}."
     return f"{text}; what the library names, to {digits(over_floor(held_out['rmse_after'], floor))}."
