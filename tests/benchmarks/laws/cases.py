@@ -85,7 +85,7 @@ def _stores(plant: str, flow: float, middle: float, spread: float, duration: flo
         Hidden(plant, "loss in proportion to the input", lambda t, q, v, u, z: -0.25 * u * q / (abs(m) + w), _one("loss_times_of_u")),
         Hidden(plant, "loss that fades", lambda t, q, v, u, z: -0.35 * f * np.exp(-t / (0.3 * duration)) * q / (abs(m) + w), _one("loss_fading")),
         Hidden(plant, "leak from a moment on", lambda t, q, v, u, z: -0.3 * f * (t > 0.5 * duration) * q / (abs(m) + w), _one("loss_after")),
-        Hidden(plant, "valve that opens", lambda t, q, v, u, z: -0.15 * f * (1 + np.tanh((q - m) / (0.15 * w))), _one("constant", "valve")),
+        Hidden(plant, "valve that opens", lambda t, q, v, u, z: -0.15 * f * (1 + np.tanh((q - m) / (0.15 * w))), (frozenset({"constant", "valve"}), frozenset({"constant_beyond"}))),
         Hidden(plant, "wall that takes up and gives back", lambda t, q, v, u, z: -0.5 * f * (q - z) / w, _one("absorbing_wall"), lambda t, q, v, u, z: (q - z) / (0.08 * duration)),
     ]  # fmt: skip
 
