@@ -203,7 +203,7 @@ def discover(
     from orchestrator.report.answer.formulas import formula_lines
     from orchestrator.report.arm_replay import arm_replay
     from orchestrator.report.html import discovery_report
-    from orchestrator.report.tables import LedgerTable, diagnosis_table, lines_of
+    from orchestrator.report.tables import LedgerTable, diagnosis_table
     from orchestrator.understood import understood
     from orchestrator.work import resumable
 
@@ -215,7 +215,7 @@ def discover(
             measurements = mended_record(load_model(model), measurements, quiet)
         source = load_source(model, measurements)
         say("reading the model's equations")
-        show(lines_of(understood(source, measurements)), quiet)
+        show("\n".join(understood(source, measurements)), quiet)
         with resumable(f"{model} {measurements.content_hash}", scheduler) as work:
             found = run(
                 source,

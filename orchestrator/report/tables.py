@@ -101,11 +101,6 @@ def comparison_table(comparison: Comparison) -> Group:
     return Group(_plain(comparison_sentence(comparison)), table)
 
 
-def lines_of(lines: Sequence[str]) -> Text:
-    """Return lines of text as they are."""
-    return _plain("\n".join(lines))
-
-
 def diagnosis_table(diagnosis: Diagnosis) -> Group:
     """Return the answer and what is next, what else it could be unless there is nothing to explain, and what is left open."""
     answer = answer_of(diagnosis.to_json())

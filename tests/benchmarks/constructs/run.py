@@ -5,7 +5,8 @@ says why not, `wrong` that another value comes out. A value of nan stands for a 
 
 Models of the Standard Library are built if MODELICAPATH names it. `works` means that all their equations hold in the translation,
 evaluated a second time from the front end's flat form; `partly checked` that some could not be evaluated there, `not checked` that none
-could. What a model does at its events is no part of this check.
+could. What a model does at its events is no part of this check. If MAP_LIB_RESULTS names a checkout of
+modelica/MAP-LIB_ReferenceResults, runs are compared with the results in it, and runs without events with SciPy's Radau.
 """
 
 import math
@@ -13,6 +14,7 @@ import os
 import sys
 import tempfile
 from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +25,7 @@ from fmus.errors import MisfitError
 from fmus.library import libraries, standard_subset
 from fmus.symbolic.system import SymbolicSystem
 from tests.benchmarks.constructs.constructs import CONSTRUCTS, Construct
+from tests.benchmarks.constructs.published import deviation, published
 
 REPORT = Path("docs/benchmarks/constructs.md")
 TIME, INPUT = 0.3, 0.5
@@ -40,9 +43,9 @@ def main() -> int:
         os.environ["MISFIT_CACHE"] = str(Path(folder) / "cache")
         rows = [(c.name, *_outcome(c, Path(folder))) for c in CONSTRUCTS]
         library = libraries()["Modelica"]
-        models = (
-            [] if library == standard_subset() else [(name, *_built(name, path)) for name, path in _examples(library)]
-        )
+        fmu = Path(folder) / "model.fmu"
+        found = [] if library == standard_subset() else _examples(library)
+        models = [(name, *_built(name, path, fmu)) for name, path in found]
     text = _table("Language constructs", "construct", rows)
     if models:
         text += "\n" + _table("Models of the Modelica Standard Library", "model", models)
@@ -108,22 +111,38 @@ def _examples(library: Path) -> list[tuple[str, Path]]:
     return found
 
 
-def _built(name: str, file: Path) -> tuple[str, str]:
+def _built(name: str, file: Path, fmu: Path) -> tuple[str, str, str]:
     try:
         system = ModelicaModel(name, name, file).compile()
     except MisfitError as error:
-        return "refused", str(error)
-    unchecked = [note for note in system.notes if "not checked" in note]
+        return "refused", str(error), ""
+    run, unchecked = _off(system, name, fmu), [note for note in system.notes if "not checked" in note]
     if not unchecked:
-        return "works", ""
-    return "not checked" if unchecked[0].startswith("the translation was") else "partly checked", unchecked[0]
+        return "works", "", run
+    return "not checked" if unchecked[0].startswith("the translation was") else "partly checked", unchecked[0], run
 
 
-def _table(title: str, what: str, rows: list[tuple[str, str, str]]) -> str:
+def _off(system: SymbolicSystem, name: str, fmu: Path) -> str:
+    """How far a run is from the published one and from SciPy's, in words."""
+    folder = published(name)
+    if folder is None:
+        return "not published"
+    try:
+        return off_in_words(*deviation(system, folder, fmu))
+    except Exception as error:
+        return f"ends early: {str(error).splitlines()[0][:60]}"
+
+
+def off_in_words(far: float, integrated: float | None) -> str:
+    return f"{far:.1e}" + ("" if integrated is None else f", SciPy {integrated:.1e}")
+
+
+def _table(title: str, what: str, rows: Sequence[tuple[str, ...]]) -> str:
     counts = Counter(row[1] for row in rows)
     summary = ", ".join(f"{count} {outcome}" for outcome, count in sorted(counts.items()))
-    lines = [f"## {title}", "", f"{len(rows)}: {summary}.", "", f"| {what} | outcome | why |", "|---|---|---|"]
-    lines += [f"| {name} | {outcome} | {why[:200].replace('|', '/')} |" for name, outcome, why in rows]
+    heads = (what, "outcome", "why", "off published")[: len(rows[0])]
+    lines = [f"## {title}", "", f"{len(rows)}: {summary}.", "", f"| {' | '.join(heads)} |", "|---" * len(heads) + "|"]
+    lines += [f"| {' | '.join(cell[:200].replace('|', '/') for cell in row)} |" for row in rows]
     return "\n".join(lines) + "\n"
 
 
