@@ -240,6 +240,10 @@ def _skip_text(parser: Parser) -> None:
         _skip_parentheses(parser)
 
 
+# What follows the name in a declaration begins with one of these.
+_BEHIND_A_NAME = ';(=:"'
+
+
 def _skip_parentheses(parser: Parser) -> None:
     depth = 0
     while True:
@@ -251,11 +255,17 @@ def _skip_parentheses(parser: Parser) -> None:
 
 
 def _built_in(tokens: list[Token], at: int) -> str:
-    """What a function is another name of, such as sin for `external "builtin" y = sin(u);`; empty for a function of its own."""
+    """What a function is another name of, such as sin for `external "builtin" y = sin(u);`; empty for a function of its own, or one
+    whose inputs are handed on in another order."""
+    inputs: list[str] = []
     for k in range(at, len(tokens) - 2):
         if tokens[k].text == "end" and tokens[k + 1].text == tokens[at].text:
             return ""
+        if tokens[k].text == "input":
+            behind = (j for j in range(k, len(tokens)) if tokens[j].text[0] in _BEHIND_A_NAME)
+            inputs.append(tokens[next(behind) - 1].text)
         if tokens[k].text == "external":
-            opening = next(j for j in range(k, len(tokens)) if tokens[j].text in ("(", ";"))
-            return tokens[opening - 1].text if tokens[k + 1].text == '"builtin"' else ""
+            opening, closing = (next(j for j in range(k, len(tokens)) if tokens[j].text == sign) for sign in "()")
+            same = [token.text for token in tokens[opening + 1 : closing : 2]] == inputs
+            return tokens[opening - 1].text if tokens[k + 1].text == '"builtin"' and same else ""
     return ""

@@ -216,7 +216,8 @@ class Evaluator:
                 tables.call(self.arena, external["symbol"], arguments, lambda index: self._lookup("parameter", index))
             ]
         if external is not None and external["language"] == "builtin":
-            return [operators.apply(external["symbol"], [arguments[a["input"] - 1] for a in external["arguments"]])]
+            frame = Frame(arguments)
+            return [operators.apply(external["symbol"], [self.value(a["input"], frame) for a in external["arguments"]])]
         if external is not None:
             raise ModelicaError(f"external function {function['name']} is not supported")
         frame, outer = Frame(arguments), self._binders

@@ -32,6 +32,11 @@ RIGHT = {
         f"model A {HEAD} equation der(x) = abs(u) + sqrt(x) + atan2(u, x) + exp(u)*sin(x)^2 + sign(u); end A;",
         abs(U) + math.sqrt(X) + math.atan2(U, X) + math.exp(U) * math.sin(X) ** 2 - 1,
     ),
+    "other names of built-in functions": (
+        'function angle input Real a; input Real b; output Real y; external "builtin" y = atan2(b, a); end angle;'
+        f"model A {HEAD} equation der(x) = angle(x, u) + angle(2, 3*u); end A;",
+        math.atan2(U, X) + math.atan2(3 * U, 2),
+    ),
     "div, mod and rem": (
         f"model A {HEAD} equation der(x) = div(u, 0.3) + mod(u, 0.3) + rem(u, 0.3); end A;",
         math.trunc(U / 0.3) + (U - math.floor(U / 0.3) * 0.3) + math.fmod(U, 0.3),
