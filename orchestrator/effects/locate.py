@@ -53,7 +53,7 @@ def balance_of(term: Term, flat: FlatPoints, states: Sequence[str], values: Sequ
         raise ModelicaError(f"'{term.state}' is no state of the model; its states are {', '.join(states)}")
     table = [_slopes(state, states, flat, values) for state in states]
     found = _candidates(term.state, states, table, flat)
-    if not found:  # the charge behind an inductor: der(q) = i
+    if not found:  # the charge behind an inductor, der(q) = i, or what an input fills, der(m) = mdot
         table[list(states).index(term.state)] = _slopes(term.state, states, flat, values, names=True)
         found = _candidates(term.state, states, table, flat)
     if not found:  # the angle of a damper between a shaft and its housing, which counts the other way than the shaft
@@ -93,12 +93,12 @@ def _slopes(
 ) -> dict[int, _Slope]:
     """By the number of the flat equation, where it changes with der(state), and with the variables that equal it.
 
-    Equations that say that two variables are equal are left out, unless `names`. Variables that equal it but for their sign count
+    Equations that say that two variables are equal are left out, unless `names`; then the variables that equal it stay. Variables that equal it but for their sign count
     if they go the `other_way`.
     """
     rate, values = f"der({state})", points[0]
     step = max(abs(values[rate]), 1.0)
-    changes = {name: step for name in _equal(rate, points)}
+    changes = {rate: step} if names else {name: step for name in _equal(rate, points)}
     if other_way:
         changes |= {name: -step for name in _equal(rate, points, -1.0)}
     moved = {**values, **{name: values[name] + change for name, change in changes.items() if name not in states}}

@@ -228,6 +228,8 @@ def decided(
         return twin if twin and (is_one_delay(chosen) or not judge.beyond_doubt(chosen, twin)) else None
 
     decision = decided_among(search.run() if common else [nominal])
+    if decision.chosen.candidates and search.fit_larger(decision.chosen):
+        decision = decided_among(search.sets)
     if len(candidates) > len(common) and not _is_complete(decision, limits):
         seen(decision.chosen)
         progress(f"{len(candidates) - len(common)} rare candidates beside them")

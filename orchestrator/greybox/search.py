@@ -183,6 +183,19 @@ class Search:
         self._try_whole(chosen)
         return self.run()
 
+    def fit_larger(self, chosen: FittedSet) -> bool:
+        """Fit sets again that hold a set which was fitted anew, and are less probable than it now, which they cannot be.
+
+        They ended elsewhere, so the best of them begin at its values. False if there are none.
+        """
+        limits = self.setting.thresholds
+        most = float(chosen.losses.sum()) + limits.nats
+        behind = [s for s in self.sets if chosen.key < s.key and float(s.losses.sum()) > most][: limits.shortlist]
+        for one in behind:
+            more = tuple(c for c in one.candidates if c.family not in chosen.key)
+            self._fit_again((*chosen.candidates, *more), chosen)
+        return bool(behind)
+
     @property
     def best(self) -> FittedSet:
         """The set with the least cross-validated loss."""

@@ -71,6 +71,7 @@ STYLES = {
         "model B extends A; equation f = F - d*v; end B; model M extends B(m=4); end M;",
         1 / 4,
     ),
+    "filled by an input alone": ("model M input Real F; output Real v(start=1); equation der(v) = F; end M;", 1.0),
     "in a package": (f"package P model M {DAMPED} equation m*der(v) = F - d*v; end M; end P;", 1 / 2),
     "quoted name": (
         "model M parameter Real m=2; input Real F; output Real v(start=1); Real 'der(v)'; equation"

@@ -11,6 +11,7 @@ modelica/MAP-LIB_ReferenceResults, runs are compared with the results in it, and
 
 import math
 import os
+import re
 import sys
 import tempfile
 from collections import Counter
@@ -48,7 +49,7 @@ def main() -> int:
         models = [(name, *_built(name, path, fmu)) for name, path in found]
     text = _table("Language constructs", "construct", rows)
     if models:
-        text += "\n" + _table("Models of the Modelica Standard Library", "model", models)
+        text += "\n" + _table(f"Models of the Modelica Standard Library {_version(library)}", "model", models)
     before = REPORT.read_text() if REPORT.is_file() else ""
     if not models and "## Models of" in before:  # keep what another machine measured
         text += "\n## Models of" + before.split("## Models of", 1)[1]
@@ -109,6 +110,11 @@ def _examples(library: Path) -> list[tuple[str, Path]]:
             if file.name != "package.mo":
                 found.append((".".join(("Modelica", *area.split("/"), file.stem)), file))
     return found
+
+
+def _version(library: Path) -> str:
+    found = re.search(r'^\s*version="([^"]*)"', (library / "package.mo").read_text(), re.MULTILINE)
+    return found[1] if found else ""
 
 
 def _built(name: str, file: Path, fmu: Path) -> tuple[str, str, str]:
