@@ -31,10 +31,9 @@ def recorded(
     noise: float = 2e-5,
     seed: int = 0,
     n: int = 400,
-    stays: int = 0,
 ) -> ModelicaModel:
     """Write three trials of the mass with a further force of time, position and speed, and a `push` of time and all else that
-    pushes; its model without them. The given force runs in straight lines from sample to sample; it `stays` for so many, then jumps."""
+    pushes; its model without them."""
     random = np.random.default_rng(seed)
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "Mass.mo").write_text(MODEL)
@@ -43,9 +42,6 @@ def recorded(
     for name in "abc":
         waves = list(zip(random.uniform(0.2, 3.0, 4), random.uniform(0, 6.28, 4), strict=True))
         pushed = sum(3.0 * np.sin(2 * np.pi * f * time + p) for f, p in waves)
-
-        if stays:
-            pushed = np.repeat(random.uniform(-9.0, 9.0, n // stays), stays)
 
         def rates(t: float, y: np.ndarray, pushed: np.ndarray = pushed) -> list[float]:
             net = float(np.interp(t, time, pushed)) - 30.0 * y[0]

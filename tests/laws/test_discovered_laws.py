@@ -2,6 +2,8 @@
 
 import json
 import pickle
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,11 +16,14 @@ from orchestrator.api.model import Model
 from orchestrator.cli.improve import add
 from orchestrator.compare.comparison import compare
 from orchestrator.discover import Discovery, discover
+from orchestrator.explain import explain
+from orchestrator.greybox.interpolation import RunsOtherwise
 from orchestrator.greybox.laws import own_laws
 from orchestrator.laws.propose import foretells
-from orchestrator.measurements import load_measurements
+from orchestrator.measurements import MeasurementSet, load_measurements
 from orchestrator.models.symbolic import SymbolicModel
 from orchestrator.report.html import discovery_report
+from orchestrator.verdicts.result import Diagnosis
 
 
 def _found(folder: Path, **options: object) -> Discovery:
@@ -89,21 +94,33 @@ def test_a_load_that_is_picked_up_is_found_in_kg_and_added_to_the_equation(tmp_p
     assert after is not None and after.over_floor < 1.5
 
 
-@pytest.mark.slow
-def test_a_formula_tells_how_an_input_ran_if_nobody_has_said_it_and_all_is_asked_again(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_all_is_searched_again_where_a_formula_tells_that_an_input_ran_otherwise(
+    braked: tuple[Path, Discovery], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    recorded(tmp_path, lambda t, x, v: -3000.0 * x**5, seed=5, stays=20)
-    case = tmp_path / "case.toml"
-    case.write_text(f'{case.read_text()}[interpolation]\nF = "hold"\n')
-    # As if the search had taken it for held, as one does of a record that stays and jumps.
-    monkeypatch.setattr("orchestrator.explain.open_inputs", lambda model, measurements: {"F": "F"})
+    folder, found = braked
+    measurements, asked_with = load_measurements(str(folder)), []
 
-    found = _found(tmp_path)
+    def searched(source: object, measured: MeasurementSet, **options: object) -> Diagnosis:
+        return replace(
+            found.diagnosis, laws=(), warnings=(), interpolation={"F": "linear"} | dict(measured.interpolation)
+        )
 
-    assert found.diagnosis.interpolation["F"] == "linear"
-    assert any("F runs in straight lines" in note for note in found.diagnosis.warnings)
-    assert found.laws[0].parameters["k"].value == pytest.approx(3000.0, rel=1e-3)
+    def tells(diagnosis: Diagnosis, measured: MeasurementSet, wanted: object, asked: Sequence[str] = (), **options: object) -> Diagnosis:  # fmt: skip
+        asked_with.append((list(asked), diagnosis.interpolation["F"]))
+        if asked:
+            raise RunsOtherwise({"F": 20.0})
+        return replace(diagnosis, laws=found.laws)
+
+    monkeypatch.setattr("orchestrator.explain.diagnose", searched)
+    monkeypatch.setattr("orchestrator.explain.with_laws", tells)
+    source = find_modelica_model(f"{folder / 'Mass.mo'}:Mass")
+    again = explain(source, measurements, None)
+
+    assert asked_with == [(["F"], "linear"), ([], "hold")]
+    assert again.interpolation == {"F": "hold"} and again.laws == found.laws
+    assert any(
+        "F is held from sample to sample: the record is over 1000 times as likely so" in note for note in again.warnings
+    )
 
 
 def test_a_formula_that_leaves_nearly_all_of_a_held_out_error_is_withheld() -> None:
